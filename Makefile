@@ -1,0 +1,49 @@
+# make run    the main job: a Pareto front for the built-in train on the built-in line, into out/
+# make test   everything that CI checks
+# make bench  all benchmarks, into results/benchmarks/; wants a quiet machine and about 15 minutes
+# Both create .venv on first use. Another Python: make run PYTHON=python3.13
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+
+.PHONY: run test bench clean distclean
+
+run: $(VENV)/.installed
+	$(BIN)/python -m tgvdp search --out out
+
+# The small kernel tests run first without the compiler, then with bounds checks; the whole suite comes last.
+test: $(VENV)/.installed-dev
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -m nojit
+	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest -m nojit
+	$(BIN)/python -m pytest
+
+bench: $(VENV)/.installed-peers
+	$(BIN)/python -m benchmarks
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and f"tgvdp needs Python 3.11 or newer, $(PYTHON) is {sys.version.split()[0]}: try make PYTHON=python3.13")'
+	$(PYTHON) -m venv $(VENV)
+
+# The stamps are not older than pyproject.toml while the installed dependencies are those it lists.
+$(VENV)/.installed: pyproject.toml | $(BIN)/python
+	$(PIP_INSTALL) -e .
+	@touch $@
+
+$(VENV)/.installed-dev: pyproject.toml | $(BIN)/python
+	$(PIP_INSTALL) -e ".[dev]"
+	@touch $@ $(VENV)/.installed
+
+$(VENV)/.installed-peers: pyproject.toml | $(BIN)/python
+	$(PIP_INSTALL) -e ".[dev,peers]"
+	@touch $@ $(VENV)/.installed $(VENV)/.installed-dev
+
+clean:
+	rm -rf out build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage
+	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +
+
+distclean: clean
+	rm -rf $(VENV)

@@ -1,0 +1,105 @@
+"""tgvdp: the whole Pareto front of delay against energy for a train on a line.
+
+>>> import tgvdp
+>>> result = tgvdp.search(tgvdp.load_train("tgv"), tgvdp.load_track("lgv-100km"))  # doctest: +SKIP
+
+Public names are loaded when they are first used, so that ``import tgvdp`` stays cheap.
+"""
+
+import importlib
+import sys
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError, MissingExtraError, TgvdpError
+
+if TYPE_CHECKING:
+    from tgvdp.api import SearchResult, search
+    from tgvdp.formats import load_scenario, load_track, load_train
+    from tgvdp.front.pareto import ParetoFront
+    from tgvdp.model.effort import EffortCurve
+    from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track, Tunnel
+    from tgvdp.model.train import Train
+    from tgvdp.model.trip import Trip
+    from tgvdp.physics.profile import Profile
+    from tgvdp.physics.replay import Verdict, replay
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "BudgetExceededError",
+    "Curve",
+    "EffortCurve",
+    "Gradient",
+    "InfeasibleError",
+    "InputError",
+    "MissingExtraError",
+    "ParetoFront",
+    "Profile",
+    "SearchResult",
+    "SpeedLimit",
+    "TgvdpError",
+    "Track",
+    "Train",
+    "Trip",
+    "Tunnel",
+    "Verdict",
+    "__version__",
+    "load_scenario",
+    "load_track",
+    "load_train",
+    "replay",
+    "search",
+]
+
+_HOMES = {
+    "Curve": "tgvdp.model.track",
+    "EffortCurve": "tgvdp.model.effort",
+    "Gradient": "tgvdp.model.track",
+    "ParetoFront": "tgvdp.front.pareto",
+    "Profile": "tgvdp.physics.profile",
+    "SearchResult": "tgvdp.api",
+    "SpeedLimit": "tgvdp.model.track",
+    "Track": "tgvdp.model.track",
+    "Train": "tgvdp.model.train",
+    "Trip": "tgvdp.model.trip",
+    "Tunnel": "tgvdp.model.track",
+    "Verdict": "tgvdp.physics.replay",
+    "load_scenario": "tgvdp.formats",
+    "load_track": "tgvdp.formats",
+    "load_train": "tgvdp.formats",
+    "replay": "tgvdp.physics.replay",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(importlib.import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
+class _Package(ModuleType):
+    """Keeps ``tgvdp.search`` the function, although importing the subpackage of that name would put it there.
+
+    The function has the attributes of the subpackage, so that ``import tgvdp.search.grid as grid`` works as well.
+    """
+
+    @property
+    def search(self) -> Any:
+        function = importlib.import_module("tgvdp.api").search
+        function.__dict__ = sys.modules["tgvdp.search"].__dict__
+        return function
+
+    @search.setter
+    def search(self, value: object) -> None:
+        if not isinstance(value, ModuleType):
+            raise AttributeError("tgvdp.search cannot be replaced")
+
+
+sys.modules[__name__].__class__ = _Package

@@ -1,0 +1,21 @@
+"""One place for physical constants and for the tolerances that every part shares."""
+
+#: Standard gravity as TTOBench uses it, m/s².
+GRAVITY_MPS2 = 9.81
+
+#: Relative slack with which every kernel accepts a force, an acceleration or a speed limit.
+FEASIBILITY_RTOL = 1e-9
+
+#: Verdict of the replay referee: largest relative error of running time and energy, in percent.
+REPLAY_TIME_PCT = 0.05
+REPLAY_ENERGY_PCT = 0.05
+#: ... largest excess of effort and acceleration over their limits, in percent.
+REPLAY_EFFORT_PCT = 0.1
+#: ... largest overspeed, relative to the largest speed of the run (floating-point noise only).
+REPLAY_OVERSPEED_RTOL = 1e-6
+#: ... largest difference between claimed and replayed speed, relative to the largest speed of the run.
+REPLAY_SPEED_RTOL = 0.01
+
+#: Names of the search methods and of the queue orders of best-first, as the command line and scenario files spell them.
+METHODS = ("front", "exact", "best-first")
+HEURISTICS = ("ratio", "time", "energy", "weighted")

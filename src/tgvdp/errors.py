@@ -1,0 +1,33 @@
+"""Everything that can go wrong, and the exit code that each case has on the command line.
+
+Exit codes: 2 usage (raised by the command-line parser itself), 3 bad input, 4 infeasible, 5 budget reached with a
+partial result, 130 interrupted. A message is one line that names the file, the field, the value and its unit.
+"""
+
+
+class TgvdpError(Exception):
+    """Base of all errors that tgvdp raises on purpose."""
+
+    exit_code = 1
+
+
+class InputError(TgvdpError, ValueError):
+    """The input is wrong: a file, a field, a value or a unit."""
+
+    exit_code = 3
+
+
+class MissingExtraError(InputError):
+    """A feature needs an optional package that is not installed."""
+
+
+class InfeasibleError(TgvdpError):
+    """The input is well formed, but no run obeys all its limits."""
+
+    exit_code = 4
+
+
+class BudgetExceededError(TgvdpError):
+    """A label or time budget ended before there was anything to return."""
+
+    exit_code = 5
