@@ -1,0 +1,140 @@
+"""Where driving meets braking inside a uniform cell.
+
+Driving forwards from one end of the cell (full traction or coasting, held at the limit) and braking backwards from
+the other end give two curves w(x); a run follows the first to their meeting point, then the second.
+"""
+
+import math
+
+from tgvdp._jit import kernel
+from tgvdp.physics.motion import BRAKING, march, net_force
+
+#: Rows shorter than this share of their cell are rounding errors.
+SLIVER = 1e-9
+
+
+@kernel
+def _at_limit(train, regime, grade, air, w, limit):
+    """Whether a train that is at the limit stays there: the regime would push it above (braking: below)."""
+    if w < limit:
+        return False
+    v = math.sqrt(w)
+    net = net_force(train, regime, grade, air, v, v)
+    return net <= 0.0 if regime == BRAKING else net >= 0.0
+
+
+@kernel
+def driven_w(train, regime, grade, air, w0, limit, x, xs, ws):
+    """Squared speed at x of driving from w0 under a regime, held at the limit; ``xs``, ``ws`` are scratch."""
+    if _at_limit(train, regime, grade, air, w0, limit):
+        return limit
+    return min(march(train, regime, 1.0, x, grade, air, w0, limit, xs, ws, 0)[1], limit)
+
+
+@kernel
+def braked_w(train, grade, air, w1, limit, x, xs, ws):
+    """Squared speed at x before the cell's end from which full braking leads to w1, held at the limit."""
+    if _at_limit(train, BRAKING, grade, air, w1, limit):
+        return limit
+    return min(march(train, BRAKING, -1.0, x, grade, air, w1, limit, xs, ws, 0)[1], limit)
+
+
+@kernel
+def meeting_point(train, regime, length, grade, air, limit, w0, w1, xs, ws):
+    """Position in the cell where driving from w0 meets braking to w1 (regula falsi, Illinois variant).
+
+    It is never so close to an end of the cell that a row would be lost in rounding.
+    """
+    hi = length
+    # Where braking is held at the limit driving cannot be above it: they meet after that stretch.
+    braked_m, braked = march(train, BRAKING, -1.0, length, grade, air, w1, limit, xs, ws, 0)[:2]
+    lo = length - braked_m if braked >= limit else 0.0
+    f_lo = driven_w(train, regime, grade, air, w0, limit, lo, xs, ws) - min(braked, limit)
+    f_hi = driven_w(train, regime, grade, air, w0, limit, length, xs, ws) - w1
+    if f_hi == 0.0 and w0 < limit:
+        # The limit itself is reached, but on a steep descent the brakes cannot hold it to the end.
+        hi = march(train, regime, 1.0, length, grade, air, w0, limit, xs, ws, 0)[0]
+        f_hi = limit - braked_w(train, grade, air, w1, limit, length - hi, xs, ws)
+    if f_lo >= 0.0:
+        return lo if lo >= SLIVER * length else 0.0
+    if f_hi <= 0.0:
+        return length
+    side = 0
+    x = 0.0
+    for _ in range(60):
+        x = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
+        if not lo < x < hi:
+            x = 0.5 * (lo + hi)
+        driven = driven_w(train, regime, grade, air, w0, limit, x, xs, ws)
+        f = driven - braked_w(train, grade, air, w1, limit, length - x, xs, ws)
+        if abs(f) <= 1e-11 * limit or hi - lo <= 1e-12 * length:
+            break
+        if f < 0.0:
+            lo = x
+            f_lo = f
+            if side == -1:
+                f_hi *= 0.5
+            side = -1
+        else:
+            hi = x
+            f_hi = f
+            if side == 1:
+                f_lo *= 0.5
+            side = 1
+    if x < SLIVER * length:
+        return 0.0
+    return x if x < (1.0 - SLIVER) * length else length
+
+
+@kernel
+def emit_driven(train, regime, start, x, grade, air, w0, limit, xs, ws, n):
+    """Append the rows of driving over x metres from w0; positions count from ``start``."""
+    if x <= 0.0:
+        return n
+    reached = 0.0
+    if not _at_limit(train, regime, grade, air, w0, limit):
+        first = n
+        reached, _, n = march(train, regime, 1.0, x, grade, air, w0, limit, xs, ws, n)
+        for i in range(first, n):
+            xs[i] += start
+    if reached < x:
+        xs[n] = start + x
+        ws[n] = limit
+        n += 1
+    return n
+
+
+@kernel
+def emit_braked(train, end, x, grade, air, w1, limit, bx, bw, xs, ws, n):
+    """Append the rows of braking over the last x metres to w1 at position ``end``; ``bx``, ``bw`` are scratch."""
+    reached = 0.0
+    m = 0
+    if not _at_limit(train, BRAKING, grade, air, w1, limit):
+        reached, _, m = march(train, BRAKING, -1.0, x, grade, air, w1, limit, bx, bw, 0)
+    if reached >= x:
+        m -= 1  # its last row ends where the driven rows ended
+    for i in range(m - 1, -1, -1):
+        xs[n] = end - bx[i]
+        ws[n] = bw[i]
+        n += 1
+    xs[n] = end
+    ws[n] = w1
+    return n + 1
+
+
+@kernel
+def drop_slivers(xs, ws, first, n, gap):
+    """Drop rows from ``first`` on that are nearer than ``gap`` to the row before; returns the new number of rows.
+
+    Such rows are rounding errors of meeting points; the end of a cell, the last row, stays.
+    """
+    kept = first
+    for i in range(first, n):
+        if i < n - 1 and xs[i] - xs[kept - 1] <= gap:
+            continue
+        if i == n - 1 and kept > first and xs[i] - xs[kept - 1] <= gap:
+            kept -= 1
+        xs[kept] = xs[i]
+        ws[kept] = ws[i]
+        kept += 1
+    return kept

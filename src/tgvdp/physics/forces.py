@@ -1,0 +1,141 @@
+"""Forces on the train, pointwise and averaged over a segment of constant acceleration.
+
+Within a segment v² is linear in position. The mean over distance of any power of v is then exact: with ds ∝ d(v²),
+
+    mean(v)  = 2/3·(v0² + v0·v1 + v1²)/(v0 + v1)      mean(v²) = (v0² + v1²)/2      mean(1/v) = 2/(v0 + v1)
+
+and so are the mean Davis resistance and the mean of an effort curve. None of these forms cancels as v0 → v1.
+Gravity acts on the static mass, acceleration on the inertia (Davis 1926; Brünger & Dahlhaus, in Hansen & Pachl,
+Railway Timetabling & Operations, 2014, ch. 4).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp._jit import kernel, leaf
+from tgvdp.model.train import Train
+
+
+class KernelTrain(NamedTuple):
+    """What kernels know of a train, SI. Its drag C is a property of the cell (tunnels add to it)."""
+
+    inertia_kg: float
+    davis_a_n: float
+    davis_b: float
+    max_acceleration: float
+    max_deceleration: float
+    traction: NDArray[np.float64]  # (n, 6), rows of an EffortCurve table
+    braking: NDArray[np.float64]  # (n, 6), dynamic brake
+    friction_n: float
+
+
+def kernel_train(train: Train) -> KernelTrain:
+    """Reduce a `Train` to what kernels need."""
+    return KernelTrain(
+        float(train.inertia_kg),
+        float(train.davis_a_n),
+        float(train.davis_b_n_per_mps),
+        float(train.max_acceleration_mps2),
+        float(train.max_deceleration_mps2),
+        train.traction.table,
+        train.braking.table,
+        float(train.friction_brake_n),
+    )
+
+
+@leaf
+def effort_at(table, v):
+    """Effort in N at speed v, of a curve table of shape (n, 6)."""
+    i = table.shape[0] - 1
+    while i > 0 and table[i, 0] > v:
+        i -= 1
+    hyperbolic = 0.0
+    if table[i, 1] != 0.0:
+        hyperbolic = table[i, 1] / v
+    return hyperbolic + table[i, 2] + v * (table[i, 3] + v * (table[i, 4] + v * table[i, 5]))
+
+
+@leaf
+def effort_and_slope(table, v):
+    """Effort F in N and its derivative dF/dv in N/(m/s) at speed v."""
+    i = table.shape[0] - 1
+    while i > 0 and table[i, 0] > v:
+        i -= 1
+    effort = table[i, 2] + v * (table[i, 3] + v * (table[i, 4] + v * table[i, 5]))
+    slope = table[i, 3] + v * (2.0 * table[i, 4] + v * 3.0 * table[i, 5])
+    if table[i, 1] != 0.0:
+        hyperbolic = table[i, 1] / v
+        effort += hyperbolic
+        slope -= hyperbolic / v
+    return effort, slope
+
+
+@leaf
+def _piece_mean(table, i, u0, u1):
+    s = u0 + u1
+    if s <= 0.0:
+        return table[i, 2]
+    q0 = u0 * u0
+    q1 = u1 * u1
+    p = u0 * u1
+    return (
+        2.0 * table[i, 1] / s
+        + table[i, 2]
+        + table[i, 3] * (2.0 / 3.0) * (q0 + p + q1) / s
+        + table[i, 4] * 0.5 * (q0 + q1)
+        + table[i, 5] * 0.4 * (q0 * q0 + p * (q0 + p + q1) + q1 * q1) / s
+    )
+
+
+@kernel
+def mean_effort(table, v0, v1):
+    """Mean over distance, in N, of an effort curve on a segment of constant acceleration between v0 and v1."""
+    lo = min(v0, v1)
+    hi = max(v0, v1)
+    last = table.shape[0] - 1
+    while last > 0 and table[last, 0] > lo:
+        last -= 1
+    if last == table.shape[0] - 1 or table[last + 1, 0] >= hi:
+        return _piece_mean(table, last, lo, hi)
+    total = 0.0
+    u0 = lo
+    while u0 < hi:
+        u1 = hi
+        if last + 1 < table.shape[0] and table[last + 1, 0] < hi:
+            u1 = table[last + 1, 0]
+        total += _piece_mean(table, last, u0, u1) * (u1 - u0) * (u1 + u0)
+        u0 = u1
+        last += 1
+    return total / ((hi - lo) * (hi + lo))
+
+
+@leaf
+def resistance_at(train, air, v):
+    """Running resistance A + B·v + C·v² in N; ``air`` is the cell's C."""
+    return train.davis_a_n + v * (train.davis_b + v * air)
+
+
+@leaf
+def mean_resistance(train, air, v0, v1):
+    """Mean over distance, in N, of the running resistance on a segment of constant acceleration."""
+    s = v0 + v1
+    linear = 0.0
+    if s > 0.0:
+        linear = train.davis_b * (2.0 / 3.0) * (v0 * v0 + v0 * v1 + v1 * v1) / s
+    return train.davis_a_n + linear + air * 0.5 * (v0 * v0 + v1 * v1)
+
+
+@leaf
+def mean_brake(train, v0, v1):
+    """Mean over distance, in N, of the largest braking effort (dynamic and friction), positive."""
+    return mean_effort(train.braking, v0, v1) + train.friction_n
+
+
+@leaf
+def brake_at(train, v):
+    """Largest braking effort (dynamic and friction) in N at speed v, positive."""
+    return effort_at(train.braking, v) + train.friction_n
+
+

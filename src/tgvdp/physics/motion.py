@@ -1,0 +1,194 @@
+"""Driving under a saturated regime: full traction, coasting, full braking.
+
+The equation of motion in w = v² is dw/ds = 2·(F(v) − R(v) − G)/m_eff. `march` follows it through a uniform cell in
+rows of constant acceleration. A row is chosen by its end speed, never by its length: the mean net force between two
+speeds does not depend on the length of the row, so the length follows in closed form,
+
+    d = ½·m_eff·(w1 − w0) / (mean effort − mean resistance − G).
+
+Rows are short enough that the effort limit changes by `STEP` at most within a row, so that the mean of a limit is
+the limit, and that the duration is right to `TIME_RTOL`: if the net force changes by a share e between v0 and v1,
+constant acceleration misses the duration by e/6·(v1 − v0)/(v0 + v1), most of all next to standstill.
+The same function drives backwards (sign = −1), which is how braking curves are made.
+"""
+
+import math
+
+from tgvdp._jit import kernel, leaf
+from tgvdp.physics.forces import effort_and_slope, mean_brake, mean_effort, mean_resistance
+
+TRACTION = 0
+COASTING = 1
+BRAKING = 2
+
+#: Largest relative change of the effort limit within a row; halved, it bounds the pointwise excess over the limit.
+STEP = 0.03
+
+#: Largest relative error of a row's duration.
+TIME_RTOL = 1e-4
+
+#: Largest change of the net force within a row, as a share; and the share of the speed that is left of an approach to
+#: the balancing speed when the train counts as balanced.
+NET_STEP = 0.1
+BALANCED = 1e-8
+
+#: A train that a drop of the effort curve holds runs this share of v² below the drop.
+BELOW_DROP = 1e-9
+
+
+@leaf
+def net_force(train, regime, grade_n, air, v0, v1):
+    """Mean net force in N between two speeds under a saturated regime, within the comfort limits."""
+    load = mean_resistance(train, air, v0, v1) + grade_n
+    up = train.inertia_kg * train.max_acceleration
+    down = -train.inertia_kg * train.max_deceleration
+    if regime == TRACTION:
+        return min(mean_effort(train.traction, v0, v1) - load, up)
+    if regime == BRAKING:
+        return max(-mean_brake(train, v0, v1) - load, down)
+    return max(min(-load, up), down)
+
+
+@kernel
+def land(train, regime, sign, length_m, grade_n, air, w):
+    """Squared speed after one row of the given length (sign = −1: before it); 0 if the train stalls.
+
+    Solves x = w + sign·2·d/m_eff·net(w, x) by Newton's rule with the slope of the resistance alone: the right side
+    hardly depends on x, and an error of 1e-6 in one step leaves less than 1e-12 in the next.
+    """
+    v = math.sqrt(w)
+    factor = sign * 2.0 * length_m / train.inertia_kg
+    linear = 0.25 * train.davis_b / v if v > 0.0 else 0.0
+    damping = 1.0 / max(1.0 + factor * (0.5 * air + linear), 0.5)
+    x = max(w + factor * damping * net_force(train, regime, grade_n, air, v, v), 0.0)
+    for _ in range(40):
+        step = damping * (w + factor * net_force(train, regime, grade_n, air, v, math.sqrt(x)) - x)
+        x = max(x + step, 0.0)
+        if abs(step) <= 1e-7 * x or x == 0.0:
+            break
+    return x
+
+
+@leaf
+def _net_slope(train, regime, air, v, net, rising):
+    """Derivative by speed, N/(m/s), of the net force ``net``; 0 where a comfort limit binds."""
+    if net >= train.inertia_kg * train.max_acceleration or -net >= train.inertia_kg * train.max_deceleration:
+        return 0.0
+    slope = -(train.davis_b + 2.0 * air * v)
+    side = v if rising else v * (1.0 - BELOW_DROP)
+    if regime == TRACTION:
+        slope += effort_and_slope(train.traction, side)[1]
+    elif regime == BRAKING:
+        slope -= effort_and_slope(train.braking, side)[1]
+    return slope
+
+
+@leaf
+def _speed_step(slope, air, v, net):
+    """Change of speed in a row for `TIME_RTOL`, where the net force is ``net`` and its slope ``slope``.
+
+    Solves e·step/(2·v + step)/6 = TIME_RTOL for e = slope·step/net, and for the drag alone, e = air·step²/net.
+    """
+    step = math.inf
+    share = 6.0 * TIME_RTOL * abs(net)
+    if air > 0.0:
+        step = math.sqrt(share / air) + 0.01 * v
+    if slope != 0.0:
+        q = share / abs(slope)
+        step = min(step, 0.5 * (q + math.sqrt(q * (q + 8.0 * v))), NET_STEP * abs(net / slope))
+    return step
+
+
+@leaf
+def _row_end(table, v, rising):
+    """Speed at which the effort limit has changed by STEP, or the next break of the curve if that comes first."""
+    n = table.shape[0]
+    i = n - 1
+    while i > 0 and (table[i, 0] > v or (not rising and table[i, 0] >= v)):
+        i -= 1
+    effort, slope = effort_and_slope(table, v)
+    step = math.inf
+    if slope != 0.0:
+        step = max(STEP * abs(effort / slope), 0.25 * STEP * v)
+    if rising:
+        if i + 1 < n:
+            return min(v + step, table[i + 1, 0])
+        return v + step
+    return max(v - step, table[i, 0])
+
+
+@kernel
+def march(train, regime, sign, length_m, grade_n, air, w, target_w, xs, ws, n):
+    """Drive through a uniform cell until its end or a target speed.
+
+    Parameters
+    ----------
+    train : KernelTrain
+    regime : int
+        TRACTION, COASTING or BRAKING.
+    sign : float
+        1.0 drives forwards, −1.0 backwards.
+    length_m, grade_n, air : float
+        The cell: length in m, grade force in N, coefficient of v² in N/(m/s)².
+    w, target_w : float
+        Squared speed at the start, and where to stop if it is met, m²/s².
+    xs, ws : (size,) float64, modified in place
+        Ends of rows are appended from index ``n`` on: distance from the start of the march, squared speed.
+    n : int
+
+    Returns
+    -------
+    x_m, w : float
+        Where the march ended; ``w`` is 0 when the train stalls (or, backwards, cannot have come from anywhere).
+    n : int
+        New number of entries; −1 when the buffers are full.
+    """
+    x = 0.0
+    while True:
+        if n < 0 or n >= xs.shape[0]:
+            return x, w, -1
+        v = math.sqrt(w)
+        net = net_force(train, regime, grade_n, air, v, v)
+        rising = sign * net > 0.0
+        end = math.inf if rising else 0.0
+        if regime == TRACTION:
+            end = _row_end(train.traction, v, rising)
+        elif regime == BRAKING:
+            end = _row_end(train.braking, v, rising)
+        slope = _net_slope(train, regime, air, v, net, rising)
+        balanced = sign * slope < 0.0 and abs(net) <= -sign * slope * BALANCED * v
+        if rising and regime == TRACTION and sign > 0.0 and w >= end * end * (1.0 - 2.0 * BELOW_DROP):
+            balanced = net_force(train, regime, grade_n, air, end, end) <= 0.0
+        if balanced:
+            xs[n] = length_m
+            ws[n] = w
+            return length_m, w, n + 1
+        step = _speed_step(slope, air, v, net)
+        end = min(end, v + step) if rising else max(end, v - step)
+        next_w = end * end
+        if rising and w < target_w:
+            next_w = min(next_w, target_w)
+        elif not rising and w > target_w:
+            next_w = max(next_w, target_w)
+        row_m = math.inf
+        if next_w != w and next_w < math.inf:
+            mean = sign * net_force(train, regime, grade_n, air, v, math.sqrt(next_w))
+            if mean * (next_w - w) > 0.0:
+                row_m = 0.5 * train.inertia_kg * (next_w - w) / mean
+            elif regime == TRACTION and sign > 0.0 and not rising:
+                # The effort drops here: above it the train slows down, below it gains speed.
+                xs[n] = length_m
+                ws[n] = w * (1.0 - BELOW_DROP)
+                return length_m, ws[n], n + 1
+        if x + row_m < length_m:
+            x += row_m
+            w = next_w
+        else:
+            landed = land(train, regime, sign, length_m - x, grade_n, air, w)
+            w = min(landed, next_w) if rising else max(landed, next_w)
+            x = length_m
+        xs[n] = x
+        ws[n] = w
+        n += 1
+        if x >= length_m or w == target_w or w <= 0.0:
+            return x, w, n

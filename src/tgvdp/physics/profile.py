@@ -1,0 +1,129 @@
+"""Speed profiles: what a run looks like, row by row.
+
+Between two rows the acceleration is constant, so v² is linear in position; gradient, limit and drag are constant
+because every break of the line is a row.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp._jit import kernel
+from tgvdp.constants import GRAVITY_MPS2
+from tgvdp.model.trip import Trip
+from tgvdp.physics.arc import arc
+from tgvdp.physics.forces import KernelTrain, kernel_train, mean_brake, mean_effort
+
+#: Driving regimes; a profile stores the index.
+REGIMES = ("traction", "cruising", "coasting", "braking")
+TRACTION, CRUISING, COASTING, BRAKING = range(4)
+
+#: An effort below this share of the starting effort counts as none (coasting).
+_COASTING_SHARE = 1e-4
+#: An acceleration below this share of what the starting effort gives counts as none (cruising).
+_CRUISING_SHARE = 0.03
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """A run as rows; all arrays have shape (n,) and are read-only.
+
+    Attributes
+    ----------
+    position_m : float64
+        Position on the track, m.
+    speed_mps : float64
+        Speed, m/s.
+    time_s : float64
+        Time since departure, s.
+    force_n : float64
+        Mean effort at the wheel between this row and the next, N; positive traction, negative braking; the last is 0.
+    energy_j : float64
+        Traction energy at the wheel since departure, J.
+    regime : int8
+        Index into `REGIMES` of the regime between this row and the next; the last repeats.
+    """
+
+    position_m: NDArray[np.float64]
+    speed_mps: NDArray[np.float64]
+    time_s: NDArray[np.float64]
+    force_n: NDArray[np.float64]
+    energy_j: NDArray[np.float64]
+    regime: NDArray[np.int8]
+
+    def __post_init__(self) -> None:
+        for array in vars(self).values():
+            array.setflags(write=False)
+
+    @property
+    def duration_s(self) -> float:
+        """Running time, s."""
+        return float(self.time_s[-1])
+
+    @property
+    def total_energy_j(self) -> float:
+        """Traction energy at the wheel of the whole run, J."""
+        return float(self.energy_j[-1])
+
+    @property
+    def regime_names(self) -> list[str]:
+        """Regime of each row by name."""
+        return [REGIMES[code] for code in self.regime]
+
+
+@kernel
+def _measure(train, x, w, grade, air, time, force, energy, regime):
+    """Fill time, force, energy and regime of rows (x, w); ``grade`` and ``air`` belong to the row that starts."""
+    n = x.shape[0]
+    start_effort = mean_effort(train.traction, 0.0, 0.0)
+    time[0] = 0.0
+    energy[0] = 0.0
+    for i in range(n - 1):
+        d = x[i + 1] - x[i]
+        _, duration, work = arc(train, d, grade[i], air[i], w[i], w[i + 1])
+        effort = work / d
+        v0 = np.sqrt(w[i])
+        v1 = np.sqrt(w[i + 1])
+        acceleration = 0.5 * (w[i + 1] - w[i]) / d
+        time[i + 1] = time[i] + duration
+        energy[i + 1] = energy[i] + max(work, 0.0)
+        force[i] = effort
+        limit = mean_effort(train.traction, v0, v1) if effort > 0.0 else mean_brake(train, v0, v1)
+        if abs(effort) <= _COASTING_SHARE * start_effort:
+            regime[i] = COASTING
+        elif (
+            abs(acceleration) * train.inertia_kg <= _CRUISING_SHARE * start_effort and abs(effort) < 0.95 * limit
+        ):
+            regime[i] = CRUISING
+        else:
+            regime[i] = TRACTION if effort > 0.0 else BRAKING
+    force[n - 1] = 0.0
+    regime[n - 1] = regime[n - 2]
+
+
+def profile_of(trip: Trip, x_m: NDArray[np.float64], w: NDArray[np.float64]) -> Profile:
+    """Make a profile from rows.
+
+    Parameters
+    ----------
+    trip : Trip
+    x_m : (n,) float64
+        Strictly increasing positions from the origin, m; every break of the line must be among them.
+    w : (n,) float64
+        Squared speeds, m²/s².
+
+    Returns
+    -------
+    Profile
+    """
+    train: KernelTrain = kernel_train(trip.train)
+    gradients = np.array(trip.track.gradients or ((0.0, 0.0),), dtype=np.float64)
+    middle_m = trip.origin_m + 0.5 * (x_m[:-1] + x_m[1:])
+    permil = gradients[np.searchsorted(gradients[:, 0], middle_m, side="right") - 1, 1]
+    n = len(x_m)
+    time, force, energy = np.empty(n), np.empty(n), np.empty(n)
+    regime = np.empty(n, dtype=np.int8)
+    air = np.full(n - 1, trip.train.davis_c_n_per_mps2)
+    _measure(train, x_m, w, trip.train.mass_kg * GRAVITY_MPS2 / 1000.0 * permil, air, time, force, energy, regime)
+    return Profile(trip.origin_m + x_m, np.sqrt(w), time, force, energy, regime)

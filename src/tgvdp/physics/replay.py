@@ -1,0 +1,240 @@
+"""The referee: drive the train again by the force law of a profile and compare.
+
+Nothing of the search is used: no arc, no cells, no mean forces. The line is looked up in the track itself, and the
+equation of motion is integrated with a fourth-order Runge–Kutta scheme in sub-steps that are graded towards the ends
+of each row and as short as its stiffness asks for:
+
+    dw/ds = 2·(F(v) − R(v) − G)/m_eff
+
+A row at full effort follows the effort limit: F(v) = θ·F_limit(v), with the θ that gives the row's mean effort. Any
+other row holds the commanded force, as far as the limit allows: F(v) = min(force_n, F_limit(v)).
+
+Each row starts from the claimed speed. Carried from row to row instead, an error of 10⁻⁶ in v² where a train begins to
+brake would grow to 10⁻³ of its top speed at the stop, which a driver corrects in passing. But nothing is given away:
+what the claimed speed at the end of a row is off in kinetic energy counts in full as an error of energy.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp._jit import kernel
+from tgvdp.constants import (
+    GRAVITY_MPS2,
+    REPLAY_EFFORT_PCT,
+    REPLAY_ENERGY_PCT,
+    REPLAY_OVERSPEED_RTOL,
+    REPLAY_SPEED_RTOL,
+    REPLAY_TIME_PCT,
+)
+from tgvdp.model.trip import Trip
+from tgvdp.physics.forces import KernelTrain, brake_at, effort_at, kernel_train, resistance_at
+from tgvdp.physics.profile import Profile
+
+_SUB_STEPS = 8
+_MOST_SUB_STEPS = 100_000
+#: A mean effort above this share of its mean limit is full effort.
+_FULL_EFFORT = 0.999
+#: Where two sides of a break are one position, relative to it.
+_SAME_POSITION = 1e-12
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the referee found.
+
+    Attributes
+    ----------
+    time_error_pct, energy_error_pct : float
+        Claimed minus replayed, where they differ most along the run, in percent of the replayed running time, and of
+        the replayed traction energy or of the kinetic energy at top speed if that is more.
+    overspeed_mps : float
+        Largest excess of the profile's speed over the limit, m/s.
+    effort_excess_pct : float
+        Largest excess of a row's mean effort over the mean effort limit along the row, or of its acceleration over
+        the comfort limit, in percent.
+    speed_error_mps : float
+        Largest difference between claimed and replayed speed at the end of a row, m/s.
+    ok : bool
+        Whether all are within the tolerances of `tgvdp.constants`, every break of the line is a row, and the run goes
+        from origin to destination with the speeds asked for.
+    """
+
+    time_error_pct: float
+    energy_error_pct: float
+    overspeed_mps: float
+    effort_excess_pct: float
+    speed_error_mps: float
+    ok: bool
+
+
+@kernel
+def _limit_at(train, braking, v):
+    return brake_at(train, v) if braking else effort_at(train.traction, v)
+
+
+@kernel
+def _mean_limit(train, braking, w0, w1):
+    """Mean of the effort limit along a row by the midpoint rule on 16 parts; v² is linear along it."""
+    total = 0.0
+    for j in range(16):
+        total += _limit_at(train, braking, np.sqrt(w0 + (w1 - w0) * (j + 0.5) / 16.0))
+    return total / 16.0
+
+
+@kernel
+def _force(train, force, lever, lo, hi, v):
+    """Effort at the wheel; the effort curve is looked up within the row's speeds lo..hi, not beyond a jump there."""
+    inside = min(max(v, lo), hi)
+    braking = force < 0.0
+    if lever >= _FULL_EFFORT:
+        effort = lever * _limit_at(train, braking, inside)
+    else:
+        effort = min(abs(force), _limit_at(train, braking, inside))
+    return -effort if braking else effort
+
+
+@kernel
+def _slope(train, force, lever, lo, hi, grade, air, w):
+    v = np.sqrt(max(w, 0.0))
+    effort = _force(train, force, lever, lo, hi, v)
+    return 2.0 * (effort - resistance_at(train, air, v) - grade) / train.inertia_kg, effort
+
+
+@kernel
+def _sub_steps(train, force, lever, lo, hi, grade, air, d, w):
+    """Sub-steps of a row: more where d·∂(dw/ds)/∂w is large, for the scheme is only stable for steps below 2.7."""
+    nearby = 0.999 * w
+    if nearby <= 0.0:
+        return _SUB_STEPS
+    here = _slope(train, force, lever, 0.0, hi, grade, air, w)[0]
+    there = _slope(train, force, lever, 0.0, hi, grade, air, nearby)[0]
+    return int(min(_SUB_STEPS + 2.0 * d * abs(here - there) / (w - nearby), _MOST_SUB_STEPS))
+
+
+@kernel
+def _replay_kernel(train, x, speed, force, grade, air, time, energy):
+    """Replay all rows; cumulative time and energy in place; returns effort excess and speed error."""
+    excess = -1.0
+    speed_error = 0.0
+    time[0] = 0.0
+    energy[0] = 0.0
+    for i in range(x.shape[0] - 1):
+        d = x[i + 1] - x[i]
+        w0 = speed[i] * speed[i]
+        w1 = speed[i + 1] * speed[i + 1]
+        limit = _mean_limit(train, force[i] < 0.0, w0, w1)
+        lever = abs(force[i]) / limit if limit > 0.0 else (0.0 if force[i] == 0.0 else np.inf)
+        acceleration = 0.5 * (w1 - w0) / d
+        excess = max(
+            excess, lever - 1.0, acceleration / train.max_acceleration - 1.0, -acceleration / train.max_deceleration - 1.0
+        )
+        if lever == np.inf:
+            return excess, np.inf
+        nudge = 1e-9 * abs(speed[i + 1] - speed[i])
+        lo = min(speed[i], speed[i + 1]) + nudge
+        hi = max(speed[i], speed[i + 1]) - nudge
+        law = (train, force[i], lever, lo, hi, grade[i], air[i])
+        w = w0
+        seconds = 0.0
+        work = 0.0
+        done = 0.0
+        count = _sub_steps(*law, d, max(w0, w1))
+        for j in range(count):
+            u = (j + 1.0) / count
+            end = d * u * u * (3.0 - 2.0 * u)
+            h = end - done
+            k1, f1 = _slope(*law, w)
+            k2, f2 = _slope(*law, w + 0.5 * h * k1)
+            k3, f3 = _slope(*law, w + 0.5 * h * k2)
+            k4, f4 = _slope(*law, w + h * k3)
+            after = w + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+            if after > 0.0:
+                seconds += 2.0 * h / (np.sqrt(max(w, 0.0)) + np.sqrt(after))
+            elif w > 0.0:  # it stops within this sub-step; a w below 0 is the energy that it lacks
+                seconds += 2.0 * h * w / (w - after) / np.sqrt(w)
+            work += h / 6.0 * (max(f1, 0.0) + 2.0 * max(f2, 0.0) + 2.0 * max(f3, 0.0) + max(f4, 0.0))
+            w = after
+            done = end
+        time[i + 1] = time[i] + seconds
+        energy[i + 1] = energy[i] + work + 0.5 * train.inertia_kg * abs(w1 - w)
+        speed_error = max(speed_error, abs(np.sqrt(max(w, 0.0)) - speed[i + 1]))
+    return excess, speed_error
+
+
+def _step_at(rows: tuple[tuple[float, float], ...], at_m: NDArray[np.float64], side: str) -> NDArray[np.float64]:
+    table = np.array(rows, dtype=np.float64)
+    index = np.searchsorted(table[:, 0], at_m, side=side) - 1  # type: ignore[call-overload]
+    return np.asarray(table[np.maximum(index, 0), 1])
+
+
+def _largest(differences: NDArray[np.float64]) -> float:
+    return float(differences[np.argmax(np.abs(differences))])
+
+
+def _covers(trip: Trip, profile: Profile) -> bool:
+    """Whether the rows go forward from origin to destination, and a row ends at every break of the line."""
+    x = profile.position_m
+    same = _SAME_POSITION * max(trip.destination_m, 1e-300)
+    top = float(profile.speed_mps.max())
+    ends = np.abs((x[0] - trip.origin_m, x[-1] - trip.destination_m))
+    speeds = np.abs((profile.speed_mps[0] - trip.start_speed_mps, profile.speed_mps[-1] - trip.end_speed_mps))
+    if not ((np.diff(x) > 0.0).all() and (ends <= same).all() and (speeds <= REPLAY_OVERSPEED_RTOL * top).all()):
+        return False
+    rows = (*trip.track.speed_limits, *trip.track.gradients)
+    breaks = np.array([row.position_m for row in rows if trip.origin_m < row.position_m < trip.destination_m])
+    after = np.searchsorted(x, breaks).clip(1, len(x) - 1)
+    return bool((np.minimum(np.abs(x[after - 1] - breaks), np.abs(x[after] - breaks)) <= same).all())
+
+
+def _overspeed(trip: Trip, profile: Profile) -> float:
+    """Largest excess over the limit, m/s; v² is linear along a row, so its ends are enough."""
+    x = profile.position_m
+    middle_m = 0.5 * (x[:-1] + x[1:])
+    limit = np.minimum(_step_at(trip.track.speed_limits, middle_m, "right"), trip.train.max_speed_mps)
+    fastest = np.maximum(profile.speed_mps[:-1], profile.speed_mps[1:])
+    return max(0.0, float(np.max(fastest - limit)))
+
+
+def replay(trip: Trip, profile: Profile) -> Verdict:
+    """Drive a profile again and compare with what it claims.
+
+    Parameters
+    ----------
+    trip : Trip
+    profile : Profile
+
+    Returns
+    -------
+    Verdict
+        Errors are infinite where there is nothing to compare: a row of no length, or effort where there can be none.
+    """
+    train: KernelTrain = kernel_train(trip.train)
+    x = profile.position_m
+    middle_m = 0.5 * (x[:-1] + x[1:])
+    permil = _step_at(trip.track.gradients or ((0.0, 0.0),), middle_m, "right")
+    grade = trip.train.mass_kg * GRAVITY_MPS2 / 1000.0 * permil
+    air = np.full(len(middle_m), trip.train.davis_c_n_per_mps2)
+    numbers = (x, profile.speed_mps, profile.force_n, profile.time_s, profile.energy_j)
+    if not (all(np.isfinite(column).all() for column in numbers) and (np.diff(x) > 0.0).all()):
+        return Verdict(np.inf, np.inf, _overspeed(trip, profile), np.inf, np.inf, False)
+    time, energy = np.empty(len(x)), np.empty(len(x))
+    excess, speed_error = _replay_kernel(train, x, profile.speed_mps, profile.force_n, grade, air, time, energy)
+    overspeed = _overspeed(trip, profile)
+    excess_pct = max(0.0, 100.0 * excess)
+    if not np.isfinite(speed_error):
+        return Verdict(np.inf, np.inf, overspeed, excess_pct, np.inf, False)
+    top = float(profile.speed_mps.max())
+    kinetic = 0.5 * trip.train.inertia_kg * top**2
+    time_error = 100.0 * _largest(profile.time_s - time) / time[-1]
+    energy_error = 100.0 * _largest(profile.energy_j - energy) / max(energy[-1], kinetic)
+    ok = (
+        abs(time_error) <= REPLAY_TIME_PCT
+        and abs(energy_error) <= REPLAY_ENERGY_PCT
+        and overspeed <= REPLAY_OVERSPEED_RTOL * top
+        and excess_pct <= REPLAY_EFFORT_PCT
+        and speed_error <= REPLAY_SPEED_RTOL * top
+        and _covers(trip, profile)
+    )
+    return Verdict(float(time_error), float(energy_error), overspeed, excess_pct, float(speed_error), bool(ok))
