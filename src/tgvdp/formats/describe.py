@@ -1,0 +1,153 @@
+"""What a file holds, in the figures that a railway engineer checks first."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from tgvdp.formats.detect import Scenario, load_scenario
+from tgvdp.formats.sources import Source
+from tgvdp.model.effort import EffortCurve
+from tgvdp.model.track import Track
+from tgvdp.model.train import Train
+from tgvdp.units import KILO, mps_to_kmh
+
+_SPEEDS = 2001  # at which the largest power is looked for
+
+
+class Figure(NamedTuple):
+    """One headline figure; the value is text where it is a range or a name."""
+
+    name: str
+    value: float | str
+    unit: str
+
+    def __str__(self) -> str:
+        value = self.value if isinstance(self.value, str) else f"{self.value:.6g}"
+        return f"{value} {self.unit}".strip()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Description:
+    """What a file holds.
+
+    Attributes
+    ----------
+    kind : str
+        "train", "track", "scenario" (both) or "run options".
+    format : str
+        "native" or "TTOBench".
+    name : str
+    figures : tuple of Figure
+        Headline figures: of the train, then of the track, then the run options.
+    notes : tuple of str
+        Sources, doubts, and what was read but is not used.
+    """
+
+    kind: str
+    format: str
+    name: str
+    figures: tuple[Figure, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def headline(self) -> str:
+        """One line of figures, for lists."""
+        return ", ".join(f"{figure.name} {figure}" for figure in self.figures)
+
+    def __str__(self) -> str:
+        """Several lines, for the terminal."""
+        width = max((len(figure.name) for figure in self.figures), default=0)
+        lines = [f"{self.kind} {self.name} ({self.format})"]
+        lines += [f"  {figure.name:<{width}}  {figure}" for figure in self.figures]
+        lines += [f"  note: {note}" for note in self.notes]
+        return "\n".join(lines)
+
+
+def describe_file(path_or_name: Source) -> Description:
+    """Say what a file, or a name of the catalog, holds.
+
+    Raises
+    ------
+    InputError
+        When it cannot be read or is wrong.
+    """
+    return describe(load_scenario(path_or_name))
+
+
+def describe(scenario: Scenario) -> Description:
+    """Describe what has been loaded."""
+    figures: list[Figure] = []
+    notes: list[str] = []
+    parts = [part for part in (scenario.train, scenario.track) if part is not None]
+    for part in parts:
+        if len(parts) > 1:
+            figures.append(Figure("train" if isinstance(part, Train) else "track", part.name, ""))
+        figures += _train_figures(part) if isinstance(part, Train) else _track_figures(part)
+        notes += part.notes
+    figures += [Figure(f"run {name}", str(value), "") for name, value in scenario.options.items()]
+    kinds = {0: "run options", 1: "train" if scenario.train else "track", 2: "scenario"}
+    return Description(
+        kind=kinds[len(parts)],
+        format=scenario.format,
+        name=scenario.name,
+        figures=tuple(figures),
+        notes=tuple(notes),
+    )
+
+
+def _train_figures(train: Train) -> Iterator[Figure]:
+    start_n = train.traction.effort_n(0.0)
+    start_mps2 = min((start_n - train.davis_a_n) / train.inertia_kg, train.max_acceleration_mps2)
+    yield Figure("mass", train.mass_kg / KILO, "t")
+    yield Figure("rotating mass factor", train.rotating_mass_factor, "")
+    if train.length_m:
+        yield Figure("length", train.length_m, "m")
+    if math.isfinite(train.max_speed_mps):
+        power_w = _largest_power_w(train.traction, train.max_speed_mps)
+        yield Figure("top speed", mps_to_kmh(train.max_speed_mps), "km/h")
+        yield Figure("power at the wheel", power_w / KILO, "kW")
+        yield Figure("power to mass", power_w / train.mass_kg, "W/kg")
+        yield Figure("resistance at top speed", train.resistance_n(train.max_speed_mps) / KILO, "kN")
+    yield Figure("starting effort", start_n / KILO, "kN")
+    yield Figure("starting acceleration", start_mps2, "m/s²")
+    yield Figure("friction brake", train.friction_brake_n / KILO, "kN")
+
+
+def _largest_power_w(curve: EffortCurve, top_mps: float) -> float:
+    """Largest effort times speed up to the top speed, W; looked for on a fine grid and at the curve's breaks."""
+    speeds_mps = [piece.from_mps for piece in curve.pieces if piece.from_mps <= top_mps]
+    speeds_mps += np.linspace(0.0, top_mps, _SPEEDS).tolist()
+    return max(curve.effort_n(speed_mps) * speed_mps for speed_mps in speeds_mps)
+
+
+def _track_figures(track: Track) -> Iterator[Figure]:
+    limits_kmh = [mps_to_kmh(row.speed_mps) for row in track.speed_limits]
+    yield Figure("length", track.length_m / KILO, "km")
+    yield Figure("stops", float(len(track.stops_m)), "")
+    yield Figure("speed limits", f"{len(limits_kmh)}, {_range(limits_kmh)}", "km/h")
+    if track.gradients:
+        permil = [row.gradient_permil for row in track.gradients]
+        yield Figure("gradients", f"{len(permil)}, {_range(permil)}", "‰")
+        yield Figure("net height", _net_height_m(track), "m")
+    if track.curves:
+        radii_m = [abs(radius_m) for row in track.curves for radius_m in row[1:]]
+        yield Figure("curves", f"{len(track.curves)}, tightest {min(radii_m):.6g}", "m")
+    if track.tunnels:
+        total_m = sum(tunnel.length_m for tunnel in track.tunnels)
+        yield Figure("tunnels", f"{len(track.tunnels)}, together {total_m:.6g}", "m")
+
+
+def _range(values: list[float]) -> str:
+    low, high = f"{min(values):.6g}", f"{max(values):.6g}"
+    return low if low == high else f"{low} to {high}"
+
+
+def _net_height_m(track: Track) -> float:
+    ends_m = [*(row.position_m for row in track.gradients[1:]), track.length_m]
+    return sum(
+        (end_m - row.position_m) * row.gradient_permil / KILO
+        for row, end_m in zip(track.gradients, ends_m, strict=True)
+    )

@@ -1,0 +1,106 @@
+"""From a tree of values to typed structs, with errors that name the file, the field and the value."""
+
+import re
+from collections.abc import Sequence
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, TypeVar, get_args, get_origin
+
+import msgspec
+
+from tgvdp.formats.reading import bad, field_text, shown
+
+T = TypeVar("T")
+
+_FEW = 8
+
+_WORDS = {
+    "float": "a number",
+    "int": "a whole number",
+    "str": "text",
+    "bool": "true or false",
+    "array": "a list",
+    "object": "a table",
+    "null": "null",
+}
+
+
+def decode(path: Path, tree: Any, kind: type[T]) -> T:
+    """Turn a tree into a struct; unknown, missing and mistyped fields are `InputError`."""
+    try:
+        return msgspec.convert(tree, kind)
+    except msgspec.ValidationError as error:
+        text, _, place = str(error).partition(" - at `$")
+        at, value = _locate(tree, place.rstrip("`"))
+        raise bad(path, _explain(text, at, value, kind)) from None
+
+
+def suggestion(name: str, known: Sequence[str]) -> str:
+    """Return ``, did you mean 'x'?`` for the nearest known name, or else the known ones where they are few."""
+    near = get_close_matches(name.lower(), known, n=1, cutoff=0.6)
+    if near:
+        return f", did you mean {near[0]!r}?"
+    return f"; known: {', '.join(known)}" if len(known) <= _FEW else ""
+
+
+def _explain(text: str, at: tuple[str | int, ...], value: Any, kind: Any) -> str:
+    where = f"{field_text(at)}: " if at else ""
+    name = "".join(re.findall(r"field `(.*)`", text))
+    if text.startswith("Object contains unknown field"):
+        return f"{where}unknown field {shown(name)}{suggestion(name, _fields_at(kind, at))}"
+    if text.startswith("Object missing required field"):
+        return f"{where}missing field {shown(name)}"
+    expected = re.match(r"Expected (.*?)(, got .*)?$", text)
+    if expected is None:
+        return f"{where}{text[0].lower()}{text[1:]}, got {shown(value)}"
+    wanted = re.sub(r"`([^`]*)`", lambda types: _words(types[1]), expected[1])
+    if wanted.startswith("a list of length") and isinstance(value, list):
+        return f"{where}must be {wanted}, got {len(value)} values"
+    return f"{where}must be {wanted}, got {shown(value)}"
+
+
+def _words(types: str) -> str:
+    return " or ".join(_WORDS.get(name, name) for name in types.split(" | "))
+
+
+def _locate(tree: Any, place: str) -> tuple[tuple[str | int, ...], Any]:
+    """Follow msgspec's path (``.speed limits.values[3]``; keys are not quoted) into the tree."""
+    at: list[str | int] = []
+    value = tree
+    while place:
+        if isinstance(value, list):
+            index, _, place = place[1:].partition("]")
+            step: str | int = int(index)
+        else:
+            # A key may itself hold dots or brackets: the longest one that fits is meant.
+            fits = [key for key in value if place[1:].startswith(key)] if isinstance(value, dict) else []
+            if not fits:
+                break
+            key = max(fits, key=len)
+            place = place[1 + len(key) :]
+            step = key
+        at.append(step)
+        value = value[step]
+    return tuple(at), value
+
+
+def _fields_at(kind: Any, at: tuple[str | int, ...]) -> list[str]:
+    """Names of the fields of the struct at a place in a typed tree."""
+    kinds = _alternatives(kind)
+    for step in at:
+        below: list[Any] = []
+        for one in kinds:
+            if isinstance(step, int):
+                below += [part for part in get_args(one) if get_origin(one) in (list, tuple)]
+            elif _is_struct(one):
+                below += [field.type for field in msgspec.structs.fields(one) if field.encode_name == step]
+        kinds = [alternative for part in below for alternative in _alternatives(part)]
+    return [field.encode_name for one in kinds if _is_struct(one) for field in msgspec.structs.fields(one)]
+
+
+def _alternatives(kind: Any) -> list[Any]:
+    return [kind] if get_origin(kind) in (list, tuple) or _is_struct(kind) else list(get_args(kind))
+
+
+def _is_struct(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, msgspec.Struct)

@@ -1,0 +1,1 @@
+"""What the problem is: frozen, self-validating descriptions in SI units; no files, no algorithms."""

@@ -1,0 +1,106 @@
+"""Checks that the self-validating model classes share; errors name the owner, the field, the value and its unit."""
+
+import math
+from collections.abc import Iterable, Sequence
+from numbers import Real
+from typing import Any, NamedTuple, TypeVar
+
+from tgvdp.errors import InputError
+
+#: Products of a few quantities must stay far from overflow and underflow; no train or toy comes near these.
+LARGEST = 1e18
+SMALLEST = 1e-18
+
+#: Rounding slack where two published decimals must add up, such as a tunnel's end and the line's.
+SUM_RTOL = 1e-9
+
+_LONGEST_TEXT = 500
+
+Row = TypeVar("Row", bound=NamedTuple)
+
+
+def require_number(
+    owner: str,
+    field: str,
+    value: Any,
+    unit: str,
+    *,
+    above: float | None = None,
+    at_least: float | None = None,
+    infinite_ok: bool = False,
+) -> float:
+    """Return ``value`` as a float.
+
+    Raises
+    ------
+    InputError
+        Unless it is a real number within the given bounds, and its magnitude one that arithmetic survives.
+    """
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise InputError(f"{owner}: {field} must be a number in {unit}, got {value!r:.60}")
+    try:
+        number = float(value)
+    except OverflowError:
+        raise InputError(f"{owner}: {field} must be within ±{LARGEST:g} {unit}, got more than 1e308") from None
+    if math.isnan(number) or (math.isinf(number) and not infinite_ok):
+        raise InputError(f"{owner}: {field} must be finite, got {number} {unit}")
+    if above is not None and not number > above:
+        raise InputError(f"{owner}: {field} must be above {above:.12g} {unit}, got {number:.12g} {unit}")
+    if at_least is not None and not number >= at_least:
+        raise InputError(f"{owner}: {field} must be at least {at_least:.12g} {unit}, got {number:.12g} {unit}")
+    if math.isfinite(number) and abs(number) > LARGEST:
+        raise InputError(f"{owner}: {field} must be within ±{LARGEST:g} {unit}, got {number:.12g} {unit}")
+    if above == 0.0 and number < SMALLEST:
+        raise InputError(f"{owner}: {field} must be at least {SMALLEST:g} {unit}, got {number:.12g} {unit}")
+    return number
+
+
+def require_text(owner: str, field: str, value: Any) -> str:
+    """Return ``value``; raise `InputError` unless it is one line of printable text."""
+    if not isinstance(value, str) or not value.strip() or not value.isprintable() or len(value) > _LONGEST_TEXT:
+        raise InputError(
+            f"{owner}: {field} must be one line of printable text (at most {_LONGEST_TEXT} characters), "
+            f"got {value!r:.60}"
+        )
+    return value
+
+
+def require_notes(owner: str, notes: Any) -> tuple[str, ...]:
+    """Return notes as a tuple of single lines; raise `InputError` for anything else."""
+    if isinstance(notes, str) or not isinstance(notes, Iterable):
+        raise InputError(f"{owner}: notes must be a list of texts, got {notes!r:.60}")
+    return tuple(require_text(owner, f"notes[{index}]", note) for index, note in enumerate(notes))
+
+
+def require_rows(owner: str, field: str, rows: Any, row_type: type[Row]) -> tuple[Row, ...]:
+    """Return rows as named tuples; raise `InputError` where one has the wrong number of columns."""
+    columns = ", ".join(row_type._fields)
+    if isinstance(rows, str) or not isinstance(rows, Iterable):
+        raise InputError(f"{owner}: {field} must be a list of ({columns}), got {rows!r:.60}")
+    made = []
+    for index, row in enumerate(rows):
+        if isinstance(row, str) or not isinstance(row, Iterable):
+            raise InputError(f"{owner}: {field}[{index}] must be ({columns}), got {row!r:.60}")
+        values = tuple(row)
+        if len(values) != len(row_type._fields):
+            raise InputError(f"{owner}: {field}[{index}] must be ({columns}), got {len(values)} values")
+        made.append(row_type(*values))
+    return tuple(made)
+
+
+def require_increasing(owner: str, field: str, positions_m: Sequence[float], length_m: float) -> None:
+    """Raise `InputError` unless positions start at 0, increase strictly and stay below the line's length."""
+    for index, position_m in enumerate(positions_m):
+        require_number(owner, f"{field}[{index}].position", position_m, "m", at_least=0.0)
+        if index == 0 and position_m != 0.0:
+            raise InputError(f"{owner}: {field} must start at 0 m, got {position_m:.12g} m")
+        if index > 0 and not position_m > positions_m[index - 1]:
+            raise InputError(
+                f"{owner}: {field}[{index}].position must increase, "
+                f"got {position_m:.12g} m after {positions_m[index - 1]:.12g} m"
+            )
+        if position_m >= length_m:
+            raise InputError(
+                f"{owner}: {field}[{index}].position must be below the line's length {length_m:.12g} m, "
+                f"got {position_m:.12g} m"
+            )

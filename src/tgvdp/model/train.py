@@ -1,0 +1,116 @@
+"""The train: mass, running resistance, effort and comfort limits."""
+
+import math
+from dataclasses import dataclass, field
+
+from tgvdp.errors import InputError
+from tgvdp.model.checks import require_notes, require_number, require_text
+from tgvdp.model.effort import EffortCurve
+
+_NO_BRAKE = EffortCurve.from_caps(0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Train:
+    """A train in SI units, checked when it is made.
+
+    Parameters
+    ----------
+    mass_kg : float
+        Static mass, which gravity acts on.
+    traction : EffortCurve
+        Largest traction effort at the wheel.
+    braking : EffortCurve
+        Largest effort of the dynamic (electric) brake, positive.
+    friction_brake_n : float
+        Effort of the friction brake, on top of the dynamic brake.
+    rotating_mass_factor : float
+        Inertia over mass, at least 1: ``m_eff = mass_kg · rotating_mass_factor``.
+    length_m : float
+        Length of the train.
+    davis_a_n, davis_b_n_per_mps, davis_c_n_per_mps2 : float
+        Davis resistance ``A + B·v + C·v²`` on straight level track in the open.
+    max_acceleration_mps2, max_deceleration_mps2 : float
+        Comfort limits on dv/dt, both positive; infinite means none.
+    max_speed_mps : float
+        Top speed; infinite means none.
+    traction_efficiency, regeneration_efficiency : float
+        Pantograph to wheel and wheel to pantograph, 0..1.
+    name : str
+        For people.
+    notes : tuple of str
+        Sources and doubts, shown by the catalog and on validation.
+
+    Raises
+    ------
+    InputError
+        When a value is not finite or out of range, when an effort is negative below the top speed, or when the
+        train has no traction at standstill. Whether it can climb or stop on a given line shows in the search.
+    """
+
+    mass_kg: float
+    traction: EffortCurve
+    braking: EffortCurve = _NO_BRAKE
+    friction_brake_n: float = 0.0
+    rotating_mass_factor: float = 1.0
+    length_m: float = 0.0
+    davis_a_n: float = 0.0
+    davis_b_n_per_mps: float = 0.0
+    davis_c_n_per_mps2: float = 0.0
+    max_acceleration_mps2: float = math.inf
+    max_deceleration_mps2: float = math.inf
+    max_speed_mps: float = math.inf
+    traction_efficiency: float = 1.0
+    regeneration_efficiency: float = 0.0
+    name: str = "train"
+    notes: tuple[str, ...] = field(default=(), compare=False)
+
+    def __post_init__(self) -> None:
+        owner = f"train {require_text('train', 'name', self.name)}"
+        object.__setattr__(self, "notes", require_notes(owner, self.notes))
+        self._set_numbers(owner, "kg", "mass_kg", above=0.0)
+        self._set_numbers(owner, "-", "rotating_mass_factor", at_least=1.0)
+        self._set_numbers(owner, "m", "length_m", at_least=0.0)
+        self._set_numbers(owner, "N", "friction_brake_n", "davis_a_n", at_least=0.0)
+        self._set_numbers(owner, "N/(m/s)", "davis_b_n_per_mps", at_least=0.0)
+        self._set_numbers(owner, "N/(m/s)²", "davis_c_n_per_mps2", at_least=0.0)
+        self._set_numbers(owner, "m/s²", "max_acceleration_mps2", "max_deceleration_mps2", above=0.0, infinite_ok=True)
+        self._set_numbers(owner, "m/s", "max_speed_mps", above=0.0, infinite_ok=True)
+        self._set_numbers(owner, "-", "traction_efficiency", above=0.0)
+        self._set_numbers(owner, "-", "regeneration_efficiency", at_least=0.0)
+        for name in ("traction_efficiency", "regeneration_efficiency"):
+            if getattr(self, name) > 1.0:
+                raise InputError(f"{owner}: {name} must be at most 1, got {getattr(self, name):g}")
+        for name in ("traction", "braking"):
+            curve = getattr(self, name)
+            if not isinstance(curve, EffortCurve):
+                raise InputError(f"{owner}: {name} must be an EffortCurve, got {curve!r:.60}")
+            if math.isfinite(self.max_speed_mps):
+                curve.require_not_negative(f"{owner}: {name}", self.max_speed_mps)
+        if self.traction.effort_n(0.0) <= 0.0:
+            raise InputError(f"{owner}: traction must be above 0 N at standstill")
+
+    def _set_numbers(
+        self,
+        owner: str,
+        unit: str,
+        *names: str,
+        above: float | None = None,
+        at_least: float | None = None,
+        infinite_ok: bool = False,
+    ) -> None:
+        """Check numbers and store them as floats, whatever kind of number they were given as."""
+        for name in names:
+            value = require_number(
+                owner, name, getattr(self, name), unit, above=above, at_least=at_least, infinite_ok=infinite_ok
+            )
+            object.__setattr__(self, name, value)
+
+    @property
+    def inertia_kg(self) -> float:
+        """Mass that accelerates: static mass times the rotating mass factor."""
+        return self.mass_kg * self.rotating_mass_factor
+
+    def resistance_n(self, speed_mps: float) -> float:
+        """Davis resistance at a speed, N."""
+        return self.davis_a_n + speed_mps * (self.davis_b_n_per_mps + speed_mps * self.davis_c_n_per_mps2)

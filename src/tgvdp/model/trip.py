@@ -1,0 +1,57 @@
+"""One run to be planned: a train, a line, where it starts and ends, and at which speeds."""
+
+from dataclasses import dataclass
+
+from tgvdp.errors import InputError
+from tgvdp.model.checks import require_number
+from tgvdp.model.track import Track
+from tgvdp.model.train import Train
+
+_UNITS = {"origin_m": "m", "destination_m": "m", "start_speed_mps": "m/s", "end_speed_mps": "m/s"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trip:
+    """A run from one position to another without intermediate stop.
+
+    Parameters
+    ----------
+    train : Train
+    track : Track
+    origin_m, destination_m : float
+        Positions on the track; the destination lies after the origin.
+    start_speed_mps, end_speed_mps : float
+        Speeds at the two ends, 0 for a stop.
+
+    Raises
+    ------
+    InputError
+        When positions lie outside the track or are out of order, or a speed is negative.
+    """
+
+    train: Train
+    track: Track
+    origin_m: float
+    destination_m: float
+    start_speed_mps: float = 0.0
+    end_speed_mps: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, unit in _UNITS.items():
+            value = require_number("trip", name, getattr(self, name), unit, at_least=0.0)
+            object.__setattr__(self, name, value)
+        if self.destination_m > self.track.length_m:
+            raise InputError(
+                f"trip: destination must lie within the line's {self.track.length_m:.12g} m, "
+                f"got {self.destination_m:.12g} m"
+            )
+        if not self.destination_m > self.origin_m:
+            raise InputError(
+                f"trip: destination must lie after the origin, "
+                f"got {self.destination_m:.12g} m after {self.origin_m:.12g} m"
+            )
+
+    @property
+    def distance_m(self) -> float:
+        """Distance from origin to destination, m."""
+        return self.destination_m - self.origin_m
