@@ -1,0 +1,1 @@
+"""Pareto fronts of running time against energy: what a search returns, whatever its method."""

@@ -1,0 +1,355 @@
+"""The lower bound for given costates: exact 1-D minima of the Hamiltonian, summed over cells.
+
+All quantities are per unit of inertia: f = F/m_eff the effort, ρ(v) = (A + G + B·v + C·v²)/m_eff the load, λ the price.
+For p linear over a cell of length d with slope p', every run satisfies
+
+    ∫ (f⁺ + λ/v) ds + Δ(p·w) = ∫ H ds,     H(s, v, f) = f⁺ + λ/v + p'·v² + 2p·(f − ρ(v))
+
+and f⁺ + 2p·f ≥ κ·M(v), where M is the largest traction (κ = 1 + 2p, p < −½), nothing (κ = 0, −½ ≤ p ≤ 0) or the
+largest braking effort (κ = −2p, p > 0). Every piece of M is P/v + c0 + c1·v + c2·v² + c3·v³, also where a comfort limit
+on the acceleration takes over, so that on each piece
+
+    H(v) ≥ a/v + b0 + b1·v + b2·v² + b3·v³,     v²·H' = −a + b1·v² + 2·b2·v³ + 3·b3·v⁴
+
+whose extremes are separated by the roots of b1 + 3·b2·v + 6·b3·v² = 0. For fixed (v, f) H is linear in s, so its
+minimum over them is concave in s, and the trapezoid of its values at the ends of the cell bounds the integral. The
+derivation and what is proven stand in docs/certificate.md.
+"""
+
+import math
+
+from tgvdp._jit import kernel, leaf
+
+#: Columns of a table of effort pieces: from_mps, P, c0, c1, c2, c3.
+PIECE_COLUMNS = 6
+
+_UNIT_ROUNDOFF = 2.0**-53
+#: Roundings in one evaluation of the Hamiltonian: coefficients and value, 40 at most; and a spare factor of 5.
+_ROUNDINGS = 200.0
+
+
+@leaf
+def piece_value(pieces, i, v):
+    """Value of piece ``i`` at v."""
+    hyperbolic = 0.0
+    if pieces[i, 1] != 0.0:
+        hyperbolic = pieces[i, 1] / v
+    return hyperbolic + pieces[i, 2] + v * (pieces[i, 3] + v * (pieces[i, 4] + v * pieces[i, 5]))
+
+
+@kernel
+def merge_comfort(table, extra_n, inertia_kg, comfort, r0, r1, r2, top_v, pieces):
+    """Pieces of min(effort, what the comfort limit allows), per unit of inertia, for speeds up to ``top_v``.
+
+    Parameters
+    ----------
+    table : (n, 6) float64
+        An effort curve.
+    extra_n : float
+        Constant effort on top of it, N.
+    inertia_kg : float
+    comfort : float
+        Acceleration limit, m/s²; may be infinite.
+    r0, r1, r2 : float
+        Load that adds to it: r0 + r1·v + r2·v², m/s².
+    top_v : float
+        Largest speed of interest, m/s.
+    pieces : (2n, 6) float64, modified in place
+
+    Returns
+    -------
+    int
+        Number of pieces. Both members of the minimum bound it from above, so that it does not matter for the validity
+        of the bound how well the point is found where one takes over from the other.
+    """
+    count = 0
+    for i in range(table.shape[0]):
+        lo = table[i, 0]
+        if lo > top_v:
+            break
+        hi = top_v
+        if i + 1 < table.shape[0]:
+            hi = min(top_v, table[i + 1, 0])
+        pieces[count, 0] = lo
+        for j in range(1, PIECE_COLUMNS):
+            pieces[count, j] = table[i, j] / inertia_kg
+        pieces[count, 2] += extra_n / inertia_kg
+        if comfort == math.inf:
+            count += 1
+            continue
+        over_lo = piece_value(pieces, count, lo) > comfort + r0 + lo * (r1 + lo * r2)
+        over_hi = piece_value(pieces, count, hi) > comfort + r0 + hi * (r1 + hi * r2)
+        a = lo
+        b = hi
+        if over_lo != over_hi:
+            for _ in range(48):
+                middle = 0.5 * (a + b)
+                if (piece_value(pieces, count, middle) > comfort + r0 + middle * (r1 + middle * r2)) == over_lo:
+                    a = middle
+                else:
+                    b = middle
+            for j in range(PIECE_COLUMNS):
+                pieces[count + 1, j] = pieces[count, j]
+            pieces[count + 1, 0] = b
+        limited = count if over_lo else count + 1
+        if over_lo or over_hi:
+            pieces[limited, 1] = 0.0
+            pieces[limited, 2] = comfort + r0
+            pieces[limited, 3] = r1
+            pieces[limited, 4] = r2
+            pieces[limited, 5] = 0.0
+        if over_lo and over_hi or not (over_lo or over_hi):
+            count += 1
+        else:
+            count += 2
+    return count
+
+
+@leaf
+def _value(a, b0, b1, b2, b3, v):
+    return a / v + b0 + v * (b1 + v * (b2 + v * b3))
+
+
+@leaf
+def _slope(a, b1, b2, b3, v):
+    """v² times the derivative of `_value`."""
+    return -a + v * v * (b1 + v * (2.0 * b2 + v * 3.0 * b3))
+
+
+@kernel
+def _interior_minimum(a, b0, b1, b2, b3, lo, hi):
+    """Lower bound of the minimum between ``lo`` and ``hi``, where `_slope` rises through its only root.
+
+    Newton's rule with bisection as its guard. The slope is monotone, hence |v²·H'| between the root and the last
+    point is at most its value g there: H at the root is at least H there − |g|·(width of the bracket)/(its lower end)².
+    """
+    v = 0.5 * (lo + hi)
+    if b1 == 0.0 and b3 == 0.0:
+        v = min(max((a / (2.0 * b2)) ** (1.0 / 3.0), lo), hi)
+    for _ in range(60):
+        g = _slope(a, b1, b2, b3, v)
+        if g < 0.0:
+            lo = v
+        else:
+            hi = v
+        curve = v * (2.0 * b1 + v * (6.0 * b2 + v * 12.0 * b3))
+        step = g / curve if curve > 0.0 else math.inf
+        if abs(step) <= 1e-9 * v:
+            break
+        v -= step
+        if not lo < v < hi:
+            v = 0.5 * (lo + hi)
+    below = v * (1.0 - 1e-8)
+    above = v * (1.0 + 1e-8)
+    if below > lo and _slope(a, b1, b2, b3, below) < 0.0:
+        lo = below
+    if above < hi and _slope(a, b1, b2, b3, above) > 0.0:
+        hi = above
+    g = abs(_slope(a, b1, b2, b3, v))
+    return _value(a, b0, b1, b2, b3, v) - g * (hi - lo) / (lo * lo), v
+
+
+@kernel
+def _least(a, b0, b1, b2, b3, lo, hi, best, at):
+    """Update the least value and where it is taken by those of a/v + b0 + b1·v + b2·v² + b3·v³ on [lo, hi]."""
+    # Term by term: most pieces cannot hold the least value.
+    rough = (
+        min(a / lo if lo > 0.0 else 0.0, a / hi) + b0 + min(b1 * lo, b1 * hi)
+        + min(b2 * lo * lo, b2 * hi * hi) + min(b3 * lo * lo * lo, b3 * hi * hi * hi)
+    )  # fmt: skip
+    if lo > 0.0 and rough > best + 1e-9 * abs(best):
+        return best, at
+    value = _value(a, b0, b1, b2, b3, hi)
+    if value < best:
+        best = value
+        at = hi
+    if lo > 0.0:
+        value = _value(a, b0, b1, b2, b3, lo)
+        if value < best:
+            best = value
+            at = lo
+    # Between the roots of b1 + 3·b2·v + 6·b3·v² the slope is monotone.
+    first = hi
+    second = hi
+    if b3 != 0.0:
+        discriminant = 9.0 * b2 * b2 - 24.0 * b1 * b3
+        if discriminant > 0.0:
+            q = -0.5 * (3.0 * b2 + math.copysign(math.sqrt(discriminant), b2))
+            first = min(q / (6.0 * b3), b1 / q) if q != 0.0 else 0.0
+            second = max(q / (6.0 * b3), b1 / q) if q != 0.0 else 0.0
+    elif b2 != 0.0:
+        first = -b1 / (3.0 * b2)
+    first = min(max(first, lo), hi)
+    second = min(max(second, first), hi)
+    for part in range(3):
+        u = lo if part == 0 else (first if part == 1 else second)
+        v = first if part == 0 else (second if part == 1 else hi)
+        if v <= u:
+            continue
+        if u == 0.0:  # the slope is −a < 0 there
+            u = v
+            while _slope(a, b1, b2, b3, u) >= 0.0:
+                u *= 0.5
+            if u == v:
+                continue
+            v = 2.0 * u
+        if _slope(a, b1, b2, b3, u) < 0.0 < _slope(a, b1, b2, b3, v):
+            value, where = _interior_minimum(a, b0, b1, b2, b3, u, v)
+            if value < best:
+                best = value
+                at = where
+    return best, at
+
+
+@kernel
+def least_hamiltonian(pull, pulls, brake, brakes, r0, r1, r2, price, p, p_s, top_v):
+    """Lower bound of the least H over all speeds up to ``top_v``, and a bound of its rounding error in units of 2⁻⁵³.
+
+    ``pull`` and ``brake`` are the first ``pulls`` and ``brakes`` rows of tables made by `merge_comfort`.
+    """
+    best = math.inf
+    at = top_v
+    kappa = 0.0
+    b0 = -2.0 * p * r0
+    b1 = -2.0 * p * r1
+    b2 = p_s - 2.0 * p * r2
+    if -0.5 <= p <= 0.0:
+        best, at = _least(price, b0, b1, b2, 0.0, 0.0, top_v, best, at)
+        effort = 0.0
+    else:
+        kappa = 1.0 + 2.0 * p if p < 0.0 else -2.0 * p
+        table = pull if p < 0.0 else brake
+        n = pulls if p < 0.0 else brakes
+        for i in range(n - 1, -1, -1):
+            hi = top_v if i == n - 1 else table[i + 1, 0]
+            best, at = _least(
+                price + kappa * table[i, 1], b0 + kappa * table[i, 2], b1 + kappa * table[i, 3],
+                b2 + kappa * table[i, 4], kappa * table[i, 5], table[i, 0], hi, best, at,
+            )  # fmt: skip
+        i = n - 1
+        while i > 0 and table[i, 0] > at:
+            i -= 1
+        effort = abs(table[i, 1]) / at + abs(table[i, 2])
+        effort += at * (abs(table[i, 3]) + at * (abs(table[i, 4]) + at * abs(table[i, 5])))
+    size = price / at + abs(kappa) * effort + (abs(p_s) + 2.0 * abs(p) * r2) * at * at
+    size += 2.0 * abs(p) * (abs(r0) + r1 * at)
+    return best, _ROUNDINGS * size
+
+
+@kernel
+def _largest(pieces, n, v):
+    """Upper bound of a table of pieces over all speeds up to v, term by term on each piece."""
+    largest = -math.inf
+    for i in range(n):
+        lo = pieces[i, 0]
+        if lo > v:
+            break
+        hi = v
+        if i + 1 < n:
+            hi = min(v, pieces[i + 1, 0])
+        value = pieces[i, 2] + max(pieces[i, 3] * lo, pieces[i, 3] * hi)
+        value += max(pieces[i, 4] * lo * lo, pieces[i, 4] * hi * hi)
+        value += max(pieces[i, 5] * lo * lo * lo, pieces[i, 5] * hi * hi * hi)
+        if pieces[i, 1] != 0.0:
+            value += max(pieces[i, 1] / lo, pieces[i, 1] / hi)
+        largest = max(largest, value)
+    return largest
+
+
+@kernel
+def standstill_cell(pieces, n, load0, load1, load2, start, length, price, slope, top_w):
+    """Lower bound of time and work in a cell at whose one end the train stands, plus slope·w at the other end.
+
+    The gain of w per metre is at most 2·(M − load) on the way from a stop, 2·(M + load) before one (``start`` False):
+    call its bound 2g. Then w ≤ 2·g·x, the time is at least √(2d/g), and the work at least ½w + d·load(0).
+    """
+    w = min(top_w, 4.0 * length * (max(_largest(pieces, n, 0.0), 0.0) + abs(load0)))
+    while True:
+        v = math.sqrt(w)
+        gain = _largest(pieces, n, v)
+        gain += -load0 if start else load0 + v * (load1 + v * load2)
+        if gain <= 0.0:
+            return math.inf
+        if 2.0 * gain * length <= w or w >= top_w:
+            break
+        w = min(2.0 * w, top_w)
+    w = min(w, 2.0 * gain * length)
+    least = price * math.sqrt(2.0 * length / gain)
+    if start:
+        return least + min(0.0, (0.5 + slope) * w) + load0 * length
+    return least + min(0.0, slope * w)
+
+
+@kernel
+def bound_kernel(train, length, grade, air, cap, price, start_w, end_w, left, right, pull, brake, bound):
+    """Lower bound of E + λT, per unit of inertia.
+
+    Parameters
+    ----------
+    train : KernelTrain
+    length, grade, air : (K,) float64
+        Cells: length in m, grade force in N, coefficient of v² in N/(m/s)².
+    cap : (K,) float64
+        Squared speed that no run passes in the cell, m²/s².
+    price : float
+        λ per unit of inertia.
+    start_w, end_w : float
+        Squared speeds at the two ends, m²/s².
+    left, right : (K,) float64
+        Costate p at the two ends of each cell. It is free at a standstill.
+    pull, brake : (2n, 6) float64
+        Scratch for the pieces of the effort curves.
+    bound : (K,) float64, modified in place
+        Lower bound of ∫H over each cell, with the jump of p at its left end.
+
+    Returns
+    -------
+    total : float
+        The bound, boundary terms included.
+    error : float
+        Bound of its rounding error.
+    """
+    count = length.shape[0]
+    mass = train.inertia_kg
+    r1 = train.davis_b / mass
+    pulls = 0
+    brakes = 0
+    total = 0.0
+    sizes = 0.0
+    error = 0.0
+    for k in range(count):
+        r0 = (train.davis_a_n + grade[k]) / mass
+        r2 = air[k] / mass
+        top_v = math.sqrt(cap[k]) * (1.0 + 4.0 * _UNIT_ROUNDOFF)
+        if k == 0 or grade[k] != grade[k - 1] or air[k] != air[k - 1] or cap[k] != cap[k - 1]:
+            pulls = merge_comfort(train.traction, 0.0, mass, train.max_acceleration, r0, r1, r2, top_v, pull)
+            brakes = merge_comfort(
+                train.braking, train.friction_n, mass, train.max_deceleration, -r0, -r1, -r2, top_v, brake
+            )
+        d = length[k]
+        if k == 0 and start_w == 0.0:
+            bound[k] = standstill_cell(pull, pulls, r0, r1, r2, True, d, price, left[1], cap[k])
+            total += bound[k]
+            sizes += abs(bound[k]) * _ROUNDINGS
+            continue
+        jump = 0.0
+        if k == 0:
+            jump = left[0] * start_w
+        elif not (k == 1 and start_w == 0.0 or k == count - 1 and end_w == 0.0):
+            jump = min(0.0, left[k] - right[k - 1]) * min(cap[k - 1], cap[k])
+        if k == count - 1 and end_w == 0.0:
+            bound[k] = standstill_cell(brake, brakes, r0, r1, r2, False, d, price, -right[k - 1], cap[k])
+            total += bound[k]
+            sizes += abs(bound[k]) * _ROUNDINGS
+            continue
+        p_s = (right[k] - left[k]) / d
+        first, size0 = least_hamiltonian(pull, pulls, brake, brakes, r0, r1, r2, price, left[k], p_s, top_v)
+        second, size1 = least_hamiltonian(pull, pulls, brake, brakes, r0, r1, r2, price, right[k], p_s, top_v)
+        bound[k] = 0.5 * d * (first + second) + jump
+        total += bound[k]
+        sizes += abs(bound[k])
+        error += 0.5 * d * (size0 + size1) + 4.0 * abs(jump)
+        if k == count - 1:
+            total -= right[k] * end_w
+            error += 4.0 * abs(right[k] * end_w)
+    return total, (error + (count + 4.0) * sizes) * _UNIT_ROUNDOFF

@@ -1,0 +1,45 @@
+"""What people and scripts get to read: tables, pictures, and the provenance that each file carries.
+
+Nothing is imported until it is used, so that a program that only writes JSON never loads matplotlib.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from tgvdp.report.files import check_writable as check_writable
+    from tgvdp.report.fronts import plot_front as plot_front
+    from tgvdp.report.fronts import plot_metric as plot_metric
+    from tgvdp.report.provenance import make_provenance as make_provenance
+    from tgvdp.report.results import write_results as write_results
+    from tgvdp.report.runs import plot_profile as plot_profile
+    from tgvdp.report.runs import plot_speed_curve as plot_speed_curve
+    from tgvdp.report.tables import result_object as result_object
+
+_HOME = {
+    "check_writable": "files",
+    "make_provenance": "provenance",
+    "plot_front": "fronts",
+    "plot_metric": "fronts",
+    "plot_profile": "runs",
+    "plot_speed_curve": "runs",
+    "result_object": "tables",
+    "write_results": "results",
+}
+
+__all__ = [
+    "check_writable",
+    "make_provenance",
+    "plot_front",
+    "plot_metric",
+    "plot_profile",
+    "plot_speed_curve",
+    "result_object",
+    "write_results",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

@@ -1,0 +1,68 @@
+"""Files that are either whole or absent."""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from tgvdp.errors import InputError
+
+
+def check_writable(folder: str | os.PathLike[str]) -> None:
+    """Find out before a long run whether results can be written into a folder; leaves no trace.
+
+    Raises
+    ------
+    InputError
+        When the folder, or the nearest folder above it that exists, cannot be written.
+    """
+    path = Path(folder).absolute()
+    existing = next(candidate for candidate in (path, *path.parents) if os.path.lexists(candidate))
+    if not existing.is_dir():
+        raise InputError(f"{folder}: cannot be written: {existing} is not a folder")
+    if not os.access(existing, os.W_OK | os.X_OK):
+        raise InputError(f"{folder}: cannot be written: no permission in {existing}")
+
+
+def write_files(folder: str | os.PathLike[str], contents: Mapping[str, bytes]) -> list[Path]:
+    """Write files into a folder, which is made when absent, each by an atomic replacement.
+
+    All are written beside their destination before the first one is replaced, so that a full disk or an interruption
+    leaves the folder as it was.
+
+    Parameters
+    ----------
+    folder : path
+    contents : mapping of file name to bytes
+
+    Returns
+    -------
+    list of Path
+
+    Raises
+    ------
+    InputError
+        When the folder or a file cannot be written.
+    """
+    home = Path(folder)
+    targets = [home / name for name in contents]
+    drafts = [home / f".{name}.{os.getpid()}.tmp" for name in contents]
+    try:
+        home.mkdir(parents=True, exist_ok=True)
+        for draft, content in zip(drafts, contents.values(), strict=True):
+            draft.write_bytes(content)
+        for draft, target in zip(drafts, targets, strict=True):
+            os.replace(draft, target)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from error
+    finally:
+        _remove(drafts)
+    return targets
+
+
+def _remove(drafts: list[Path]) -> None:
+    """Remove what an error left behind; a folder that is out of reach holds no drafts."""
+    for draft in drafts:
+        try:
+            draft.unlink()
+        except OSError:
+            continue

@@ -1,0 +1,88 @@
+"""Where a result comes from: version, options, hashes of the inputs, machine, elapsed and calendar time."""
+
+import datetime
+import hashlib
+import json
+import os
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from tgvdp import __version__
+from tgvdp.errors import InputError
+from tgvdp.model.track import Track
+from tgvdp.model.train import Train
+from tgvdp.report.plain import plain
+
+
+def make_provenance(
+    options: Mapping[str, Any], inputs: Mapping[str, str | os.PathLike[str] | Train | Track], elapsed_s: float
+) -> dict[str, Any]:
+    """Describe how a result was made, as values that JSON can hold.
+
+    Parameters
+    ----------
+    options : mapping
+        Every option of the run, defaults included.
+    inputs : mapping of str to path, Train or Track
+        What was read, by role (``"train"``, ``"track"``). A file is hashed byte by byte and named without its folder;
+        a train or track that was built in memory or came from the catalog is hashed by its values.
+    elapsed_s : float
+        Duration of the run, s.
+
+    Raises
+    ------
+    InputError
+        When an input file cannot be read.
+    """
+    return {
+        "tgvdp": __version__,
+        "python": platform.python_version(),
+        "numpy": _version_of("numpy"),
+        "numba": _version_of("numba"),
+        "options": plain(options),
+        "inputs": {role: _fingerprint(source) for role, source in inputs.items()},
+        "machine": {"platform": platform.platform(), "processor": _processor(), "cores": _usable_cores()},
+        "elapsed_s": plain(elapsed_s),
+        "utc": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+    }
+
+
+def _version_of(package: str) -> str:
+    """Version from the installed metadata: asking the package itself would import it."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def _fingerprint(source: str | os.PathLike[str] | Train | Track) -> dict[str, str]:
+    if isinstance(source, Train | Track):
+        content = json.dumps(asdict(source), sort_keys=True).encode()
+        return {"name": source.name, "sha256": hashlib.sha256(content).hexdigest()}
+    path = Path(source)
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
+    return {"file": path.name, "sha256": hashlib.sha256(content).hexdigest()}
+
+
+def _processor() -> str:
+    """Name of the processor; Linux tells it only in /proc."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
+
+
+def _usable_cores() -> int:
+    """Cores that this process may use, which containers often restrict."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

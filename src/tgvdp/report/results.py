@@ -1,0 +1,92 @@
+"""The results folder of a search: result.json, two CSV tables, four pictures and provenance.json."""
+
+import hashlib
+import io
+import json
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tgvdp.report.files import write_files
+from tgvdp.report.plain import plain
+from tgvdp.report.tables import front_csv, profiles_csv, result_object
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from tgvdp.api import SearchResult
+    from tgvdp.physics.replay import Verdict
+
+
+def write_results(
+    result: "SearchResult",
+    out_dir: str | os.PathLike[str],
+    provenance: Mapping[str, Any],
+    verdicts: Sequence["Verdict"] | None = None,
+) -> list[Path]:
+    """Write all files of a result into a folder, all or none.
+
+    JSON and pictures carry the provenance themselves. The CSV tables stay plain for the scripts that read them;
+    ``provenance.json`` ties every file to its origin by its SHA-256.
+
+    Parameters
+    ----------
+    result : SearchResult
+    out_dir : path
+        Made when absent; files of an earlier run are replaced.
+    provenance : mapping
+        As `make_provenance` returns it.
+    verdicts : sequence of Verdict, optional
+        Of ``result.verify()``, when the caller has them already.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    InputError
+        When the folder cannot be written.
+    """
+    content = result_object(result, result.verify() if verdicts is None else verdicts, provenance)
+    files = {
+        "result.json": _json(content),
+        "front.csv": front_csv(content).encode(),
+        "profiles.csv": profiles_csv(result).encode(),
+        **_pictures(result, provenance),
+    }
+    ledger = {
+        "schema": "tgvdp.provenance/1",
+        **plain(provenance),
+        "files": {name: hashlib.sha256(data).hexdigest() for name, data in files.items()},
+    }
+    return write_files(out_dir, {**files, "provenance.json": _json(ledger)})
+
+
+def _json(content: Mapping[str, Any]) -> bytes:
+    return (json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+
+
+def _pictures(result: "SearchResult", provenance: Mapping[str, Any]) -> dict[str, bytes]:
+    # Here, so that whoever wants no picture does not wait for matplotlib.
+    from tgvdp.report import fronts, runs
+
+    figures = {
+        "front.png": fronts.plot_front(result),
+        "profile.png": runs.plot_profile(result),
+        "speed_curve.png": runs.plot_speed_curve(result),
+        "metric.png": fronts.plot_metric(result),
+    }
+    return {name: png(figure, provenance) for name, figure in figures.items()}
+
+
+def png(figure: "Figure", provenance: Mapping[str, Any]) -> bytes:
+    """Picture of a figure as PNG, with the provenance in its metadata."""
+    buffer = io.BytesIO()
+    about = json.dumps(plain(provenance), ensure_ascii=True)
+    figure.savefig(
+        buffer, format="png", dpi=figure.dpi, metadata={"Software": f"tgvdp {provenance['tgvdp']}", "Comment": about}
+    )
+    return buffer.getvalue()

@@ -1,0 +1,111 @@
+"""A search's result as the JSON object and the CSV tables that scripts read. Pure: nothing is written here."""
+
+import csv
+import io
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from tgvdp.report.plain import plain
+from tgvdp.units import joule_to_kwh
+
+if TYPE_CHECKING:
+    from tgvdp.api import SearchResult
+    from tgvdp.physics.profile import Profile
+    from tgvdp.physics.replay import Verdict
+
+SCHEMA = "tgvdp.search/1"
+PARTIAL_WARNING = "the search ended by its budget: better paths than these may exist"
+VERDICT_FIELDS = ("time_error_pct", "energy_error_pct", "overspeed_mps", "effort_excess_pct", "ok")
+PROFILE_COLUMNS = ("id", "position_m", "speed_mps", "time_s", "force_n", "energy_j", "regime")
+#: Id of the fastest run in ``profiles.csv``; the points of the front have integer ids from 0.
+FASTEST_ID = "fastest"
+
+
+def result_object(
+    result: "SearchResult", verdicts: Sequence["Verdict"], provenance: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Build the object that ``--json`` prints and ``result.json`` holds.
+
+    Parameters
+    ----------
+    result : SearchResult
+    verdicts : sequence of Verdict
+        One per point of the front, as ``result.verify()`` returns them.
+    provenance : mapping
+        As `make_provenance` returns it.
+
+    Returns
+    -------
+    dict
+        Schema ``tgvdp.search/1``, in plain types. Energies in kWh at the wheel, times in s; a figure that is not
+        finite is None. ``warning`` is present only when ``complete`` is False.
+    """
+    fastest = result.fastest
+    front = []
+    rows = zip(result.front.time_s.tolist(), result.front.energy_j.tolist(), verdicts, strict=True)
+    for index, (time_s, energy_j, verdict) in enumerate(rows):
+        front.append(
+            {
+                "id": index,
+                "time_s": time_s,
+                "delay_s": time_s - fastest.time_s,
+                "margin_pct": margin_pct(time_s, fastest.time_s),
+                "energy_kwh": joule_to_kwh(energy_j),
+                "saved_pct": saved_pct(energy_j, fastest.energy_j),
+                "replay": {name: plain(getattr(verdict, name)) for name in VERDICT_FIELDS},
+            }
+        )
+    content = {
+        "schema": SCHEMA,
+        "method": result.method,
+        "complete": bool(result.complete),
+        "fastest": {"time_s": float(fastest.time_s), "energy_kwh": joule_to_kwh(float(fastest.energy_j))},
+        "front": front,
+        "counters": plain(result.counters),
+        "provenance": plain(provenance),
+    }
+    if not result.complete:
+        content["warning"] = PARTIAL_WARNING
+    return content
+
+
+def margin_pct(time_s: float, fastest_s: float) -> float:
+    """Running-time margin over the fastest run, in percent."""
+    return 100.0 * (time_s / fastest_s - 1.0)
+
+
+def saved_pct(energy_j: float, fastest_j: float) -> float:
+    """Energy saved against the fastest run, in percent; 0 where the fastest run itself needs none."""
+    return 100.0 * (1.0 - energy_j / fastest_j) if fastest_j > 0.0 else 0.0
+
+
+def front_csv(content: Mapping[str, Any]) -> str:
+    """One line per point of the front, replay verdict included, of an object from `result_object`."""
+    columns = ("id", "time_s", "delay_s", "margin_pct", "energy_kwh", "saved_pct")
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([*columns, *VERDICT_FIELDS])
+    for point in content["front"]:
+        replay = (point["replay"][name] for name in VERDICT_FIELDS)
+        writer.writerow([*(point[name] for name in columns), *replay])
+    return text.getvalue()
+
+
+def profiles_csv(result: "SearchResult") -> str:
+    """All rows of the fastest run and of every point of the front.
+
+    Twelve digits keep the difference of neighbouring positions and speeds exact enough to be replayed.
+    """
+    lines = [",".join(PROFILE_COLUMNS)]
+    lines.extend(_profile_lines(FASTEST_ID, result.fastest.profile))
+    for index in range(len(result.front)):
+        lines.extend(_profile_lines(str(index), result.profile(index)))
+    return "\n".join(lines) + "\n"
+
+
+def _profile_lines(name: str, profile: "Profile") -> Iterator[str]:
+    row = f"{name},%.12g,%.12g,%.12g,%.9g,%.12g,%s"
+    numbers = (profile.position_m, profile.speed_mps, profile.time_s, profile.force_n, profile.energy_j)
+    # Adding 0 turns −0 into 0.
+    columns = [(values + 0.0).tolist() for values in numbers]
+    return map(row.__mod__, zip(*columns, profile.regime_names, strict=True))
