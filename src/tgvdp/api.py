@@ -1,0 +1,219 @@
+"""The façade: what `import tgvdp` offers. It connects model, line, search and front and holds no algorithm."""
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.errors import BudgetExceededError, InputError
+from tgvdp.front.pareto import ParetoFront
+from tgvdp.line.fastest import fastest_run
+from tgvdp.model.checks import require_number
+from tgvdp.model.track import Track
+from tgvdp.model.train import Train
+from tgvdp.model.trip import Trip
+from tgvdp.physics.profile import Profile, profile_of
+from tgvdp.physics.replay import Verdict, replay
+from tgvdp.search.best_first import HEURISTICS, best_first
+from tgvdp.search.budget import DEFAULT_TIME_S, SearchBudget
+from tgvdp.search.grid import build_grid
+from tgvdp.search.labels import exact_front
+from tgvdp.search.optimal import OptimalRuns, optimal_front
+from tgvdp.search.paths import GridPaths
+from tgvdp.units import SECONDS_PER_MINUTE, joule_to_kwh
+
+METHODS = ("front", "exact", "best-first")
+
+@dataclass(frozen=True)
+class Fastest:
+    """The fastest run, the reference with zero delay: running time in s, traction energy in J, profile."""
+
+    time_s: float
+    energy_j: float
+    profile: Profile
+
+
+@dataclass(frozen=True, eq=False)
+class SearchResult:
+    """What a search found.
+
+    Attributes
+    ----------
+    trip : Trip
+    method : str
+    fastest : Fastest
+    front : ParetoFront
+    counters : dict of str to int
+        Work done, by kind.
+    complete : bool
+        False when a label or time budget ended the search: the front is then only what was found until then.
+    options : dict
+        The options of the search, defaults filled in.
+    elapsed_s : float
+        Wall time of the search, s.
+    """
+
+    trip: Trip
+    method: str
+    fastest: Fastest
+    front: ParetoFront
+    counters: dict[str, int]
+    complete: bool
+    options: dict[str, Any]
+    elapsed_s: float
+    _found: OptimalRuns | GridPaths
+
+    @property
+    def path_time_s(self) -> NDArray[np.float64]:
+        """Running times of all paths that were found, on the front or not, s, (n,) float64."""
+        return self._found.duration_s
+
+    @property
+    def path_energy_j(self) -> NDArray[np.float64]:
+        """Energies of all paths that were found, J, (n,) float64."""
+        return self._found.energy_j
+
+    @property
+    def price_kwh_per_min(self) -> NDArray[np.float64] | None:
+        """Price of a minute at each point, kWh/min: the multiplier λ (method ``front`` only; infinite if fastest)."""
+        if not isinstance(self._found, OptimalRuns):
+            return None
+        price_j_per_s = self._found.price_j_per_s[self.front.source]
+        return np.asarray(joule_to_kwh(price_j_per_s) * SECONDS_PER_MINUTE)
+
+    def profile(self, index: int) -> Profile:
+        """Speed profile of one point of the front."""
+        return profile_of(self.trip, *self._found.rows(int(self.front.source[index])))
+
+    def verify(self) -> list[Verdict]:
+        """Replay every point of the front by the independent referee."""
+        return [replay(self.trip, self.profile(index)) for index in range(len(self.front))]
+
+
+def search(
+    train: Train,
+    track: Track,
+    *,
+    origin_m: float = 0.0,
+    destination_m: float | None = None,
+    start_speed_mps: float = 0.0,
+    end_speed_mps: float = 0.0,
+    method: str = "front",
+    points: int = 60,
+    max_margin: float = 0.25,
+    paths: int = 100,
+    heuristic: str = "ratio",
+    segment_m: float | None = None,
+    speeds: int | None = None,
+    max_labels: int | None = None,
+    time_limit_s: float | None = None,
+    dominance: bool = True,
+    bounds: bool = True,
+) -> SearchResult:
+    """Find the Pareto front of delay against traction energy of one run.
+
+    Parameters
+    ----------
+    train : Train
+    track : Track
+    origin_m, destination_m : float
+        Positions on the track, m; by default its whole length. Stops in between are passed.
+    start_speed_mps, end_speed_mps : float
+        Speeds at the two ends, m/s.
+    method : {"front", "exact", "best-first"}
+        ``front`` aims at the continuous optimum, ``exact`` returns all Pareto-optimal paths of an explicit grid,
+        ``best-first`` is the graph search of the seed on that grid.
+    points : int
+        Number of points of the front (method ``front``), the fastest run included.
+    max_margin : float
+        Largest running-time supplement, as a share of the fastest running time.
+    paths, heuristic, dominance, bounds
+        Of method ``best-first``; see `tgvdp.search.best_first`.
+    segment_m, speeds
+        Grid of the methods ``exact`` and ``best-first``; see `tgvdp.search.grid`.
+    max_labels, time_limit_s
+        Budget; see `tgvdp.search.budget`.
+
+    Returns
+    -------
+    SearchResult
+        With ``complete`` False when a budget ended the search.
+
+    Raises
+    ------
+    InputError
+        When an option is out of range.
+    InfeasibleError
+        When no run obeys all limits.
+    BudgetExceededError
+        When a budget ended before there was anything to return.
+    """
+    options = {key: value for key, value in locals().items() if key not in ("train", "track")}
+    started = time.perf_counter()
+    _check_options(method, points, max_margin, paths, heuristic)
+    budget = SearchBudget(
+        max_labels=max_labels,
+        time_limit_s=DEFAULT_TIME_S if time_limit_s is None else time_limit_s,
+    )
+    trip = Trip(
+        train=train,
+        track=track,
+        origin_m=origin_m,
+        destination_m=track.length_m if destination_m is None else destination_m,
+        start_speed_mps=start_speed_mps,
+        end_speed_mps=end_speed_mps,
+    )
+    profile = fastest_run(trip)
+    fastest = Fastest(profile.duration_s, profile.total_energy_j, profile)
+    options |= {
+        "destination_m": trip.destination_m,
+        "time_limit_s": budget.time_limit_s,
+    }
+    found = _find(trip, fastest, budget, options)
+    if len(found.duration_s) == 0:
+        raise BudgetExceededError("the budget ended before the first path was found: raise the label or time limit")
+    return SearchResult(
+        trip=trip,
+        method=method,
+        fastest=fastest,
+        front=ParetoFront.of(found.duration_s, found.energy_j),
+        counters=found.counters,
+        complete=found.complete,
+        options=options,
+        elapsed_s=time.perf_counter() - started,
+        _found=found,
+    )
+
+
+def _find(trip: Trip, fastest: Fastest, budget: SearchBudget, options: dict[str, Any]) -> OptimalRuns | GridPaths:
+    """Dispatch to the method."""
+    if options["method"] == "front":
+        target_s = fastest.time_s * np.linspace(1.0, 1.0 + options["max_margin"], options["points"])
+        return optimal_front(trip, fastest.profile, target_s, budget)
+    max_time_s = fastest.time_s * (1.0 + options["max_margin"])
+    grid = build_grid(trip, options["segment_m"], options["speeds"])
+    if options["method"] == "exact":
+        return exact_front(grid, max_time_s, budget)
+    return best_first(
+        grid,
+        max_time_s,
+        budget,
+        heuristic=options["heuristic"],
+        paths=options["paths"],
+        dominance=options["dominance"],
+        bounds=options["bounds"],
+        reference_time_s=fastest.time_s,
+        reference_energy_j=fastest.energy_j,
+    )
+
+
+def _check_options(method: str, points: int, max_margin: float, paths: int, heuristic: str) -> None:
+    if method not in METHODS:
+        raise InputError(f"search: method must be one of {', '.join(METHODS)}, got {method!r}")
+    if heuristic not in HEURISTICS:
+        raise InputError(f"search: heuristic must be one of {', '.join(HEURISTICS)}, got {heuristic!r}")
+    require_number("search", "points", points, "points", at_least=2)
+    require_number("search", "max_margin", max_margin, "of the fastest running time", above=0.0)
+    require_number("search", "paths", paths, "paths", at_least=0)

@@ -1,0 +1,63 @@
+"""What a search may spend: labels and time."""
+
+import time
+from dataclasses import dataclass
+
+from tgvdp.errors import InputError
+from tgvdp.model.checks import require_number
+
+#: Time limit unless the caller says otherwise: a search always has a budget.
+DEFAULT_TIME_S = 60.0
+#: Labels are numbered by int32.
+MOST_LABELS = 2**31 - 2
+
+
+@dataclass(frozen=True)
+class SearchBudget:
+    """Frozen limits of a search, checked when they are made.
+
+    Parameters
+    ----------
+    max_labels : int, optional
+        Largest number of labels (partial paths) that may be stored; above 0.
+    time_limit_s : float, optional
+        Largest elapsed time; above 0, infinite means none. Searches look at the clock a few times per second.
+
+    Raises
+    ------
+    InputError
+        When a limit is not a number above 0.
+    """
+
+    max_labels: int | None = None
+    time_limit_s: float = DEFAULT_TIME_S
+
+    def __post_init__(self) -> None:
+        if self.max_labels is not None:
+            if isinstance(self.max_labels, bool) or not isinstance(self.max_labels, int) or self.max_labels < 1:
+                raise InputError(f"budget: max_labels must be a whole number above 0, got {self.max_labels!r}")
+            if self.max_labels > MOST_LABELS:
+                raise InputError(f"budget: max_labels must be at most {MOST_LABELS:,}, got {self.max_labels:,}")
+        require_number("budget", "time_limit_s", self.time_limit_s, "s", above=0.0, infinite_ok=True)
+
+    def start(self) -> "Clock":
+        """Start the clock."""
+        return Clock(time.perf_counter(), self.time_limit_s)
+
+
+@dataclass(frozen=True)
+class Clock:
+    """A started clock with a limit."""
+
+    started_s: float
+    limit_s: float
+
+    @property
+    def elapsed_s(self) -> float:
+        """Seconds since the start."""
+        return time.perf_counter() - self.started_s
+
+    @property
+    def expired(self) -> bool:
+        """Whether the time limit has passed."""
+        return self.elapsed_s >= self.limit_s

@@ -1,0 +1,156 @@
+"""Drive a train by switching speeds: the forward pass of the front method.
+
+A policy gives two switching speeds for every station (squared: a ≤ c): full traction below a, coasting between a and
+c, full braking above c; a itself is held. The run is exact within each cell: it reaches a where it reaches it, and
+coasting ends where it meets the braking curve.
+"""
+
+import math
+
+from tgvdp._jit import kernel, leaf
+from tgvdp.line.meeting import SLIVER, braked_w, drop_slivers, emit_braked, emit_driven, meeting_point
+from tgvdp.physics.arc import OK, arc
+from tgvdp.physics.forces import mean_effort, mean_resistance, resistance_at
+from tgvdp.physics.motion import BRAKING, COASTING, TRACTION, land, march
+
+#: Below this share of full traction a change of speed is spread over the cell: it is a drift of the holding speed.
+_GENTLE_SHARE = 0.5
+#: Relative distance in v² within which a run is on the braking curve.
+_ON_CURVE = 1e-8
+
+
+@leaf
+def _append(x, w, xs, ws, n):
+    xs[n] = x
+    ws[n] = w
+    return n + 1
+
+
+@leaf
+def _coast(train, length, grade, air, w):
+    """`land` under coasting, without its generality: the resistance is nearly linear in w1, so three sweeps solve it."""
+    v = math.sqrt(w)
+    factor = 2.0 * length / train.inertia_kg
+    slope = 0.5 * air
+    if v > 0.0:
+        slope += 0.25 * train.davis_b / v
+    damping = 1.0 / (1.0 + factor * slope)
+    x = max(w - factor * damping * (resistance_at(train, air, v) + grade), 0.0)
+    if train.davis_b > 0.0:
+        for _ in range(2):
+            load = mean_resistance(train, air, v, math.sqrt(x)) + grade
+            x = max(x + damping * (w - factor * load - x), 0.0)
+    gain = 0.5 * (x - w) / length
+    if gain > train.max_acceleration or -gain > train.max_deceleration:
+        return land(train, COASTING, 1.0, length, grade, air, w)
+    return x
+
+
+@kernel
+def _brake_late(train, start, rest, end, grade, air, limit, w, c, bx, bw, xs, ws, n):
+    """Coast from w and brake as late as possible to end at c, where coasting alone would end above it."""
+    braked = braked_w(train, grade, air, c, limit, rest, bx, bw)
+    if w > braked * (1.0 + _ON_CURVE):
+        first = n
+        n = march(train, BRAKING, 1.0, rest, grade, air, w, c, xs, ws, n)[2]
+        for i in range(first, n):
+            xs[i] += start
+        xs[n - 1] = end
+        return n
+    if w >= braked * (1.0 - _ON_CURVE):
+        return emit_braked(train, end, rest, grade, air, c, limit, bx, bw, xs, ws, n)
+    x = meeting_point(train, COASTING, rest, grade, air, limit, w, c, bx, bw)
+    n = emit_driven(train, COASTING, start, x, grade, air, w, limit, xs, ws, n)
+    if x >= rest:
+        ws[n - 1] = c
+        return n
+    return emit_braked(train, end, rest - x, grade, air, c, limit, bx, bw, xs, ws, n)
+
+
+@kernel
+def _drive_cell(train, start, end, length, grade, air, limit, w, a, c, bx, bw, xs, ws, n):
+    """Append the rows of one cell, from w with the switching speeds a and c of its end."""
+    rest = length
+    if w < a * (1.0 - _ON_CURVE):
+        status, _, work = arc(train, rest, grade, air, w, a)
+        gentle = _GENTLE_SHARE * rest * mean_effort(train.traction, math.sqrt(w), math.sqrt(a))
+        if work >= 0.0 and (status != OK or work > gentle):
+            first = n
+            used, w, n = march(train, TRACTION, 1.0, rest, grade, air, w, a, xs, ws, n)
+            for i in range(first, n):
+                xs[i] += start
+            rest -= used
+            if rest <= 1e-12 * length:
+                xs[n - 1] = end
+                return n
+    status, _, work = arc(train, rest, grade, air, w, a)
+    if work < 0.0:
+        landed = _coast(train, rest, grade, air, w)
+        if landed <= c:
+            return _append(end, landed, xs, ws, n)
+        return _brake_late(train, end - rest, rest, end, grade, air, limit, w, c, bx, bw, xs, ws, n)
+    if status == OK:
+        return _append(end, a, xs, ws, n)
+    first = n
+    n = march(train, TRACTION, 1.0, rest, grade, air, w, math.inf, xs, ws, n)[2]
+    for i in range(first, n):
+        xs[i] += end - rest
+    xs[n - 1] = end
+    return n
+
+
+@kernel
+def drive(train, station, length, grade, air, limit, low, fast, start_w, switch_a, switch_b, share, xs, ws, bx, bw):
+    """Drive the whole trip by a blend of two policies.
+
+    Parameters
+    ----------
+    train : KernelTrain
+    station, length, grade, air, limit
+        Arrays of `Cells`.
+    low, fast : (K + 1,) float64
+        Slowest and fastest feasible squared speed at each station.
+    start_w : float
+        Squared speed at the origin.
+    switch_a, switch_b : (K + 1, 2) float64
+        Two policies: squared switching speeds (a, c) per station.
+    share : float
+        Weight of the second policy.
+    xs, ws : (size,) float64, modified in place
+        Rows of the run: positions from the origin, squared speeds.
+    bx, bw : (size,) float64
+        Scratch.
+
+    Returns
+    -------
+    n : int
+        Number of rows; −1 when the buffers are too small.
+    time_s, energy_j : float
+        Running time and traction energy.
+    """
+    count = length.shape[0]
+    xs[0] = 0.0
+    ws[0] = start_w
+    n = 1
+    time = 0.0
+    energy = 0.0
+    for k in range(count):
+        if n + 2048 > xs.shape[0]:
+            return -1, time, energy
+        top = fast[k + 1]
+        bottom = low[k + 1]
+        a = switch_a[k + 1, 0] + share * (switch_b[k + 1, 0] - switch_a[k + 1, 0])
+        c = switch_a[k + 1, 1] + share * (switch_b[k + 1, 1] - switch_a[k + 1, 1])
+        a = max(min(a, top), bottom)
+        c = max(min(c, top), a)
+        first = n
+        n = _drive_cell(
+            train, station[k], station[k + 1], length[k], grade[k], air[k], limit[k], ws[n - 1], a, c, bx, bw, xs, ws, n
+        )
+        n = drop_slivers(xs, ws, first, n, SLIVER * length[k])
+        ws[n - 1] = max(min(ws[n - 1], top), bottom)
+        for i in range(first, n):
+            _, duration, work = arc(train, xs[i] - xs[i - 1], grade[k], air[k], ws[i - 1], ws[i])
+            time += duration
+            energy += max(work, 0.0)
+    return n, time, energy

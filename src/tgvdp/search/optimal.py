@@ -1,0 +1,233 @@
+"""The front method: the whole Pareto front from a few multipliers (docs/front-method.md).
+
+Pilots are solved by the costate program for chosen multipliers. Each point of the front drives a blend of the
+switching speeds of the two pilots around it that meets its running time; where the blend drives worse than the cubic
+through the pilots' (T, E, slope −λ) promises, a pilot is added between them.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.model.trip import Trip
+from tgvdp.physics.profile import Profile
+from tgvdp.search.budget import SearchBudget
+from tgvdp.search.pilots import Mesh, Pilot
+
+#: A blend of two pilots may cost this share of energy more than the cubic through them promises.
+_BLEND_LOSS = 1.5e-4
+#: How well a point meets its running time by default: a share of the step to the next point.
+_STEP_TOL = 0.03
+#: Step of ln λ towards slower runs, and how many steps without saving end the front.
+_MARCH = 1.0
+_IDLE_STEPS = 6
+#: Between two pilots the front lies above their tangents; where these leave more room than this share of energy below
+#: the chord, the front may bend where the cubic does not show it.
+_BEND = 1.5e-3
+#: Two multipliers whose logarithms differ by less are one.
+_SAME_PRICE = 2e-3
+#: Relative difference below which running times or energies are the same.
+_SAME = 1e-9
+_MOST_PILOTS = 250
+
+
+@dataclass
+class OptimalRuns:
+    """Runs of the front method, in the order of their target times.
+
+    Attributes
+    ----------
+    duration_s, energy_j : (n,) float64
+        Running time and traction energy.
+    price_j_per_s : (n,) float64
+        Multiplier λ of each run: energy saved per second more; infinite for the fastest run.
+    complete : bool
+    counters : dict of str to int
+    """
+
+    duration_s: NDArray[np.float64]
+    energy_j: NDArray[np.float64]
+    price_j_per_s: NDArray[np.float64]
+    complete: bool
+    counters: dict[str, int]
+    _rows: list[tuple[NDArray[np.float64], NDArray[np.float64]]]
+
+    def rows(self, index: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Rows of one run: positions from the origin, m, and squared speeds, m²/s²."""
+        return self._rows[index]
+
+
+def optimal_front(
+    trip: Trip,
+    fastest: Profile,
+    target_s: NDArray[np.float64],
+    budget: SearchBudget,
+    tolerance_s: float | None = None,
+) -> OptimalRuns:
+    """Least energy of the continuous problem at given running times.
+
+    Parameters
+    ----------
+    trip : Trip
+    fastest : Profile
+        Its fastest run, which is the point for every target that it meets.
+    target_s : (n,) float64
+        Increasing running times, s.
+    budget : SearchBudget
+    tolerance_s : float, optional
+        How well running times are met, s; by default a small share of the smallest step between them.
+
+    Returns
+    -------
+    OptimalRuns
+        One run for each target, or for those before the budget ended. Where no slower run saves energy any more, the
+        front ends with the thriftiest run.
+
+    Raises
+    ------
+    TgvdpError
+        When the costate program fails; it never returns a wrong front in silence.
+    """
+    clock = budget.start()
+    if tolerance_s is None:
+        tolerance_s = _STEP_TOL * float(np.diff(target_s, prepend=0.0).min())
+    front = _Front(Mesh.of(trip, fastest), tolerance_s)
+    found = []
+    rows = []
+    for target in target_s:
+        if clock.expired:
+            break
+        if target <= fastest.duration_s * (1.0 + _SAME):
+            found.append((fastest.duration_s, fastest.total_energy_j, math.inf))
+            rows.append((fastest.position_m - trip.origin_m, fastest.speed_mps**2))
+            continue
+        saves = front.reach(float(target))
+        n, *point = front.point(float(target)) if saves else front.thriftiest()
+        found.append(point)
+        rows.append((front.mesh.rows[0][:n].copy(), front.mesh.rows[1][:n].copy()))
+        if not saves:
+            break
+    duration, energy, prices = np.array(found, dtype=np.float64).reshape(-1, 3).T
+    return OptimalRuns(duration, energy, prices, not clock.expired, front.counters, rows)
+
+
+class _Front:
+    """Pilots in the order of their running times, fewer and fewer joules, and the blends between them."""
+
+    def __init__(self, mesh: Mesh, tolerance_s: float) -> None:
+        self.mesh = mesh
+        self.tolerance_s = tolerance_s
+        self.counters = {"pilots": 0, "runs": 0, "costates": 0}
+        self.pilots = [mesh.pilot(math.inf, self.counters)]
+        mass_w = 0.5 * mesh.train.inertia_kg * float(mesh.fast.max())
+        self.scale_j = max(self.pilots[0].energy_j, 1e-3 * mass_w)
+        self.price = self.scale_j / self.pilots[0].time_s
+        self.idle = 0
+
+    def reach(self, target_s: float) -> bool:
+        """March λ down until a pilot takes the target time; False when running longer saves nothing."""
+        while self.pilots[-1].time_s < target_s - self.tolerance_s:
+            if self.idle >= _IDLE_STEPS:
+                return False
+            pilot = self.mesh.pilot(self.price, self.counters)
+            last = self.pilots[-1]
+            if pilot.energy_j < last.energy_j - _SAME * self.scale_j and pilot.time_s > last.time_s:
+                self.pilots.append(pilot)
+                self.idle = 0
+            else:
+                self.idle += 1
+            self.price *= math.exp(-_MARCH)
+        return True
+
+    def thriftiest(self) -> tuple[int, float, float, float]:
+        """Rows, running time, energy and price of the slowest pilot."""
+        last = self.pilots[-1]
+        return *self.mesh.drive(last.switch, last.switch, 0.0, self.counters), last.price
+
+    def point(self, target_s: float) -> tuple[int, float, float, float]:
+        """Rows, running time, energy and price of the best run for one running time."""
+        while True:
+            second = next((i for i in range(1, len(self.pilots)) if self.pilots[i].time_s >= target_s), None)
+            second = len(self.pilots) - 1 if second is None else second
+            before, after = self.pilots[second - 1], self.pilots[second]
+            share = (target_s - before.time_s) / (after.time_s - before.time_s)
+            n, time_s, energy_j = self.mesh.drive(before.switch, after.switch, _unit(share), self.counters)
+            if self._kept(before, after, time_s, energy_j) or not self._split(second):
+                break
+        return self._meet(before, after, target_s, _unit(share), (n, time_s, energy_j))
+
+    def _kept(self, before: Pilot, after: Pilot, time_s: float, energy_j: float) -> bool:
+        """Whether a blend keeps what the cubic through its pilots promises."""
+        if math.isinf(before.price):
+            return after.time_s - before.time_s <= self.tolerance_s
+        scale_j = max(energy_j, 0.01 * self.scale_j)
+        return (
+            _tangent_gap(before, after) <= _BEND * scale_j
+            and energy_j <= _cubic(before, after, time_s) + _BLEND_LOSS * scale_j
+        )
+
+    def _split(self, second: int) -> bool:
+        """Solve a multiplier between two neighbouring pilots; False when there is nothing between them."""
+        before, after = self.pilots[second - 1], self.pilots[second]
+        if len(self.pilots) >= _MOST_PILOTS:
+            return False
+        if math.isinf(before.price):
+            middle = self.mesh.pilot(4.0 * after.price, self.counters)
+        elif math.log(before.price / after.price) < _SAME_PRICE:
+            return False
+        else:
+            middle = self.mesh.pilot(math.sqrt(before.price * after.price), self.counters)
+        if before.time_s < middle.time_s < after.time_s and after.energy_j < middle.energy_j < before.energy_j:
+            self.pilots.insert(second, middle)
+        elif math.isinf(before.price):
+            return False
+        elif middle.time_s - before.time_s < after.time_s - middle.time_s:
+            self.pilots[second - 1] = replace(before, price=middle.price)  # the same run: T jumps at a lower price
+        else:
+            self.pilots[second] = replace(after, price=middle.price)
+        return True
+
+    def _meet(
+        self, before: Pilot, after: Pilot, target_s: float, share: float, run: tuple[int, float, float]
+    ) -> tuple[int, float, float, float]:
+        """Correct a blend until it takes the target time (Illinois rule)."""
+        lo, hi = 0.0, 1.0
+        f_lo, f_hi = before.time_s - target_s, after.time_s - target_s
+        for _ in range(30):
+            f = run[1] - target_s
+            if abs(f) <= self.tolerance_s or not f_lo < 0.0 < f_hi:
+                break
+            if f < 0.0:
+                f_hi *= 0.5 if lo > 0.0 else 1.0
+                lo, f_lo = share, f
+            else:
+                f_lo *= 0.5 if hi < 1.0 else 1.0
+                hi, f_hi = share, f
+            share = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
+            run = self.mesh.drive(before.switch, after.switch, share, self.counters)
+        if math.isinf(before.price):
+            return *run, after.price
+        return *run, before.price * (after.price / before.price) ** share
+
+
+def _unit(share: float) -> float:
+    return min(max(share, 0.0), 1.0)
+
+
+def _tangent_gap(first: Pilot, second: Pilot) -> float:
+    """Largest distance between the chord of two pilots and the tangents through them, J."""
+    span = second.time_s - first.time_s
+    chord = (first.energy_j - second.energy_j) / span
+    if not first.price > chord > second.price:
+        return 0.0
+    return span * (first.price - chord) * (chord - second.price) / (first.price - second.price)
+
+
+def _cubic(first: Pilot, second: Pilot, time_s: float) -> float:
+    """Energy at a time by the Hermite cubic through two pilots, whose slopes are their prices."""
+    span = second.time_s - first.time_s
+    u = (time_s - first.time_s) / span
+    value = (1.0 + 2.0 * u) * (1.0 - u) ** 2 * first.energy_j + u * u * (3.0 - 2.0 * u) * second.energy_j
+    return value - span * (u * (1.0 - u) ** 2 * first.price - u * u * (1.0 - u) * second.price)

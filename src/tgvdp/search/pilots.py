@@ -1,0 +1,113 @@
+"""Pilots of the front method: multipliers that are solved by the costate program and driven, on one mesh."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.errors import TgvdpError
+from tgvdp.line.cells import Cells, cells_of
+from tgvdp.line.fastest import envelope_of, slowest_kernel
+from tgvdp.line.stations import graded_stations
+from tgvdp.model.trip import Trip
+from tgvdp.physics.forces import KernelTrain, kernel_train
+from tgvdp.physics.profile import Profile
+from tgvdp.search import costate
+from tgvdp.search.drive import drive
+
+#: Cells per trip at least, and cells within the distance over which starting effort would reach the top speed.
+_CELLS_PER_TRIP = 100
+_CELLS_PER_START = 4
+#: Thinning tolerance of the costate polyline, per cell.
+_TOLERANCE = 5e-5
+#: Squared speed below which costates are not carried, relative to the trip's top.
+_FLOOR = 1e-4
+
+
+@dataclass
+class Mesh:
+    """Cells of a trip with the envelope of feasible speeds and room for the rows of one run."""
+
+    trip: Trip
+    train: KernelTrain
+    cells: Cells
+    low: NDArray[np.float64]
+    fast: NDArray[np.float64]
+    typical_m: float
+    rows: tuple[NDArray[np.float64], NDArray[np.float64]] = field(init=False)
+    scratch: tuple[NDArray[np.float64], NDArray[np.float64]] = field(init=False)
+
+    def __post_init__(self) -> None:
+        size = 24 * len(self.cells.length_m) + 8192
+        self.rows = (np.empty(size), np.empty(size))
+        self.scratch = (np.empty(4096), np.empty(4096))
+
+    @classmethod
+    def of(cls, trip: Trip, fastest: Profile) -> "Mesh":
+        """Mesh for a trip whose fastest run is known."""
+        train = kernel_train(trip.train)
+        cell_m = _cell_size(trip, fastest)
+        cells = cells_of(trip, graded_stations(trip, fastest, cell_m))
+        _, fast, _, _ = envelope_of(trip, cells, train)
+        low = np.empty_like(fast)
+        slowest_kernel(train, cells.length_m, cells.grade_n, cells.air, fast, trip.end_speed_mps**2, low)
+        top_w = float(fast.max())
+        cells = cells._replace(limit_w=np.minimum(cells.limit_w, 4.0 * top_w))
+        return cls(trip, train, cells, low, fast, cell_m)
+
+    def switching_speeds(self, price: float, counters: dict[str, int]) -> NDArray[np.float64]:
+        """Optimal switching speeds, (K + 1, 2), for a multiplier in J/s."""
+        cells = self.cells
+        switch = np.empty((len(self.fast), 2))
+        status, points = costate.switching_speeds(
+            self.train, cells.length_m, cells.grade_n, cells.air, self.low, self.fast, self.trip.end_speed_mps**2,
+            price / self.train.inertia_kg, _TOLERANCE, self.typical_m, _FLOOR * float(self.fast.max()), switch,
+        )  # fmt: skip
+        counters["pilots"] += 1
+        counters["costates"] += points
+        if status != costate.DONE:
+            raise TgvdpError(f"the costate program lost its way at λ = {price:g} J/s (status {status}); please report")
+        return switch
+
+    def drive(
+        self, first: NDArray[np.float64], second: NDArray[np.float64], share: float, counters: dict[str, int]
+    ) -> tuple[int, float, float]:
+        """Drive a blend of two policies into `rows`; returns rows, running time in s, energy in J."""
+        counters["runs"] += 1
+        while True:
+            n, time_s, energy_j = drive(
+                self.train, *self.cells, self.low, self.fast, self.trip.start_speed_mps**2,
+                first, second, share, *self.rows, *self.scratch,
+            )  # fmt: skip
+            if n > 0:
+                return n, time_s, energy_j
+            size = 2 * len(self.rows[0])
+            self.rows = (np.empty(size), np.empty(size))
+
+
+    def pilot(self, price: float, counters: dict[str, int]) -> "Pilot":
+        """Solve and drive one multiplier, J/s; infinite is the fastest run, full traction up to the envelope."""
+        if math.isinf(price):
+            switch = np.column_stack((self.fast, self.fast))
+        else:
+            switch = self.switching_speeds(price, counters)
+        _, time_s, energy_j = self.drive(switch, switch, 0.0, counters)
+        return Pilot(price, switch, time_s, energy_j)
+
+
+@dataclass(frozen=True)
+class Pilot:
+    """A solved multiplier: price λ in J/s, its switching speeds (K + 1, 2), running time in s and energy in J."""
+
+    price: float
+    switch: NDArray[np.float64]
+    time_s: float
+    energy_j: float
+
+
+def _cell_size(trip: Trip, fastest: Profile) -> float:
+    """Cell size from the trip's own scales, m: its length, and how fast the train gains speed."""
+    top_w = float(fastest.speed_mps.max()) ** 2
+    start_m = 0.5 * trip.train.inertia_kg * top_w / trip.train.traction.effort_n(0.0)
+    return min(trip.distance_m / _CELLS_PER_TRIP, start_m / _CELLS_PER_START)
