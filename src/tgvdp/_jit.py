@@ -30,7 +30,7 @@ import numpy as np
 from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 from numba.core.serialize import dumps
-from numba.core.types import unliteral
+from numba.core.types.misc import unliteral
 
 PACKAGE = Path(__file__).resolve().parent
 CACHE_DIR_VARIABLE = "TGVDP_CACHE_DIR"
@@ -235,32 +235,21 @@ class _InterruptHold(contextlib.ContextDecorator):
 _interrupt_hold = _InterruptHold()
 
 
-def _ignore_literals(compiled: Any) -> None:
+def _compiled(function: _Function, **options: Any) -> Any:
     """Compile a kernel once, not once for each constant that its callers pass: numba specialises on literal integers.
 
-    One `march` instead of six, and half the time of a cold start; LLVM still folds constants where it inlines.
+    One `march` instead of seven, and 13 s instead of 21 s of a cold start; the code is as fast, because LLVM still
+    folds constants where it inlines.
     """
-    resolve = compiled.get_call_template
-
-    def get_call_template(args: Any, kws: Any) -> Any:
-        plain = {name: numba.types.unliteral(kind) for name, kind in kws.items()}
-        return resolve(tuple(numba.types.unliteral(kind) for kind in args), plain)
-
-    compiled.get_call_template = get_call_template
-
-
-def _compiled(function: _Function, **options: Any) -> Any:
     compiled: Any = numba.njit(nogil=True, error_model="numpy", **options)(function)
     if not config.DISABLE_JIT:
-        typed_call = compiled.get_call_template
+        resolve = compiled.get_call_template
 
-        def call_of_plain_types(args: tuple[Any, ...], kws: dict[str, Any]) -> Any:
-            # numba compiles a callee anew for each constant it is called with: 7 times `march`, and 21 s instead of
-            # 13 s for all kernels of a first search. The code was no faster for it.
+        def get_call_template(args: tuple[Any, ...], kws: dict[str, Any]) -> Any:
             plain = {name: unliteral(kind) for name, kind in kws.items()}
-            return typed_call(tuple(unliteral(kind) for kind in args), plain)
+            return resolve(tuple(unliteral(kind) for kind in args), plain)
 
-        compiled.get_call_template = call_of_plain_types
+        compiled.get_call_template = get_call_template
     return compiled
 
 
@@ -285,7 +274,4 @@ def leaf(function: _Function) -> _Function:
     A train is a tuple of a dozen words: not passing it makes an arc 2.5 times as fast (28 → 12 ns) and carrying a
     costate back 1.7 times (71 → 41 ns). Not cached: its machine code is part of its callers'.
     """
-    compiled: Any = numba.njit(nogil=True, error_model="numpy", forceinline=True)(function)
-    if not config.DISABLE_JIT:
-        _ignore_literals(compiled)
-    return cast(_Function, compiled)
+    return cast(_Function, _compiled(function, forceinline=True))

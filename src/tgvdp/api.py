@@ -16,7 +16,7 @@ from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
 from tgvdp.physics.profile import Profile, profile_of
 from tgvdp.physics.replay import Verdict, replay
-from tgvdp.search.best_first import HEURISTICS, best_first
+from tgvdp.search.best_first import DEFAULT_SEGMENTS, DEFAULT_SPEEDS, HEURISTICS, best_first
 from tgvdp.search.budget import DEFAULT_TIME_S, SearchBudget
 from tgvdp.search.grid import build_grid
 from tgvdp.search.labels import exact_front
@@ -193,11 +193,13 @@ def _find(trip: Trip, fastest: Fastest, budget: SearchBudget, options: dict[str,
         target_s = fastest.time_s * np.linspace(1.0, 1.0 + options["max_margin"], options["points"])
         return optimal_front(trip, fastest.profile, target_s, budget)
     max_time_s = fastest.time_s * (1.0 + options["max_margin"])
-    grid = build_grid(trip, options["segment_m"], options["speeds"])
+    segment_m, speeds = options["segment_m"], options["speeds"]
     if options["method"] == "exact":
-        return exact_front(grid, max_time_s, budget)
+        return exact_front(build_grid(trip, segment_m, speeds, budget), max_time_s, budget)
+    if segment_m is None:
+        segment_m = trip.distance_m / DEFAULT_SEGMENTS
     return best_first(
-        grid,
+        build_grid(trip, segment_m, DEFAULT_SPEEDS if speeds is None else speeds, budget),
         max_time_s,
         budget,
         heuristic=options["heuristic"],

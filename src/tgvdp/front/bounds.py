@@ -19,90 +19,11 @@ derivation and what is proven stand in docs/certificate.md.
 import math
 
 from tgvdp._jit import kernel, leaf
-
-#: Columns of a table of effort pieces: from_mps, P, c0, c1, c2, c3.
-PIECE_COLUMNS = 6
+from tgvdp.front.pieces import largest_effort, merge_comfort
 
 _UNIT_ROUNDOFF = 2.0**-53
 #: Roundings in one evaluation of the Hamiltonian: coefficients and value, 40 at most; and a spare factor of 5.
 _ROUNDINGS = 200.0
-
-
-@leaf
-def piece_value(pieces, i, v):
-    """Value of piece ``i`` at v."""
-    hyperbolic = 0.0
-    if pieces[i, 1] != 0.0:
-        hyperbolic = pieces[i, 1] / v
-    return hyperbolic + pieces[i, 2] + v * (pieces[i, 3] + v * (pieces[i, 4] + v * pieces[i, 5]))
-
-
-@kernel
-def merge_comfort(table, extra_n, inertia_kg, comfort, r0, r1, r2, top_v, pieces):
-    """Pieces of min(effort, what the comfort limit allows), per unit of inertia, for speeds up to ``top_v``.
-
-    Parameters
-    ----------
-    table : (n, 6) float64
-        An effort curve.
-    extra_n : float
-        Constant effort on top of it, N.
-    inertia_kg : float
-    comfort : float
-        Acceleration limit, m/s²; may be infinite.
-    r0, r1, r2 : float
-        Load that adds to it: r0 + r1·v + r2·v², m/s².
-    top_v : float
-        Largest speed of interest, m/s.
-    pieces : (2n, 6) float64, modified in place
-
-    Returns
-    -------
-    int
-        Number of pieces. Both members of the minimum bound it from above, so that it does not matter for the validity
-        of the bound how well the point is found where one takes over from the other.
-    """
-    count = 0
-    for i in range(table.shape[0]):
-        lo = table[i, 0]
-        if lo > top_v:
-            break
-        hi = top_v
-        if i + 1 < table.shape[0]:
-            hi = min(top_v, table[i + 1, 0])
-        pieces[count, 0] = lo
-        for j in range(1, PIECE_COLUMNS):
-            pieces[count, j] = table[i, j] / inertia_kg
-        pieces[count, 2] += extra_n / inertia_kg
-        if comfort == math.inf:
-            count += 1
-            continue
-        over_lo = piece_value(pieces, count, lo) > comfort + r0 + lo * (r1 + lo * r2)
-        over_hi = piece_value(pieces, count, hi) > comfort + r0 + hi * (r1 + hi * r2)
-        a = lo
-        b = hi
-        if over_lo != over_hi:
-            for _ in range(48):
-                middle = 0.5 * (a + b)
-                if (piece_value(pieces, count, middle) > comfort + r0 + middle * (r1 + middle * r2)) == over_lo:
-                    a = middle
-                else:
-                    b = middle
-            for j in range(PIECE_COLUMNS):
-                pieces[count + 1, j] = pieces[count, j]
-            pieces[count + 1, 0] = b
-        limited = count if over_lo else count + 1
-        if over_lo or over_hi:
-            pieces[limited, 1] = 0.0
-            pieces[limited, 2] = comfort + r0
-            pieces[limited, 3] = r1
-            pieces[limited, 4] = r2
-            pieces[limited, 5] = 0.0
-        if over_lo and over_hi or not (over_lo or over_hi):
-            count += 1
-        else:
-            count += 2
-    return count
 
 
 @leaf
@@ -237,36 +158,16 @@ def least_hamiltonian(pull, pulls, brake, brakes, r0, r1, r2, price, p, p_s, top
 
 
 @kernel
-def _largest(pieces, n, v):
-    """Upper bound of a table of pieces over all speeds up to v, term by term on each piece."""
-    largest = -math.inf
-    for i in range(n):
-        lo = pieces[i, 0]
-        if lo > v:
-            break
-        hi = v
-        if i + 1 < n:
-            hi = min(v, pieces[i + 1, 0])
-        value = pieces[i, 2] + max(pieces[i, 3] * lo, pieces[i, 3] * hi)
-        value += max(pieces[i, 4] * lo * lo, pieces[i, 4] * hi * hi)
-        value += max(pieces[i, 5] * lo * lo * lo, pieces[i, 5] * hi * hi * hi)
-        if pieces[i, 1] != 0.0:
-            value += max(pieces[i, 1] / lo, pieces[i, 1] / hi)
-        largest = max(largest, value)
-    return largest
-
-
-@kernel
 def standstill_cell(pieces, n, load0, load1, load2, start, length, price, slope, top_w):
     """Lower bound of time and work in a cell at whose one end the train stands, plus slope·w at the other end.
 
     The gain of w per metre is at most 2·(M − load) on the way from a stop, 2·(M + load) before one (``start`` False):
     call its bound 2g. Then w ≤ 2·g·x, the time is at least √(2d/g), and the work at least ½w + d·load(0).
     """
-    w = min(top_w, 4.0 * length * (max(_largest(pieces, n, 0.0), 0.0) + abs(load0)))
+    w = min(top_w, 4.0 * length * (max(largest_effort(pieces, n, 0.0), 0.0) + abs(load0)))
     while True:
         v = math.sqrt(w)
-        gain = _largest(pieces, n, v)
+        gain = largest_effort(pieces, n, v)
         gain += -load0 if start else load0 + v * (load1 + v * load2)
         if gain <= 0.0:
             return math.inf

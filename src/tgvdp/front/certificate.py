@@ -34,7 +34,7 @@ def _run(trip, profile, price):
     costates.label_cells(train, length, grade, air, cap, nw, effort, price, pull, brake, label, source, growth)
     costates.tidy_labels(length, nw, cap, label, source, growth)
     left, right = np.zeros(count), np.zeros(count)
-    costates.integrate_costates(length, nw, cap, label, source, growth, left, right, np.empty(count+1), np.empty(count+1))
+    costates.integrate_costates(length, nw, cap, effort/train.inertia_kg, price, label, source, growth, left, right, np.empty(count+1), np.empty(count+1))
     bound = np.empty(count)
     total, error = bounds.bound_kernel(train, length, grade, air, cap, price, nw[0], nw[-1], left, right, pull, brake, bound)
     return dict(locals())

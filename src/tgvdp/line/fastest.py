@@ -67,7 +67,7 @@ def fastest_kernel(train, station, length, grade, air, limit, start_w, cap, fast
         ):
             x = meeting_point(train, TRACTION, d, grade[k], air[k], limit[k], w0, w1, bx, bw)
             landed = w1
-        if landed <= 0.0 and k < count - 1:
+        elif landed <= 0.0:
             return STALLED, k, n
         fast[k + 1] = landed
         first = n

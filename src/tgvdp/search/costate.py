@@ -4,17 +4,18 @@ For a multiplier λ (J/s) minimise J = E + λT. Let V_k(w) be the cost to go fro
 inertia, and p_k = dV_k/dw its costate. Only three regimes and holding occur (Pontryagin; Howlett & Pudney 1995,
 Albrecht et al. 2016): with e = 1 for wheel energy, the effort's coefficient in the Hamiltonian is e + 2p, so
 
-    p < −½        full traction          −½ < p < 0    coasting          p > 0    full braking
+    p < −½        full traction          −½ < p ≤ 0    coasting
 
-and V is convex in w: p rises with w, and two switching speeds per station, a where p = −½ and c where p = 0, are the
-whole policy. p_k is carried backward as a monotone polyline of points (w, p). A point moves along the flow of its
-regime, w0 = φ(w1) by the explicit midpoint rule, and since V_k(w0) = E + λT + V_{k+1}(w1),
+and p never rises above 0: a faster train can always brake to a slower one, for nothing. Braking is therefore left to
+the envelope of feasible speeds, where p is a wall, and one switching speed per station, a where p = −½, is the whole
+policy. V is convex in w, so p rises with w. p_k is carried backward as a monotone polyline of points (w, p). A point
+moves along the flow of its regime, w0 = φ(w1) by the explicit midpoint rule, and since V_k(w0) = E + λT + V_{k+1}(w1),
 
     p0 = (∂E/∂w1 + λ·∂T/∂w1 + p1) / φ'(w1),     ∂T/∂w1 = −d/(v0+v1)²·(φ'/v0 + 1/v1).
 
-A crossing point moves along both neighbouring flows; between the two images the optimal run holds a (partial effort),
-where the target w1 = a is fixed and p0 = ∂X/∂w0 + λ·∂T/∂w0 follows from the arc. The derivation is in
-docs/front-method.md.
+The crossing point moves along both flows; between the two images the optimal run holds a by partial effort, and
+between the image of the wall and the envelope it brakes to the wall. There the target w1 is fixed, and
+p0 = ∂X/∂w0 + λ·∂T/∂w0 (without ∂X when braking) follows from the arc. The derivation is in docs/front-method.md.
 """
 
 import math
@@ -23,17 +24,14 @@ import numpy as np
 
 from tgvdp._jit import kernel, leaf
 from tgvdp.physics.forces import effort_and_slope, mean_resistance, resistance_at
-from tgvdp.physics.motion import BRAKING, COASTING, TRACTION
+from tgvdp.physics.motion import COASTING, TRACTION
 
 #: Room for points of the polyline, before and after thinning.
 _ROOM = 4096
 _MOST_POINTS = 600
-#: Braking that starts this near to the envelope (a share of w, the error of a transported wall) starts on it.
-_AT_CAP = 2e-3
 
 DONE = 0
-LOST = 1  # no point of the polyline survived a cell
-CROWDED = 2  # too many points
+CROWDED = 1  # too many points
 
 
 @leaf
@@ -48,13 +46,6 @@ def _flow(train, regime, grade, air, per_mass, v, per_v):
             force_w = 0.5 * slope * per_v * per_mass
             return 2.0 * (force - load), 2.0 * (force_w - load_w), force_w
         return 2.0 * train.max_acceleration, 0.0, load_w
-    if regime == BRAKING:
-        effort, slope = effort_and_slope(train.braking, v)
-        force = (effort + train.friction_n) * per_mass
-        if force + load < train.max_deceleration:
-            force_w = 0.5 * slope * per_v * per_mass
-            return -2.0 * (force + load), -2.0 * (force_w + load_w), 0.0
-        return -2.0 * train.max_deceleration, 0.0, 0.0
     return -2.0 * load, -2.0 * load_w, 0.0
 
 
@@ -152,77 +143,78 @@ def _last_cell(train, length, grade, air, price, bottom, top, end_w, w, p):
 
 
 @kernel
-def _transport(train, length, grade, air, price, bottom, top, w, p, n, cut, x, y):
-    """Images (x, y) of the polyline (w, p) one cell back; ``cut`` holds index, w and p of the two crossings."""
-    m = 0
+def _carry_region(train, regime, length, grade, air, price, bottom, top, w, p, first, last, x, y, m):
+    """Append the images of the points ``first`` .. ``last`` that lie above ``bottom``, until one passes ``top``."""
     per_mass = 1.0 / train.inertia_kg
-    for region in range(3):
-        first = 0 if region == 0 else int(cut[region - 1, 0])
-        last = n if region == 2 else int(cut[region, 0])
-        effort_price = 1.0 if region == 1 else 0.0  # of the partial effort below this region
-        lost_w = -1.0
-        lost_p = 0.0
-        lost_image = 0.0
-        fresh = True
-        for i in range(first - 1, last + 1):
-            if i == first - 1:
-                if region == 0:
-                    continue
-                w1 = cut[region - 1, 1]
-                p1 = cut[region - 1, 2]
-            elif i == last:
-                if region == 2:
-                    continue
-                w1 = cut[region, 1]
-                p1 = cut[region, 2]
-            else:
-                w1 = w[i]
-                p1 = p[i]
-            w0, p0 = _carry_back(train, region, length, grade, air, per_mass, price, bottom, w1, p1)
-            if w0 < bottom:
-                lost_w = w1
-                lost_p = p1
-                lost_image = w0
-                fresh = False
-                continue
-            if lost_w >= 0.0:
-                share = (bottom - lost_image) / (w0 - lost_image)
-                edge_w, edge_p = _carry_back(
-                    train, region, length, grade, air, per_mass, price, bottom,
-                    lost_w + share * (w1 - lost_w), lost_p + share * (p1 - lost_p),
-                )  # fmt: skip
-                if edge_w > 0.25 * bottom and edge_p <= p0:
-                    x[m] = bottom
-                    y[m] = edge_p
-                    m += 1
-                lost_w = -1.0
-            elif fresh and region > 0:
-                hold = cut[region - 1, 1]
-                if m == 0 and w0 > bottom:
-                    x[m] = bottom
-                    y[m] = _holding_costate(train, length, air, effort_price, price, bottom, hold)
-                    m += 1
-                if m > 0 and x[m - 1] < hold < w0:
-                    x[m] = hold
-                    y[m] = _holding_costate(train, length, air, effort_price, price, hold, hold)
-                    m += 1
-            fresh = False
-            x[m] = w0
-            y[m] = p0
-            m += 1
-            if w0 > top:
-                return m
-            if m + 4 > x.shape[0]:
-                return -1
+    lost_w = -1.0
+    lost_p = 0.0
+    lost_image = 0.0
+    for i in range(first, last + 1):
+        w0, p0 = _carry_back(train, regime, length, grade, air, per_mass, price, bottom, w[i], p[i])
+        if w0 < bottom:
+            lost_w = w[i]
+            lost_p = p[i]
+            lost_image = w0
+            continue
+        if lost_w >= 0.0:  # the region's edge at ``bottom``
+            share = (bottom - lost_image) / (w0 - lost_image)
+            edge_w, edge_p = _carry_back(
+                train, regime, length, grade, air, per_mass, price, bottom,
+                lost_w + share * (w[i] - lost_w), lost_p + share * (p[i] - lost_p),
+            )  # fmt: skip
+            if edge_w > 0.25 * bottom and edge_p <= p0:
+                x[m] = bottom
+                y[m] = edge_p
+                m += 1
+            lost_w = -1.0
+        x[m] = w0
+        y[m] = p0
+        m += 1
+        if w0 > top:
+            break
+    return m
+
+
+@kernel
+def _transport(train, length, grade, air, price, bottom, top, wall, w, p, n, cut, x, y):
+    """Images (x, y) of the polyline one cell back; point ``cut`` of it is the crossing, ``wall`` the cap behind it."""
+    m = _carry_region(train, TRACTION, length, grade, air, price, bottom, top, w, p, 0, cut, x, y, 0)
+    if m > 0 and x[m - 1] > top:
+        return m
+    hold = w[cut]
+    below = m
+    if m == 0:
+        x[0] = bottom
+        y[0] = _holding_costate(train, length, air, 1.0, price, bottom, hold)
+        m = 1
+    m = m + 1  # room for holding, if it lies between the images
+    after = _carry_region(train, COASTING, length, grade, air, price, bottom, top, w, p, cut, n - 1, x, y, m)
+    if after > m and below == 0 and x[m] <= bottom:  # coasting alone covers everything
+        x[0] = x[m]
+        y[0] = y[m]
+    if x[m - 2] < hold and (after == m or hold < x[m]):
+        x[m - 1] = min(hold, top)
+        y[m - 1] = _holding_costate(train, length, air, 1.0, price, x[m - 1], hold)
+    else:
+        x[m - 1] = x[m - 2]
+        y[m - 1] = y[m - 2]
+    m = after
+    if x[m - 1] < top:  # braking to the wall
+        x[m] = x[m - 1]
+        y[m] = _holding_costate(train, length, air, 0.0, price, x[m], wall)
+        x[m + 1] = top
+        y[m + 1] = _holding_costate(train, length, air, 0.0, price, top, wall)
+        m += 2
     return m
 
 
 @kernel
 def _make_monotone(x, y, m, top):
-    """Running maximum in both coordinates, cut at ``top``; returns the number of points left."""
+    """Running maximum in both coordinates, p ≤ 0, cut at ``top``; returns the number of points left."""
+    y[0] = min(y[0], 0.0)
     for i in range(1, m):
         x[i] = max(x[i], x[i - 1])
-        y[i] = max(y[i], y[i - 1])
+        y[i] = min(max(y[i], y[i - 1]), 0.0)
     while m > 1 and x[m - 2] >= top:
         m -= 1
     if x[m - 1] > top:
@@ -269,7 +261,7 @@ def _thin(x, y, m, near, far, w, p):
 
 @kernel
 def switching_speeds(train, length, grade, air, low, fast, end_w, price, tolerance, typical_m, floor_w, switch):
-    """Backward pass: the optimal switching speeds for one multiplier.
+    """Backward pass: the optimal switching speeds for one multiplier: full traction below, coasting above.
 
     Parameters
     ----------
@@ -288,13 +280,13 @@ def switching_speeds(train, length, grade, air, low, fast, end_w, price, toleran
         Typical cell length, m.
     floor_w : float
         Below this squared speed the polyline is not carried.
-    switch : (K + 1, 2) float64, modified in place
-        Squared switching speeds (a, c) for the station at the end of each cell.
+    switch : (K + 1,) float64, modified in place
+        Squared switching speed for the station at the end of each cell.
 
     Returns
     -------
     status : int
-        DONE, LOST or CROWDED.
+        DONE or CROWDED.
     points : int
         Points carried in all, the work done.
     """
@@ -303,11 +295,8 @@ def switching_speeds(train, length, grade, air, low, fast, end_w, price, toleran
     p = np.empty(_ROOM)
     x = np.empty(_ROOM)
     y = np.empty(_ROOM)
-    cut = np.empty((2, 3))
-    switch[count, 0] = end_w
-    switch[count, 1] = end_w
-    switch[0, 0] = fast[0]
-    switch[0, 1] = fast[0]
+    switch[count] = end_w
+    switch[0] = fast[0]
     points = 0
     if count == 1:
         return DONE, points
@@ -318,23 +307,17 @@ def switching_speeds(train, length, grade, air, low, fast, end_w, price, toleran
     loosen = 1.0
     for k in range(count - 2, -1, -1):
         d = length[k]
-        for level in range(2):
-            effort_price = 1.0 if level == 0 else 0.0
-            i, cross_w, cross_p = _crossing(train, d, air[k], effort_price, price, w, p, n)
-            if level == 1 and cross_w > (1.0 - _AT_CAP) * fast[k + 1]:
-                cross_w = fast[k + 1]
-            cut[level, 0] = i
-            cut[level, 1] = cross_w
-            cut[level, 2] = cross_p
-            switch[k + 1, level] = cross_w
+        cut, cross_w, cross_p = _crossing(train, d, air[k], 1.0, price, w, p, n)
+        switch[k + 1] = cross_w
         if k == 0:
             break
+        for i in range(n, cut, -1):  # the crossing becomes a point of the polyline
+            w[i] = w[i - 1]
+            p[i] = p[i - 1]
+        w[cut] = cross_w
+        p[cut] = cross_p
         bottom = max(low[k], min(floor_w, 0.1 * fast[k]))
-        m = _transport(train, d, grade[k], air[k], price, bottom, fast[k], w, p, n, cut, x, y)
-        if m < 0:
-            return CROWDED, points
-        if m == 0:
-            return LOST, points
+        m = _transport(train, d, grade[k], air[k], price, bottom, fast[k], fast[k + 1], w, p, n + 1, cut, x, y)
         m = _make_monotone(x, y, m, fast[k])
         near = tolerance * loosen * d / typical_m
         n = _thin(x, y, m, near, 400.0 * near, w, p)
@@ -343,4 +326,6 @@ def switching_speeds(train, length, grade, air, low, fast, end_w, price, toleran
             loosen *= 1.5
         elif loosen > 1.0 and n < _MOST_POINTS // 4:
             loosen = max(1.0, loosen / 1.2)
+        if n > _ROOM // 2 - 8:
+            return CROWDED, points
     return DONE, points

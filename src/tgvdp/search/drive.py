@@ -1,8 +1,8 @@
 """Drive a train by switching speeds: the forward pass of the front method.
 
-A policy gives two switching speeds for every station (squared: a ≤ c): full traction below a, coasting between a and
-c, full braking above c; a itself is held. The run is exact within each cell: it reaches a where it reaches it, and
-coasting ends where it meets the braking curve.
+A policy gives one switching speed a for every station: full traction below it, coasting above it, holding at it, and
+braking as late as the envelope of feasible speeds allows. The run is exact within each cell: it reaches a where it
+reaches it, and coasting ends where it meets the braking curve.
 """
 
 import math
@@ -47,29 +47,29 @@ def _coast(train, length, grade, air, w):
 
 
 @kernel
-def _brake_late(train, start, rest, end, grade, air, limit, w, c, bx, bw, xs, ws, n):
-    """Coast from w and brake as late as possible to end at c, where coasting alone would end above it."""
-    braked = braked_w(train, grade, air, c, limit, rest, bx, bw)
+def _brake_late(train, start, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, n):
+    """Coast from w and brake as late as possible to end at ``top``, where coasting alone would end above it."""
+    braked = braked_w(train, grade, air, top, limit, rest, bx, bw)
     if w > braked * (1.0 + _ON_CURVE):
         first = n
-        n = march(train, BRAKING, 1.0, rest, grade, air, w, c, xs, ws, n)[2]
+        n = march(train, BRAKING, 1.0, rest, grade, air, w, top, xs, ws, n)[2]
         for i in range(first, n):
             xs[i] += start
         xs[n - 1] = end
         return n
     if w >= braked * (1.0 - _ON_CURVE):
-        return emit_braked(train, end, rest, grade, air, c, limit, bx, bw, xs, ws, n)
-    x = meeting_point(train, COASTING, rest, grade, air, limit, w, c, bx, bw)
+        return emit_braked(train, end, rest, grade, air, top, limit, bx, bw, xs, ws, n)
+    x = meeting_point(train, COASTING, rest, grade, air, limit, w, top, bx, bw)
     n = emit_driven(train, COASTING, start, x, grade, air, w, limit, xs, ws, n)
     if x >= rest:
-        ws[n - 1] = c
+        ws[n - 1] = top
         return n
-    return emit_braked(train, end, rest - x, grade, air, c, limit, bx, bw, xs, ws, n)
+    return emit_braked(train, end, rest - x, grade, air, top, limit, bx, bw, xs, ws, n)
 
 
 @kernel
-def _drive_cell(train, start, end, length, grade, air, limit, w, a, c, bx, bw, xs, ws, n):
-    """Append the rows of one cell, from w with the switching speeds a and c of its end."""
+def _drive_cell(train, start, end, length, grade, air, limit, w, a, top, bx, bw, xs, ws, n):
+    """Append the rows of one cell, from w, with the switching speed a and the envelope ``top`` at its end."""
     rest = length
     if w < a * (1.0 - _ON_CURVE):
         status, _, work = arc(train, rest, grade, air, w, a)
@@ -86,9 +86,9 @@ def _drive_cell(train, start, end, length, grade, air, limit, w, a, c, bx, bw, x
     status, _, work = arc(train, rest, grade, air, w, a)
     if work < 0.0:
         landed = _coast(train, rest, grade, air, w)
-        if landed <= c:
+        if landed <= top:
             return _append(end, landed, xs, ws, n)
-        return _brake_late(train, end - rest, rest, end, grade, air, limit, w, c, bx, bw, xs, ws, n)
+        return _brake_late(train, end - rest, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, n)
     if status == OK:
         return _append(end, a, xs, ws, n)
     first = n
@@ -112,8 +112,8 @@ def drive(train, station, length, grade, air, limit, low, fast, start_w, switch_
         Slowest and fastest feasible squared speed at each station.
     start_w : float
         Squared speed at the origin.
-    switch_a, switch_b : (K + 1, 2) float64
-        Two policies: squared switching speeds (a, c) per station.
+    switch_a, switch_b : (K + 1,) float64
+        Two policies: squared switching speeds for the station at the end of each cell.
     share : float
         Weight of the second policy.
     xs, ws : (size,) float64, modified in place
@@ -139,13 +139,11 @@ def drive(train, station, length, grade, air, limit, low, fast, start_w, switch_
             return -1, time, energy
         top = fast[k + 1]
         bottom = low[k + 1]
-        a = switch_a[k + 1, 0] + share * (switch_b[k + 1, 0] - switch_a[k + 1, 0])
-        c = switch_a[k + 1, 1] + share * (switch_b[k + 1, 1] - switch_a[k + 1, 1])
+        a = switch_a[k + 1] + share * (switch_b[k + 1] - switch_a[k + 1])
         a = max(min(a, top), bottom)
-        c = max(min(c, top), a)
         first = n
         n = _drive_cell(
-            train, station[k], station[k + 1], length[k], grade[k], air[k], limit[k], ws[n - 1], a, c, bx, bw, xs, ws, n
+            train, station[k], station[k + 1], length[k], grade[k], air[k], limit[k], ws[n - 1], a, top, bx, bw, xs, ws, n
         )
         n = drop_slivers(xs, ws, first, n, SLIVER * length[k])
         ws[n - 1] = max(min(ws[n - 1], top), bottom)

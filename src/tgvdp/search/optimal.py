@@ -121,9 +121,8 @@ class _Front:
         self.tolerance_s = tolerance_s
         self.counters = {"pilots": 0, "runs": 0, "costates": 0}
         self.pilots = [mesh.pilot(math.inf, self.counters)]
-        mass_w = 0.5 * mesh.train.inertia_kg * float(mesh.fast.max())
-        self.scale_j = max(self.pilots[0].energy_j, 1e-3 * mass_w)
-        self.price = self.scale_j / self.pilots[0].time_s
+        self.scale_j = mesh.usual_price * self.pilots[0].time_s
+        self.price = mesh.usual_price
         self.idle = 0
 
     def reach(self, target_s: float) -> bool:
@@ -197,7 +196,7 @@ class _Front:
         f_lo, f_hi = before.time_s - target_s, after.time_s - target_s
         for _ in range(30):
             f = run[1] - target_s
-            if abs(f) <= self.tolerance_s or not f_lo < 0.0 < f_hi:
+            if abs(f) <= self.tolerance_s or not f_lo < 0.0 < f_hi or hi - lo < _SAME:
                 break
             if f < 0.0:
                 f_hi *= 0.5 if lo > 0.0 else 1.0
@@ -207,13 +206,51 @@ class _Front:
                 hi, f_hi = share, f
             share = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
             run = self.mesh.drive(before.switch, after.switch, share, self.counters)
-        if math.isinf(before.price):
-            return *run, after.price
-        return *run, before.price * (after.price / before.price) ** share
+        if abs(run[1] - target_s) > self.tolerance_s and f_lo < 0.0 < f_hi:
+            run = self._bridge(_blend(before, after, lo), _blend(before, after, hi), target_s)
+        return *run, after.price if math.isinf(before.price) else _slope(before, after, run[1])
+
+    def _bridge(
+        self, fast: NDArray[np.float64], slow: NDArray[np.float64], target_s: float
+    ) -> tuple[int, float, float]:
+        """Meet a time at which the running time of blends jumps: the slow policy up to one station, then the fast.
+
+        Moving that station cell by cell, and blending in its own cell alone, leaves no jump.
+        """
+        first, last = 0, len(fast)
+        while last - first > 1:
+            middle = (first + last) // 2
+            mixed = np.concatenate((slow[:middle], fast[middle:]))
+            if self.mesh.drive(mixed, mixed, 0.0, self.counters)[1] < target_s:
+                first = middle
+            else:
+                last = middle
+        here = np.concatenate((slow[:first], fast[first:]))
+        there = np.concatenate((slow[:last], fast[last:]))
+        lo, hi = 0.0, 1.0
+        run = self.mesh.drive(here, there, 0.5, self.counters)
+        while abs(run[1] - target_s) > self.tolerance_s and hi - lo > _SAME:
+            middle_share = 0.5 * (lo + hi)
+            lo, hi = (middle_share, hi) if run[1] < target_s else (lo, middle_share)
+            run = self.mesh.drive(here, there, 0.5 * (lo + hi), self.counters)
+        return run
+
+
+def _blend(first: Pilot, second: Pilot, share: float) -> NDArray[np.float64]:
+    return first.switch + share * (second.switch - first.switch)
 
 
 def _unit(share: float) -> float:
     return min(max(share, 0.0), 1.0)
+
+
+def _slope(first: Pilot, second: Pilot, time_s: float) -> float:
+    """Price at a time: minus the slope of the cubic, within the prices of the two pilots."""
+    span = second.time_s - first.time_s
+    u = _unit((time_s - first.time_s) / span)
+    chord = (first.energy_j - second.energy_j) / span
+    bends = (1.0 - 4.0 * u + 3.0 * u * u) * first.price + (3.0 * u * u - 2.0 * u) * second.price
+    return min(max(6.0 * u * (1.0 - u) * chord + bends, second.price), first.price)
 
 
 def _tangent_gap(first: Pilot, second: Pilot) -> float:

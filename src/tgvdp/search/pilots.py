@@ -19,7 +19,8 @@ from tgvdp.search.drive import drive
 #: Cells per trip at least, and cells within the distance over which starting effort would reach the top speed.
 _CELLS_PER_TRIP = 100
 _CELLS_PER_START = 4
-#: Thinning tolerance of the costate polyline, per cell.
+#: Thinning tolerance of the costate polyline, per cell; smaller where the price of time is below E/T of the fastest
+#: run, because the costates of coasting shrink with it.
 _TOLERANCE = 5e-5
 #: Squared speed below which costates are not carried, relative to the trip's top.
 _FLOOR = 1e-4
@@ -27,7 +28,10 @@ _FLOOR = 1e-4
 
 @dataclass
 class Mesh:
-    """Cells of a trip with the envelope of feasible speeds and room for the rows of one run."""
+    """Cells of a trip with the envelope of feasible speeds and room for the rows of one run.
+
+    The usual price is energy over running time of the fastest run, J/s: the scale of multipliers.
+    """
 
     trip: Trip
     train: KernelTrain
@@ -35,6 +39,7 @@ class Mesh:
     low: NDArray[np.float64]
     fast: NDArray[np.float64]
     typical_m: float
+    usual_price: float
     rows: tuple[NDArray[np.float64], NDArray[np.float64]] = field(init=False)
     scratch: tuple[NDArray[np.float64], NDArray[np.float64]] = field(init=False)
 
@@ -54,15 +59,18 @@ class Mesh:
         slowest_kernel(train, cells.length_m, cells.grade_n, cells.air, fast, trip.end_speed_mps**2, low)
         top_w = float(fast.max())
         cells = cells._replace(limit_w=np.minimum(cells.limit_w, 4.0 * top_w))
-        return cls(trip, train, cells, low, fast, cell_m)
+        least_j = 5e-4 * train.inertia_kg * top_w  # a run downhill may need no energy at all
+        usual_price = max(fastest.total_energy_j, least_j) / fastest.duration_s
+        return cls(trip, train, cells, low, fast, cell_m, usual_price)
 
-    def switching_speeds(self, price: float, counters: dict[str, int]) -> NDArray[np.float64]:
-        """Optimal switching speeds, (K + 1, 2), for a multiplier in J/s."""
+    def _switching_speeds(self, price: float, counters: dict[str, int]) -> NDArray[np.float64]:
+        """Optimal squared switching speeds, (K + 1,), for a multiplier in J/s."""
         cells = self.cells
-        switch = np.empty((len(self.fast), 2))
+        switch = np.empty_like(self.fast)
+        tolerance = _TOLERANCE * min(1.0, price / self.usual_price)
         status, points = costate.switching_speeds(
             self.train, cells.length_m, cells.grade_n, cells.air, self.low, self.fast, self.trip.end_speed_mps**2,
-            price / self.train.inertia_kg, _TOLERANCE, self.typical_m, _FLOOR * float(self.fast.max()), switch,
+            price / self.train.inertia_kg, tolerance, self.typical_m, _FLOOR * float(self.fast.max()), switch,
         )  # fmt: skip
         counters["pilots"] += 1
         counters["costates"] += points
@@ -89,16 +97,16 @@ class Mesh:
     def pilot(self, price: float, counters: dict[str, int]) -> "Pilot":
         """Solve and drive one multiplier, J/s; infinite is the fastest run, full traction up to the envelope."""
         if math.isinf(price):
-            switch = np.column_stack((self.fast, self.fast))
+            switch = self.fast
         else:
-            switch = self.switching_speeds(price, counters)
+            switch = self._switching_speeds(price, counters)
         _, time_s, energy_j = self.drive(switch, switch, 0.0, counters)
         return Pilot(price, switch, time_s, energy_j)
 
 
 @dataclass(frozen=True)
 class Pilot:
-    """A solved multiplier: price λ in J/s, its switching speeds (K + 1, 2), running time in s and energy in J."""
+    """A solved multiplier: price λ in J/s, its switching speeds (K + 1,), running time in s and energy in J."""
 
     price: float
     switch: NDArray[np.float64]

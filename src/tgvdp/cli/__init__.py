@@ -1,0 +1,103 @@
+"""The command line: it parses, calls, prints and saves; everything else is done elsewhere.
+
+Subcommands live in modules of their own, which import numpy, numba and matplotlib only when they run. `main` is the
+single place where an error becomes one line on stderr and an exit code (see `tgvdp.errors`).
+"""
+
+import importlib
+import warnings
+from collections.abc import Sequence
+from typing import Any
+
+import click
+
+from tgvdp import __version__
+from tgvdp.errors import InputError, TgvdpError
+
+PROGRAM = "tgvdp"
+EXIT_USAGE = 2
+EXIT_INTERRUPTED = 130
+_COMMANDS = ("search", "catalog", "validate", "completion")
+
+_EXAMPLES = """
+\b
+Examples:
+  tgvdp search                                   the built-in train on the built-in line
+  tgvdp search --train tgv --track flat-100km --out flat
+  tgvdp catalog                                  the built-in trains and lines
+  tgvdp validate my-train.json my-scenario.toml
+"""
+
+
+class _LazyGroup(click.Group):
+    """Imports the module of a subcommand when somebody asks for it."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(_COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in _COMMANDS:
+            return None
+        command: click.Command = importlib.import_module(f"tgvdp.cli.{cmd_name}").command
+        return command
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:  # before click, which prints an empty line
+            raise _Interrupted("interrupted") from None
+
+
+class _Interrupted(click.ClickException):
+    exit_code = EXIT_INTERRUPTED
+
+
+@click.group(
+    cls=_LazyGroup,
+    epilog=_EXAMPLES,
+    no_args_is_help=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+@click.version_option(__version__, prog_name=PROGRAM)
+def cli() -> None:
+    """Find the Pareto front of delay against energy for a train on a line.
+
+    Exit codes: 0 done, 2 wrong usage, 3 bad input, 4 infeasible, 5 budget reached (a partial result, labelled so),
+    130 interrupted.
+    """
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Without the program's name; ``sys.argv[1:]`` by default.
+    """
+    with warnings.catch_warnings():
+        warnings.showwarning = _show_warning  # type: ignore[assignment]
+        try:
+            code = cli.main(args=arguments, prog_name=PROGRAM, standalone_mode=False)
+        except click.UsageError as error:
+            hint = f" (see {error.ctx.command_path} --help)" if error.ctx else ""
+            return _fail(error.format_message() + hint, EXIT_USAGE)
+        except click.ClickException as error:
+            return _fail(error.format_message(), error.exit_code)
+        except click.Abort:
+            return _fail("interrupted", EXIT_INTERRUPTED)
+        except TgvdpError as error:
+            return _fail(str(error), error.exit_code)
+        except OSError as error:
+            where = f"{error.filename}: " if error.filename is not None else ""
+            return _fail(f"{where}{error.strerror or error}", InputError.exit_code)
+    return int(code or 0)
+
+
+def _fail(message: str, exit_code: int) -> int:
+    click.echo(f"{PROGRAM}: error: {' '.join(message.split())}", err=True)
+    return exit_code
+
+
+def _show_warning(message: Warning | str, *_: object) -> None:
+    click.echo(f"{PROGRAM}: warning: {' '.join(str(message).split())}", err=True)

@@ -1,0 +1,66 @@
+"""What people see of a search: a line of progress, and a short table."""
+
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import click
+
+ROWS = 12
+_CLEAR_LINE = "\r\x1b[K"
+
+
+class Screen:
+    """A line of progress on stderr, at a terminal only."""
+
+    def __init__(self, *, quiet: bool) -> None:
+        self._live = not quiet and sys.stderr.isatty()
+
+    def progress(self, text: str) -> None:
+        """Say what is being done, in place of what was being done before."""
+        if self._live:
+            click.echo(f"{_CLEAR_LINE}{text} …", err=True, nl=False)
+
+    def __enter__(self) -> "Screen":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Leave no line behind, whatever follows: a table, or an error."""
+        if self._live:
+            click.echo(_CLEAR_LINE, err=True, nl=False)
+
+
+def front_table(content: Mapping[str, Any]) -> str:
+    """A dozen rows of the front at most, its two ends included, of an object of schema tgvdp.search/1."""
+    front = content["front"]
+    lines = [f"{'margin':>8}  {'time':>12}  {'delay':>10}  {'energy':>14}  {'saved':>8}"]
+    for index in spread(len(front), ROWS):
+        point = front[index]
+        lines.append(
+            f"{point['margin_pct']:6.2f} %  {duration(point['time_s']):>12}  {point['delay_s']:8.5g} s"
+            f"  {point['energy_kwh']:10.5g} kWh  {point['saved_pct']:6.2f} %"
+        )
+    fastest = content["fastest"]
+    lines.append(
+        f"fastest run {duration(fastest['time_s'])}, {fastest['energy_kwh']:.5g} kWh;"
+        f" {len(front)} {'point' if len(front) == 1 else 'points'} on the front"
+    )
+    return "\n".join(lines)
+
+
+def spread(count: int, most: int) -> Sequence[int]:
+    """At most ``most`` indices of ``range(count)``, evenly spread, first and last included."""
+    if count <= most:
+        return range(count)
+    return [round(i * (count - 1) / (most - 1)) for i in range(most)]
+
+
+def duration(time_s: float) -> str:
+    """A duration as people write it: ``0.71 s``, ``2:05.3``, ``1:07:09.0``."""
+    if time_s < 60.0:
+        return f"{time_s:.3g} s"
+    tenths = round(10.0 * time_s)
+    minutes, rest = divmod(tenths, 600)
+    hours, minutes = divmod(minutes, 60)
+    clock = f"{minutes:02d}:{rest / 10:04.1f}" if hours else f"{minutes}:{rest / 10:04.1f}"
+    return f"{hours}:{clock}" if hours else clock

@@ -1,0 +1,184 @@
+"""``tgvdp search``: the Pareto front of one trip, as files, a table or one JSON object."""
+
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import click
+
+from tgvdp.cli.numbers import number
+from tgvdp.cli.screen import Screen, front_table
+from tgvdp.errors import BudgetExceededError
+from tgvdp.units import kmh_to_mps
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
+
+    from tgvdp.model.track import Track
+    from tgvdp.model.train import Train
+
+DEFAULT_TRAIN = "tgv"
+DEFAULT_TRACK = "lgv-100km"
+METHODS = ("front", "exact", "best-first")
+HEURISTICS = ("ratio", "time", "energy", "weighted")
+_PATHS_HELP = "best-first: stop after so many complete paths.  [default: 100]"
+_TRAIN_HELP = f"Train: a file, or a name of the catalog.  [default: {DEFAULT_TRAIN}]"
+_TRACK_HELP = f"Line: a file, or a name of the catalog.  [default: {DEFAULT_TRACK}]"
+_MARGIN_HELP = "Longest running time, above the fastest run's.  [default: 25]"
+
+_EXAMPLES = """
+\b
+Examples:
+  tgvdp search
+  tgvdp search --track line.json --train train.json --from 12000 --to 43500
+  tgvdp search --scenario trip.toml --points 20 --out trip
+  tgvdp search --method exact --segment 1000 --speeds 30
+  tgvdp search --method best-first --paths 10 --heuristic ratio --time-limit 10
+  tgvdp search --json --quiet > result.json
+"""
+
+
+def _percent_to_fraction(percent: float) -> float:
+    return percent / 100.0
+
+
+#: Option of the command line and of scenario files → argument of `tgvdp.search` and how its unit changes.
+_ARGUMENTS: dict[str, tuple[str, Callable[[Any], Any] | None]] = {
+    "from_m": ("origin_m", None),
+    "to_m": ("destination_m", None),
+    "start_speed_kmh": ("start_speed_mps", kmh_to_mps),
+    "end_speed_kmh": ("end_speed_mps", kmh_to_mps),
+    "method": ("method", None),
+    "points": ("points", None),
+    "max_margin_pct": ("max_margin", _percent_to_fraction),
+    "paths": ("paths", None),
+    "heuristic": ("heuristic", None),
+    "segment_m": ("segment_m", None),
+    "speeds": ("speeds", None),
+    "dominance": ("dominance", None),
+    "bounds": ("bounds", None),
+    "max_labels": ("max_labels", None),
+    "time_limit_s": ("time_limit_s", None),
+}
+
+
+def _complete(_: click.Context, parameter: click.Parameter, incomplete: str) -> "list[CompletionItem]":
+    """Complete names of the catalog where the option takes them, and files."""
+    from click.shell_completion import CompletionItem
+
+    from tgvdp.model import catalog
+
+    names = [name for kind in catalog.KINDS if kind == parameter.name for name in catalog.names(kind)]
+    items = [CompletionItem(name) for name in names if name.startswith(incomplete)]
+    return [*items, CompletionItem(incomplete, type="file")]
+
+
+@click.command("search", epilog=_EXAMPLES)
+@click.option("--track", metavar="FILE|NAME", shell_complete=_complete, help=_TRACK_HELP)
+@click.option("--train", metavar="FILE|NAME", shell_complete=_complete, help=_TRAIN_HELP)
+@click.option(
+    "--scenario",
+    metavar="FILE",
+    shell_complete=_complete,
+    help="Train, line and options in one file; the command line wins over it.",
+)
+@click.option("--from", "from_m", metavar="M", type=number("m", at_least=0.0), help="Origin on the line.  [default: 0]")
+@click.option("--to", "to_m", metavar="M", type=number("m"), help="Destination on the line.  [default: its end]")
+@click.option("--start-speed", "start_speed_kmh", metavar="KMH", type=number("km/h", at_least=0.0), help="[default: 0]")
+@click.option("--end-speed", "end_speed_kmh", metavar="KMH", type=number("km/h", at_least=0.0), help="[default: 0]")
+@click.option("--method", type=click.Choice(METHODS), help="How to search.  [default: front]")
+@click.option("--points", metavar="N", type=click.IntRange(min=2), help="Points of the front.  [default: 60]")
+@click.option("--max-margin", "max_margin_pct", metavar="PCT", type=number("%", above=0.0), help=_MARGIN_HELP)
+@click.option("--paths", metavar="N", type=click.IntRange(min=1), help=_PATHS_HELP)
+@click.option("--heuristic", type=click.Choice(HEURISTICS), help="best-first: what orders the queue.  [default: ratio]")
+@click.option("--segment", "segment_m", metavar="M", type=number("m", above=0.0), help="Grid: length of a segment.")
+@click.option("--speeds", metavar="N", type=click.IntRange(min=2), help="Grid: number of speeds.")
+@click.option("--dominance/--no-dominance", default=None, help="Grid: drop dominated paths.  [default: dominance]")
+@click.option("--bounds/--no-bounds", default=None, help="Grid: prune by bounds of the cost to go.  [default: bounds]")
+@click.option("--max-labels", metavar="N", type=click.IntRange(min=1), help="Grid: end after so many partial paths.")
+@click.option(
+    "--time-limit", "time_limit_s", metavar="S", type=number("s", above=0.0), help="End after so many seconds."
+)
+@click.option("--out", metavar="DIR", default="out", show_default=True, help="Folder of the results.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object on stdout, everything else on stderr.")
+@click.option("--quiet", is_flag=True, help="Print nothing but errors and what --json asks for.")
+def command(
+    track: str | None, train: str | None, scenario: str | None, out: str, as_json: bool, quiet: bool, **given: Any
+) -> int:
+    """Search the Pareto front of delay against energy for one trip.
+
+    Writes result.json, front.csv, profiles.csv and pictures into a folder. Grid options are those of the methods exact
+    and best-first. A search that ends by its budget writes what it has, labelled as partial, and exits with code 5.
+    """
+    from tgvdp.report import check_writable, make_provenance, result_object, write_results
+
+    check_writable(out)
+    with Screen(quiet=quiet) as screen:
+        case = _read_case(train, track, scenario)
+        options = case.options | {name: value for name, value in given.items() if value is not None}
+        screen.progress(f"searching: {case.train.name} on {case.track.name}")
+        from tgvdp import api  # brings numba: neither --help nor an error in the input waits for it
+
+        result = api.search(case.train, case.track, **_arguments(options))
+        screen.progress("replaying")
+        verdicts = result.verify()
+        screen.progress("drawing and writing")
+        provenance = make_provenance(result.options, case.inputs, result.elapsed_s)
+        files = write_results(result, out, provenance, verdicts)
+
+    content = result_object(result, verdicts, provenance)
+    if as_json:
+        click.echo(json.dumps(content, ensure_ascii=False, allow_nan=False))
+    if not quiet:
+        click.echo(f"{case.train.name} on {case.track.name}", err=as_json)
+        click.echo(front_table(content), err=as_json)
+        click.echo(f"in {out}: {', '.join(file.name for file in files)}", err=as_json)
+    return _judge(content)
+
+
+class _Case(NamedTuple):
+    train: "Train"
+    track: "Track"
+    options: dict[str, Any]
+    inputs: dict[str, "str | Path | Train | Track"]  # by role: what was read from a file of its own, or the values
+
+
+def _read_case(train: str | None, track: str | None, scenario: str | None) -> _Case:
+    """Read what the command line names, then what the scenario holds, then the defaults."""
+    from tgvdp.formats import Scenario, load_scenario, load_track, load_train
+    from tgvdp.formats.sources import source_path
+
+    held = Scenario(name="", format="") if scenario is None else load_scenario(scenario)
+    inputs: dict[str, str | Path | Train | Track] = {} if scenario is None else {"scenario": scenario}
+    if train is None and held.train is not None:
+        the_train = inputs["train"] = held.train
+    else:
+        train_path = inputs["train"] = source_path(DEFAULT_TRAIN if train is None else train, "train")
+        the_train = load_train(train_path)
+    if track is None and held.track is not None:
+        the_track = inputs["track"] = held.track
+    else:
+        track_path = inputs["track"] = source_path(DEFAULT_TRACK if track is None else track, "track")
+        the_track = load_track(track_path)
+    return _Case(the_train, the_track, held.options, inputs)
+
+
+def _arguments(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Turn options in the units of people into arguments of the search, in SI; what is absent keeps its default."""
+    arguments = {}
+    for name, value in options.items():
+        argument, convert = _ARGUMENTS[name]
+        arguments[argument] = value if convert is None else convert(value)
+    return arguments
+
+
+def _judge(content: Mapping[str, Any]) -> int:
+    """Exit code of a result, and a word on stderr where it is not all that was asked for."""
+    failed = [str(point["id"]) for point in content["front"] if not point["replay"]["ok"]]
+    if failed:
+        click.echo(f"tgvdp: warning: points {', '.join(failed)} do not pass the replay", err=True)
+    if content["complete"]:
+        return 0
+    click.echo(f"tgvdp: budget reached: {content['warning']}", err=True)
+    return BudgetExceededError.exit_code

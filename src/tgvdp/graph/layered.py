@@ -1,0 +1,127 @@
+"""A layered directed graph with two costs per arc, as CSR arrays.
+
+Layer k holds the nodes ``layer_ptr[k] .. layer_ptr[k + 1] - 1``; arcs lead from a layer to the next one, so that node
+numbers increase along every path. The first layer is the root alone, the last one the terminal alone.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tgvdp.errors import InputError
+
+
+class Incoming(NamedTuple):
+    """The same arcs sorted by the node where they end; arcs into one node come in the order of their sources.
+
+    Attributes
+    ----------
+    arc_ptr : (n_nodes + 1,) int64
+    arc_from : (n_arcs,) int32
+    duration_s, energy_j : (n_arcs,) float64
+    """
+
+    arc_ptr: NDArray[np.int64]
+    arc_from: NDArray[np.int32]
+    duration_s: NDArray[np.float64]
+    energy_j: NDArray[np.float64]
+
+
+class LayeredGraph(NamedTuple):
+    """Arcs sorted by the node where they start.
+
+    Attributes
+    ----------
+    layer_ptr : (n_layers + 1,) int64
+        First node of each layer.
+    arc_ptr : (n_nodes + 1,) int64
+        First arc of each node.
+    arc_to : (n_arcs,) int32
+        Node where the arc ends.
+    duration_s, energy_j : (n_arcs,) float64
+        Costs, not negative.
+    """
+
+    layer_ptr: NDArray[np.int64]
+    arc_ptr: NDArray[np.int64]
+    arc_to: NDArray[np.int32]
+    duration_s: NDArray[np.float64]
+    energy_j: NDArray[np.float64]
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of nodes."""
+        return len(self.arc_ptr) - 1
+
+    @property
+    def n_layers(self) -> int:
+        """Number of layers, root and terminal included."""
+        return len(self.layer_ptr) - 1
+
+    @property
+    def layer(self) -> NDArray[np.int32]:
+        """Layer of each node, (n_nodes,) int32."""
+        return np.repeat(np.arange(self.n_layers, dtype=np.int32), np.diff(self.layer_ptr))
+
+    @property
+    def arc_from(self) -> NDArray[np.int32]:
+        """Node where each arc starts, (n_arcs,) int32."""
+        return np.repeat(np.arange(self.n_nodes, dtype=np.int32), np.diff(self.arc_ptr))
+
+    def incoming(self) -> Incoming:
+        """Sort the arcs by the node where they end."""
+        order = np.argsort(self.arc_to, kind="stable")
+        counts = np.bincount(self.arc_to, minlength=self.n_nodes)
+        return Incoming(
+            np.concatenate(([0], np.cumsum(counts))).astype(np.int64),
+            self.arc_from[order],
+            self.duration_s[order],
+            self.energy_j[order],
+        )
+
+
+def layered_graph(
+    layer_sizes: ArrayLike, arc_from: ArrayLike, arc_to: ArrayLike, duration_s: ArrayLike, energy_j: ArrayLike
+) -> LayeredGraph:
+    """Build a graph from arcs in any order.
+
+    Parameters
+    ----------
+    layer_sizes : (n_layers,) int
+        Number of nodes of each layer; the first and the last are 1.
+    arc_from, arc_to : (n_arcs,) int
+        Nodes, numbered through the layers.
+    duration_s, energy_j : (n_arcs,) float
+        Costs, finite and not negative.
+
+    Raises
+    ------
+    InputError
+        When an end layer has more than one node, an arc skips a layer or comes twice, or a cost is negative or not
+        finite.
+    """
+    sizes = np.asarray(layer_sizes, dtype=np.int64)
+    source = np.asarray(arc_from, dtype=np.int32)
+    target = np.asarray(arc_to, dtype=np.int32)
+    duration = np.asarray(duration_s, dtype=np.float64)
+    energy = np.asarray(energy_j, dtype=np.float64)
+    if len(sizes) < 2 or sizes[0] != 1 or sizes[-1] != 1:
+        raise InputError(f"graph: the first and the last of two or more layers hold one node, got sizes {list(sizes)}")
+    layer_ptr = np.concatenate(([0], np.cumsum(sizes))).astype(np.int64)
+    n_nodes = int(layer_ptr[-1])
+    if source.size and (min(source.min(), target.min()) < 0 or max(source.max(), target.max()) >= n_nodes):
+        raise InputError(f"graph: arcs must join nodes 0 .. {n_nodes - 1}")
+    layer = np.repeat(np.arange(len(sizes)), sizes)
+    if np.any(layer[target] != layer[source] + 1):
+        raise InputError("graph: every arc must lead to the next layer")
+    for name, cost in (("duration_s", duration), ("energy_j", energy)):
+        if not np.all(np.isfinite(cost) & (cost >= 0.0)):
+            raise InputError(f"graph: {name} must be finite and not negative on every arc")
+    order = np.lexsort((target, source))
+    source, target = source[order], target[order]
+    if np.any((source[1:] == source[:-1]) & (target[1:] == target[:-1])):
+        raise InputError("graph: an arc is given twice")
+    counts = np.bincount(source, minlength=n_nodes)
+    arc_ptr = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
+    return LayeredGraph(layer_ptr, arc_ptr, target, duration[order], energy[order])

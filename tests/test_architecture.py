@@ -1,0 +1,209 @@
+"""Data flows one way: files → model → physics → line → search → front → report. Imports point back along it."""
+
+import ast
+import statistics
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parents[1] / "src" / "tgvdp"
+
+#: Leaves that every room may use.
+LEAVES = {"errors", "units", "constants", "__version__"}
+
+#: Room → the rooms it may import besides itself and the leaves. Edges (cli, api) stand last.
+MAY_IMPORT = {
+    "errors": set(),
+    "units": set(),
+    "constants": set(),
+    "_jit": set(),
+    "model": set(),
+    "formats": {"model"},
+    "physics": {"model", "_jit"},
+    "line": {"model", "physics", "_jit"},
+    "graph": {"model", "physics", "line", "_jit"},
+    "search": {"model", "physics", "line", "graph", "_jit"},
+    "formulations": {"model", "physics", "line", "graph", "_jit"},
+    "solvers": {"model", "physics", "line", "graph", "formulations"},
+    "front": {"model", "physics", "line", "search", "_jit"},
+    "report": {"model", "physics", "line", "search", "front"},
+    "api": {"model", "formats", "physics", "line", "search", "front"},
+    "cli": {"model", "formats", "report", "api", ""},
+    "__main__": {"cli"},
+    "": {"model", "formats", "physics", "front", "api"},  # the package itself: public names
+}
+
+#: Third-party package → the only room that may import it. Extras are never imported at module level.
+ONLY_IN = {"numba": "_jit", "llvmlite": "_jit", "matplotlib": "report", "networkx": "graph", "click": "cli"}
+CORE = {"numpy", "numba", "networkx", "matplotlib", "click", "msgspec"}
+QUANTUM = {"dimod", "dwave", "qiskit", "qiskit_aer", "docplex", "neal"}
+SILENT = {"physics", "line", "search"}  # no files, no printing
+FILE_CALLS = {"open", "print", "input"}
+FILE_MODULES = {"pathlib", "os", "io", "shutil", "tempfile", "json", "csv", "logging"}
+
+
+class Import(NamedTuple):
+    path: Path
+    line: int
+    room: str
+    target: str
+    at_module_level: bool
+    for_types_only: bool
+
+    def __str__(self):
+        return f"{self.path.relative_to(PACKAGE.parent)}:{self.line}: {self.room or 'tgvdp'} imports {self.target}"
+
+
+def room_of(path):
+    first = path.relative_to(PACKAGE).parts[0]
+    return first.removesuffix(".py") if first != "__init__.py" else ""
+
+
+def is_type_checking(node):
+    return isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+
+
+def imports_of(path, text=None):
+    room = room_of(path)
+
+    def walk(node, at_module_level, for_types_only):
+        for child in ast.iter_child_nodes(node):
+            inside = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
+            if isinstance(child, ast.Import):
+                targets = [alias.name for alias in child.names]
+            elif isinstance(child, ast.ImportFrom):
+                assert child.level == 0, f"{path}:{child.lineno}: imports are absolute"
+                # `from tgvdp import api` imports the room api.
+                inner = child.module == "tgvdp"
+                targets = [f"tgvdp.{alias.name}" for alias in child.names] if inner else [child.module]
+            else:
+                yield from walk(child, at_module_level and not inside, for_types_only or is_type_checking(child))
+                continue
+            for target in targets:
+                yield Import(path, child.lineno, room, target, at_module_level, for_types_only)
+
+    yield from walk(ast.parse(path.read_text() if text is None else text), True, False)
+
+
+SOURCES = sorted(PACKAGE.rglob("*.py"))
+IMPORTS = [one for path in SOURCES for one in imports_of(path)]
+
+
+def target_room(one):
+    """Room of an import within the package; a public name of the package counts as the package itself."""
+    parts = one.target.split(".")
+    if parts[0] != "tgvdp":
+        return None
+    return parts[1] if len(parts) > 1 and parts[1] in {*MAY_IMPORT, *LEAVES} else ""
+
+
+def direction_faults(imports):
+    for one in imports:
+        target = target_room(one)
+        # What a type checker alone reads does not run: report names the result that api hands to it.
+        if target is None or target == one.room or one.for_types_only:
+            continue
+        if target not in LEAVES | MAY_IMPORT[one.room]:
+            yield str(one)
+
+
+def third_party_faults(imports):
+    for one in imports:
+        top = one.target.partition(".")[0]
+        if top in ONLY_IN and one.room != ONLY_IN[top]:
+            yield f"{one}, which only {ONLY_IN[top]} may"
+        if top in QUANTUM and one.room != "solvers":
+            yield f"{one}, which only solvers may"
+        known = top in CORE or top == "tgvdp" or top in sys.stdlib_module_names
+        if not known and one.at_module_level and not one.for_types_only:
+            yield f"{one}, an extra, at module level"
+
+
+def noise_faults(path, tree):
+    if room_of(path) not in SILENT:
+        return
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in FILE_CALLS:
+            yield f"{path.name}:{node.lineno}: calls {node.func.id}"
+
+
+def test_every_room_has_its_rule():
+    assert {room_of(path) for path in SOURCES} <= set(MAY_IMPORT)
+
+
+def test_imports_point_back_along_the_flow():
+    assert list(direction_faults(IMPORTS)) == []
+
+
+def test_third_party_packages_stay_in_their_rooms():
+    assert list(third_party_faults(IMPORTS)) == []
+
+
+def test_physics_line_and_search_neither_print_nor_touch_files():
+    calls = [fault for path in SOURCES for fault in noise_faults(path, ast.parse(path.read_text()))]
+    modules = [
+        str(one) for one in IMPORTS if one.room in SILENT and one.target.partition(".")[0] in FILE_MODULES | {"click"}
+    ]
+    assert calls + modules == []
+
+
+@pytest.mark.parametrize(
+    ("room", "text"),
+    [
+        ("search/a.py", "from tgvdp.formulations.qubo import build"),
+        ("formulations/a.py", "import tgvdp.search.labels"),
+        ("model/a.py", "from tgvdp.formats import load_train"),
+        ("physics/a.py", "def f():\n    from tgvdp.line.cells import cells_of"),
+        ("front/a.py", "from tgvdp import api"),
+        ("line/a.py", "import numba"),
+        ("search/a.py", "import matplotlib.pyplot as plt"),
+        ("report/a.py", "import networkx"),
+        ("solvers/a.py", "import dimod"),
+        ("bench.py", "def f():\n    import qiskit"),
+        ("graph/a.py", "import casadi"),
+    ],
+)
+def test_rules_catch_a_breach(room, text):
+    imports = list(imports_of(PACKAGE / room, text))
+    assert [*direction_faults(imports), *third_party_faults(imports)]
+
+
+def test_rules_allow_extras_inside_functions():
+    imports = list(imports_of(PACKAGE / "solvers" / "a.py", "def f():\n    import dimod"))
+    assert not [*direction_faults(imports), *third_party_faults(imports)]
+
+
+HEAVY = ("numpy", "numba", "matplotlib", "networkx", "msgspec")
+
+
+def loaded_by(code):
+    """Heavy packages that a fresh interpreter has loaded after running some code."""
+    check = f"import sys\n{code}\nprint(*[name for name in {HEAVY} if name in sys.modules], sep=' ', file=sys.stderr)"
+    done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, timeout=60, check=True)
+    return done.stderr.split()
+
+
+def test_import_loads_nothing_heavy():
+    assert loaded_by("import tgvdp") == []
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["search", "--help"], ["catalog", "--help"]])
+def test_help_loads_nothing_heavy(arguments):
+    assert loaded_by(f"from tgvdp.cli import main\nmain({arguments})") == []
+
+
+@pytest.mark.parametrize("arguments", [["-c", "import tgvdp"], ["-m", "tgvdp", "--help"]])
+def test_start_up_is_measured(arguments):
+    """Prints, and asserts nothing about, durations: they belong to the machine (figures: 50 ms and 150 ms)."""
+    code = (
+        "import subprocess, sys, time\n"
+        "for _ in range(5):\n"
+        "    t = time.perf_counter(); subprocess.run([sys.executable, *sys.argv[1:]], stdout=subprocess.DEVNULL)\n"
+        "    print(time.perf_counter() - t)"
+    )
+    command = [sys.executable, "-c", code, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    print(f"{' '.join(arguments)}: median {1e3 * statistics.median(map(float, done.stdout.split())):.0f} ms")

@@ -1,0 +1,270 @@
+"""The kernel cache: fresh after every change, whole or rebuilt, and never the reason why a program fails."""
+
+import os
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from tgvdp import _jit
+
+PROGRAM = """
+from tgvdp._jit import kernel
+from tgvdp.helper import offset
+
+@kernel
+def shifted(x):
+    return x + offset(x)
+
+print(shifted(1.0))
+stats = getattr(shifted, "stats", None)
+print(sum(stats.cache_hits.values()) if stats else "python")
+"""
+HELPER = """
+from tgvdp._jit import kernel
+
+@kernel
+def offset(x):
+    return 41.0
+"""
+
+
+@pytest.fixture
+def program(tmp_path):
+    """Runs a package of two modules around a copy of ``_jit``; returns the words it printed and its stderr."""
+    package = tmp_path / "tgvdp"
+    package.mkdir()
+    shutil.copy(_jit.__file__, package)
+    (package / "__init__.py").touch()
+    (package / "program.py").write_text(PROGRAM)
+    (package / "helper.py").write_text(HELPER)
+
+    def run(cache: Path = tmp_path / "cache", **variables: str) -> tuple[list[str], str]:
+        environment = {name: text for name, text in os.environ.items() if not name.startswith("NUMBA_")}
+        environment |= {_jit.CACHE_DIR_VARIABLE: str(cache), **variables}
+        command = [sys.executable, "-m", "tgvdp.program"]
+        done = subprocess.run(
+            command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120, check=False
+        )
+        assert done.returncode == 0, done.stderr
+        return done.stdout.split(), done.stderr
+
+    run.cache = tmp_path / "cache"
+    run.helper = package / "helper.py"
+    return run
+
+
+def entries(cache: Path, suffix: str) -> list[Path]:
+    return sorted(cache.rglob(f"*{suffix}"))
+
+
+def test_second_process_loads_what_the_first_compiled(program):
+    assert program() == (["42.0", "0"], "")
+    assert program() == (["42.0", "1"], "")
+
+
+def test_change_in_another_module_is_seen(program):
+    program()
+    program.helper.write_text(HELPER.replace("41.0", "6.0"))
+    assert program() == (["7.0", "0"], "")
+
+
+@pytest.mark.parametrize(
+    ("suffix", "damage"),
+    [(".nbi", "truncated"), (".nbi", "emptied"), (".nbc", "truncated"), (".nbc", "bit flipped"), (".nbc", "altered")],
+)
+def test_damaged_entry_is_replaced(program, suffix, damage):
+    program()
+    damaged = entries(program.cache, suffix)
+    assert len(damaged) == 2
+    for path in damaged:
+        content = path.read_bytes()
+        half = len(content) // 2
+        if damage == "truncated":
+            content = content[:half]
+        elif damage == "emptied":
+            content = b""
+        elif damage == "bit flipped":
+            content = content[:half] + bytes([content[half] ^ 0x10]) + content[half + 1 :]
+        else:  # a whole pickle of sound machine code with another constant in it
+            content = content.replace(struct.pack("<d", 41.0), struct.pack("<d", 6.0))
+        path.write_bytes(content)
+    lines, errors = program()
+    assert (lines[0], errors) == ("42.0", "")
+    assert program() == (["42.0", "1"], "")
+
+
+def test_vanished_entry_is_replaced(program):
+    program()
+    for path in entries(program.cache, ".nbc"):
+        path.unlink()
+    assert program() == (["42.0", "0"], "")
+    assert program() == (["42.0", "1"], "")
+
+
+def test_unwritable_cache_warns_once_and_goes_on(program, tmp_path):
+    (tmp_path / "file").write_text("a cache folder cannot be made below a file")
+    lines, errors = program(cache=tmp_path / "file" / "cache")
+    assert lines == ["42.0", "0"]
+    assert errors.count("RuntimeWarning") == 1
+    assert _jit.CACHE_DIR_VARIABLE in errors
+
+
+def test_no_home_folder_warns_and_goes_on(program):
+    if sys.platform == "win32":
+        pytest.skip("on Windows the cache folder does not derive from HOME")
+    lines, errors = program(TGVDP_CACHE_DIR="", XDG_CACHE_HOME="", HOME="nowhere")
+    assert lines == ["42.0", "0"]
+    assert errors.count("RuntimeWarning") == 1
+
+
+def test_modes_of_numba_do_not_share_a_cache(program):
+    program()
+    assert program(NUMBA_BOUNDSCHECK="1") == (["42.0", "0"], "")
+    assert program(NUMBA_BOUNDSCHECK="1") == (["42.0", "1"], "")
+    assert program() == (["42.0", "1"], "")
+    assert len(list(program.cache.iterdir())) == 2
+
+
+def test_without_jit_kernels_are_python_and_nothing_is_cached(program):
+    assert program(NUMBA_DISABLE_JIT="1") == (["42.0", "python"], "")
+    assert not program.cache.exists()
+
+
+def test_cache_settings_of_other_numba_users_are_untouched(program, tmp_path):
+    other = tmp_path / "other"
+    program(NUMBA_CACHE_DIR=str(other))
+    assert not other.exists()
+    assert entries(program.cache, ".nbc")
+
+
+@_jit.leaf
+def _power(x, n):
+    return x**n
+
+
+@_jit.kernel
+def _with_constants(x, n):
+    return _power(x, 1) + _power(x, 2) + _power(x, n) + _power(x=x, n=3)
+
+
+@pytest.mark.skipif(_jit.config.DISABLE_JIT, reason="nothing is compiled")
+def test_constants_do_not_multiply_kernels():
+    assert _with_constants(2.0, 4) == 2.0 + 4.0 + 16.0 + 8.0
+    assert len(_power.signatures) == 1
+
+
+def test_interrupt_during_compilation_comes_right_after_it():
+    hold = _jit._InterruptHold()
+    steps = []
+    with pytest.raises(KeyboardInterrupt), hold:
+        with hold:
+            steps.append("callee begins")
+            signal.raise_signal(signal.SIGINT)
+            steps.append("callee ends")
+        steps.append("caller ends")
+    assert steps == ["callee begins", "callee ends"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_handler_that_goes_on_lets_the_compilation_go_on():
+    hold = _jit._InterruptHold()
+    seen = []
+    before = signal.signal(signal.SIGINT, lambda *_: seen.append("interrupt"))
+    try:
+        with hold:
+            with hold:
+                signal.raise_signal(signal.SIGINT)
+            seen.append("caller")
+            signal.raise_signal(signal.SIGINT)
+            seen.append("caller ends")
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert seen == ["interrupt", "caller", "caller ends", "interrupt"]
+
+
+def test_threads_leave_signals_alone():
+    hold = _jit._InterruptHold()
+
+    def work():
+        with hold:
+            handlers.append(signal.getsignal(signal.SIGINT))
+
+    handlers = []
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert handlers == [signal.getsignal(signal.SIGINT)]
+
+
+@pytest.mark.nojit
+def test_key_follows_every_source(tmp_path):
+    (tmp_path / "room").mkdir()
+    (tmp_path / "a.py").write_text("x = 1\n")
+    (tmp_path / "room" / "b.py").write_text("y = 1\n")
+    first = _jit.cache_key(tmp_path)
+    assert _jit.cache_key(tmp_path) == first
+    (tmp_path / "room" / "b.py").write_text("y = 2\n")
+    second = _jit.cache_key(tmp_path)
+    (tmp_path / "room" / "b.py").rename(tmp_path / "room" / "c.py")
+    third = _jit.cache_key(tmp_path)
+    assert len({first, second, third}) == 3
+    (tmp_path / "note.txt").write_text("no source")
+    (tmp_path / "__pycache__").mkdir()
+    (tmp_path / "__pycache__" / "a.py").write_text("no source")
+    assert _jit.cache_key(tmp_path) == third
+
+
+@pytest.mark.nojit
+def test_moving_text_between_files_changes_the_key(tmp_path):
+    for name, (a, b) in {"one": ("x = 1\n", ""), "two": ("", "x = 1\n")}.items():
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "a.py").write_text(a)
+        (tmp_path / name / "b.py").write_text(b)
+    assert _jit.sources_digest(tmp_path / "one") != _jit.sources_digest(tmp_path / "two")
+
+
+def test_hashing_the_sources_is_quick():
+    durations_s = []
+    for _ in range(9):
+        start_s = time.perf_counter()
+        _jit.cache_key(_jit.PACKAGE)
+        durations_s.append(time.perf_counter() - start_s)
+    print(f"hashing the sources: {1e3 * sorted(durations_s)[4]:.2f} ms")
+
+
+def test_old_key_folders_make_room(tmp_path):
+    keys = [f"{number:032x}" for number in range(5)]
+    for age, key in enumerate(keys):
+        (tmp_path / key).mkdir()
+        os.utime(tmp_path / key, (1e9 - age, 1e9 - age))
+    (tmp_path / "notes").mkdir()
+    os.utime(tmp_path / "notes", (1e8, 1e8))
+    _jit.remove_old_folders(tmp_path, kept=2)
+    assert {path.name for path in tmp_path.iterdir()} == {*keys[:2], "notes"}
+
+
+@pytest.mark.parametrize(
+    ("platform", "variables", "expected"),
+    [
+        ("linux", {"XDG_CACHE_HOME": "/elsewhere"}, "/elsewhere/tgvdp"),
+        ("linux", {"XDG_CACHE_HOME": "relative"}, "/home/me/.cache/tgvdp"),
+        ("linux", {}, "/home/me/.cache/tgvdp"),
+        ("darwin", {"XDG_CACHE_HOME": "/elsewhere"}, "/home/me/Library/Caches/tgvdp"),
+        ("darwin", {"TGVDP_CACHE_DIR": "/mine"}, "/mine"),
+        ("win32", {"LOCALAPPDATA": "/local"}, "/local/tgvdp"),
+    ],
+)
+def test_cache_root(monkeypatch, platform, variables, expected):
+    for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", _jit.CACHE_DIR_VARIABLE):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in {"HOME": "/home/me", **variables}.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(sys, "platform", platform)
+    assert _jit.cache_root() == Path(expected)

@@ -1,0 +1,1 @@
+"""Slow, readable twins of the kernels in plain Python: what a fast thing must agree with."""
