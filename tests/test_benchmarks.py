@@ -15,9 +15,9 @@ from benchmarks.output import Report, markdown_table, read_reports, write_report
 import tgvdp
 from tgvdp.model.effort import EffortCurve
 from tgvdp.report.style import new_figure
+from tgvdp.search import costate, pilots
 from tgvdp.search.budget import SearchBudget
 from tgvdp.search.labels import exact_paths
-from tgvdp.search.pilots import Mesh
 
 TOY = synthetic_instance(12e3)
 
@@ -95,10 +95,10 @@ def test_ipopt_peer_refuses_efforts_that_it_does_not_model():
 
 
 def test_every_phase_is_seen_and_nothing_stays_patched(result):
-    before = {name: vars(Mesh)[name] for name in ("of", "drive", "switching_speeds")}
+    before = vars(pilots.Mesh)["of"], pilots.drive, costate.switching_speeds
     spent_s = phases_of(lambda: tgvdp.search(**TOY.arguments, points=6))
     assert all(value > 0.0 for value in spent_s.values())
-    assert {name: vars(Mesh)[name] for name in before} == before
+    assert (vars(pilots.Mesh)["of"], pilots.drive, costate.switching_speeds) == before
 
 
 def test_finer_cells_are_finer_and_only_within_the_context(result):

@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from twins.running import fastest_s
-from twins.trips import level_trip, random_trip
 
 from tgvdp.errors import InfeasibleError
 from tgvdp.formats import load_track, load_train
@@ -19,6 +17,8 @@ from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
 from tgvdp.physics.replay import replay
 from tgvdp.units import joule_to_kwh
+from twins.running import fastest_s
+from twins.trips import level_trip, random_trip
 
 #: Random trips that once failed, by what was wrong.
 REGRESSIONS = {

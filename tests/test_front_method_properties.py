@@ -3,11 +3,11 @@
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_front_method import cheapest_above_grid, check_front
-from twins.trips import random_trip
 
+from test_front_method import cheapest_above_grid, check_front
 from tgvdp.errors import InfeasibleError
 from tgvdp.line.fastest import fastest_run
+from twins.trips import random_trip
 
 feasible_seeds = st.integers(10_000, 10**9)
 
@@ -40,7 +40,7 @@ def test_no_front_is_worse_than_a_grid(seed):
 
 
 @pytest.mark.slow
-@settings(max_examples=600, deadline=None, derandomize=True)
+@settings(max_examples=300, deadline=None, derandomize=True)
 @given(feasible_seeds, st.floats(0.001, 3.0), st.integers(2, 60))
 def test_many_fronts_are_sound(seed, margin, points):
     trip = feasible_trip(seed)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from twins import running
 
 from tgvdp.model.effort import EffortCurve, EffortPiece
 from tgvdp.model.train import Train
@@ -14,6 +13,7 @@ from tgvdp.physics import arc as arcs
 from tgvdp.physics.arc import arc, within_effort_at
 from tgvdp.physics.forces import kernel_train, mean_brake, mean_effort, mean_resistance
 from tgvdp.physics.motion import BRAKING, COASTING, TRACTION, march
+from twins import running
 
 CURVES = {
     "constant": EffortCurve.from_caps(2e5),
@@ -181,7 +181,7 @@ def test_march_holds_at_a_drop_of_the_effort():
     train = railcar("drops")
     permil = 1000.0 * (160e3 - train.resistance_n(10.0)) / (train.mass_kg * 9.81)
     for v0 in (0.0, 9.9999, 10.0, 10.0 * (1.0 - 1e-10), 14.0):
-        x, v = drive(train, TRACTION, 20000.0, permil, v0)
+        _x, v = drive(train, TRACTION, 20000.0, permil, v0)
         assert v[-1] == pytest.approx(10.0, rel=1e-8)
         assert len(v) < 120
 

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from twins.trips import level_trip
 
 import tgvdp.physics.replay as referee
 from tgvdp.line.fastest import fastest_run
@@ -14,6 +13,7 @@ from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
 from tgvdp.physics.profile import Profile, profile_of
 from tgvdp.physics.replay import replay
+from twins.trips import level_trip
 
 TRAIN = Train(
     mass_kg=3e5,

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import BudgetExceededError, InputError
+from tgvdp.front.certificate import Certificate, certify_front
 from tgvdp.front.pareto import ParetoFront
 from tgvdp.line.fastest import fastest_run
 from tgvdp.model.checks import require_number
@@ -25,6 +26,9 @@ from tgvdp.search.paths import GridPaths
 from tgvdp.units import SECONDS_PER_MINUTE, joule_to_kwh
 
 METHODS = ("front", "exact", "best-first")
+#: Running times at which a front on a grid is compared with the continuous optimum.
+_CERTIFIED_TIMES = 32
+
 
 @dataclass(frozen=True)
 class Fastest:
@@ -90,6 +94,20 @@ class SearchResult:
     def verify(self) -> list[Verdict]:
         """Replay every point of the front by the independent referee."""
         return [replay(self.trip, self.profile(index)) for index in range(len(self.front))]
+
+    def certify(self) -> Certificate:
+        """Bound the least energy of the continuous problem at the running time of every point of the front.
+
+        For the methods on a grid the gap holds the error of the grid: multipliers come from method ``front``.
+        """
+        found = self._found
+        if not isinstance(found, OptimalRuns):
+            first_s, last_s = self.fastest.time_s, max(float(self.front.time_s[-1]), self.fastest.time_s)
+            target_s = np.linspace(first_s, first_s + max(last_s - first_s, 1e-3 * first_s), _CERTIFIED_TIMES)
+            found = optimal_front(self.trip, self.fastest.profile, target_s, SearchBudget())
+        return certify_front(
+            self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, found.price_j_per_s
+        )
 
 
 def search(

@@ -14,6 +14,7 @@ p > 0. The line is level and uniform: H is constant along the run. Where p = −
 If traction up to V, coasting and braking are longer than the line, there is no holding and W < V fits the length.
 """
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -38,7 +39,7 @@ def _integrals(train, net, v0, v1, breaks):
     """Distance, duration and effort work from v0 to v1 with net force net(v), and effort = net + resistance."""
     edges = sorted({v0, v1, *(v for v in breaks if min(v0, v1) < v < max(v0, v1))}, reverse=v1 < v0)
     parts = [0.0, 0.0]
-    for a, b in zip(edges, edges[1:], strict=False):
+    for a, b in itertools.pairwise(edges):
         for i, function in enumerate((lambda v: v / net(v), lambda v: 1.0 / net(v))):
             parts[i] += train.inertia_kg * quad(function, a, b, epsabs=0.0, epsrel=1e-13, limit=400)[0]
     return parts
@@ -60,7 +61,7 @@ def _phases(train, top, switch):
     up = _integrals(train, pull, 0.0, top, breaks_of(train.traction))
     edges = [0.0, *(v for v in breaks_of(train.traction) if 0.0 < v < top), top]
     work = 0.0
-    for a, b in zip(edges, edges[1:], strict=False):
+    for a, b in itertools.pairwise(edges):
         work += quad(
             lambda v: (pull(v) + train.resistance_n(v)) * v * train.inertia_kg / pull(v), a, b,
             epsabs=0.0, epsrel=1e-13, limit=400,

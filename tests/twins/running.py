@@ -1,5 +1,6 @@
-"""Twins of the physics: forces from the model itself, means by quadrature, motion by integrating dw/ds in small steps."""
+"""Twins of the physics: forces from the model, means by quadrature, motion by small steps of the equation of motion."""
 
+import itertools
 import math
 
 from scipy.integrate import quad, solve_ivp
@@ -23,7 +24,7 @@ def mean_over_distance(function, v0, v1, breaks=()):
     lo, hi = min(v0, v1), max(v0, v1)
     inside = sorted({lo, hi, *(v for v in breaks if lo < v < hi)})
     total = 0.0
-    for a, b in zip(inside, inside[1:], strict=False):
+    for a, b in itertools.pairwise(inside):
         total += quad(lambda v: function(v) * 2.0 * v, a, b, epsabs=0.0, epsrel=1e-13)[0]
     return total / (hi * hi - lo * lo)
 
@@ -87,7 +88,7 @@ def fastest_s(trip, step_m):
     breaks = {row.position_m for row in (*track.speed_limits, *track.gradients)}
     inside = sorted({x for x in breaks if trip.origin_m < x < trip.destination_m} | {trip.origin_m, trip.destination_m})
     x = [inside[0]]
-    for a, b in zip(inside, inside[1:], strict=False):
+    for a, b in itertools.pairwise(inside):
         parts = max(1, math.ceil((b - a) / step_m))
         x += [a + (b - a) * (i + 1) / parts for i in range(parts)]
 
@@ -98,7 +99,7 @@ def fastest_s(trip, step_m):
                 found = level
         return found
 
-    cells = [0.5 * (a + b) for a, b in zip(x, x[1:], strict=False)]
+    cells = [0.5 * (a + b) for a, b in itertools.pairwise(x)]
     limit = [min(value(track.speed_limits, m, math.inf), train.max_speed_mps) ** 2 for m in cells]
     permil = [value(track.gradients, m, 0.0) for m in cells]
 

@@ -19,6 +19,7 @@ derivation and what is proven stand in docs/certificate.md.
 import math
 
 from tgvdp._jit import kernel, leaf
+from tgvdp.front.phases import is_standstill
 from tgvdp.front.pieces import largest_effort, merge_comfort
 
 _UNIT_ROUNDOFF = 2.0**-53
@@ -123,10 +124,11 @@ def _least(a, b0, b1, b2, b3, lo, hi, best, at):
 
 
 @kernel
-def least_hamiltonian(pull, pulls, brake, brakes, r0, r1, r2, price, p, p_s, top_v):
+def least_hamiltonian(pull, pulls, brake, brakes, r0, r1, r2, load, price, p, p_s, top_v):
     """Lower bound of the least H over all speeds up to ``top_v``, and a bound of its rounding error in units of 2⁻⁵³.
 
-    ``pull`` and ``brake`` are the first ``pulls`` and ``brakes`` rows of tables made by `merge_comfort`.
+    ``pull`` and ``brake`` are the first ``pulls`` and ``brakes`` rows of tables made by `merge_comfort`; the load is
+    r0 + r1·v + r2·v², and ``load`` the sum of the magnitudes that make up r0.
     """
     best = math.inf
     at = top_v
@@ -153,36 +155,39 @@ def least_hamiltonian(pull, pulls, brake, brakes, r0, r1, r2, price, p, p_s, top
         effort = abs(table[i, 1]) / at + abs(table[i, 2])
         effort += at * (abs(table[i, 3]) + at * (abs(table[i, 4]) + at * abs(table[i, 5])))
     size = price / at + abs(kappa) * effort + (abs(p_s) + 2.0 * abs(p) * r2) * at * at
-    size += 2.0 * abs(p) * (abs(r0) + r1 * at)
+    size += 2.0 * abs(p) * (load + r1 * at)
     return best, _ROUNDINGS * size
 
 
 @kernel
-def standstill_cell(pieces, n, load0, load1, load2, start, length, price, slope, top_w):
-    """Lower bound of time and work in a cell at whose one end the train stands, plus slope·w at the other end.
+def standstill_cell(pieces, n, load0, load1, load2, start, length, price, slope, end_w, top_w):
+    """Lower bound of time and work in a cell at whose one end w is (nearly) 0, plus slope·w at the other end.
 
-    The gain of w per metre is at most 2·(M − load) on the way from a stop, 2·(M + load) before one (``start`` False):
-    call its bound 2g. Then w ≤ 2·g·x, the time is at least √(2d/g), and the work at least ½w + d·load(0).
+    The gain of w per metre is at most 2g, g = sup(M − load) after a stop, sup(M + load) before one (``start`` False).
+    So w ≤ end_w + 2·g·x, the time is at least 2d/(√end_w + √(end_w + 2gd)), and the work of starting at least
+    ½(w − end_w) + d·load(0).
     """
-    w = min(top_w, 4.0 * length * (max(largest_effort(pieces, n, 0.0), 0.0) + abs(load0)))
+    w = end_w + 4.0 * length * (max(largest_effort(pieces, n, 0.0), 0.0) + abs(load0))
+    gain = 0.0
     while True:
+        w = min(w, top_w)
         v = math.sqrt(w)
         gain = largest_effort(pieces, n, v)
         gain += -load0 if start else load0 + v * (load1 + v * load2)
-        if gain <= 0.0:
-            return math.inf
-        if 2.0 * gain * length <= w or w >= top_w:
+        gain = max(gain, 0.0)
+        if end_w + 2.0 * gain * length <= w or w >= top_w:
             break
-        w = min(2.0 * w, top_w)
-    w = min(w, 2.0 * gain * length)
-    least = price * math.sqrt(2.0 * length / gain)
+        w *= 2.0
+    reach = end_w + 2.0 * gain * length
+    w = min(w, reach)
+    least = price * 2.0 * length / (math.sqrt(end_w) + math.sqrt(reach)) if reach > 0.0 else 0.0
     if start:
-        return least + min(0.0, (0.5 + slope) * w) + load0 * length
+        return least + min(0.0, (0.5 + slope) * w) - 0.5 * end_w + load0 * length
     return least + min(0.0, slope * w)
 
 
 @kernel
-def bound_kernel(train, length, grade, air, cap, price, start_w, end_w, left, right, pull, brake, bound):
+def bound_kernel(train, length, grade, air, cap, w, price, left, right, pull, brake, bound):
     """Lower bound of E + λT, per unit of inertia.
 
     Parameters
@@ -192,33 +197,38 @@ def bound_kernel(train, length, grade, air, cap, price, start_w, end_w, left, ri
         Cells: length in m, grade force in N, coefficient of v² in N/(m/s)².
     cap : (K,) float64
         Squared speed that no run passes in the cell, m²/s².
+    w : (K + 1,) float64
+        Squared speeds of the run that the costates belong to, m²/s²: of use are those at the two ends, and whether
+        the cells there are cells of a standstill.
     price : float
         λ per unit of inertia.
-    start_w, end_w : float
-        Squared speeds at the two ends, m²/s².
     left, right : (K,) float64
-        Costate p at the two ends of each cell. It is free at a standstill.
+        Costate p at the two ends of each cell.
     pull, brake : (2n, 6) float64
         Scratch for the pieces of the effort curves.
     bound : (K,) float64, modified in place
-        Lower bound of ∫H over each cell, with the jump of p at its left end.
+        Lower bound of ∫H over each cell, with the jump of p at its left end and the terms of the trip's ends.
 
     Returns
     -------
     total : float
-        The bound, boundary terms included.
+        The bound: the sum over the cells.
     error : float
         Bound of its rounding error.
     """
     count = length.shape[0]
+    last = count - 1
     mass = train.inertia_kg
     r1 = train.davis_b / mass
+    first_stands = is_standstill(w[0], w[1])
+    last_stands = is_standstill(w[count], w[last])
     pulls = 0
     brakes = 0
     total = 0.0
     sizes = 0.0
     error = 0.0
     for k in range(count):
+        d = length[k]
         r0 = (train.davis_a_n + grade[k]) / mass
         r2 = air[k] / mass
         top_v = math.sqrt(cap[k]) * (1.0 + 4.0 * _UNIT_ROUNDOFF)
@@ -227,30 +237,29 @@ def bound_kernel(train, length, grade, air, cap, price, start_w, end_w, left, ri
             brakes = merge_comfort(
                 train.braking, train.friction_n, mass, train.max_deceleration, -r0, -r1, -r2, top_v, brake
             )
-        d = length[k]
-        if k == 0 and start_w == 0.0:
-            bound[k] = standstill_cell(pull, pulls, r0, r1, r2, True, d, price, left[1], cap[k])
-            total += bound[k]
-            sizes += abs(bound[k]) * _ROUNDINGS
-            continue
-        jump = 0.0
-        if k == 0:
-            jump = left[0] * start_w
-        elif not (k == 1 and start_w == 0.0 or k == count - 1 and end_w == 0.0):
-            jump = min(0.0, left[k] - right[k - 1]) * min(cap[k - 1], cap[k])
-        if k == count - 1 and end_w == 0.0:
-            bound[k] = standstill_cell(brake, brakes, r0, r1, r2, False, d, price, -right[k - 1], cap[k])
-            total += bound[k]
-            sizes += abs(bound[k]) * _ROUNDINGS
-            continue
-        p_s = (right[k] - left[k]) / d
-        first, size0 = least_hamiltonian(pull, pulls, brake, brakes, r0, r1, r2, price, left[k], p_s, top_v)
-        second, size1 = least_hamiltonian(pull, pulls, brake, brakes, r0, r1, r2, price, right[k], p_s, top_v)
-        bound[k] = 0.5 * d * (first + second) + jump
+        if k == 0 and first_stands:
+            bound[k] = standstill_cell(pull, pulls, r0, r1, r2, True, d, price, left[1], w[0], cap[k])
+            error += _ROUNDINGS * abs(bound[k])
+        elif k == last and last_stands:
+            bound[k] = standstill_cell(brake, brakes, r0, r1, r2, False, d, price, -right[k - 1], w[count], cap[k])
+            error += _ROUNDINGS * abs(bound[k])
+        else:
+            ends = 0.0
+            if k == 0:
+                ends = left[0] * w[0]
+            elif k > 1 or not first_stands:
+                ends = min(0.0, left[k] - right[k - 1]) * min(cap[k - 1], cap[k])
+            if k == last:
+                ends -= right[k] * w[count]
+                error += _ROUNDINGS * abs(right[k] * w[count])
+            slope = (right[k] - left[k]) / d
+            load = (train.davis_a_n + abs(grade[k])) / mass
+            first, size0 = least_hamiltonian(pull, pulls, brake, brakes, r0, r1, r2, load, price, left[k], slope, top_v)
+            second, size1 = least_hamiltonian(
+                pull, pulls, brake, brakes, r0, r1, r2, load, price, right[k], slope, top_v
+            )
+            bound[k] = 0.5 * d * (first + second) + ends
+            error += 0.5 * d * (size0 + size1) + _ROUNDINGS * abs(ends)
         total += bound[k]
         sizes += abs(bound[k])
-        error += 0.5 * d * (size0 + size1) + 4.0 * abs(jump)
-        if k == count - 1:
-            total -= right[k] * end_w
-            error += 4.0 * abs(right[k] * end_w)
     return total, (error + (count + 4.0) * sizes) * _UNIT_ROUNDOFF

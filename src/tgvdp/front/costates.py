@@ -12,7 +12,7 @@ which p is known; where it is known at both, the two solutions are blended. What
 import math
 
 from tgvdp._jit import kernel, leaf
-from tgvdp.front.phases import COASTING, HELD_BACK, HOLDING, TOUCH, TRACTION, phase_end
+from tgvdp.front.phases import COASTING, HELD_BACK, HOLDING, TOUCH, TRACTION, is_standstill, phase_end
 
 
 @leaf
@@ -40,7 +40,7 @@ def _pin(before, after, touch):
     if touch:
         if before == COASTING and braking_after:
             return 0.0, 0.0
-        if driving_before and after == COASTING or before == TRACTION and after == HOLDING:
+        if (driving_before and after == COASTING) or (before == TRACTION and after == HOLDING):
             return -0.5, -0.5
         return fixed_before, fixed_after
     if before <= COASTING and after <= COASTING:
@@ -69,6 +69,7 @@ def _backward(first, last, p, length, label, source, growth, out):
 
 @kernel
 def _forward(first, last, p, length, label, source, growth, out):
+    """Integrate from p at the start of cell ``first``; the start of each cell in ``out``."""
     out[first] = p
     for k in range(first, last):
         if label[k] != HOLDING:
@@ -115,12 +116,45 @@ def _fill_phase(k, last, start_pin, end_pin, length, w, price, label, source, gr
     return total
 
 
+@leaf
+def _held_costate(last, stop, ahead, stiff, effort, length, label):
+    """Costate of partial braking after a coasting phase that is known from its start, p = ``ahead`` at its end.
+
+    Coasting that meets the limit just before it would turn: bending p to 0 over the phase costs ½δ²/∫H_ww, keeping
+    p < 0 while the brakes hold costs 2|p|·∫|f|. The sum is least here.
+    """
+    braking = 0.0
+    j = last
+    while j < stop and label[j] == HELD_BACK:
+        braking -= effort[j] * length[j]
+        j += 1
+    return min(0.0, ahead + 2.0 * braking * stiff)
+
+
 @kernel
 def integrate_costates(length, w, cap, effort, price, label, source, growth, left, right, ahead, back):
-    """Costates at both ends of each cell, ``left`` and ``right`` (K,) in place; (K + 1,) scratch."""
+    """Costates along a run.
+
+    Parameters
+    ----------
+    length : (K,) float64
+        Cells, m.
+    w : (K + 1,) float64
+        Squared speed at their ends, m²/s².
+    cap, effort : (K,) float64
+        Squared speed limit, and effort per unit of inertia.
+    price : float
+        λ per unit of inertia.
+    label, source, growth
+        From `front.phases.label_cells`.
+    left, right : (K,) float64, modified in place
+        Costate at the two ends of each cell. The cells next to a standstill have none; they repeat their neighbour's.
+    ahead, back : (K + 1,) float64
+        Scratch.
+    """
     count = length.shape[0]
-    first = 1 if w[0] == 0.0 else 0
-    stop = count - 1 if w[count] == 0.0 else count
+    first = 1 if is_standstill(w[0], w[1]) else 0
+    stop = count - 1 if is_standstill(w[count], w[count - 1]) else count
     k = first
     start_pin = math.nan
     held = 0.0
@@ -132,13 +166,11 @@ def integrate_costates(length, w, cap, effort, price, label, source, growth, lef
         if last < stop:
             touch = w[last] >= min(cap[last - 1], cap[last]) * (1.0 - TOUCH)
             end_pin, next_pin = _pin(label[k], label[last], touch)
-        if label[k] == HOLDING and not end_pin > -0.5:
-            held = -0.5
+        if label[k] == HELD_BACK or (label[k] == HOLDING and not end_pin > -0.5):
+            level = held if label[k] == HELD_BACK else -0.5
             for j in range(k, last):
-                left[j] = right[j] = held
-        elif label[k] == HELD_BACK:
-            for j in range(k, last):
-                left[j] = right[j] = min(held, 0.0)
+                left[j] = level
+                right[j] = level
         else:
             if label[k] == HOLDING:
                 start_pin = math.nan
@@ -147,27 +179,23 @@ def integrate_costates(length, w, cap, effort, price, label, source, growth, lef
             stiff = _fill_phase(
                 k, last, start_pin, end_pin, length, w, price, label, source, growth, left, right, ahead, back
             )
-            upward = k > first and math.isnan(start_pin) and left[k] > right[k - 1]
-            if upward and label[k] != HOLDING:
+            again = label[k] != HOLDING and math.isnan(start_pin) and k > first and left[k] > right[k - 1]
+            if again:  # p may not jump upwards
                 start_pin = right[k - 1]
+            held = 0.0
+            if touch and label[k] == COASTING and label[last] == HELD_BACK and not (again or math.isnan(start_pin)):
+                held = _held_costate(last, stop, ahead[last], stiff, effort, length, label)
+                end_pin = held
+                again = True
+            if again:
                 _fill_phase(
                     k, last, start_pin, end_pin, length, w, price, label, source, growth, left, right, ahead, back
-                )
-            held = 0.0
-            if touch and label[k] == COASTING and label[last] == HELD_BACK and not math.isnan(start_pin):
-                # Coasting that meets the limit shortly before it would turn: p = 0 while the brakes hold costs
-                # ½δ²/∫H_ww, p < 0 costs 2|p|·∫|f|.
-                j = last
-                while j < stop and label[j] == HELD_BACK:
-                    held -= 2.0 * effort[j] * length[j]
-                    j += 1
-                held = min(0.0, ahead[last] + held * stiff)
-                _fill_phase(
-                    k, last, start_pin, held, length, w, price, label, source, growth, left, right, ahead, back
                 )
         start_pin = next_pin
         k = last
     if first == 1:
-        left[0] = right[0] = left[1]
+        left[0] = left[1]
+        right[0] = left[1]
     if stop == count - 1:
-        left[count - 1] = right[count - 1] = right[count - 2]
+        left[count - 1] = right[count - 2]
+        right[count - 1] = right[count - 2]

@@ -24,12 +24,16 @@ _FULL_SHARE = 0.97
 _NO_EFFORT = 1e-4
 #: Relative distance of w from the limit within which a run touches it.
 TOUCH = 1e-4
-#: Phases shorter than this share of the trip are rounding errors.
-_SLIVER = 1e-6
 #: Relative difference of λ/(2v³) and ∂ρ/∂w above which a speed is not the optimal holding speed.
 _OFF_HOLDING = 0.05
 #: Partial effort over which p would change by less than this is none.
 _NO_DRIFT = 3e-3
+
+
+@leaf
+def is_standstill(end_w, next_w):
+    """Whether the cell at an end of a trip holds a (near) standstill: no other cell spans such a ratio of speeds."""
+    return end_w < 0.5 * next_w
 
 
 @leaf
@@ -143,7 +147,7 @@ def label_cells(train, length, grade, air, cap, w, effort, price, pull, brake, l
         else:
             label[k] = BRAKING if full else HELD_BACK
         if v0 <= 0.0 or v1 <= 0.0:
-            continue  # the standstill cells have no costate
+            continue  # cells at a standstill have no costate
         m1 = 1.0 / v
         m3 = 1.0 / (v0 * v1 * v)
         load_w = 0.5 * r1 * m1 + r2
@@ -158,14 +162,13 @@ def label_cells(train, length, grade, air, cap, w, effort, price, pull, brake, l
 
 
 @kernel
-def tidy_labels(length, w, cap, label, source, growth):
+def tidy_labels(sliver, length, w, cap, label, source, growth):
     """Give cells that no optimal run could have the label of a neighbour; ``label`` (K,) in place.
 
-    Slivers, and partial effort between other regimes away from both the limit and the optimal holding speed, at which
-    λ/(2v³) = ∂ρ/∂w whatever the gradient: there the run only steps from one switching speed to the next.
+    Such are phases shorter than ``sliver`` metres, and partial effort away from both the limit and the optimal holding
+    speed, at which λ/(2v³) = ∂ρ/∂w whatever the gradient: the run only steps from one switching speed to the next.
     """
     count = label.shape[0]
-    sliver = _SLIVER * length.sum()
     for sweep in range(2):
         k = 0
         while k < count:
@@ -183,7 +186,7 @@ def tidy_labels(length, w, cap, label, source, growth):
             short = span <= sliver
             if sweep == 1:
                 partial = label[k] == HOLDING or label[k] == HELD_BACK
-                short = partial and scale < _NO_DRIFT or free and abs(drift) > _OFF_HOLDING * scale
+                short = (partial and scale < _NO_DRIFT) or (free and abs(drift) > _OFF_HOLDING * scale)
             if short:
                 neighbour = label[k - 1] if k > 0 else (label[last] if last < count else label[k])
                 for j in range(k, last):

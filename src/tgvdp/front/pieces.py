@@ -78,10 +78,7 @@ def merge_comfort(table, extra_n, inertia_kg, comfort, r0, r1, r2, top_v, pieces
             pieces[limited, 3] = r1
             pieces[limited, 4] = r2
             pieces[limited, 5] = 0.0
-        if over_lo and over_hi or not (over_lo or over_hi):
-            count += 1
-        else:
-            count += 2
+        count += 1 if over_lo == over_hi else 2
     return count
 
 

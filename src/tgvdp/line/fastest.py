@@ -12,7 +12,7 @@ from tgvdp._jit import kernel
 from tgvdp.constants import FEASIBILITY_RTOL
 from tgvdp.errors import InfeasibleError
 from tgvdp.line.cells import Cells, cells_of
-from tgvdp.line.meeting import SLIVER, braked_w, drop_slivers, driven_w, emit_braked, emit_driven, meeting_point
+from tgvdp.line.meeting import SLIVER, braked_w, driven_w, drop_slivers, emit_braked, emit_driven, meeting_point
 from tgvdp.model.trip import Trip
 from tgvdp.physics.forces import KernelTrain, kernel_train
 from tgvdp.physics.motion import BRAKING, TRACTION, march, net_force
@@ -96,7 +96,8 @@ def slowest_kernel(train, length, grade, air, fast, end_w, low):
 def _explain(status: int, at_m: float, trip: Trip) -> InfeasibleError:
     where = f"at {trip.origin_m + at_m:.6g} m"
     if status == NO_BRAKE:
-        return InfeasibleError(f"the brakes of train {trip.train.name} cannot hold it {where}: the descent outruns them")
+        name = trip.train.name
+        return InfeasibleError(f"the brakes of train {name} cannot hold it {where}: the descent outruns them")
     if status == TOO_FAST:
         return InfeasibleError(
             f"start speed {mps_to_kmh(trip.start_speed_mps):.4g} km/h is too high {where}: "

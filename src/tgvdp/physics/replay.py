@@ -127,9 +127,8 @@ def _replay_kernel(train, x, speed, force, grade, air, time, energy):
         limit = _mean_limit(train, force[i] < 0.0, w0, w1)
         lever = abs(force[i]) / limit if limit > 0.0 else (0.0 if force[i] == 0.0 else np.inf)
         acceleration = 0.5 * (w1 - w0) / d
-        excess = max(
-            excess, lever - 1.0, acceleration / train.max_acceleration - 1.0, -acceleration / train.max_deceleration - 1.0
-        )
+        excess = max(excess, lever - 1.0)
+        excess = max(excess, acceleration / train.max_acceleration - 1.0, -acceleration / train.max_deceleration - 1.0)
         if lever == np.inf:
             return excess, np.inf
         nudge = 1e-9 * abs(speed[i + 1] - speed[i])

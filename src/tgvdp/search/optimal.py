@@ -31,6 +31,10 @@ _SAME_PRICE = 2e-3
 #: Relative difference below which running times or energies are the same.
 _SAME = 1e-9
 _MOST_PILOTS = 250
+#: Share of energy that a finer mesh may save before it is used; its cells are smaller by this factor, this far at most.
+_MESH_LOSS = 1e-3
+_REFINEMENT = 2.0
+_FINEST = 16.0
 
 
 @dataclass
@@ -93,7 +97,7 @@ def optimal_front(
     clock = budget.start()
     if tolerance_s is None:
         tolerance_s = _STEP_TOL * float(np.diff(target_s, prepend=0.0).min())
-    front = _Front(Mesh.of(trip, fastest), tolerance_s)
+    front = _front_on_fine_mesh(trip, fastest, tolerance_s, float(target_s[-1]))
     found = []
     rows = []
     for target in target_s:
@@ -113,13 +117,32 @@ def optimal_front(
     return OptimalRuns(duration, energy, prices, not clock.expired, front.counters, rows)
 
 
+def _front_on_fine_mesh(trip: Trip, fastest: Profile, tolerance_s: float, last_s: float) -> "_Front":
+    """Pilots down to the last time, on a mesh so fine that a finer one would not save a thousandth.
+
+    The usual mesh suits trains that keep their speed; where they climb by momentum it may have to be finer.
+    """
+    finer = 1.0
+    front = _Front(Mesh.of(trip, fastest), tolerance_s)
+    front.reach(last_s)
+    while finer < _FINEST:
+        finer *= _REFINEMENT
+        check = _Front(Mesh.of(trip, fastest, finer), tolerance_s, front.counters)
+        tried = {pilot.price: pilot for pilot in (front.pilots[-1], front.pilots[len(front.pilots) // 2])}
+        if all(check.saves_little(pilot) for price, pilot in tried.items() if math.isfinite(price)):
+            break
+        front = check
+        front.reach(last_s)
+    return front
+
+
 class _Front:
     """Pilots in the order of their running times, fewer and fewer joules, and the blends between them."""
 
-    def __init__(self, mesh: Mesh, tolerance_s: float) -> None:
+    def __init__(self, mesh: Mesh, tolerance_s: float, counters: dict[str, int] | None = None) -> None:
         self.mesh = mesh
         self.tolerance_s = tolerance_s
-        self.counters = {"pilots": 0, "runs": 0, "costates": 0}
+        self.counters = {"pilots": 0, "runs": 0, "costates": 0} if counters is None else counters
         self.pilots = [mesh.pilot(math.inf, self.counters)]
         self.scale_j = mesh.usual_price * self.pilots[0].time_s
         self.price = mesh.usual_price
@@ -139,6 +162,11 @@ class _Front:
                 self.idle += 1
             self.price *= math.exp(-_MARCH)
         return True
+
+    def saves_little(self, pilot: Pilot) -> bool:
+        """Whether this mesh hardly improves on a pilot of another mesh."""
+        cost_j = self.mesh.pilot(pilot.price, self.counters).cost_j(pilot.price)
+        return pilot.cost_j(pilot.price) - cost_j <= _MESH_LOSS * max(pilot.energy_j, 0.1 * self.scale_j)
 
     def thriftiest(self) -> tuple[int, float, float, float]:
         """Rows, running time, energy and price of the slowest pilot."""

@@ -49,10 +49,10 @@ class Mesh:
         self.scratch = (np.empty(4096), np.empty(4096))
 
     @classmethod
-    def of(cls, trip: Trip, fastest: Profile) -> "Mesh":
-        """Mesh for a trip whose fastest run is known."""
+    def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0) -> "Mesh":
+        """Mesh for a trip whose fastest run is known, its cells ``fineness`` times as fine as usual."""
         train = kernel_train(trip.train)
-        cell_m = _cell_size(trip, fastest)
+        cell_m = _cell_size(trip, fastest) / fineness
         cells = cells_of(trip, graded_stations(trip, fastest, cell_m))
         _, fast, _, _ = envelope_of(trip, cells, train)
         low = np.empty_like(fast)
@@ -101,6 +101,8 @@ class Mesh:
         else:
             switch = self._switching_speeds(price, counters)
         _, time_s, energy_j = self.drive(switch, switch, 0.0, counters)
+        if not math.isfinite(time_s):
+            raise TgvdpError(f"the train of the costate program stalls at λ = {price:g} J/s; please report")
         return Pilot(price, switch, time_s, energy_j)
 
 
@@ -112,6 +114,10 @@ class Pilot:
     switch: NDArray[np.float64]
     time_s: float
     energy_j: float
+
+    def cost_j(self, price: float) -> float:
+        """Cost E + λT of this run at a multiplier in J/s."""
+        return self.energy_j + price * self.time_s
 
 
 def _cell_size(trip: Trip, fastest: Profile) -> float:

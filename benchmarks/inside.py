@@ -1,0 +1,55 @@
+"""The only place where benchmarks reach into the search: cells of a chosen size, and clocks around its phases."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from typing import Any
+from unittest import mock
+
+import tgvdp.api
+from tgvdp.search import costate, pilots
+
+
+@contextmanager
+def finer_cells(factor: float) -> Iterator[None]:
+    """Within this context the front method takes cells smaller by a factor."""
+    chosen = pilots._cell_size
+    with mock.patch.object(pilots, "_cell_size", lambda trip, fastest: chosen(trip, fastest) / factor):
+        yield
+
+
+def mesh_of(result: Any) -> pilots.Mesh:
+    """The mesh that a search used, built once more."""
+    return pilots.Mesh.of(result.trip, result.fastest.profile)
+
+
+def _clocked(call: Callable[..., Any], name: str, spent_s: dict[str, float]) -> Callable[..., Any]:
+    def clocked(*arguments: Any, **options: Any) -> Any:
+        started = time.perf_counter()
+        try:
+            return call(*arguments, **options)
+        finally:
+            spent_s[name] += time.perf_counter() - started
+
+    return clocked
+
+
+def phases_of(search: Callable[[], Any]) -> dict[str, float]:
+    """Wall time in s of a search, by phase; the phases add up to its total. Clocks take about 1 µs a call."""
+    spent_s = dict.fromkeys(("fastest run", "mesh", "backward passes", "drives"), 0.0)
+    places = (
+        (tgvdp.api, "fastest_run", "fastest run"),
+        (pilots.Mesh, "of", "mesh"),
+        (costate, "switching_speeds", "backward passes"),
+        (pilots, "drive", "drives"),
+    )
+    with ExitStack() as stack:
+        for owner, attribute, name in places:
+            clocked = _clocked(getattr(owner, attribute), name, spent_s)
+            if attribute == "of":  # a class method, bound already
+                clocked = staticmethod(clocked)
+            stack.enter_context(mock.patch.object(owner, attribute, clocked))
+        started = time.perf_counter()
+        search()
+        total_s = time.perf_counter() - started
+    return spent_s | {"choice of points, copies": total_s - sum(spent_s.values())}

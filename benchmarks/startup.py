@@ -1,0 +1,82 @@
+"""What a fresh process pays: import, ``--help``, compilation with an empty and a filled cache, memory."""
+
+import statistics
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from benchmarks.instances import SHARED
+from benchmarks.output import Report
+from benchmarks.timing import probe, run_fresh
+from tgvdp.report import style
+
+SHORT_M, LONG_M = 30e3, 500e3
+
+
+def run(_shared: Path = SHARED, quick: bool = False) -> Report:
+    """Measure fresh processes."""
+    repeats = 1 if quick else 5
+    long_m = 60e3 if quick else LONG_M
+    report = Report(
+        "startup",
+        "Start: import, help, compilation, memory",
+        options={"quick": quick, "repeats": repeats},
+        notes=[
+            "Fresh processes on one core, medians. `process` rows are wall time from start to exit.",
+            f"Compilation: first search minus the same search warm, synthetic line of {SHORT_M / 1e3:g} km, with an "
+            "empty cache folder (cold) and with the one that the process before it filled (cached).",
+            f"Memory: largest resident set of a process that searches a line of {long_m / 1e3:g} km, 60 points, and "
+            "keeps all profiles (Linux: VmHWM); `after loading` is what Python, numpy and numba take before it.",
+        ],
+    )
+    bare_s = _process_s("pass", repeats)
+    import_s = _process_s("import tgvdp", repeats)
+    help_s = statistics.median(run_fresh(["-m", "tgvdp", "--help"])[0] for _ in range(repeats))
+    cold, cached = [], []
+    with tempfile.TemporaryDirectory() as folder:
+        for index in range(1 if quick else 3):
+            cache = {"TGVDP_CACHE_DIR": str(Path(folder) / str(index))}
+            cold.append(probe(SHORT_M, 60, 3, environment=cache))
+            cached += [probe(SHORT_M, 60, 3, environment=cache) for _ in range(repeats if index == 0 else 1)]
+        memory = [probe(long_m, 60, 1, environment=cache) for _ in range(1 if quick else 3)]
+
+    def middle(found: list[dict[str, Any]], name: str) -> float:
+        return statistics.median(one[name] for one in found)
+
+    values = {
+        "process, python alone": ("ms", 1e3 * bare_s),
+        "process, import tgvdp": ("ms", 1e3 * import_s),
+        "import tgvdp alone": ("ms", 1e3 * middle(cached, "import_s")),
+        "process, tgvdp --help": ("ms", 1e3 * help_s),
+        "loading numpy, numba and tgvdp.search": ("s", middle(cached, "load_s")),
+        "compilation, cold": ("s", middle(cold, "jit_s")),
+        "compilation, cached": ("s", middle(cached, "jit_s")),
+        "process, first front, cold": ("s", middle(cold, "process_s")),
+        "process, first front, cached": ("s", middle(cached, "process_s")),
+        "memory after loading": ("MB", middle(memory, "loaded_mb")),
+        "peak memory, 60 points with profiles": ("MB", middle(memory, "peak_mb")),
+        "rows of these profiles": ("rows", middle(memory, "profile_rows")),
+    }
+    report.rows = [{"what": what, "value": float(value), "unit": unit} for what, (unit, value) in values.items()]
+    report.figures = {what: float(value) for what, (_, value) in values.items()}
+    report.plot = _plot(report.figures)
+    return report
+
+
+def _process_s(code: str, repeats: int) -> float:
+    return statistics.median(run_fresh(["-c", code])[0] for _ in range(repeats))
+
+
+def _plot(figures: dict[str, float]) -> Any:
+    figure = style.new_figure(3.4)
+    left, right = figure.subplots(1, 2)
+    names = ("loading numpy, numba and tgvdp.search", "compilation, cached", "compilation, cold")
+    left.barh(["loading", "cached", "cold"], [figures[name] for name in names], 0.6, color=style.BLUE)
+    style.dress(left, "s")
+    style.title(left, "The first front", "on top of the front itself")
+    names = ("memory after loading", "peak memory, 60 points with profiles")
+    right.barh(["loaded", "peak"], [figures[name] for name in names], 0.6, color=style.GREEN)
+    right.axvline(300.0, color=style.VERMILION, linewidth=1.0)
+    style.dress(right, "MB")
+    style.title(right, "Memory", "red: the bar")
+    return figure

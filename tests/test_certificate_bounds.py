@@ -1,0 +1,102 @@
+"""The kernels of the certificate against brute force: no sampled value may lie below a bound, and bounds are tight."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tgvdp import EffortCurve, Train
+from tgvdp.front.bounds import _least, least_hamiltonian, standstill_cell
+from tgvdp.front.pieces import largest_effort, merge_comfort
+from tgvdp.physics.forces import kernel_train
+
+pytestmark = pytest.mark.nojit
+
+
+def _brute_least(coefficients, lo, hi):
+    a, b0, b1, b2, b3 = coefficients
+    v = np.linspace(max(lo, 1e-3 * hi), hi, 4001)
+    return (a / v + b0 + b1 * v + b2 * v**2 + b3 * v**3).min()
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_least_value_of_a_piece_is_below_every_sample_and_tight(seed):
+    rng = np.random.default_rng(seed)
+    lo, hi = sorted(rng.uniform(0.05, 30.0, 2))
+    if seed % 4 == 0:
+        lo = 0.0
+    a, b0, b1, b2, b3 = rng.normal(size=5) * np.array([100.0, 1.0, 1.0, 0.1, 0.01]) * rng.choice([0.0, 1.0], 5)
+    a = abs(a) + 0.1 if lo == 0.0 else a
+    found, at = _least(a, b0, b1, b2, b3, lo, hi, math.inf, hi)
+    brute = _brute_least((a, b0, b1, b2, b3), lo, hi)
+    scale = abs(a) / hi + abs(b0) + abs(b1) * hi + abs(b2) * hi**2 + abs(b3) * hi**3
+    assert found <= brute + 1e-12 * scale
+    assert found >= brute - 1e-3 * scale
+    assert lo <= at <= hi
+
+
+TRAINS = {
+    "caps": Train(
+        mass_kg=1000.0, traction=EffortCurve.from_caps(2000.0, 20e3), braking=EffortCurve.from_caps(1500.0, 25e3),
+        friction_brake_n=500.0, davis_a_n=20.0, davis_b_n_per_mps=1.0, davis_c_n_per_mps2=0.1,
+    ),
+    "comfort": Train(
+        mass_kg=1000.0, traction=EffortCurve.from_caps(2000.0, 20e3), friction_brake_n=2000.0, davis_a_n=20.0,
+        davis_c_n_per_mps2=0.1, max_acceleration_mps2=1.2, max_deceleration_mps2=0.9, rotating_mass_factor=1.05,
+    ),
+    "table": Train(
+        mass_kg=1000.0, traction=EffortCurve.from_points([(0, 2000), (5, 2000), (12, 1100), (12, 900), (40, 200)]),
+        braking=EffortCurve.from_points([(0, 500), (10, 1500), (40, 700)]), davis_a_n=20.0, davis_b_n_per_mps=2.0,
+        max_acceleration_mps2=1.0,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", TRAINS)
+@pytest.mark.parametrize("permil", [-25.0, 0.0, 30.0])
+def test_least_hamiltonian_is_below_every_sampled_speed_and_effort(name, permil):
+    train = kernel_train(TRAINS[name])
+    curves = TRAINS[name]
+    mass = train.inertia_kg
+    grade = curves.mass_kg * 9.81e-3 * permil
+    r0, r1, r2 = (train.davis_a_n + grade) / mass, train.davis_b / mass, curves.davis_c_n_per_mps2 / mass
+    top_v, price = 30.0, 2.0
+    pull, brake = np.empty((12, 6)), np.empty((12, 6))
+    pulls = merge_comfort(train.traction, 0.0, mass, train.max_acceleration, r0, r1, r2, top_v, pull)
+    brakes = merge_comfort(train.braking, train.friction_n, mass, train.max_deceleration, -r0, -r1, -r2, top_v, brake)
+    v = np.linspace(0.02, top_v, 1500)
+    load = r0 + r1 * v + r2 * v**2
+    strongest = np.minimum([curves.traction.effort_n(x) / mass for x in v], train.max_acceleration + load)
+    hardest = [(curves.braking.effort_n(x) + curves.friction_brake_n) / mass for x in v]
+    hardest = np.maximum(-np.array(hardest), load - train.max_deceleration)
+    for p, p_s in [(-3.0, 0.05), (-0.7, 0.002), (-0.5, 0.0), (-0.2, 0.001), (0.0, 0.001), (0.4, 0.003), (2.0, 0.01)]:
+        found, _ = least_hamiltonian(
+            pull, pulls, brake, brakes, r0, r1, r2, abs(r0), price, p, p_s, top_v
+        )  # fmt: skip
+        best = math.inf
+        for share in np.linspace(0.0, 1.0, 11):
+            f = hardest + share * (strongest - hardest)
+            best = min(best, (np.maximum(f, 0.0) + price / v + p_s * v**2 + 2.0 * p * (f - load)).min())
+        assert found <= best + 1e-9
+        if p <= -0.5 or p >= 0.0:
+            assert found >= best - 2e-2 * abs(best) - 2e-2  # as fine as the sampling
+
+
+def test_largest_effort_bounds_a_table():
+    table = TRAINS["table"].traction.table
+    for v in (0.0, 3.0, 8.0, 12.0, 35.0):
+        samples = [TRAINS["table"].traction.effort_n(x) for x in np.linspace(0.0, v, 500)]
+        assert largest_effort(table, len(table), v) >= max(samples)
+
+
+def test_standstill_cell_is_exact_for_constant_effort():
+    # M = 2, no load: w = 4d after d metres, time √(2d/2), work ½w; the other end costs slope·w.
+    pieces = np.array([[0.0, 0.0, 2.0, 0.0, 0.0, 0.0]])
+    d, price, slope = 3.0, 5.0, -0.8
+    bound = standstill_cell(pieces, 1, 0.0, 0.0, 0.0, True, d, price, slope, 0.0, 1e6)
+    assert bound == pytest.approx(price * math.sqrt(d) + (0.5 + slope) * 4.0 * d, rel=1e-12)
+    # From w = 1 on: w = 1 + 4d, time 2d/(1 + √13), work ½(w − 1).
+    bound = standstill_cell(pieces, 1, 0.0, 0.0, 0.0, True, d, price, slope, 1.0, 1e6)
+    assert bound == pytest.approx(price * 2.0 * d / (1.0 + math.sqrt(13.0)) + (0.5 + slope) * 13.0 - 0.5, rel=1e-12)
+    bound = standstill_cell(pieces, 1, 0.0, 0.0, 0.0, False, d, price, -0.3, 0.0, 1e6)
+    assert bound == pytest.approx(price * math.sqrt(d) - 0.3 * 12.0, rel=1e-12)
