@@ -38,7 +38,9 @@ _SLOWEST = 1e-8
 _FINENESS = 2.0
 #: Multipliers of a front's certificate at most, and those tried beyond the largest one, for the fastest run.
 _MOST_LINES = 64
-_STEEPER = (2.5, 6.0, 16.0, 40.0)
+_STEEPER = (1.1, 1.3, 1.7, 2.5, 4.0, 6.0, 10.0, 16.0, 25.0, 40.0)
+#: Between multipliers further apart than this factor another one is solved: a line may be poor where T(λ) jumps.
+_APART = 1.1
 #: Multipliers tried where a run has an infinite one, relative to its energy over its time.
 _STEEP = (3.0, 10.0, 30.0, 100.0)
 #: A few roundings of one multiplication each.
@@ -153,6 +155,8 @@ class BoundingProblem:
             cells.length_m, node_w, cells.limit_w, effort[row] / self.train.inertia_kg, price, label, source, growth,
             left, right, np.empty(count + 1), np.empty(count + 1),
         )  # fmt: skip
+        lost = ~(np.isfinite(left) & np.isfinite(right))  # rows that are no run at all may make p overflow
+        left[lost] = right[lost] = 0.0
         return self.evaluate(cells, node_w, price, left, right, label)
 
     def evaluate(
@@ -269,7 +273,8 @@ def certify_front(
         prices = np.array([mesh.usual_price])
     if len(prices) > _MOST_LINES:
         prices = prices[np.linspace(0, len(prices) - 1, _MOST_LINES).round().astype(np.int64)]
-    prices = np.concatenate((prices, prices[-1] * np.array(_STEEPER)))
+    between = np.sqrt(prices[1:] * prices[:-1])[prices[1:] > _APART * prices[:-1]]
+    prices = np.concatenate((prices, between, prices[-1] * np.array(_STEEPER)))
     counters = {"pilots": 0, "runs": 0, "costates": 0}
     used, lines = [], []
     for price in prices:

@@ -29,6 +29,8 @@ from tgvdp.physics.motion import COASTING, TRACTION
 #: Room for points of the polyline, before and after thinning.
 _ROOM = 4096
 _MOST_POINTS = 600
+#: Neighbouring images are no further apart than this factor of w.
+_SPREAD = 1.5
 
 DONE = 0
 CROWDED = 1  # too many points
@@ -147,26 +149,37 @@ def _carry_region(train, regime, length, grade, air, price, bottom, top, w, p, f
     """Append the images of the points ``first`` .. ``last`` that lie above ``bottom``, until one passes ``top``."""
     per_mass = 1.0 / train.inertia_kg
     lost_w = -1.0
-    lost_p = 0.0
-    lost_image = 0.0
+    last_w = -1.0
+    last_p = 0.0
+    image = 0.0
     for i in range(first, last + 1):
         w0, p0 = _carry_back(train, regime, length, grade, air, per_mass, price, bottom, w[i], p[i])
         if w0 < bottom:
             lost_w = w[i]
-            lost_p = p[i]
-            lost_image = w0
+            last_w = w[i]
+            last_p = p[i]
+            image = w0
             continue
-        if lost_w >= 0.0:  # the region's edge at ``bottom``
-            share = (bottom - lost_image) / (w0 - lost_image)
+        # Next to standstill p varies as 1/v, which no straight line follows: fill gaps, from the edge at ``bottom`` on.
+        # Below the crossing the regime is full traction whatever p is, so there the edge alone will do.
+        target = _SPREAD * image if regime == COASTING else math.inf
+        if lost_w >= 0.0:
+            target = bottom
+        while last_w >= 0.0 and target < min(w0, top):
+            share = (target - image) / (w0 - image)
             edge_w, edge_p = _carry_back(
                 train, regime, length, grade, air, per_mass, price, bottom,
-                lost_w + share * (w[i] - lost_w), lost_p + share * (p[i] - lost_p),
+                last_w + share * (w[i] - last_w), last_p + share * (p[i] - last_p),
             )  # fmt: skip
             if edge_w > 0.25 * bottom and edge_p <= p0:
-                x[m] = bottom
+                x[m] = target if target == bottom else edge_w
                 y[m] = edge_p
                 m += 1
-            lost_w = -1.0
+            target = _SPREAD * target if regime == COASTING else math.inf
+        lost_w = -1.0
+        last_w = w[i]
+        last_p = p[i]
+        image = w0
         x[m] = w0
         y[m] = p0
         m += 1
@@ -250,8 +263,12 @@ def _thin(x, y, m, near, far, w, p):
             steepest = math.inf
             flattest = -math.inf
             dx = max(x[i] - door_x, tiny)
-        away = min(abs(y[i] + 0.5), abs(y[i]))
-        slack = min(near + far * max(0.0, away - 0.005), 0.05 + 0.03 * away)
+        if y[i] < -0.5:
+            away = -0.5 - y[i]
+            slack = near + min(0.5 * away, 0.25) * away
+        else:
+            away = min(y[i] + 0.5, -y[i])
+            slack = near + far * max(0.0, away - 0.005)
         steepest = min(steepest, (y[i] + slack - door_y) / dx)
         flattest = max(flattest, (y[i] - slack - door_y) / dx)
     w[n] = x[m - 1]
