@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tgvdp.errors import TgvdpError
 from tgvdp.front.bounds import bound_kernel
 from tgvdp.front.costates import integrate_costates
-from tgvdp.front.phases import count_cells, cut_rows, label_cells, row_efforts, tidy_labels
+from tgvdp.front.phases import count_cells, cut_rows, label_cells, row_efforts, thin_rows, tidy_labels
 from tgvdp.front.pieces import PIECE_COLUMNS, largest_effort
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.model.checks import require_number
@@ -28,8 +28,8 @@ _Floats = NDArray[np.float64]
 
 #: Cells of a bound per trip at least.
 _CELLS_PER_TRIP = 300
-#: Rows of a run are at least this share of the trip apart; a break of the line that is nearer to a row is that row.
-_SAME_PLACE = 1e-9
+#: Rows of a run that are nearer to each other than this share of the trip, or to a break of the line, are one.
+_SAME_PLACE = 1e-8
 #: Phases shorter than this share of the trip are rounding errors.
 _SLIVER = 1e-6
 #: Squared speed inside a trip, relative to the top, below which a costate is not integrated.
@@ -43,6 +43,8 @@ _STEEPER = (1.1, 1.3, 1.7, 2.5, 4.0, 6.0, 10.0, 16.0, 25.0, 40.0)
 _APART = 1.1
 #: Multipliers tried where a run has an infinite one, relative to its energy over its time.
 _STEEP = (3.0, 10.0, 30.0, 100.0)
+#: Energy below this share of the kinetic energy at the top speed is a rounding error of none.
+_NO_ENERGY = 1e-9
 #: A few roundings of one multiplication each.
 _ROUNDING = 8.0 * 2.0**-53
 
@@ -172,18 +174,18 @@ class BoundingProblem:
     def _with_breaks(self, x_m: _Floats, w: _Floats) -> tuple[_Floats, _Floats]:
         """Rows from end to end of the trip with every break of the line among them."""
         breaks_m = self.cells.station_m
+        gap_m = _SAME_PLACE * self.trip.distance_m
         near = np.searchsorted(x_m, breaks_m).clip(1, len(x_m) - 1)
         near -= np.abs(x_m[near - 1] - breaks_m) < np.abs(x_m[near] - breaks_m)
-        found = np.abs(x_m[near] - breaks_m) <= _SAME_PLACE * self.trip.distance_m
-        x_m = x_m.copy()
-        x_m[near[found]] = breaks_m[found]
-        if not found.all():
-            inserted = np.union1d(x_m, breaks_m)
-            w = np.interp(inserted, x_m, w)
-            x_m = inserted
+        found = np.abs(x_m[near] - breaks_m) <= gap_m
+        rows_m = x_m.copy()
+        rows_m[near[found]] = breaks_m[found]
+        x_m = np.union1d(rows_m, breaks_m)
+        w = np.interp(x_m, rows_m, w)
         w = np.maximum(w, _SLOWEST * w.max())
         w[0], w[-1] = self.trip.start_speed_mps**2, self.trip.end_speed_mps**2
-        return x_m, w
+        count = thin_rows(x_m, w, np.isin(x_m, breaks_m), gap_m)
+        return x_m[:count], w[:count]
 
 
 def _reachable_w(trip: Trip, cells: Cells, train: KernelTrain) -> float:
@@ -204,9 +206,9 @@ def _envelope(time_s: _Floats, price_j_per_s: _Floats, line_j: _Floats) -> _Floa
     return np.asarray(np.max(line_j[:, None] * (1.0 - _ROUNDING) - cost, axis=0, initial=0.0))
 
 
-def _gap_pct(energy_j: _Floats, lower_bound_j: _Floats) -> _Floats:
-    """Gap in percent of the energy; none where the energy is 0."""
-    positive = energy_j > 0.0
+def _gap_pct(energy_j: _Floats, lower_bound_j: _Floats, scale_j: float) -> _Floats:
+    """Gap in percent of the energy; none where the energy is 0 but for rounding against ``scale_j``."""
+    positive = energy_j > _NO_ENERGY * scale_j
     return np.where(positive, 100.0 * (energy_j - lower_bound_j) / np.where(positive, energy_j, 1.0), 0.0)
 
 
@@ -234,14 +236,14 @@ def certify(trip: Trip, profile: Profile, price_j_per_s: float) -> Bound:
     price = require_number("certify", "price", price_j_per_s, "J/s", above=0.0, infinite_ok=True)
     energy_j, time_s = profile.total_energy_j, profile.duration_s
     prices = [price]
+    top_j = 0.5 * trip.train.inertia_kg * float(profile.speed_mps.max()) ** 2
     if math.isinf(price):
-        top_j = 0.5 * trip.train.inertia_kg * float(profile.speed_mps.max()) ** 2
         prices = [factor * max(energy_j, 1e-3 * top_j) / time_s for factor in _STEEP]
     problem = BoundingProblem(trip)
     x_m, w = profile.position_m - trip.origin_m, profile.speed_mps**2
     lines = np.array([problem.line(x_m, w, price) for price in prices])
     lower = _envelope(np.array([time_s]), np.array(prices), lines)
-    return Bound(float(lower[0]), float(_gap_pct(np.array([energy_j]), lower)[0]))
+    return Bound(float(lower[0]), float(_gap_pct(np.array([energy_j]), lower, top_j)[0]))
 
 
 def certify_front(
@@ -287,4 +289,5 @@ def certify_front(
         lines.append(problem.line(mesh.rows[0][:n], mesh.rows[1][:n], float(price)))
     price_used, line_j = np.array(used), np.array(lines)
     lower = _envelope(time_s, price_used, line_j)
-    return Certificate(lower, _gap_pct(energy_j, lower), price_used, line_j)
+    top_j = 0.5 * trip.train.inertia_kg * float(fastest.speed_mps.max()) ** 2
+    return Certificate(lower, _gap_pct(energy_j, lower, top_j), price_used, line_j)

@@ -45,6 +45,8 @@ def _pin(before, after, touch):
         return fixed_before, fixed_after
     if before <= COASTING and after <= COASTING:
         return (-0.5, -0.5) if before != after else (math.nan, math.nan)
+    if before == HELD_BACK and after == COASTING:
+        return 0.0, math.nan  # the limit has risen: a jump
     if before >= COASTING and after >= COASTING:
         return 0.0, 0.0
     return (0.0 if before >= HELD_BACK else fixed_before), -0.5  # braking to driving: a jump

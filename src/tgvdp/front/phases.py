@@ -51,6 +51,26 @@ def _parts(w0, w1, length, longest):
 
 
 @kernel
+def thin_rows(x, w, fixed, gap):
+    """Drop rows within ``gap`` of the row before, but never a ``fixed`` one; in place, returns the number of rows.
+
+    A run that creeps to its stop may have rows that are too short to be cut any further.
+    """
+    n = 1
+    for i in range(1, x.shape[0]):
+        if x[i] - x[n - 1] <= gap:
+            if not fixed[i]:
+                continue
+            if not fixed[n - 1]:
+                n -= 1
+        x[n] = x[i]
+        w[n] = w[i]
+        fixed[n] = fixed[i]
+        n += 1
+    return n
+
+
+@kernel
 def count_cells(x, w, longest):
     """Number of cells that `cut_rows` makes."""
     count = 0

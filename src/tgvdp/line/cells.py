@@ -43,7 +43,7 @@ def _step_values(
 def breaks_of(trip: Trip) -> NDArray[np.float64]:
     """Positions at which limit or gradient may change, both ends included, from the origin, m, float64."""
     rows = (*trip.track.speed_limits, *trip.track.gradients)
-    inside = {row.position_m - trip.origin_m for row in rows if trip.origin_m < row.position_m < trip.destination_m}
+    inside = {row[0] - trip.origin_m for row in rows if trip.origin_m < row[0] < trip.destination_m}
     return np.array(sorted({0.0, trip.distance_m, *inside}))
 
 

@@ -182,7 +182,7 @@ def _covers(trip: Trip, profile: Profile) -> bool:
     if not ((np.diff(x) > 0.0).all() and (ends <= same).all() and (speeds <= REPLAY_OVERSPEED_RTOL * top).all()):
         return False
     rows = (*trip.track.speed_limits, *trip.track.gradients)
-    breaks = np.array([row.position_m for row in rows if trip.origin_m < row.position_m < trip.destination_m])
+    breaks = np.array([row[0] for row in rows if trip.origin_m < row[0] < trip.destination_m])
     after = np.searchsorted(x, breaks).clip(1, len(x) - 1)
     return bool((np.minimum(np.abs(x[after - 1] - breaks), np.abs(x[after] - breaks)) <= same).all())
 

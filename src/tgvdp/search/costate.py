@@ -29,8 +29,9 @@ from tgvdp.physics.motion import COASTING, TRACTION
 #: Room for points of the polyline, before and after thinning.
 _ROOM = 4096
 _MOST_POINTS = 600
-#: Neighbouring images are no further apart than this factor of w.
-_SPREAD = 1.5
+#: Neighbouring images are no further apart than this factor of w, below this share of the envelope.
+_SPREAD = 2.0
+_SLOW_SHARE = 0.1
 
 DONE = 0
 CROWDED = 1  # too many points
@@ -165,7 +166,7 @@ def _carry_region(train, regime, length, grade, air, price, bottom, top, w, p, f
         target = _SPREAD * image if regime == COASTING else math.inf
         if lost_w >= 0.0:
             target = bottom
-        while last_w >= 0.0 and target < min(w0, top):
+        while last_w >= 0.0 and target < min(w0, _SLOW_SHARE * top):
             share = (target - image) / (w0 - image)
             edge_w, edge_p = _carry_back(
                 train, regime, length, grade, air, per_mass, price, bottom,

@@ -13,19 +13,20 @@ from numpy.typing import NDArray
 
 from tgvdp.model.trip import Trip
 from tgvdp.physics.profile import Profile
-from tgvdp.search.budget import SearchBudget
+from tgvdp.search.blends import blend, cubic, slope, tangent_gap, unit
+from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.pilots import Mesh, Pilot
 
 #: A blend of two pilots may cost this share of energy more than the cubic through them promises.
-_BLEND_LOSS = 1.5e-4
+_BLEND_LOSS = 3e-4
 #: How well a point meets its running time by default: a share of the step to the next point.
-_STEP_TOL = 0.03
+_STEP_TOL = 0.05
 #: Step of ln λ towards slower runs, and how many steps without saving end the front.
 _MARCH = 1.0
 _IDLE_STEPS = 6
 #: Between two pilots the front lies above their tangents; where these leave more room than this share of energy below
 #: the chord, the front may bend where the cubic does not show it.
-_BEND = 1.5e-3
+_BEND = 2e-3
 #: Two multipliers whose logarithms differ by less are one.
 _SAME_PRICE = 2e-3
 #: Relative difference below which running times or energies are the same.
@@ -48,6 +49,9 @@ class OptimalRuns:
     price_j_per_s : (n,) float64
         Multiplier λ of each run: energy saved per second more; infinite for the fastest run.
     complete : bool
+        False when the time limit ended the search: the targets before that are met.
+    exhausted : bool
+        True when running longer saves nothing: the last run is the thriftiest, faster than the last targets.
     counters : dict of str to int
     """
 
@@ -55,6 +59,7 @@ class OptimalRuns:
     energy_j: NDArray[np.float64]
     price_j_per_s: NDArray[np.float64]
     complete: bool
+    exhausted: bool
     counters: dict[str, int]
     _rows: list[tuple[NDArray[np.float64], NDArray[np.float64]]]
 
@@ -97,37 +102,44 @@ def optimal_front(
     clock = budget.start()
     if tolerance_s is None:
         tolerance_s = _STEP_TOL * float(np.diff(target_s, prepend=0.0).min())
-    front = _front_on_fine_mesh(trip, fastest, tolerance_s, float(target_s[-1]))
-    found = []
-    rows = []
-    for target in target_s:
-        if clock.expired:
-            break
-        if target <= fastest.duration_s * (1.0 + _SAME):
-            found.append((fastest.duration_s, fastest.total_energy_j, math.inf))
-            rows.append((fastest.position_m - trip.origin_m, fastest.speed_mps**2))
-            continue
-        saves = front.reach(float(target))
-        n, *point = front.point(float(target)) if saves else front.thriftiest()
-        found.append(point)
-        rows.append((front.mesh.rows[0][:n].copy(), front.mesh.rows[1][:n].copy()))
-        if not saves:
-            break
+    counters = {"pilots": 0, "runs": 0, "costates": 0}
+    slower = target_s > fastest.duration_s * (1.0 + _SAME)
+    found = [(fastest.duration_s, fastest.total_energy_j, math.inf)] * int(np.sum(~slower))
+    rows = [(fastest.position_m - trip.origin_m, fastest.speed_mps**2)] * len(found)
+    complete, saves = True, True
+    try:
+        if slower.any():
+            front = _front_on_fine_mesh(trip, fastest, tolerance_s, float(target_s[-1]), counters, clock)
+        for target in target_s[slower].tolist():
+            saves = front.reach(target)
+            n, *point = front.point(target) if saves else front.thriftiest()
+            found.append((point[0], point[1], point[2]))
+            rows.append((front.mesh.rows[0][:n].copy(), front.mesh.rows[1][:n].copy()))
+            if not saves:
+                break
+    except _OutOfTime:
+        complete = False
     duration, energy, prices = np.array(found, dtype=np.float64).reshape(-1, 3).T
-    return OptimalRuns(duration, energy, prices, not clock.expired, front.counters, rows)
+    return OptimalRuns(duration, energy, prices, complete, not saves, counters, rows)
 
 
-def _front_on_fine_mesh(trip: Trip, fastest: Profile, tolerance_s: float, last_s: float) -> "_Front":
+class _OutOfTime(Exception):
+    """The time limit has passed: what was found until then stands."""
+
+
+def _front_on_fine_mesh(
+    trip: Trip, fastest: Profile, tolerance_s: float, last_s: float, counters: dict[str, int], clock: Clock
+) -> "_Front":
     """Pilots down to the last time, on a mesh so fine that a finer one would not save a thousandth.
 
     The usual mesh suits trains that keep their speed; where they climb by momentum it may have to be finer.
     """
     finer = 1.0
-    front = _Front(Mesh.of(trip, fastest), tolerance_s)
+    front = _Front(Mesh.of(trip, fastest), tolerance_s, counters, clock)
     front.reach(last_s)
     while finer < _FINEST:
         finer *= _REFINEMENT
-        check = _Front(Mesh.of(trip, fastest, finer), tolerance_s, front.counters)
+        check = _Front(Mesh.of(trip, fastest, finer), tolerance_s, counters, clock)
         tried = {pilot.price: pilot for pilot in (front.pilots[-1], front.pilots[len(front.pilots) // 2])}
         if all(check.saves_little(pilot) for price, pilot in tried.items() if math.isfinite(price)):
             break
@@ -139,10 +151,11 @@ def _front_on_fine_mesh(trip: Trip, fastest: Profile, tolerance_s: float, last_s
 class _Front:
     """Pilots in the order of their running times, fewer and fewer joules, and the blends between them."""
 
-    def __init__(self, mesh: Mesh, tolerance_s: float, counters: dict[str, int] | None = None) -> None:
+    def __init__(self, mesh: Mesh, tolerance_s: float, counters: dict[str, int], clock: Clock) -> None:
         self.mesh = mesh
         self.tolerance_s = tolerance_s
-        self.counters = {"pilots": 0, "runs": 0, "costates": 0} if counters is None else counters
+        self.counters = counters
+        self.clock = clock
         self.pilots = [mesh.pilot(math.inf, self.counters)]
         self.scale_j = mesh.usual_price * self.pilots[0].time_s
         self.price = mesh.usual_price
@@ -153,6 +166,7 @@ class _Front:
         while self.pilots[-1].time_s < target_s - self.tolerance_s:
             if self.idle >= _IDLE_STEPS:
                 return False
+            self._watch()
             pilot = self.mesh.pilot(self.price, self.counters)
             last = self.pilots[-1]
             if pilot.energy_j < last.energy_j - _SAME * self.scale_j and pilot.time_s > last.time_s:
@@ -162,6 +176,11 @@ class _Front:
                 self.idle += 1
             self.price *= math.exp(-_MARCH)
         return True
+
+    def _watch(self) -> None:
+        """Look at the clock; between two looks lie a few kernels of some 10 ms each on 1000 km."""
+        if self.clock.expired:
+            raise _OutOfTime
 
     def saves_little(self, pilot: Pilot) -> bool:
         """Whether this mesh hardly improves on a pilot of another mesh."""
@@ -176,14 +195,18 @@ class _Front:
     def point(self, target_s: float) -> tuple[int, float, float, float]:
         """Rows, running time, energy and price of the best run for one running time."""
         while True:
+            self._watch()
             second = next((i for i in range(1, len(self.pilots)) if self.pilots[i].time_s >= target_s), None)
             second = len(self.pilots) - 1 if second is None else second
             before, after = self.pilots[second - 1], self.pilots[second]
             share = (target_s - before.time_s) / (after.time_s - before.time_s)
-            n, time_s, energy_j = self.mesh.drive(before.switch, after.switch, _unit(share), self.counters)
-            if self._kept(before, after, time_s, energy_j) or not self._split(second):
+            n, time_s, energy_j = self.mesh.drive(before.switch, after.switch, unit(share), self.counters)
+            if self._kept(before, after, time_s, energy_j):
                 break
-        return self._meet(before, after, target_s, _unit(share), (n, time_s, energy_j))
+            if not self._split(second):  # it may have driven another run into the rows
+                n, time_s, energy_j = self.mesh.drive(before.switch, after.switch, unit(share), self.counters)
+                break
+        return self._meet(before, after, target_s, unit(share), (n, time_s, energy_j))
 
     def _kept(self, before: Pilot, after: Pilot, time_s: float, energy_j: float) -> bool:
         """Whether a blend keeps what the cubic through its pilots promises."""
@@ -191,8 +214,8 @@ class _Front:
             return after.time_s - before.time_s <= self.tolerance_s
         scale_j = max(energy_j, 0.01 * self.scale_j)
         return (
-            _tangent_gap(before, after) <= _BEND * scale_j
-            and energy_j <= _cubic(before, after, time_s) + _BLEND_LOSS * scale_j
+            tangent_gap(before, after) <= _BEND * scale_j
+            and energy_j <= cubic(before, after, time_s) + _BLEND_LOSS * scale_j
         )
 
     def _split(self, second: int) -> bool:
@@ -235,8 +258,8 @@ class _Front:
             share = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
             run = self.mesh.drive(before.switch, after.switch, share, self.counters)
         if abs(run[1] - target_s) > self.tolerance_s and f_lo < 0.0 < f_hi:
-            run = self._bridge(_blend(before, after, lo), _blend(before, after, hi), target_s)
-        return *run, after.price if math.isinf(before.price) else _slope(before, after, run[1])
+            run = self._bridge(blend(before, after, lo), blend(before, after, hi), target_s)
+        return *run, after.price if math.isinf(before.price) else slope(before, after, run[1])
 
     def _bridge(
         self, fast: NDArray[np.float64], slow: NDArray[np.float64], target_s: float
@@ -262,37 +285,3 @@ class _Front:
             lo, hi = (middle_share, hi) if run[1] < target_s else (lo, middle_share)
             run = self.mesh.drive(here, there, 0.5 * (lo + hi), self.counters)
         return run
-
-
-def _blend(first: Pilot, second: Pilot, share: float) -> NDArray[np.float64]:
-    return first.switch + share * (second.switch - first.switch)
-
-
-def _unit(share: float) -> float:
-    return min(max(share, 0.0), 1.0)
-
-
-def _slope(first: Pilot, second: Pilot, time_s: float) -> float:
-    """Price at a time: minus the slope of the cubic, within the prices of the two pilots."""
-    span = second.time_s - first.time_s
-    u = _unit((time_s - first.time_s) / span)
-    chord = (first.energy_j - second.energy_j) / span
-    bends = (1.0 - 4.0 * u + 3.0 * u * u) * first.price + (3.0 * u * u - 2.0 * u) * second.price
-    return min(max(6.0 * u * (1.0 - u) * chord + bends, second.price), first.price)
-
-
-def _tangent_gap(first: Pilot, second: Pilot) -> float:
-    """Largest distance between the chord of two pilots and the tangents through them, J."""
-    span = second.time_s - first.time_s
-    chord = (first.energy_j - second.energy_j) / span
-    if not first.price > chord > second.price:
-        return 0.0
-    return span * (first.price - chord) * (chord - second.price) / (first.price - second.price)
-
-
-def _cubic(first: Pilot, second: Pilot, time_s: float) -> float:
-    """Energy at a time by the Hermite cubic through two pilots, whose slopes are their prices."""
-    span = second.time_s - first.time_s
-    u = (time_s - first.time_s) / span
-    value = (1.0 + 2.0 * u) * (1.0 - u) ** 2 * first.energy_j + u * u * (3.0 - 2.0 * u) * second.energy_j
-    return value - span * (u * (1.0 - u) ** 2 * first.price - u * u * (1.0 - u) * second.price)

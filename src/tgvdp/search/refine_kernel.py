@@ -1,0 +1,258 @@
+"""Kernels of the generic refinement: arc energy by tables, discrete differential dynamic programming, blends.
+
+Everything here works on one arc of constant acceleration per cell, so that a run is one squared speed per station and
+any run in which each arc passes the one feasibility test is a run that the train can drive.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp._jit import kernel, leaf
+from tgvdp.physics.arc import OK, OVER_ACCELERATION, OVER_BRAKE, OVER_DECELERATION, OVER_TRACTION, arc
+from tgvdp.physics.forces import mean_effort
+from tgvdp.physics.motion import BRAKING, TRACTION, land
+
+#: A landing that rounding has put outside the limits is moved in by this share of w first, and four times more each
+#: time after that, so often at most.
+_NUDGE = 1e-14
+_NUDGES = 16
+#: Gain of a pass, as a share of E + λT, above which the next pass keeps its step; so many passes at most for a step.
+_GAIN = 1e-5
+_PASSES = 60
+#: From one step to the next finer one.
+_SHRINK = 0.4
+
+
+class EnergyTables(NamedTuple):
+    """Energy of an arc as tables for kernels: what is drawn from the line for work at the wheel.
+
+    Attributes
+    ----------
+    traction : float
+        Energy drawn per joule of traction work, 1/η_t.
+    regeneration : float
+        Energy returned per joule of braking work, η_r, as far as the dynamic brake does it.
+    speed_mps, demand : (n,), (m,) float64
+        Nodes of a map, increasing; the demand is the effort as a share of the effort limit, negative when braking,
+        where the limit is that of the dynamic brake.
+    power_w : (n, m) float64
+        Power drawn at the nodes, negative when it is returned; bilinear between them, constant beyond. A map with
+        nodes replaces the two factors.
+    """
+
+    traction: float
+    regeneration: float
+    speed_mps: NDArray[np.float64]
+    demand: NDArray[np.float64]
+    power_w: NDArray[np.float64]
+
+
+@leaf
+def _node(nodes, x):
+    """Index and share of x between two nodes, held at the ends."""
+    last = nodes.shape[0] - 1
+    if x <= nodes[0]:
+        return 0, 0.0
+    if x >= nodes[last]:
+        return last - 1, 1.0
+    lo = 0
+    hi = last
+    while hi - lo > 1:
+        middle = (lo + hi) // 2
+        if nodes[middle] <= x:
+            lo = middle
+        else:
+            hi = middle
+    return lo, (x - nodes[lo]) / (nodes[hi] - nodes[lo])
+
+
+@kernel
+def _map_energy(train, tables, length, duration, work, v0, v1):
+    """Energy of an arc by the map: power at its mean speed and mean demand, times its duration."""
+    limit = mean_effort(train.traction if work >= 0.0 else train.braking, v0, v1) * length
+    demand = 0.0
+    if work != 0.0 and limit > 0.0:
+        demand = work / limit
+    i, a = _node(tables.speed_mps, length / duration)
+    j, b = _node(tables.demand, demand)
+    power = tables.power_w
+    here = power[i, j] + b * (power[i, j + 1] - power[i, j])
+    there = power[i + 1, j] + b * (power[i + 1, j + 1] - power[i + 1, j])
+    return duration * (here + a * (there - here))
+
+
+@leaf
+def arc_energy(train, tables, length, duration, work, w0, w1):
+    """Energy in J drawn on an arc, given its duration in s and its work at the wheel in J; negative if returned."""
+    if tables.speed_mps.shape[0] > 0:
+        return _map_energy(train, tables, length, duration, work, math.sqrt(w0), math.sqrt(w1))
+    if work >= 0.0:
+        return tables.traction * work
+    if tables.regeneration == 0.0:
+        return 0.0
+    return -tables.regeneration * min(-work, length * mean_effort(train.braking, math.sqrt(w0), math.sqrt(w1)))
+
+
+@kernel
+def measure(train, tables, length, grade, air, w):
+    """Running time in s and energy in J of a run; infinite where an arc is not feasible."""
+    time = 0.0
+    energy = 0.0
+    for k in range(length.shape[0]):
+        status, duration, work = arc(train, length[k], grade[k], air[k], w[k], w[k + 1])
+        if status != OK:
+            return math.inf, math.inf
+        time += duration
+        energy += arc_energy(train, tables, length[k], duration, work, w[k], w[k + 1])
+    return time, energy
+
+
+@kernel
+def _landed(train, regime, length, grade, air, w):
+    """Largest squared speed after the cell from w (traction), or before the cell to reach w (braking), by one arc."""
+    sign = 1.0 if regime == TRACTION else -1.0
+    x = land(train, regime, sign, length, grade, air, w)
+    nudge = _NUDGE
+    for _ in range(_NUDGES):
+        status = arc(train, length, grade, air, w, x)[0] if regime == TRACTION else arc(train, length, grade, air, x, w)[0]
+        if status == OK:
+            break
+        x *= 1.0 - nudge
+        nudge *= 4.0
+    return x
+
+
+@kernel
+def envelope_kernel(train, length, grade, air, limit, start_w, end_w, low, fast):
+    """Slowest and fastest squared speed at each station with one arc per cell; ``low``, ``fast`` (K + 1,) in place."""
+    count = length.shape[0]
+    fast[count] = min(end_w, limit[count - 1])
+    for k in range(count - 1, -1, -1):
+        top = limit[k] if k == 0 else min(limit[k], limit[k - 1])
+        fast[k] = min(top, _landed(train, BRAKING, length[k], grade[k], air[k], fast[k + 1]))
+    fast[0] = min(fast[0], start_w)
+    for k in range(count):
+        fast[k + 1] = min(fast[k + 1], _landed(train, TRACTION, length[k], grade[k], air[k], fast[k]))
+    low[count] = fast[count]
+    for k in range(count - 1, 0, -1):
+        low[k] = min(land(train, TRACTION, -1.0, length[k], grade[k], air[k], low[k + 1]), fast[k])
+    low[0] = fast[0]
+
+
+@leaf
+def _choices(w, low, fast, step, half, choices):
+    """Speeds to choose from around w, increasing, within low..fast; returns how many."""
+    n = 0
+    if step > 0.0:
+        below = min(half, int(math.ceil((w - low) / step)))
+        for j in range(below, 0, -1):
+            choices[n] = max(w - j * step, low)
+            n += 1
+    choices[n] = w
+    n += 1
+    if step > 0.0:
+        above = min(half, int(math.ceil((fast - w) / step)))
+        for j in range(1, above + 1):
+            choices[n] = min(w + j * step, fast)
+            n += 1
+    return n
+
+
+@kernel
+def _sweep(train, tables, length, grade, air, low, fast, price, half, w, step, choices, sizes, best, value):
+    """Replace w by the best run among all combinations of the speeds around it; returns its E + λT."""
+    count = length.shape[0]
+    sizes[count] = _choices(w[count], low[count], fast[count], step[count], half, choices[count])
+    for i in range(sizes[count]):
+        value[1, i] = 0.0
+    for k in range(count - 1, -1, -1):
+        sizes[k] = _choices(w[k], low[k], fast[k], step[k], half, choices[k])
+        for i in range(sizes[k]):
+            least = math.inf
+            for j in range(sizes[k + 1]):
+                w0 = choices[k, i]
+                w1 = choices[k + 1, j]
+                status, duration, work = arc(train, length[k], grade[k], air[k], w0, w1)
+                if status == OK:
+                    cost = price * duration + arc_energy(train, tables, length[k], duration, work, w0, w1) + value[1, j]
+                    if cost < least:
+                        least = cost
+                        best[k, i] = j
+            value[0, i] = least
+        for i in range(sizes[k]):
+            value[1, i] = value[0, i]
+    i = 0
+    for k in range(count):
+        i = best[k, i]
+        w[k + 1] = choices[k + 1, i]
+    return value[1, 0]
+
+
+@kernel
+def descend(train, tables, length, grade, air, low, fast, price, half, finest, w, step, choices, sizes, best, value):
+    """Improve a run until the finest step is stationary.
+
+    Parameters
+    ----------
+    train : KernelTrain
+    tables : EnergyTables
+    length, grade, air
+        Arrays of `Cells`, (K,) float64.
+    low, fast : (K + 1,) float64
+        Slowest and fastest feasible squared speed at each station, m²/s².
+    price : float
+        Multiplier λ, J/s.
+    half : int
+        Speeds to try above and below that of the incumbent, at each station.
+    finest : float
+        Share of the first step at which to end.
+    w : (K + 1,) float64, modified in place
+        The run, which must be feasible; it stays so.
+    step : (K + 1,) float64, modified in place
+        Step between neighbouring speeds, m²/s²; 0 at both ends.
+    choices, sizes, best, value
+        Scratch: (K + 1, n) float64, (K + 1,) int64, (K + 1, n) int16 and (2, n) float64, with n > 2·half.
+
+    Returns
+    -------
+    int
+        Number of sweeps.
+    """
+    cost = math.inf
+    share = 1.0
+    sweeps = 0
+    while True:
+        for _ in range(_PASSES):
+            before = cost
+            cost = _sweep(train, tables, length, grade, air, low, fast, price, half, w, step, choices, sizes, best, value)
+            sweeps += 1
+            if before - cost <= _GAIN * abs(cost):
+                break
+        if share <= finest:
+            return sweeps
+        share *= _SHRINK
+        for k in range(step.shape[0]):
+            step[k] *= _SHRINK
+
+
+@kernel
+def blend(train, length, grade, air, low, fast, first, second, share, w):
+    """Blend two runs into w: (1 − share)·first + share·second, cut where full effort does not suffice for it.
+
+    The effort limits of a power-limited train are not convex in w, so that a blend of two runs at full effort asks for
+    a little more than that. Cutting never takes it below the slower of the two.
+    """
+    count = length.shape[0]
+    for k in range(count + 1):
+        w[k] = max(min(first[k] + share * (second[k] - first[k]), fast[k]), low[k])
+    for k in range(count - 1, 0, -1):
+        status = arc(train, length[k], grade[k], air[k], w[k], w[k + 1])[0]
+        if status in (OVER_BRAKE, OVER_DECELERATION):
+            w[k] = min(w[k], _landed(train, BRAKING, length[k], grade[k], air[k], w[k + 1]))
+    for k in range(count - 1):
+        status = arc(train, length[k], grade[k], air[k], w[k], w[k + 1])[0]
+        if status in (OVER_TRACTION, OVER_ACCELERATION):
+            w[k + 1] = min(w[k + 1], _landed(train, TRACTION, length[k], grade[k], air[k], w[k]))
