@@ -222,3 +222,14 @@ def test_bound_holds_for_random_rows(hills):
         x_m = np.concatenate(([0.0], np.sort(rng.uniform(0.0, 3000.0, 30)), [3000.0]))
         w = np.concatenate(([0.0], rng.uniform(0.0, 300.0, 30) * rng.choice([0.0, 1.0], 30, p=[0.1, 0.9]), [0.0]))
         assert problem.line(x_m, w, 2e5) <= best_j.min()
+
+
+def test_catalogue_trains_and_brakes_that_fade_towards_the_stop():
+    # The electric brake of the EMU has almost no effort at standstill: its run creeps to the stop in tiny rows.
+    track = Track(
+        length_m=30e3, speed_limits=((0.0, 45.0), (20e3, 30.0)), gradients=((0.0, 0.0), (8e3, 6.0), (9e3, -5.0))
+    )
+    for name in ("alstom-emu", "tgv"):
+        certificate = tgvdp.search(tgvdp.load_train(name), track, points=10).certify()
+        assert np.isfinite(certificate.gap_pct).all()
+        assert -0.01 < certificate.gap_pct.min() and np.median(certificate.gap_pct) < 0.15

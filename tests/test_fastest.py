@@ -86,9 +86,7 @@ SIMULATED = {
     "limits": trip_on([(0, 30), (2000, 12), (2200, 40), (7000, 25), (9900, 8)]),
     "hills": trip_on([(0, 40)], [(0, 0), (1500, 20), (4000, -30), (7000, 5)]),
     "moving ends": trip_on([(0, 40), (5000, 20)], start_speed_mps=25.0, end_speed_mps=18.0),
-    "comfort": trip_on(
-        [(0, 30), (4000, 20)], train=commuter(max_acceleration_mps2=0.4, max_deceleration_mps2=0.5)
-    ),
+    "comfort": trip_on([(0, 30), (4000, 20)], train=commuter(max_acceleration_mps2=0.4, max_deceleration_mps2=0.5)),
     "part of a line": trip_on([(0, 20), (3000, 35)], [(0, 5), (6000, -8)], origin_m=1234.5, destination_m=8765.4),
     "climb that slows it down": trip_on([(0, 40)], [(0, 0), (4000, 35), (7000, 0)], length_m=9000),
 }

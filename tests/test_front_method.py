@@ -214,9 +214,16 @@ def test_once_failing_fronts(name):
 
 DESCENDS = [4, 45, 71, 86, 112, 191, 195, 238, 271, 347, 351, 448, 456]
 CRASHED = [19, 72, 91, 117, 216, 230, 248, 266, 270]
+#: The rows of a point belonged to another run.
+OTHER_ROWS = [(556121, 0.001, 2), (239513, 1.0, 40)]
 
 
 @pytest.mark.parametrize("seed", DESCENDS + CRASHED)
 def test_once_failing_points(seed):
     for margin, points in ((0.001, 10), (0.25, 20), (3.0, 10)):
         check_front(random_trip(seed), margin, points)
+
+
+@pytest.mark.parametrize(("seed", "margin", "points"), OTHER_ROWS)
+def test_the_rows_of_a_point_are_its_own(seed, margin, points):
+    check_front(random_trip(seed), margin, points)

@@ -1,6 +1,7 @@
 """The façade: what `import tgvdp` offers. It connects model, line, search and front and holds no algorithm."""
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from tgvdp.errors import BudgetExceededError, InputError
 from tgvdp.front.certificate import Certificate, certify_front
 from tgvdp.front.pareto import ParetoFront
+from tgvdp.front.targets import asked_targets, check_targets
 from tgvdp.line.fastest import fastest_run
 from tgvdp.model.checks import require_number
 from tgvdp.model.track import Track
@@ -23,7 +25,7 @@ from tgvdp.search.grid import build_grid
 from tgvdp.search.labels import exact_front
 from tgvdp.search.optimal import OptimalRuns, optimal_front
 from tgvdp.search.paths import GridPaths
-from tgvdp.units import SECONDS_PER_MINUTE, joule_to_kwh
+from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
 
 METHODS = ("front", "exact", "best-first")
 #: Running times at which a front on a grid is compared with the continuous optimum.
@@ -57,6 +59,8 @@ class SearchResult:
         The options of the search, defaults filled in.
     elapsed_s : float
         Wall time of the search, s.
+    warnings : tuple of str
+        Where the front is less than was asked for, and why.
     """
 
     trip: Trip
@@ -68,6 +72,7 @@ class SearchResult:
     options: dict[str, Any]
     elapsed_s: float
     _found: OptimalRuns | GridPaths
+    warnings: tuple[str, ...] = ()
 
     @property
     def path_time_s(self) -> NDArray[np.float64]:
@@ -85,7 +90,7 @@ class SearchResult:
         if not isinstance(self._found, OptimalRuns):
             return None
         price_j_per_s = self._found.price_j_per_s[self.front.source]
-        return np.asarray(joule_to_kwh(price_j_per_s) * SECONDS_PER_MINUTE)
+        return np.asarray(price_j_per_s * (SECONDS_PER_MINUTE / JOULE_PER_KWH))
 
     def profile(self, index: int) -> Profile:
         """Speed profile of one point of the front."""
@@ -121,6 +126,8 @@ def search(
     method: str = "front",
     points: int = 60,
     max_margin: float = 0.25,
+    at_s: Sequence[float] = (),
+    at_margin: Sequence[float] = (),
     paths: int = 100,
     heuristic: str = "ratio",
     segment_m: float | None = None,
@@ -144,9 +151,12 @@ def search(
         ``front`` aims at the continuous optimum, ``exact`` returns all Pareto-optimal paths of an explicit grid,
         ``best-first`` is the graph search of the seed on that grid.
     points : int
-        Number of points of the front (method ``front``), the fastest run included.
+        Number of points of the front (method ``front``), evenly in time, the fastest run included.
     max_margin : float
         Largest running-time supplement, as a share of the fastest running time.
+    at_s, at_margin : sequence of float
+        Running times in s, and supplements as shares of the fastest running time, at which to find the points instead
+        (method ``front``): neither `points` nor `max_margin` matters then. Met to 0.05 s.
     paths, heuristic, dominance, bounds
         Of method ``best-first``; see `tgvdp.search.best_first`.
     segment_m, speeds
@@ -164,13 +174,14 @@ def search(
     InputError
         When an option is out of range.
     InfeasibleError
-        When no run obeys all limits.
+        When no run obeys all limits, or none is as fast as ``at_s`` asks.
     BudgetExceededError
         When a budget ended before there was anything to return.
     """
     options = {key: value for key, value in locals().items() if key not in ("train", "track")}
     started = time.perf_counter()
     _check_options(method, points, max_margin, paths, heuristic)
+    at_s, at_margin = check_targets(method, at_s, at_margin)
     budget = SearchBudget(
         max_labels=max_labels,
         time_limit_s=DEFAULT_TIME_S if time_limit_s is None else time_limit_s,
@@ -188,6 +199,8 @@ def search(
     options |= {
         "destination_m": trip.destination_m,
         "time_limit_s": budget.time_limit_s,
+        "at_s": at_s,
+        "at_margin": at_margin,
     }
     found = _find(trip, fastest, budget, options)
     if len(found.duration_s) == 0:
@@ -202,12 +215,25 @@ def search(
         options=options,
         elapsed_s=time.perf_counter() - started,
         _found=found,
+        warnings=_warnings(found),
     )
+
+
+def _warnings(found: OptimalRuns | GridPaths) -> tuple[str, ...]:
+    """Say where a front ends before it was asked to."""
+    if not found.complete:
+        return ("the search ended by its budget: better paths than these may exist",)
+    if isinstance(found, OptimalRuns) and found.exhausted:
+        return (f"the front ends with the thriftiest run, {found.duration_s[-1]:.6g} s: running longer saves nothing",)
+    return ()
 
 
 def _find(trip: Trip, fastest: Fastest, budget: SearchBudget, options: dict[str, Any]) -> OptimalRuns | GridPaths:
     """Dispatch to the method."""
     if options["method"] == "front":
+        if options["at_s"] or options["at_margin"]:
+            target_s, tolerance_s = asked_targets(fastest.time_s, options["at_s"], options["at_margin"])
+            return optimal_front(trip, fastest.profile, target_s, budget, tolerance_s)
         target_s = fastest.time_s * np.linspace(1.0, 1.0 + options["max_margin"], options["points"])
         return optimal_front(trip, fastest.profile, target_s, budget)
     max_time_s = fastest.time_s * (1.0 + options["max_margin"])

@@ -77,9 +77,7 @@ def random_trip(seed):
     gradients = []
     if n_gradients:
         gradients = [(0.0, rng.uniform(-steepest, steepest))]
-        gradients += [
-            (x, rng.uniform(-steepest, steepest)) for x in np.sort(rng.uniform(0, length, n_gradients - 1))
-        ]
+        gradients += [(x, rng.uniform(-steepest, steepest)) for x in np.sort(rng.uniform(0, length, n_gradients - 1))]
     start, end = (0.0 if rng.random() < 0.7 else rng.uniform(0, 20) for _ in range(2))
     try:
         return Trip(

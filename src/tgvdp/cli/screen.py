@@ -33,13 +33,22 @@ class Screen:
 def front_table(content: Mapping[str, Any]) -> str:
     """A dozen rows of the front at most, its two ends included, of an object of schema tgvdp.search/1."""
     front = content["front"]
-    lines = [f"{'margin':>8}  {'time':>12}  {'delay':>10}  {'energy':>14}  {'saved':>8}"]
+    # Figures that no point has get no column: prices of the methods on a grid, gaps without a certificate.
+    priced, certified = (any(point[name] is not None for point in front) for name in ("price_kwh_per_min", "gap_pct"))
+    head = f"{'margin':>8}  {'time':>12}  {'delay':>10}  {'energy':>14}  {'saved':>8}"
+    lines = [head + "   kWh/min" * priced + f"  {'bound':>14}  {'gap':>8}" * certified]
     for index in spread(len(front), ROWS):
         point = front[index]
-        lines.append(
+        row = (
             f"{point['margin_pct']:6.2f} %  {duration(point['time_s']):>12}  {point['delay_s']:8.5g} s"
             f"  {point['energy_kwh']:10.5g} kWh  {point['saved_pct']:6.2f} %"
         )
+        if priced:
+            price = point["price_kwh_per_min"]
+            row += f"  {'–' if price is None else format(price, '.4g'):>8}"  # the fastest run has no price
+        if certified:
+            row += f"  {point['lower_bound_kwh']:10.5g} kWh  {point['gap_pct']:6.3f} %"
+        lines.append(row)
     fastest = content["fastest"]
     lines.append(
         f"fastest run {duration(fastest['time_s'])}, {fastest['energy_kwh']:.5g} kWh;"

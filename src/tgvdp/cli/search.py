@@ -1,6 +1,7 @@
 """``tgvdp search``: the Pareto front of one trip, as files, a table or one JSON object."""
 
 import json
+import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -9,7 +10,7 @@ import click
 
 from tgvdp.cli.numbers import number
 from tgvdp.cli.screen import Screen, front_table
-from tgvdp.errors import BudgetExceededError
+from tgvdp.errors import BudgetExceededError, InputError
 from tgvdp.units import kmh_to_mps
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ HEURISTICS = ("ratio", "time", "energy", "weighted")
 _PATHS_HELP = "best-first: stop after so many complete paths.  [default: 100]"
 _TRAIN_HELP = f"Train: a file, or a name of the catalog.  [default: {DEFAULT_TRAIN}]"
 _TRACK_HELP = f"Line: a file, or a name of the catalog.  [default: {DEFAULT_TRACK}]"
+_AT_HELP = "Points exactly there instead: margins (5%) or running times (1050s, 17:30, 1:07:30), with commas between."
 _MARGIN_HELP = "Longest running time, above the fastest run's.  [default: 25]"
 
 _EXAMPLES = """
@@ -33,6 +35,8 @@ Examples:
   tgvdp search
   tgvdp search --track line.json --train train.json --from 12000 --to 43500
   tgvdp search --scenario trip.toml --points 20 --out trip
+  tgvdp search --at "3%,5%,10%"
+  tgvdp search --track flat-100km --at 26:00,27:30
   tgvdp search --method exact --segment 1000 --speeds 30
   tgvdp search --method best-first --paths 10 --heuristic ratio --time-limit 10
   tgvdp search --json --quiet > result.json
@@ -63,6 +67,18 @@ _ARGUMENTS: dict[str, tuple[str, Callable[[Any], Any] | None]] = {
 }
 
 
+def _targets(_: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
+    """Check what --at asks for."""
+    from tgvdp.formats.targets import parse_targets
+
+    if text is not None:
+        try:
+            parse_targets(text)
+        except InputError as error:
+            raise click.BadParameter(str(error).removeprefix(f"{parameter.name}: ")) from None
+    return text
+
+
 def _complete(_: click.Context, parameter: click.Parameter, incomplete: str) -> "list[CompletionItem]":
     """Complete names of the catalog where the option takes them, and files."""
     from click.shell_completion import CompletionItem
@@ -90,6 +106,7 @@ def _complete(_: click.Context, parameter: click.Parameter, incomplete: str) -> 
 @click.option("--method", type=click.Choice(METHODS), help="How to search.  [default: front]")
 @click.option("--points", metavar="N", type=click.IntRange(min=2), help="Points of the front.  [default: 60]")
 @click.option("--max-margin", "max_margin_pct", metavar="PCT", type=number("%", above=0.0), help=_MARGIN_HELP)
+@click.option("--at", metavar="LIST", callback=_targets, help=_AT_HELP)
 @click.option("--paths", metavar="N", type=click.IntRange(min=1), help=_PATHS_HELP)
 @click.option("--heuristic", type=click.Choice(HEURISTICS), help="best-first: what orders the queue.  [default: ratio]")
 @click.option("--segment", "segment_m", metavar="M", type=number("m", above=0.0), help="Grid: length of a segment.")
@@ -100,11 +117,19 @@ def _complete(_: click.Context, parameter: click.Parameter, incomplete: str) -> 
 @click.option(
     "--time-limit", "time_limit_s", metavar="S", type=number("s", above=0.0), help="End after so many seconds."
 )
+@click.option("--certify/--no-certify", default=True, show_default=True, help="Prove how far the optimum can be.")
 @click.option("--out", metavar="DIR", default="out", show_default=True, help="Folder of the results.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object on stdout, everything else on stderr.")
 @click.option("--quiet", is_flag=True, help="Print nothing but errors and what --json asks for.")
 def command(
-    track: str | None, train: str | None, scenario: str | None, out: str, as_json: bool, quiet: bool, **given: Any
+    track: str | None,
+    train: str | None,
+    scenario: str | None,
+    certify: bool,
+    out: str,
+    as_json: bool,
+    quiet: bool,
+    **given: Any,
 ) -> int:
     """Search the Pareto front of delay against energy for one trip.
 
@@ -116,25 +141,33 @@ def command(
     check_writable(out)
     with Screen(quiet=quiet) as screen:
         case = _read_case(train, track, scenario)
-        options = case.options | {name: value for name, value in given.items() if value is not None}
+        options = _merged(case.options, {name: value for name, value in given.items() if value is not None})
         screen.progress(f"searching: {case.train.name} on {case.track.name}")
         from tgvdp import api  # brings numba: neither --help nor an error in the input waits for it
 
         result = api.search(case.train, case.track, **_arguments(options))
         screen.progress("replaying")
+        replaying_s = time.perf_counter()
         verdicts = result.verify()
+        checks_s = {"verify": time.perf_counter() - replaying_s}
+        certificate = None
+        if certify:
+            screen.progress("proving")
+            proving_s = time.perf_counter()
+            certificate = result.certify()
+            checks_s["certify"] = time.perf_counter() - proving_s
         screen.progress("drawing and writing")
-        provenance = make_provenance(result.options, case.inputs, result.elapsed_s)
-        files = write_results(result, out, provenance, verdicts)
+        provenance = make_provenance(result.options, case.inputs, result.elapsed_s, checks_s)
+        files = write_results(result, out, provenance, verdicts, certificate)
 
-    content = result_object(result, verdicts, provenance)
+    content = result_object(result, verdicts, provenance, certificate)
     if as_json:
         click.echo(json.dumps(content, ensure_ascii=False, allow_nan=False))
     if not quiet:
         click.echo(f"{case.train.name} on {case.track.name}", err=as_json)
         click.echo(front_table(content), err=as_json)
         click.echo(f"in {out}: {', '.join(file.name for file in files)}", err=as_json)
-    return _judge(content)
+    return _judge(content, quiet)
 
 
 class _Case(NamedTuple):
@@ -164,21 +197,42 @@ def _read_case(train: str | None, track: str | None, scenario: str | None) -> _C
     return _Case(the_train, the_track, held.options, inputs)
 
 
+def _merged(held: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
+    """Options of a scenario and of the command line, which wins; --at and an even front exclude each other."""
+    even = ("points", "max_margin_pct")
+    if "at" in given:
+        for name in even:
+            if name in given:
+                option = name.removesuffix("_pct").replace("_", "-")
+                raise click.UsageError(f"--at and --{option} exclude each other", click.get_current_context())
+        held = {name: value for name, value in held.items() if name not in even}
+    elif any(name in given for name in even):
+        held = {name: value for name, value in held.items() if name != "at"}
+    return held | given
+
+
 def _arguments(options: Mapping[str, Any]) -> dict[str, Any]:
     """Turn options in the units of people into arguments of the search, in SI; what is absent keeps its default."""
-    arguments = {}
+    from tgvdp.formats.targets import parse_targets
+
+    arguments: dict[str, Any] = {}
     for name, value in options.items():
+        if name == "at":
+            arguments["at_margin"], arguments["at_s"] = parse_targets(value)
+            continue
         argument, convert = _ARGUMENTS[name]
         arguments[argument] = value if convert is None else convert(value)
     return arguments
 
 
-def _judge(content: Mapping[str, Any]) -> int:
+def _judge(content: Mapping[str, Any], quiet: bool) -> int:
     """Exit code of a result, and a word on stderr where it is not all that was asked for."""
     failed = [str(point["id"]) for point in content["front"] if not point["replay"]["ok"]]
     if failed:
         click.echo(f"tgvdp: warning: points {', '.join(failed)} do not pass the replay", err=True)
     if content["complete"]:
+        if "warning" in content and not quiet:
+            click.echo(f"tgvdp: warning: {content['warning']}", err=True)
         return 0
     click.echo(f"tgvdp: budget reached: {content['warning']}", err=True)
     return BudgetExceededError.exit_code

@@ -13,6 +13,7 @@ from msgspec import UNSET, Meta, Struct, UnsetType, structs
 from tgvdp.constants import HEURISTICS, METHODS
 from tgvdp.errors import InputError
 from tgvdp.formats.reading import Document, bad, shown, with_path
+from tgvdp.formats.targets import parse_targets
 from tgvdp.formats.typed import decode, suggestion
 from tgvdp.model.checks import require_text
 from tgvdp.model.effort import EffortCurve, EffortPiece
@@ -112,6 +113,7 @@ class _Run(Struct, forbid_unknown_fields=True):
     method: str | UnsetType = UNSET
     points: Several | UnsetType = UNSET
     max_margin_pct: Positive | UnsetType = UNSET
+    at: str | UnsetType = UNSET
     paths: Count | UnsetType = UNSET
     heuristic: str | UnsetType = UNSET
     segment_m: Positive | UnsetType = UNSET
@@ -251,6 +253,14 @@ def _options(path: Path, run: _Run) -> dict[str, Any]:
         name = options.get(field, known[0])
         if name not in known:
             raise bad(path, f"run.{field}: unknown {field} {shown(name)}{suggestion(name, known)}")
+    if run.at is not UNSET:
+        even = [field for field in ("points", "max_margin_pct") if field in options]
+        if even:
+            raise bad(path, f"run.at: cannot stand beside {' and '.join(even)}")
+        try:
+            parse_targets(run.at)
+        except InputError as error:
+            raise bad(path, f"run.{error}") from None
     if run.from_m is not UNSET and run.to_m is not UNSET and not run.from_m < run.to_m:
         raise bad(path, f"run.to_m: must lie after run.from_m, got {run.to_m:g} m after {run.from_m:g} m")
     return options

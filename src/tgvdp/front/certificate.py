@@ -35,7 +35,7 @@ _SLIVER = 1e-6
 #: Squared speed inside a trip, relative to the top, below which a costate is not integrated.
 _SLOWEST = 1e-8
 #: The pilots of a front's certificate are solved on a mesh this much finer than the front's.
-_FINENESS = 2.0
+_FINENESS = 4.0
 #: Multipliers of a front's certificate at most, and those tried beyond the largest one, for the fastest run.
 _MOST_LINES = 64
 _STEEPER = (1.1, 1.3, 1.7, 2.5, 4.0, 6.0, 10.0, 16.0, 25.0, 40.0)

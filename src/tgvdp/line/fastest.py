@@ -6,13 +6,17 @@ speed (`cap`) at every station, a forward sweep drives; the point where traction
 for inside the cell, so that no mesh is needed (Howlett & Pudney, Energy-Efficient Train Control, 1995, ch. 2).
 """
 
-import numpy as np
+from itertools import pairwise
+from typing import NamedTuple
 
-from tgvdp._jit import kernel
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp._jit import kernel, part
 from tgvdp.constants import FEASIBILITY_RTOL
 from tgvdp.errors import InfeasibleError
 from tgvdp.line.cells import Cells, cells_of
-from tgvdp.line.meeting import SLIVER, braked_w, driven_w, drop_slivers, emit_braked, emit_driven, meeting_point
+from tgvdp.line.meeting import SLIVER, braked_w, drive_then_brake, driven_w, drop_slivers, emit_driven
 from tgvdp.model.trip import Trip
 from tgvdp.physics.forces import KernelTrain, kernel_train
 from tgvdp.physics.motion import BRAKING, TRACTION, march, net_force
@@ -22,17 +26,14 @@ from tgvdp.units import mps_to_kmh
 DONE = 0
 FULL = 1  # the row buffers are too small
 NO_BRAKE = 2  # no speed at this station lets the train obey what comes after
-TOO_FAST = 3  # the start speed is too high for what comes after
+TOO_FAST = 3  # the start speed is too high for what comes after it
 STALLED = 4  # full traction does not carry the train over this cell
-TOO_SLOW = 5  # the end speed cannot be reached
 
 
-@kernel
-def caps_kernel(train, length, grade, air, limit, end_w, cap):
+@part
+def _find_caps(train, length, grade, air, limit, end_w, cap, xs, ws):
     """Largest squared speed at each station that still obeys all that follows; ``cap`` (K + 1,) in place."""
     count = length.shape[0]
-    xs = np.empty(4096)
-    ws = np.empty(4096)
     cap[count] = end_w
     for k in range(count - 1, -1, -1):
         if cap[k + 1] > limit[k]:
@@ -44,12 +45,10 @@ def caps_kernel(train, length, grade, air, limit, end_w, cap):
     return DONE, 0
 
 
-@kernel
-def fastest_kernel(train, station, length, grade, air, limit, start_w, cap, fast, xs, ws):
+@part
+def _drive_fastest(train, station, length, grade, air, limit, start_w, cap, fast, bx, bw, xs, ws):
     """Drive the fastest run; ``fast`` (K + 1,) and the rows ``xs``, ``ws`` in place; returns status, cell, rows."""
     count = length.shape[0]
-    bx = np.empty(4096)
-    bw = np.empty(4096)
     fast[0] = start_w
     xs[0] = 0.0
     ws[0] = start_w
@@ -60,54 +59,85 @@ def fastest_kernel(train, station, length, grade, air, limit, start_w, cap, fast
         d = length[k]
         w0 = fast[k]
         w1 = cap[k + 1]
+        first = n
         landed = driven_w(train, TRACTION, grade[k], air[k], w0, limit[k], d, bx, bw)
-        x = d
         if landed > w1 or (
             landed >= limit[k] and net_force(train, BRAKING, grade[k], air[k], np.sqrt(w1), np.sqrt(w1)) > 0.0
         ):
-            x = meeting_point(train, TRACTION, d, grade[k], air[k], limit[k], w0, w1, bx, bw)
             landed = w1
+            n = drive_then_brake(
+                train, TRACTION, station[k], station[k + 1], d, grade[k], air[k], limit[k], w0, w1, bx, bw, xs, ws, n
+            )
         elif landed <= 0.0:
             return STALLED, k, n
-        fast[k + 1] = landed
-        first = n
-        n = emit_driven(train, TRACTION, station[k], x, grade[k], air[k], w0, limit[k], xs, ws, n)
-        if x < d:
-            n = emit_braked(train, station[k + 1], d - x, grade[k], air[k], w1, limit[k], bx, bw, xs, ws, n)
         else:
+            n = emit_driven(train, TRACTION, station[k], d, grade[k], air[k], w0, limit[k], xs, ws, n)
             ws[n - 1] = landed
-        xs[n - 1] = station[k + 1]
+            xs[n - 1] = station[k + 1]
+        fast[k + 1] = landed
         n = drop_slivers(xs, ws, first, n, SLIVER * d)
     return DONE, 0, n
 
 
-@kernel
-def slowest_kernel(train, length, grade, air, fast, end_w, low):
+@part
+def _find_slowest(train, length, grade, air, fast, end_w, low, xs, ws):
     """Slowest squared speed at each station from which full traction still reaches the end; ``low`` in place."""
     count = length.shape[0]
-    xs = np.empty(4096)
-    ws = np.empty(4096)
     low[count] = end_w
     for k in range(count - 1, -1, -1):
         w = march(train, TRACTION, -1.0, length[k], grade[k], air[k], low[k + 1], 0.0, xs, ws, 0)[1]
         low[k] = min(w, fast[k])
 
 
-def _explain(status: int, at_m: float, trip: Trip) -> InfeasibleError:
+@kernel
+def envelope_kernel(train, station, length, grade, air, limit, start_w, end_w, cap, low, fast, xs, ws):
+    """Caps, fastest run and slowest speeds; the arrays of `Envelope` in place; returns status, cell, rows."""
+    bx = np.empty(4096)
+    bw = np.empty(4096)
+    status, cell = _find_caps(train, length, grade, air, limit, end_w, cap, bx, bw)
+    if status != DONE:
+        return status, cell, 0
+    if start_w > cap[0] * (1.0 + FEASIBILITY_RTOL):
+        return TOO_FAST, 0, 0
+    start_w = min(start_w, cap[0])
+    status, cell, n = _drive_fastest(train, station, length, grade, air, limit, start_w, cap, fast, bx, bw, xs, ws)
+    if status == DONE:
+        _find_slowest(train, length, grade, air, fast, end_w, low, bx, bw)
+    return status, cell, n
+
+
+def _explain(status: int, trip: Trip, at_m: float, cap_w: float) -> InfeasibleError:
     where = f"at {trip.origin_m + at_m:.6g} m"
     if status == NO_BRAKE:
         name = trip.train.name
         return InfeasibleError(f"the brakes of train {name} cannot hold it {where}: the descent outruns them")
     if status == TOO_FAST:
         return InfeasibleError(
-            f"start speed {mps_to_kmh(trip.start_speed_mps):.4g} km/h is too high {where}: "
-            f"the limits that follow allow {mps_to_kmh(at_m):.4g} km/h"
+            f"start speed {mps_to_kmh(trip.start_speed_mps):.4g} km/h is too high: "
+            f"what follows allows {mps_to_kmh(float(np.sqrt(cap_w))):.4g} km/h at most"
         )
     return InfeasibleError(f"train {trip.train.name} stalls {where}: full traction does not carry it over the climb")
 
 
-def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Fastest run over given cells.
+class Envelope(NamedTuple):
+    """Feasible speeds of a trip over given cells, float64.
+
+    Attributes
+    ----------
+    low, fast : (K + 1,)
+        Squared speeds at the stations of the slowest run that can still reach the end, and of the fastest, m²/s².
+    x_m, w : (n,)
+        Rows of the fastest run: positions from the origin and squared speeds.
+    """
+
+    low: NDArray[np.float64]
+    fast: NDArray[np.float64]
+    x_m: NDArray[np.float64]
+    w: NDArray[np.float64]
+
+
+def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
+    """Fastest run and slowest feasible speeds over given cells.
 
     Parameters
     ----------
@@ -117,12 +147,7 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> tuple[np.ndarra
 
     Returns
     -------
-    cap : (K + 1,) float64
-        Largest squared speed at each station from which all that follows can be obeyed, m²/s².
-    fast : (K + 1,) float64
-        Squared speed of the fastest run at each station.
-    x_m, w : (n,) float64
-        Rows of the fastest run: positions from the origin and squared speeds.
+    Envelope
 
     Raises
     ------
@@ -130,41 +155,33 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> tuple[np.ndarra
         When the train stalls, cannot brake, or cannot meet its start or end speed.
     """
     count = len(cells.length_m)
-    top_w = _finite_limit(trip, cells)
-    limit_w = np.minimum(cells.limit_w, top_w)
+    limit_w = np.minimum(cells.limit_w, _finite_limit(trip, cells))
     for speed_mps, cell, label in ((trip.start_speed_mps, 0, "start"), (trip.end_speed_mps, -1, "end")):
         if speed_mps**2 > limit_w[cell] * (1.0 + FEASIBILITY_RTOL):
             raise InfeasibleError(
                 f"{label} speed {mps_to_kmh(speed_mps):.4g} km/h is above the limit there, "
                 f"{mps_to_kmh(float(np.sqrt(limit_w[cell]))):.4g} km/h"
             )
-    cap = np.empty(count + 1)
-    fast = np.empty(count + 1)
-    arrays = (cells.length_m, cells.grade_n, cells.air, limit_w)
-    status, cell = caps_kernel(train, *arrays, trip.end_speed_mps**2, cap)
-    if status != DONE:
-        raise _explain(status, cells.station_m[cell], trip)
-    start_w = trip.start_speed_mps**2
-    if start_w > cap[0] * (1.0 + FEASIBILITY_RTOL):
-        raise InfeasibleError(
-            f"start speed {mps_to_kmh(trip.start_speed_mps):.4g} km/h is too high: "
-            f"what follows allows {mps_to_kmh(float(np.sqrt(cap[0]))):.4g} km/h at most"
-        )
+    cap, low, fast = np.empty(count + 1), np.empty(count + 1), np.empty(count + 1)
+    start_w, end_w = trip.start_speed_mps**2, trip.end_speed_mps**2
     size = 16 * count + 16384
     while True:
         xs, ws = np.empty(size), np.empty(size)
-        status, cell, n = fastest_kernel(train, cells.station_m, *arrays, min(start_w, cap[0]), cap, fast, xs, ws)
+        status, cell, n = envelope_kernel(
+            train, cells.station_m, cells.length_m, cells.grade_n, cells.air, limit_w, start_w, end_w,
+            cap, low, fast, xs, ws,
+        )  # fmt: skip
         if status != FULL:
             break
         size *= 2
     if status != DONE:
-        raise _explain(status, cells.station_m[cell], trip)
-    if fast[-1] < trip.end_speed_mps**2 * (1.0 - FEASIBILITY_RTOL):
+        raise _explain(status, trip, float(cells.station_m[cell]), cap[cell])
+    if fast[-1] < end_w * (1.0 - FEASIBILITY_RTOL):
         raise InfeasibleError(
             f"end speed {mps_to_kmh(trip.end_speed_mps):.4g} km/h cannot be reached: "
             f"full traction gives {mps_to_kmh(float(np.sqrt(fast[-1]))):.4g} km/h"
         )
-    return cap, fast, xs[:n], ws[:n]
+    return Envelope(low, fast, xs[:n], ws[:n])
 
 
 def _finite_limit(trip: Trip, cells: Cells) -> float:
@@ -172,7 +189,10 @@ def _finite_limit(trip: Trip, cells: Cells) -> float:
     finite = cells.limit_w[np.isfinite(cells.limit_w)]
     if len(finite) == len(cells.limit_w):
         return float(finite.max())
-    strongest_n = max(piece.effort_n(piece.from_mps) for piece in trip.train.traction.pieces)
+    pieces = trip.train.traction.pieces
+    ends_mps = [(piece, piece.from_mps) for piece in pieces]
+    ends_mps += [(piece, after.from_mps) for piece, after in pairwise(pieces)]
+    strongest_n = max(piece.effort_n(speed_mps) for piece, speed_mps in ends_mps)
     pull_n = strongest_n + max(0.0, -float(cells.grade_n.min()))
     return trip.start_speed_mps**2 + 2.0 * pull_n * trip.distance_m / trip.train.inertia_kg
 
@@ -186,5 +206,5 @@ def fastest_run(trip: Trip) -> Profile:
         When no run obeys all limits.
     """
     train = kernel_train(trip.train)
-    _, _, x_m, w = envelope_of(trip, cells_of(trip), train)
-    return profile_of(trip, x_m, w)
+    envelope = envelope_of(trip, cells_of(trip), train)
+    return profile_of(trip, envelope.x_m, envelope.w)

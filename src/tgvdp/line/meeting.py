@@ -6,11 +6,13 @@ the other end give two curves w(x); a run follows the first to their meeting poi
 
 import math
 
-from tgvdp._jit import kernel
+from tgvdp._jit import kernel, part
 from tgvdp.physics.motion import BRAKING, march, net_force
 
 #: Rows shorter than this share of their cell are rounding errors.
 SLIVER = 1e-9
+#: Difference in w, as a share of the limit, within which a run is on the braking curve.
+_ON_CURVE = 1e-8
 
 
 @kernel
@@ -39,8 +41,8 @@ def braked_w(train, grade, air, w1, limit, x, xs, ws):
     return min(march(train, BRAKING, -1.0, x, grade, air, w1, limit, xs, ws, 0)[1], limit)
 
 
-@kernel
-def meeting_point(train, regime, length, grade, air, limit, w0, w1, xs, ws):
+@part
+def _meeting_point(train, regime, length, grade, air, limit, w0, w1, xs, ws):
     """Position in the cell where driving from w0 meets braking to w1 (regula falsi, Illinois variant).
 
     It is never so close to an end of the cell that a row would be lost in rounding.
@@ -55,7 +57,7 @@ def meeting_point(train, regime, length, grade, air, limit, w0, w1, xs, ws):
         # The limit itself is reached, but on a steep descent the brakes cannot hold it to the end.
         hi = march(train, regime, 1.0, length, grade, air, w0, limit, xs, ws, 0)[0]
         f_hi = limit - braked_w(train, grade, air, w1, limit, length - hi, xs, ws)
-    if f_lo >= 0.0:
+    if f_lo >= -_ON_CURVE * limit:
         return lo if lo >= SLIVER * length else 0.0
     if f_hi <= 0.0:
         return length
@@ -86,7 +88,7 @@ def meeting_point(train, regime, length, grade, air, limit, w0, w1, xs, ws):
     return x if x < (1.0 - SLIVER) * length else length
 
 
-@kernel
+@part
 def emit_driven(train, regime, start, x, grade, air, w0, limit, xs, ws, n):
     """Append the rows of driving over x metres from w0; positions count from ``start``."""
     if x <= 0.0:
@@ -104,8 +106,8 @@ def emit_driven(train, regime, start, x, grade, air, w0, limit, xs, ws, n):
     return n
 
 
-@kernel
-def emit_braked(train, end, x, grade, air, w1, limit, bx, bw, xs, ws, n):
+@part
+def _emit_braked(train, end, x, grade, air, w1, limit, bx, bw, xs, ws, n):
     """Append the rows of braking over the last x metres to w1 at position ``end``; ``bx``, ``bw`` are scratch."""
     reached = 0.0
     m = 0
@@ -120,6 +122,39 @@ def emit_braked(train, end, x, grade, air, w1, limit, bx, bw, xs, ws, n):
     xs[n] = end
     ws[n] = w1
     return n + 1
+
+
+@kernel
+def drive_then_brake(train, regime, start, end, length, grade, air, limit, w0, w1, bx, bw, xs, ws, n):
+    """Append the rows of a cell: driving from w0, then braking as late as possible to end at w1.
+
+    Parameters
+    ----------
+    train : KernelTrain
+    regime : int
+        TRACTION or COASTING, held at the limit where it would pass it.
+    start, end, length, grade, air, limit : float
+        The cell: positions in m, grade force in N, coefficient of v² in N/(m/s)², squared speed limit.
+    w0, w1 : float
+        Squared speeds at its ends.
+    bx, bw : (size,) float64
+        Scratch.
+    xs, ws : (size,) float64, modified in place
+        Rows are appended from index ``n`` on: positions, squared speeds.
+    n : int
+
+    Returns
+    -------
+    n : int
+        New number of rows; the last one is at ``end``.
+    """
+    x = _meeting_point(train, regime, length, grade, air, limit, w0, w1, bx, bw)
+    n = emit_driven(train, regime, start, x, grade, air, w0, limit, xs, ws, n)
+    if x < length:
+        return _emit_braked(train, end, length - x, grade, air, w1, limit, bx, bw, xs, ws, n)
+    xs[n - 1] = end
+    ws[n - 1] = w1
+    return n
 
 
 @kernel

@@ -137,5 +137,3 @@ def mean_brake(train, v0, v1):
 def brake_at(train, v):
     """Largest braking effort (dynamic and friction) in N at speed v, positive."""
     return effort_at(train.braking, v) + train.friction_n
-
-

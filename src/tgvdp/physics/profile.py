@@ -92,9 +92,7 @@ def _measure(train, x, w, grade, air, time, force, energy, regime):
         limit = mean_effort(train.traction, v0, v1) if effort > 0.0 else mean_brake(train, v0, v1)
         if abs(effort) <= _COASTING_SHARE * start_effort:
             regime[i] = COASTING
-        elif (
-            abs(acceleration) * train.inertia_kg <= _CRUISING_SHARE * start_effort and abs(effort) < 0.95 * limit
-        ):
+        elif abs(acceleration) * train.inertia_kg <= _CRUISING_SHARE * start_effort and abs(effort) < 0.95 * limit:
             regime[i] = CRUISING
         else:
             regime[i] = TRACTION if effort > 0.0 else BRAKING

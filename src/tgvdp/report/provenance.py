@@ -19,7 +19,10 @@ from tgvdp.report.plain import plain
 
 
 def make_provenance(
-    options: Mapping[str, Any], inputs: Mapping[str, str | os.PathLike[str] | Train | Track], elapsed_s: float
+    options: Mapping[str, Any],
+    inputs: Mapping[str, str | os.PathLike[str] | Train | Track],
+    elapsed_s: float,
+    checks_s: Mapping[str, float] | None = None,
 ) -> dict[str, Any]:
     """Describe how a result was made, as values that JSON can hold.
 
@@ -31,7 +34,9 @@ def make_provenance(
         What was read, by role (``"train"``, ``"track"``). A file is hashed byte by byte and named without its folder;
         a train or track that was built in memory or came from the catalog is hashed by its values.
     elapsed_s : float
-        Duration of the run, s.
+        Duration of the search, s.
+    checks_s : mapping of str to float, optional
+        Durations of what came after it, s, by name: ``verify`` becomes the entry ``elapsed_verify_s``.
 
     Raises
     ------
@@ -47,6 +52,7 @@ def make_provenance(
         "inputs": {role: _fingerprint(source) for role, source in inputs.items()},
         "machine": {"platform": platform.platform(), "processor": _processor(), "cores": _usable_cores()},
         "elapsed_s": plain(elapsed_s),
+        **{f"elapsed_{name}_s": plain(seconds) for name, seconds in (checks_s or {}).items()},
         "utc": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
     }
 

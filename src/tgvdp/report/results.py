@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tgvdp.api import SearchResult
+    from tgvdp.front.certificate import Certificate
     from tgvdp.physics.replay import Verdict
 
 
@@ -24,6 +25,7 @@ def write_results(
     out_dir: str | os.PathLike[str],
     provenance: Mapping[str, Any],
     verdicts: Sequence["Verdict"] | None = None,
+    certificate: "Certificate | None" = None,
 ) -> list[Path]:
     """Write all files of a result into a folder, all or none.
 
@@ -39,6 +41,8 @@ def write_results(
         As `make_provenance` returns it.
     verdicts : sequence of Verdict, optional
         Of ``result.verify()``, when the caller has them already.
+    certificate : Certificate, optional
+        Of ``result.certify()``; without it files and pictures hold no bounds.
 
     Returns
     -------
@@ -50,12 +54,12 @@ def write_results(
     InputError
         When the folder cannot be written.
     """
-    content = result_object(result, result.verify() if verdicts is None else verdicts, provenance)
+    content = result_object(result, result.verify() if verdicts is None else verdicts, provenance, certificate)
     files = {
         "result.json": _json(content),
         "front.csv": front_csv(content).encode(),
         "profiles.csv": profiles_csv(result).encode(),
-        **_pictures(result, provenance),
+        **_pictures(result, provenance, certificate),
     }
     ledger = {
         "schema": "tgvdp.provenance/1",
@@ -69,12 +73,14 @@ def _json(content: Mapping[str, Any]) -> bytes:
     return (json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
 
 
-def _pictures(result: "SearchResult", provenance: Mapping[str, Any]) -> dict[str, bytes]:
+def _pictures(
+    result: "SearchResult", provenance: Mapping[str, Any], certificate: "Certificate | None"
+) -> dict[str, bytes]:
     # Here, so that whoever wants no picture does not wait for matplotlib.
     from tgvdp.report import fronts, runs
 
     figures = {
-        "front.png": fronts.plot_front(result),
+        "front.png": fronts.plot_front(result, None if certificate is None else certificate.lower_bound_j),
         "profile.png": runs.plot_profile(result),
         "speed_curve.png": runs.plot_speed_curve(result),
         "metric.png": fronts.plot_metric(result),

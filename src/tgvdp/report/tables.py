@@ -10,19 +10,26 @@ from tgvdp.units import joule_to_kwh
 
 if TYPE_CHECKING:
     from tgvdp.api import SearchResult
+    from tgvdp.front.certificate import Certificate
     from tgvdp.physics.profile import Profile
     from tgvdp.physics.replay import Verdict
 
 SCHEMA = "tgvdp.search/1"
-PARTIAL_WARNING = "the search ended by its budget: better paths than these may exist"
 VERDICT_FIELDS = ("time_error_pct", "energy_error_pct", "overspeed_mps", "effort_excess_pct", "ok")
+FRONT_COLUMNS = (
+    "id", "time_s", "delay_s", "margin_pct", "energy_kwh", "saved_pct", "price_kwh_per_min", "lower_bound_kwh",
+    "gap_pct",
+)  # fmt: skip
 PROFILE_COLUMNS = ("id", "position_m", "speed_mps", "time_s", "force_n", "energy_j", "regime")
 #: Id of the fastest run in ``profiles.csv``; the points of the front have integer ids from 0.
 FASTEST_ID = "fastest"
 
 
 def result_object(
-    result: "SearchResult", verdicts: Sequence["Verdict"], provenance: Mapping[str, Any]
+    result: "SearchResult",
+    verdicts: Sequence["Verdict"],
+    provenance: Mapping[str, Any],
+    certificate: "Certificate | None" = None,
 ) -> dict[str, Any]:
     """Build the object that ``--json`` prints and ``result.json`` holds.
 
@@ -33,17 +40,25 @@ def result_object(
         One per point of the front, as ``result.verify()`` returns them.
     provenance : mapping
         As `make_provenance` returns it.
+    certificate : Certificate, optional
+        As ``result.certify()`` returns it.
 
     Returns
     -------
     dict
         Schema ``tgvdp.search/1``, in plain types. Energies in kWh at the wheel, times in s; a figure that is not
-        finite is None. ``warning`` is present only when ``complete`` is False.
+        finite or not known is None: the price of the fastest run and of the methods on a grid, bounds without a
+        certificate. ``warning`` is present only where the front is less than was asked for.
     """
     fastest = result.fastest
     front = []
-    rows = zip(result.front.time_s.tolist(), result.front.energy_j.tolist(), verdicts, strict=True)
-    for index, (time_s, energy_j, verdict) in enumerate(rows):
+    unknown = [None] * len(result.front)
+    prices = unknown if result.price_kwh_per_min is None else result.price_kwh_per_min.tolist()
+    bounds = unknown if certificate is None else [joule_to_kwh(bound) for bound in certificate.lower_bound_j.tolist()]
+    gaps = unknown if certificate is None else certificate.gap_pct.tolist()
+    times, energies = result.front.time_s.tolist(), result.front.energy_j.tolist()
+    rows = zip(times, energies, prices, bounds, gaps, verdicts, strict=True)
+    for index, (time_s, energy_j, price, bound, gap, verdict) in enumerate(rows):
         front.append(
             {
                 "id": index,
@@ -52,6 +67,9 @@ def result_object(
                 "margin_pct": margin_pct(time_s, fastest.time_s),
                 "energy_kwh": joule_to_kwh(energy_j),
                 "saved_pct": saved_pct(energy_j, fastest.energy_j),
+                "price_kwh_per_min": plain(price),
+                "lower_bound_kwh": plain(bound),
+                "gap_pct": plain(gap),
                 "replay": {name: plain(getattr(verdict, name)) for name in VERDICT_FIELDS},
             }
         )
@@ -64,8 +82,8 @@ def result_object(
         "counters": plain(result.counters),
         "provenance": plain(provenance),
     }
-    if not result.complete:
-        content["warning"] = PARTIAL_WARNING
+    if result.warnings:
+        content["warning"] = "; ".join(result.warnings)
     return content
 
 
@@ -80,14 +98,13 @@ def saved_pct(energy_j: float, fastest_j: float) -> float:
 
 
 def front_csv(content: Mapping[str, Any]) -> str:
-    """One line per point of the front, replay verdict included, of an object from `result_object`."""
-    columns = ("id", "time_s", "delay_s", "margin_pct", "energy_kwh", "saved_pct")
+    """One line per point of the front of an object from `result_object`; figures that are not known stay empty."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*columns, *VERDICT_FIELDS])
+    writer.writerow([*FRONT_COLUMNS, *VERDICT_FIELDS])
     for point in content["front"]:
         replay = (point["replay"][name] for name in VERDICT_FIELDS)
-        writer.writerow([*(point[name] for name in columns), *replay])
+        writer.writerow([*(point[name] for name in FRONT_COLUMNS), *replay])
     return text.getvalue()
 
 

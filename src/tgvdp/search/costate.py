@@ -22,7 +22,7 @@ import math
 
 import numpy as np
 
-from tgvdp._jit import kernel, leaf
+from tgvdp._jit import kernel, leaf, part
 from tgvdp.physics.forces import effort_and_slope, mean_resistance, resistance_at
 from tgvdp.physics.motion import COASTING, TRACTION
 
@@ -96,7 +96,7 @@ def _level(train, length, air, effort_price, price, w):
     return price * length * 0.25 / (w * v) - effort_price * work_w
 
 
-@kernel
+@part
 def _crossing(train, length, air, effort_price, price, w, p, n):
     """Where the polyline crosses a level: first index above it, w and p there. Its two ends are vertical walls."""
     # Levels are never below the one at the lowest speed without its time term: most points need no more than that.
@@ -116,7 +116,7 @@ def _crossing(train, length, air, effort_price, price, w, p, n):
     return i, w[i - 1] + share * (w[i] - w[i - 1]), p[i - 1] + share * (p[i] - p[i - 1])
 
 
-@kernel
+@part
 def _last_cell(train, length, grade, air, price, bottom, top, end_w, w, p):
     """Costates before the last cell, whose end speed is given: straight from the arc, with its jump at X = 0."""
     n = 0
@@ -189,7 +189,7 @@ def _carry_region(train, regime, length, grade, air, price, bottom, top, w, p, f
     return m
 
 
-@kernel
+@part
 def _transport(train, length, grade, air, price, bottom, top, wall, w, p, n, cut, x, y):
     """Images (x, y) of the polyline one cell back; point ``cut`` of it is the crossing, ``wall`` the cap behind it."""
     m = _carry_region(train, TRACTION, length, grade, air, price, bottom, top, w, p, 0, cut, x, y, 0)
@@ -239,7 +239,7 @@ def _make_monotone(x, y, m, top):
     return m
 
 
-@kernel
+@part
 def _thin(x, y, m, near, far, w, p):
     """Swinging-door thinning of (x, y) into (w, p): within ``near`` at the levels, looser away from them."""
     w[0] = x[0]

@@ -7,8 +7,8 @@ reaches it, and coasting ends where it meets the braking curve.
 
 import math
 
-from tgvdp._jit import kernel, leaf
-from tgvdp.line.meeting import SLIVER, braked_w, drop_slivers, emit_braked, emit_driven, meeting_point
+from tgvdp._jit import kernel, part
+from tgvdp.line.meeting import SLIVER, braked_w, drive_then_brake, drop_slivers
 from tgvdp.physics.arc import OK, arc
 from tgvdp.physics.forces import mean_effort, mean_resistance, resistance_at
 from tgvdp.physics.motion import BRAKING, COASTING, TRACTION, land, march
@@ -19,16 +19,16 @@ _GENTLE_SHARE = 0.5
 _ON_CURVE = 1e-8
 
 
-@leaf
+@part
 def _append(x, w, xs, ws, n):
     xs[n] = x
     ws[n] = w
     return n + 1
 
 
-@leaf
+@part
 def _coast(train, length, grade, air, w):
-    """`land` under coasting, without its generality: the resistance is nearly linear in w1, so three sweeps solve it."""
+    """`land` under coasting, without its generality: the resistance is nearly linear in w1, three sweeps solve it."""
     v = math.sqrt(w)
     factor = 2.0 * length / train.inertia_kg
     slope = 0.5 * air
@@ -46,7 +46,7 @@ def _coast(train, length, grade, air, w):
     return x
 
 
-@kernel
+@part
 def _brake_late(train, start, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, n):
     """Coast from w and brake as late as possible to end at ``top``, where coasting alone would end above it."""
     braked = braked_w(train, grade, air, top, limit, rest, bx, bw)
@@ -57,17 +57,10 @@ def _brake_late(train, start, rest, end, grade, air, limit, w, top, bx, bw, xs, 
             xs[i] += start
         xs[n - 1] = end
         return n
-    if w >= braked * (1.0 - _ON_CURVE):
-        return emit_braked(train, end, rest, grade, air, top, limit, bx, bw, xs, ws, n)
-    x = meeting_point(train, COASTING, rest, grade, air, limit, w, top, bx, bw)
-    n = emit_driven(train, COASTING, start, x, grade, air, w, limit, xs, ws, n)
-    if x >= rest:
-        ws[n - 1] = top
-        return n
-    return emit_braked(train, end, rest - x, grade, air, top, limit, bx, bw, xs, ws, n)
+    return drive_then_brake(train, COASTING, start, end, rest, grade, air, limit, w, top, bx, bw, xs, ws, n)
 
 
-@kernel
+@part
 def _drive_cell(train, start, end, length, grade, air, limit, w, a, top, bx, bw, xs, ws, n):
     """Append the rows of one cell, from w, with the switching speed a and the envelope ``top`` at its end."""
     rest = length
@@ -143,7 +136,21 @@ def drive(train, station, length, grade, air, limit, low, fast, start_w, switch_
         a = max(min(a, top), bottom)
         first = n
         n = _drive_cell(
-            train, station[k], station[k + 1], length[k], grade[k], air[k], limit[k], ws[n - 1], a, top, bx, bw, xs, ws, n
+            train,
+            station[k],
+            station[k + 1],
+            length[k],
+            grade[k],
+            air[k],
+            limit[k],
+            ws[n - 1],
+            a,
+            top,
+            bx,
+            bw,
+            xs,
+            ws,
+            n,
         )
         n = drop_slivers(xs, ws, first, n, SLIVER * length[k])
         ws[n - 1] = max(min(ws[n - 1], top), bottom)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tgvdp.errors import TgvdpError
 from tgvdp.line.cells import Cells, cells_of
-from tgvdp.line.fastest import envelope_of, slowest_kernel
+from tgvdp.line.fastest import envelope_of
 from tgvdp.line.stations import graded_stations
 from tgvdp.model.trip import Trip
 from tgvdp.physics.forces import KernelTrain, kernel_train
@@ -54,9 +54,7 @@ class Mesh:
         train = kernel_train(trip.train)
         cell_m = _cell_size(trip, fastest) / fineness
         cells = cells_of(trip, graded_stations(trip, fastest, cell_m))
-        _, fast, _, _ = envelope_of(trip, cells, train)
-        low = np.empty_like(fast)
-        slowest_kernel(train, cells.length_m, cells.grade_n, cells.air, fast, trip.end_speed_mps**2, low)
+        low, fast, _, _ = envelope_of(trip, cells, train)
         top_w = float(fast.max())
         cells = cells._replace(limit_w=np.minimum(cells.limit_w, 4.0 * top_w))
         least_j = 5e-4 * train.inertia_kg * top_w  # a run downhill may need no energy at all
@@ -93,13 +91,9 @@ class Mesh:
             size = 2 * len(self.rows[0])
             self.rows = (np.empty(size), np.empty(size))
 
-
     def pilot(self, price: float, counters: dict[str, int]) -> "Pilot":
         """Solve and drive one multiplier, J/s; infinite is the fastest run, full traction up to the envelope."""
-        if math.isinf(price):
-            switch = self.fast
-        else:
-            switch = self._switching_speeds(price, counters)
+        switch = self.fast if math.isinf(price) else self._switching_speeds(price, counters)
         _, time_s, energy_j = self.drive(switch, switch, 0.0, counters)
         if not math.isfinite(time_s):
             raise TgvdpError(f"the train of the costate program stalls at λ = {price:g} J/s; please report")

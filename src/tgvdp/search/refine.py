@@ -6,7 +6,7 @@ tangents, so that multipliers are added only until a blend of the two is as good
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,88 +17,312 @@ from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
 from tgvdp.physics.forces import kernel_train
 from tgvdp.physics.profile import Profile
-from tgvdp.search.budget import SearchBudget
+from tgvdp.search.blends import slope
+from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.optimal import OptimalRuns
-from tgvdp.search.pilots import Mesh
+from tgvdp.search.pilots import Mesh, Pilot
 from tgvdp.search.refine_kernel import EnergyTables, blend, descend, envelope_kernel, measure
 
 #: Speeds of the first program of a multiplier that has no neighbours, from standstill to the fastest run.
 _COARSE = 24
 #: Speeds above and below the incumbent in a sweep.
 _HALF = 3
-#: First step around a neighbour's run, as a share of the fastest run's v².
-_FIRST_STEP = 0.02
-#: Last step, as a share of the first.
-_FINEST = 1e-4
-#: Gap between the chord of two neighbouring runs and their tangents, as a share of energy, that needs no run between.
-_BEND = 3e-4
+#: The first step between those speeds: a share of the distance between two neighbouring runs, and at least this share
+#: of the largest v² of the trip.
+_STEP_SHARE = 0.15
+_LEAST_STEP = 1e-3
+#: The last step, as a share of the largest v².
+_LAST_STEP = 1e-5
+#: Two multipliers within this factor are neighbours: the run between them starts from their blend. Runs further apart
+#: may differ in where they coast, which sweeps cannot mend (0.15 % on a line with 150 gradients).
+_NEAR = 1.4
+#: Largest share of energy by which a point may lie above the tangents of its neighbouring runs.
+_GAP = 6e-4
+#: Cells are so many times as fine as those of the front method, whose cells hold more than one arc.
+_FINENESS = 2.0
+#: They are made finer, this far at most, until the mesh's own fastest run is as fast as the true one to this share.
+_MESH_ERROR = 2e-4
+_FINEST = 16.0
+#: Rows nearer to a station than this share of its cell make no station.
+_SLIVER = 1e-3
 #: How well a point meets its running time by default: a share of the step to the next point.
 _STEP_TOL = 0.03
 #: Step of ln λ towards slower runs, and how many steps without saving end the front.
 _MARCH = 1.0
 _IDLE_STEPS = 6
-_SAME_PRICE = 2e-3
+#: Relative difference below which running times, energies or multipliers are the same.
 _SAME = 1e-9
-_MOST_RUNS = 250
+_MOST_PILOTS = 250
 
 _NO_NODES = np.empty(0)
 _NO_MAP = np.empty((0, 0))
 
 
 def linear_energy(traction: float, regeneration: float) -> EnergyTables:
-    """Energy that is piecewise linear in work at the wheel: ``traction`` per joule pulled, ``regeneration`` back."""
+    """Energy that is piecewise linear in work at the wheel.
+
+    Parameters
+    ----------
+    traction : float
+        Energy drawn per joule of traction work.
+    regeneration : float
+        Energy returned per joule of braking work, as far as the dynamic brake does it.
+    """
     return EnergyTables(float(traction), float(regeneration), _NO_NODES, _NO_NODES, _NO_MAP)
 
 
-#: Traction work at the wheel, max(X, 0).
+#: Traction work at the wheel.
 WHEEL = linear_energy(1.0, 0.0)
 
 
 def pantograph_energy(train: Train) -> EnergyTables:
-    """Energy at the pantograph with the train's constant efficiencies; the dynamic brake regenerates."""
+    """Energy at the pantograph by the train's constant efficiencies; its dynamic brake regenerates."""
     return linear_energy(1.0 / train.traction_efficiency, train.regeneration_efficiency)
 
 
-@dataclass(frozen=True)
-class _Run:
-    price: float
-    w: NDArray[np.float64]
-    time_s: float
-    energy_j: float
+def map_energy(
+    speed_mps: NDArray[np.float64], demand: NDArray[np.float64], power_w: NDArray[np.float64]
+) -> EnergyTables:
+    """Energy by a map of the power drawn, bilinear between its nodes and constant beyond them.
+
+    Parameters
+    ----------
+    speed_mps, demand : (n,), (m,) float64
+        Increasing nodes, at least two each; the demand is the effort as a share of its limit, negative when braking.
+    power_w : (n, m) float64
+        Power drawn from the line, negative when it is returned.
+    """
+    return EnergyTables(1.0, 0.0, *(np.ascontiguousarray(a, dtype=np.float64) for a in (speed_mps, demand, power_w)))
 
 
-class _Refinement:
-    def __init__(self, mesh: Mesh, energy: EnergyTables, tolerance_s: float) -> None:
-        self.mesh, self.energy, self.tolerance_s = mesh, energy, tolerance_s
-        cells = mesh.cells
-        self.slopes = (cells.length_m, cells.grade_n, cells.air)
-        n = len(cells.length_m) + 1
+def refine_front(
+    trip: Trip,
+    fastest: Profile,
+    target_s: NDArray[np.float64],
+    budget: SearchBudget,
+    tolerance_s: float | None = None,
+    energy: EnergyTables = WHEEL,
+) -> OptimalRuns:
+    """Least energy, by any tables, at given running times.
+
+    Parameters
+    ----------
+    trip : Trip
+    fastest : Profile
+        Its fastest run, which is the point for every target that it meets.
+    target_s : (n,) float64
+        Increasing running times, s.
+    budget : SearchBudget
+        Its time limit is looked at before each multiplier.
+    tolerance_s : float, optional
+        How well running times are met, s; by default a small share of the smallest step between them.
+    energy : EnergyTables
+        What an arc costs.
+
+    Returns
+    -------
+    OptimalRuns
+        As `tgvdp.search.optimal.optimal_front` returns it, with the energy of the tables.
+
+    Raises
+    ------
+    TgvdpError
+        When no run with one constant acceleration per cell is as fast as the envelope.
+    """
+    clock = budget.start()
+    if tolerance_s is None:
+        tolerance_s = _STEP_TOL * float(np.diff(target_s, prepend=0.0).min())
+    slower = target_s > fastest.duration_s * (1.0 + _SAME)
+    counters = {"pilots": 0, "sweeps": 0, "blends": 0}
+    first_rows = fastest.position_m - trip.origin_m, fastest.speed_mps**2
+    found = [(fastest.duration_s, _energy_of(trip, first_rows, energy), math.inf)] * int(np.sum(~slower))
+    rows = [first_rows] * len(found)
+    complete, saves = True, True
+    try:
+        if slower.any():
+            front = _front_on_fine_mesh(trip, fastest, energy, tolerance_s, counters, clock)
+        for target in target_s[slower].tolist():
+            saves = front.reach(target)
+            point = front.point(target) if saves else front.pilots[-1]
+            found.append((point.time_s, point.energy_j, point.price))
+            rows.append((front.mesh.cells.station_m, point.switch))
+            if not saves:
+                break
+    except _OutOfTime:
+        complete = False
+    duration, joules, prices = np.array(found, dtype=np.float64).reshape(-1, 3).T
+    return OptimalRuns(duration, joules, prices, complete, not saves, counters, rows)
+
+
+class _OutOfTime(Exception):
+    """The time limit has passed: what was found until then stands."""
+
+
+def _energy_of(trip: Trip, rows: tuple[NDArray[np.float64], NDArray[np.float64]], energy: EnergyTables) -> float:
+    """Energy of a run given as rows, J."""
+    cells = cells_of(trip, rows[0])
+    return float(measure(kernel_train(trip.train), energy, cells.length_m, cells.grade_n, cells.air, rows[1])[1])
+
+
+def _front_on_fine_mesh(
+    trip: Trip,
+    fastest: Profile,
+    energy: EnergyTables,
+    tolerance_s: float,
+    counters: dict[str, int],
+    clock: Clock,
+) -> "_Front":
+    """A mesh so fine that its fastest run, with one acceleration per cell, takes the time of the true one."""
+    fineness, before_s = _FINENESS, math.inf
+    while True:
+        front = _Front(_mesh(trip, fastest, fineness), energy, tolerance_s, counters, clock)
+        reference = front.pilots[0]
+        drivable = math.isfinite(reference.energy_j)
+        nearest_s = min(abs(reference.time_s - known_s) for known_s in (fastest.duration_s, before_s))
+        if drivable and (nearest_s <= _MESH_ERROR * fastest.duration_s or fineness >= _FINEST):
+            return front
+        if fineness >= _FINEST:
+            raise TgvdpError("the refinement finds no fastest run with one acceleration per cell; please report")
+        fineness, before_s = 2.0 * fineness, reference.time_s
+
+
+def _mesh(trip: Trip, fastest: Profile, fineness: float) -> Mesh:
+    """Mesh of the front method; its first and last cells are cut at the rows of the fastest run.
+
+    Next to standstill the duration of a cell hangs on small changes of effort, which those rows follow.
+    """
+    mesh = Mesh.of(trip, fastest, fineness)
+    station_m, rows_m = mesh.cells.station_m, fastest.position_m - trip.origin_m
+    at = np.searchsorted(station_m, rows_m).clip(1, len(station_m) - 1)
+    share = (rows_m - station_m[at - 1]) / mesh.cells.length_m[at - 1]
+    inside = ((at == 1) | (at == len(station_m) - 1)) & (share > _SLIVER) & (share < 1.0 - _SLIVER)
+    cells = cells_of(trip, np.union1d(station_m, rows_m[inside]))
+    return replace(mesh, cells=cells._replace(limit_w=np.minimum(cells.limit_w, 4.0 * float(mesh.fast.max()))))
+
+
+class _Front:
+    """Pilots in the order of their running times, and the blends between them.
+
+    A pilot here is the run itself: its "switching speeds" are the squared speeds at the stations.
+    """
+
+    def __init__(
+        self, mesh: Mesh, energy: EnergyTables, tolerance_s: float, counters: dict[str, int], clock: Clock
+    ) -> None:
+        self.mesh, self.energy, self.tolerance_s, self.counters, self.clock = mesh, energy, tolerance_s, counters, clock
+        cells, trip = mesh.cells, mesh.trip
+        self.cells = (cells.length_m, cells.grade_n, cells.air)
+        n = len(cells.station_m)
         self.low, self.fast = np.empty(n), np.empty(n)
-        trip = mesh.trip
-        envelope_kernel(mesh.train, *self.slopes, cells.limit_w, trip.start_speed_mps**2, trip.end_speed_mps**2, self.low, self.fast)
+        envelope_kernel(
+            mesh.train, *self.cells, cells.limit_w, trip.start_speed_mps**2, trip.end_speed_mps**2, self.low, self.fast
+        )
+        self.top_w = float(self.fast.max())
         width = 2 * _COARSE + 1
-        self.scratch = (np.empty((n, width)), np.empty(n, np.int64), np.empty((n, width), np.int16), np.empty((2, width)))
-        self.counters = {"pilots": 0, "runs": 0, "sweeps": 0}
-        self.runs = [self._run(math.inf, self.fast)]
-        self.scale_j = mesh.usual_price * self.runs[0].time_s
+        self.scratch = (np.empty((n, width)), np.empty((n, width), np.int16), np.empty((2, width)))
+        self.pilots = [self._pilot(math.inf, self.fast)]
         self.price = mesh.usual_price
+        self.scale_j = mesh.usual_price * self.pilots[0].time_s
         self.idle = 0
 
-    def _run(self, price, w):
-        time_s, energy_j = measure(self.mesh.train, self.energy, *self.slopes, w)
-        return _Run(price, w, time_s, energy_j)
+    def _pilot(self, price: float, w: NDArray[np.float64]) -> Pilot:
+        time_s, energy_j, feasible = measure(self.mesh.train, self.energy, *self.cells, w)
+        return Pilot(price, w, time_s, energy_j if feasible else math.inf)
 
-    def _descend(self, price, w, step, half, finest):
-        step[0] = step[-1] = 0.0
-        self.counters["sweeps"] += descend(self.mesh.train, self.energy, *self.slopes, self.low, self.fast, price, half, finest, w, step, *self.scratch)
+    def _descend(self, price: float, w: NDArray[np.float64], half: int, first: float, last: float) -> None:
+        """Improve a run in place with steps from ``first`` to ``last``, shares of the largest v²."""
+        self.counters["sweeps"] += descend(
+            self.mesh.train, self.energy, *self.cells, self.low, self.fast, price, half,
+            first * self.top_w, last * self.top_w, w, *self.scratch,
+        )  # fmt: skip
 
-    def solve(self, price, near=None, step=None):
+    def _solve(self, price: float, start: NDArray[np.float64] | None, step: float) -> Pilot:
+        """Run of least E + λT: from a feasible run near it, or from nothing."""
+        if self.clock.expired:
+            raise _OutOfTime
         self.counters["pilots"] += 1
-        if near is None:
-            w = self.fast.copy()
-            self._descend(price, w, np.full(len(w), self.fast.max() / _COARSE), _COARSE, 1.0)
-            step = np.full(len(w), self.fast.max() / (2 * _COARSE))
-        else:
-            w = near
-        self._descend(price, w, step, _HALF, _FINEST)
-        return self._run(price, w)
+        if start is None:
+            start = self.fast.copy()
+            step = 1.0 / _COARSE
+            self._descend(price, start, _COARSE, step, step)
+            step *= 0.5
+        self._descend(price, start, _HALF, max(step, _LEAST_STEP), _LAST_STEP)
+        return self._pilot(price, start)
+
+    def reach(self, target_s: float) -> bool:
+        """March λ down until a pilot takes the target time; False when running longer saves nothing."""
+        while self.pilots[-1].time_s < target_s - self.tolerance_s:
+            if self.idle >= _IDLE_STEPS:
+                return False
+            pilot = self._solve(self.price, None, 0.0)
+            last = self.pilots[-1]
+            if pilot.energy_j < last.energy_j - _SAME * self.scale_j and pilot.time_s > last.time_s:
+                self.pilots.append(pilot)
+                self.idle = 0
+            else:
+                self.idle += 1
+            self.price *= math.exp(-_MARCH)
+        return True
+
+    def point(self, target_s: float) -> Pilot:
+        """The best run for one running time: a blend of the pilots around it."""
+        while True:
+            second = next((i for i in range(1, len(self.pilots)) if self.pilots[i].time_s >= target_s), None)
+            second = len(self.pilots) - 1 if second is None else second
+            before, after = self.pilots[second - 1], self.pilots[second]
+            found = self._meet(before, after, target_s)
+            least_j = max(
+                pilot.energy_j + pilot.price * (pilot.time_s - found.time_s)
+                for pilot in (before, after)
+                if math.isfinite(pilot.price)
+            )
+            enough_j = _GAP * max(abs(found.energy_j), 0.1 * self.scale_j)
+            if found.energy_j - least_j <= enough_j or not self._split(second):
+                return found
+
+    def _split(self, second: int) -> bool:
+        """Solve the multiplier of the chord between two neighbouring pilots; False when the chord is the front."""
+        before, after = self.pilots[second - 1], self.pilots[second]
+        chord = (before.energy_j - after.energy_j) / (after.time_s - before.time_s)
+        if len(self.pilots) >= _MOST_PILOTS or not before.price > chord > after.price * (1.0 + _SAME):
+            return False
+        start = self._blend(before, after, 0.5) if before.price < _NEAR * after.price else None
+        apart = float(np.abs(before.switch - after.switch).max())
+        middle = self._solve(chord, start, _STEP_SHARE * apart / self.top_w)
+        saved = before.cost_j(chord) - middle.cost_j(chord)
+        inside = before.time_s < middle.time_s < after.time_s and after.energy_j < middle.energy_j < before.energy_j
+        if inside and saved > _SAME * self.scale_j:
+            self.pilots.insert(second, middle)
+        else:  # no run is below the chord, which then is the tangent of both
+            self.pilots[second - 1], self.pilots[second] = replace(before, price=chord), replace(after, price=chord)
+        return True
+
+    def _blend(self, before: Pilot, after: Pilot, share: float) -> NDArray[np.float64]:
+        self.counters["blends"] += 1
+        w = np.empty_like(self.fast)
+        blend(self.mesh.train, *self.cells, self.low, self.fast, before.switch, after.switch, share, w)
+        return w
+
+    def _meet(self, before: Pilot, after: Pilot, target_s: float) -> Pilot:
+        """Blend of two pilots that takes the target time (Illinois rule)."""
+        lo, hi = 0.0, 1.0
+        f_lo, f_hi = before.time_s - target_s, after.time_s - target_s
+        if f_lo >= 0.0 or f_hi <= 0.0:
+            return before if f_lo >= 0.0 else after
+        side = 0
+        run = before
+        for _ in range(40):
+            share = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
+            run = self._pilot(0.0, self._blend(before, after, share))
+            f = run.time_s - target_s
+            if abs(f) <= self.tolerance_s or hi - lo < _SAME:
+                break
+            if f < 0.0:
+                lo, f_lo = share, f
+                f_hi *= 0.5 if side < 0 else 1.0
+                side = -1
+            else:
+                hi, f_hi = share, f
+                f_lo *= 0.5 if side > 0 else 1.0
+                side = 1
+        return replace(run, price=slope(before, after, run.time_s))

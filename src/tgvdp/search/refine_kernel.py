@@ -98,16 +98,16 @@ def arc_energy(train, tables, length, duration, work, w0, w1):
 
 @kernel
 def measure(train, tables, length, grade, air, w):
-    """Running time in s and energy in J of a run; infinite where an arc is not feasible."""
+    """Running time in s and energy in J of a run, and whether each of its arcs is feasible."""
     time = 0.0
     energy = 0.0
+    feasible = True
     for k in range(length.shape[0]):
         status, duration, work = arc(train, length[k], grade[k], air[k], w[k], w[k + 1])
-        if status != OK:
-            return math.inf, math.inf
+        feasible = feasible and status == OK
         time += duration
         energy += arc_energy(train, tables, length[k], duration, work, w[k], w[k + 1])
-    return time, energy
+    return time, energy, feasible
 
 
 @kernel
@@ -117,8 +117,8 @@ def _landed(train, regime, length, grade, air, w):
     x = land(train, regime, sign, length, grade, air, w)
     nudge = _NUDGE
     for _ in range(_NUDGES):
-        status = arc(train, length, grade, air, w, x)[0] if regime == TRACTION else arc(train, length, grade, air, x, w)[0]
-        if status == OK:
+        w0, w1 = (w, x) if regime == TRACTION else (x, w)
+        if arc(train, length, grade, air, w0, w1)[0] == OK:
             break
         x *= 1.0 - nudge
         nudge *= 4.0
@@ -144,45 +144,40 @@ def envelope_kernel(train, length, grade, air, limit, start_w, end_w, low, fast)
 
 @leaf
 def _choices(w, low, fast, step, half, choices):
-    """Speeds to choose from around w, increasing, within low..fast; returns how many."""
-    n = 0
-    if step > 0.0:
-        below = min(half, int(math.ceil((w - low) / step)))
-        for j in range(below, 0, -1):
-            choices[n] = max(w - j * step, low)
-            n += 1
-    choices[n] = w
-    n += 1
-    if step > 0.0:
-        above = min(half, int(math.ceil((fast - w) / step)))
-        for j in range(1, above + 1):
-            choices[n] = min(w + j * step, fast)
-            n += 1
-    return n
+    """Speeds to choose from around w, increasing, within low..fast; returns how many, and which of them is w."""
+    below = min(half, int(math.ceil((w - low) / step)))
+    above = min(half, int(math.ceil((fast - w) / step)))
+    for j in range(-below, above + 1):
+        choices[below + j] = min(max(w + j * step, low), fast)
+    return below + above + 1, below
 
 
 @kernel
-def _sweep(train, tables, length, grade, air, low, fast, price, half, w, step, choices, sizes, best, value):
+def _sweep(train, tables, length, grade, air, low, fast, price, half, step, w, choices, best, value):
     """Replace w by the best run among all combinations of the speeds around it; returns its E + λT."""
     count = length.shape[0]
-    sizes[count] = _choices(w[count], low[count], fast[count], step[count], half, choices[count])
-    for i in range(sizes[count]):
-        value[1, i] = 0.0
+    size, here = _choices(w[count], low[count], fast[count], step, half, choices[count])
+    value[1, 0] = 0.0
     for k in range(count - 1, -1, -1):
-        sizes[k] = _choices(w[k], low[k], fast[k], step[k], half, choices[k])
-        for i in range(sizes[k]):
+        after = size
+        kept = here
+        size, here = _choices(w[k], low[k], fast[k], step, half, choices[k])
+        for i in range(size):
+            w0 = choices[k, i]
             least = math.inf
-            for j in range(sizes[k + 1]):
-                w0 = choices[k, i]
+            for j in range(after):
                 w1 = choices[k + 1, j]
                 status, duration, work = arc(train, length[k], grade[k], air[k], w0, w1)
                 if status == OK:
-                    cost = price * duration + arc_energy(train, tables, length[k], duration, work, w0, w1) + value[1, j]
+                    energy = arc_energy(train, tables, length[k], duration, work, w0, w1)
+                    cost = price * duration + energy + value[1, j]
                     if cost < least:
                         least = cost
                         best[k, i] = j
+                elif j > kept and (status in (OVER_TRACTION, OVER_ACCELERATION)):
+                    break  # as do the speeds above; the incumbent's own arc has been looked at
             value[0, i] = least
-        for i in range(sizes[k]):
+        for i in range(size):
             value[1, i] = value[0, i]
     i = 0
     for k in range(count):
@@ -192,8 +187,8 @@ def _sweep(train, tables, length, grade, air, low, fast, price, half, w, step, c
 
 
 @kernel
-def descend(train, tables, length, grade, air, low, fast, price, half, finest, w, step, choices, sizes, best, value):
-    """Improve a run until the finest step is stationary.
+def descend(train, tables, length, grade, air, low, fast, price, half, first, last, w, choices, best, value):
+    """Improve a run by sweeps with ever smaller steps, each until it is stationary.
 
     Parameters
     ----------
@@ -202,40 +197,36 @@ def descend(train, tables, length, grade, air, low, fast, price, half, finest, w
     length, grade, air
         Arrays of `Cells`, (K,) float64.
     low, fast : (K + 1,) float64
-        Slowest and fastest feasible squared speed at each station, m²/s².
+        Slowest and fastest feasible squared speed at each station, m²/s²; equal at both ends.
     price : float
         Multiplier λ, J/s.
     half : int
         Speeds to try above and below that of the incumbent, at each station.
-    finest : float
-        Share of the first step at which to end.
+    first, last : float
+        The first step between these speeds, and the smallest one that is of interest, m²/s².
     w : (K + 1,) float64, modified in place
         The run, which must be feasible; it stays so.
-    step : (K + 1,) float64, modified in place
-        Step between neighbouring speeds, m²/s²; 0 at both ends.
-    choices, sizes, best, value
-        Scratch: (K + 1, n) float64, (K + 1,) int64, (K + 1, n) int16 and (2, n) float64, with n > 2·half.
+    choices, best, value
+        Scratch: (K + 1, n) float64, (K + 1, n) int16 and (2, n) float64, with n > 2·half.
 
     Returns
     -------
     int
         Number of sweeps.
     """
-    cost = math.inf
-    share = 1.0
     sweeps = 0
+    step = first
+    cost = math.inf
     while True:
         for _ in range(_PASSES):
             before = cost
-            cost = _sweep(train, tables, length, grade, air, low, fast, price, half, w, step, choices, sizes, best, value)
+            cost = _sweep(train, tables, length, grade, air, low, fast, price, half, step, w, choices, best, value)
             sweeps += 1
             if before - cost <= _GAIN * abs(cost):
                 break
-        if share <= finest:
+        step *= _SHRINK
+        if step < last:
             return sweeps
-        share *= _SHRINK
-        for k in range(step.shape[0]):
-            step[k] *= _SHRINK
 
 
 @kernel

@@ -1,0 +1,55 @@
+"""Where people want points on a front: ``3%, 5%, 1050s, 17:30``."""
+
+import math
+import re
+from typing import NamedTuple
+
+from tgvdp.errors import InputError
+from tgvdp.units import SECONDS_PER_MINUTE
+
+_NUMBER = r"\d+(?:\.\d*)?|\.\d+"
+_MARGIN = re.compile(rf"({_NUMBER})\s*%")
+_SECONDS = re.compile(rf"({_NUMBER})\s*s")
+_CLOCK = re.compile(r"(?:(\d+):)?(\d+):(\d{2}(?:\.\d*)?)")
+_GRAMMAR = "a margin such as 5%, or a running time such as 1050s, 17:30 (min:s) or 1:07:30 (h:min:s)"
+
+
+class Targets(NamedTuple):
+    """Margins, as shares of the fastest running time, and running times, s."""
+
+    margin: tuple[float, ...]
+    time_s: tuple[float, ...]
+
+
+def parse_targets(text: str) -> Targets:
+    """Read a list of targets with commas between them.
+
+    Each is a margin over the fastest run in percent (``5%``), or a running time in seconds (``1050s``) or on the clock
+    (``17:30`` min:s, ``1:07:30`` h:min:s, decimals of the seconds allowed).
+
+    Raises
+    ------
+    InputError
+        When a part is none of these.
+    """
+    margin, time_s = [], []
+    for part in (part.strip() for part in text.split(",")):
+        if match := _MARGIN.fullmatch(part):
+            margin.append(float(match[1]) / 100.0)
+        elif match := _SECONDS.fullmatch(part):
+            time_s.append(float(match[1]))
+        elif match := _CLOCK.fullmatch(part):
+            time_s.append(_clock_s(match[1], match[2], float(match[3]), part))
+        else:
+            raise InputError(f"at: must be {_GRAMMAR}, got {part!r:.40}")
+    if not all(map(math.isfinite, (*margin, *time_s))):
+        raise InputError(f"at: must be finite, got {text!r:.40}")
+    if not all(time > 0.0 for time in time_s):
+        raise InputError(f"at: running times must be above 0 s, got {text!r:.40}")
+    return Targets(tuple(margin), tuple(time_s))
+
+
+def _clock_s(hours: str | None, minutes: str, seconds: float, part: str) -> float:
+    if seconds >= SECONDS_PER_MINUTE or (hours is not None and int(minutes) >= SECONDS_PER_MINUTE):
+        raise InputError(f"at: minutes after hours and seconds must be below 60, got {part!r:.40}")
+    return (int(hours or 0) * SECONDS_PER_MINUTE + int(minutes)) * SECONDS_PER_MINUTE + seconds

@@ -1,0 +1,60 @@
+"""Running times at which somebody asks for points of the front."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.errors import InfeasibleError, InputError
+from tgvdp.model.checks import require_number
+
+#: A point may miss its running time by this much, s, or by this share of the fastest running time on short trips ...
+_MET_S, _MET_SHARE = 0.025, 1e-5
+#: ... or by this share of the step between two of them.
+_MET_STEP = 0.03
+#: Who asks for the fastest running time as it is printed gets the fastest run, s, and as a share on short trips.
+_PRINTED_S, _PRINTED_SHARE = 0.05, 1e-3
+#: Two running times that are nearer, relative to the fastest one, are one.
+_SAME_TIME = 1e-7
+
+
+def check_targets(method: str, at_s: Any, at_margin: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return running times, s, and margins, as shares of the fastest running time, as tuples of floats.
+
+    Raises
+    ------
+    InputError
+        Unless they are sequences of numbers in range, and empty if the method is not ``front``.
+    """
+    for name, values in (("at_s", at_s), ("at_margin", at_margin)):
+        if not isinstance(values, Sequence | np.ndarray) or isinstance(values, str):
+            raise InputError(f"search: {name} must be a sequence of numbers, got {values!r:.60}")
+        if len(values) and method != "front":
+            raise InputError(f"search: {name} needs method 'front', got {method!r}")
+    return (
+        tuple(require_number("search", "at_s", time_s, "s", above=0.0) for time_s in at_s),
+        tuple(
+            require_number("search", "at_margin", margin, "of the fastest running time", at_least=0.0)
+            for margin in at_margin
+        ),
+    )
+
+
+def asked_targets(
+    fastest_s: float, at_s: Sequence[float], at_margin: Sequence[float]
+) -> tuple[NDArray[np.float64], float]:
+    """Increasing running times, s, and how well they have to be met, s.
+
+    Raises
+    ------
+    InfeasibleError
+        When one is shorter than the fastest run.
+    """
+    asked_s = np.array([*at_s, *(fastest_s * (1.0 + margin) for margin in at_margin)])
+    if asked_s.min() < fastest_s - min(_PRINTED_S, _PRINTED_SHARE * fastest_s):
+        raise InfeasibleError(f"search: no run takes {asked_s.min():.7g} s, the fastest one takes {fastest_s:.7g} s")
+    sorted_s = np.unique(np.maximum(asked_s, fastest_s))
+    target_s = sorted_s[np.diff(sorted_s, prepend=-np.inf) > _SAME_TIME * fastest_s]
+    step_s = float(np.diff(target_s).min(initial=np.inf))
+    return target_s, min(_MET_S, _MET_SHARE * fastest_s, _MET_STEP * step_s)
