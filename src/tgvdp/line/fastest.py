@@ -23,6 +23,9 @@ from tgvdp.physics.motion import BRAKING, TRACTION, march, net_force
 from tgvdp.physics.profile import Profile, profile_of
 from tgvdp.units import mps_to_kmh
 
+#: Share of w that the slowest run keeps in hand, so that rounding and rows of other lengths do not stall it.
+_SPARE = 2e-3
+
 DONE = 0
 FULL = 1  # the row buffers are too small
 NO_BRAKE = 2  # no speed at this station lets the train obey what comes after
@@ -86,7 +89,7 @@ def _find_slowest(train, length, grade, air, fast, end_w, low, xs, ws):
     low[count] = end_w
     for k in range(count - 1, -1, -1):
         w = march(train, TRACTION, -1.0, length[k], grade[k], air[k], low[k + 1], 0.0, xs, ws, 0)[1]
-        low[k] = min(w, fast[k])
+        low[k] = min(w * (1.0 + _SPARE), fast[k])
 
 
 @kernel

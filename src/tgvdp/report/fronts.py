@@ -37,7 +37,7 @@ def plot_front(result: "SearchResult", lower_bound_j: ArrayLike | None = None) -
     InputError
         When there is not one bound per point.
     """
-    figure = style.new_figure()
+    figure = style.new_figure(right_in=0.85)
     axes = figure.add_subplot()
     delay, saved, scale = delay_and_saving(result, result.front.time_s, result.front.energy_j)
     if lower_bound_j is not None:

@@ -28,6 +28,8 @@ _STYLES: tuple[_LineStyle, ...] = (((0, (1.2, 1.2)), 1.6), ((0, (5.0, 1.5)), 1.8
 _FINENESS = 0.01
 #: Limits above this multiple of the top speed are cut off.
 _LIMIT_SHOWN = 2.0
+#: Bottom margin with room for the names of the runs, inches.
+_LEGEND_IN = 0.95
 
 
 def plot_profile(result: "SearchResult") -> Figure:
@@ -79,10 +81,10 @@ def _plot_runs(result: "SearchResult", runs: Sequence[tuple[str, "Profile"]], st
     trip = result.trip
     terrain = altitude_of(trip)
     if terrain is None:
-        figure = style.new_figure()
+        figure = style.new_figure(bottom_in=_LEGEND_IN)
         speed_axes = lowest_axes = figure.add_subplot()
     else:
-        figure = style.new_figure(style.HEIGHT_IN + 1.0)
+        figure = style.new_figure(style.HEIGHT_IN + 1.0, bottom_in=_LEGEND_IN)
         speed_axes, lowest_axes = figure.subplots(2, 1, sharex=True, height_ratios=[4.5, 1.0])
     along = style.distance_scale(trip.distance_m)
     limit_position_m, limit_mps = speed_limits_of(trip)
@@ -170,7 +172,7 @@ def _add_legends(
         Line2D([], [], color=style.INK, linestyle=dashes, linewidth=width, label=label)
         for (label, _), (dashes, width) in zip(runs, styles, strict=True)
     ]
-    style.legend(figure, "outside lower center", entries, len(entries))
+    style.legend(figure, "lower center", entries, len(entries))
     regimes = [Line2D([], [], color=style.REGIME_COLORS[name], linewidth=3.0, label=name) for name in names]
     limit = axes.get_legend_handles_labels()[0]
     style.legend(axes, "above right", [*regimes, *limit], len(regimes) + len(limit))

@@ -18,7 +18,7 @@ from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.pilots import Mesh, Pilot
 
 #: A blend of two pilots may cost this share of energy more than the cubic through them promises.
-_BLEND_LOSS = 3e-4
+_BLEND_LOSS = 2e-4
 #: How well a point meets its running time by default: a share of the step to the next point.
 _STEP_TOL = 0.05
 #: Step of ln λ towards slower runs, and how many steps without saving end the front.
@@ -91,7 +91,8 @@ def optimal_front(
     Returns
     -------
     OptimalRuns
-        One run for each target, or for those before the budget ended. Where no slower run saves energy any more, the
+        One run for each target, or for those before the budget ended. A target is left out where the running times of
+        optimal runs jump over it and no blend meets it. Where no slower run saves energy any more, the
         front ends with the thriftiest run.
 
     Raises
@@ -113,8 +114,10 @@ def optimal_front(
         for target in target_s[slower].tolist():
             saves = front.reach(target)
             n, *point = front.point(target) if saves else front.thriftiest()
-            found.append((point[0], point[1], point[2]))
-            rows.append((front.mesh.rows[0][:n].copy(), front.mesh.rows[1][:n].copy()))
+            # The same run again: running times jump here, or the thriftiest run is among the points already.
+            if not found or point[0] > found[-1][0] * (1.0 + _SAME):
+                found.append((point[0], point[1], point[2]))
+                rows.append((front.mesh.rows[0][:n].copy(), front.mesh.rows[1][:n].copy()))
             if not saves:
                 break
     except _OutOfTime:
@@ -140,8 +143,7 @@ def _front_on_fine_mesh(
     while finer < _FINEST:
         finer *= _REFINEMENT
         check = _Front(Mesh.of(trip, fastest, finer), tolerance_s, counters, clock)
-        tried = {pilot.price: pilot for pilot in (front.pilots[-1], front.pilots[len(front.pilots) // 2])}
-        if all(check.saves_little(pilot) for price, pilot in tried.items() if math.isfinite(price)):
+        if all(check.saves_little(pilot) for pilot in front.pilots[:0:-1]):
             break
         front = check
         front.reach(last_s)

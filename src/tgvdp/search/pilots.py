@@ -17,8 +17,8 @@ from tgvdp.search import costate
 from tgvdp.search.drive import drive
 
 #: Cells per trip at least, and cells within the distance over which starting effort would reach the top speed.
-_CELLS_PER_TRIP = 60
-_CELLS_PER_START = 2.5
+_CELLS_PER_TRIP = 100
+_CELLS_PER_START = 4
 #: Thinning tolerance of the costate polyline, per cell; smaller where the price of time is below E/T of the fastest
 #: run, because the costates of coasting shrink with it.
 _TOLERANCE = 5e-5

@@ -39,7 +39,7 @@ _NEAR = 1.4
 #: Largest share of energy by which a point may lie above the tangents of its neighbouring runs.
 _GAP = 6e-4
 #: Cells are so many times as fine as those of the front method, whose cells hold more than one arc.
-_FINENESS = 2.0
+_FINENESS = 2.5
 #: They are made finer, this far at most, until the mesh's own fastest run is as fast as the true one to this share.
 _MESH_ERROR = 2e-4
 _FINEST = 16.0
