@@ -44,7 +44,9 @@ def test_table_and_files(tmp_path, capsys):
     assert search(tmp_path / "out", *SHORT) == 0
     out, err = capsys.readouterr()
     assert err == ""
-    assert out.splitlines()[1].split() == ["margin", "time", "delay", "energy", "saved"]
+    assert out.splitlines()[1].split() == [
+        *("margin", "time", "delay", "energy", "saved", "kWh/min", "bound", "gap"),
+    ]
     assert "fastest run" in out
     assert str(tmp_path / "out") in out
     assert FILES <= {path.name for path in (tmp_path / "out").iterdir()}
@@ -130,6 +132,7 @@ def test_every_option_reaches_the_search(tmp_path, calls):
         "100000",
         "--time-limit",
         "20",
+        "--no-certify",
         "--quiet",
     )
     ((train, track, arguments),) = calls
@@ -155,7 +158,37 @@ def test_every_option_reaches_the_search(tmp_path, calls):
             "time_limit_s": 20.0,
         }
     )
-    assert set(arguments) == set(inspect.signature(api.search).parameters) - {"train", "track"}
+    other = {"train", "track", "at_s", "at_margin"}  # --at stands for the last two, of method front only
+    assert set(arguments) == set(inspect.signature(api.search).parameters) - other
+
+
+def test_certificate_is_given_unless_declined(tmp_path, capsys):
+    assert search(tmp_path / "proven", *SHORT, "--json") == 0
+    content = json.loads(capsys.readouterr().out)
+    for point in content["front"][1:]:
+        assert point["lower_bound_kwh"] <= point["energy_kwh"]
+        assert 0.0 <= point["gap_pct"] < 5.0
+        assert point["price_kwh_per_min"] > 0.0
+    assert content["front"][0]["price_kwh_per_min"] is None
+    assert {"elapsed_s", "elapsed_verify_s", "elapsed_certify_s"} <= set(content["provenance"])
+
+    assert search(tmp_path / "plain", *SHORT, "--no-certify", "--json") == 0
+    out, err = capsys.readouterr()
+    declined = json.loads(out)
+    assert all(point["gap_pct"] is None for point in declined["front"])
+    assert "elapsed_certify_s" not in declined["provenance"]
+    assert "gap" not in err
+    assert (tmp_path / "plain" / "front.png").read_bytes() != (tmp_path / "proven" / "front.png").read_bytes()
+
+
+def test_grid_has_bounds_but_no_prices(tmp_path, capsys):
+    arguments = ("--method", "exact", "--segment", "200", "--speeds", "40", "--max-margin", "20")
+    assert search(tmp_path, *SHORT, *arguments, "--json") == 0
+    out, err = capsys.readouterr()
+    front = json.loads(out)["front"]
+    assert all(point["lower_bound_kwh"] <= point["energy_kwh"] for point in front)
+    assert all(point["price_kwh_per_min"] is None for point in front)
+    assert "kWh/min" not in err
 
 
 def test_command_line_wins_over_the_scenario(tmp_path, calls):
@@ -274,6 +307,31 @@ def test_naive_search_ends_by_its_budget_with_a_clear_message(tmp_path, capsys):
     assert err.count("\n") == 1
     assert "budget" in err
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+def test_interrupt_of_a_long_front_takes_half_a_second(tmp_path):
+    """A thousand kilometres by method front, searched again and again until Ctrl-C comes; all kernels are compiled."""
+    program = (
+        "import sys, tgvdp, numpy as np\n"
+        "x = np.arange(0.0, 1e6, 700.0).tolist()\n"
+        "track = tgvdp.Track(length_m=1e6, speed_limits=[(p, 40.0 + i % 5 * 9.0) for i, p in enumerate(x[::8])],\n"
+        "    gradients=[(p, (i * 7 % 25) - 12.0) for i, p in enumerate(x)], name='1000 km')\n"
+        "train = tgvdp.load_train('tgv')\n"
+        "tgvdp.search(train, track, points=3)\n"
+        "print('ready', flush=True)\n"
+        "try:\n"
+        "    while True: tgvdp.search(train, track, points=200)\n"
+        "except KeyboardInterrupt:\n"
+        "    sys.exit(7)\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(0.3)
+        sent = time.perf_counter()
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=30) == 7
+    assert time.perf_counter() - sent < 0.5
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")

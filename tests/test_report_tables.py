@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from report_case import PROVENANCE, VERDICT, Found, make_result, railway_trip, toy_trip
+from tgvdp.front.certificate import Certificate
 from tgvdp.physics.profile import REGIMES
-from tgvdp.report.tables import PARTIAL_WARNING, front_csv, profiles_csv, result_object
+from tgvdp.report.tables import FRONT_COLUMNS, front_csv, profiles_csv, result_object
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +33,8 @@ def test_object_has_the_published_schema(result):
     assert content["schema"] == "tgvdp.search/1"
     assert set(content["fastest"]) == {"time_s", "energy_kwh"}
     for point in content["front"]:
-        assert list(point) == ["id", "time_s", "delay_s", "margin_pct", "energy_kwh", "saved_pct", "replay"]
+        assert list(point) == [*FRONT_COLUMNS, "replay"]
+        assert list(point)[:6] == ["id", "time_s", "delay_s", "margin_pct", "energy_kwh", "saved_pct"]
         assert set(point["replay"]) == {
             "time_error_pct",
             "energy_error_pct",
@@ -64,9 +66,22 @@ def test_figures_follow_from_the_front(result):
 
 
 def test_a_partial_result_says_so(result):
-    content = content_of(replace(result, complete=False))
+    content = content_of(replace(result, complete=False, warnings=("ended by its budget",)))
     assert content["complete"] is False
-    assert content["warning"] == PARTIAL_WARNING
+    assert content["warning"] == "ended by its budget"
+
+
+def test_bounds_are_in_every_table_when_proven(result):
+    unknown = content_of(result)["front"][1]
+    assert [unknown[name] for name in ("price_kwh_per_min", "lower_bound_kwh", "gap_pct")] == [None, None, None]
+    bound_j = 0.99 * result.front.energy_j
+    certificate = Certificate(bound_j, np.full(3, 1.0), np.array([1.0]), np.array([0.0]))
+    content = result_object(result, [VERDICT] * 3, PROVENANCE, certificate)
+    for point, row in zip(content["front"], table(front_csv(content)), strict=True):
+        assert point["lower_bound_kwh"] == pytest.approx(0.99 * point["energy_kwh"])
+        assert float(row["lower_bound_kwh"]) == point["lower_bound_kwh"]
+        assert float(row["gap_pct"]) == point["gap_pct"] == 1.0
+        assert row["price_kwh_per_min"] == ""
 
 
 def test_figures_that_json_cannot_write_become_null(result):

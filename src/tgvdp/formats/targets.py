@@ -39,7 +39,7 @@ def parse_targets(text: str) -> Targets:
         elif match := _SECONDS.fullmatch(part):
             time_s.append(float(match[1]))
         elif match := _CLOCK.fullmatch(part):
-            time_s.append(_clock_s(match[1], match[2], float(match[3]), part))
+            time_s.append(_clock_s(match[1], match[2], match[3], part))
         else:
             raise InputError(f"at: must be {_GRAMMAR}, got {part!r:.40}")
     if not all(map(math.isfinite, (*margin, *time_s))):
@@ -49,7 +49,7 @@ def parse_targets(text: str) -> Targets:
     return Targets(tuple(margin), tuple(time_s))
 
 
-def _clock_s(hours: str | None, minutes: str, seconds: float, part: str) -> float:
-    if seconds >= SECONDS_PER_MINUTE or (hours is not None and int(minutes) >= SECONDS_PER_MINUTE):
+def _clock_s(hours: str | None, minutes: str, seconds: str, part: str) -> float:
+    if float(seconds) >= SECONDS_PER_MINUTE or (hours is not None and float(minutes) >= SECONDS_PER_MINUTE):
         raise InputError(f"at: minutes after hours and seconds must be below 60, got {part!r:.40}")
-    return (int(hours or 0) * SECONDS_PER_MINUTE + int(minutes)) * SECONDS_PER_MINUTE + seconds
+    return (float(hours or 0) * SECONDS_PER_MINUTE + float(minutes)) * SECONDS_PER_MINUTE + float(seconds)

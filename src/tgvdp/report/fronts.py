@@ -40,14 +40,13 @@ def plot_front(result: "SearchResult", lower_bound_j: ArrayLike | None = None) -
     figure = style.new_figure(right_in=0.85)
     axes = figure.add_subplot()
     delay, saved, scale = delay_and_saving(result, result.front.time_s, result.front.energy_j)
-    if lower_bound_j is not None:
-        _draw_band(axes, result, delay, lower_bound_j)
+    ceiling = saved if lower_bound_j is None else _draw_band(axes, result, delay, lower_bound_j)
     axes.plot(delay, saved, "-o", color=style.BLUE, linewidth=1.8, markersize=4.5, label="Pareto front", zorder=3)
     _draw_fastest(axes)
     _label_margins(axes, result, delay, saved)
     _dress(axes, result, scale)
     _add_energy_axis(axes, result)
-    _set_limits(axes, delay, saved)
+    _set_limits(axes, delay, np.append(saved, ceiling))
     style.title(axes, "Energy saved against delay: top left is better", heading(result))
     style.legend(axes, "lower right")
     return figure
@@ -128,7 +127,10 @@ def _draw_fastest(axes: Axes) -> None:
     )  # fmt: skip
 
 
-def _draw_band(axes: Axes, result: "SearchResult", delay: NDArray[np.float64], lower_bound_j: ArrayLike) -> None:
+def _draw_band(
+    axes: Axes, result: "SearchResult", delay: NDArray[np.float64], lower_bound_j: ArrayLike
+) -> NDArray[np.float64]:
+    """Draw the room between the front and what is proven; returns its upper edge."""
     bound_j = np.asarray(lower_bound_j, dtype=np.float64)
     if bound_j.shape != delay.shape:
         raise InputError(f"front plot: lower_bound_j must have {delay.size} values, got {bound_j.size}")
@@ -137,6 +139,7 @@ def _draw_band(axes: Axes, result: "SearchResult", delay: NDArray[np.float64], l
     axes.fill_between(
         delay, saved, ceiling, color=style.SKY, alpha=0.45, linewidth=0, label="room up to the proven bound", zorder=2
     )
+    return ceiling
 
 
 def _label_margins(axes: Axes, result: "SearchResult", delay: NDArray[np.float64], saved: NDArray[np.float64]) -> None:
@@ -147,9 +150,8 @@ def _label_margins(axes: Axes, result: "SearchResult", delay: NDArray[np.float64
         return
     step = _round_step(top / _LABELS)
     wanted = np.arange(step, top + 0.1 * step, step)
-    for index in sorted({int(np.argmin(np.abs(margins - margin))) for margin in wanted}):
-        if margins[index] < 0.25 * step:
-            continue
+    distances = np.abs(margins - wanted[:, None])
+    for index in np.unique(distances.argmin(axis=1)[distances.min(axis=1) < 0.25 * step]).tolist():
         # Below the curve there is always room, except past its right end.
         side, offset = ("left", (6.0, -13.0)) if delay[index] < 0.9 * delay[-1] else ("center", (0.0, -26.0))
         axes.annotate(

@@ -101,10 +101,11 @@ def optimal_front(
         When the costate program fails; it never returns a wrong front in silence.
     """
     clock = budget.start()
-    if tolerance_s is None:
-        tolerance_s = _STEP_TOL * float(np.diff(target_s, prepend=0.0).min())
     counters = {"pilots": 0, "runs": 0, "costates": 0}
     slower = target_s > fastest.duration_s * (1.0 + _SAME)
+    if tolerance_s is None:
+        steps_s = np.diff(target_s[slower], prepend=fastest.duration_s)
+        tolerance_s = _STEP_TOL * float(steps_s.min(initial=math.inf))
     found = [(fastest.duration_s, fastest.total_energy_j, math.inf)] * int(np.sum(~slower))
     rows = [(fastest.position_m - trip.origin_m, fastest.speed_mps**2)] * len(found)
     complete, saves = True, True
@@ -165,7 +166,7 @@ class _Front:
 
     def reach(self, target_s: float) -> bool:
         """March λ down until a pilot takes the target time; False when running longer saves nothing."""
-        while self.pilots[-1].time_s < target_s - self.tolerance_s:
+        while len(self.pilots) < 2 or self.pilots[-1].time_s < target_s - self.tolerance_s:
             if self.idle >= _IDLE_STEPS:
                 return False
             self._watch()

@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 
 from tgvdp.errors import TgvdpError
 from tgvdp.line.cells import cells_of
-from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
 from tgvdp.physics.forces import kernel_train
 from tgvdp.physics.profile import Profile
+from tgvdp.search.arc_energy import WHEEL, EnergyTables
 from tgvdp.search.blends import slope
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.optimal import OptimalRuns
 from tgvdp.search.pilots import Mesh, Pilot
-from tgvdp.search.refine_kernel import EnergyTables, blend, descend, envelope_kernel, measure
+from tgvdp.search.refine_kernel import blend, descend, envelope_kernel, measure
 
 #: Speeds of the first program of a multiplier that has no neighbours, from standstill to the fastest run.
 _COARSE = 24
@@ -53,46 +53,6 @@ _IDLE_STEPS = 6
 #: Relative difference below which running times, energies or multipliers are the same.
 _SAME = 1e-9
 _MOST_PILOTS = 250
-
-_NO_NODES = np.empty(0)
-_NO_MAP = np.empty((0, 0))
-
-
-def linear_energy(traction: float, regeneration: float) -> EnergyTables:
-    """Energy that is piecewise linear in work at the wheel.
-
-    Parameters
-    ----------
-    traction : float
-        Energy drawn per joule of traction work.
-    regeneration : float
-        Energy returned per joule of braking work, as far as the dynamic brake does it.
-    """
-    return EnergyTables(float(traction), float(regeneration), _NO_NODES, _NO_NODES, _NO_MAP)
-
-
-#: Traction work at the wheel.
-WHEEL = linear_energy(1.0, 0.0)
-
-
-def pantograph_energy(train: Train) -> EnergyTables:
-    """Energy at the pantograph by the train's constant efficiencies; its dynamic brake regenerates."""
-    return linear_energy(1.0 / train.traction_efficiency, train.regeneration_efficiency)
-
-
-def map_energy(
-    speed_mps: NDArray[np.float64], demand: NDArray[np.float64], power_w: NDArray[np.float64]
-) -> EnergyTables:
-    """Energy by a map of the power drawn, bilinear between its nodes and constant beyond them.
-
-    Parameters
-    ----------
-    speed_mps, demand : (n,), (m,) float64
-        Increasing nodes, at least two each; the demand is the effort as a share of its limit, negative when braking.
-    power_w : (n, m) float64
-        Power drawn from the line, negative when it is returned.
-    """
-    return EnergyTables(1.0, 0.0, *(np.ascontiguousarray(a, dtype=np.float64) for a in (speed_mps, demand, power_w)))
 
 
 def refine_front(

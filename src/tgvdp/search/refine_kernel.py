@@ -1,19 +1,15 @@
-"""Kernels of the generic refinement: arc energy by tables, discrete differential dynamic programming, blends.
+"""Kernels of the generic refinement: discrete differential dynamic programming, blends.
 
 Everything here works on one arc of constant acceleration per cell, so that a run is one squared speed per station and
 any run in which each arc passes the one feasibility test is a run that the train can drive.
 """
 
 import math
-from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
 
 from tgvdp._jit import kernel, leaf
 from tgvdp.physics.arc import OK, OVER_ACCELERATION, OVER_BRAKE, OVER_DECELERATION, OVER_TRACTION, arc
-from tgvdp.physics.forces import mean_effort
 from tgvdp.physics.motion import BRAKING, TRACTION, land
+from tgvdp.search.arc_energy import arc_energy
 
 #: A landing that rounding has put outside the limits is moved in by this share of w first, and four times more each
 #: time after that, so often at most.
@@ -24,76 +20,6 @@ _GAIN = 1e-5
 _PASSES = 60
 #: From one step to the next finer one.
 _SHRINK = 0.4
-
-
-class EnergyTables(NamedTuple):
-    """Energy of an arc as tables for kernels: what is drawn from the line for work at the wheel.
-
-    Attributes
-    ----------
-    traction : float
-        Energy drawn per joule of traction work, 1/η_t.
-    regeneration : float
-        Energy returned per joule of braking work, η_r, as far as the dynamic brake does it.
-    speed_mps, demand : (n,), (m,) float64
-        Nodes of a map, increasing; the demand is the effort as a share of the effort limit, negative when braking,
-        where the limit is that of the dynamic brake.
-    power_w : (n, m) float64
-        Power drawn at the nodes, negative when it is returned; bilinear between them, constant beyond. A map with
-        nodes replaces the two factors.
-    """
-
-    traction: float
-    regeneration: float
-    speed_mps: NDArray[np.float64]
-    demand: NDArray[np.float64]
-    power_w: NDArray[np.float64]
-
-
-@leaf
-def _node(nodes, x):
-    """Index and share of x between two nodes, held at the ends."""
-    last = nodes.shape[0] - 1
-    if x <= nodes[0]:
-        return 0, 0.0
-    if x >= nodes[last]:
-        return last - 1, 1.0
-    lo = 0
-    hi = last
-    while hi - lo > 1:
-        middle = (lo + hi) // 2
-        if nodes[middle] <= x:
-            lo = middle
-        else:
-            hi = middle
-    return lo, (x - nodes[lo]) / (nodes[hi] - nodes[lo])
-
-
-@kernel
-def _map_energy(train, tables, length, duration, work, v0, v1):
-    """Energy of an arc by the map: power at its mean speed and mean demand, times its duration."""
-    limit = mean_effort(train.traction if work >= 0.0 else train.braking, v0, v1) * length
-    demand = 0.0
-    if work != 0.0 and limit > 0.0:
-        demand = work / limit
-    i, a = _node(tables.speed_mps, length / duration)
-    j, b = _node(tables.demand, demand)
-    power = tables.power_w
-    here = power[i, j] + b * (power[i, j + 1] - power[i, j])
-    there = power[i + 1, j] + b * (power[i + 1, j + 1] - power[i + 1, j])
-    return duration * (here + a * (there - here))
-
-
-@leaf
-def arc_energy(train, tables, length, duration, work, w0, w1):
-    """Energy in J drawn on an arc, given its duration in s and its work at the wheel in J; negative if returned."""
-    if tables.speed_mps.shape[0] > 0:
-        return _map_energy(train, tables, length, duration, work, math.sqrt(w0), math.sqrt(w1))
-    if work >= 0.0:
-        return tables.traction * work
-    if tables.regeneration == 0.0:
-        return 0.0
-    return -tables.regeneration * min(-work, length * mean_effort(train.braking, math.sqrt(w0), math.sqrt(w1)))
 
 
 @kernel
