@@ -92,11 +92,6 @@ def test_defaults_are_left_to_the_search_and_help_tells_them(capsys):
     assert defaults["dominance"] is defaults["bounds"] is True
 
 
-def test_choices_are_those_of_the_search():
-    assert cli_search.METHODS == tuple(api.METHODS)
-    assert cli_search.HEURISTICS == tuple(api.HEURISTICS)
-
-
 def test_every_option_reaches_the_search(tmp_path, calls):
     code = search(
         tmp_path,
@@ -307,31 +302,6 @@ def test_naive_search_ends_by_its_budget_with_a_clear_message(tmp_path, capsys):
     assert err.count("\n") == 1
     assert "budget" in err
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="signals")
-def test_interrupt_of_a_long_front_takes_half_a_second(tmp_path):
-    """A thousand kilometres by method front, searched again and again until Ctrl-C comes; all kernels are compiled."""
-    program = (
-        "import sys, tgvdp, numpy as np\n"
-        "x = np.arange(0.0, 1e6, 700.0).tolist()\n"
-        "track = tgvdp.Track(length_m=1e6, speed_limits=[(p, 40.0 + i % 5 * 9.0) for i, p in enumerate(x[::8])],\n"
-        "    gradients=[(p, (i * 7 % 25) - 12.0) for i, p in enumerate(x)], name='1000 km')\n"
-        "train = tgvdp.load_train('tgv')\n"
-        "tgvdp.search(train, track, points=3)\n"
-        "print('ready', flush=True)\n"
-        "try:\n"
-        "    while True: tgvdp.search(train, track, points=200)\n"
-        "except KeyboardInterrupt:\n"
-        "    sys.exit(7)\n"
-    )
-    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout.readline() == "ready\n"
-        time.sleep(0.3)
-        sent = time.perf_counter()
-        process.send_signal(signal.SIGINT)
-        assert process.wait(timeout=30) == 7
-    assert time.perf_counter() - sent < 0.5
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")

@@ -228,3 +228,18 @@ def test_once_failing_points(seed):
 @pytest.mark.parametrize(("seed", "margin", "points"), OTHER_ROWS)
 def test_the_rows_of_a_point_are_its_own(seed, margin, points):
     check_front(random_trip(seed), margin, points)
+
+
+def test_start_at_the_limit_whose_first_price_is_already_the_thriftiest():
+    """The usual price alone gives the thriftiest run here: dearer ones must be found all the same."""
+    train = commuter(mass_kg=1e5)
+    trip = trip_on([(0, 40)], length_m=5000.0, train=train, start_speed_mps=40.0)
+    assert cheapest_above_grid(trip, 0.1) <= 1e-3
+
+
+@pytest.mark.parametrize("limit_mps", [1e5, 1e7])
+def test_a_limit_that_nobody_reaches_changes_nothing(limit_mps):
+    fastest = fastest_run(trip_on([(0, 200)], length_m=3000.0))
+    assert fastest_run(trip_on([(0, limit_mps)], length_m=3000.0)).duration_s == pytest.approx(
+        fastest.duration_s, rel=1e-9
+    )

@@ -1,6 +1,11 @@
 """Points where people want them: targets in words, in scenarios, on the command line, and how well they are met."""
 
 import json
+import os
+import signal
+import sys
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -217,6 +222,23 @@ def test_time_limit_holds_on_1000_km():
     assert "budget" in result.warnings[0]
     with pytest.raises(BudgetExceededError):
         tgvdp.search(train, track, time_limit_s=1e-6, at_margin=[0.05])
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+def test_interrupt_is_heard_within_half_a_second_on_1000_km():
+    train, track = tgvdp.load_train("tgv"), long_track()
+    tgvdp.search(train, tgvdp.load_track("flat-100km"), points=3)  # compiles
+    sent_s = []
+
+    def interrupt():
+        sent_s.append(time.perf_counter())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Timer(0.3, interrupt).start()
+    with pytest.raises(KeyboardInterrupt):
+        while True:
+            tgvdp.search(train, track, points=200)
+    assert time.perf_counter() - sent_s[0] < 0.5
 
 
 def test_partial_front_exits_with_5(tmp_path, capsys):

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.constants import HEURISTICS, METHODS
 from tgvdp.errors import BudgetExceededError, InputError
 from tgvdp.front.certificate import Certificate, certify_front
 from tgvdp.front.pareto import ParetoFront
@@ -19,7 +20,7 @@ from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
 from tgvdp.physics.profile import Profile, profile_of
 from tgvdp.physics.replay import Verdict, replay
-from tgvdp.search.best_first import DEFAULT_SEGMENTS, DEFAULT_SPEEDS, HEURISTICS, best_first
+from tgvdp.search.best_first import DEFAULT_SEGMENTS, DEFAULT_SPEEDS, best_first
 from tgvdp.search.budget import DEFAULT_TIME_S, SearchBudget
 from tgvdp.search.grid import build_grid
 from tgvdp.search.labels import exact_front
@@ -27,7 +28,6 @@ from tgvdp.search.optimal import OptimalRuns, optimal_front
 from tgvdp.search.paths import GridPaths
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
 
-METHODS = ("front", "exact", "best-first")
 #: Running times at which a front on a grid is compared with the continuous optimum.
 _CERTIFIED_TIMES = 32
 
@@ -260,6 +260,8 @@ def _check_options(method: str, points: int, max_margin: float, paths: int, heur
         raise InputError(f"search: method must be one of {', '.join(METHODS)}, got {method!r}")
     if heuristic not in HEURISTICS:
         raise InputError(f"search: heuristic must be one of {', '.join(HEURISTICS)}, got {heuristic!r}")
-    require_number("search", "points", points, "points", at_least=2)
+    for name, count, least in (("points", points, 2), ("paths", paths, 0)):
+        require_number("search", name, count, name, at_least=least)
+        if count != int(count):
+            raise InputError(f"search: {name} must be a whole number, got {count:g}")
     require_number("search", "max_margin", max_margin, "of the fastest running time", above=0.0)
-    require_number("search", "paths", paths, "paths", at_least=0)

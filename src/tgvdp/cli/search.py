@@ -10,6 +10,7 @@ import click
 
 from tgvdp.cli.numbers import number
 from tgvdp.cli.screen import Screen, front_table
+from tgvdp.constants import HEURISTICS, METHODS
 from tgvdp.errors import BudgetExceededError, InputError
 from tgvdp.units import kmh_to_mps
 
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
 
 DEFAULT_TRAIN = "tgv"
 DEFAULT_TRACK = "lgv-100km"
-METHODS = ("front", "exact", "best-first")
-HEURISTICS = ("ratio", "time", "energy", "weighted")
 _PATHS_HELP = "best-first: stop after so many complete paths.  [default: 100]"
 _TRAIN_HELP = f"Train: a file, or a name of the catalog.  [default: {DEFAULT_TRAIN}]"
 _TRACK_HELP = f"Line: a file, or a name of the catalog.  [default: {DEFAULT_TRACK}]"

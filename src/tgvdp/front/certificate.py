@@ -16,8 +16,9 @@ from tgvdp.errors import TgvdpError
 from tgvdp.front.bounds import bound_kernel
 from tgvdp.front.costates import integrate_costates
 from tgvdp.front.phases import count_cells, cut_rows, label_cells, row_efforts, thin_rows, tidy_labels
-from tgvdp.front.pieces import PIECE_COLUMNS, largest_effort
+from tgvdp.front.pieces import PIECE_COLUMNS
 from tgvdp.line.cells import Cells, cells_of
+from tgvdp.line.fastest import reachable_w
 from tgvdp.model.checks import require_number
 from tgvdp.model.trip import Trip
 from tgvdp.physics.forces import KernelTrain, kernel_train
@@ -115,7 +116,7 @@ class BoundingProblem:
         self.trip = trip
         self.train: KernelTrain = kernel_train(trip.train)
         cells = cells_of(trip)
-        self.cells = cells._replace(limit_w=np.minimum(cells.limit_w, _reachable_w(trip, cells, self.train)))
+        self.cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
         size = 2 * max(len(self.train.traction), len(self.train.braking))
         self._pull, self._brake = np.empty((size, PIECE_COLUMNS)), np.empty((size, PIECE_COLUMNS))
 
@@ -186,18 +187,6 @@ class BoundingProblem:
         w[0], w[-1] = self.trip.start_speed_mps**2, self.trip.end_speed_mps**2
         count = thin_rows(x_m, w, np.isin(x_m, breaks_m), gap_m)
         return x_m[:count], w[:count]
-
-
-def _reachable_w(trip: Trip, cells: Cells, train: KernelTrain) -> float:
-    """Squared speed that no run passes, from the largest effort below it over the whole distance; may be infinite."""
-    pull_n = max(0.0, -float(cells.grade_n.min()))
-    w = trip.start_speed_mps**2 + 2.0 * trip.distance_m * (train.traction[0, 2] + pull_n) / train.inertia_kg
-    while w < float(cells.limit_w.max()):
-        effort_n = max(0.0, largest_effort(train.traction, len(train.traction), math.sqrt(w))) + pull_n
-        if trip.start_speed_mps**2 + 2.0 * trip.distance_m * effort_n / train.inertia_kg <= w:
-            return w * (1.0 + _ROUNDING)
-        w *= 2.0
-    return math.inf
 
 
 def _envelope(time_s: _Floats, price_j_per_s: _Floats, line_j: _Floats) -> _Floats:

@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 from tgvdp.constants import GRAVITY_MPS2
 from tgvdp.model.trip import Trip
 
+#: Breaks nearer to each other than this share of the distance are one: no acceleration can be told on less.
+SAME_POSITION = 1e-9
+
 
 class Cells(NamedTuple):
     """K cells between K + 1 stations, SI, float64; positions count from the trip's origin.
@@ -44,7 +47,10 @@ def breaks_of(trip: Trip) -> NDArray[np.float64]:
     """Positions at which limit or gradient may change, both ends included, from the origin, m, float64."""
     rows = (*trip.track.speed_limits, *trip.track.gradients)
     inside = {row[0] - trip.origin_m for row in rows if trip.origin_m < row[0] < trip.destination_m}
-    return np.array(sorted({0.0, trip.distance_m, *inside}))
+    breaks_m = np.array(sorted({0.0, *inside}))
+    gap_m = SAME_POSITION * trip.distance_m
+    apart = np.diff(breaks_m, prepend=-np.inf) > gap_m
+    return np.append(breaks_m[apart & (breaks_m < trip.distance_m - gap_m)], trip.distance_m)
 
 
 def cells_of(trip: Trip, stations_m: NDArray[np.float64] | None = None) -> Cells:

@@ -6,7 +6,7 @@ speed (`cap`) at every station, a forward sweep drives; the point where traction
 for inside the cell, so that no mesh is needed (Howlett & Pudney, Energy-Efficient Train Control, 1995, ch. 2).
 """
 
-from itertools import pairwise
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -158,12 +158,12 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
         When the train stalls, cannot brake, or cannot meet its start or end speed.
     """
     count = len(cells.length_m)
-    limit_w = np.minimum(cells.limit_w, _finite_limit(trip, cells))
+    limit_w = np.minimum(cells.limit_w, reachable_w(trip, cells))
     for speed_mps, cell, label in ((trip.start_speed_mps, 0, "start"), (trip.end_speed_mps, -1, "end")):
-        if speed_mps**2 > limit_w[cell] * (1.0 + FEASIBILITY_RTOL):
+        if speed_mps**2 > cells.limit_w[cell] * (1.0 + FEASIBILITY_RTOL):
             raise InfeasibleError(
                 f"{label} speed {mps_to_kmh(speed_mps):.4g} km/h is above the limit there, "
-                f"{mps_to_kmh(float(np.sqrt(limit_w[cell]))):.4g} km/h"
+                f"{mps_to_kmh(float(np.sqrt(cells.limit_w[cell]))):.4g} km/h"
             )
     cap, low, fast = np.empty(count + 1), np.empty(count + 1), np.empty(count + 1)
     start_w, end_w = trip.start_speed_mps**2, trip.end_speed_mps**2
@@ -187,17 +187,20 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
     return Envelope(low, fast, xs[:n], ws[:n])
 
 
-def _finite_limit(trip: Trip, cells: Cells) -> float:
-    """Squared speed that no run can pass where there is no limit: what full effort gives over the whole trip."""
-    finite = cells.limit_w[np.isfinite(cells.limit_w)]
-    if len(finite) == len(cells.limit_w):
-        return float(finite.max())
-    pieces = trip.train.traction.pieces
-    ends_mps = [(piece, piece.from_mps) for piece in pieces]
-    ends_mps += [(piece, after.from_mps) for piece, after in pairwise(pieces)]
-    strongest_n = max(piece.effort_n(speed_mps) for piece, speed_mps in ends_mps)
-    pull_n = strongest_n + max(0.0, -float(cells.grade_n.min()))
-    return trip.start_speed_mps**2 + 2.0 * pull_n * trip.distance_m / trip.train.inertia_kg
+def reachable_w(trip: Trip, cells: Cells) -> float:
+    """Squared speed that no run passes: what the largest effort below it gives over the whole distance, m²/s².
+
+    Infinite when that is above all limits.
+    """
+    pull_n = max(0.0, -float(cells.grade_n.min()))
+    per_newton = 2.0 * trip.distance_m / trip.train.inertia_kg
+    w = trip.start_speed_mps**2 + per_newton * (trip.train.traction.effort_n(0.0) + pull_n)
+    while w < float(cells.limit_w.max()):
+        effort_n = trip.train.traction.largest_n(math.sqrt(w)) + pull_n
+        if trip.start_speed_mps**2 + per_newton * effort_n <= w:
+            return w * (1.0 + FEASIBILITY_RTOL)
+        w *= 2.0
+    return math.inf
 
 
 def fastest_run(trip: Trip) -> Profile:

@@ -37,6 +37,10 @@ class EffortPoint(NamedTuple):
     effort_n: float
 
 
+#: Each piece is a row of every run that crosses it, and looked up one after the other.
+MOST_PIECES = 1000
+
+
 class EffortPiece(NamedTuple):
     """One piece of an effort curve: ``power_w / v + c0_n + c1·v + c2·v² + c3·v³`` from ``from_mps`` on."""
 
@@ -162,6 +166,17 @@ class EffortCurve:
                 break
             current = piece
         return current.effort_n(speed_mps)
+
+    def largest_n(self, up_to_mps: float) -> float:
+        """Largest effort at any speed up to a given one, N."""
+        largest_n = 0.0
+        ends_mps = [*(piece.from_mps for piece in self.pieces[1:]), up_to_mps]
+        for piece, end_mps in zip(self.pieces, ends_mps, strict=True):
+            if piece.from_mps <= up_to_mps:
+                end_mps = min(end_mps, up_to_mps)
+                speeds_mps = (piece.from_mps, *piece.extremes_mps(piece.from_mps, end_mps), end_mps)
+                largest_n = max(largest_n, *(piece.effort_n(speed_mps) for speed_mps in speeds_mps))
+        return largest_n
 
     def require_not_negative(self, owner: str, up_to_mps: float) -> None:
         """Raise `InputError` where the effort is negative at some speed from standstill up to a given one."""

@@ -59,6 +59,8 @@ def arc(train, length_m, grade_n, air, w0, w1):
     slack = 1.0 + FEASIBILITY_RTOL
     # Work near zero is the difference of large terms: its rounding error must not count as effort.
     noise = FEASIBILITY_RTOL * (train.inertia_kg * abs(half_gain) + abs(load))
+    if abs(work) <= noise:
+        work = 0.0
     if work > noise and work > length_m * mean_effort(train.traction, v0, v1) * slack + noise:
         return OVER_TRACTION, duration, work
     if work < -noise and -work > length_m * mean_brake(train, v0, v1) * slack + noise:

@@ -152,8 +152,8 @@ def _label_margins(axes: Axes, result: "SearchResult", delay: NDArray[np.float64
     wanted = np.arange(step, top + 0.1 * step, step)
     distances = np.abs(margins - wanted[:, None])
     for index in np.unique(distances.argmin(axis=1)[distances.min(axis=1) < 0.25 * step]).tolist():
-        # Below the curve there is always room, except past its right end.
-        side, offset = ("left", (6.0, -13.0)) if delay[index] < 0.9 * delay[-1] else ("center", (0.0, -26.0))
+        # Below the curve there is always room, except past its right end: there the label goes above.
+        side, offset = ("left", (6.0, -13.0)) if delay[index] < 0.9 * delay[-1] else ("right", (8.0, 11.0))
         axes.annotate(
             f"+{margins[index]:.{1 if step >= 1.0 else 2}f} % time", (delay[index], saved[index]), offset,
             textcoords="offset points", ha=side, fontsize=style.SMALL_PT, fontfamily=style.FONT, color=style.INK,

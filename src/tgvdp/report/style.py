@@ -84,7 +84,8 @@ def dress(axes: Axes, x_label: str = "", y_label: str = "") -> None:
 
 def title(axes: Axes, text: str, detail: str = "") -> None:
     """Set a bold title over the left edge, with a line of detail below it, in which any character may stand."""
-    axes.set_title(text, loc="left", fontsize=TITLE_PT, fontfamily=FONT, fontweight="bold", color=INK, pad=24.0)
+    # A given y: otherwise matplotlib measures everything around the axes to find a free one.
+    axes.set_title(text, loc="left", y=1.0, pad=24.0, fontsize=TITLE_PT, fontfamily=FONT, fontweight="bold", color=INK)
     axes.annotate(
         detail, (0.0, 1.0), (0.0, 8.0), xycoords="axes fraction", textcoords="offset points",
         fontsize=SMALL_PT, fontfamily=FONT, color=MUTED, parse_math=False,

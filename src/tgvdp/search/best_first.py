@@ -29,6 +29,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.constants import HEURISTICS
 from tgvdp.errors import BudgetExceededError, InputError
 from tgvdp.graph.layered import LayeredGraph
 from tgvdp.model.checks import require_number
@@ -55,8 +56,6 @@ from tgvdp.search.budget import SearchBudget
 from tgvdp.search.grid import Grid
 from tgvdp.search.paths import GraphPaths, GridPaths, grid_paths, require_limit, too_slow
 from tgvdp.search.to_go import ROUNDING, fastest_path, least_to_go
-
-HEURISTICS = ("ratio", "time", "energy", "weighted")
 
 #: Grid on which every heuristic ends within seconds; that of the exact method takes `ratio` minutes.
 DEFAULT_SEGMENTS = 20

@@ -6,6 +6,7 @@ through the pilots' (T, E, slope −λ) promises, a pilot is added between them.
 """
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,6 +30,8 @@ _IDLE_STEPS = 6
 _BEND = 2e-3
 #: Two multipliers whose logarithms differ by less are one.
 _SAME_PRICE = 2e-3
+#: Multipliers beyond this multiple of the usual one are infinite.
+_HIGHEST_PRICE = 1e12
 #: Relative difference below which running times or energies are the same.
 _SAME = 1e-9
 _MOST_PILOTS = 250
@@ -141,13 +144,14 @@ def _front_on_fine_mesh(
     finer = 1.0
     front = _Front(Mesh.of(trip, fastest), tolerance_s, counters, clock)
     front.reach(last_s)
-    while finer < _FINEST:
-        finer *= _REFINEMENT
-        check = _Front(Mesh.of(trip, fastest, finer), tolerance_s, counters, clock)
-        if all(check.saves_little(pilot) for pilot in front.pilots[:0:-1]):
-            break
-        front = check
-        front.reach(last_s)
+    with suppress(_OutOfTime):  # the coarser front stands
+        while finer < _FINEST:
+            finer *= _REFINEMENT
+            check = _Front(Mesh.of(trip, fastest, finer), tolerance_s, counters, clock)
+            if all(check.saves_little(pilot) for pilot in front.pilots[:0:-1]):
+                break
+            check.reach(last_s)
+            front = check
     return front
 
 
@@ -234,13 +238,11 @@ class _Front:
             middle = self.mesh.pilot(math.sqrt(before.price * after.price), self.counters)
         if before.time_s < middle.time_s < after.time_s and after.energy_j < middle.energy_j < before.energy_j:
             self.pilots.insert(second, middle)
-        elif math.isinf(before.price):
-            return False
         elif middle.time_s - before.time_s < after.time_s - middle.time_s:
             self.pilots[second - 1] = replace(before, price=middle.price)  # the same run: T jumps at a lower price
         else:
-            self.pilots[second] = replace(after, price=middle.price)
-        return True
+            self.pilots[second] = replace(after, price=middle.price)  # ... or at a higher price
+        return middle.price < _HIGHEST_PRICE * self.mesh.usual_price
 
     def _meet(
         self, before: Pilot, after: Pilot, target_s: float, share: float, run: tuple[int, float, float]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tgvdp.errors import TgvdpError
 from tgvdp.line.cells import Cells, cells_of
-from tgvdp.line.fastest import envelope_of
+from tgvdp.line.fastest import envelope_of, reachable_w
 from tgvdp.line.stations import graded_stations
 from tgvdp.model.trip import Trip
 from tgvdp.physics.forces import KernelTrain, kernel_train
@@ -56,7 +56,7 @@ class Mesh:
         cells = cells_of(trip, graded_stations(trip, fastest, cell_m))
         low, fast, _, _ = envelope_of(trip, cells, train)
         top_w = float(fast.max())
-        cells = cells._replace(limit_w=np.minimum(cells.limit_w, 4.0 * top_w))
+        cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
         least_j = 5e-4 * train.inertia_kg * top_w  # a run downhill may need no energy at all
         usual_price = max(fastest.total_energy_j, least_j) / fastest.duration_s
         return cls(trip, train, cells, low, fast, cell_m, usual_price)
