@@ -21,7 +21,7 @@ from tgvdp.search.pilots import Mesh, Pilot
 #: A blend of two pilots may cost this share of energy more than the cubic through them promises.
 _BLEND_LOSS = 2e-4
 #: How well a point meets its running time by default: a share of the step to the next point.
-_STEP_TOL = 0.05
+_STEP_TOL = 0.02
 #: Step of ln λ towards slower runs, and how many steps without saving end the front.
 _MARCH = 1.0
 _IDLE_STEPS = 6
