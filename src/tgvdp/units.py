@@ -77,8 +77,3 @@ def per_kmh_to_per_mps(value: float, power: int = 1) -> float:
 def joule_to_kwh(energy_j: float) -> float:
     """Convert J to kWh."""
     return energy_j / JOULE_PER_KWH
-
-
-def kwh_to_joule(energy_kwh: float) -> float:
-    """Convert kWh to J."""
-    return energy_kwh * JOULE_PER_KWH

@@ -131,9 +131,6 @@ class _File(Struct, forbid_unknown_fields=True):
     name: str | UnsetType = UNSET
 
 
-FIELDS = frozenset(_File.__struct_fields__)
-
-
 @dataclass(frozen=True)
 class NativeFile:
     """What a native file holds: a train or track made, a reference to one (text), or none; and run options."""

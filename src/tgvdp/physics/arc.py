@@ -61,9 +61,9 @@ def arc(train, length_m, grade_n, air, w0, w1):
     noise = FEASIBILITY_RTOL * (train.inertia_kg * abs(half_gain) + abs(load))
     if abs(work) <= noise:
         work = 0.0
-    if work > noise and work > length_m * mean_effort(train.traction, v0, v1) * slack + noise:
+    if work > 0.0 and work > length_m * mean_effort(train.traction, v0, v1) * slack + noise:
         return OVER_TRACTION, duration, work
-    if work < -noise and -work > length_m * mean_brake(train, v0, v1) * slack + noise:
+    if work < 0.0 and -work > length_m * mean_brake(train, v0, v1) * slack + noise:
         return OVER_BRAKE, duration, work
     if half_gain > length_m * train.max_acceleration * slack:
         return OVER_ACCELERATION, duration, work
