@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 import pytest
 
+from tgvdp._jit import KERNEL_FREE
+
 PACKAGE = Path(__file__).resolve().parents[1] / "src" / "tgvdp"
 
 #: Leaves that every room may use.
@@ -26,7 +28,7 @@ MAY_IMPORT = {
     "line": {"model", "physics", "_jit"},
     "graph": {"model", "physics", "line", "_jit"},
     "search": {"model", "physics", "line", "graph", "_jit"},
-    "formulations": {"model", "physics", "line", "graph", "_jit"},
+    "formulations": {"model", "physics", "line", "graph"},
     "solvers": {"model", "physics", "line", "graph", "formulations"},
     "front": {"model", "physics", "line", "search", "_jit"},
     "report": {"model", "physics", "line", "search", "front"},
@@ -136,6 +138,12 @@ def test_every_room_has_its_rule():
 
 def test_imports_point_back_along_the_flow():
     assert list(direction_faults(IMPORTS)) == []
+
+
+def test_rooms_outside_the_key_of_the_kernel_cache_hold_no_kernel_and_serve_none():
+    compiling = {room for room, allowed in MAY_IMPORT.items() if "_jit" in allowed}
+    served = set().union(*(MAY_IMPORT[room] for room in compiling))
+    assert not set(KERNEL_FREE) & (compiling | served)
 
 
 def test_third_party_packages_stay_in_their_rooms():

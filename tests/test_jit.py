@@ -204,7 +204,7 @@ def test_threads_leave_signals_alone():
 
 
 @pytest.mark.nojit
-def test_key_follows_every_source(tmp_path):
+def test_key_follows_every_source_that_kernels_may_use(tmp_path):
     (tmp_path / "room").mkdir()
     (tmp_path / "a.py").write_text("x = 1\n")
     (tmp_path / "room" / "b.py").write_text("y = 1\n")
@@ -218,6 +218,8 @@ def test_key_follows_every_source(tmp_path):
     (tmp_path / "note.txt").write_text("no source")
     (tmp_path / "__pycache__").mkdir()
     (tmp_path / "__pycache__" / "a.py").write_text("no source")
+    (tmp_path / "report").mkdir()
+    (tmp_path / "report" / "a.py").write_text("no kernel")
     assert _jit.cache_key(tmp_path) == third
 
 

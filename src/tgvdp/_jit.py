@@ -2,8 +2,9 @@
 
 numba's own ``cache=True`` has two faults that hurt a package of many modules: it keeps a stale kernel when a kernel
 that it calls changes in another module, and a truncated cache file crashes the import. So the kernels of tgvdp live
-in a folder of their own, named by everything that decides what they compile to: the SHA-256 of all sources of the
-package, the versions of Python, numba and numpy, and the switches of numba that change the code. Each entry carries
+in a folder of their own, named by everything that decides what they compile to: the SHA-256 of the sources of all
+rooms that can matter to a kernel, the versions of Python, numba and numpy, and the switches of numba that change the
+code. Each entry carries
 its own digest; what cannot be read or does not match is deleted and compiled again. Where nothing can be written,
 one warning says so and compilation goes on without a cache.
 
@@ -37,6 +38,8 @@ PACKAGE = Path(__file__).resolve().parent
 CACHE_DIR_VARIABLE = "TGVDP_CACHE_DIR"
 #: Key folders that are kept, by last use: editions and modes (bounds checks) that take turns do not evict each other.
 KEPT_FOLDERS = 8
+#: Rooms that no kernel lives in or imports (a test sees to it): their changes leave the kernels as they are.
+KERNEL_FREE = ("cli", "formats", "formulations", "report")
 _KEY_LENGTH = 32
 #: Switches of numba that change the machine code but are no part of its own cache key.
 _MODES = ("BOUNDSCHECK", "OPT", "DEBUGINFO_DEFAULT", "LOOP_VECTORIZE", "SLP_VECTORIZE")
@@ -45,10 +48,11 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 def sources_digest(folder: Path) -> str:
-    """SHA-256, in hexadecimal, of the names and contents of all ``*.py`` files below a folder."""
+    """SHA-256, in hexadecimal, of the names and contents of the ``*.py`` files below a folder that kernels may use."""
     digest = hashlib.sha256()
     for parent, folders, names in os.walk(folder):
-        folders[:] = sorted(name for name in folders if name != "__pycache__")
+        free = KERNEL_FREE if parent == str(folder) else ()
+        folders[:] = sorted(name for name in folders if name != "__pycache__" and name not in free)
         for name in sorted(names):
             if name.endswith(".py"):
                 path = os.path.join(parent, name)
