@@ -79,7 +79,7 @@ def test_lgv_is_a_100_km_high_speed_line_with_ramps_up_to_35_permil():
     assert any(note.startswith("synthetic") for note in line.notes)
 
 
-def test_alstom_map_is_the_seeds_cost_function_and_covers_the_traction_of_its_train():
+def test_alstom_map_is_the_seeds_cost_function_and_covers_its_train_but_for_faint_demands():
     power = load_energy_map("alstom-map")
     for i, speed_mps in enumerate(power.speed_mps):
         for j, demand in enumerate(power.demand):
@@ -88,7 +88,7 @@ def test_alstom_map_is_the_seeds_cost_function_and_covers_the_traction_of_its_tr
             assert power.power_w[i][j] == pytest.approx(cost_w if demand >= 0 else -0.6 * cost_w, abs=60.0)
     found = violations(load_train("alstom-emu"), power)
     assert found
-    assert all(one.demand < 0.0 and one.power_w < one.bound_w <= 0.0 for one in found)
+    assert all(one.demand < 0.01 and one.power_w < one.bound_w for one in found)
 
 
 def test_flat_is_the_seeds_trip_within_the_domain_of_the_emus_polynomials():
