@@ -16,7 +16,7 @@ from tgvdp.front.pareto import ParetoFront
 from tgvdp.front.targets import asked_targets, check_targets
 from tgvdp.line.fastest import fastest_run
 from tgvdp.model.checks import require_number
-from tgvdp.model.energy import ENERGY_KINDS, EnergyMap, EnergyModel
+from tgvdp.model.energy import BUILT_IN_MAP, ENERGY_KINDS, EnergyMap, EnergyModel
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
@@ -31,8 +31,6 @@ from tgvdp.search.paths import GridPaths
 from tgvdp.search.refine import refine_front
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
 
-#: The map that ``energy="map"`` means.
-_BUILT_IN_MAP = "alstom-map"
 #: Running times at which a front on a grid is compared with the continuous optimum.
 _CERTIFIED_TIMES = 32
 
@@ -249,7 +247,7 @@ def _energy_model(energy: str | EnergyMap) -> EnergyModel:
         raise InputError(f"search: energy must be one of {', '.join(ENERGY_KINDS)} or a map, got {energy!r:.60}")
     if energy in ("wheel", "pantograph"):
         return EnergyModel(energy)
-    return EnergyModel("map", load_energy_map(_BUILT_IN_MAP if energy == "map" else energy))
+    return EnergyModel("map", load_energy_map(BUILT_IN_MAP if energy == "map" else energy))
 
 
 def _continuous_front(
