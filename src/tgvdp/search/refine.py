@@ -27,7 +27,7 @@ from tgvdp.search.refine_level import WIDEST, Level
 from tgvdp.search.relaxed_map import relaxed_tables
 
 #: Speeds above and below the incumbent in a sweep.
-_HALF = 3
+_HALF = 2
 #: The first step between those speeds: a share of the distance between two neighbouring runs, and at least this share
 #: of the largest v² of the trip.
 _STEP_SHARE = 0.15
