@@ -132,6 +132,6 @@ def lower_caps(distance, node, xs, ws, n, forward, cap, node_cap):
             here += (ws[i + 1] - ws[i]) * max(0.0, x - xs[i]) / (xs[i + 1] - xs[i])
         if j > 0:
             cell = k - 1 if forward else k
-            cap[cell] = min(cap[cell], max(most, max(here, before)))
+            cap[cell] = min(cap[cell], max(most, here, before))
         node_cap[k] = min(node_cap[k], here)
         before = here

@@ -1,9 +1,9 @@
 """Costates along a run: what a lower bound is best evaluated with.
 
-Along an optimal run p obeys p' = −∂H/∂w, which is linear in p in every regime (`front.phases.label_cells`). While effort
-is partial p keeps the level between two regimes; at a switch it takes the value that both regimes allow; where the run
-touches the speed limit it may jump downwards. So each phase is integrated from the end at which p is known; where it is
-known at both, the two solutions are blended. Whatever p is, the bound stays valid.
+Along an optimal run p obeys p' = −∂H/∂w, which is linear in p in every regime (`front.phases.label_cells`). While
+effort is partial p keeps the level between two regimes; at a switch it takes the value that both regimes allow; where
+the run touches the speed limit it may jump downwards. So each phase is integrated from the end at which p is known;
+where it is known at both, the two solutions are blended. Whatever p is, the bound stays valid.
 """
 
 import math
@@ -234,12 +234,12 @@ def integrate_costates(length, w, cap, effort, price, hold, retard, label, sourc
             again = not is_partial(label[k]) and math.isnan(start_pin) and k > first and left[k] > right[k - 1]
             if again:  # p may not jump upwards
                 start_pin = right[k - 1]
-            if last < stop and touch and label[k] == COASTING and label[last] > COASTING and is_partial(label[last]):
-                if not (again or math.isnan(start_pin)):
-                    level = _lowest(label[last], hold, retard)
-                    held = _held_costate(last, stop, level, ahead[last], stiff, effort, length, label)
-                    end_pin = held
-                    again = True
+            held_next = last < stop and touch and label[k] == COASTING and (label[last] in (RETARDED, HELD_BACK))
+            if held_next and not (again or math.isnan(start_pin)):
+                level = _lowest(label[last], hold, retard)
+                held = _held_costate(last, stop, level, ahead[last], stiff, effort, length, label)
+                end_pin = held
+                again = True
             if again:
                 _fill_phase(
                     k, last, start_pin, end_pin, hold, retard, length, w, price, label, source, growth,

@@ -49,7 +49,7 @@ def is_standstill(end_w, next_w):
 @leaf
 def is_partial(label):
     """Whether effort is partial: p keeps one level."""
-    return label == HOLDING or label == RETARDED or label == HELD_BACK
+    return label in (HOLDING, RETARDED, HELD_BACK)
 
 
 @leaf
@@ -268,9 +268,8 @@ def tidy_labels(sliver, length, w, cap, ceiling, hold, retard, label, source, gr
                 drift += (source[last, 1] + level * growth[last, 1]) * length[last]
                 scale += source[last, 1] * length[last]
                 free = free and w[last] < cap[last] * (1.0 - TOUCH) and w[last + 1] < cap[last] * (1.0 - TOUCH)
-                free = free and not (
-                    abs(w[last + 1] - w[last]) <= _STEADY * w[last] and w[last] > ceiling[last] * (1.0 - TOUCH)
-                )
+                steady = abs(w[last + 1] - w[last]) <= _STEADY * w[last]
+                free = free and not (steady and w[last] > ceiling[last] * (1.0 - TOUCH))
                 last += 1
             short = span <= sliver
             if sweep == 1:

@@ -23,8 +23,8 @@ from tgvdp.physics.motion import BRAKING, TRACTION, march, net_force
 from tgvdp.physics.profile import Profile, profile_of
 from tgvdp.units import mps_to_kmh
 
-#: Rows of the fastest run itself, per usual one. Near it the least energy falls with the square root of the running time:
-#: 1e-5 of the time is worth 0.5 % of the energy, so its time must be right to 1e-7.
+#: Rows of the fastest run itself, per usual one. Near it the least energy falls with the square root of the time that
+#: is spent: 1e-5 of the running time is worth 0.5 % of the energy, so that it must be right to 1e-7.
 _FINE_ROWS = 10.0
 #: Rows of one march at most.
 _SCRATCH = 32768

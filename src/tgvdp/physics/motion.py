@@ -85,8 +85,9 @@ def _net_slope(train, regime, air, v, net, rising):
 
 @leaf
 def _speed_step(slope, air, v, net, rows):
-    """Change of speed in a row for `TIME_RTOL`, where the net force is ``net`` and its slope ``slope``; ``rows`` times less.
+    """Change of speed in a row for `TIME_RTOL`, where the net force is ``net`` and its slope ``slope``.
 
+    For ``rows`` times as many rows.
     Solves e·step/(2·v + step)/6 = TIME_RTOL for e = slope·step/net, and for the drag alone, e = air·step²/net.
     """
     step = math.inf
