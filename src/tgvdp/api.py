@@ -103,18 +103,25 @@ class SearchResult:
         """Replay every point of the front by the independent referee."""
         return [replay(self.trip, self.profile(index)) for index in range(len(self.front))]
 
-    def certify(self) -> Certificate:
+    def certify(self, time_limit_s: float | None = None) -> Certificate:
         """Bound the least energy of the continuous problem at the running time of every point of the front.
 
         For the methods on a grid the gap holds the error of the grid: multipliers come from method ``front``.
+
+        Parameters
+        ----------
+        time_limit_s : float, optional
+            Time for it, s; by default as much as the search had. Points that are not reached have no bound.
         """
+        budget = SearchBudget(time_limit_s=self.options["time_limit_s"] if time_limit_s is None else time_limit_s)
+        clock = budget.start()
         found = self._found
         if not isinstance(found, OptimalRuns):
             first_s, last_s = self.fastest.time_s, max(float(self.front.time_s[-1]), self.fastest.time_s)
             target_s = np.linspace(first_s, first_s + max(last_s - first_s, 1e-3 * first_s), _CERTIFIED_TIMES)
-            found = _continuous_front(self.trip, self.fastest.profile, target_s, SearchBudget())
+            found = _continuous_front(self.trip, self.fastest.profile, target_s, budget)
         return certify_front(
-            self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, found.price_j_per_s
+            self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, found.price_j_per_s, clock
         )
 
 
