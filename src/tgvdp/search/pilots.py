@@ -26,6 +26,22 @@ _TOLERANCE = 5e-5
 _FLOOR = 1e-4
 
 
+def _per_kilogram(train: KernelTrain) -> KernelTrain:
+    """The same train with all forces per unit of inertia."""
+    per_kg = 1.0 / train.inertia_kg
+    scale = np.array([1.0, *(per_kg,) * 5])
+    return KernelTrain(
+        1.0,
+        train.davis_a_n * per_kg,
+        train.davis_b * per_kg,
+        train.max_acceleration,
+        train.max_deceleration,
+        train.traction * scale,
+        train.braking * scale,
+        train.friction_n * per_kg,
+    )
+
+
 @dataclass
 class Mesh:
     """Cells of a trip with the envelope of feasible speeds and room for the rows of one run.
@@ -44,6 +60,10 @@ class Mesh:
     scratch: tuple[NDArray[np.float64], NDArray[np.float64]] = field(init=False)
 
     def __post_init__(self) -> None:
+        inertia_kg = self.train.inertia_kg
+        self.unit_train = _per_kilogram(self.train)
+        self.unit_grade, self.unit_air = self.cells.grade_n / inertia_kg, self.cells.air / inertia_kg
+        self.top_w = float(self.fast.max())
         size = 24 * len(self.cells.length_m) + 8192
         self.rows = (np.empty(size), np.empty(size))
         self.scratch = (np.empty(4096), np.empty(4096))
@@ -67,8 +87,9 @@ class Mesh:
         switch = np.empty_like(self.fast)
         tolerance = _TOLERANCE * min(1.0, price / self.usual_price)
         status, points = costate.switching_speeds(
-            self.train, cells.length_m, cells.grade_n, cells.air, self.low, self.fast, self.trip.end_speed_mps**2,
-            price / self.train.inertia_kg, tolerance, self.typical_m, _FLOOR * float(self.fast.max()), switch,
+            self.unit_train, cells.length_m, self.unit_grade, self.unit_air, self.low, self.fast,
+            self.trip.end_speed_mps**2, price / self.train.inertia_kg, tolerance, self.typical_m,
+            _FLOOR * self.top_w, switch,
         )  # fmt: skip
         counters["pilots"] += 1
         counters["costates"] += points
