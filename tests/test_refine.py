@@ -2,6 +2,7 @@
 
 import csv
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,9 +10,9 @@ import pytest
 from test_fastest import commuter, reference_trip, trip_on
 from tgvdp.line.cells import cells_of
 from tgvdp.line.fastest import fastest_run
+from tgvdp.model.energy import PANTOGRAPH, WHEEL, EnergyMap, EnergyModel
 from tgvdp.physics.profile import profile_of
 from tgvdp.physics.replay import replay
-from tgvdp.search.arc_energy import WHEEL, linear_energy, map_energy, pantograph_energy
 from tgvdp.search.budget import SearchBudget
 from tgvdp.search.optimal import optimal_front
 from tgvdp.search.refine import refine_front
@@ -26,7 +27,18 @@ EFFICIENT_HILLS = trip_on([(0, 35), (6000, 22)], [(0, 0), (2000, 12), (4000, -9)
 
 
 def refined(trip, target_s, energy=WHEEL):
-    return refine_front(trip, fastest_run(trip), np.asarray(target_s, dtype=float), SearchBudget(), energy=energy)
+    trip = replace(trip, energy=energy)
+    return refine_front(trip, fastest_run(trip), np.asarray(target_s, dtype=float), SearchBudget())
+
+
+def map_of(speeds_mps, demand, power_w):
+    """Energy model of a table."""
+    return EnergyModel("map", EnergyMap(speed_mps=tuple(speeds_mps), demand=tuple(demand), power_w=tuple(power_w)))
+
+
+def with_efficiencies(traction, regeneration):
+    train = replace(EFFICIENT, traction_efficiency=traction, regeneration_efficiency=regeneration)
+    return replace(EFFICIENT_HILLS, train=train)
 
 
 def references(shared, variant):
@@ -50,7 +62,7 @@ def test_meets_every_reference(shared, variant):
     """Energies of independent direct transcription, at the wheel (A) and with efficiencies and regeneration (B)."""
     count = 0
     for trip, seconds, joules in references(shared, variant):
-        energy = WHEEL if variant == "A" else pantograph_energy(trip.train)
+        energy = WHEEL if variant == "A" else PANTOGRAPH
         found = refined(trip, seconds, energy)
         above_j = found.energy_j + found.price_j_per_s * (found.duration_s - seconds) - joules
         place = f"{trip.track.length_m:g} m from {trip.origin_m:g} m: {above_j / joules}"
@@ -87,7 +99,7 @@ def energy_by_twin(trip, x_m, w, law):
 
 def test_pantograph_energy_is_what_it_says():
     fastest = fastest_run(EFFICIENT_HILLS)
-    found = refined(EFFICIENT_HILLS, fastest.duration_s * np.array([1.0, 1.1, 1.2]), pantograph_energy(EFFICIENT))
+    found = refined(EFFICIENT_HILLS, fastest.duration_s * np.array([1.0, 1.1, 1.2]), PANTOGRAPH)
     for index in range(3):
         twin = energy_by_twin(
             EFFICIENT_HILLS,
@@ -117,7 +129,7 @@ def test_runs_replay_and_meet_their_times():
 
 def test_efficiency_alone_scales_the_front():
     wanted = fastest_run(HILLS).duration_s * np.array([1.05, 1.15])
-    plain, dear = refined(HILLS, wanted), refined(HILLS, wanted, linear_energy(2.0, 0.0))
+    plain, dear = refined(HILLS, wanted), refined(with_efficiencies(0.5, 0.0), wanted, PANTOGRAPH)
     shifted_j = dear.price_j_per_s * (dear.duration_s - plain.duration_s)
     assert dear.energy_j + shifted_j == pytest.approx(2.0 * plain.energy_j, rel=1e-3)
     assert dear.price_j_per_s == pytest.approx(2.0 * plain.price_j_per_s, rel=0.05)
@@ -125,8 +137,8 @@ def test_efficiency_alone_scales_the_front():
 
 def test_regeneration_makes_it_cheaper_and_changes_the_driving():
     wanted = fastest_run(EFFICIENT_HILLS).duration_s * np.array([1.03, 1.1])
-    without = refined(EFFICIENT_HILLS, wanted, linear_energy(1 / 0.85, 0.0))
-    regenerating = refined(EFFICIENT_HILLS, wanted, pantograph_energy(EFFICIENT))
+    without = refined(with_efficiencies(0.85, 0.0), wanted, PANTOGRAPH)
+    regenerating = refined(EFFICIENT_HILLS, wanted, PANTOGRAPH)
     assert (regenerating.energy_j < 0.99 * without.energy_j).all()
     for index in range(2):  # the run made for it is better than the other run with its braking paid for
         twin = energy_by_twin(
@@ -144,8 +156,8 @@ def test_a_linear_map_gives_the_same_front():
     brake_w = np.array([v * EFFICIENT.braking.effort_n(v) for v in speeds]) * 0.75
     table = np.stack((-brake_w, np.zeros_like(speeds), pull_w), axis=1)
     wanted = fastest_run(EFFICIENT_HILLS).duration_s * np.array([1.03, 1.1, 1.2])
-    linear = refined(EFFICIENT_HILLS, wanted, pantograph_energy(EFFICIENT))
-    mapped = refined(EFFICIENT_HILLS, wanted, map_energy(speeds, np.array([-1.0, 0.0, 1.0]), table))
+    linear = refined(EFFICIENT_HILLS, wanted, PANTOGRAPH)
+    mapped = refined(EFFICIENT_HILLS, wanted, map_of(speeds, np.array([-1.0, 0.0, 1.0]), table))
     shifted_j = mapped.price_j_per_s * (mapped.duration_s - linear.duration_s)
     assert mapped.energy_j + shifted_j == pytest.approx(linear.energy_j, rel=1e-3)
 
@@ -161,7 +173,7 @@ def test_a_map_with_idle_losses_punishes_partial_effort():
     table = np.stack((0.0 * full_w, 0.0 * full_w, 0.02 * full_w + idle_w, full_w + idle_w), axis=1)
     wanted = fastest_run(EFFICIENT_HILLS).duration_s * np.array([1.05, 1.15])
     plain = refined(EFFICIENT_HILLS, wanted)
-    lossy = refined(EFFICIENT_HILLS, wanted, map_energy(speeds, demand, table))
+    lossy = refined(EFFICIENT_HILLS, wanted, map_of(speeds, demand, table))
 
     def pulling_s(found, index):
         profile = profile_of(EFFICIENT_HILLS, *found.rows(index))

@@ -1,7 +1,10 @@
 """One place for physical constants and for the tolerances that every part shares."""
 
-#: Standard gravity as TTOBench uses it, m/s².
+#: Gravity as TTOBench and OSRD use it, m/s².
 GRAVITY_MPS2 = 9.81
+
+#: Standard gravity (CGPM 1901), as railtoolkit uses it, m/s².
+STANDARD_GRAVITY_MPS2 = 9.80665
 
 #: Relative slack with which every kernel accepts a force, an acceleration or a speed limit.
 FEASIBILITY_RTOL = 1e-9

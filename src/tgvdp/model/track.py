@@ -1,6 +1,6 @@
 """The line: stops, speed limits, gradients, curves and tunnels along one direction of running."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import NamedTuple
@@ -42,6 +42,17 @@ class Tunnel(NamedTuple):
     cross_section_m2: float
 
 
+class NeutralSection(NamedTuple):
+    """A stretch without traction current: no traction, no regeneration, while the train's head is in it.
+
+    With the pantograph lowered the auxiliaries are without power as well.
+    """
+
+    position_m: float
+    length_m: float
+    lowered_pantograph: bool = False
+
+
 @dataclass(frozen=True, kw_only=True)
 class Track:
     """A line in SI units, checked when it is made.
@@ -59,6 +70,8 @@ class Track:
     curves : tuple of Curve
         Empty means straight.
     tunnels : tuple of Tunnel
+        Empty means none; they may not overlap.
+    neutral_sections : tuple of NeutralSection
         Empty means none; they may not overlap.
     altitude_m : float
         Altitude at 0 m, for plots only.
@@ -79,6 +92,7 @@ class Track:
     stops_m: tuple[float, ...] = ()
     curves: tuple[Curve, ...] = ()
     tunnels: tuple[Tunnel, ...] = ()
+    neutral_sections: tuple[NeutralSection, ...] = ()
     altitude_m: float = 0.0
     name: str = "track"
     notes: tuple[str, ...] = field(default=(), compare=False)
@@ -93,6 +107,7 @@ class Track:
         store("gradients", self._gradients(owner))
         store("curves", self._curves(owner))
         store("tunnels", self._tunnels(owner))
+        store("neutral_sections", self._neutral_sections(owner))
         store("stops_m", self._stops(owner))
 
     def _speed_limits(self, owner: str) -> tuple[SpeedLimit, ...]:
@@ -136,28 +151,44 @@ class Track:
         return tuple(made)
 
     def _tunnels(self, owner: str) -> tuple[Tunnel, ...]:
-        end_m = 0.0
-        slack_m = SUM_RTOL * self.length_m
-        made = []
+        made: list[Tunnel] = []
         for index, row in enumerate(require_rows(owner, "tunnels", self.tunnels, Tunnel)):
             label = f"tunnels[{index}]"
-            tunnel = Tunnel(
-                require_number(owner, f"{label}.position", row.position_m, "m", at_least=0.0),
-                require_number(owner, f"{label}.length", row.length_m, "m", at_least=0.0),
-                require_number(owner, f"{label}.cross_section", row.cross_section_m2, "m²", above=0.0),
-            )
-            if tunnel.position_m < end_m - slack_m:
-                raise InputError(
-                    f"{owner}: {label}.position must not lie before the end of the tunnel before it, {end_m:.12g} m, "
-                    f"got {tunnel.position_m:.12g} m"
-                )
-            end_m = tunnel.position_m + tunnel.length_m
-            if end_m > self.length_m + slack_m:
-                raise InputError(
-                    f"{owner}: {label} must end within the line's {self.length_m:.12g} m, ends at {end_m:.12g} m"
-                )
-            made.append(tunnel)
+            area_m2 = require_number(owner, f"{label}.cross_section", row.cross_section_m2, "m²", above=0.0)
+            made.append(Tunnel(*self._stretch(owner, label, row.position_m, row.length_m, made), area_m2))
         return tuple(made)
+
+    def _neutral_sections(self, owner: str) -> tuple[NeutralSection, ...]:
+        made: list[NeutralSection] = []
+        for index, row in enumerate(require_rows(owner, "neutral_sections", self.neutral_sections, NeutralSection)):
+            label = f"neutral_sections[{index}]"
+            if not isinstance(row.lowered_pantograph, bool):
+                raise InputError(
+                    f"{owner}: {label}.lowered_pantograph must be true or false, got {row.lowered_pantograph!r:.60}"
+                )
+            stretch = self._stretch(owner, label, row.position_m, row.length_m, made)
+            made.append(NeutralSection(*stretch, row.lowered_pantograph))
+        return tuple(made)
+
+    def _stretch(
+        self, owner: str, label: str, position_m: float, length_m: float, before: Sequence[Tunnel | NeutralSection]
+    ) -> tuple[float, float]:
+        """Check a stretch that lies within the line and after the one before it."""
+        position_m = require_number(owner, f"{label}.position", position_m, "m", at_least=0.0)
+        length_m = require_number(owner, f"{label}.length", length_m, "m", at_least=0.0)
+        slack_m = SUM_RTOL * self.length_m
+        end_m = before[-1].position_m + before[-1].length_m if before else 0.0
+        if position_m < end_m - slack_m:
+            raise InputError(
+                f"{owner}: {label}.position must not lie before the end of the one before it, {end_m:.12g} m, "
+                f"got {position_m:.12g} m"
+            )
+        if position_m + length_m > self.length_m + slack_m:
+            raise InputError(
+                f"{owner}: {label} must end within the line's {self.length_m:.12g} m, "
+                f"ends at {position_m + length_m:.12g} m"
+            )
+        return position_m, length_m
 
     def _stops(self, owner: str) -> tuple[float, ...]:
         given: object = self.stops_m

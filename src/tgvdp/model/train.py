@@ -2,12 +2,27 @@
 
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from tgvdp.errors import InputError
-from tgvdp.model.checks import require_notes, require_number, require_text
+from tgvdp.model.checks import require_notes, require_number, require_rows, require_text
 from tgvdp.model.effort import EffortCurve
 
 _NO_BRAKE = EffortCurve.from_caps(0.0)
+
+
+class TunnelDrag(NamedTuple):
+    """Additional drag in tunnels of one cross section: it adds ``coefficient · v²`` to the resistance."""
+
+    cross_section_m2: float
+    davis_c_n_per_mps2: float
+
+
+class BrakingRate(NamedTuple):
+    """A deceleration of full braking that holds from a speed up to the next row's."""
+
+    from_mps: float
+    deceleration_mps2: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,18 +39,25 @@ class Train:
         Largest effort of the dynamic (electric) brake, positive.
     friction_brake_n : float
         Effort of the friction brake, on top of the dynamic brake.
+    braking_rates : tuple of BrakingRate
+        Full braking as decelerations by speed, whatever gradient and resistance (OSRD, railtoolkit); empty means that
+        full braking is the effort of both brakes. The dynamic brake's share of it is then what ``braking`` allows.
     rotating_mass_factor : float
         Inertia over mass, at least 1: ``m_eff = mass_kg · rotating_mass_factor``.
     length_m : float
         Length of the train.
     davis_a_n, davis_b_n_per_mps, davis_c_n_per_mps2 : float
         Davis resistance ``A + B·v + C·v²`` on straight level track in the open.
+    tunnel_drag : tuple of TunnelDrag
+        Additional drag by cross section of the tunnel.
     max_acceleration_mps2, max_deceleration_mps2 : float
         Comfort limits on dv/dt, both positive; infinite means none.
     max_speed_mps : float
         Top speed; infinite means none.
     traction_efficiency, regeneration_efficiency : float
         Pantograph to wheel and wheel to pantograph, 0..1.
+    auxiliary_power_w : float
+        Power of everything but traction, drawn as long as the run takes.
     name : str
         For people.
     notes : tuple of str
@@ -52,16 +74,19 @@ class Train:
     traction: EffortCurve
     braking: EffortCurve = _NO_BRAKE
     friction_brake_n: float = 0.0
+    braking_rates: tuple[BrakingRate, ...] = ()
     rotating_mass_factor: float = 1.0
     length_m: float = 0.0
     davis_a_n: float = 0.0
     davis_b_n_per_mps: float = 0.0
     davis_c_n_per_mps2: float = 0.0
+    tunnel_drag: tuple[TunnelDrag, ...] = ()
     max_acceleration_mps2: float = math.inf
     max_deceleration_mps2: float = math.inf
     max_speed_mps: float = math.inf
     traction_efficiency: float = 1.0
     regeneration_efficiency: float = 0.0
+    auxiliary_power_w: float = 0.0
     name: str = "train"
     notes: tuple[str, ...] = field(default=(), compare=False)
 
@@ -78,6 +103,9 @@ class Train:
         self._set_numbers(owner, "m/s", "max_speed_mps", above=0.0, infinite_ok=True)
         self._set_numbers(owner, "-", "traction_efficiency", above=0.0)
         self._set_numbers(owner, "-", "regeneration_efficiency", at_least=0.0)
+        self._set_numbers(owner, "W", "auxiliary_power_w", at_least=0.0)
+        object.__setattr__(self, "tunnel_drag", self._tunnel_drag(owner))
+        object.__setattr__(self, "braking_rates", self._braking_rates(owner))
         for name in ("traction_efficiency", "regeneration_efficiency"):
             if getattr(self, name) > 1.0:
                 raise InputError(f"{owner}: {name} must be at most 1, got {getattr(self, name):g}")
@@ -89,6 +117,34 @@ class Train:
                 curve.require_not_negative(f"{owner}: {name}", self.max_speed_mps)
         if self.traction.effort_n(0.0) <= 0.0:
             raise InputError(f"{owner}: traction must be above 0 N at standstill")
+
+    def _tunnel_drag(self, owner: str) -> tuple[TunnelDrag, ...]:
+        made: dict[float, TunnelDrag] = {}
+        for index, row in enumerate(require_rows(owner, "tunnel_drag", self.tunnel_drag, TunnelDrag)):
+            label = f"tunnel_drag[{index}]"
+            drag = TunnelDrag(
+                require_number(owner, f"{label}.cross_section", row.cross_section_m2, "m²", above=0.0),
+                require_number(owner, f"{label}.davis_c", row.davis_c_n_per_mps2, "N/(m/s)²", at_least=0.0),
+            )
+            if drag.cross_section_m2 in made:
+                raise InputError(f"{owner}: {label} repeats the cross section {drag.cross_section_m2:.12g} m²")
+            made[drag.cross_section_m2] = drag
+        return tuple(made.values())
+
+    def _braking_rates(self, owner: str) -> tuple[BrakingRate, ...]:
+        made: list[BrakingRate] = []
+        for index, row in enumerate(require_rows(owner, "braking_rates", self.braking_rates, BrakingRate)):
+            label = f"braking_rates[{index}]"
+            rate = BrakingRate(
+                require_number(owner, f"{label}.from", row.from_mps, "m/s", at_least=0.0),
+                require_number(owner, f"{label}.deceleration", row.deceleration_mps2, "m/s²", above=0.0),
+            )
+            if rate.from_mps != 0.0 if not made else not rate.from_mps > made[-1].from_mps:
+                raise InputError(
+                    f"{owner}: {label}.from must start at 0 m/s and increase, got {rate.from_mps:.12g} m/s"
+                )
+            made.append(rate)
+        return tuple(made)
 
     def _set_numbers(
         self,

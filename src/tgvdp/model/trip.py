@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 from tgvdp.errors import InputError
 from tgvdp.model.checks import require_number
+from tgvdp.model.convention import TTOBENCH, Convention
+from tgvdp.model.energy import WHEEL, EnergyModel
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 
@@ -22,6 +24,10 @@ class Trip:
         Positions on the track; the destination lies after the origin.
     start_speed_mps, end_speed_mps : float
         Speeds at the two ends, 0 for a stop.
+    energy : EnergyModel
+        What the run is charged for.
+    convention : Convention
+        How line resistance and speed limits are understood.
 
     Raises
     ------
@@ -35,6 +41,8 @@ class Trip:
     destination_m: float
     start_speed_mps: float = 0.0
     end_speed_mps: float = 0.0
+    energy: EnergyModel = WHEEL
+    convention: Convention = TTOBENCH
 
     def __post_init__(self) -> None:
         for name, unit in _UNITS.items():

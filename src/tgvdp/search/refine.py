@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from tgvdp.errors import TgvdpError
 from tgvdp.line.cells import cells_of
 from tgvdp.model.trip import Trip
+from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.forces import kernel_train
 from tgvdp.physics.profile import Profile
-from tgvdp.search.arc_energy import WHEEL, EnergyTables
 from tgvdp.search.blends import slope
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.optimal import OptimalRuns
@@ -61,9 +61,8 @@ def refine_front(
     target_s: NDArray[np.float64],
     budget: SearchBudget,
     tolerance_s: float | None = None,
-    energy: EnergyTables = WHEEL,
 ) -> OptimalRuns:
-    """Least energy, by any tables, at given running times.
+    """Least energy, by any energy model, at given running times.
 
     Parameters
     ----------
@@ -76,13 +75,11 @@ def refine_front(
         Its time limit is looked at before each multiplier.
     tolerance_s : float, optional
         How well running times are met, s; by default a small share of the smallest step between them.
-    energy : EnergyTables
-        What an arc costs.
 
     Returns
     -------
     OptimalRuns
-        As `tgvdp.search.optimal.optimal_front` returns it, with the energy of the tables.
+        As `tgvdp.search.optimal.optimal_front` returns it, with the energy of the trip's model.
 
     Raises
     ------
@@ -90,6 +87,7 @@ def refine_front(
         When no run with one constant acceleration per cell is as fast as the envelope.
     """
     clock = budget.start()
+    energy = energy_tables(trip.train, trip.energy)
     if tolerance_s is None:
         tolerance_s = _STEP_TOL * float(np.diff(target_s, prepend=0.0).min())
     slower = target_s > fastest.duration_s * (1.0 + _SAME)

@@ -8,8 +8,8 @@ import math
 
 from tgvdp._jit import kernel, leaf
 from tgvdp.physics.arc import OK, OVER_ACCELERATION, OVER_BRAKE, OVER_DECELERATION, OVER_TRACTION, arc
+from tgvdp.physics.energy import arc_energy
 from tgvdp.physics.motion import BRAKING, TRACTION, land
-from tgvdp.search.arc_energy import arc_energy
 
 #: A landing that rounding has put outside the limits is moved in by this share of w first, and four times more each
 #: time after that, so often at most.

@@ -1,0 +1,116 @@
+"""Energy models: what a run is charged for.
+
+``wheel`` counts traction work at the wheel. ``pantograph`` counts what is drawn from the line: traction work over the
+train's traction efficiency, less what the dynamic brake returns, plus auxiliary power times running time. ``map`` looks
+the power drawn up in a table over speed and demand, plus auxiliary power times running time.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.errors import InputError
+from tgvdp.model.checks import require_number, require_text
+
+ENERGY_KINDS = ("wheel", "pantograph", "map")
+
+#: Each node is looked up by bisection; more than these are no table of an engineer.
+_MOST_NODES = 10_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnergyMap:
+    """Power drawn from the line over speed and demand, bilinear between nodes and constant beyond them.
+
+    Parameters
+    ----------
+    speed_mps : tuple of float
+        Nodes, increasing, at least two, from 0 on.
+    demand : tuple of float
+        Nodes, increasing, at least two, within −1..1: effort as a share of the effort limit; negative when braking,
+        where the limit is that of the dynamic brake.
+    power_w : tuple of tuple of float
+        Power drawn at the nodes, a row for each speed; negative when it is returned.
+    name : str
+        For people.
+
+    Raises
+    ------
+    InputError
+        When a node is missing, unordered or not finite.
+    """
+
+    speed_mps: tuple[float, ...]
+    demand: tuple[float, ...]
+    power_w: tuple[tuple[float, ...], ...]
+    name: str = "map"
+
+    def __post_init__(self) -> None:
+        owner = f"energy map {require_text('energy map', 'name', self.name)}"
+        speeds = _nodes(owner, "speed_mps", self.speed_mps, "m/s")
+        demands = _nodes(owner, "demand", self.demand, "of the effort limit")
+        if speeds[0] < 0.0:
+            raise InputError(f"{owner}: speed_mps must be at least 0 m/s, got {speeds[0]:.12g} m/s")
+        if demands[0] < -1.0 or demands[-1] > 1.0:
+            raise InputError(f"{owner}: demand must be within -1..1, got {demands[0]:.12g} to {demands[-1]:.12g}")
+        rows = tuple(tuple(row) for row in self.power_w)
+        if len(rows) != len(speeds) or any(len(row) != len(demands) for row in rows):
+            raise InputError(f"{owner}: power_w must have {len(speeds)} rows of {len(demands)} values")
+        power = tuple(
+            tuple(require_number(owner, f"power_w[{i}][{j}]", value, "W") for j, value in enumerate(row))
+            for i, row in enumerate(rows)
+        )
+        for field, value in (("speed_mps", speeds), ("demand", demands), ("power_w", power)):
+            object.__setattr__(self, field, value)
+
+    @cached_property
+    def tables(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Speeds (n,), demands (m,) and powers (n, m), float64, for the kernels."""
+        return np.array(self.speed_mps), np.array(self.demand), np.array(self.power_w)
+
+
+def _nodes(owner: str, field: str, given: Any, unit: str) -> tuple[float, ...]:
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise InputError(f"{owner}: {field} must be a list of numbers, got {given!r:.60}")
+    nodes = tuple(require_number(owner, f"{field}[{i}]", value, unit) for i, value in enumerate(given))
+    if not 2 <= len(nodes) <= _MOST_NODES:
+        raise InputError(f"{owner}: {field} must have 2 to {_MOST_NODES} nodes, got {len(nodes)}")
+    for before, after in pairwise(nodes):
+        if not after > before:
+            raise InputError(f"{owner}: {field} must increase, got {after:.12g} after {before:.12g}")
+    return nodes
+
+
+@dataclass(frozen=True)
+class EnergyModel:
+    """Which energy a search minimises.
+
+    Parameters
+    ----------
+    kind : {"wheel", "pantograph", "map"}
+    map : EnergyMap, optional
+        The table; for the kind ``map`` alone.
+
+    Raises
+    ------
+    InputError
+        When the kind is unknown, or the map missing or too much.
+    """
+
+    kind: str = "wheel"
+    map: EnergyMap | None = None
+
+    def __post_init__(self) -> None:
+        if self.kind not in ENERGY_KINDS:
+            raise InputError(f"energy must be one of {', '.join(ENERGY_KINDS)}, got {self.kind!r:.60}")
+        if (self.kind == "map") != isinstance(self.map, EnergyMap):
+            raise InputError(f"energy: a map belongs to the kind map, got kind {self.kind} and {self.map!r:.40}")
+
+
+WHEEL = EnergyModel()
+PANTOGRAPH = EnergyModel("pantograph")
