@@ -220,12 +220,20 @@ def search(
 
 
 def _warnings(found: OptimalRuns | GridPaths) -> tuple[str, ...]:
-    """Say where a front ends before it was asked to."""
+    """Say where a front is less than was asked for."""
     if not found.complete:
         return ("the search ended by its budget: better paths than these may exist",)
-    if isinstance(found, OptimalRuns) and found.exhausted:
-        return (f"the front ends with the thriftiest run, {found.duration_s[-1]:.6g} s: running longer saves nothing",)
-    return ()
+    if not isinstance(found, OptimalRuns):
+        return ()
+    warnings = []
+    if found.missed_s:
+        times = ", ".join(f"{time_s:.6g} s" for time_s in found.missed_s)
+        warnings.append(f"no run was found for {times}: the running times of optimal runs jump there")
+    if found.exhausted:
+        warnings.append(
+            f"the front ends with the thriftiest run, {found.duration_s[-1]:.6g} s: running longer saves nothing"
+        )
+    return tuple(warnings)
 
 
 def _find(trip: Trip, fastest: Fastest, budget: SearchBudget, options: dict[str, Any]) -> OptimalRuns | GridPaths:

@@ -157,7 +157,7 @@ def _coast_region(davis_b, length, load, air, price, bottom, top, w, p, first, n
             lost = True
         else:
             target = bottom if lost else _SPREAD * image
-            while last_w >= 0.0 and target < min(w0, slow) and m + n < x.shape[0]:
+            while last_w >= 0.0 and target < min(w0, slow) and m + n + 4 < x.shape[0]:
                 share = (target - image) / (w0 - image)
                 fill_w = last_w + share * (w1 - last_w)
                 fill_p = last_p + share * (p1 - last_p)

@@ -6,6 +6,7 @@ through the pilots' (T, E, slope −λ) promises, a pilot is added between them.
 """
 
 import math
+from bisect import bisect_left
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -14,14 +15,16 @@ from numpy.typing import NDArray
 
 from tgvdp.model.trip import Trip
 from tgvdp.physics.profile import Profile
-from tgvdp.search.blends import blend, cubic, slope, tangent_gap, unit
+from tgvdp.search.blends import blend, cubic, first_share, slope, tangent_gap
 from tgvdp.search.budget import Clock, SearchBudget
-from tgvdp.search.pilots import Mesh, Pilot
+from tgvdp.search.pilots import Mesh, Pilot, Sample
 
 #: A blend of two pilots may cost this share of energy more than the cubic through them promises.
 _BLEND_LOSS = 2e-4
 #: How well a point meets its running time by default: a share of the step to the next point.
-_STEP_TOL = 0.02
+_STEP_TOL = 0.05
+#: First multiplier, in usual ones, and the factor from it to the fastest run, whose price is infinite.
+_FIRST_PRICE = 4.0
 #: Step of ln λ towards slower runs, and how many steps without saving end the front.
 _MARCH = 1.0
 _IDLE_STEPS = 6
@@ -35,10 +38,13 @@ _HIGHEST_PRICE = 1e12
 #: Relative difference below which running times or energies are the same.
 _SAME = 1e-9
 _MOST_PILOTS = 250
-#: Share of energy that a finer mesh may save before it is used; its cells are smaller by this factor, this far at most.
-_MESH_LOSS = 1.5e-3
+#: The first mesh, in cells of the usual size; the factor between meshes, and the last one.
+_COARSEST = 0.5
 _REFINEMENT = 2.0
 _FINEST = 16.0
+#: A mesh is fine enough when its cost differs from that of the mesh before by less than this share of the energy: as
+#: errors fall by 3 to 8 from mesh to mesh, its own is a fraction of that.
+_MESH_LOSS = 1.5e-3
 
 
 @dataclass
@@ -56,6 +62,8 @@ class OptimalRuns:
     exhausted : bool
         True when running longer saves nothing: the last run is the thriftiest, faster than the last targets.
     counters : dict of str to int
+    missed_s : tuple of float
+        Targets that are left out: running times jump over them.
     """
 
     duration_s: NDArray[np.float64]
@@ -65,6 +73,7 @@ class OptimalRuns:
     exhausted: bool
     counters: dict[str, int]
     _rows: list[tuple[NDArray[np.float64], NDArray[np.float64]]]
+    missed_s: tuple[float, ...] = ()
 
     def rows(self, index: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Rows of one run: positions from the origin, m, and squared speeds, m²/s²."""
@@ -111,15 +120,19 @@ def optimal_front(
         tolerance_s = _STEP_TOL * float(steps_s.min(initial=math.inf))
     found = [(fastest.duration_s, fastest.total_energy_j, math.inf)] * int(np.sum(~slower))
     rows = [(fastest.position_m - trip.origin_m, fastest.speed_mps**2)] * len(found)
+    missed_s: list[float] = []
     complete, saves = True, True
+    # No point is later than its target: a timetable allows for no more.
+    half_s = 0.5 * tolerance_s
     try:
         if slower.any():
-            front = _front_on_fine_mesh(trip, fastest, tolerance_s, float(target_s[-1]), counters, clock)
+            front = _front_on_fine_mesh(trip, fastest, half_s, float(target_s[-1]) - half_s, counters, clock)
         for target in target_s[slower].tolist():
-            saves = front.reach(target)
-            n, *point = front.point(target) if saves else front.thriftiest()
-            # The same run again: running times jump here, or the thriftiest run is among the points already.
-            if not found or point[0] > found[-1][0] * (1.0 + _SAME):
+            saves = front.reach(target - half_s)
+            n, *point = front.point(target - half_s) if saves else front.thriftiest()
+            if saves and abs(point[0] - target + half_s) > half_s * (1.0 + _SAME):
+                missed_s.append(target)
+            elif not found or point[0] > found[-1][0] * (1.0 + _SAME):  # else the thriftiest run is there already
                 found.append((point[0], point[1], point[2]))
                 rows.append((front.mesh.rows[0][:n].copy(), front.mesh.rows[1][:n].copy()))
             if not saves:
@@ -127,7 +140,7 @@ def optimal_front(
     except _OutOfTime:
         complete = False
     duration, energy, prices = np.array(found, dtype=np.float64).reshape(-1, 3).T
-    return OptimalRuns(duration, energy, prices, complete, not saves, counters, rows)
+    return OptimalRuns(duration, energy, prices, complete, not saves, counters, rows, tuple(missed_s))
 
 
 class _OutOfTime(Exception):
@@ -137,21 +150,20 @@ class _OutOfTime(Exception):
 def _front_on_fine_mesh(
     trip: Trip, fastest: Profile, tolerance_s: float, last_s: float, counters: dict[str, int], clock: Clock
 ) -> "_Front":
-    """Pilots down to the last time, on a mesh so fine that a finer one would hardly save anything.
+    """Pilots down to the last time, on a mesh so fine that one of half as many cells gives hardly dearer runs."""
 
-    The usual mesh suits trains that keep their speed; where they climb by momentum it may have to be finer.
-    """
-    finer = 1.0
-    front = _Front(Mesh.of(trip, fastest), tolerance_s, counters, clock)
-    front.reach(last_s)
-    with suppress(_OutOfTime):  # the coarser front stands
-        while finer < _FINEST:
-            finer *= _REFINEMENT
-            check = _Front(Mesh.of(trip, fastest, finer), tolerance_s, counters, clock)
-            if all(check.saves_little(pilot) for pilot in front.pilots[:0:-1]):
-                break
-            check.reach(last_s)
-            front = check
+    def marched(fineness: float) -> _Front:
+        front = _Front(Mesh.of(trip, fastest, fineness), tolerance_s, counters, clock)
+        front.reach(last_s)
+        return front
+
+    fineness = _COARSEST
+    front = marched(fineness)
+    with suppress(_OutOfTime):  # the front that there is stands
+        coarser = marched(fineness / _REFINEMENT)
+        while fineness < _FINEST and not front.agrees(coarser):
+            fineness *= _REFINEMENT
+            front, coarser = marched(fineness), front
     return front
 
 
@@ -165,8 +177,10 @@ class _Front:
         self.clock = clock
         self.pilots = [mesh.pilot(math.inf, self.counters)]
         self.scale_j = mesh.usual_price * self.pilots[0].time_s
-        self.price = mesh.usual_price
+        self.price = _FIRST_PRICE * mesh.usual_price
         self.idle = 0
+        self.between: tuple[Pilot, Pilot] | None = None
+        self.samples: list[Sample] = []
 
     def reach(self, target_s: float) -> bool:
         """March λ down until a pilot takes the target time; False when running longer saves nothing."""
@@ -189,10 +203,14 @@ class _Front:
         if self.clock.expired:
             raise _OutOfTime
 
-    def saves_little(self, pilot: Pilot) -> bool:
-        """Whether this mesh hardly improves on a pilot of another mesh."""
-        cost_j = self.mesh.pilot(pilot.price, self.counters).cost_j(pilot.price)
-        return pilot.cost_j(pilot.price) - cost_j <= _MESH_LOSS * max(pilot.energy_j, 0.1 * self.scale_j)
+    def agrees(self, other: "_Front") -> bool:
+        """Whether two meshes give runs of nearly the same cost for the multipliers that both have marched through."""
+        costs = {pilot.price: pilot.cost_j(pilot.price) for pilot in other.pilots[1:]}
+        both = [pilot for pilot in self.pilots[1:] if pilot.price in costs]
+        return bool(both) and all(
+            abs(pilot.cost_j(pilot.price) - costs[pilot.price]) <= _MESH_LOSS * max(pilot.energy_j, 0.1 * self.scale_j)
+            for pilot in both
+        )
 
     def thriftiest(self) -> tuple[int, float, float, float]:
         """Rows, running time, energy and price of the slowest pilot."""
@@ -206,36 +224,41 @@ class _Front:
             second = next((i for i in range(1, len(self.pilots)) if self.pilots[i].time_s >= target_s), None)
             second = len(self.pilots) - 1 if second is None else second
             before, after = self.pilots[second - 1], self.pilots[second]
-            share = (target_s - before.time_s) / (after.time_s - before.time_s)
-            n, time_s, energy_j = self.mesh.drive(before.switch, after.switch, unit(share), self.counters)
-            if self._kept(before, after, time_s, energy_j):
-                break
-            if not self._split(second):  # it may have driven another run into the rows
-                n, time_s, energy_j = self.mesh.drive(before.switch, after.switch, unit(share), self.counters)
-                break
-        return self._meet(before, after, target_s, unit(share), (n, time_s, energy_j))
+            pieces = self._pieces(before, after)
+            if pieces > 1 and self._split(second, (pieces // 2) / pieces):
+                continue
+            run = self._meet(before, after, target_s)
+            if not self._kept(before, after, *run[1:]):
+                if self._split(second):
+                    continue
+                run = self._meet(before, after, target_s)  # the split may have driven another run into the rows
+            return *run, after.price if math.isinf(before.price) else slope(before, after, run[1])
+
+    def _pieces(self, before: Pilot, after: Pilot) -> int:
+        """Into how many pieces to cut the front between two pilots so that none holds a surprise."""
+        if math.isinf(before.price):
+            return 1 if after.time_s - before.time_s <= self.tolerance_s else 2
+        bend = tangent_gap(before, after) / max(after.energy_j, 0.01 * self.scale_j)
+        # Tangents part from the chord with the square of the distance between the pilots.
+        return math.ceil(math.sqrt(bend / _BEND))
 
     def _kept(self, before: Pilot, after: Pilot, time_s: float, energy_j: float) -> bool:
         """Whether a blend keeps what the cubic through its pilots promises."""
         if math.isinf(before.price):
-            return after.time_s - before.time_s <= self.tolerance_s
-        scale_j = max(energy_j, 0.01 * self.scale_j)
-        return (
-            tangent_gap(before, after) <= _BEND * scale_j
-            and energy_j <= cubic(before, after, time_s) + _BLEND_LOSS * scale_j
-        )
+            return True
+        return energy_j <= cubic(before, after, time_s) + _BLEND_LOSS * max(energy_j, 0.01 * self.scale_j)
 
-    def _split(self, second: int) -> bool:
+    def _split(self, second: int, share: float = 0.5) -> bool:
         """Solve a multiplier between two neighbouring pilots; False when there is nothing between them."""
         before, after = self.pilots[second - 1], self.pilots[second]
         if len(self.pilots) >= _MOST_PILOTS:
             return False
         if math.isinf(before.price):
-            middle = self.mesh.pilot(4.0 * after.price, self.counters)
+            middle = self.mesh.pilot(_FIRST_PRICE * after.price, self.counters)
         elif math.log(before.price / after.price) < _SAME_PRICE:
             return False
         else:
-            middle = self.mesh.pilot(math.sqrt(before.price * after.price), self.counters)
+            middle = self.mesh.pilot(before.price ** (1.0 - share) * after.price**share, self.counters)
         if before.time_s < middle.time_s < after.time_s and after.energy_j < middle.energy_j < before.energy_j:
             self.pilots.insert(second, middle)
         elif middle.time_s - before.time_s < after.time_s - middle.time_s:
@@ -244,27 +267,22 @@ class _Front:
             self.pilots[second] = replace(after, price=middle.price)  # ... or at a higher price
         return middle.price < _HIGHEST_PRICE * self.mesh.usual_price
 
-    def _meet(
-        self, before: Pilot, after: Pilot, target_s: float, share: float, run: tuple[int, float, float]
-    ) -> tuple[int, float, float, float]:
-        """Correct a blend until it takes the target time (Illinois rule)."""
-        lo, hi = 0.0, 1.0
-        f_lo, f_hi = before.time_s - target_s, after.time_s - target_s
-        for _ in range(30):
-            f = run[1] - target_s
-            if abs(f) <= self.tolerance_s or not f_lo < 0.0 < f_hi or hi - lo < _SAME:
-                break
-            if f < 0.0:
-                f_hi *= 0.5 if lo > 0.0 else 1.0
-                lo, f_lo = share, f
-            else:
-                f_lo *= 0.5 if hi < 1.0 else 1.0
-                hi, f_hi = share, f
-            share = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
-            run = self.mesh.drive(before.switch, after.switch, share, self.counters)
-        if abs(run[1] - target_s) > self.tolerance_s and f_lo < 0.0 < f_hi:
-            run = self._bridge(blend(before, after, lo), blend(before, after, hi), target_s)
-        return *run, after.price if math.isinf(before.price) else slope(before, after, run[1])
+    def _meet(self, before: Pilot, after: Pilot, target_s: float) -> tuple[int, float, float]:
+        """Find the blend of two pilots that takes the target time."""
+        if self.between != (before, after):  # compared by identity
+            self.between = (before, after)
+            self.samples = [Sample(0.0, before.time_s), Sample(1.0, after.time_s)]
+        at = bisect_left(self.samples, target_s, 1, len(self.samples) - 1, key=lambda sample: sample.time_s)
+        bracket = self.samples[at - 1], self.samples[at]
+        run = self.mesh.meet(
+            before.switch, after.switch, first_share(self.samples, at, target_s), target_s, self.tolerance_s, bracket,
+            self.counters,
+        )  # fmt: skip
+        if bracket[0].time_s < run.time_s < bracket[1].time_s:
+            self.samples.insert(at, Sample(run.share, run.time_s))
+        if abs(run.time_s - target_s) <= self.tolerance_s or not bracket[0].time_s < target_s < bracket[1].time_s:
+            return run[:3]
+        return self._bridge(blend(before, after, run.lo), blend(before, after, run.hi), target_s)
 
     def _bridge(
         self, fast: NDArray[np.float64], slow: NDArray[np.float64], target_s: float
