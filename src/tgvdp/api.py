@@ -266,7 +266,7 @@ def _continuous_front(
     tolerance_s: float | None = None,
 ) -> OptimalRuns:
     """Method ``front``: the costate program, or the generic refinement for an energy that it cannot treat."""
-    find = optimal_front if trip.energy.kind == "wheel" else refine_front
+    find = refine_front if trip.energy.kind == "map" else optimal_front
     return find(trip, fastest, target_s, budget, tolerance_s)
 
 

@@ -102,7 +102,7 @@ def _map_energy(train, tables, length, duration, work, v0, v1):
 
 
 @kernel
-def _regenerated(train, effort, w0, w1):
+def regenerated(train, effort, w0, w1):
     """Mean over distance, in N, of what the dynamic brake takes of a constant braking effort, friction the rest."""
     v0 = math.sqrt(w0)
     v1 = math.sqrt(w1)
@@ -125,4 +125,4 @@ def arc_energy(train, tables, length, duration, work, w0, w1):
         return auxiliary + tables.traction * work
     if tables.regeneration == 0.0:
         return auxiliary
-    return auxiliary - tables.regeneration * length * _regenerated(train, -work / length, w0, w1)
+    return auxiliary - tables.regeneration * length * regenerated(train, -work / length, w0, w1)

@@ -8,8 +8,11 @@ Albrecht et al. 2016): with e = 1 for wheel energy, the effort's coefficient in 
 
 and p never rises above 0: a faster train can always brake to a slower one, for nothing. Braking is therefore left to
 the envelope of feasible speeds, where p is a wall, and one switching speed per station, a where p = −½, is the whole
-policy. V is convex in w, so p rises with w. p_k is carried backward as a monotone polyline of points (w, p). A point
-moves along the flow of its regime, w0 = φ(w1) by the explicit midpoint rule, and since V_k(w0) = E + λT + V_{k+1}(w1),
+policy. Where the dynamic brake returns r joules per joule of its work (traction work costing 1) there is a second
+level: above b, where p = −½·r, the train brakes by it. V is convex in w, so p rises with w.
+
+p_k is carried backward as a monotone polyline of points (w, p). A point moves along the flow of its regime,
+w0 = φ(w1) by the explicit midpoint rule, and since V_k(w0) = E + λT + V_{k+1}(w1),
 
     p0 = (∂E/∂w1 + λ·∂T/∂w1 + p1) / φ'(w1),     ∂T/∂w1 = −d/(v0+v1)²·(φ'/v0 + 1/v1).
 
@@ -24,8 +27,8 @@ import math
 import numpy as np
 
 from tgvdp._jit import kernel, leaf, part
-from tgvdp.physics.forces import mean_resistance
-from tgvdp.search.characteristics import holding_costate, transport
+from tgvdp.physics.forces import mean_effort, mean_resistance
+from tgvdp.search.characteristics import braking_costate, holding_costate, transport
 from tgvdp.search.polyline import make_monotone, thin
 
 #: Room for points of the polyline.
@@ -50,17 +53,20 @@ def _level(davis_b, length, air, effort_price, price, w):
 
 
 @part
-def _crossing(davis_b, length, air, effort_price, price, w, p, n):
-    """Where the polyline crosses a level: first index above it, w and p there. Its two ends are vertical walls."""
+def _crossing(davis_b, length, air, effort_price, price, w, p, n, first):
+    """Where the polyline crosses a level, from ``first`` on: first index above it, w and p there.
+
+    Its two ends are vertical walls.
+    """
     # Levels are never below the one at the lowest speed without its time term: most points need no more than that.
-    lowest = _level(davis_b, length, air, effort_price, 0.0, w[0])
-    i = 0
+    lowest = _level(davis_b, length, air, effort_price, 0.0, w[first])
+    i = first
     while i < n and p[i] < lowest:
         i += 1
     while i < n and p[i] < _level(davis_b, length, air, effort_price, price, w[i]):
         i += 1
-    if i == 0:
-        return 0, w[0], _level(davis_b, length, air, effort_price, price, w[0])
+    if i == first:
+        return i, w[i], _level(davis_b, length, air, effort_price, price, w[i])
     before = p[i - 1] - _level(davis_b, length, air, effort_price, price, w[i - 1])
     if i == n:
         return n, w[n - 1], p[n - 1] - before
@@ -70,42 +76,76 @@ def _crossing(davis_b, length, air, effort_price, price, w, p, n):
 
 
 @part
-def _last_cell(train, length, grade, air, price, bottom, top, end_w, w, p):
-    """Costates before the last cell, whose end speed is given: straight from the arc, with its jump at X = 0."""
+def _insert(w, p, n, at, cross_w, cross_p):
+    """Make a crossing a point of the polyline; returns its new number of points."""
+    for i in range(n, at, -1):
+        w[i] = w[i - 1]
+        p[i] = p[i - 1]
+    w[at] = cross_w
+    p[at] = cross_p
+    return n + 1
+
+
+@leaf
+def _arc_costate(train, length, air, returned, price, braking, w0, w1):
+    """Costate of an arc to a given end speed: by traction (0), the dynamic brake (1), or all brakes (2)."""
+    if braking == 2:
+        return braking_costate(train, length, returned, price, w0, w1)
+    return holding_costate(train.davis_b, length, air, 1.0 if braking == 0 else returned, price, w0, w1)
+
+
+@part
+def _last_cell(train, length, grade, air, returned, price, bottom, top, end_w, w, p):
+    """Costates before the last cell, whose end speed is given: straight from the arc.
+
+    They jump where its work is 0, and where it is all that the dynamic brake can do.
+    """
     n = 0
     count = 12
     ratio = (top / bottom) ** (1.0 / (count - 1)) if top > bottom else 1.0
     w0 = bottom
-    before = 1.0
+    last_w = bottom
+    braking = 0
+    before = (0.0, 0.0)
+    end_v = math.sqrt(end_w)
     for i in range(count):
         if i == count - 1:
             w0 = top
-        load = length * (mean_resistance(train, air, math.sqrt(w0), math.sqrt(end_w)) + grade)
-        work = 0.5 * (end_w - w0) + load
-        if n > 0 and before > 0.0 >= work:
-            root = w[n - 1] + (w0 - w[n - 1]) * before / (before - work)
-            w[n] = root
-            p[n] = holding_costate(train.davis_b, length, air, 1.0, price, root, end_w)
-            w[n + 1] = root
-            p[n + 1] = holding_costate(train.davis_b, length, air, 0.0, price, root, end_w)
-            n += 2
+        v0 = math.sqrt(w0)
+        work = 0.5 * (end_w - w0) + length * (mean_resistance(train, air, v0, end_v) + grade)
+        excess = (work, work + length * mean_effort(train.braking, v0, end_v))
+        for level in range(2):
+            if braking == level and excess[level] <= 0.0:
+                braking = level + 1
+                if i > 0:
+                    root = last_w + (w0 - last_w) * before[level] / (before[level] - excess[level])
+                    for side in range(2):
+                        w[n] = root
+                        p[n] = _arc_costate(train, length, air, returned, price, level + side, root, end_w)
+                        n += 1
         w[n] = w0
-        p[n] = holding_costate(train.davis_b, length, air, 1.0 if work > 0.0 else 0.0, price, w0, end_w)
+        p[n] = _arc_costate(train, length, air, returned, price, braking, w0, end_w)
         n += 1
-        before = work
+        before = excess
+        last_w = w0
         w0 *= ratio
     return n
 
 
 @kernel
-def switching_speeds(train, length, grade, air, low, fast, end_w, price, tolerance, typical_m, floor_w, switch):
-    """Backward pass: the optimal switching speeds for one multiplier: full traction below, coasting above.
+def switching_speeds(
+    train, returned, length, grade, air, low, fast, end_w, price, tolerance, typical_m, floor_w, policy
+):
+    """Backward pass: the optimal switching speeds a ≤ b for one multiplier.
 
-    All forces are per unit of inertia.
+    Full traction below a, coasting from a to b, full dynamic braking above b. All forces are per unit of inertia, and
+    energy is counted so that traction work costs 1.
 
     Parameters
     ----------
     train : KernelTrain
+    returned : float
+        Energy that the dynamic brake returns per joule of its work, below 1. If it is 0, b is the envelope.
     length, grade, air
         Lengths, grade forces and drag of the cells, (K,) float64.
     low, fast : (K + 1,) float64
@@ -120,8 +160,8 @@ def switching_speeds(train, length, grade, air, low, fast, end_w, price, toleran
         Typical cell length, m.
     floor_w : float
         Below this squared speed the polyline is not carried.
-    switch : (K + 1,) float64, modified in place
-        Squared switching speed for the station at the end of each cell.
+    policy : (K + 1, 2) float64, modified in place
+        Squared switching speeds a and b for the station at the end of each cell.
 
     Returns
     -------
@@ -135,37 +175,43 @@ def switching_speeds(train, length, grade, air, low, fast, end_w, price, toleran
     p = np.empty(_ROOM)
     x = np.empty(_ROOM)
     y = np.empty(_ROOM)
-    switch[count] = end_w
-    switch[0] = fast[0]
+    policy[count] = end_w
+    policy[0] = fast[0]
     points = 0
     if count == 1:
         return DONE, points
     k = count - 1
     bottom = max(low[k], min(floor_w, 0.1 * fast[k]))
-    n = _last_cell(train, length[k], grade[k], air[k], price, bottom, fast[k], end_w, w, p)
+    n = _last_cell(train, length[k], grade[k], air[k], returned, price, bottom, fast[k], end_w, w, p)
     n = make_monotone(w, p, n, fast[k])
     loosen = 1.0
-    unthinned_m = 0.0
     thinned = n
     for k in range(count - 2, -1, -1):
         d = length[k]
-        cut, cross_w, cross_p = _crossing(train.davis_b, d, air[k], 1.0, price, w, p, n)
-        switch[k + 1] = cross_w
+        drives, cross_w, cross_p = _crossing(train.davis_b, d, air[k], 1.0, price, w, p, n, 0)
+        policy[k + 1, 0] = cross_w
+        n = _insert(w, p, n, drives, cross_w, cross_p)
+        coasts = n - 1
+        policy[k + 1, 1] = fast[k + 1]
+        if returned > 0.0:
+            coasts, cross_w, cross_p = _crossing(train.davis_b, d, air[k], returned, price, w, p, n, drives)
+            policy[k + 1, 1] = cross_w
+            n = _insert(w, p, n, coasts, cross_w, cross_p)
         if k == 0:
             break
         points += n
         bottom = max(low[k], min(floor_w, 0.1 * fast[k]))
         load = train.davis_a_n + grade[k]
-        m = transport(train, d, load, air[k], price, bottom, fast[k], fast[k + 1], w, p, n, cut, cross_w, cross_p, x, y)
+        m = transport(
+            train, returned, d, load, air[k], price, bottom, fast[k], fast[k + 1], w, p, n, drives, coasts, x, y
+        )
         m = make_monotone(x, y, m, fast[k])
-        unthinned_m += d
         if m <= thinned + _GROWTH:
             w, x = x, w
             p, y = y, p
             n = m
             continue
-        n = thin(x, y, m, tolerance * loosen * d / typical_m, w, p)
-        unthinned_m = 0.0
+        n = thin(x, y, m, -0.5 * returned, tolerance * loosen * d / typical_m, w, p)
         thinned = n
         if n > _MANY_POINTS:
             loosen *= 1.5

@@ -1,9 +1,10 @@
 """Drive a train by switching speeds: the forward pass of the front method.
 
-A policy gives one switching speed a for every station: full traction below it, coasting above it, holding at it, and
-braking as late as the envelope of feasible speeds allows. The run is exact within each cell: it reaches a where it
-reaches it, and coasting ends where it meets the braking curve. Where it is on the envelope, and stays there, its rows
-are those of the fastest run: most of the cells in which it gains or loses speed.
+A policy gives two switching speeds a ≤ b for every station: full traction below a, coasting between them, dynamic
+braking above b, holding at either, and all brakes as late as the envelope of feasible speeds allows. Where braking
+returns no energy b is the envelope. The run is exact within each cell: it reaches a where it reaches it, and coasting
+ends where it meets the braking curve. Where it is on the envelope, and stays there, its rows are those of the fastest
+run: most of the cells in which it gains or loses speed.
 """
 
 import math
@@ -12,24 +13,28 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel, part
+from tgvdp._jit import kernel, leaf, part
 from tgvdp.line.meeting import SLIVER, braked_w, drive_then_brake, drop_slivers
 from tgvdp.physics.arc import OK, arc
+from tgvdp.physics.energy import regenerated
 from tgvdp.physics.forces import mean_effort, mean_resistance, resistance_at
-from tgvdp.physics.motion import BRAKING, COASTING, TRACTION, land, march
+from tgvdp.physics.motion import BRAKING, COASTING, DYNAMIC, TRACTION, land, march
 
 #: Below this share of full traction a change of speed is spread over the cell: it is a drift of the holding speed.
 _GENTLE_SHARE = 0.5
 #: Relative distance in v² within which a run is on the braking curve.
 _ON_CURVE = 1e-8
+#: Share of a length within which two positions are one.
+_SAME_PLACE = 1e-12
 #: A search for a running time ends when its bracket of shares is smaller than this, or after so many runs.
 _SAME_SHARE = 1e-9
 _MOST_RUNS = 30
 
-#: Whether a run that enters a cell on the envelope stays on it: never, if the switching speed is not below it, always.
+#: Whether a run that enters a cell on the envelope stays on it: never, if a is not below it, if b is not, always.
 _LEAVES = 0
 _AIMS_THERE = 1
-_BRAKES = 2
+_COASTS_THERE = 2
+_BRAKES_THERE = 3
 
 
 class Course(NamedTuple):
@@ -95,53 +100,92 @@ def _coast(train, length, grade, air, w):
 
 
 @part
-def _brake_late(train, start, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, n):
-    """Coast from w and brake as late as possible to end at ``top``, where coasting alone would end above it."""
-    braked = braked_w(train, grade, air, top, limit, rest, bx, bw)
-    if w > braked * (1.0 + _ON_CURVE):
-        first = n
-        n = march(train, BRAKING, 1.0, rest, grade, air, w, top, xs, ws, n)[2]
-        for i in range(first, n):
-            xs[i] += start
+def _saturated(train, regime, start, rest, end, grade, air, w, target, xs, ws, n):
+    """Append the rows of one regime through the rest of a cell, or until a target speed is met."""
+    first = n
+    used, w, n = march(train, regime, 1.0, rest, grade, air, w, target, xs, ws, n)
+    for i in range(first, n):
+        xs[i] += start
+    if used >= rest * (1.0 - _SAME_PLACE):
         xs[n - 1] = end
-        return n
-    return drive_then_brake(train, COASTING, start, end, rest, grade, air, limit, w, top, bx, bw, xs, ws, n)
+        used = rest
+    return rest - used, w, n
 
 
 @part
-def _drive_cell(train, start, end, length, grade, air, limit, w, a, top, bx, bw, xs, ws, n):
-    """Append the rows of one cell, from w, with the switching speed a and the envelope ``top`` at its end."""
+def _brake_late(train, regime, start, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, n):
+    """Drive in a regime from w and brake as late as possible to end at ``top``, where the regime would end above it."""
+    braked = braked_w(train, BRAKING, grade, air, top, limit, rest, bx, bw)
+    if w > braked * (1.0 + _ON_CURVE):
+        return _saturated(train, BRAKING, start, rest, end, grade, air, w, top, xs, ws, n)[2]
+    return drive_then_brake(train, regime, BRAKING, start, end, rest, grade, air, limit, w, top, bx, bw, xs, ws, n)
+
+
+@part
+def _regenerate(train, start, rest, end, grade, air, limit, w, b, top, bx, bw, xs, ws, n):
+    """Slow down to b, or to the envelope if that is lower, where coasting would end above it: by the dynamic brake.
+
+    All brakes only where that one would leave the envelope.
+    """
+    target = min(b, top)
+    status, _, work = arc(train, rest, grade, air, w, target)
+    limit_n = mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
+    if status == OK and -work <= _GENTLE_SHARE * rest * limit_n:
+        return _append(end, target, xs, ws, n)
+    if w < target:  # the descent accelerates the train to b, where the dynamic brake holds it if it can
+        left, w, n = _saturated(train, COASTING, start, rest, end, grade, air, w, target, xs, ws, n)
+        start = end - left
+        rest = left
+        if rest <= 0.0:
+            return n
+    braked = braked_w(train, DYNAMIC, grade, air, target, limit, rest, bx, bw)
+    if w <= braked * (1.0 + _ON_CURVE):
+        return drive_then_brake(
+            train, COASTING, DYNAMIC, start, end, rest, grade, air, max(w, target), w, target, bx, bw, xs, ws, n
+        )
+    first = n
+    landed, n = _saturated(train, DYNAMIC, start, rest, end, grade, air, w, target, xs, ws, n)[1:]
+    if landed <= top * (1.0 + _ON_CURVE):
+        return n
+    return _brake_late(train, DYNAMIC, start, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, first)
+
+
+@part
+def _drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, b, top, bx, bw, xs, ws, n):
+    """Append the rows of one cell, from w, with the switching speeds a and b and the envelope ``top`` at its end."""
     rest = length
     if w < a * (1.0 - _ON_CURVE):
         status, _, work = arc(train, rest, grade, air, w, a)
         gentle = _GENTLE_SHARE * rest * mean_effort(train.traction, math.sqrt(w), math.sqrt(a))
         if work >= 0.0 and (status != OK or work > gentle):
-            first = n
-            used, w, n = march(train, TRACTION, 1.0, rest, grade, air, w, a, xs, ws, n)
-            for i in range(first, n):
-                xs[i] += start
-            rest -= used
-            if rest <= 1e-12 * length:
-                xs[n - 1] = end
+            rest, w, n = _saturated(train, TRACTION, start, rest, end, grade, air, w, a, xs, ws, n)
+            if rest <= 0.0:
                 return n
     status, _, work = arc(train, rest, grade, air, w, a)
     if work < 0.0:
         landed = _coast(train, rest, grade, air, w)
-        if landed <= top:
+        if landed <= min(b, top):
             return _append(end, landed, xs, ws, n)
-        return _brake_late(train, end - rest, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, n)
+        if regenerates:
+            return _regenerate(train, end - rest, rest, end, grade, air, limit, w, b, top, bx, bw, xs, ws, n)
+        return _brake_late(train, COASTING, end - rest, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, n)
     if status == OK:
         return _append(end, a, xs, ws, n)
-    first = n
-    n = march(train, TRACTION, 1.0, rest, grade, air, w, math.inf, xs, ws, n)[2]
-    for i in range(first, n):
-        xs[i] += end - rest
-    xs[n - 1] = end
-    return n
+    return _saturated(train, TRACTION, end - rest, rest, end, grade, air, w, math.inf, xs, ws, n)[2]
+
+
+@leaf
+def _energy(train, drawn, returned, length, work, w0, w1):
+    """Energy in J of an arc, from its work: drawn per joule of traction, returned per joule of the dynamic brake."""
+    if work >= 0.0:
+        return drawn * work
+    if returned == 0.0:
+        return 0.0
+    return -returned * length * regenerated(train, -work / length, w0, w1)
 
 
 @kernel
-def find_rides(train, course):
+def find_rides(train, drawn, returned, course):
     """Fill in ``stays``, ``ride_s`` and ``ride_j`` of a course."""
     for k in range(course.length_m.shape[0]):
         grade = course.grade_n[k]
@@ -155,9 +199,10 @@ def find_rides(train, course):
         for i in range(course.row[k], course.row[k + 1]):
             w0 = course.w[i]
             w1 = course.w[i + 1]
-            _, duration, work = arc(train, course.x_m[i + 1] - course.x_m[i], grade, air, w0, w1)
+            d = course.x_m[i + 1] - course.x_m[i]
+            _, duration, work = arc(train, d, grade, air, w0, w1)
             time += duration
-            energy += max(work, 0.0)
+            energy += _energy(train, drawn, returned, d, work, w0, w1)
             driven &= work >= 0.0
             braked &= work <= 0.0
             rises &= w1 >= w0
@@ -167,12 +212,21 @@ def find_rides(train, course):
         course.stays[k] = _LEAVES
         if driven and (rises or falls):
             course.stays[k] = _AIMS_THERE
-        if braked and falls and _coast(train, course.length_m[k], grade, air, course.fast[k]) > course.fast[k + 1]:
-            course.stays[k] = _BRAKES
+        top = course.fast[k + 1]
+        if braked and falls and _coast(train, course.length_m[k], grade, air, course.fast[k]) > top:
+            course.stays[k] = _COASTS_THERE
+            if land(train, DYNAMIC, 1.0, course.length_m[k], grade, air, course.fast[k]) > top * (1.0 + _ON_CURVE):
+                course.stays[k] = _BRAKES_THERE
+
+
+@leaf
+def _rides(stays, a, b, top):
+    """Whether a run on the envelope, of switching speeds a and b at the end of the cell, stays there."""
+    return stays == _BRAKES_THERE or (stays == _AIMS_THERE and a >= top) or (stays == _COASTS_THERE and b >= top)
 
 
 @part
-def _run(train, course, switch_a, switch_b, share, xs, ws, bx, bw):
+def _run(train, drawn, returned, course, first_policy, second_policy, share, xs, ws, bx, bw):
     """Rows, time and energy of one run by a blend of two policies; −1 rows when the buffers are too small."""
     xs[0] = 0.0
     n = 1
@@ -184,8 +238,9 @@ def _run(train, course, switch_a, switch_b, share, xs, ws, bx, bw):
         w = ws[n - 1]
         top = course.fast[k + 1]
         bottom = course.low[k + 1]
-        a = switch_a[k + 1] + share * (switch_b[k + 1] - switch_a[k + 1])
-        if w == course.fast[k] and (course.stays[k] == _BRAKES or (course.stays[k] == _AIMS_THERE and a >= top)):
+        a = first_policy[k + 1, 0] + share * (second_policy[k + 1, 0] - first_policy[k + 1, 0])
+        b = first_policy[k + 1, 1] + share * (second_policy[k + 1, 1] - first_policy[k + 1, 1])
+        if w == course.fast[k] and _rides(course.stays[k], a, b, top):
             for i in range(course.row[k] + 1, course.row[k + 1] + 1):
                 xs[n] = course.x_m[i]
                 ws[n] = course.w[i]
@@ -194,35 +249,42 @@ def _run(train, course, switch_a, switch_b, share, xs, ws, bx, bw):
             energy += course.ride_j[k]
             continue
         a = max(min(a, top), bottom)
+        b = max(a, b)
         grade = course.grade_n[k]
         air = course.air[k]
         first = n
         n = _drive_cell(
-            train, course.station_m[k], course.station_m[k + 1], course.length_m[k], grade, air, course.limit_w[k],
-            w, a, top, bx, bw, xs, ws, n,
+            train, returned > 0.0, course.station_m[k], course.station_m[k + 1], course.length_m[k], grade, air,
+            course.limit_w[k], w, a, b, top, bx, bw, xs, ws, n,
         )  # fmt: skip
         if n > first + 1:
             n = drop_slivers(xs, ws, first, n, SLIVER * course.length_m[k])
         ws[n - 1] = max(min(ws[n - 1], top), bottom)
         for i in range(first, n):
-            _, duration, work = arc(train, xs[i] - xs[i - 1], grade, air, ws[i - 1], ws[i])
+            d = xs[i] - xs[i - 1]
+            _, duration, work = arc(train, d, grade, air, ws[i - 1], ws[i])
             time += duration
-            energy += max(work, 0.0)
+            energy += _energy(train, drawn, returned, d, work, ws[i - 1], ws[i])
     return n, time, energy
 
 
 @kernel
-def drive(train, course, start_w, switch_a, switch_b, share, target_s, tolerance_s, lo, lo_s, hi, hi_s, xs, ws, bx, bw):
+def drive(
+    train, drawn, returned, course, start_w, first_policy, second_policy, share, target_s, tolerance_s,
+    lo, lo_s, hi, hi_s, xs, ws, bx, bw,
+):  # fmt: skip
     """Drive the whole trip by a blend of two policies, again and again until it takes a given time (Illinois rule).
 
     Parameters
     ----------
     train : KernelTrain
+    drawn, returned : float
+        Energy drawn per joule of traction work, and returned per joule of work of the dynamic brake.
     course : Course
     start_w : float
         Squared speed at the origin.
-    switch_a, switch_b : (K + 1,) float64
-        Two policies: squared switching speeds for the station at the end of each cell.
+    first_policy, second_policy : (K + 1, 2) float64
+        Squared switching speeds a and b for the station at the end of each cell.
     share : float
         Weight of the second policy in the first run.
     target_s, tolerance_s : float
@@ -239,7 +301,7 @@ def drive(train, course, start_w, switch_a, switch_b, share, target_s, tolerance
     n : int
         Number of rows; −1 when the buffers are too small.
     time_s, energy_j : float
-        Running time and traction energy.
+        Running time and energy, without auxiliaries.
     share, lo, hi : float
         Share of the run, and the bracket that is left.
     runs : int
@@ -252,7 +314,7 @@ def drive(train, course, start_w, switch_a, switch_b, share, target_s, tolerance
     runs = 0
     side = 0
     while True:
-        n, time, energy = _run(train, course, switch_a, switch_b, share, xs, ws, bx, bw)
+        n, time, energy = _run(train, drawn, returned, course, first_policy, second_policy, share, xs, ws, bx, bw)
         runs += 1
         f = time - target_s
         if n < 0 or not bracketed or abs(f) <= tolerance_s or hi - lo < _SAME_SHARE or runs >= _MOST_RUNS:

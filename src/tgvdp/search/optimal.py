@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.model.trip import Trip
+from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.profile import Profile
 from tgvdp.search.blends import blend, cubic, first_share, slope, tangent_gap
 from tgvdp.search.budget import Clock, SearchBudget
@@ -31,6 +32,8 @@ _IDLE_STEPS = 6
 #: Between two pilots the front lies above their tangents; where these leave more room than this share of energy below
 #: the chord, the front may bend where the cubic does not show it.
 _BEND = 2e-3
+#: ... but of no less than this share of the energy of the fastest run: a net energy may be 0.
+_LEAST_SHARE = 0.05
 #: Two multipliers whose logarithms differ by less are one.
 _SAME_PRICE = 2e-3
 #: Multipliers beyond this multiple of the usual one are infinite.
@@ -54,7 +57,7 @@ class OptimalRuns:
     Attributes
     ----------
     duration_s, energy_j : (n,) float64
-        Running time and traction energy.
+        Running time, and energy by the trip's model.
     price_j_per_s : (n,) float64
         Multiplier λ of each run: energy saved per second more; infinite for the fastest run.
     complete : bool
@@ -118,7 +121,9 @@ def optimal_front(
     if tolerance_s is None:
         steps_s = np.diff(target_s[slower], prepend=fastest.duration_s)
         tolerance_s = _STEP_TOL * float(steps_s.min(initial=math.inf))
-    found = [(fastest.duration_s, fastest.total_energy_j, math.inf)] * int(np.sum(~slower))
+    auxiliary_w = energy_tables(trip.train, trip.energy).auxiliary_w
+    traction_j = fastest.total_energy_j - auxiliary_w * fastest.duration_s
+    found = [(fastest.duration_s, traction_j, math.inf)] * int(np.sum(~slower))
     rows = [(fastest.position_m - trip.origin_m, fastest.speed_mps**2)] * len(found)
     missed_s: list[float] = []
     complete, saves = True, True
@@ -126,7 +131,8 @@ def optimal_front(
     half_s = 0.5 * tolerance_s
     try:
         if slower.any():
-            front = _front_on_fine_mesh(trip, fastest, half_s, float(target_s[-1]) - half_s, counters, clock)
+            last_s = float(target_s[-1]) - half_s
+            front = _front_on_fine_mesh(trip, fastest, half_s, last_s, auxiliary_w, counters, clock)
         for target in target_s[slower].tolist():
             saves = front.reach(target - half_s)
             n, *point = front.point(target - half_s) if saves else front.thriftiest()
@@ -140,7 +146,10 @@ def optimal_front(
     except _OutOfTime:
         complete = False
     duration, energy, prices = np.array(found, dtype=np.float64).reshape(-1, 3).T
-    return OptimalRuns(duration, energy, prices, complete, not saves, counters, rows, tuple(missed_s))
+    return OptimalRuns(
+        duration, energy + auxiliary_w * duration, np.maximum(prices - auxiliary_w, 0.0), complete, not saves,
+        counters, rows, tuple(missed_s),
+    )  # fmt: skip
 
 
 class _OutOfTime(Exception):
@@ -148,12 +157,18 @@ class _OutOfTime(Exception):
 
 
 def _front_on_fine_mesh(
-    trip: Trip, fastest: Profile, tolerance_s: float, last_s: float, counters: dict[str, int], clock: Clock
+    trip: Trip,
+    fastest: Profile,
+    tolerance_s: float,
+    last_s: float,
+    least_price: float,
+    counters: dict[str, int],
+    clock: Clock,
 ) -> "_Front":
     """Pilots down to the last time, on a mesh so fine that one of half as many cells gives hardly dearer runs."""
 
     def marched(fineness: float) -> _Front:
-        front = _Front(Mesh.of(trip, fastest, fineness), tolerance_s, counters, clock)
+        front = _Front(Mesh.of(trip, fastest, fineness), tolerance_s, least_price, counters, clock)
         front.reach(last_s)
         return front
 
@@ -168,16 +183,23 @@ def _front_on_fine_mesh(
 
 
 class _Front:
-    """Pilots in the order of their running times, fewer and fewer joules, and the blends between them."""
+    """Pilots in the order of their running times, fewer and fewer joules, and the blends between them.
 
-    def __init__(self, mesh: Mesh, tolerance_s: float, counters: dict[str, int], clock: Clock) -> None:
+    Energies and prices are without auxiliaries: E + λT of a run that draws P at any time is E' + (λ + P)·T, so that P
+    is the least price there is.
+    """
+
+    def __init__(
+        self, mesh: Mesh, tolerance_s: float, least_price: float, counters: dict[str, int], clock: Clock
+    ) -> None:
         self.mesh = mesh
         self.tolerance_s = tolerance_s
+        self.least_price = least_price
         self.counters = counters
         self.clock = clock
         self.pilots = [mesh.pilot(math.inf, self.counters)]
         self.scale_j = mesh.usual_price * self.pilots[0].time_s
-        self.price = _FIRST_PRICE * mesh.usual_price
+        self.price = max(_FIRST_PRICE * mesh.usual_price, least_price)
         self.idle = 0
         self.between: tuple[Pilot, Pilot] | None = None
         self.samples: list[Sample] = []
@@ -195,7 +217,9 @@ class _Front:
                 self.idle = 0
             else:
                 self.idle += 1
-            self.price *= math.exp(-_MARCH)
+            if self.price <= self.least_price:
+                self.idle = _IDLE_STEPS
+            self.price = max(self.price * math.exp(-_MARCH), self.least_price)
         return True
 
     def _watch(self) -> None:
@@ -208,7 +232,8 @@ class _Front:
         costs = {pilot.price: pilot.cost_j(pilot.price) for pilot in other.pilots[1:]}
         both = [pilot for pilot in self.pilots[1:] if pilot.price in costs]
         return bool(both) and all(
-            abs(pilot.cost_j(pilot.price) - costs[pilot.price]) <= _MESH_LOSS * max(pilot.energy_j, 0.1 * self.scale_j)
+            abs(pilot.cost_j(pilot.price) - costs[pilot.price])
+            <= _MESH_LOSS * max(pilot.energy_j, _LEAST_SHARE * self.scale_j)
             for pilot in both
         )
 
@@ -238,7 +263,7 @@ class _Front:
         """Into how many pieces to cut the front between two pilots so that none holds a surprise."""
         if math.isinf(before.price):
             return 1 if after.time_s - before.time_s <= self.tolerance_s else 2
-        bend = tangent_gap(before, after) / max(after.energy_j, 0.01 * self.scale_j)
+        bend = tangent_gap(before, after) / max(after.energy_j, _LEAST_SHARE * self.scale_j)
         # Tangents part from the chord with the square of the distance between the pilots.
         return math.ceil(math.sqrt(bend / _BEND))
 
@@ -246,7 +271,7 @@ class _Front:
         """Whether a blend keeps what the cubic through its pilots promises."""
         if math.isinf(before.price):
             return True
-        return energy_j <= cubic(before, after, time_s) + _BLEND_LOSS * max(energy_j, 0.01 * self.scale_j)
+        return energy_j <= cubic(before, after, time_s) + _BLEND_LOSS * max(energy_j, _LEAST_SHARE * self.scale_j)
 
     def _split(self, second: int, share: float = 0.5) -> bool:
         """Solve a multiplier between two neighbouring pilots; False when there is nothing between them."""

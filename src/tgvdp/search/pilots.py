@@ -13,6 +13,7 @@ from tgvdp.line.cells import Cells, cells_of
 from tgvdp.line.fastest import envelope_of, reachable_w
 from tgvdp.line.stations import graded_stations
 from tgvdp.model.trip import Trip
+from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train
 from tgvdp.physics.profile import Profile
 from tgvdp.search import costate
@@ -66,7 +67,8 @@ class Blend(NamedTuple):
 class Mesh:
     """Cells of a trip with the envelope of feasible speeds and room for the rows of one run.
 
-    The usual price is energy over running time of the fastest run, J/s: the scale of multipliers.
+    Energies and prices are without auxiliaries: their power only adds to the price of time. The usual price is the
+    energy for traction over the running time of the fastest run, J/s: the scale of multipliers.
     """
 
     trip: Trip
@@ -85,6 +87,10 @@ class Mesh:
         self.unit_train = _per_kilogram(self.train)
         self.unit_grade, self.unit_air = self.cells.grade_n / inertia_kg, self.cells.air / inertia_kg
         self.top_w = float(self.fast.max())
+        self.flat_out = np.column_stack((self.fast, self.fast))
+        tables = energy_tables(self.trip.train, self.trip.energy)
+        brakes = bool(self.train.braking[:, 1:].any())
+        self.drawn, self.returned = tables.traction, tables.regeneration if brakes else 0.0
         size = 24 * len(self.cells.length_m) + 8192
         self.rows = (np.empty(size), np.empty(size))
         self.scratch = (np.empty(4096), np.empty(4096))
@@ -99,18 +105,19 @@ class Mesh:
         cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
         # A run downhill may need no energy at all.
         least_j = 5e-4 * train.inertia_kg * float(fastest.speed_mps.max()) ** 2
-        usual_price = max(fastest.total_energy_j, least_j) / fastest.duration_s
+        drawn = energy_tables(trip.train, trip.energy).traction
+        usual_price = drawn * max(fastest.balance.wheel_j, least_j) / fastest.duration_s
         return cls(trip, train, cells, low, fast, (fastest_rows[0], fastest_rows[1]), cell_m, usual_price)
 
     def _switching_speeds(self, price: float, counters: dict[str, int]) -> NDArray[np.float64]:
-        """Optimal squared switching speeds, (K + 1,), for a multiplier in J/s."""
+        """Optimal squared switching speeds, (K + 1, 2), for a multiplier in J/s."""
         cells = self.cells
-        switch = np.empty_like(self.fast)
+        switch = np.empty_like(self.flat_out)
         tolerance = _TOLERANCE * min(1.0, price / self.usual_price)
         status, points = costate.switching_speeds(
-            self.unit_train, cells.length_m, self.unit_grade, self.unit_air, self.low, self.fast,
-            self.trip.end_speed_mps**2, price / self.train.inertia_kg, tolerance, self.typical_m,
-            _FLOOR * self.top_w, switch,
+            self.unit_train, self.returned / self.drawn, cells.length_m, self.unit_grade, self.unit_air, self.low,
+            self.fast, self.trip.end_speed_mps**2, price / (self.drawn * self.train.inertia_kg), tolerance,
+            self.typical_m, _FLOOR * self.top_w, switch,
         )  # fmt: skip
         counters["pilots"] += 1
         counters["costates"] += points
@@ -126,7 +133,7 @@ class Mesh:
         row = np.searchsorted(x_m, self.cells.station_m)
         rides = np.empty(count, dtype=np.int64), np.empty(count), np.empty(count)
         course = Course(*self.cells, self.low, self.fast, x_m, w, row, *rides)
-        find_rides(self.train, course)
+        find_rides(self.train, self.drawn, self.returned, course)
         return course
 
     def drive(
@@ -153,8 +160,8 @@ class Mesh:
         (lo, lo_s), (hi, hi_s) = bracket
         while True:
             *run, runs = drive(
-                self.train, self.course, self.trip.start_speed_mps**2, first, second, share, target_s, tolerance_s,
-                lo, lo_s, hi, hi_s, *self.rows, *self.scratch,
+                self.train, self.drawn, self.returned, self.course, self.trip.start_speed_mps**2, first, second, share,
+                target_s, tolerance_s, lo, lo_s, hi, hi_s, *self.rows, *self.scratch,
             )  # fmt: skip
             counters["runs"] += runs
             if run[0] > 0:
@@ -164,7 +171,7 @@ class Mesh:
 
     def pilot(self, price: float, counters: dict[str, int]) -> "Pilot":
         """Solve and drive one multiplier, J/s; infinite is the fastest run, full traction up to the envelope."""
-        switch = self.fast if math.isinf(price) else self._switching_speeds(price, counters)
+        switch = self.flat_out if math.isinf(price) else self._switching_speeds(price, counters)
         _, time_s, energy_j = self.drive(switch, switch, 0.0, counters)
         if not math.isfinite(time_s):
             raise TgvdpError(f"the train of the costate program stalls at λ = {price:g} J/s; please report")
@@ -173,7 +180,7 @@ class Mesh:
 
 @dataclass(frozen=True, eq=False)
 class Pilot:
-    """A solved multiplier: price λ in J/s, its switching speeds (K + 1,), running time in s and energy in J."""
+    """A solved multiplier: price λ in J/s, its switching speeds (K + 1, 2), running time in s and energy in J."""
 
     price: float
     switch: NDArray[np.float64]

@@ -34,18 +34,18 @@ def make_monotone(x, y, m, top):
 
 
 @leaf
-def _slack(p, near):
-    """How far the polyline may pass a point: near the levels −½ and 0 the tolerance, more away from them."""
+def _slack(p, level, near):
+    """How far the polyline may pass a point: near −½, ``level`` and 0 the tolerance, more away from them."""
     if p < -0.5:
         away = -0.5 - p
         return near + min(0.5 * away, 0.25) * away
-    away = min(p + 0.5, -p)
+    away = min(p + 0.5, abs(p - level), -p)
     return near + _FAR * near * max(0.0, away - _NEAR_LEVEL)
 
 
 @part
-def thin(x, y, m, near, w, p):
-    """Swinging-door thinning of (x, y) into (w, p); ``near`` is the tolerance of p at its levels."""
+def thin(x, y, m, level, near, w, p):
+    """Swinging-door thinning of (x, y) into (w, p), within ``near`` where p is −½, ``level`` or 0."""
     door_x = x[0]
     door_y = y[0]
     w[0] = door_x
@@ -68,7 +68,7 @@ def thin(x, y, m, near, w, p):
             steepest = math.inf
             flattest = -math.inf
             per_dx = 1.0 / max(x[i] - door_x, tiny)
-        slack = _slack(y[i], near)
+        slack = _slack(y[i], level, near)
         steepest = min(steepest, (y[i] + slack - door_y) * per_dx)
         flattest = max(flattest, (y[i] - slack - door_y) * per_dx)
     w[n] = x[m - 1]
