@@ -7,25 +7,18 @@ ends where it meets the braking curve. Where it is on the envelope, and stays th
 run: most of the cells in which it gains or loses speed.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import kernel, leaf, part
-from tgvdp.line.meeting import SLIVER, braked_w, drive_then_brake, drop_slivers
-from tgvdp.physics.arc import OK, arc
+from tgvdp.line.meeting import SLIVER, drop_slivers
+from tgvdp.physics.arc import arc
 from tgvdp.physics.energy import regenerated
-from tgvdp.physics.forces import mean_effort, mean_resistance, resistance_at
-from tgvdp.physics.motion import BRAKING, COASTING, DYNAMIC, TRACTION, land, march
+from tgvdp.physics.motion import DYNAMIC, land
+from tgvdp.search.cell_run import ON_CURVE, coast, drive_cell
 
-#: Below this share of full traction a change of speed is spread over the cell: it is a drift of the holding speed.
-_GENTLE_SHARE = 0.5
-#: Relative distance in v² within which a run is on the braking curve.
-_ON_CURVE = 1e-8
-#: Share of a length within which two positions are one.
-_SAME_PLACE = 1e-12
 #: A search for a running time ends when its bracket of shares is smaller than this, or after so many runs.
 _SAME_SHARE = 1e-9
 _MOST_RUNS = 30
@@ -72,108 +65,6 @@ class Course(NamedTuple):
     ride_j: NDArray[np.float64]
 
 
-@part
-def _append(x, w, xs, ws, n):
-    xs[n] = x
-    ws[n] = w
-    return n + 1
-
-
-@part
-def _coast(train, length, grade, air, w):
-    """`land` under coasting, without its generality: the resistance is nearly linear in w1, three sweeps solve it."""
-    v = math.sqrt(w)
-    factor = 2.0 * length / train.inertia_kg
-    slope = 0.5 * air
-    if v > 0.0:
-        slope += 0.25 * train.davis_b / v
-    damping = 1.0 / (1.0 + factor * slope)
-    x = max(w - factor * damping * (resistance_at(train, air, v) + grade), 0.0)
-    if train.davis_b > 0.0:
-        for _ in range(2):
-            load = mean_resistance(train, air, v, math.sqrt(x)) + grade
-            x = max(x + damping * (w - factor * load - x), 0.0)
-    gain = 0.5 * (x - w) / length
-    if gain > train.max_acceleration or -gain > train.max_deceleration:
-        return land(train, COASTING, 1.0, length, grade, air, w)
-    return x
-
-
-@part
-def _saturated(train, regime, start, rest, end, grade, air, w, target, xs, ws, n):
-    """Append the rows of one regime through the rest of a cell, or until a target speed is met."""
-    first = n
-    used, w, n = march(train, regime, 1.0, rest, grade, air, w, target, xs, ws, n)
-    for i in range(first, n):
-        xs[i] += start
-    if used >= rest * (1.0 - _SAME_PLACE):
-        xs[n - 1] = end
-        used = rest
-    return rest - used, w, n
-
-
-@part
-def _brake_late(train, regime, start, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, n):
-    """Drive in a regime from w and brake as late as possible to end at ``top``, where the regime would end above it."""
-    braked = braked_w(train, BRAKING, grade, air, top, limit, rest, bx, bw)
-    if w > braked * (1.0 + _ON_CURVE):
-        return _saturated(train, BRAKING, start, rest, end, grade, air, w, top, xs, ws, n)[2]
-    return drive_then_brake(train, regime, BRAKING, start, end, rest, grade, air, limit, w, top, bx, bw, xs, ws, n)
-
-
-@part
-def _regenerate(train, start, rest, end, grade, air, limit, w, b, top, bx, bw, xs, ws, n):
-    """Slow down to b, or to the envelope if that is lower, where coasting would end above it: by the dynamic brake.
-
-    All brakes only where that one would leave the envelope.
-    """
-    target = min(b, top)
-    status, _, work = arc(train, rest, grade, air, w, target)
-    limit_n = mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
-    if status == OK and -work <= _GENTLE_SHARE * rest * limit_n:
-        return _append(end, target, xs, ws, n)
-    if w < target:  # the descent accelerates the train to b, where the dynamic brake holds it if it can
-        left, w, n = _saturated(train, COASTING, start, rest, end, grade, air, w, target, xs, ws, n)
-        start = end - left
-        rest = left
-        if rest <= 0.0:
-            return n
-    braked = braked_w(train, DYNAMIC, grade, air, target, limit, rest, bx, bw)
-    if w <= braked * (1.0 + _ON_CURVE):
-        return drive_then_brake(
-            train, COASTING, DYNAMIC, start, end, rest, grade, air, max(w, target), w, target, bx, bw, xs, ws, n
-        )
-    first = n
-    landed, n = _saturated(train, DYNAMIC, start, rest, end, grade, air, w, target, xs, ws, n)[1:]
-    if landed <= top * (1.0 + _ON_CURVE):
-        return n
-    return _brake_late(train, DYNAMIC, start, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, first)
-
-
-@part
-def _drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, b, top, bx, bw, xs, ws, n):
-    """Append the rows of one cell, from w, with the switching speeds a and b and the envelope ``top`` at its end."""
-    rest = length
-    if w < a * (1.0 - _ON_CURVE):
-        status, _, work = arc(train, rest, grade, air, w, a)
-        gentle = _GENTLE_SHARE * rest * mean_effort(train.traction, math.sqrt(w), math.sqrt(a))
-        if work >= 0.0 and (status != OK or work > gentle):
-            rest, w, n = _saturated(train, TRACTION, start, rest, end, grade, air, w, a, xs, ws, n)
-            if rest <= 0.0:
-                return n
-    status, _, work = arc(train, rest, grade, air, w, a)
-    if work < 0.0:
-        landed = _coast(train, rest, grade, air, w)
-        if landed <= min(b, top):
-            return _append(end, landed, xs, ws, n)
-        if regenerates:
-            return _regenerate(train, end - rest, rest, end, grade, air, limit, w, b, top, bx, bw, xs, ws, n)
-        return _brake_late(train, COASTING, end - rest, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, n)
-    if status == OK:
-        return _append(end, a, xs, ws, n)
-    return _saturated(train, TRACTION, end - rest, rest, end, grade, air, w, math.inf, xs, ws, n)[2]
-
-
 @leaf
 def _energy(train, drawn, returned, length, work, w0, w1):
     """Energy in J of an arc, from its work: drawn per joule of traction, returned per joule of the dynamic brake."""
@@ -213,9 +104,9 @@ def find_rides(train, drawn, returned, course):
         if driven and (rises or falls):
             course.stays[k] = _AIMS_THERE
         top = course.fast[k + 1]
-        if braked and falls and _coast(train, course.length_m[k], grade, air, course.fast[k]) > top:
+        if braked and falls and coast(train, course.length_m[k], grade, air, course.fast[k]) > top:
             course.stays[k] = _COASTS_THERE
-            if land(train, DYNAMIC, 1.0, course.length_m[k], grade, air, course.fast[k]) > top * (1.0 + _ON_CURVE):
+            if land(train, DYNAMIC, 1.0, course.length_m[k], grade, air, course.fast[k]) > top * (1.0 + ON_CURVE):
                 course.stays[k] = _BRAKES_THERE
 
 
@@ -253,7 +144,7 @@ def _run(train, drawn, returned, course, first_policy, second_policy, share, xs,
         grade = course.grade_n[k]
         air = course.air[k]
         first = n
-        n = _drive_cell(
+        n = drive_cell(
             train, returned > 0.0, course.station_m[k], course.station_m[k + 1], course.length_m[k], grade, air,
             course.limit_w[k], w, a, b, top, bx, bw, xs, ws, n,
         )  # fmt: skip
