@@ -105,8 +105,11 @@ class Mesh:
         cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
         # A run downhill may need no energy at all.
         least_j = 5e-4 * train.inertia_kg * float(fastest.speed_mps.max()) ** 2
-        drawn = energy_tables(trip.train, trip.energy).traction
-        usual_price = drawn * max(fastest.balance.wheel_j, least_j) / fastest.duration_s
+        balance = fastest.balance
+        drawn_j = balance.wheel_j
+        if trip.energy.kind != "wheel":
+            drawn_j = balance.pantograph_j + balance.regenerated_j - balance.auxiliary_j
+        usual_price = max(drawn_j, least_j) / fastest.duration_s
         return cls(trip, train, cells, low, fast, (fastest_rows[0], fastest_rows[1]), cell_m, usual_price)
 
     def _switching_speeds(self, price: float, counters: dict[str, int]) -> NDArray[np.float64]:
