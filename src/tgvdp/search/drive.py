@@ -7,6 +7,7 @@ ends where it meets the braking curve. Where it is on the envelope, and stays th
 run: most of the cells in which it gains or loses speed.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -72,7 +73,7 @@ def _energy(train, drawn, returned, length, work, w0, w1):
         return drawn * work
     if returned == 0.0:
         return 0.0
-    return -returned * length * regenerated(train, -work / length, w0, w1)
+    return -returned * length * regenerated(train, -work / length, math.sqrt(w0), math.sqrt(w1))
 
 
 @kernel
