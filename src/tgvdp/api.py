@@ -238,12 +238,20 @@ def search(
 
 
 def _warnings(found: OptimalRuns | GridPaths) -> tuple[str, ...]:
-    """Say where a front ends before it was asked to."""
+    """Say where a front is less than was asked for."""
     if not found.complete:
         return ("the search ended by its budget: better paths than these may exist",)
-    if isinstance(found, OptimalRuns) and found.exhausted:
-        return (f"the front ends with the thriftiest run, {found.duration_s[-1]:.6g} s: running longer saves nothing",)
-    return ()
+    if not isinstance(found, OptimalRuns):
+        return ()
+    warnings = []
+    if found.missed_s:
+        times = ", ".join(f"{time_s:.6g} s" for time_s in found.missed_s)
+        warnings.append(f"no run was found for {times}: the running times of optimal runs jump there")
+    if found.exhausted:
+        warnings.append(
+            f"the front ends with the thriftiest run, {found.duration_s[-1]:.6g} s: running longer saves nothing"
+        )
+    return tuple(warnings)
 
 
 def _energy_model(energy: str | EnergyMap) -> EnergyModel:
@@ -265,7 +273,7 @@ def _continuous_front(
     tolerance_s: float | None = None,
 ) -> OptimalRuns:
     """Method ``front``: the costate program, or the generic refinement for an energy that it cannot treat."""
-    find = optimal_front if trip.energy.kind == "wheel" else refine_front
+    find = refine_front if trip.energy.kind == "map" else optimal_front
     return find(trip, fastest, target_s, budget, tolerance_s)
 
 

@@ -114,7 +114,7 @@ def _map_energy(train, tables, duration, effort, v0, v1):
 
 
 @kernel
-def _regenerated(train, effort, v0, v1):
+def regenerated(train, effort, v0, v1):
     """Mean over distance, in N, of what the dynamic brake takes of a braking effort, friction the rest.
 
     The effort is that of all brakes along an arc at full effort, and constant along any other.
@@ -148,4 +148,4 @@ def arc_energy(train, tables, length, duration, work, w0, w1):
         return auxiliary + tables.traction * work
     if tables.regeneration == 0.0:
         return auxiliary
-    return auxiliary - tables.regeneration * length * _regenerated(train, -work / length, math.sqrt(w0), math.sqrt(w1))
+    return auxiliary - tables.regeneration * length * regenerated(train, -work / length, math.sqrt(w0), math.sqrt(w1))
