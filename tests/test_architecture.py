@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import pytest
 
-from tgvdp._jit import KERNEL_FREE
+from tgvdp._jit.cache import KERNEL_FREE
 
 PACKAGE = Path(__file__).resolve().parents[1] / "src" / "tgvdp"
 

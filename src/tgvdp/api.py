@@ -1,5 +1,6 @@
 """The façade: what `import tgvdp` offers. It connects model, line, search and front and holds no algorithm."""
 
+import inspect
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.constants import HEURISTICS, METHODS
+from tgvdp.constants import HEURISTICS, METHOD_OPTIONS, METHODS
 from tgvdp.errors import BudgetExceededError, InputError
 from tgvdp.formats import load_energy_map
 from tgvdp.front.certificate import Certificate, certify_front
@@ -187,7 +188,7 @@ def search(
     Raises
     ------
     InputError
-        When an option is out of range.
+        When an option is out of range, or set to other than its default although the method does not have it.
     InfeasibleError
         When no run obeys all limits, or none is as fast as ``at_s`` asks.
     BudgetExceededError
@@ -198,6 +199,7 @@ def search(
     started = time.perf_counter()
     _check_options(method, points, max_margin, paths, heuristic)
     at_s, at_margin = check_targets(method, at_s, at_margin)
+    _check_effect(options | {"at_s": at_s, "at_margin": at_margin})
     budget = SearchBudget(
         max_labels=max_labels,
         time_limit_s=DEFAULT_TIME_S if time_limit_s is None else time_limit_s,
@@ -235,6 +237,9 @@ def search(
         _found=found,
         warnings=_warnings(found),
     )
+
+
+_DEFAULTS = {name: parameter.default for name, parameter in inspect.signature(search).parameters.items()}
 
 
 def _warnings(found: OptimalRuns | GridPaths) -> tuple[str, ...]:
@@ -314,3 +319,16 @@ def _check_options(method: str, points: int, max_margin: float, paths: int, heur
         if count != int(count):
             raise InputError(f"search: {name} must be a whole number, got {count:g}")
     require_number("search", "max_margin", max_margin, "of the fastest running time", above=0.0)
+
+
+def _check_effect(options: dict[str, Any]) -> None:
+    """Refuse options that would change nothing; one that is set to its default asks for nothing."""
+    method = options["method"]
+    changed = {name for name, value in options.items() if value != _DEFAULTS[name]}
+    for name in METHOD_OPTIONS:
+        if name in changed and method not in METHOD_OPTIONS[name]:
+            owners = " and ".join(METHOD_OPTIONS[name])
+            raise InputError(f"search: {name} belongs to method {owners}, it has no effect on {method}")
+    if changed & {"at_s", "at_margin"} and changed & {"points", "max_margin"}:
+        even = " and ".join(sorted(changed & {"points", "max_margin"}))
+        raise InputError(f"search: at_s and at_margin say where the points are, so {even} has no effect")
