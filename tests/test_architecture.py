@@ -28,7 +28,7 @@ MAY_IMPORT = {
     "line": {"model", "physics", "_jit"},
     "graph": {"model", "physics", "line", "_jit"},
     "search": {"model", "physics", "line", "graph", "_jit"},
-    "formulations": {"model", "physics", "line", "graph"},
+    "formulations": {"model", "formats", "physics", "line", "graph"},  # formats: instances are files
     "solvers": {"model", "physics", "line", "graph", "formulations"},
     "front": {"model", "physics", "line", "search", "_jit"},
     "report": {"model", "physics", "line", "search", "front"},

@@ -1,1 +1,1 @@
-"""The seeds' formulations as values and functions, from the instance to the circuit, without any quantum package."""
+"""The seeds' optimisation models as tested parts: encodings, penalties, demand model, decoding and replay."""
