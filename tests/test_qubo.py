@@ -7,25 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from qubo_case import NUMBERS, qubos
 from tgvdp.errors import InputError
 from tgvdp.formulations.qubo import MAX_ENUMERATED, Qubo, QuboBuilder, bits_of
-
-NUMBERS = st.integers(-9, 9)
-
-
-@st.composite
-def qubos(draw, most=6):
-    n = draw(st.integers(0, most))
-    pairs = [pair for pair in itertools.combinations(range(n), 2) if draw(st.booleans())]
-    rows, cols = zip(*pairs, strict=True) if pairs else ((), ())
-    return Qubo(
-        np.array(draw(st.lists(NUMBERS, min_size=n, max_size=n))),
-        np.array(rows, dtype=np.int32),
-        np.array(cols, dtype=np.int32),
-        np.array(draw(st.lists(NUMBERS, min_size=len(pairs), max_size=len(pairs)))),
-        draw(NUMBERS),
-        tuple(f"x{i}" for i in range(n)),
-    )
 
 
 def energy_by_hand(qubo, bits):
