@@ -90,7 +90,11 @@ class Encoded:
     penalty : float
         λ, weight of a squared violation of 1, in the objective's unit.
     decode : callable
-        (n,) bits → Schedule; its checks are those of the instance and those that the encoding adds.
+        (n,) bits → Schedule; its checks are those of the instance and, where its bits mean nothing otherwise, those of
+        the encoding. Slack bits are not checked: a schedule may keep a limit that its slack register misstates.
+    objective, violation : Qubo
+        The two parts: qubo = objective + λ · violation, and a violation of 0 where nothing is violated, else ≥ 1 (but
+        for the weights of the seed's rule).
     """
 
     qubo: "Qubo"
@@ -98,6 +102,8 @@ class Encoded:
     encoding: Encoding
     penalty: float
     decode: Callable[[Bits], Schedule] = field(repr=False)
+    objective: "Qubo" = field(repr=False)
+    violation: "Qubo" = field(repr=False)
 
 
 @dataclass(frozen=True)

@@ -207,12 +207,18 @@ def parse_instance(path: Path, tree: dict[str, Any]) -> Instance:
     kind = params.get("kind", "binary") if isinstance(params, dict) else "binary"  # what is absent, the struct reports
     if kind not in ("binary", "demand"):
         raise bad(path, f"params.kind: must be 'binary' or 'demand', got {shown(kind)}")
-    file = decode(path, tree, _BinaryFile if kind == "binary" else _DemandFile)
+    if kind == "binary":
+        binary = decode(path, tree, _BinaryFile)
+        return _binary(path, _id(path, binary.id), binary.params)
+    demand = decode(path, tree, _DemandFile)
+    return _demand(path, _id(path, demand.id), demand.params)
+
+
+def _id(path: Path, name: str) -> str:
     try:
-        name = require_text("instance", "id", file.id)
+        return require_text("instance", "id", name)
     except InputError as error:
         raise bad(path, error) from None
-    return _binary(path, name, file.params) if isinstance(file, _BinaryFile) else _demand(path, name, file.params)
 
 
 def _binary(path: Path, name: str, spec: _Binary) -> BinaryInstance:
