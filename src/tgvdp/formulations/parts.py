@@ -2,7 +2,7 @@
 
 Violations are whole numbers of units (Δv, Δv·Δt, steps), so that a string that breaks anything has a violation of at
 least 1 (formulations page, section 4). The seed writes its penalties in m/s instead, with time in steps, so that a unit
-of violation counts Δv²: `SI_WEIGHTS` reproduces that.
+of violation counts Δv²: `si_weights` reproduces that.
 """
 
 from collections.abc import Mapping
@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tgvdp.formulations.encoding import Encoding
 from tgvdp.formulations.instances import BinaryInstance
 from tgvdp.formulations.qubo import Qubo, QuboBuilder
 
@@ -29,9 +30,10 @@ class Weights(NamedTuple):
     motion: float = 1.0
 
 
-def si_weights(instance: BinaryInstance) -> Weights:
-    """Weights of the seed, whose speeds and distances are in m/s and in m/s times steps."""
-    return Weights(1.0, instance.dv_mps**2)
+def si_weights(instance: BinaryInstance, encoding: Encoding) -> Weights:
+    """Weights of the seed, whose speeds are in m/s and distances in m/s times steps; unary levels are whole steps."""
+    unit_mps = instance.dv_mps * (instance.acc_units if encoding == "unary" else 1)
+    return Weights(1.0, unit_mps**2)
 
 
 class Builder:

@@ -10,13 +10,16 @@
 Costs are whole numbers (`tgvdp.formulations.ladder`), so optima, ties and counts are exact.
 """
 
+import functools
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import BudgetExceededError, InfeasibleError
+from tgvdp.formulations.instances import BinaryInstance
 from tgvdp.formulations.ladder import Ladder
 from tgvdp.graph import ladder as kernels
 from tgvdp.graph import ladder_paths as paths
@@ -107,6 +110,18 @@ def optimal_plan(ladder: Ladder, most_states: int = MOST_STATES) -> Optimum:
         gap = max(gap * _GROWTH, ladder.quantum, (dearest - lowest) // _FIRST_GAPS)
     walk = (low, start, moves, ladder.rise, ladder.fall)
     return Optimum(paths.one_path(*walk), cost, _count(walk), states, hull.bound)
+
+
+@functools.cache
+def load_kernels() -> None:
+    """Compile the kernels, or load them from the cache, by solving a toy."""
+    cost = np.array(((1, 1), (0, 0), (0, 0)), dtype=np.int64)
+    toy = BinaryInstance(
+        id="toy", model="constant", steps=2, dt_s=1.0, dv_mps=1.0, acc_units=1, dec_units=1, cap_units=(1, 0),
+        distance_units=1.0,
+    )  # fmt: skip
+    caps = np.array((0, 1, 0), dtype=np.int64)
+    optimal_plan(Ladder(toy, caps, 1, 1, cost, 1, 1, 1, Fraction(1), Fraction(0)))
 
 
 def _heights(ladder: Ladder) -> NDArray[np.int64]:
