@@ -82,7 +82,9 @@ def encode_bits(
         bits = np.asarray(bits)
         return schedule_of(instance, bits[:steps], bits[steps : 2 * steps])
 
-    return Encoded(joined(objective, violation, penalty), instance, encoding, penalty, decode, objective, violation)
+    complete = form.limits in ("none", "per-step")
+    qubo = joined(objective, violation, penalty)
+    return Encoded(qubo, instance, encoding, penalty, decode, objective, violation, complete)
 
 
 def _speed_terms(instance: BinaryInstance, x: list[int], y: list[int], k: int) -> dict[int, float]:

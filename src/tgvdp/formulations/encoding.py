@@ -95,6 +95,8 @@ class Encoded:
     objective, violation : Qubo
         The two parts: qubo = objective + λ · violation, and a violation of 0 where nothing is violated, else ≥ 1 (but
         for the weights of the seed's rule).
+    complete : bool
+        Whether every feasible schedule has a string that violates nothing. The seed's speed limits forbid some.
     """
 
     qubo: "Qubo"
@@ -104,6 +106,7 @@ class Encoded:
     decode: Callable[[Bits], Schedule] = field(repr=False)
     objective: "Qubo" = field(repr=False)
     violation: "Qubo" = field(repr=False)
+    complete: bool = True
 
 
 @dataclass(frozen=True)

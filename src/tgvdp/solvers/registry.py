@@ -45,6 +45,7 @@ SOLVERS: dict[str, Solver] = {
     "tabu": Solver("annealing", "solve_tabu", qubo=True),
     "descent": Solver("annealing", "solve_descent", qubo=True),
     "tree": Solver("annealing", "solve_tree", qubo=True),
+    "scip": Solver("scip", "solve_scip", _BOTH),
     "exact-qubo": Solver("annealing", "solve_exact_qubo", qubo=True),
 }
 
