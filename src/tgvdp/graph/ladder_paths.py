@@ -8,64 +8,70 @@ from tgvdp.graph.ladder import LIMB_BITS, Ints
 
 
 @kernel
-def one_path(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, fall: int) -> Ints:
-    """Follow cheapest moves from the start, up before along before down.
+def one_path(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, fall: int, touch: int) -> Ints:
+    """Follow cheapest moves from the start, up before along before down; arguments as `count`.
 
     Returns
     -------
     (N+1,) int64
         Levels of the path.
     """
-    steps = low.shape[0] - 1
-    levels = np.zeros(steps + 1, dtype=np.int64)
-    v, s = 0, 0
+    steps, rows = low.shape[0] - 1, low.shape[1]
+    path = np.zeros(steps + 1, dtype=np.int64)
+    v, s, reached = 0, 0, touch == 0
     for k in range(steps):
-        move = moves[start[k, v] + s - low[k, v]]
+        row = v + rows // 2 if reached else v
+        move = moves[start[k, row] + s - low[k, row]]
         if move & 1:
             v += rise
         elif not move & 2:
             v -= fall
         s += v
-        levels[k + 1] = v
-    return levels
+        reached = reached or v >= touch
+        path[k + 1] = v
+    return path
 
 
 @kernel
-def roughly_count(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, fall: int) -> np.float64:
+def roughly_count(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, fall: int, touch: int) -> np.float64:
     """Number of optimal paths in floating point, perhaps infinite: how many limbs the exact number needs."""
-    layers, levels = low.shape
-    widest = np.max(start[:, levels] - start[:, 0])
+    layers, rows = low.shape
+    levels = rows // 2
+    widest = np.max(start[:, rows] - start[:, 0])
     now, after = np.zeros(widest), np.zeros(widest)
-    now[0 - low[0, 0]] = 1.0
+    root = 0 if touch > 0 else levels
+    now[start[0, root] - start[0, 0] - low[0, root]] = 1.0
     for k in range(layers - 1):
         after[:] = 0.0
         first, first_after = start[k, 0], start[k + 1, 0]
-        for v in range(levels):
-            for i in range(start[k, v], start[k, v + 1]):
+        for row in range(rows):
+            v = row % levels
+            for i in range(start[k, row], start[k, row + 1]):
                 if now[i - first] > 0.0:
-                    s = low[k, v] + i - start[k, v]
+                    s = low[k, row] + i - start[k, row]
                     for kind in range(3):
                         if moves[i] & (1 << kind):
                             w = v + rise if kind == 0 else (v if kind == 1 else v - fall)
-                            after[start[k + 1, w] - first_after + s + w - low[k + 1, w]] += now[i - first]
+                            target = w + levels if row >= levels or w >= touch else w
+                            after[start[k + 1, target] - first_after + s + w - low[k + 1, target]] += now[i - first]
         now, after = after, now
-    total: np.float64 = now[: start[layers - 1, 1] - start[layers - 1, 0]].sum()
+    total: np.float64 = now[: start[layers - 1, rows] - start[layers - 1, 0]].sum()
     return total
 
 
 @kernel
-def count(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, fall: int, limbs: int) -> Ints:
+def count(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, fall: int, touch: int, limbs: int) -> Ints:
     """Count the optimal paths exactly.
 
     Parameters
     ----------
-    low : (N+1, H+1) int64
+    low : (N+1, 2·L) int64
         Lowest height of each window.
-    start : (N+1, H+2) int64
+    start : (N+1, 2·L+1) int64
         Where each window starts in ``moves``.
     moves : (states,) uint8
         As `tgvdp.graph.ladder.cheapest_moves` leaves them.
-    rise, fall : int
+    rise, fall, touch : int
     limbs : int
         Limbs of `LIMB_BITS` bits that the count needs.
 
@@ -74,17 +80,20 @@ def count(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, fall: int
     (limbs,) int64
         Lowest limb first.
     """
-    layers, levels = low.shape
-    widest = np.max(start[:, levels] - start[:, 0])
+    layers, rows = low.shape
+    levels = rows // 2
+    widest = np.max(start[:, rows] - start[:, 0])
     now = np.zeros((widest, limbs), dtype=np.int64)
     after = np.zeros((widest, limbs), dtype=np.int64)
-    now[0 - low[0, 0], 0] = 1
+    root = 0 if touch > 0 else levels
+    now[start[0, root] - start[0, 0] - low[0, root], 0] = 1
     mask = (np.int64(1) << LIMB_BITS) - 1
     for k in range(layers - 1):
         after[:] = 0
         first, first_after = start[k, 0], start[k + 1, 0]
-        for v in range(levels):
-            for i in range(start[k, v], start[k, v + 1]):
+        for row in range(rows):
+            v = row % levels
+            for i in range(start[k, row], start[k, row + 1]):
                 paths = now[i - first]
                 carry = np.int64(0)
                 for limb in range(limbs):  # at most three sums came in since the last carry
@@ -93,13 +102,14 @@ def count(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, fall: int
                     carry >>= LIMB_BITS
                 if not paths.any():
                     continue
-                s = low[k, v] + i - start[k, v]
+                s = low[k, row] + i - start[k, row]
                 for kind in range(3):
                     if moves[i] & (1 << kind):
                         w = v + rise if kind == 0 else (v if kind == 1 else v - fall)
-                        target = after[start[k + 1, w] - first_after + s + w - low[k + 1, w]]
+                        target = w + levels if row >= levels or w >= touch else w
+                        sums = after[start[k + 1, target] - first_after + s + w - low[k + 1, target]]
                         for limb in range(limbs):
-                            target[limb] += paths[limb]
+                            sums[limb] += paths[limb]
         now, after = after, now
-    total: Ints = now[: start[layers - 1, 1] - start[layers - 1, 0]].sum(axis=0)
+    total: Ints = now[: start[layers - 1, rows] - start[layers - 1, 0]].sum(axis=0)
     return total

@@ -51,7 +51,7 @@ class _Layer(NamedTuple):
 
     def kept(self, which: NDArray[Any] | slice) -> "_Layer":
         """Some of the states."""
-        return self._make(column[which] for column in self)
+        return _Layer(*(column[which] for column in self))  # type: ignore[arg-type]
 
 
 class _Found(NamedTuple):

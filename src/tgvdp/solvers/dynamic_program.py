@@ -1,19 +1,20 @@
 """Exact dynamic program over (step, speed, distance): optimum, one solution, and the number of optimal solutions.
 
-1. Multiplier. The cheapest cost + μ·distance over all plans needs only (step, speed). The convex hull of (distance,
-   cost) is walked towards the wanted distance, each edge by one such program; its value there is a lower bound L.
+1. Bound. A Lagrangian lower bound L needs only (step, speed) (`tgvdp.solvers.lagrange`).
 2. Guess. All plans of cost ≤ L + gap live in windows of distance, one per (step, speed), that the bounds of prefixes
-   and suffixes under a dozen multipliers leave (`tgvdp.graph.ladder`). The windows are filled backwards.
+   and suffixes under several multipliers leave. The windows are filled backwards (`tgvdp.graph.ladder`).
 3. If the cheapest plan found costs no more than the guess, it is optimal and all optimal plans lie in the windows;
-   otherwise the gap grows. When the guess reaches the dearest plan there is, no window leaves anything out.
+   otherwise the gap grows, but not beyond what was found. When the guess reaches the dearest plan there is, no window
+   leaves anything out.
 
+Where the windows of all plans are large, plans are split into families by top speed, and each is treated apart.
 Costs are whole numbers (`tgvdp.formulations.ladder`), so optima, ties and counts are exact.
 """
 
 import functools
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,17 +24,20 @@ from tgvdp.formulations.instances import BinaryInstance
 from tgvdp.formulations.ladder import Ladder
 from tgvdp.graph import ladder as kernels
 from tgvdp.graph import ladder_paths as paths
+from tgvdp.graph.ladder import Ints
+from tgvdp.solvers.lagrange import Family, cheapest, costs, family, halves, windows
 
 #: States of one run of the dynamic program; each takes a byte.
-MOST_STATES = 400_000_000
-#: Prices kept for the windows: 8 bytes each, twice.
-_MOST_PRICES = 20_000_000
-#: Multipliers around the best one, relative to the scale of all: near ones cut what is nearly optimal, far ones what is
-#: far from it.
-_SPREAD = (1 / 256, 1 / 64, 1 / 16, 1 / 4, 1.0, 4.0)
+MOST_STATES = 500_000_000
+#: Families are split where the windows hold more states than this: below, filling them takes less time.
+_SPLIT_ABOVE = 4_000_000
+#: Growth of the gap, and its first value as a part of the range of all costs.
 _GROWTH = 4
 _FIRST_GAPS = 1 << 14
-_HULL_STEPS = 200
+
+
+#: Lowest heights, starts of windows, cheapest moves, rise, fall, level to touch.
+_Walk: TypeAlias = tuple[Ints, Ints, NDArray[np.uint8], int, int, int]
 
 
 @dataclass(frozen=True)
@@ -54,17 +58,11 @@ class Optimum:
         Lagrangian lower bound, in the same unit as the cost.
     """
 
-    levels: NDArray[np.int64]
+    levels: Ints
     cost: int
     n_optimal: int
     states: int
     bound: float
-
-
-class _Hull(NamedTuple):
-    bound: float
-    multiplier: float
-    scale: float
 
 
 def optimal_plan(ladder: Ladder, most_states: int = MOST_STATES) -> Optimum:
@@ -78,38 +76,82 @@ def optimal_plan(ladder: Ladder, most_states: int = MOST_STATES) -> Optimum:
         When more than ``most_states`` states would have to be kept.
     """
     heights = _heights(ladder)
-    hull = _hull(ladder, heights)
-    dearest = -_cheapest(ladder, 0.0, -1)[0]
-    multipliers = _multipliers(ladder, hull)
-    graph = (ladder.caps, ladder.rise, ladder.fall, ladder.cost)
-    prefixes = kernels.prices_of_prefixes(*graph, multipliers)
-    suffixes = kernels.prices_of_suffixes(*graph, multipliers)
-    slack = 0.5 + 1e-12 * max(abs(hull.bound), abs(dearest))
-    lowest = ladder.quantum * int(np.ceil((hull.bound - slack) / ladder.quantum))
-    gap = 0
-    while True:
-        guess = min(lowest + gap, dearest)
-        low, high = kernels.windows(ladder.low, ladder.high, prefixes, suffixes, multipliers, heights, guess + slack)
-        start = _starts(low, high)
-        states = int(start[-1, -1])
+    dearest = -cheapest(ladder, 0, ladder.top, 0.0, -1)[0]
+    families = [family(ladder, 0, ladder.top)]
+    concave = bool((np.diff(ladder.cost[1], 2) < 0).any())
+    gap, known = 0, dearest
+    while families:
+        least = min(one.bound for one in families)
+        slack = 0.5 + 1e-12 * max(abs(least), abs(dearest))
+        guess = min(_next_cost(ladder, least - slack) + gap, known)
+        near = [one for one in families if one.bound <= guess + slack]
+        tables = [_table(ladder, one, heights, guess + slack) for one in near]
+        states = sum(table.states for table in tables)
+        if concave and states > _SPLIT_ABOVE and any(one.touch < one.top for one in near):
+            families, gap = _split(ladder, families, near), 0
+            continue
         if states > most_states:
             raise BudgetExceededError(
                 f"{ladder.instance.id}: needs {states} states (step, speed, distance), and may keep {most_states}; "
-                f"the objective is at least {ladder.objective(lowest):.9g}"
+                f"the objective is at least {ladder.objective(_next_cost(ladder, least - slack)):.9g}"
             )
-        moves = np.empty(states, dtype=np.uint8)
-        cost = int(
-            kernels.cheapest_moves(
-                low, high, start, ladder.low, ladder.high, ladder.rise, ladder.fall, ladder.cost, moves
-            )
-        )
-        if cost <= guess:
-            break
+        solved = [_filled(ladder, table) for table in tables]
+        best = min((cost for cost, _ in solved), default=int(kernels.NEVER))
+        if best <= guess:
+            walks = [walk for cost, walk in solved if cost == best]
+            return Optimum(paths.one_path(*walks[0]), best, sum(map(_count, walks)), states, least)
         if guess == dearest:
-            raise _infeasible(ladder)
-        gap = max(gap * _GROWTH, ladder.quantum, (dearest - lowest) // _FIRST_GAPS)
-    walk = (low, start, moves, ladder.rise, ladder.fall)
-    return Optimum(paths.one_path(*walk), cost, _count(walk), states, hull.bound)
+            break
+        known = min(known, best)
+        gap = max(gap * _GROWTH, ladder.quantum, (dearest - guess) // _FIRST_GAPS)
+    raise _infeasible(ladder)
+
+
+class _Table(NamedTuple):
+    """Windows of a family, and where each starts in one array of all its states."""
+
+    family: Family
+    low: Ints
+    high: Ints
+    start: Ints
+
+    @property
+    def states(self) -> int:
+        return int(self.start[-1, -1])
+
+
+def _table(ladder: Ladder, one: Family, heights: Ints, bound: float) -> _Table:
+    low, high = windows(ladder, one, heights, bound)
+    width = np.maximum(0, high - low + 1)
+    end = np.cumsum(width).reshape(width.shape)
+    return _Table(one, low, high, np.hstack((end[:, :1] - width[:, :1], end)))
+
+
+def _filled(ladder: Ladder, table: _Table) -> tuple[int, "_Walk"]:
+    """Cost of the cheapest plan in the windows of a family, and what is needed to walk over all of them."""
+    one, low, high, start = table
+    moves = np.empty(table.states, dtype=np.uint8)
+    graph = (ladder.low, ladder.high, ladder.rise, ladder.fall, costs(ladder, one), one.touch)
+    cost = int(kernels.cheapest_moves(low, high, start, *graph, moves))
+    return cost, (low, start, moves, ladder.rise, ladder.fall, one.touch)
+
+
+def _next_cost(ladder: Ladder, bound: float) -> int:
+    """The least cost that a plan may have above a bound."""
+    return ladder.quantum * int(np.ceil(bound / ladder.quantum))
+
+
+def _split(ladder: Ladder, families: list[Family], near: list[Family]) -> list[Family]:
+    """Halve the families that are near, and then those of the least bound until that is one of a single top speed."""
+    families = [one for one in families if one not in near or one.touch == one.top]
+    families += [half for one in near if one.touch < one.top for half in halves(ladder, one)]
+    while families:
+        least = min(families)
+        if least.touch == least.top:
+            break
+        families.remove(least)
+        families += halves(ladder, least)
+    return families
 
 
 @functools.cache
@@ -124,7 +166,7 @@ def load_kernels() -> None:
     optimal_plan(Ladder(toy, caps, 1, 1, cost, 1, 1, 1, Fraction(1), Fraction(0)))
 
 
-def _heights(ladder: Ladder) -> NDArray[np.int64]:
+def _heights(ladder: Ladder) -> Ints:
     least, most = (
         kernels.heights_of_suffixes(ladder.caps, ladder.rise, ladder.fall, ladder.top, sign) for sign in (1, -1)
     )
@@ -141,58 +183,7 @@ def _infeasible(ladder: Ladder) -> InfeasibleError:
     )
 
 
-def _cheapest(ladder: Ladder, multiplier: float, sign: int = 1) -> tuple[int, int]:
-    cost, height = kernels.cheapest_path(ladder.caps, ladder.rise, ladder.fall, sign * ladder.cost, multiplier)
-    return int(cost), int(height)
-
-
-def _hull(ladder: Ladder, heights: NDArray[np.int64]) -> _Hull:
-    """Lower bound on the cost, by the lower convex hull of (height, cost) of all plans, and the multiplier there."""
-    largest = 4.0 * float(np.abs(ladder.cost).max() + 1) * ladder.caps.size
-    (left_cost, left), (right_cost, right) = (_cheapest(ladder, price) for price in (largest, -largest))
-    scale = abs(right_cost - left_cost) / max(1, right - left)
-    free_cost, free = _cheapest(ladder, 0.0)
-    if ladder.low <= free <= ladder.high:
-        return _Hull(float(free_cost), 0.0, scale)
-    wanted = ladder.low if free < ladder.low else ladder.high
-    if free < wanted:
-        left_cost, left = free_cost, free
-    else:
-        right_cost, right = free_cost, free
-    for _ in range(_HULL_STEPS):
-        slope = (right_cost - left_cost) / (right - left)
-        cost, height = _cheapest(ladder, -slope)
-        if (cost - left_cost) * (right - left) >= (right_cost - left_cost) * (height - left):
-            break  # nothing below the edge
-        if height < wanted:
-            left_cost, left = cost, height
-        else:
-            right_cost, right = cost, height
-        if height == wanted:
-            break
-    slope = (right_cost - left_cost) / (right - left)
-    return _Hull(left_cost + slope * (wanted - left), -slope, scale)
-
-
-def _multipliers(ladder: Ladder, hull: _Hull) -> NDArray[np.float64]:
-    scale = max(hull.scale, abs(hull.multiplier), 1e-3)
-    around = [hull.multiplier + sign * part * scale for part in _SPREAD for sign in (1, -1)]
-    multipliers = np.array([hull.multiplier, *around])
-    if multipliers.size * (ladder.top + 1) * ladder.caps.size > _MOST_PRICES:
-        raise BudgetExceededError(
-            f"{ladder.instance.id}: {ladder.caps.size - 1} steps × {ladder.top + 1} speeds are too many"
-        )
-    return multipliers
-
-
-def _starts(low: NDArray[np.int64], high: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Where each window starts in one array of all states; the last column is the end of the layer."""
-    width = np.maximum(0, high - low + 1)
-    end = np.cumsum(width).reshape(width.shape)
-    return np.hstack((end[:, :1] - width[:, :1], end))
-
-
-def _count(walk: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.uint8], int, int]) -> int:
+def _count(walk: _Walk) -> int:
     rough = float(paths.roughly_count(*walk))
     most_bits = 1.585 * walk[0].shape[0] if np.isinf(rough) else np.log2(rough) + 1.0
     limbs = paths.count(*walk, int(most_bits // kernels.LIMB_BITS) + 1)
