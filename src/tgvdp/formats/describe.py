@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tgvdp.formats.detect import Scenario, load_scenario
+from tgvdp.formats.detect import Scenario, load_all
 from tgvdp.formats.sources import Source
 from tgvdp.model.effort import EffortCurve
+from tgvdp.model.journey import Journey, Section
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.units import KILO, mps_to_kmh
@@ -36,12 +37,14 @@ class Description:
     Attributes
     ----------
     kind : str
-        "train", "track", "scenario" (both) or "run options".
+        "train", "track", "journey", "scenario" (several of them), "run options" or, where a file holds several things
+        to choose from, "choice".
     format : str
-        "native" or "TTOBench".
+        "native", "TTOBench", ...
     name : str
     figures : tuple of Figure
-        Headline figures: of the train, then of the track, then the run options.
+        Headline figures: of the train, then of the track, then of the journey, then the run options. Of a choice, the
+        names and their headlines.
     notes : tuple of str
         Sources, doubts, and what was read but is not used.
     """
@@ -74,28 +77,59 @@ def describe_file(path_or_name: Source) -> Description:
     InputError
         When it cannot be read or is wrong.
     """
-    return describe(load_scenario(path_or_name))
+    scenarios = load_all(path_or_name)
+    if len(scenarios) == 1:
+        return describe(scenarios[0])
+    each = [describe(scenario) for scenario in scenarios]
+    return Description(
+        kind="choice",
+        format=scenarios[0].format,
+        name=f"of {len(each)}, taken as FILE#NAME",
+        figures=tuple(Figure(one.name, f"{one.kind}: {one.headline}", "") for one in each),
+        notes=tuple(dict.fromkeys(note for one in each for note in one.notes)),
+    )
 
 
 def describe(scenario: Scenario) -> Description:
     """Describe what has been loaded."""
     figures: list[Figure] = []
     notes: list[str] = []
-    parts = [part for part in (scenario.train, scenario.track) if part is not None]
-    for part in parts:
+    held = {"train": scenario.train, "track": scenario.track, "journey": scenario.journey}
+    parts = {kind: part for kind, part in held.items() if part is not None}
+    for kind, part in parts.items():
         if len(parts) > 1:
-            figures.append(Figure("train" if isinstance(part, Train) else "track", part.name, ""))
-        figures += _train_figures(part) if isinstance(part, Train) else _track_figures(part)
+            figures.append(Figure(kind, part.name, ""))
+        figures += _figures(part)
         notes += part.notes
     figures += [Figure(f"run {name}", str(value), "") for name, value in scenario.options.items()]
-    kinds = {0: "run options", 1: "train" if scenario.train else "track", 2: "scenario"}
     return Description(
-        kind=kinds[len(parts)],
+        kind="scenario" if len(parts) > 1 else next(iter(parts), "run options"),
         format=scenario.format,
         name=scenario.name,
         figures=tuple(figures),
         notes=tuple(notes),
     )
+
+
+def _figures(part: Train | Track | Journey) -> Iterator[Figure]:
+    if isinstance(part, Train):
+        return _train_figures(part)
+    return _track_figures(part) if isinstance(part, Track) else _journey_figures(part)
+
+
+def _journey_figures(journey: Journey) -> Iterator[Figure]:
+    yield Figure("line", journey.track, "")
+    for section in journey.sections:
+        yield Figure(f"section {section.number}", _section_text(section), "")
+
+
+def _section_text(section: Section) -> str:
+    ends = f"{section.origin_m / KILO:.6g} to {section.destination_m / KILO:.6g} km"
+    running = f"{section.shortest_s:.6g} to {section.longest_s:.6g} s"
+    if math.isinf(section.longest_s):
+        running = f"{section.shortest_s:.6g} s and more" if section.shortest_s else "any time"
+    count = len(section.passing)
+    return f"{ends} in {running}" + (f", {count} passing window{'s' * (count > 1)}" if count else "")
 
 
 def _train_figures(train: Train) -> Iterator[Figure]:
@@ -113,7 +147,10 @@ def _train_figures(train: Train) -> Iterator[Figure]:
         yield Figure("resistance at top speed", train.resistance_n(train.max_speed_mps) / KILO, "kN")
     yield Figure("starting effort", start_n / KILO, "kN")
     yield Figure("starting acceleration", start_mps2, "m/s²")
-    yield Figure("friction brake", train.friction_brake_n / KILO, "kN")
+    if train.braking_rates:
+        yield Figure("full braking", _range([rate.deceleration_mps2 for rate in train.braking_rates]), "m/s²")
+    else:
+        yield Figure("friction brake", train.friction_brake_n / KILO, "kN")
 
 
 def _largest_power_w(curve: EffortCurve, top_mps: float) -> float:

@@ -1,7 +1,7 @@
 """From a tree of values to typed structs, with errors that name the file, the field and the value."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
@@ -33,6 +33,60 @@ def decode(path: Path, tree: Any, kind: type[T]) -> T:
         text, _, place = str(error).partition(" - at `$")
         at, value = _locate(tree, place.rstrip("`"))
         raise bad(path, _explain(text, at, value, kind)) from None
+
+
+def extensions(path: Path, tree: Any, kind: Any) -> tuple[str, ...]:
+    """Fields that a format with room for extensions does not define, as a note; a slip of the pen is an error.
+
+    Parameters
+    ----------
+    path : Path
+    tree : dict
+        As `decode` has accepted it.
+    kind : type
+        Struct that lets unknown fields pass.
+
+    Returns
+    -------
+    tuple of str
+        One note, or none.
+
+    Raises
+    ------
+    InputError
+        When an unknown field is nearly the name of a known one that is absent.
+    """
+    places: dict[str, None] = {}  # in order, each once
+    for table, struct, at in _tables(tree, kind, ()):
+        known = [field.encode_name for field in msgspec.structs.fields(struct)]
+        for name in table.keys() - set(known):
+            near = get_close_matches(str(name).lower(), [one for one in known if one not in table], n=1, cutoff=0.8)
+            if near:
+                where = f"{field_text(at)}: " if at else ""
+                raise bad(path, f"{where}unknown field {shown(name)}, did you mean {near[0]!r}?")
+            places[shown(field_text((*("[]" if isinstance(step, int) else step for step in at), name)))] = None
+    if not places:
+        return ()
+    more = f" and {len(places) - _FEW} more" if len(places) > _FEW else ""
+    return (f"fields that are not part of the format: {', '.join(sorted(places)[:_FEW])}{more}",)
+
+
+def _tables(
+    tree: Any, kind: Any, at: tuple[str | int, ...]
+) -> Iterator[tuple[dict[str, Any], type[msgspec.Struct], tuple[str | int, ...]]]:
+    """Every table of a typed tree, its struct and its place."""
+    for one in _alternatives(kind):
+        if _is_struct(one) and isinstance(tree, dict):
+            yield tree, one, at
+            for field in msgspec.structs.fields(one):
+                if field.encode_name in tree:
+                    yield from _tables(tree[field.encode_name], field.type, (*at, field.encode_name))
+        elif get_origin(one) is list and isinstance(tree, list):
+            for index, child in enumerate(tree):
+                yield from _tables(child, get_args(one)[0], (*at, index))
+        elif get_origin(one) is dict and isinstance(tree, dict):
+            for name, child in tree.items():
+                yield from _tables(child, get_args(one)[1], (*at, name))
 
 
 def suggestion(name: str, known: Sequence[str]) -> str:
@@ -99,7 +153,7 @@ def _fields_at(kind: Any, at: tuple[str | int, ...]) -> list[str]:
 
 
 def _alternatives(kind: Any) -> list[Any]:
-    return [kind] if get_origin(kind) in (list, tuple) or _is_struct(kind) else list(get_args(kind))
+    return [kind] if get_origin(kind) in (list, tuple, dict) or _is_struct(kind) else list(get_args(kind))
 
 
 def _is_struct(kind: Any) -> bool:
