@@ -11,7 +11,7 @@ from tgvdp.model.journey import Journey
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 
-Kind = Literal["train", "track", "journey"]
+Kind = Literal["train", "track", "map", "journey"]
 
 _MOST_NAMES = 12
 

@@ -1,4 +1,4 @@
-"""From a name or a path to trains, tracks, journeys and scenarios; the format is told by content, not by suffix."""
+"""From a name or a path to trains, tracks, maps, journeys and scenarios; the format is told by content, not suffix."""
 
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -12,6 +12,7 @@ from tgvdp.formats.content import Content, Kind
 from tgvdp.formats.reading import Document, bad, errors_named, read_bytes, read_document
 from tgvdp.formats.sources import Source, Target, label, locate, source_path
 from tgvdp.model import catalog
+from tgvdp.model.energy import EnergyMap
 from tgvdp.model.journey import Journey, Section
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
@@ -34,6 +35,7 @@ class Scenario:
         "native", "TTOBench", "railtoolkit" or "OSRD".
     train : Train or None
     track : Track or None
+    map : EnergyMap or None
     journey : Journey or None
     options : dict
         Search options by their names on the command line, with ``_`` for ``-`` and the unit at the end (``from_m``,
@@ -46,6 +48,7 @@ class Scenario:
     format: str
     train: Train | None = None
     track: Track | None = None
+    map: EnergyMap | None = None
     journey: Journey | None = None
     options: dict[str, Any] = field(default_factory=dict)
     inputs: dict[str, str] = field(default_factory=dict)
@@ -112,6 +115,22 @@ def load_section(path: Source) -> tuple[Journey, Section]:
     if part not in known:
         raise bad(target.path, f"has sections 1 to {len(sections)}, got {part!r:.40}")
     return journey, known[part]
+
+
+def load_energy_map(path_or_name: Source) -> EnergyMap:
+    """Load a map of the power drawn over speed and demand from the catalog or from a file.
+
+    Parameters
+    ----------
+    path_or_name : str or path
+        A name of the catalog, or a native file that holds or references a map.
+
+    Raises
+    ------
+    InputError
+        When there is no such name or file, or when it holds no valid map.
+    """
+    return cast(EnergyMap, _read(locate(path_or_name, "map"), ("map",)).map)
 
 
 def load_scenario(path: Source) -> Scenario:
@@ -227,16 +246,16 @@ def _require_kind(path: Path, held: str, wanted: tuple[Kind, ...], kinds: tuple[
 def _require_known_content(document: Document) -> None:
     """Say what was expected when nothing at the top of a file is known; a slip beside known fields shows later."""
     fields = document.tree.keys()
-    if fields & {"train", "track", "run"}:
+    if fields & {"train", "track", "map", "run"}:
         return
     if "metadata" in fields:
         raise bad(document.path, "is no TTOBench train, track or journey: it has none of their fields")
-    known = ["train", "track", "run"]
+    known = ["train", "track", "map", "run"]
     near = [match for name in fields for match in get_close_matches(name.lower(), known, n=1)]
     hint = f", did you mean {near[0]!r}?" if near else ""
     got = ", ".join(repr(name)[:40] for name in list(fields)[:3]) or "nothing"
     foreign = "TTOBench, railtoolkit and OSRD"
-    raise bad(document.path, f"holds none of train, track and run, nor what {foreign} files hold, got {got}{hint}")
+    raise bad(document.path, f"holds none of train, track, map and run, nor what {foreign} files hold, got {got}{hint}")
 
 
 def _require_run_on_track(path: Path, scenario: Scenario) -> None:
