@@ -42,6 +42,11 @@ class Content:
     items: Mapping[Kind, tuple[Item, ...]]
     default: str | None = None
 
+    @property
+    def is_one(self) -> bool:
+        """Whether nothing has to be chosen."""
+        return self.default is not None or all(len(items) == 1 for items in self.items.values())
+
     def has(self, kind: Kind, part: str) -> bool:
         """Whether there is an item of that kind and name."""
         return any(part in (item.id, item.name) for item in self.items[kind])

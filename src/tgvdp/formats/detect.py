@@ -156,7 +156,7 @@ def load_all(path: Source) -> tuple[Scenario, ...]:
     target = locate(path)
     document = read_document(target.path)
     content = _open(document)
-    if content is None or target.part is not None or all(len(items) == 1 for items in content.items.values()):
+    if content is None or target.part is not None or content.is_one:
         return (_scenario(document, target.part, KINDS),)
     return tuple(_held(document, content, {kind: item.id}) for kind, items in content.items.items() for item in items)
 
@@ -188,7 +188,9 @@ def _scenario(document: Document, part: str | None, kinds: tuple[Kind, ...], cha
         if part is not None:
             raise bad(document.path, f"is a native file, of which {part!r:.40} chooses nothing")
         return _native(document, kinds, chain)
-    _require_kind(document.path, f"a {content.format} {' and a '.join(content.items)}", kinds, tuple(content.items))
+    article = "an" if content.format.startswith(tuple("AEIO")) else "a"
+    held_text = f"{article} {content.format} {' and a '.join(content.items)}"
+    _require_kind(document.path, held_text, kinds, tuple(content.items))
     held = {kind: part for kind in kinds if kind in content.items}
     if part is not None and len(held) > 1:
         held = {kind: part for kind in held if content.has(kind, part)} or held

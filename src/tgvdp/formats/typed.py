@@ -25,14 +25,18 @@ _WORDS = {
 }
 
 
-def decode(path: Path, tree: Any, kind: type[T]) -> T:
-    """Turn a tree into a struct; unknown, missing and mistyped fields are `InputError`."""
+def decode(path: Path, tree: Any, kind: type[T], within: tuple[str, ...] = ()) -> T:
+    """Turn a tree into a struct; unknown, missing and mistyped fields are `InputError`.
+
+    ``within`` says where in the file the tree is, when it is only a part: msgspec does not name the keys of tables
+    whose fields are free, so the reader walks through those itself.
+    """
     try:
         return msgspec.convert(tree, kind)
     except msgspec.ValidationError as error:
         text, _, place = str(error).partition(" - at `$")
         at, value = _locate(tree, place.rstrip("`"))
-        raise bad(path, _explain(text, at, value, kind)) from None
+        raise bad(path, _explain(text, (*within, *at), value, _fields_at(kind, at))) from None
 
 
 def extensions(path: Path, tree: Any, kind: Any) -> tuple[str, ...]:
@@ -64,7 +68,7 @@ def extensions(path: Path, tree: Any, kind: Any) -> tuple[str, ...]:
             if near:
                 where = f"{field_text(at)}: " if at else ""
                 raise bad(path, f"{where}unknown field {shown(name)}, did you mean {near[0]!r}?")
-            places[shown(field_text((*("[]" if isinstance(step, int) else step for step in at), name)))] = None
+            places[shown(re.sub(r"\[\d+\]", "[]", field_text((*at, name))))] = None
     if not places:
         return ()
     more = f" and {len(places) - _FEW} more" if len(places) > _FEW else ""
@@ -97,17 +101,17 @@ def suggestion(name: str, known: Sequence[str]) -> str:
     return f"; known: {', '.join(known)}" if len(known) <= _FEW else ""
 
 
-def _explain(text: str, at: tuple[str | int, ...], value: Any, kind: Any) -> str:
+def _explain(text: str, at: tuple[str | int, ...], value: Any, known: list[str]) -> str:
     where = f"{field_text(at)}: " if at else ""
     name = "".join(re.findall(r"field `(.*)`", text))
     if text.startswith("Object contains unknown field"):
-        return f"{where}unknown field {shown(name)}{suggestion(name, _fields_at(kind, at))}"
+        return f"{where}unknown field {shown(name)}{suggestion(name, known)}"
     if text.startswith("Object missing required field"):
         return f"{where}missing field {shown(name)}"
     expected = re.match(r"Expected (.*?)(, got .*)?$", text)
     if expected is None:
         return f"{where}{text[0].lower()}{text[1:]}, got {shown(value)}"
-    wanted = re.sub(r"`([^`]*)`", lambda types: _words(types[1]), expected[1])
+    wanted = re.sub(r"`([^`]*)`", lambda types: _words(types[1]), expected[1]).replace("-0.0", "0.0")
     if wanted.startswith("a list of length") and isinstance(value, list):
         return f"{where}must be {wanted}, got {len(value)} values"
     return f"{where}must be {wanted}, got {shown(value)}"
