@@ -1,13 +1,13 @@
 """From a name or a path to trains, tracks, maps, journeys and scenarios; the format is told by content, not suffix."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, cast, get_args
 
 from tgvdp.errors import InputError
-from tgvdp.formats import native, osrd, railtoolkit, ttobench
+from tgvdp.formats import native, osrd, railml, railtoolkit, ttobench
 from tgvdp.formats.content import Content, Kind
 from tgvdp.formats.reading import Document, bad, errors_named, read_bytes, read_document
 from tgvdp.formats.sources import Source, Target, label, locate, source_path
@@ -21,7 +21,7 @@ NATIVE = "native"
 KINDS: tuple[Kind, ...] = get_args(Kind)
 
 #: Each returns what a document holds, or None when it is not of its format.
-_FOREIGN = (ttobench.open_document, railtoolkit.open_document, osrd.open_document)
+_FOREIGN = (railml.open_document, ttobench.open_document, railtoolkit.open_document, osrd.open_document)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +32,7 @@ class Scenario:
     ----------
     name : str
     format : str
-        "native", "TTOBench", "railtoolkit" or "OSRD".
+        "native", "TTOBench", "railtoolkit", "OSRD" or "railML" with its version.
     train : Train or None
     track : Track or None
     map : EnergyMap or None
@@ -158,7 +158,12 @@ def load_all(path: Source) -> tuple[Scenario, ...]:
     content = _open(document)
     if content is None or target.part is not None or content.is_one:
         return (_scenario(document, target.part, KINDS),)
-    return tuple(_held(document, content, {kind: item.id}) for kind, items in content.items.items() for item in items)
+    # Named as they are chosen: names for people need not be unique.
+    return tuple(
+        replace(_held(document, content, {kind: item.id}), name=item.id)
+        for kind, items in content.items.items()
+        for item in items
+    )
 
 
 def input_digest(path_or_name: Source) -> str:
@@ -172,8 +177,6 @@ def _read(target: Target, kinds: tuple[Kind, ...], chain: tuple[Path, ...] = ())
 
 def _open(document: Document) -> Content | None:
     """What a document of a foreign format holds; None when it can only be a native one."""
-    if document.syntax == "XML":
-        raise bad(document.path, "holds XML, which is not supported yet; expected JSON, TOML or YAML")
     for open_document in _FOREIGN:
         content = open_document(document)
         if content is not None:

@@ -26,7 +26,7 @@ _LONGEST_VALUE = 60
 
 #: YAML begins with a directive, a document mark or ``key:``; TOML with ``[table]`` or ``key =``.
 _YAML_START = re.compile(r"%YAML|---|[^=\[\]{}\"']+:(\s|$)")
-_BLANK = b"\xef\xbb\xbf \t\r\n"
+_BLANK = b"\xef\xbb\xbf\xff\xfe \t\r\n"
 
 Syntax = Literal["JSON", "TOML", "YAML", "XML"]
 
@@ -129,7 +129,7 @@ def read_document(path: Path) -> Document:
     """
     data = read_bytes(path)
     digest = sha256(data).hexdigest()
-    if data.lstrip(_BLANK).startswith(b"<"):
+    if data[:64].replace(b"\0", b"").lstrip(_BLANK).startswith(b"<"):  # in any encoding
         return Document(path, digest, "XML", {}, data)
     try:
         text = data.decode("utf-8-sig")
