@@ -149,9 +149,10 @@ def _train_figures(train: Train) -> Iterator[Figure]:
 
 def _largest_power_w(curve: EffortCurve, top_mps: float) -> float:
     """Largest effort times speed up to the top speed, W; looked for on a fine grid and at the curve's breaks."""
-    speeds_mps = [piece.from_mps for piece in curve.pieces if piece.from_mps <= top_mps]
-    speeds_mps += np.linspace(0.0, top_mps, _SPEEDS).tolist()
-    return max(curve.effort_n(speed_mps) * speed_mps for speed_mps in speeds_mps)
+    table = curve.table
+    v = np.union1d(np.linspace(0.0, top_mps, _SPEEDS), table[table[:, 0] <= top_mps, 0])
+    _, power_w, *c = table[np.searchsorted(table[:, 0], v, side="right") - 1].T
+    return float(np.max(power_w + v * (c[0] + v * (c[1] + v * (c[2] + v * c[3])))))
 
 
 def _track_figures(track: Track) -> Iterator[Figure]:

@@ -19,6 +19,7 @@ from tgvdp.model.train import Train
 
 NATIVE = "native"
 KINDS: tuple[Kind, ...] = get_args(Kind)
+_LOOKED_AT = 20  # fields in which a slip of the pen is looked for
 
 #: Each returns what a document holds, or None when it is not of its format.
 _FOREIGN = (railml.open_document, ttobench.open_document, railtoolkit.open_document, osrd.open_document)
@@ -157,7 +158,7 @@ def load_all(path: Source) -> tuple[Scenario, ...]:
     document = read_document(target.path)
     content = _open(document)
     if content is None or target.part is not None or content.is_one:
-        return (_scenario(document, target.part, KINDS),)
+        return (_scenario(document, content, target.part, KINDS),)
     # Named as they are chosen: names for people need not be unique.
     return tuple(
         replace(_held(document, content, {kind: item.id}), name=item.id)
@@ -172,7 +173,8 @@ def input_digest(path_or_name: Source) -> str:
 
 
 def _read(target: Target, kinds: tuple[Kind, ...], chain: tuple[Path, ...] = ()) -> Scenario:
-    return _scenario(read_document(target.path), target.part, kinds, chain)
+    document = read_document(target.path)
+    return _scenario(document, _open(document), target.part, kinds, chain)
 
 
 def _open(document: Document) -> Content | None:
@@ -184,9 +186,14 @@ def _open(document: Document) -> Content | None:
     return None
 
 
-def _scenario(document: Document, part: str | None, kinds: tuple[Kind, ...], chain: tuple[Path, ...] = ()) -> Scenario:
+def _scenario(
+    document: Document,
+    content: Content | None,
+    part: str | None,
+    kinds: tuple[Kind, ...],
+    chain: tuple[Path, ...] = (),
+) -> Scenario:
     """Make what a document holds and references, as far as wanted: ONE kind must be there, of several any."""
-    content = _open(document)
     if content is None:
         if part is not None:
             raise bad(document.path, f"is a native file, of which {part!r:.40} chooses nothing")
@@ -256,7 +263,7 @@ def _require_known_content(document: Document) -> None:
     if "metadata" in fields:
         raise bad(document.path, "is no TTOBench train, track or journey: it has none of their fields")
     known = ["train", "track", "map", "run"]
-    near = [match for name in fields for match in get_close_matches(name.lower(), known, n=1)]
+    near = [match for name in list(fields)[:_LOOKED_AT] for match in get_close_matches(name.lower(), known, n=1)]
     hint = f", did you mean {near[0]!r}?" if near else ""
     got = ", ".join(repr(name)[:40] for name in list(fields)[:3]) or "nothing"
     foreign = "TTOBench, railtoolkit and OSRD"

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
 
@@ -62,7 +63,7 @@ def extensions(path: Path, tree: Any, kind: Any) -> tuple[str, ...]:
     """
     places: dict[str, None] = {}  # in order, each once
     for table, struct, at in _tables(tree, kind, ()):
-        known = [field.encode_name for field in msgspec.structs.fields(struct)]
+        known = list(_kinds_of_fields(struct))
         for name in table.keys() - set(known):
             near = get_close_matches(str(name).lower(), [one for one in known if one not in table], n=1, cutoff=0.8)
             if near:
@@ -82,15 +83,26 @@ def _tables(
     for one in _alternatives(kind):
         if _is_struct(one) and isinstance(tree, dict):
             yield tree, one, at
-            for field in msgspec.structs.fields(one):
-                if field.encode_name in tree:
-                    yield from _tables(tree[field.encode_name], field.type, (*at, field.encode_name))
+            for name, below in _kinds_of_fields(one).items():
+                if name in tree and _holds_tables(below):
+                    yield from _tables(tree[name], below, (*at, name))
         elif get_origin(one) is list and isinstance(tree, list):
             for index, child in enumerate(tree):
                 yield from _tables(child, get_args(one)[0], (*at, index))
-        elif get_origin(one) is dict and isinstance(tree, dict):
-            for name, child in tree.items():
-                yield from _tables(child, get_args(one)[1], (*at, name))
+
+
+@cache
+def _kinds_of_fields(struct: type[msgspec.Struct]) -> dict[str, Any]:
+    """Type of each field of a struct, by its name in files."""
+    return {field.encode_name: field.type for field in msgspec.structs.fields(struct)}
+
+
+@cache
+def _holds_tables(kind: Any) -> bool:
+    """Whether a type is a struct or a list that holds structs somewhere; long lists of numbers are not walked."""
+    return any(
+        _is_struct(one) or (get_origin(one) is list and _holds_tables(get_args(one)[0])) for one in _alternatives(kind)
+    )
 
 
 def suggestion(name: str, known: Sequence[str]) -> str:
@@ -157,7 +169,7 @@ def _fields_at(kind: Any, at: tuple[str | int, ...]) -> list[str]:
 
 
 def _alternatives(kind: Any) -> list[Any]:
-    return [kind] if get_origin(kind) in (list, tuple, dict) or _is_struct(kind) else list(get_args(kind))
+    return [kind] if get_origin(kind) in (list, tuple) or _is_struct(kind) else list(get_args(kind))
 
 
 def _is_struct(kind: Any) -> bool:
