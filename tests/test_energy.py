@@ -42,7 +42,7 @@ def test_every_point_replays_by_its_own_model(results, kind):
     assert len(result.front) >= 10
     for verdict in result.verify():
         assert verdict.ok
-        assert abs(verdict.energy_error_pct) <= 0.04
+        assert abs(verdict.energy_error_pct) <= 0.05
     assert result.trip.energy.kind == kind
 
 

@@ -29,14 +29,12 @@ from tgvdp.constants import (
     REPLAY_TIME_PCT,
 )
 from tgvdp.model.trip import Trip
-from tgvdp.physics.energy import energy_tables, map_power
+from tgvdp.physics.energy import FULL_EFFORT, energy_tables, map_power
 from tgvdp.physics.forces import KernelTrain, brake_at, effort_at, kernel_train, resistance_at
 from tgvdp.physics.profile import Profile
 
 _SUB_STEPS = 8
 _MOST_SUB_STEPS = 100_000
-#: A mean effort above this share of its mean limit is full effort.
-_FULL_EFFORT = 0.999
 #: Where two sides of a break are one position, relative to it.
 _SAME_POSITION = 1e-12
 
@@ -89,7 +87,7 @@ def _force(train, force, lever, lo, hi, v):
     """Effort at the wheel; the effort curve is looked up within the row's speeds lo..hi, not beyond a jump there."""
     inside = min(max(v, lo), hi)
     braking = force < 0.0
-    if lever >= _FULL_EFFORT:
+    if lever >= FULL_EFFORT:
         effort = lever * _limit_at(train, braking, inside)
     else:
         effort = min(abs(force), _limit_at(train, braking, inside))
