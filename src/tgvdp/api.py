@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.constants import HEURISTICS, METHOD_OPTIONS, METHODS
-from tgvdp.errors import BudgetExceededError, InputError
+from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.formats import load_energy_map
 from tgvdp.front.certificate import Certificate, certify_front
 from tgvdp.front.pareto import ParetoFront
 from tgvdp.front.targets import asked_targets, check_targets
 from tgvdp.line.fastest import fastest_run
+from tgvdp.line.stepped import stepped_time_s
 from tgvdp.model.checks import require_number
 from tgvdp.model.energy import BUILT_IN_MAP, ENERGY_KINDS, EnergyMap, EnergyModel
 from tgvdp.model.track import Track
@@ -38,11 +39,15 @@ _CERTIFIED_TIMES = 32
 
 @dataclass(frozen=True)
 class Fastest:
-    """The fastest run, the reference with zero delay: running time in s, energy in J, profile."""
+    """The fastest run, the reference with zero delay: running time in s, energy in J, profile.
+
+    ``stepped_time_s`` is its running time by the explicit steps of a convention that has any, s; None for the others.
+    """
 
     time_s: float
     energy_j: float
     profile: Profile
+    stepped_time_s: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,6 +143,7 @@ def search(
     method: str = "front",
     points: int = 60,
     max_margin: float = 0.25,
+    max_time_s: float | None = None,
     at_s: Sequence[float] = (),
     at_margin: Sequence[float] = (),
     paths: int = 100,
@@ -170,9 +176,11 @@ def search(
         Number of points of the front (method ``front``), evenly in time, the fastest run included.
     max_margin : float
         Largest running-time supplement, as a share of the fastest running time.
+    max_time_s : float, optional
+        Longest running time, s, in place of `max_margin`: what a timetable allows.
     at_s, at_margin : sequence of float
         Running times in s, and supplements as shares of the fastest running time, at which to find the points instead
-        (method ``front``): neither `points` nor `max_margin` matters then. Met to 0.05 s.
+        (method ``front``): neither `points` nor `max_margin` nor `max_time_s` matters then. Met to 0.05 s.
     paths, heuristic, dominance, bounds
         Of method ``best-first``; see `tgvdp.search.best_first`.
     segment_m, speeds
@@ -190,7 +198,7 @@ def search(
     InputError
         When an option is out of range, or set to other than its default although the method does not have it.
     InfeasibleError
-        When no run obeys all limits, or none is as fast as ``at_s`` asks.
+        When no run obeys all limits, or none is as fast as ``at_s`` or ``max_time_s`` asks.
     BudgetExceededError
         When a budget ended before there was anything to return.
     """
@@ -214,8 +222,11 @@ def search(
         energy=model,
     )
     profile = fastest_run(trip)
-    fastest = Fastest(profile.duration_s, profile.total_energy_j, profile)
+    step_m = trip.convention.step_m
+    stepped_s = None if step_m is None else stepped_time_s(trip, step_m)
+    fastest = Fastest(profile.duration_s, profile.total_energy_j, profile, stepped_s)
     options |= {
+        "max_margin": _margin(fastest.time_s, max_margin, max_time_s),
         "destination_m": trip.destination_m,
         "energy": model.kind if model.map is None else model.map.name,
         "time_limit_s": budget.time_limit_s,
@@ -257,6 +268,16 @@ def _warnings(found: OptimalRuns | GridPaths) -> tuple[str, ...]:
             f"the front ends with the thriftiest run, {found.duration_s[-1]:.6g} s: running longer saves nothing"
         )
     return tuple(warnings)
+
+
+def _margin(fastest_s: float, max_margin: float, max_time_s: float | None) -> float:
+    """Largest supplement, as a share of the fastest running time."""
+    if max_time_s is None:
+        return max_margin
+    require_number("search", "max_time_s", max_time_s, "s", above=0.0)
+    if max_time_s < fastest_s:
+        raise InfeasibleError(f"no run takes {max_time_s:.6g} s or less: the fastest one takes {fastest_s:.6g} s")
+    return max_time_s / fastest_s - 1.0
 
 
 def _energy_model(energy: str | EnergyMap) -> EnergyModel:

@@ -3,11 +3,12 @@
 import json
 import time
 from collections.abc import Callable, Mapping
-from pathlib import Path
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from tgvdp.cli.journeys import read_section
 from tgvdp.cli.numbers import number
 from tgvdp.cli.screen import Screen, energy_table, front_table
 from tgvdp.constants import HEURISTICS, METHOD_OPTIONS, METHODS
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from tgvdp.model.energy import EnergyMap
     from tgvdp.model.track import Track
     from tgvdp.model.train import Train
+    from tgvdp.report.provenance import Input
 
 DEFAULT_TRAIN = "tgv"
 DEFAULT_TRACK = "lgv-100km"
@@ -35,12 +37,15 @@ _ENERGY_HELP = (
 )
 _MARGIN_HELP = "Longest running time, above the fastest run's.  [default: 25]"
 
+_JOURNEY_HELP = "From the journey's section N (default: 1): origin, destination, and the longest running time."
+
 _EXAMPLES = """
 \b
 Examples:
   tgvdp search
   tgvdp search --track line.json --train train.json --from 12000 --to 43500
   tgvdp search --scenario trip.toml --points 20 --out trip
+  tgvdp search --train stock.yaml#RB50 --track line.json --journey journey.json#2
   tgvdp search --at "3%,5%,10%"
   tgvdp search --train alstom-emu --track flat-100km --energy pantograph
   tgvdp search --track flat-100km --at 26:00,27:30
@@ -64,6 +69,7 @@ _ARGUMENTS: dict[str, tuple[str, Callable[[Any], Any] | None]] = {
     "method": ("method", None),
     "points": ("points", None),
     "max_margin_pct": ("max_margin", _percent_to_fraction),
+    "max_time_s": ("max_time_s", None),
     "paths": ("paths", None),
     "heuristic": ("heuristic", None),
     "segment_m": ("segment_m", None),
@@ -111,6 +117,7 @@ def _complete(_: click.Context, parameter: click.Parameter, incomplete: str) -> 
     shell_complete=_complete,
     help="Train, line and options in one file; the command line wins over it.",
 )
+@click.option("--journey", metavar="FILE[#N]", shell_complete=_complete, help=_JOURNEY_HELP)
 @click.option("--from", "from_m", metavar="M", type=number("m", at_least=0.0), help="Origin on the line.  [default: 0]")
 @click.option("--to", "to_m", metavar="M", type=number("m"), help="Destination on the line.  [default: its end]")
 @click.option("--start-speed", "start_speed_kmh", metavar="KMH", type=number("km/h", at_least=0.0), help="[default: 0]")
@@ -152,6 +159,7 @@ def command(
     track: str | None,
     train: str | None,
     scenario: str | None,
+    journey: str | None,
     certify: bool,
     out: str,
     as_json: bool,
@@ -166,16 +174,21 @@ def command(
     """
     from tgvdp.report import check_writable, make_provenance, result_object, write_results
 
+    if journey is not None and track is None and scenario is None:
+        raise click.UsageError("--journey needs the --track that it belongs to", click.get_current_context())
     check_writable(out)
     with Screen(quiet=quiet) as screen:
         case = _read_case(train, track, scenario)
         asked = {name: value for name, value in given.items() if value is not None}
         options = _merged(_suited(case.options, asked, scenario), asked)
         _read_map(options, case)
+        section = None if journey is None else read_section(journey, case.track, case.inputs, options, given)
         screen.progress(f"searching: {case.train.name} on {case.track.name}")
         from tgvdp import api  # brings numba: neither --help nor an error in the input waits for it
 
         result = api.search(case.train, case.track, **_arguments(options))
+        if section is not None:
+            result = replace(result, warnings=(*result.warnings, *section.broken_by(result.fastest.time_s)))
         screen.progress("replaying")
         replaying_s = time.perf_counter()
         verdicts = result.verify()
@@ -207,26 +220,28 @@ class _Case(NamedTuple):
     track: "Track"
     map: "EnergyMap | None"
     options: dict[str, Any]
-    inputs: dict[str, "str | Path | Train | Track | EnergyMap"]  # by role: files that were read, or the values
+    inputs: dict[str, "Input"]  # by role: what was read from a file of its own, or the values
 
 
 def _read_case(train: str | None, track: str | None, scenario: str | None) -> _Case:
     """Read what the command line names, then what the scenario holds, then the defaults."""
     from tgvdp.formats import Scenario, load_scenario, load_track, load_train
-    from tgvdp.formats.sources import source_path
+    from tgvdp.formats.sources import locate
 
     held = Scenario(name="", format="") if scenario is None else load_scenario(scenario)
-    inputs: dict[str, str | Path | Train | Track | EnergyMap] = {} if scenario is None else {"scenario": scenario}
+    inputs: dict[str, Input] = {} if scenario is None else {"scenario": locate(scenario)}
     if train is None and held.train is not None:
         the_train = inputs["train"] = held.train
     else:
-        train_path = inputs["train"] = source_path(DEFAULT_TRAIN if train is None else train, "train")
-        the_train = load_train(train_path)
+        train = DEFAULT_TRAIN if train is None else train
+        inputs["train"] = locate(train, "train")
+        the_train = load_train(train)
     if track is None and held.track is not None:
         the_track = inputs["track"] = held.track
     else:
-        track_path = inputs["track"] = source_path(DEFAULT_TRACK if track is None else track, "track")
-        the_track = load_track(track_path)
+        track = DEFAULT_TRACK if track is None else track
+        inputs["track"] = locate(track, "track")
+        the_track = load_track(track)
     return _Case(the_train, the_track, held.map, held.options, inputs)
 
 
