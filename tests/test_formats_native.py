@@ -214,7 +214,7 @@ def test_bad_scenarios(tmp_path, path, value, message):
         ("[trian]\nmass_t = 5", "got 'trian', did you mean 'train'?"),
         ("name = 'only a name'", "nor what TTOBench, railtoolkit and OSRD files hold, got 'name'"),
         ('{"metadata": {"id": "x"}}', "is no TTOBench train, track or journey"),
-        ('{"mass": 5, "max_speed": 80, "length": 3}', "holds none of train, track and run"),
+        ('{"mass": 5, "max_speed": 80, "length": 3}', "holds none of train, track, map and run"),
         ("{}", "got nothing"),
     ],
 )

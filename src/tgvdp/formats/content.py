@@ -11,7 +11,7 @@ from tgvdp.model.journey import Journey
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 
-Kind = Literal["train", "track", "journey"]
+Kind = Literal["train", "track", "map", "journey"]
 
 _MOST_NAMES = 12
 
@@ -41,6 +41,11 @@ class Content:
     format: str
     items: Mapping[Kind, tuple[Item, ...]]
     default: str | None = None
+
+    @property
+    def is_one(self) -> bool:
+        """Whether nothing has to be chosen."""
+        return self.default is not None or all(len(items) == 1 for items in self.items.values())
 
     def has(self, kind: Kind, part: str) -> bool:
         """Whether there is an item of that kind and name."""

@@ -1,15 +1,16 @@
 """What a file holds, in the figures that a railway engineer checks first."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from tgvdp.formats.detect import Scenario, load_all
+from tgvdp.formats.detect import KINDS, Scenario, load_all
 from tgvdp.formats.sources import Source
 from tgvdp.model.effort import EffortCurve
+from tgvdp.model.energy import EnergyMap
 from tgvdp.model.journey import Journey, Section
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
@@ -37,8 +38,8 @@ class Description:
     Attributes
     ----------
     kind : str
-        "train", "track", "journey", "scenario" (several of them), "run options" or, where a file holds several things
-        to choose from, "choice".
+        "train", "track", "map", "journey", "scenario" (several of them), "run options" or, where a file holds several
+        things to choose from, "choice".
     format : str
         "native", "TTOBench", ...
     name : str
@@ -94,12 +95,11 @@ def describe(scenario: Scenario) -> Description:
     """Describe what has been loaded."""
     figures: list[Figure] = []
     notes: list[str] = []
-    held = {"train": scenario.train, "track": scenario.track, "journey": scenario.journey}
-    parts = {kind: part for kind, part in held.items() if part is not None}
+    parts = {kind: part for kind in KINDS if (part := getattr(scenario, kind)) is not None}
     for kind, part in parts.items():
         if len(parts) > 1:
             figures.append(Figure(kind, part.name, ""))
-        figures += _figures(part)
+        figures += _FIGURES[kind](part)
         notes += part.notes
     figures += [Figure(f"run {name}", str(value), "") for name, value in scenario.options.items()]
     return Description(
@@ -109,12 +109,6 @@ def describe(scenario: Scenario) -> Description:
         figures=tuple(figures),
         notes=tuple(notes),
     )
-
-
-def _figures(part: Train | Track | Journey) -> Iterator[Figure]:
-    if isinstance(part, Train):
-        return _train_figures(part)
-    return _track_figures(part) if isinstance(part, Track) else _journey_figures(part)
 
 
 def _journey_figures(journey: Journey) -> Iterator[Figure]:
@@ -155,9 +149,10 @@ def _train_figures(train: Train) -> Iterator[Figure]:
 
 def _largest_power_w(curve: EffortCurve, top_mps: float) -> float:
     """Largest effort times speed up to the top speed, W; looked for on a fine grid and at the curve's breaks."""
-    speeds_mps = [piece.from_mps for piece in curve.pieces if piece.from_mps <= top_mps]
-    speeds_mps += np.linspace(0.0, top_mps, _SPEEDS).tolist()
-    return max(curve.effort_n(speed_mps) * speed_mps for speed_mps in speeds_mps)
+    table = curve.table
+    v = np.union1d(np.linspace(0.0, top_mps, _SPEEDS), table[table[:, 0] <= top_mps, 0])
+    _, power_w, *c = table[np.searchsorted(table[:, 0], v, side="right") - 1].T
+    return float(np.max(power_w + v * (c[0] + v * (c[1] + v * (c[2] + v * c[3])))))
 
 
 def _track_figures(track: Track) -> Iterator[Figure]:
@@ -188,3 +183,19 @@ def _net_height_m(track: Track) -> float:
         (end_m - row.position_m) * row.gradient_permil / KILO
         for row, end_m in zip(track.gradients, ends_m, strict=True)
     )
+
+
+def _map_figures(energy_map: EnergyMap) -> Iterator[Figure]:
+    speeds_kmh = [mps_to_kmh(speed_mps) for speed_mps in energy_map.speed_mps]
+    powers_kw = [power_w / KILO for row in energy_map.power_w for power_w in row]
+    yield Figure("speeds", f"{len(speeds_kmh)}, {_range(speeds_kmh)}", "km/h")
+    yield Figure("demands", f"{len(energy_map.demand)}, {_range(list(energy_map.demand))}", "")
+    yield Figure("power drawn", _range(powers_kw), "kW")
+
+
+_FIGURES: dict[str, Callable[[Any], Iterator[Figure]]] = {
+    "train": _train_figures,
+    "track": _track_figures,
+    "map": _map_figures,
+    "journey": _journey_figures,
+}

@@ -1,4 +1,4 @@
-"""From a name or a path to trains, tracks, journeys and scenarios; the format is told by content, not by suffix."""
+"""From a name or a path to trains, tracks, maps, journeys and scenarios; the format is told by content, not suffix."""
 
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
@@ -12,12 +12,14 @@ from tgvdp.formats.content import Content, Kind
 from tgvdp.formats.reading import Document, bad, errors_named, read_bytes, read_document
 from tgvdp.formats.sources import Source, Target, label, locate, source_path
 from tgvdp.model import catalog
+from tgvdp.model.energy import EnergyMap
 from tgvdp.model.journey import Journey, Section
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 
 NATIVE = "native"
 KINDS: tuple[Kind, ...] = get_args(Kind)
+_LOOKED_AT = 20  # fields in which a slip of the pen is looked for
 
 #: Each returns what a document holds, or None when it is not of its format.
 _FOREIGN = (railml.open_document, ttobench.open_document, railtoolkit.open_document, osrd.open_document)
@@ -34,6 +36,7 @@ class Scenario:
         "native", "TTOBench", "railtoolkit", "OSRD" or "railML" with its version.
     train : Train or None
     track : Track or None
+    map : EnergyMap or None
     journey : Journey or None
     options : dict
         Search options by their names on the command line, with ``_`` for ``-`` and the unit at the end (``from_m``,
@@ -46,6 +49,7 @@ class Scenario:
     format: str
     train: Train | None = None
     track: Track | None = None
+    map: EnergyMap | None = None
     journey: Journey | None = None
     options: dict[str, Any] = field(default_factory=dict)
     inputs: dict[str, str] = field(default_factory=dict)
@@ -114,6 +118,22 @@ def load_section(path: Source) -> tuple[Journey, Section]:
     return journey, known[part]
 
 
+def load_energy_map(path_or_name: Source) -> EnergyMap:
+    """Load a map of the power drawn over speed and demand from the catalog or from a file.
+
+    Parameters
+    ----------
+    path_or_name : str or path
+        A name of the catalog, or a native file that holds or references a map.
+
+    Raises
+    ------
+    InputError
+        When there is no such name or file, or when it holds no valid map.
+    """
+    return cast(EnergyMap, _read(locate(path_or_name, "map"), ("map",)).map)
+
+
 def load_scenario(path: Source) -> Scenario:
     """Load everything that a file holds, and what it references.
 
@@ -142,8 +162,8 @@ def load_all(path: Source) -> tuple[Scenario, ...]:
     target = locate(path)
     document = read_document(target.path)
     content = _open(document)
-    if content is None or target.part is not None or all(len(items) == 1 for items in content.items.values()):
-        return (_scenario(document, target.part, KINDS),)
+    if content is None or target.part is not None or content.is_one:
+        return (_scenario(document, content, target.part, KINDS),)
     # Named as they are chosen: names for people need not be unique.
     return tuple(
         replace(_held(document, content, {kind: item.id}), name=item.id)
@@ -158,7 +178,8 @@ def input_digest(path_or_name: Source) -> str:
 
 
 def _read(target: Target, kinds: tuple[Kind, ...], chain: tuple[Path, ...] = ()) -> Scenario:
-    return _scenario(read_document(target.path), target.part, kinds, chain)
+    document = read_document(target.path)
+    return _scenario(document, _open(document), target.part, kinds, chain)
 
 
 def _open(document: Document) -> Content | None:
@@ -170,14 +191,21 @@ def _open(document: Document) -> Content | None:
     return None
 
 
-def _scenario(document: Document, part: str | None, kinds: tuple[Kind, ...], chain: tuple[Path, ...] = ()) -> Scenario:
+def _scenario(
+    document: Document,
+    content: Content | None,
+    part: str | None,
+    kinds: tuple[Kind, ...],
+    chain: tuple[Path, ...] = (),
+) -> Scenario:
     """Make what a document holds and references, as far as wanted: ONE kind must be there, of several any."""
-    content = _open(document)
     if content is None:
         if part is not None:
             raise bad(document.path, f"is a native file, of which {part!r:.40} chooses nothing")
         return _native(document, kinds, chain)
-    _require_kind(document.path, f"a {content.format} {' and a '.join(content.items)}", kinds, tuple(content.items))
+    article = "an" if content.format.startswith(tuple("AEIO")) else "a"
+    held_text = f"{article} {content.format} {' and a '.join(content.items)}"
+    _require_kind(document.path, held_text, kinds, tuple(content.items))
     held = {kind: part for kind in kinds if kind in content.items}
     if part is not None and len(held) > 1:
         held = {kind: part for kind in held if content.has(kind, part)} or held
@@ -235,16 +263,16 @@ def _require_kind(path: Path, held: str, wanted: tuple[Kind, ...], kinds: tuple[
 def _require_known_content(document: Document) -> None:
     """Say what was expected when nothing at the top of a file is known; a slip beside known fields shows later."""
     fields = document.tree.keys()
-    if fields & {"train", "track", "run"}:
+    if fields & {"train", "track", "map", "run"}:
         return
     if "metadata" in fields:
         raise bad(document.path, "is no TTOBench train, track or journey: it has none of their fields")
-    known = ["train", "track", "run"]
-    near = [match for name in fields for match in get_close_matches(name.lower(), known, n=1)]
+    known = ["train", "track", "map", "run"]
+    near = [match for name in list(fields)[:_LOOKED_AT] for match in get_close_matches(name.lower(), known, n=1)]
     hint = f", did you mean {near[0]!r}?" if near else ""
     got = ", ".join(repr(name)[:40] for name in list(fields)[:3]) or "nothing"
     foreign = "TTOBench, railtoolkit and OSRD"
-    raise bad(document.path, f"holds none of train, track and run, nor what {foreign} files hold, got {got}{hint}")
+    raise bad(document.path, f"holds none of train, track, map and run, nor what {foreign} files hold, got {got}{hint}")
 
 
 def _require_run_on_track(path: Path, scenario: Scenario) -> None:

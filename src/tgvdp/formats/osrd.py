@@ -63,7 +63,7 @@ class _Mode(Struct):
 
 
 class _EffortCurves(Struct):
-    modes: Annotated[dict[str, _Mode], Meta(min_length=1)]
+    modes: Annotated[dict[str, Any], Meta(min_length=1)]  # each is decoded as a _Mode
     default_mode: str
 
 
@@ -129,28 +129,31 @@ def open_document(document: Document) -> Content | None:
         raise bad(path, f"railjson_version: must be one of {known}, got {shown(file.railjson_version)}")
     efforts = file.effort_curves
     if efforts.default_mode not in efforts.modes:
-        modes = ", ".join(map(shown, efforts.modes))
-        raise bad(path, f"effort_curves.default_mode: must be one of {modes:.200}, got {shown(efforts.default_mode)}")
+        known = ", ".join(map(shown, efforts.modes))
+        raise bad(path, f"effort_curves.default_mode: must be one of {known:.200}, got {shown(efforts.default_mode)}")
+    modes = {name: decode(path, mode, _Mode, ("effort_curves", "modes", name)) for name, mode in efforts.modes.items()}
+    more = {name: extensions(path, mode, _Mode) for name, mode in efforts.modes.items()}
     notes = extensions(path, tree, _File)
-    items = tuple(Item(mode, partial(_train, path, file, mode, notes)) for mode in efforts.modes)
+    items = tuple(
+        Item(name, partial(_train, path, file, name, mode, (*notes, *more[name]))) for name, mode in modes.items()
+    )
     return Content(format="OSRD", items={"train": items}, default=efforts.default_mode)
 
 
-def _train(path: Path, file: _File, mode: str, notes: tuple[str, ...]) -> Train:
+def _train(path: Path, file: _File, name: str, mode: _Mode, notes: tuple[str, ...]) -> Train:
     resistance, unit_note = _resistance(path, file)
-    curve = file.effort_curves.modes[mode].default_curve
     return Train(
         name=file.name,
         mass_kg=file.mass,
         rotating_mass_factor=file.inertia_coefficient,
         length_m=file.length,
         max_speed_mps=file.max_speed,
-        traction=_effort(path, f"effort_curves.modes.{mode}.default_curve", curve),
+        traction=_effort(path, f"effort_curves.modes.{name}.default_curve", mode.default_curve),
         braking_rates=(BrakingRate(0.0, _gamma_mps2(path, file)),),
         davis_a_n=resistance[0],
         davis_b_n_per_mps=resistance[1],
         davis_c_n_per_mps2=resistance[2],
-        notes=(unit_note, *_mode_notes(file.effort_curves, mode), *_unused_notes(file), *notes),
+        notes=(unit_note, *_mode_notes(file.effort_curves, name, mode), *_unused_notes(file), *notes),
     )
 
 
@@ -192,12 +195,12 @@ def _effort(path: Path, place: str, curve: _Curve) -> EffortCurve:
         return EffortCurve.from_points(zip(curve.speeds, curve.max_efforts, strict=True))
 
 
-def _mode_notes(efforts: _EffortCurves, mode: str) -> tuple[str, ...]:
+def _mode_notes(efforts: _EffortCurves, name: str, mode: _Mode) -> tuple[str, ...]:
     notes = []
-    others = [shown(name) for name in efforts.modes if name != mode]
+    others = ", ".join(shown(other) for other in efforts.modes if other != name)
     if others:
-        notes.append(f"traction is that of mode {shown(mode)}; FILE#MODE takes another one of {', '.join(others):.300}")
-    count = len(efforts.modes[mode].curves)
+        notes.append(f"traction is that of mode {shown(name)}; FILE#MODE takes another one of {others:.300}")
+    count = len(mode.curves)
     if count:
         notes.append(
             f"traction is the mode's default curve; {count} more for comfort, electrical profile or power "

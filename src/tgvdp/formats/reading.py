@@ -196,15 +196,14 @@ def _reject_wild_numbers(path: Path, tree: dict[str, Any]) -> None:
     """Refuse NaN, infinities and integers beyond float64, wherever they are; no recursion, so any depth."""
     todo: list[tuple[Any, tuple[str | int, ...]]] = [(tree, ())]
     while todo:
-        value, at = todo.pop()
-        if isinstance(value, dict):
-            todo.extend((child, (*at, key)) for key, child in value.items())
-        elif isinstance(value, list):
-            todo.extend((child, (*at, index)) for index, child in enumerate(value))
-        elif isinstance(value, float) and not math.isfinite(value):
-            raise bad(path, f"{field_text(at)} must be finite, got {value}")
-        elif isinstance(value, int) and abs(value) > _LARGEST_INTEGER:
-            raise bad(path, f"{field_text(at)} must be finite, got an integer of {len(str(value))} digits")
+        parent, at = todo.pop()
+        for step, value in parent.items() if isinstance(parent, dict) else enumerate(parent):
+            if isinstance(value, dict | list):
+                todo.append((value, (*at, step)))
+            elif isinstance(value, float) and not math.isfinite(value):
+                raise bad(path, f"{field_text((*at, step))} must be finite, got {value}")
+            elif isinstance(value, int) and abs(value) > _LARGEST_INTEGER:
+                raise bad(path, f"{field_text((*at, step))} must be finite, got an integer of {len(str(value))} digits")
 
 
 def field_text(at: Iterable[str | int]) -> str:

@@ -29,13 +29,12 @@ from tgvdp.constants import (
     REPLAY_TIME_PCT,
 )
 from tgvdp.model.trip import Trip
+from tgvdp.physics.energy import FULL_EFFORT, energy_tables, map_power
 from tgvdp.physics.forces import KernelTrain, brake_at, effort_at, kernel_train, resistance_at
 from tgvdp.physics.profile import Profile
 
 _SUB_STEPS = 8
 _MOST_SUB_STEPS = 100_000
-#: A mean effort above this share of its mean limit is full effort.
-_FULL_EFFORT = 0.999
 #: Where two sides of a break are one position, relative to it.
 _SAME_POSITION = 1e-12
 
@@ -48,7 +47,7 @@ class Verdict:
     ----------
     time_error_pct, energy_error_pct : float
         Claimed minus replayed, where they differ most along the run, in percent of the replayed running time, and of
-        the replayed traction energy or of the kinetic energy at top speed if that is more.
+        the replayed energy (by the trip's energy model) or of the kinetic energy at top speed if that is more.
     overspeed_mps : float
         Largest excess of the profile's speed over the limit, m/s.
     effort_excess_pct : float
@@ -88,11 +87,31 @@ def _force(train, force, lever, lo, hi, v):
     """Effort at the wheel; the effort curve is looked up within the row's speeds lo..hi, not beyond a jump there."""
     inside = min(max(v, lo), hi)
     braking = force < 0.0
-    if lever >= _FULL_EFFORT:
+    if lever >= FULL_EFFORT:
         effort = lever * _limit_at(train, braking, inside)
     else:
         effort = min(abs(force), _limit_at(train, braking, inside))
     return -effort if braking else effort
+
+
+@kernel
+def _drawn(train, tables, effort, lo, hi, w):
+    """Energy in J per metre that constant efficiencies draw from the line for an effort, without auxiliaries."""
+    if effort >= 0.0:
+        return tables.traction * effort
+    if tables.regeneration == 0.0:
+        return 0.0
+    inside = min(max(np.sqrt(max(w, 0.0)), lo), hi)
+    return -tables.regeneration * min(-effort, effort_at(train.braking, inside))
+
+
+@kernel
+def _map_power(train, tables, force, lever, lo, hi, v):
+    """Power in W that a map draws from the line at speed v under the force law of a row, without auxiliaries."""
+    effort = _force(train, force, lever, lo, hi, v)
+    limit = effort_at(train.traction if effort >= 0.0 else train.braking, min(max(v, lo), hi))
+    demand = min(max(effort / limit, -1.0), 1.0) if limit > 0.0 else 0.0
+    return map_power(tables, v, demand)
 
 
 @kernel
@@ -114,10 +133,11 @@ def _sub_steps(train, force, lever, lo, hi, grade, air, d, w):
 
 
 @kernel
-def _replay_kernel(train, x, speed, force, grade, air, time, energy):
+def _replay_kernel(train, tables, x, speed, force, grade, air, time, energy):
     """Replay all rows; cumulative time and energy in place; returns effort excess and speed error."""
     excess = -1.0
     speed_error = 0.0
+    by_map = tables.speed_mps.shape[0] > 0
     time[0] = 0.0
     energy[0] = 0.0
     for i in range(x.shape[0] - 1):
@@ -135,9 +155,10 @@ def _replay_kernel(train, x, speed, force, grade, air, time, energy):
         lo = min(speed[i], speed[i + 1]) + nudge
         hi = max(speed[i], speed[i + 1]) - nudge
         law = (train, force[i], lever, lo, hi, grade[i], air[i])
+        pull = (train, tables, force[i], lever, lo, hi)
         w = w0
         seconds = 0.0
-        work = 0.0
+        drawn = 0.0
         done = 0.0
         count = _sub_steps(*law, d, max(w0, w1))
         for j in range(count):
@@ -149,15 +170,27 @@ def _replay_kernel(train, x, speed, force, grade, air, time, energy):
             k3, f3 = _slope(*law, w + 0.5 * h * k2)
             k4, f4 = _slope(*law, w + h * k3)
             after = w + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+            here = np.sqrt(max(w, 0.0))
+            there = np.sqrt(max(after, 0.0))
+            step = 0.0
             if after > 0.0:
-                seconds += 2.0 * h / (np.sqrt(max(w, 0.0)) + np.sqrt(after))
+                step = 2.0 * h / (here + there)
             elif w > 0.0:  # it stops within this sub-step; a w below 0 is the energy that it lacks
-                seconds += 2.0 * h * w / (w - after) / np.sqrt(w)
-            work += h / 6.0 * (max(f1, 0.0) + 2.0 * max(f2, 0.0) + 2.0 * max(f3, 0.0) + max(f4, 0.0))
+                step = 2.0 * h * w / (w - after) / here
+            seconds += step
+            if by_map:  # the speed is nearly linear in time, the power has no part that is singular at standstill
+                powers = _map_power(*pull, here) + 4.0 * _map_power(*pull, 0.5 * (here + there))
+                drawn += step / 6.0 * (powers + _map_power(*pull, there))
+            else:
+                ends = _drawn(train, tables, f1, lo, hi, w) + _drawn(train, tables, f4, lo, hi, w + h * k3)
+                inner = _drawn(train, tables, f2, lo, hi, w + 0.5 * h * k1)
+                inner += _drawn(train, tables, f3, lo, hi, w + 0.5 * h * k2)
+                drawn += h / 6.0 * (ends + 2.0 * inner)
             w = after
             done = end
         time[i + 1] = time[i] + seconds
-        energy[i + 1] = energy[i] + work + 0.5 * train.inertia_kg * abs(w1 - w)
+        drawn += tables.auxiliary_w * seconds
+        energy[i + 1] = energy[i] + drawn + 0.5 * train.inertia_kg * abs(w1 - w)
         speed_error = max(speed_error, abs(np.sqrt(max(w, 0.0)) - speed[i + 1]))
     return excess, speed_error
 
@@ -219,7 +252,8 @@ def replay(trip: Trip, profile: Profile) -> Verdict:
     if not (all(np.isfinite(column).all() for column in numbers) and (np.diff(x) > 0.0).all()):
         return Verdict(np.inf, np.inf, _overspeed(trip, profile), np.inf, np.inf, False)
     time, energy = np.empty(len(x)), np.empty(len(x))
-    excess, speed_error = _replay_kernel(train, x, profile.speed_mps, profile.force_n, grade, air, time, energy)
+    tables = energy_tables(trip.train, trip.energy)
+    excess, speed_error = _replay_kernel(train, tables, x, profile.speed_mps, profile.force_n, grade, air, time, energy)
     overspeed = _overspeed(trip, profile)
     excess_pct = max(0.0, 100.0 * excess)
     if not np.isfinite(speed_error):
@@ -227,7 +261,7 @@ def replay(trip: Trip, profile: Profile) -> Verdict:
     top = float(profile.speed_mps.max())
     kinetic = 0.5 * trip.train.inertia_kg * top**2
     time_error = 100.0 * _largest(profile.time_s - time) / time[-1]
-    energy_error = 100.0 * _largest(profile.energy_j - energy) / max(energy[-1], kinetic)
+    energy_error = 100.0 * _largest(profile.energy_j - energy) / max(abs(energy[-1]), kinetic)
     ok = (
         abs(time_error) <= REPLAY_TIME_PCT
         and abs(energy_error) <= REPLAY_ENERGY_PCT

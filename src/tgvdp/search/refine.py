@@ -6,6 +6,7 @@ tangents, so that multipliers are added only until a blend of the two is as good
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -21,18 +22,19 @@ from tgvdp.search.blends import slope
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.optimal import OptimalRuns
 from tgvdp.search.pilots import Mesh, Pilot
-from tgvdp.search.refine_kernel import blend, descend, envelope_kernel, measure
+from tgvdp.search.refine_kernel import measure
+from tgvdp.search.refine_level import WIDEST, Level
+from tgvdp.search.relaxed_map import relaxed_tables
 
-#: Speeds of the first program of a multiplier that has no neighbours, from standstill to the fastest run.
-_COARSE = 24
 #: Speeds above and below the incumbent in a sweep.
 _HALF = 3
 #: The first step between those speeds: a share of the distance between two neighbouring runs, and at least this share
 #: of the largest v² of the trip.
 _STEP_SHARE = 0.15
 _LEAST_STEP = 1e-3
-#: The last step, as a share of the largest v².
+#: The last step, as a share of the largest v²; on the coarser level it ends earlier.
 _LAST_STEP = 1e-5
+_LAST_COARSE_STEP = 1e-3
 #: Two multipliers within this factor are neighbours: the run between them starts from their blend. Runs further apart
 #: may differ in where they coast, which sweeps cannot mend (0.15 % on a line with 150 gradients).
 _NEAR = 1.4
@@ -101,9 +103,9 @@ def refine_front(
             front = _front_on_fine_mesh(trip, fastest, energy, tolerance_s, counters, clock)
         for target in target_s[slower].tolist():
             saves = front.reach(target)
-            point = front.point(target) if saves else front.pilots[-1]
+            point = front.point(target) if saves else front.thriftiest()
             found.append((point.time_s, point.energy_j, point.price))
-            rows.append((front.mesh.cells.station_m, point.switch))
+            rows.append(front.rows(point))
             if not saves:
                 break
     except _OutOfTime:
@@ -159,40 +161,20 @@ def _mesh(trip: Trip, fastest: Profile, fineness: float) -> Mesh:
 
 
 class _Front:
-    """Pilots in the order of their running times, and the blends between them.
-
-    A pilot here is the run itself: its "switching speeds" are the squared speeds at the stations.
-    """
+    """Pilots in the order of their running times, and the runs between them."""
 
     def __init__(
         self, mesh: Mesh, energy: EnergyTables, tolerance_s: float, counters: dict[str, int], clock: Clock
     ) -> None:
-        self.mesh, self.energy, self.tolerance_s, self.counters, self.clock = mesh, energy, tolerance_s, counters, clock
-        cells, trip = mesh.cells, mesh.trip
-        self.cells = (cells.length_m, cells.grade_n, cells.air)
-        n = len(cells.station_m)
-        self.low, self.fast = np.empty(n), np.empty(n)
-        envelope_kernel(
-            mesh.train, *self.cells, cells.limit_w, trip.start_speed_mps**2, trip.end_speed_mps**2, self.low, self.fast
-        )
-        self.top_w = float(self.fast.max())
-        width = 2 * _COARSE + 1
-        self.scratch = (np.empty((n, width)), np.empty((n, width), np.int16), np.empty((2, width)))
-        self.pilots = [self._pilot(math.inf, self.fast)]
+        self.mesh, self.tolerance_s, self.counters, self.clock = mesh, tolerance_s, counters, clock
+        self.energy, self.relaxed = energy, relaxed_tables(mesh.trip.train, energy)
+        self.level = Level(mesh.trip, mesh.train, mesh.cells)
+        self.coarse = self.level.coarser(energy)
+        fast = self.level.fast
+        self.pilots = [Pilot(math.inf, fast, *self.level.measured(energy, fast))]
         self.price = mesh.usual_price
         self.scale_j = mesh.usual_price * self.pilots[0].time_s
         self.idle = 0
-
-    def _pilot(self, price: float, w: NDArray[np.float64]) -> Pilot:
-        time_s, energy_j, feasible = measure(self.mesh.train, self.energy, *self.cells, w)
-        return Pilot(price, w, time_s, energy_j if feasible else math.inf)
-
-    def _descend(self, price: float, w: NDArray[np.float64], half: int, first: float, last: float) -> None:
-        """Improve a run in place with steps from ``first`` to ``last``, shares of the largest v²."""
-        self.counters["sweeps"] += descend(
-            self.mesh.train, self.energy, *self.cells, self.low, self.fast, price, half,
-            first * self.top_w, last * self.top_w, w, *self.scratch,
-        )  # fmt: skip
 
     def _solve(self, price: float, start: NDArray[np.float64] | None, step: float) -> Pilot:
         """Run of least E + λT: from a feasible run near it, or from nothing."""
@@ -200,12 +182,21 @@ class _Front:
             raise _OutOfTime
         self.counters["pilots"] += 1
         if start is None:
-            start = self.fast.copy()
-            step = 1.0 / _COARSE
-            self._descend(price, start, _COARSE, step, step)
-            step *= 0.5
-        self._descend(price, start, _HALF, max(step, _LEAST_STEP), _LAST_STEP)
-        return self._pilot(price, start)
+            start, step = self._start(price)
+        step = max(step, _LEAST_STEP)
+        self.counters["sweeps"] += self.level.descend(self.relaxed, price, start, _HALF, step, _LAST_STEP)
+        return Pilot(price, start, *self.level.measured(self.relaxed, start))
+
+    def _start(self, price: float) -> tuple[NDArray[np.float64], float]:
+        """A run that is optimal but for details, from nothing, and the step that the next program should take."""
+        level = self.level if self.coarse is None else self.coarse
+        w = level.fast.copy()
+        step = 1.0 / WIDEST
+        self.counters["sweeps"] += level.descend(self.relaxed, price, w, WIDEST, step, step)
+        if self.coarse is None:
+            return w, 0.5 * step
+        self.counters["sweeps"] += level.descend(self.relaxed, price, w, _HALF, 0.5 * step, _LAST_COARSE_STEP)
+        return self.level.carried(level, w), _LAST_COARSE_STEP
 
     def reach(self, target_s: float) -> bool:
         """March λ down until a pilot takes the target time; False when running longer saves nothing."""
@@ -222,8 +213,13 @@ class _Front:
             self.price *= math.exp(-_MARCH)
         return True
 
+    def thriftiest(self) -> Pilot:
+        """The slowest pilot, driven."""
+        last = self.pilots[-1]
+        return last if self.relaxed is self.energy else Pilot(last.price, last.switch, *self._switched(last.switch))
+
     def point(self, target_s: float) -> Pilot:
-        """The best run for one running time: a blend of the pilots around it."""
+        """The best run for one running time: made of the pilots around it."""
         while True:
             second = next((i for i in range(1, len(self.pilots)) if self.pilots[i].time_s >= target_s), None)
             second = len(self.pilots) - 1 if second is None else second
@@ -236,7 +232,7 @@ class _Front:
             )
             enough_j = _GAP * max(abs(found.energy_j), 0.1 * self.scale_j)
             if found.energy_j - least_j <= enough_j or not self._split(second):
-                return found
+                return found if self.relaxed is self.energy else self._meet(before, after, target_s, self._switched)
 
     def _split(self, second: int) -> bool:
         """Solve the multiplier of the chord between two neighbouring pilots; False when the chord is the front."""
@@ -244,9 +240,9 @@ class _Front:
         chord = (before.energy_j - after.energy_j) / (after.time_s - before.time_s)
         if len(self.pilots) >= _MOST_PILOTS or not before.price > chord > after.price * (1.0 + _SAME):
             return False
-        start = self._blend(before, after, 0.5) if before.price < _NEAR * after.price else None
+        start = self._blend(before.switch, after.switch, 0.5) if before.price < _NEAR * after.price else None
         apart = float(np.abs(before.switch - after.switch).max())
-        middle = self._solve(chord, start, _STEP_SHARE * apart / self.top_w)
+        middle = self._solve(chord, start, _STEP_SHARE * apart / self.level.top_w)
         saved = before.cost_j(chord) - middle.cost_j(chord)
         inside = before.time_s < middle.time_s < after.time_s and after.energy_j < middle.energy_j < before.energy_j
         if inside and saved > _SAME * self.scale_j:
@@ -255,23 +251,42 @@ class _Front:
             self.pilots[second - 1], self.pilots[second] = replace(before, price=chord), replace(after, price=chord)
         return True
 
-    def _blend(self, before: Pilot, after: Pilot, share: float) -> NDArray[np.float64]:
+    def _blend(self, first: NDArray[np.float64], second: NDArray[np.float64], share: float) -> NDArray[np.float64]:
         self.counters["blends"] += 1
-        w = np.empty_like(self.fast)
-        blend(self.mesh.train, *self.cells, self.low, self.fast, before.switch, after.switch, share, w)
-        return w
+        return self.level.blend(first, second, share)
 
-    def _meet(self, before: Pilot, after: Pilot, target_s: float) -> Pilot:
-        """Blend of two pilots that takes the target time (Illinois rule)."""
+    def rows(self, run: Pilot) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Rows of a run that is returned: positions from the origin, m, and squared speeds, m²/s²."""
+        if self.relaxed is self.energy:
+            return self.level.cells.station_m, run.switch
+        return self.level.switched(self.energy, self.relaxed, run.switch)[2:]
+
+    def _measured(self, w: NDArray[np.float64]) -> tuple[float, float]:
+        return self.level.measured(self.relaxed, w)
+
+    def _switched(self, w: NDArray[np.float64]) -> tuple[float, float]:
+        return self.level.switched(self.energy, self.relaxed, w)[:2]
+
+    def _meet(
+        self,
+        before: Pilot,
+        after: Pilot,
+        target_s: float,
+        measured: Callable[[NDArray[np.float64]], tuple[float, float]] | None = None,
+    ) -> Pilot:
+        """Blend of two pilots that takes the target time (Illinois rule), as a run of the relaxed problem or driven."""
+        measured = self._measured if measured is None else measured
         lo, hi = 0.0, 1.0
         f_lo, f_hi = before.time_s - target_s, after.time_s - target_s
         if f_lo >= 0.0 or f_hi <= 0.0:
-            return before if f_lo >= 0.0 else after
+            end = before if f_lo >= 0.0 else after
+            return Pilot(end.price, end.switch, *measured(end.switch))
         side = 0
         run = before
         for _ in range(40):
             share = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
-            run = self._pilot(0.0, self._blend(before, after, share))
+            w = self._blend(before.switch, after.switch, share)
+            run = Pilot(0.0, w, *measured(w))
             f = run.time_s - target_s
             if abs(f) <= self.tolerance_s or hi - lo < _SAME:
                 break
