@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 #: Formats that can be written, and the suffix that means each.
 _TARGETS = ("toml", "json", "ttobench")
 _BY_SUFFIX = {".toml": "toml", ".json": "ttobench"}
-_PARTS = ("train", "track", "journey")
+_PARTS = ("train", "track", "journey", "map")
 
 _EXAMPLES = """
 \b

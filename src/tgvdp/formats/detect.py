@@ -148,7 +148,7 @@ def load_scenario(path: Source) -> Scenario:
 
 def read_scenario(document: Document) -> Scenario:
     """Make everything that a document holds; see `load_scenario`."""
-    return _scenario(document, None, KINDS)
+    return _scenario(document, _open(document), None, KINDS)
 
 
 def load_all(path: Source) -> tuple[Scenario, ...]:

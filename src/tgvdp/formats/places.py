@@ -1,14 +1,15 @@
 """Where a value stands in its file: lines by key path, for JSON, TOML and YAML; railML's readers know their own."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
-from typing import Any
+from typing import Any, Literal
 
 from tgvdp.formats import railml
 from tgvdp.formats.reading import Document
 
-Path = tuple[str | int, ...]
+#: Keys of tables and indices of lists, from the top of a file.
+KeyPath = tuple[str | int, ...]
 
 _TOKEN = re.compile(
     r"""(?P<comment>\#[^\n]*)
@@ -19,7 +20,7 @@ _TOKEN = re.compile(
 )
 
 
-def lines_of(document: Document) -> dict[Path, int]:
+def lines_of(document: Document) -> dict[KeyPath, int]:
     """Line of every key and list element of a document, from 1."""
     if document.syntax == "YAML":
         return dict(_yaml_lines(document.data))
@@ -31,7 +32,7 @@ def lines_of(document: Document) -> dict[Path, int]:
     return scanner.lines
 
 
-def line_of(lines: dict[Path, int], path: Path) -> int | None:
+def line_of(lines: dict[KeyPath, int], path: KeyPath) -> int | None:
     """Line of a key path, or of the nearest one around it."""
     for length in range(len(path), 0, -1):
         if path[:length] in lines:
@@ -43,7 +44,7 @@ class _Scanner:
     """Walks over the tokens of a text that a real parser has accepted, and notes where each key path starts."""
 
     def __init__(self, text: str) -> None:
-        self.lines: dict[Path, int] = {}
+        self.lines: dict[KeyPath, int] = {}
         self._tokens = [
             (match.lastgroup, match[0], line)
             for match, line in _with_lines(text, _TOKEN.finditer(text))
@@ -61,7 +62,7 @@ class _Scanner:
         self._at += 1
         return token
 
-    def value(self, path: Path) -> None:
+    def value(self, path: KeyPath) -> None:
         """Pass over a value of JSON or TOML."""
         _, text, line = self._peek()
         self.lines.setdefault(path, line)
@@ -86,8 +87,8 @@ class _Scanner:
 
     def toml(self) -> None:
         """Pass over a whole TOML text."""
-        table: Path = ()
-        counts: dict[Path, int] = {}
+        table: KeyPath = ()
+        counts: dict[KeyPath, int] = {}
         while self._peek()[0] is not None:
             if self._peek()[1] != "[":
                 self._pair(table)
@@ -103,14 +104,14 @@ class _Scanner:
                 table = (*table, counts[table])
             self.lines.setdefault(table, line)
 
-    def _pair(self, table: Path) -> None:
+    def _pair(self, table: KeyPath) -> None:
         line = self._peek()[2]
         path = (*table, *self._keys("=", ":"))
         for length in range(len(table) + 1, len(path) + 1):
             self.lines.setdefault(path[:length], line)
         self.value(path)
 
-    def _keys(self, *ends: str) -> Path:
+    def _keys(self, *ends: str) -> KeyPath:
         """Keys up to a mark, which is passed."""
         keys: list[str] = []
         while True:
@@ -138,19 +139,13 @@ def _unquoted(text: str) -> str:
     return text[1:-1]
 
 
-def _yaml_lines(data: bytes) -> Iterator[tuple[Path, int]]:
-    """Walk over the nodes of a YAML text; one that is referred to again counts where it stands."""
+def _yaml_lines(data: bytes) -> Iterator[tuple[KeyPath, int]]:
+    """Walk over the nodes of a YAML text; the reader has refused anchors, so that it is a tree."""
     yaml = import_module("yaml")
-    todo: list[tuple[Any, Path, int]] = []
-    seen: set[int] = set()
-    root = yaml.compose(data.decode("utf-8-sig"), Loader=yaml.SafeLoader)
-    todo.append((root, (), 1))
+    todo: list[tuple[Any, KeyPath, int]] = [(yaml.compose(data.decode("utf-8-sig"), Loader=yaml.SafeLoader), (), 1)]
     while todo:
         node, path, line = todo.pop()
         yield path, line
-        if id(node) in seen:
-            continue
-        seen.add(id(node))
         if isinstance(node, yaml.MappingNode):
             todo += ((value, (*path, str(key.value)), key.start_mark.line + 1) for key, value in node.value)
         elif isinstance(node, yaml.SequenceNode):
@@ -193,21 +188,56 @@ _TRACK_KEYS: dict[str, dict[str, Sequence[str]]] = {
 }  # fmt: skip
 
 
-class Places:
-    """Lines of the fields of one train or track of a file."""
+#: Of a vehicle of railtoolkit; the first one of a formation stands for it.
+_VEHICLE_KEYS = {
+    "mass_kg": "mass", "max_speed_mps": "speed_limit", "length_m": "length", "rotating_mass_factor": "rotation_mass",
+    "davis_a_n": "base_resistance", "davis_c_n_per_mps2": "air_resistance", "resistance": "base_resistance",
+    "traction": "tractive_effort", "braking_rates": "a_braking",
+}  # fmt: skip
 
-    def __init__(self, document: Document, form: str, kind: str, part: str | None) -> None:
-        self._railml = railml.lines_of(document, "train" if kind == "train" else "track", part) if form.startswith(railml.FORMAT) else {}
-        self._lines = {} if document.syntax == "XML" else lines_of(document)
-        self._keys = (_TRAIN_KEYS if kind == "train" else _TRACK_KEYS).get(form, {})
+
+class Places:
+    """Lines of the fields of one train or track of a file.
+
+    Parameters
+    ----------
+    document : Document
+    form : str
+        Format, as `Scenario` names it.
+    kind : {"train", "track"}
+    part : str or None
+        Which of several things in the file is meant.
+    """
+
+    def __init__(self, document: Document, form: str, kind: Literal["train", "track"], part: str | None) -> None:
+        xml = document.syntax == "XML"
+        self._known = railml.lines_of(document, kind, part) if xml else {}
+        self._lines = {} if xml else lines_of(document)
+        if form == "railtoolkit":
+            self._keys: Mapping[str, Sequence[str | int]] = _railtoolkit_keys(document.tree, kind, part)
+        else:
+            self._keys = (_TRAIN_KEYS if kind == "train" else _TRACK_KEYS).get(form, {})
 
     def line(self, field: str) -> int | None:
         """Line of a field such as ``mass_kg`` or ``speed_limits[3]``; None where it does not stand in the file."""
-        if field in self._railml:
-            return self._railml[field]
+        if field in self._known:
+            return self._known[field]
         name, _, index = field.partition("[")
         keys = self._keys.get(name)
         if keys is None:
             return None
-        row = (int(index.rstrip("]")),) if index else ()
-        return line_of(self._lines, (*keys, *row))
+        return line_of(self._lines, (*keys, *((int(index.rstrip("]")),) if index else ())))
+
+
+def _railtoolkit_keys(tree: Any, kind: str, part: str | None) -> dict[str, Sequence[str | int]]:
+    """Key paths of a train or path of railtoolkit, which stand in lists."""
+
+    def index_of(rows: list[dict[str, Any]], wanted: Any) -> int:
+        return next((i for i, row in enumerate(rows) if wanted in (row.get("id"), row.get("name"))), 0)
+
+    if kind == "track":
+        sections = ("paths", index_of(tree["paths"], part), "characteristic_sections")
+        return dict.fromkeys(("length_m", "speed_limits", "gradients"), sections)
+    formation = tree["trains"][index_of(tree["trains"], part)]["formation"]
+    vehicle = index_of(tree["vehicles"], formation[0])
+    return {field: ("vehicles", vehicle, key) for field, key in _VEHICLE_KEYS.items()}

@@ -2,10 +2,10 @@
 
 Ranges span heavy freight to high speed, metros and trams. They warn, and never refuse: unusual is not wrong.
 
-Sources: Wende, Fahrdynamik des Schienenverkehrs (2003), for specific resistance, rotating masses and effort; Curtius and
-Kniffler (1944) for adhesion at standstill, 0.33 on dry rail; Commission Regulations (EU) 1299/2014 (INF TSI: gradients up
-to 35 ‰, radii from 150 m, cant with deficiency up to 310 mm) and 1302/2014 (LOC&PAS TSI); EN 15528 for mass per metre;
-published figures of TGV, ICE 3, Shinkansen N700, KISS, metros and ore trains for power, top speed and acceleration.
+Sources: Wende, Fahrdynamik des Schienenverkehrs (2003), for specific resistance, rotating masses and effort; Curtius
+and Kniffler (1944) for adhesion at standstill, 0.33 on dry rail; Commission Regulations (EU) 1299/2014 (INF TSI:
+gradients up to 35 ‰, radii from 150 m, cant and deficiency) and 1302/2014 (LOC&PAS TSI: braking); EN 15528 for mass per
+metre; published figures of TGV, ICE 3, KISS, metros and ore trains for power, top speed and acceleration.
 """
 
 import math
@@ -16,13 +16,17 @@ from itertools import pairwise
 import numpy as np
 
 from tgvdp.constants import GRAVITY_MPS2
+from tgvdp.formats.detect import load_all
+from tgvdp.formats.places import Places
+from tgvdp.formats.reading import read_document
+from tgvdp.formats.sources import Source, locate
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.units import KILO, kmh_to_mps, mps_to_kmh
 
-#: Limits from here on stand for none (railML's 999.9 km/h).
-_NO_LIMIT_KMH = 900.0
+#: What a line without a limit has, as railML writes it.
+_NO_LIMIT_KMH = 999.9
 _SPEEDS = 400
 #: Effort may rise by so much of its largest before that is odd.
 _RISE = 0.05
@@ -61,9 +65,55 @@ class Check:
         return self.low <= self.value <= self.high
 
     def __str__(self) -> str:
-        usual = f"usual {self.low:.4g} to {self.high:.4g}" if math.isfinite(self.high) else f"usual from {self.low:.4g}"
+        usual = f"usual {self.low:.6g} to {self.high:.6g}"
         text = f"{'ok     ' if self.ok else 'warning'}  {self.name} {self.value:.4g} {self.unit}".rstrip()
         return f"{text} ({usual}{'' if self.ok or not self.hint else f': {self.hint}'})"
+
+
+@dataclass(frozen=True)
+class Review:
+    """Checks of one train or line of a file, each with its line there (None where it stands in no line of its own)."""
+
+    kind: str
+    name: str
+    checks: tuple[tuple[Check, int | None], ...]
+
+    @property
+    def warnings(self) -> int:
+        """How many checks are outside their usual range."""
+        return sum(not check.ok for check, _ in self.checks)
+
+    def __str__(self) -> str:
+        """Several lines, for the terminal."""
+        lines = [f"plausibility of {self.kind} {self.name}: {self.warnings or 'no'} warning{'s'[: self.warnings != 1]}"]
+        lines += [f"  {check}{'' if line is None else f', line {line}'}" for check, line in self.checks]
+        return "\n".join(lines)
+
+
+def review_file(source: Source) -> list[Review]:
+    """Review all trains and lines of a file, or a name of the catalog.
+
+    Raises
+    ------
+    InputError
+        When it cannot be read or is wrong.
+    """
+    target = locate(source)
+    document = read_document(target.path)
+    scenarios = load_all(source)
+    reviews = []
+    for scenario in scenarios:
+        part = scenario.name if len(scenarios) > 1 else target.part
+        if scenario.train is not None:
+            places = Places(document, scenario.format, "train", part)
+            checks = check_train(scenario.train)
+            located = tuple((check, places.line(check.field)) for check in checks)
+            reviews.append(Review("train", scenario.train.name, located))
+        if scenario.track is not None:
+            places = Places(document, scenario.format, "track", part)
+            located = tuple((check, places.line(check.field)) for check in check_track(scenario.track))
+            reviews.append(Review("track", scenario.track.name, located))
+    return reviews
 
 
 def check_train(train: Train) -> list[Check]:
@@ -96,7 +146,7 @@ def _top_mps(train: Train) -> float:
 def balancing_speed_mps(train: Train) -> float:
     """Least speed from which on traction is below the resistance on level track, or the top speed, m/s."""
     top_mps = _top_mps(train)
-    speeds_mps = np.linspace(0.0, top_mps, _SPEEDS + 1).tolist()
+    speeds_mps: list[float] = np.linspace(0.0, top_mps, _SPEEDS + 1).tolist()
 
     def surplus_n(speed_mps: float) -> float:
         return train.traction.effort_n(speed_mps) - train.resistance_n(speed_mps)
@@ -119,9 +169,9 @@ def _running(train: Train) -> Iterator[Check]:
     )  # fmt: skip
     # Wende: 1 ‰ (heavy wagons) to 4 ‰ (light multiple units) at low speed, trams more.
     yield Check("rolling resistance", train.davis_a_n / weight_kn, "‰", 0.4, 12.0, "davis_a_n", "N or kN?")
-    # Quadratic term ½·ρ·cw·A: 2 (a streamlined railcar) to 60 N/(m/s)² (a kilometre of empty wagons).
+    # Quadratic term ½·ρ·cw·A: 3 N/(m/s)² (a streamlined railcar) to 100 (a kilometre of empty wagons).
     yield Check(
-        "quadratic resistance", train.davis_c_n_per_mps2, "N/(m/s)²", 1.0, 100.0, "davis_c_n_per_mps2",
+        "quadratic resistance", train.davis_c_n_per_mps2, "N/(m/s)²", 2.0, 150.0, "davis_c_n_per_mps2",
         "km/h or m/s (a factor of 13), N or kN?",
     )  # fmt: skip
     # 3 ‰ (freight at 80 km/h) to 20 ‰ (high speed at 300 km/h), short railcars more.
@@ -159,7 +209,7 @@ def _largest_power(curve: EffortCurve, top_mps: float) -> tuple[float, float]:
 def _rise(curve: EffortCurve, top_mps: float) -> float:
     """Largest rise of the effort above what it was at a lower speed, as a share of its largest."""
     efforts_n = np.array([curve.effort_n(speed_mps) for speed_mps in np.linspace(0.0, top_mps, _SPEEDS + 1)])
-    return float(np.max(efforts_n - np.minimum.accumulate(efforts_n)) / max(float(efforts_n.max()), 1e-300))
+    return float(np.max(efforts_n - np.minimum.accumulate(efforts_n)) / np.max(efforts_n))
 
 
 def _braking(train: Train) -> Iterator[Check]:
@@ -194,6 +244,10 @@ def _shown(checks: list[Check]) -> Iterator[Check]:
     yield from odd[:_MOST_ROWS] or sorted(checks, key=lambda check: abs(check.value))[-1:]
 
 
+def _is_limited(speed_mps: float) -> bool:
+    return abs(mps_to_kmh(speed_mps) - _NO_LIMIT_KMH) > 1e-6 * _NO_LIMIT_KMH
+
+
 def _limits(track: Track) -> Iterator[Check]:
     yield Check("length", track.length_m / KILO, "km", 0.2, 5000.0, "length_m", "m or km?")
     rows = [
@@ -201,7 +255,7 @@ def _limits(track: Track) -> Iterator[Check]:
               f"speed_limits[{index}]",
               "m/s given as km/h?" if row.speed_mps < kmh_to_mps(10.0) else "km/h given as m/s?")
         for index, row in enumerate(track.speed_limits)
-        if mps_to_kmh(row.speed_mps) < _NO_LIMIT_KMH
+        if _is_limited(row.speed_mps)
     ]  # fmt: skip
     if rows:
         yield from _shown(rows)
@@ -234,7 +288,7 @@ def _curves(track: Track) -> Iterator[Check]:
         # INF TSI: 150 m; metros down to some 60 m.
         tight.append(Check(f"radius {at}", radius_m, "m", 150.0, 50_000.0, field, "m or km?"))
         speed_mps = _limit_at(track, curve.position_m)
-        if mps_to_kmh(speed_mps) < _NO_LIMIT_KMH:
+        if _is_limited(speed_mps):
             # 160 mm of cant and 300 mm of deficiency (tilting trains) over 1500 mm: 3.0 m/s².
             fast.append(Check(f"lateral acceleration {at}", speed_mps**2 / radius_m, "m/s²", 0.0, 3.0, field,
                               f"{mps_to_kmh(speed_mps):.4g} km/h in a radius of {radius_m:.4g} m"))  # fmt: skip

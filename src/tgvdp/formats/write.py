@@ -20,7 +20,7 @@ from tgvdp.model.train import Train
 
 Target = Literal["toml", "json", "ttobench"]
 TARGETS: tuple[Target, ...] = get_args(Target)
-PARTS = ("train", "track", "journey")
+PARTS = ("train", "track", "journey", "map")
 
 #: Numbers that differ by less read back as the same: a unit of people holds float64 to 1 in 10¹⁶.
 _ROUNDING = 1e-12
@@ -68,7 +68,7 @@ def write_bytes(part: Train | Track | Journey | Scenario, target: Target) -> Wri
             raise InputError(f"{scenario.name}: a TTOBench file holds one of train, track and journey, got {kinds}")
         text = as_json(ttobench_tree(held[0]))
     else:
-        if scenario.train is None and scenario.track is None and not scenario.options:
+        if not (scenario.train or scenario.track or scenario.map or scenario.options):
             raise InputError(f"{scenario.name}: the native format holds no journey; TTOBench does")
         text = SYNTAXES[target](native_tree(scenario))
     data = text.encode("utf-8")

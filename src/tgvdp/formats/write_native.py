@@ -1,4 +1,4 @@
-"""Write the native format: a train, a track and run options as TOML, or as JSON of the same structure."""
+"""Write the native format: a train, a track, an energy map and run options as TOML, or as JSON alike."""
 
 import json
 import math
@@ -10,6 +10,7 @@ from tgvdp.errors import InputError
 from tgvdp.formats.decimals import decimal, tidy
 from tgvdp.formats.detect import Scenario
 from tgvdp.model.effort import EffortCurve, EffortPiece
+from tgvdp.model.energy import EnergyMap
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.units import KILO, KMH_PER_MPS, kmh_to_mps, per_kmh_to_per_mps
@@ -33,6 +34,8 @@ def native_tree(scenario: Scenario) -> dict[str, Any]:
         tree["train"] = _named(scenario, scenario.train.name) | _train(scenario.train)
     if scenario.track is not None:
         tree["track"] = _named(scenario, scenario.track.name) | _track(scenario.track)
+    if scenario.map is not None:
+        tree["map"] = _named(scenario, scenario.map.name) | _map(scenario.map)
     if scenario.options:
         tree["run"] = dict(scenario.options)
     return tidy(tree)  # type: ignore[no-any-return]
@@ -203,6 +206,15 @@ def _track(track: Track) -> dict[str, Any]:
         "notes": list(track.notes),
     }
     return {field: value for field, value in tree.items() if value != []}
+
+
+def _map(energy_map: EnergyMap) -> dict[str, Any]:
+    tree: dict[str, Any] = {
+        "speed_kmh": [_kmh(speed_mps) for speed_mps in energy_map.speed_mps],
+        "demand": list(energy_map.demand),
+        "power_kw": [[_kilo(power_w) for power_w in row] for row in energy_map.power_w],
+    }
+    return tree | ({"notes": list(energy_map.notes)} if energy_map.notes else {})
 
 
 def _toml_lines(table: Mapping[str, Any], path: tuple[str, ...]) -> Iterator[str]:
