@@ -76,7 +76,7 @@ def test_too_large(refused, tmp_path):
         (b"", "is empty"),
         (b" \n\n", "is empty"),
         (b"[train]\nname = '\xff'", "is not UTF-8 text (byte 16)"),
-        (b"<?xml version='1.0'?>", "holds XML, which is not supported yet; expected JSON, TOML or YAML"),
+        (b"<?xml version='1.0'?>", "line 1: is not well-formed XML: "),
         (b"{", "is not valid JSON: Expecting property name enclosed in double quotes: line 1 column 2 (char 1)"),
         (b'{"mass": NaN, "rho": 1}', "mass must be finite, got nan"),
         (b'{"mass": [1, {"x": Infinity}]}', "mass[1].x must be finite, got inf"),
