@@ -1,5 +1,6 @@
 """The façade: what `import tgvdp` offers. It connects model, line, search and front and holds no algorithm."""
 
+import inspect
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.constants import HEURISTICS, METHODS
+from tgvdp.constants import HEURISTICS, METHOD_OPTIONS, METHODS
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.formats import load_energy_map
 from tgvdp.front.certificate import Certificate, certify_front
@@ -108,18 +109,25 @@ class SearchResult:
         """Replay every point of the front by the independent referee."""
         return [replay(self.trip, self.profile(index)) for index in range(len(self.front))]
 
-    def certify(self) -> Certificate:
+    def certify(self, time_limit_s: float | None = None) -> Certificate:
         """Bound the least energy of the continuous problem at the running time of every point of the front.
 
         For the methods on a grid the gap holds the error of the grid: multipliers come from method ``front``.
+
+        Parameters
+        ----------
+        time_limit_s : float, optional
+            Time for it, s; by default as much as the search had. Points that are not reached have no bound.
         """
+        budget = SearchBudget(time_limit_s=self.options["time_limit_s"] if time_limit_s is None else time_limit_s)
+        clock = budget.start()
         found = self._found
         if not isinstance(found, OptimalRuns):
             first_s, last_s = self.fastest.time_s, max(float(self.front.time_s[-1]), self.fastest.time_s)
             target_s = np.linspace(first_s, first_s + max(last_s - first_s, 1e-3 * first_s), _CERTIFIED_TIMES)
-            found = _continuous_front(self.trip, self.fastest.profile, target_s, SearchBudget())
+            found = _continuous_front(self.trip, self.fastest.profile, target_s, budget)
         return certify_front(
-            self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, found.price_j_per_s
+            self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, found.price_j_per_s, clock
         )
 
 
@@ -188,7 +196,7 @@ def search(
     Raises
     ------
     InputError
-        When an option is out of range.
+        When an option is out of range, or set to other than its default although the method does not have it.
     InfeasibleError
         When no run obeys all limits, or none is as fast as ``at_s`` or ``max_time_s`` asks.
     BudgetExceededError
@@ -199,6 +207,7 @@ def search(
     started = time.perf_counter()
     _check_options(method, points, max_margin, paths, heuristic)
     at_s, at_margin = check_targets(method, at_s, at_margin)
+    _check_effect(options | {"at_s": at_s, "at_margin": at_margin})
     budget = SearchBudget(
         max_labels=max_labels,
         time_limit_s=DEFAULT_TIME_S if time_limit_s is None else time_limit_s,
@@ -241,13 +250,24 @@ def search(
     )
 
 
+_DEFAULTS = {name: parameter.default for name, parameter in inspect.signature(search).parameters.items()}
+
+
 def _warnings(found: OptimalRuns | GridPaths) -> tuple[str, ...]:
-    """Say where a front ends before it was asked to."""
+    """Say where a front is less than was asked for."""
     if not found.complete:
         return ("the search ended by its budget: better paths than these may exist",)
-    if isinstance(found, OptimalRuns) and found.exhausted:
-        return (f"the front ends with the thriftiest run, {found.duration_s[-1]:.6g} s: running longer saves nothing",)
-    return ()
+    if not isinstance(found, OptimalRuns):
+        return ()
+    warnings = []
+    if found.missed_s:
+        times = ", ".join(f"{time_s:.6g} s" for time_s in found.missed_s)
+        warnings.append(f"no run was found for {times}: the running times of optimal runs jump there")
+    if found.exhausted:
+        warnings.append(
+            f"the front ends with the thriftiest run, {found.duration_s[-1]:.6g} s: running longer saves nothing"
+        )
+    return tuple(warnings)
 
 
 def _margin(fastest_s: float, max_margin: float, max_time_s: float | None) -> float:
@@ -279,7 +299,7 @@ def _continuous_front(
     tolerance_s: float | None = None,
 ) -> OptimalRuns:
     """Method ``front``: the costate program, or the generic refinement for an energy that it cannot treat."""
-    find = optimal_front if trip.energy.kind == "wheel" else refine_front
+    find = refine_front if trip.energy.kind == "map" else optimal_front
     return find(trip, fastest, target_s, budget, tolerance_s)
 
 
@@ -320,3 +340,16 @@ def _check_options(method: str, points: int, max_margin: float, paths: int, heur
         if count != int(count):
             raise InputError(f"search: {name} must be a whole number, got {count:g}")
     require_number("search", "max_margin", max_margin, "of the fastest running time", above=0.0)
+
+
+def _check_effect(options: dict[str, Any]) -> None:
+    """Refuse options that would change nothing; one that is set to its default asks for nothing."""
+    method = options["method"]
+    changed = {name for name, value in options.items() if value != _DEFAULTS[name]}
+    for name in METHOD_OPTIONS:
+        if name in changed and method not in METHOD_OPTIONS[name]:
+            owners = " and ".join(METHOD_OPTIONS[name])
+            raise InputError(f"search: {name} belongs to method {owners}, it has no effect on {method}")
+    if changed & {"at_s", "at_margin"} and changed & {"points", "max_margin"}:
+        even = " and ".join(sorted(changed & {"points", "max_margin"}))
+        raise InputError(f"search: at_s and at_margin say where the points are, so {even} has no effect")

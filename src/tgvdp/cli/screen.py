@@ -47,7 +47,8 @@ def front_table(content: Mapping[str, Any]) -> str:
             price = point["price_kwh_per_min"]
             row += f"  {'–' if price is None else format(price, '.4g'):>8}"  # the fastest run has no price
         if certified:
-            row += f"  {point['lower_bound_kwh']:10.5g} kWh  {point['gap_pct']:6.3f} %"
+            bound, gap = point["lower_bound_kwh"], point["gap_pct"]  # none where the time was up
+            row += f"  {'–':>14}  {'–':>8}" if gap is None else f"  {bound:10.5g} kWh  {gap:6.3f} %"
         lines.append(row)
     fastest = content["fastest"]
     lines.append(

@@ -146,6 +146,11 @@ def load_scenario(path: Source) -> Scenario:
     return _read(locate(path), KINDS)
 
 
+def read_scenario(document: Document) -> Scenario:
+    """Make everything that a document holds; see `load_scenario`."""
+    return _scenario(document, _open(document), None, KINDS)
+
+
 def load_all(path: Source) -> tuple[Scenario, ...]:
     """Load everything that a file holds: one scenario, or one each where it holds several trains or tracks.
 

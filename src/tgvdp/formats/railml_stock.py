@@ -104,8 +104,11 @@ def read_train(root: Node, node: Node, mode: str) -> tuple[Train, dict[str, int]
         )
     except InputError as error:
         raise node.bad(str(error)) from None
-    lines = {field: node.line for field in ("mass_kg", "max_speed_mps", "length_m", "rotating_mass_factor")}
-    return train, lines | {"traction": traction[0].line, "resistance": resistance.line}
+    brakes = node.children("trainBrakes", "brakes")
+    lines = dict.fromkeys(("mass_kg", "max_speed_mps", "length_m", "rotating_mass_factor"), node.line)
+    lines |= dict.fromkeys(("davis_a_n", "davis_c_n_per_mps2", "resistance"), resistance.line)
+    lines |= dict.fromkeys(("traction", "traction_efficiency"), traction[0].line)
+    return train, lines | {"braking_rates": brakes[0].line if brakes else node.line}
 
 
 def _name(node: Node) -> str:

@@ -127,7 +127,11 @@ def read_document(path: Path) -> Document:
     MissingExtraError
         When it holds YAML and PyYAML is not installed.
     """
-    data = read_bytes(path)
+    return parse_document(path, read_bytes(path))
+
+
+def parse_document(path: Path, data: bytes) -> Document:
+    """Parse the bytes of a file; see `read_document`."""
     digest = sha256(data).hexdigest()
     if data[:64].replace(b"\0", b"").lstrip(_BLANK).startswith(b"<"):  # in any encoding
         return Document(path, digest, "XML", {}, data)

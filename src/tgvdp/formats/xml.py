@@ -108,7 +108,7 @@ class Node:
 
     @property
     def line(self) -> int:
-        """Line of the file that the element starts in."""
+        """Line of the file in which the start tag of the element ends."""
         return int(self.element.sourceline or 0)
 
     @property
