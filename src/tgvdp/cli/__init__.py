@@ -17,7 +17,7 @@ from tgvdp.errors import InputError, TgvdpError
 PROGRAM = "tgvdp"
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
-_COMMANDS = ("search", "catalog", "validate", "convert", "completion")
+_COMMANDS = ("search", "solve", "catalog", "validate", "convert", "completion")
 
 _EXAMPLES = """
 \b
@@ -27,6 +27,7 @@ Examples:
   tgvdp catalog                                  the built-in trains and lines
   tgvdp validate my-train.json my-scenario.toml
   tgvdp convert line.xml line.toml               from railML to the native format
+  tgvdp solve instance.json --solver dp          a problem of the quantum formulations
 """
 
 

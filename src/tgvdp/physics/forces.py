@@ -29,6 +29,7 @@ class KernelTrain(NamedTuple):
     traction: NDArray[np.float64]  # (n, 6), rows of an EffortCurve table
     braking: NDArray[np.float64]  # (n, 6), dynamic brake
     friction_n: float
+    rows: float = 1.0  # how many times more rows than usual `physics.motion` makes
 
 
 def kernel_train(train: Train) -> KernelTrain:

@@ -6,7 +6,6 @@ tangents, so that multipliers are added only until a blend of the two is as good
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +26,7 @@ from tgvdp.search.refine_level import WIDEST, Level
 from tgvdp.search.relaxed_map import relaxed_tables
 
 #: Speeds above and below the incumbent in a sweep.
-_HALF = 3
+_HALF = 2
 #: The first step between those speeds: a share of the distance between two neighbouring runs, and at least this share
 #: of the largest v² of the trip.
 _STEP_SHARE = 0.15
@@ -49,6 +48,9 @@ _FINEST = 16.0
 _SLIVER = 1e-3
 #: How well a point meets its running time by default: a share of the step to the next point.
 _STEP_TOL = 0.03
+#: ... a run that switches is aimed again so often at most, each time planned with this share of the tolerance.
+_AIMS = 6
+_PLAN_SHARE = 0.3
 #: Step of ln λ towards slower runs, and how many steps without saving end the front.
 _MARCH = 1.0
 _IDLE_STEPS = 6
@@ -219,7 +221,21 @@ class _Front:
         return last if self.relaxed is self.energy else Pilot(last.price, last.switch, *self._switched(last.switch))
 
     def point(self, target_s: float) -> Pilot:
-        """The best run for one running time: made of the pilots around it."""
+        """The best run for one running time; to switch between efforts takes a little longer than planned."""
+        run = self._planned(target_s)
+        if self.relaxed is self.energy:
+            return run
+        aim_s = target_s
+        for _ in range(_AIMS):
+            driven = Pilot(run.price, run.switch, *self._switched(run.switch))
+            if abs(driven.time_s - target_s) <= self.tolerance_s:
+                break
+            aim_s -= driven.time_s - target_s
+            run = self._planned(aim_s)
+        return driven
+
+    def _planned(self, target_s: float) -> Pilot:
+        """Run of the relaxed problem for one running time: a blend of the pilots around it."""
         while True:
             second = next((i for i in range(1, len(self.pilots)) if self.pilots[i].time_s >= target_s), None)
             second = len(self.pilots) - 1 if second is None else second
@@ -232,7 +248,7 @@ class _Front:
             )
             enough_j = _GAP * max(abs(found.energy_j), 0.1 * self.scale_j)
             if found.energy_j - least_j <= enough_j or not self._split(second):
-                return found if self.relaxed is self.energy else self._meet(before, after, target_s, self._switched)
+                return found
 
     def _split(self, second: int) -> bool:
         """Solve the multiplier of the chord between two neighbouring pilots; False when the chord is the front."""
@@ -261,34 +277,24 @@ class _Front:
             return self.level.cells.station_m, run.switch
         return self.level.switched(self.energy, self.relaxed, run.switch)[2:]
 
-    def _measured(self, w: NDArray[np.float64]) -> tuple[float, float]:
-        return self.level.measured(self.relaxed, w)
-
     def _switched(self, w: NDArray[np.float64]) -> tuple[float, float]:
         return self.level.switched(self.energy, self.relaxed, w)[:2]
 
-    def _meet(
-        self,
-        before: Pilot,
-        after: Pilot,
-        target_s: float,
-        measured: Callable[[NDArray[np.float64]], tuple[float, float]] | None = None,
-    ) -> Pilot:
-        """Blend of two pilots that takes the target time (Illinois rule), as a run of the relaxed problem or driven."""
-        measured = self._measured if measured is None else measured
+    def _meet(self, before: Pilot, after: Pilot, target_s: float) -> Pilot:
+        """Blend of two pilots that takes the target time (Illinois rule)."""
+        tolerance_s = self.tolerance_s * (1.0 if self.relaxed is self.energy else _PLAN_SHARE)
         lo, hi = 0.0, 1.0
         f_lo, f_hi = before.time_s - target_s, after.time_s - target_s
         if f_lo >= 0.0 or f_hi <= 0.0:
-            end = before if f_lo >= 0.0 else after
-            return Pilot(end.price, end.switch, *measured(end.switch))
+            return before if f_lo >= 0.0 else after
         side = 0
         run = before
         for _ in range(40):
             share = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
             w = self._blend(before.switch, after.switch, share)
-            run = Pilot(0.0, w, *measured(w))
+            run = Pilot(0.0, w, *self.level.measured(self.relaxed, w))
             f = run.time_s - target_s
-            if abs(f) <= self.tolerance_s or hi - lo < _SAME:
+            if abs(f) <= tolerance_s or hi - lo < _SAME:
                 break
             if f < 0.0:
                 lo, f_lo = share, f
