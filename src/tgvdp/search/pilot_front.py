@@ -193,4 +193,6 @@ class PilotFront:
             middle_share = 0.5 * (lo + hi)
             lo, hi = (middle_share, hi) if run[1] < target_s else (lo, middle_share)
             run = self.mesh.drive(here, there, 0.5 * (lo + hi), self.counters)
+        if run[1] > target_s + self.tolerance_s:  # the time jumps even within one cell: rather too early than too late
+            run = self.mesh.drive(here, there, lo, self.counters)
         return run
