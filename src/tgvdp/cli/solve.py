@@ -22,12 +22,13 @@ Examples:
 """
 
 
-class _Penalty(click.ParamType[str | float]):
+class Penalty(click.ParamType[str | float]):
     """``seed``, ``sufficient`` or a positive number."""
 
     name = "seed|sufficient|NUMBER"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Keep a rule's name, turn anything else into a number."""
         if value in ("seed", "sufficient"):
             return value
         try:
@@ -49,7 +50,7 @@ class _Penalty(click.ParamType[str | float]):
 )
 @click.option(
     "--penalty",
-    type=_Penalty(),
+    type=Penalty(),
     help="Weight of violations in a QUBO.  [default: the instance's lambda_uniform, else sufficient]",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of a table.")
