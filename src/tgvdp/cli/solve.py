@@ -5,7 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from tgvdp.cli.numbers import number
 from tgvdp.errors import BudgetExceededError
+from tgvdp.solvers.options import Options
 from tgvdp.solvers.registry import ENCODINGS, SOLVERS
 
 if TYPE_CHECKING:
@@ -22,12 +24,13 @@ Examples:
 """
 
 
-class _Penalty(click.ParamType[str | float]):
+class Penalty(click.ParamType[str | float]):
     """``seed``, ``sufficient`` or a positive number."""
 
     name = "seed|sufficient|NUMBER"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Keep a rule's name, turn anything else into a number."""
         if value in ("seed", "sufficient"):
             return value
         try:
@@ -49,11 +52,18 @@ class _Penalty(click.ParamType[str | float]):
 )
 @click.option(
     "--penalty",
-    type=_Penalty(),
+    type=Penalty(),
     help="Weight of violations in a QUBO.  [default: the instance's lambda_uniform, else sufficient]",
 )
+@click.option("--seed", type=click.IntRange(0, 2**31 - 1), help="Of what is drawn.  [default: 1]")
+@click.option("--reads", type=click.IntRange(1, 1_000_000), help="Reads of a sampler, shots of qaoa.  [default: 100]")
+@click.option("--sweeps", type=click.IntRange(1, 100_000_000), help="sa, tabu: updates per bit.  [default: 1000]")
+@click.option("--layers", type=click.IntRange(1, 100), help="qaoa: layers.  [default: 3]")
+@click.option("--angles", type=click.Choice(("optimised", "ramp")), help="qaoa: how angles are found.")
+@click.option("--backend", metavar="NAME", help="qaoa, dwave: machine, such as fake_manila.  [default: simulated]")
+@click.option("--time-limit", "time_limit_s", type=number("s", above=0.0), metavar="S", help="milp, scip: end then.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of a table.")
-def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bool) -> int:
+def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bool, **budget: Any) -> int:
     """Solve INSTANCE, a JSON file of a binary or a demand problem, and replay the solution on the true physics.
 
     The objective is in the model's own unit: (m/s)², that is J per kg of train, for the binary model, J for the demand
@@ -63,7 +73,8 @@ def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bo
     from tgvdp.solvers.registry import solve
 
     problem = read_instance(instance)
-    solution = solve(problem, solver, encoding, penalty)
+    options = Options(**{name: value for name, value in budget.items() if value is not None})
+    solution = solve(problem, solver, encoding, penalty, options)
     content = solution_object(problem, solution)
     click.echo(json.dumps(content) if as_json else table(problem, solution))
     return 0 if solution.feasible else BudgetExceededError.exit_code

@@ -29,10 +29,10 @@ class Options:
     starts : int
         Random starting points of the optimisation of the angles, per number of layers.
     time_limit_s : float or None
-        For solvers that prove optimality (milp, scip) and for hybrid ones; none by default.
+        For solvers that prove optimality (milp, scip); none by default.
     backend : str or None
-        Machine: of dwave and leap the name of a solver, of qaoa a fake backend (``fake_manila``, noise included) or a
-        real one (``ibm_...``). QAOA is simulated without noise where absent.
+        Machine: of dwave the name of a solver (any, where absent), of qaoa a fake backend (``fake_manila``, noise
+        included) or a real one (``ibm_...``). QAOA is simulated without noise where absent.
 
     Raises
     ------

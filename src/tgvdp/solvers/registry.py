@@ -47,6 +47,7 @@ SOLVERS: dict[str, Solver] = {
     "tree": Solver("annealing", "solve_tree", qubo=True),
     "scip": Solver("scip", "solve_scip", _BOTH),
     "qaoa": Solver("qaoa", "solve_qaoa", qubo=True),
+    "dwave": Solver("cloud", "solve_dwave", qubo=True),
     "exact-qubo": Solver("annealing", "solve_exact_qubo", qubo=True),
 }
 

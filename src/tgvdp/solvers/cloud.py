@@ -1,0 +1,54 @@
+"""D-Wave's annealers: a QUBO embedded in the graph of a machine, with the account of its standard file."""
+
+import time
+from typing import Any
+
+from tgvdp.errors import InputError
+from tgvdp.formulations.encoding import Encoded, Solution
+from tgvdp.solvers.bqm import bqm_of
+from tgvdp.solvers.extras import extra
+from tgvdp.solvers.options import Options
+from tgvdp.solvers.sampling import sampled_solution, samples_of
+
+
+def solve_dwave(encoded: Encoded, options: Options) -> Solution:
+    """Sample on a quantum annealer; uses ``reads`` and ``backend``. The clock includes embedding, network and queue.
+
+    Raises
+    ------
+    InputError
+        When there is no account or no such machine, or the problem does not fit it.
+    """
+    system = extra("dwave.system", "solver dwave")
+    try:
+        machine = system.DWaveSampler(**({} if options.backend is None else {"solver": options.backend}))
+    except Exception as error:  # the cloud client has many of its own, for accounts, machines and networks
+        raise InputError(f"solver dwave: no machine: {error} (an account is set up by: dwave config create)") from None
+    return embedded_solution(machine, encoded, options)
+
+
+def embedded_solution(machine: Any, encoded: Encoded, options: Options) -> Solution:
+    """Sample on a machine, or on a ``MockDWaveSampler``, through an embedding by minorminer.
+
+    Raises
+    ------
+    InputError
+        When no embedding is found.
+    """
+    composite = extra("dwave.system", "solver dwave").EmbeddingComposite(machine)
+    bqm = bqm_of(encoded.qubo)
+    start = time.perf_counter()
+    try:
+        sampleset = composite.sample(
+            bqm,
+            num_reads=options.reads,
+            return_embedding=True,
+            embedding_parameters={"random_seed": options.seed},
+        )
+    except ValueError as error:
+        raise InputError(f"solver dwave: {encoded.qubo.n} bits do not fit the machine: {error}") from None
+    samples = samples_of(sampleset, encoded.qubo)
+    elapsed_s = time.perf_counter() - start
+    chains = sampleset.info["embedding_context"]["embedding"].values()
+    details = {"qubits": sum(map(len, chains)), "longest_chain": max(map(len, chains)), "seed": options.seed}
+    return sampled_solution("dwave", encoded, samples, elapsed_s, details)

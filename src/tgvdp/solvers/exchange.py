@@ -1,0 +1,79 @@
+"""Formulations as files of other programs: each format keeps what it can, a sidecar the rest."""
+
+import json
+
+import numpy as np
+
+from tgvdp.errors import InputError
+from tgvdp.formulations.encoding import Encoding
+from tgvdp.formulations.encodings import PenaltyRule, encode
+from tgvdp.formulations.instances import BinaryInstance, Instance
+from tgvdp.formulations.ising import ising_of
+from tgvdp.formulations.program import binary_program
+from tgvdp.formulations.program_files import lp_text, mps_text
+from tgvdp.formulations.qaoa import energy_scale, qaoa_circuit, qasm3, ramp_angles
+from tgvdp.formulations.qubo import Qubo
+from tgvdp.graph.couplers import coupler_graph, node_link
+from tgvdp.solvers.bqm import bqm_of
+
+#: Angle of a whole layer of the ramp in OpenQASM files, rad.
+QASM_TIME_STEP = 0.75
+
+
+def exported(
+    instance: Instance, target: str, encoding: Encoding | None, penalty: PenaltyRule | None, layers: int
+) -> dict[str, bytes]:
+    """Write an instance in a format.
+
+    Parameters
+    ----------
+    instance : BinaryInstance
+    target : str
+        ``bqm``, ``coo``, ``graph`` and ``qasm3`` hold the QUBO of an encoding, ``lp`` and ``mps`` the linear program.
+    encoding, penalty
+        As `encode` takes them; ``bits`` by default. Programs have neither.
+    layers : int
+        Of the QAOA circuit, whose angles are a ramp.
+
+    Returns
+    -------
+    dict of str to bytes
+        By suffix of the file's name: "" for the file itself, ".json" for the sidecar of COO.
+
+    Raises
+    ------
+    InputError
+        When the format does not hold such instances.
+    """
+    if not isinstance(instance, BinaryInstance):
+        raise InputError(f"{instance.id}: only binary instances can be written")
+    if target in ("lp", "mps"):
+        if encoding is not None or penalty is not None:
+            raise InputError(f"{target} holds a program with constraints, so it uses neither an encoding nor a penalty")
+        program = binary_program(instance, "linear")
+        return {"": (lp_text if target == "lp" else mps_text)(program).encode()}
+    encoded = encode(instance, encoding or "bits", penalty)
+    if target == "bqm":
+        with bqm_of(encoded.qubo).to_file() as file:
+            return {"": bytes(file.read())}
+    if target == "coo":
+        return _coo(encoded.qubo)
+    if target == "graph":
+        q = encoded.qubo
+        graph = coupler_graph(q.labels, q.linear, q.rows, q.cols, q.values, q.offset)
+        return {"": json.dumps(node_link(graph)).encode()}
+    ising = ising_of(encoded.qubo, -1)
+    angles = ramp_angles(layers, QASM_TIME_STEP, energy_scale(ising) or 1.0)
+    title = f"{instance.id}: {encoded.encoding}, penalty {encoded.penalty!r}, QAOA ramp of {layers} layers"
+    return {"": qasm3(qaoa_circuit(ising, angles), [title]).encode()}
+
+
+def _coo(qubo: Qubo) -> dict[str, bytes]:
+    """Coordinate text as dimod reads it, which has no place for the offset and the labels: they go beside it."""
+    own = np.flatnonzero(qubo.linear)
+    lines = ["# vartype=BINARY"]
+    lines += [f"{i} {i} {qubo.linear[i].item()!r}" for i in own.tolist()]
+    triples = zip(qubo.rows.tolist(), qubo.cols.tolist(), qubo.values.tolist(), strict=True)
+    lines += [f"{row} {col} {value!r}" for row, col, value in triples]
+    sidecar = {"offset": qubo.offset, "labels": list(qubo.labels)}
+    return {"": "\n".join([*lines, ""]).encode(), ".json": json.dumps(sidecar, ensure_ascii=False).encode()}

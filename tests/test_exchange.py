@@ -1,0 +1,121 @@
+"""Files of other programs, each read again and compared with what was written."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tgvdp.cli import main
+from tgvdp.formulations.encodings import encode
+from tgvdp.formulations.instances import read_instance
+
+PARAMS = {
+    "kind": "binary",
+    "model": "constant",
+    "N": 5,
+    "dt_s": 1.0,
+    "dv_mps": 0.1,
+    "acc_units": 1,
+    "dec_units": 1,
+    "cap_units": 2,
+    "D_units": 4.0,
+    "alpha": 0.3,
+}
+
+
+@pytest.fixture
+def trip(tmp_path):
+    path = tmp_path / "trip.json"
+    path.write_text(json.dumps({"id": "trip", "params": PARAMS}))
+    return path
+
+
+def formulate(trip, target, *more):
+    output = trip.with_suffix(f".{target}")
+    assert main(["formulate", str(trip), "--to", target, "-o", str(output), *more]) == 0
+    return output
+
+
+def qubo_of_file(trip, encoding):
+    return encode(read_instance(trip), encoding).qubo
+
+
+@pytest.mark.parametrize("encoding", ["bits", "unary"])
+def test_bqm_file(trip, encoding):
+    dimod = pytest.importorskip("dimod")
+    from tgvdp.solvers.bqm import qubo_of_bqm
+
+    output = formulate(trip, "bqm", "--encoding", encoding)
+    with output.open("rb") as file:
+        again = qubo_of_bqm(dimod.BinaryQuadraticModel.from_file(file))
+    qubo = qubo_of_file(trip, encoding)
+    assert again.labels == qubo.labels
+    assert np.array_equal(again.all_energies(), qubo.all_energies())
+
+
+@pytest.mark.parametrize("encoding", ["bits", "unary"])
+def test_coo_file_and_its_sidecar(trip, encoding):
+    pytest.importorskip("dimod")
+    from dimod.serialization import coo
+
+    output = formulate(trip, "coo", "--encoding", encoding)
+    bqm = coo.loads(output.read_text())
+    sidecar = json.loads(output.with_name(output.name + ".json").read_text())
+    qubo = qubo_of_file(trip, encoding)
+    assert sidecar == {"offset": qubo.offset, "labels": list(qubo.labels)}
+    assert {i: bias for i, bias in bqm.linear.items() if bias} == {i: a for i, a in enumerate(qubo.linear) if a}
+    pairs = zip(qubo.rows.tolist(), qubo.cols.tolist(), strict=True)
+    assert {tuple(sorted(pair)): bias for pair, bias in bqm.quadratic.items()} == dict(
+        zip(pairs, qubo.values.tolist(), strict=True)
+    )
+
+
+def test_graph_file(trip):
+    networkx = pytest.importorskip("networkx")
+    output = formulate(trip, "graph", "--encoding", "unary")
+    graph = networkx.node_link_graph(json.loads(output.read_text()), edges="edges")
+    qubo = qubo_of_file(trip, "unary")
+    assert graph.graph["offset"] == qubo.offset
+    assert [graph.nodes[label]["bias"] for label in qubo.labels] == qubo.linear.tolist()
+    assert graph.number_of_edges() == qubo.stats.couplers
+    for row, col, value in zip(qubo.rows, qubo.cols, qubo.values, strict=True):
+        assert graph.edges[qubo.labels[row], qubo.labels[col]]["coupling"] == value
+
+
+def test_qasm_file_is_the_circuit(trip):
+    qasm3 = pytest.importorskip("qiskit.qasm3")
+    pytest.importorskip("qiskit_qasm3_import")
+    from qiskit.quantum_info import Statevector
+
+    from tgvdp.formulations.ising import ising_of
+    from tgvdp.formulations.qaoa import energy_scale, ramp_angles
+    from tgvdp.formulations.statevector import statevector
+    from tgvdp.solvers.exchange import QASM_TIME_STEP
+
+    circuit = qasm3.loads(formulate(trip, "qasm3", "--encoding", "unary", "--layers", "2").read_text())
+    circuit.remove_final_measurements()
+    qubo = qubo_of_file(trip, "unary")
+    ising = ising_of(qubo, -1)
+    ours = statevector(qubo.all_energies() - ising.offset, ramp_angles(2, QASM_TIME_STEP, energy_scale(ising)))
+    assert np.abs(Statevector(circuit).data - ours).max() < 1e-10
+
+
+@pytest.mark.parametrize("target", ["lp", "mps"])
+def test_text_goes_to_stdout(trip, target, capsys):
+    assert main(["formulate", str(trip), "--to", target, "-o", "-"]) == 0
+    out = capsys.readouterr().out
+    assert out == formulate(trip, target).read_text()
+    assert out.rstrip().endswith({"lp": "End", "mps": "ENDATA"}[target])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "part"),
+    [
+        (["--to", "coo", "-o", "-"], 2, "sidecar"),
+        (["--to", "bqm", "-o", "-"], 2, "is binary"),
+        (["--to", "lp", "--encoding", "bits", "-o", "-"], 3, "neither an encoding"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(trip, arguments, code, part, capsys):
+    assert main(["formulate", str(trip), *arguments]) == code
+    assert part in capsys.readouterr().err
