@@ -31,7 +31,7 @@ def table(text):
 def test_object_has_the_published_schema(result):
     content = content_of(result)
     assert content["schema"] == "tgvdp.search/1"
-    assert set(content["fastest"]) == {"time_s", "energy_kwh", "balance"}
+    assert set(content["fastest"]) == {"time_s", "energy_kwh", "stepped_time_s", "balance"}
     assert content["energy"] == {"model": "wheel"}
     for point in content["front"]:
         assert list(point) == [*FRONT_COLUMNS, "balance", "replay"]

@@ -55,6 +55,10 @@ def front_table(content: Mapping[str, Any]) -> str:
         f"fastest run {duration(fastest['time_s'])}, {fastest['energy_kwh']:.5g} kWh;"
         f" {len(front)} {'point' if len(front) == 1 else 'points'} on the front"
     )
+    if (stepped_s := fastest["stepped_time_s"]) is not None:
+        lines.append(
+            f"  by the explicit steps of the convention {stepped_s:.2f} s, converged {fastest['time_s']:.2f} s"
+        )
     return "\n".join(lines)
 
 

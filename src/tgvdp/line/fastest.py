@@ -46,7 +46,7 @@ def _find_caps(train, length, grade, air, limit, end_w, cap, xs, ws):
     for k in range(count - 1, -1, -1):
         if cap[k + 1] > limit[k]:
             cap[k + 1] = limit[k]
-        w = braked_w(train, grade[k], air[k], cap[k + 1], limit[k], length[k], xs, ws)
+        w = braked_w(train, BRAKING, grade[k], air[k], cap[k + 1], limit[k], length[k], xs, ws)
         cap[k] = w
         if w <= 0.0:
             return NO_BRAKE, k
@@ -74,8 +74,9 @@ def _drive_fastest(train, station, length, grade, air, limit, start_w, cap, fast
         ):
             landed = w1
             n = drive_then_brake(
-                train, TRACTION, station[k], station[k + 1], d, grade[k], air[k], limit[k], w0, w1, bx, bw, xs, ws, n
-            )
+                train, TRACTION, BRAKING, station[k], station[k + 1], d, grade[k], air[k], limit[k], w0, w1, bx, bw,
+                xs, ws, n,
+            )  # fmt: skip
         elif landed <= 0.0:
             return STALLED, k, n
         else:

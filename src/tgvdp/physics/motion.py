@@ -1,4 +1,4 @@
-"""Driving under a saturated regime: full traction, coasting, full braking.
+"""Driving under a saturated regime: full traction, coasting, full braking, full dynamic braking.
 
 The equation of motion in w = v² is dw/ds = 2·(F(v) − R(v) − G)/m_eff. `march` follows it through a uniform cell in
 rows of constant acceleration. A row is chosen by its end speed, never by its length: the mean net force between two
@@ -20,6 +20,7 @@ from tgvdp.physics.forces import effort_and_slope, mean_brake, mean_effort, mean
 TRACTION = 0
 COASTING = 1
 BRAKING = 2
+DYNAMIC = 3  # the dynamic brake alone
 
 #: Largest relative change of the effort limit within a row; halved, it bounds the pointwise excess over the limit.
 STEP = 0.03
@@ -46,6 +47,8 @@ def net_force(train, regime, grade_n, air, v0, v1):
         return min(mean_effort(train.traction, v0, v1) - load, up)
     if regime == BRAKING:
         return max(-mean_brake(train, v0, v1) - load, down)
+    if regime == DYNAMIC:
+        return max(-mean_effort(train.braking, v0, v1) - load, down)
     return max(min(-load, up), down)
 
 
@@ -78,7 +81,7 @@ def _net_slope(train, regime, air, v, net, rising):
     side = v if rising else v * (1.0 - BELOW_DROP)
     if regime == TRACTION:
         slope += effort_and_slope(train.traction, side)[1]
-    elif regime == BRAKING:
+    elif regime != COASTING:
         slope -= effort_and_slope(train.braking, side)[1]
     return slope
 
@@ -126,7 +129,7 @@ def march(train, regime, sign, length_m, grade_n, air, w, target_w, xs, ws, n):
     ----------
     train : KernelTrain
     regime : int
-        TRACTION, COASTING or BRAKING.
+        TRACTION, COASTING, BRAKING or DYNAMIC.
     sign : float
         1.0 drives forwards, −1.0 backwards.
     length_m, grade_n, air : float
@@ -154,7 +157,7 @@ def march(train, regime, sign, length_m, grade_n, air, w, target_w, xs, ws, n):
         end = math.inf if rising else 0.0
         if regime == TRACTION:
             end = _row_end(train.traction, v, rising, train.rows)
-        elif regime == BRAKING:
+        elif regime != COASTING:
             end = _row_end(train.braking, v, rising, train.rows)
         slope = _net_slope(train, regime, air, v, net, rising)
         balanced = sign * slope < 0.0 and abs(net) <= -sign * slope * BALANCED * v
