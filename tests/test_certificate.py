@@ -248,7 +248,44 @@ def test_points_beyond_the_last_line_have_no_bound(hills, monkeypatch):
     looks = iter([False] * 5 + [True] * 1000)
     monkeypatch.setattr(tgvdp.search.budget.Clock, "expired", property(lambda clock: next(looks)))
     part = hills.certify()
-    assert not part.complete and len(part.line_j) == 5
+    assert not part.complete and len(part.line_j) == 6  # with the line that no duration can change
     reached = np.isfinite(part.gap_pct)
     assert reached[:2].any() and not reached[8:].any()
     assert (part.gap_pct[reached] > -0.01).all()
+
+
+def test_the_fastest_run_itself_is_certified(hills, hills_certificate):
+    # Next to it the least energy falls with the square root of the time: only steep lines from fine rows are tight.
+    assert -1e-3 < hills_certificate.gap_pct[0] < 0.5
+
+
+def test_a_train_held_by_the_end_of_its_effort_curve():
+    cutoff = EffortCurve.from_points([(0.0, 300e3), (12.0, 200e3), (18.0, 140e3), (18.0, 0.0)])
+    train = Train(mass_kg=200e3, traction=cutoff, friction_brake_n=200e3, davis_a_n=4000.0, davis_c_n_per_mps2=9.0)
+    track = Track(length_m=12e3, speed_limits=((0.0, 30.0),), gradients=((0.0, 2.0), (5e3, -1.0)))
+    certificate = tgvdp.search(train, track, points=10).certify()
+    assert certificate.gap_pct.min() > -0.01
+    assert np.median(certificate.gap_pct) < 0.3
+
+
+@pytest.mark.parametrize("friction_n", [0.0, 60e3])
+def test_bound_at_the_pantograph_is_below_every_run(friction_n):
+    train = Train(
+        mass_kg=200e3, rotating_mass_factor=1.06, traction=EffortCurve.from_caps(300e3, 2.5e6),
+        braking=EffortCurve.from_caps(200e3, 4e6), friction_brake_n=friction_n, davis_a_n=4000.0,
+        davis_b_n_per_mps=60.0, davis_c_n_per_mps2=9.0, traction_efficiency=0.85, regeneration_efficiency=0.7,
+        auxiliary_power_w=80e3,
+    )  # fmt: skip
+    result = tgvdp.search(train, HILLS, points=12, energy="pantograph")
+    certificate = result.certify()
+    assert (certificate.gap_pct > -0.02).all()
+    problem = BoundingProblem(result.trip)
+    for index in range(2, 12, 3):
+        price_j_per_s = float(result.price_kwh_per_min[index]) * 3.6e6 / 60.0
+        profile = result.profile(index)
+        rows = profile.position_m - result.trip.origin_m, profile.speed_mps**2
+        for factor in (0.5, 1.0, 2.0):  # a wrong price only loosens
+            line_j = problem.line(*rows, factor * price_j_per_s)
+            assert (line_j <= (result.front.energy_j + factor * price_j_per_s * result.front.time_s) * 1.0002).all()
+        own_j = problem.line(*rows, price_j_per_s) - price_j_per_s * profile.duration_s
+        assert own_j > 0.9 * result.front.energy_j[index]

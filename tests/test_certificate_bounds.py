@@ -71,7 +71,7 @@ def test_least_hamiltonian_is_below_every_sampled_speed_and_effort(name, permil,
     hardest = np.maximum(-dynamic - curves.friction_brake_n / mass, load - train.max_deceleration)
     costates = [(-3.0, 0.05), (-0.7, 0.002), (-0.5, 0.0), (-0.45, 0.001), (-0.2, 0.001), (0.0, 0.001), (0.4, 0.003)]
     for p, p_s in [*costates, (2.0, 0.01)]:
-        found, _ = least_hamiltonian(pieces, *counts, worth, back, r0, r1, r2, abs(r0), price, p, p_s, top_v)
+        found, _, _ = least_hamiltonian(pieces, *counts, worth, back, r0, r1, r2, abs(r0), price, p, p_s, top_v)
         best = math.inf
         for f in (*(hardest + share * (strongest - hardest) for share in np.linspace(0.0, 1.0, 11)), -dynamic, 0.0):
             f = np.clip(f, hardest, strongest)

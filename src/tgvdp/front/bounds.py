@@ -171,7 +171,8 @@ def _least_over(first, n, factor, second, m, other, price, b0, b1, b2, top_v, be
 
 @kernel
 def least_hamiltonian(pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, p_s, top_v):
-    """Lower bound of the least H over all speeds up to ``top_v``, and a bound of its rounding error in units of 2⁻⁵³.
+    """Lower bound of the least H over all speeds up to ``top_v``, a bound of its rounding error in units of 2⁻⁵³, and
+    the speed of the least H.
 
     ``pieces`` (3, 2n, 6) and the numbers of their rows come from `merge_tables`; ``worth`` and ``back`` are a and η of
     the energy; the load is r0 + r1·v + r2·v², and ``load`` the sum of the magnitudes that make up r0.
@@ -201,7 +202,7 @@ def least_hamiltonian(pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, 
             effort += back * _size(pieces[2], dynamics, at)
     size = price / at + effort + (abs(p_s) + 2.0 * abs(p) * r2) * at * at
     size += 2.0 * abs(p) * (load + r1 * at)
-    return best, _ROUNDINGS * size
+    return best, _ROUNDINGS * size, at
 
 
 @kernel
@@ -308,7 +309,7 @@ def bound_kernel(train, tables, length, grade, air, cap, node_cap, w, price, lef
             value = 0.0
             for end in range(2):
                 p = right[k] if end == 1 else left[k]
-                least, size = least_hamiltonian(
+                least, size, _ = least_hamiltonian(
                     pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope, cell_v
                 )
                 value += least

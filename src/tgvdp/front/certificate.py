@@ -36,6 +36,7 @@ _APART = 1.1
 _STEEPER, _BETWEEN = 4.0, 1.6
 _STEEP_FINENESS = 16.0
 _MOST_STEEP = 10
+_STEEPEST = 100.0
 #: Least of these multipliers, relative to energy over running time of the fastest run.
 _STEEP = 30.0
 #: Energy below this share of the kinetic energy at the top speed is a rounding error of none.
@@ -60,7 +61,7 @@ class Certificate:
     ----------
     lower_bound_j, gap_pct : (n,) float64
         For each point: the bound at its running time, and how far its energy is above, in percent of the energy. NaN
-        for points that the time limit left without one.
+        for points that the time limit left without one, and where energy is that of a map.
     price_j_per_s, line_j : (m,) float64
         The lines behind it: E ≥ line_j − price_j_per_s·T for every run.
     complete : bool
@@ -74,20 +75,23 @@ class Certificate:
     complete: bool = True
 
     def at(self, time_s: float) -> float:
-        """Lower bound of the energy of every run that takes a given time or less, J."""
+        """Lower bound of the energy of every run that takes a given time or less, J; −∞ where nothing is known."""
+        if len(self.line_j) == 0:
+            return -math.inf
         return float(_envelope(np.array([time_s]), self.price_j_per_s, self.line_j)[0])
 
 
 def _envelope(time_s: _Floats, price_j_per_s: _Floats, line_j: _Floats) -> _Floats:
-    """Highest of the lines at given times, at least 0."""
+    """Highest of the lines at given times."""
     cost = price_j_per_s[:, None] * time_s * (1.0 + _ROUNDING)
-    return np.asarray(np.max(line_j[:, None] * (1.0 - _ROUNDING) - cost, axis=0, initial=0.0))
+    return np.asarray(np.max(line_j[:, None] - _ROUNDING * np.abs(line_j[:, None]) - cost, axis=0))
 
 
 def _gap_pct(energy_j: _Floats, lower_bound_j: _Floats, scale_j: float) -> _Floats:
     """Gap in percent of the energy; none where the energy is 0 but for rounding against ``scale_j``."""
-    positive = energy_j > _NO_ENERGY * scale_j
-    return np.where(positive, 100.0 * (energy_j - lower_bound_j) / np.where(positive, energy_j, 1.0), 0.0)
+    size_j = np.abs(energy_j)
+    some = size_j > _NO_ENERGY * scale_j
+    return np.where(some, 100.0 * (energy_j - lower_bound_j) / np.where(some, size_j, 1.0), 0.0)
 
 
 def _top_j(trip: Trip, profile: Profile) -> float:
@@ -122,7 +126,7 @@ def certify(trip: Trip, profile: Profile, price_j_per_s: float) -> Bound:
         lines = list(_steep_lines(problem, profile, 0.0, SearchBudget().start()))
     else:
         lines = [(price, problem.line(profile.position_m - trip.origin_m, profile.speed_mps**2, price))]
-    prices, line_j = np.array(lines).T
+    prices, line_j = np.array([(0.0, problem.least_energy_j), *lines]).T
     lower = _envelope(np.array([profile.duration_s]), prices, line_j)
     return Bound(float(lower[0]), float(_gap_pct(np.array([profile.total_energy_j]), lower, _top_j(trip, profile))[0]))
 
@@ -156,22 +160,27 @@ def certify_front(
     Returns
     -------
     Certificate
+        Without any bound where the energy is that of a map: its Hamiltonian has no minima in closed form.
     """
+    if trip.energy.kind == "map":
+        unknown = np.full_like(time_s, np.nan)
+        return Certificate(unknown, unknown, np.empty(0), np.empty(0))
     clock = SearchBudget(time_limit_s=math.inf).start() if clock is None else clock
     problem = BoundingProblem(trip)
     mesh = Mesh.of(trip, fastest, _FINENESS)
     prices = _multipliers(price_j_per_s, mesh.usual_price)
     lines = list(
         chain(
+            [(0.0, problem.least_energy_j)],
             _pilot_lines(problem, mesh, prices, clock),
             _steep_lines(problem, fastest, float(prices[0]), clock),
         )
     )
-    price_used, line_j = np.array(lines).reshape(-1, 2).T
+    price_used, line_j = np.array(lines).T
     lower = _envelope(time_s, price_used, line_j)
     complete = not clock.expired
     if not complete:  # where the last line is the highest, flatter ones would be higher
-        flattest = np.argsort(price_used)[:1]
+        flattest = np.argsort(price_used)[: min(2, len(price_used))]
         lower[lower <= _envelope(time_s, price_used[flattest], line_j[flattest])] = np.nan
     return Certificate(lower, _gap_pct(energy_j, lower, _top_j(trip, fastest)), price_used, line_j, complete)
 
@@ -213,8 +222,11 @@ def _steep_lines(
     x_m, w = fastest.position_m - problem.trip.origin_m, fastest.speed_mps**2
     found: dict[float, float] = {}
     price = max(above, _STEEP * max(energy_j, 1e-3 * _top_j(problem.trip, fastest)) / time_s)
-    while len(found) < _MOST_STEEP and not clock.expired:
+    most = _STEEPEST * price
+    while price <= most and len(found) < _MOST_STEEP and not clock.expired:
         line_j = problem.line(x_m, w, price, _STEEP_FINENESS)
+        if line_j - price * time_s > energy_j:
+            return  # the losses are below the precision of the run, and so is what a steeper line could tell
         yield price, line_j
         found[price] = line_j - price * time_s
         best = max(found, key=found.__getitem__)

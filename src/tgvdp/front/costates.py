@@ -11,6 +11,7 @@ import math
 from tgvdp._jit import kernel, leaf
 from tgvdp.front.phases import (
     COASTING,
+    DYNAMIC_BRAKING,
     HELD_BACK,
     HOLDING,
     REGENERATION,
@@ -20,6 +21,7 @@ from tgvdp.front.phases import (
     is_partial,
     is_standstill,
     phase_end,
+    slides,
 )
 
 
@@ -30,7 +32,7 @@ def _lowest(label, hold, retard):
         return -math.inf
     if label <= COASTING:
         return hold
-    return retard if label <= REGENERATION else 0.0
+    return retard if label <= REGENERATION or label == DYNAMIC_BRAKING else 0.0
 
 
 @leaf
@@ -76,7 +78,7 @@ def _pin(before, after, touch, hold, retard):
     """Values of p that a switch of regimes fixes: at the end of the phase before, at the start of the phase after."""
     level_before = _lowest(before, hold, retard) if is_partial(before) else math.nan
     level_after = _lowest(after, hold, retard) if is_partial(after) else math.nan
-    rise = _lowest(after, hold, retard)  # least p after, if p rises
+    rise = max(_lowest(before, hold, retard), _lowest(after, hold, retard))  # least p after, if p rises
     fall = _highest(after, hold, retard)
     if before == after:
         return math.nan, math.nan  # the run touches the limit within a regime
@@ -92,7 +94,7 @@ def _pin(before, after, touch, hold, retard):
 
 
 @kernel
-def _backward(first, last, p, hold, retard, length, label, source, growth, out):
+def _backward(first, last, p, hold, retard, length, w, cap, label, source, growth, out):
     """Integrate from p at the end of cell ``last`` − 1 back to ``first``; the end of each cell in ``out`` (K + 1)."""
     out[last] = p
     kind = label[last - 1]
@@ -101,7 +103,7 @@ def _backward(first, last, p, hold, retard, length, label, source, growth, out):
     for k in range(last - 1, first - 1, -1):
         if is_partial(kind) and not ramp:
             p = level
-        else:
+        elif ramp or not slides(k, w, cap):
             p = _step(p, -length[k], source[k], growth[k], _law_at(p, hold, retard) if ramp else _law(kind))
             if ramp and p <= level:
                 ramp = False
@@ -111,11 +113,11 @@ def _backward(first, last, p, hold, retard, length, label, source, growth, out):
 
 
 @kernel
-def _forward(first, last, p, length, label, source, growth, out):
+def _forward(first, last, p, length, w, cap, label, source, growth, out):
     """Integrate from p at the start of cell ``first``; the start of each cell in ``out``."""
     out[first] = p
     for k in range(first, last):
-        if not is_partial(label[k]):
+        if not (is_partial(label[k]) or slides(k, w, cap)):
             p = _step(p, length[k], source[k], growth[k], _law(label[k]))
         out[k + 1] = p
 
@@ -129,7 +131,7 @@ def _stiffness(length, w, price, k):
 
 @kernel
 def _fill_phase(
-    k, last, start_pin, end_pin, hold, retard, length, w, price, label, source, growth, left, right, ahead, back
+    k, last, start_pin, end_pin, hold, retard, length, w, cap, price, label, source, growth, left, right, ahead, back
 ):
     """Costates of the cells k to ``last`` − 1 from their values at the ends, either of which may be unknown (NaN).
 
@@ -138,9 +140,9 @@ def _fill_phase(
     use_back = not math.isnan(end_pin)
     use_ahead = not math.isnan(start_pin)
     if use_back:
-        _backward(k, last, end_pin, hold, retard, length, label, source, growth, back)
+        _backward(k, last, end_pin, hold, retard, length, w, cap, label, source, growth, back)
     if use_ahead:
-        _forward(k, last, start_pin, length, label, source, growth, ahead)
+        _forward(k, last, start_pin, length, w, cap, label, source, growth, ahead)
     total = 0.0
     for j in range(k, last):
         total += _stiffness(length, w, price, j)
@@ -225,10 +227,12 @@ def integrate_costates(length, w, cap, effort, price, hold, retard, label, sourc
             held = math.nan
             if is_partial(label[k]):
                 start_pin = math.nan
+            elif label[k] == TRACTION and last < stop and label[last] == TRACTION and math.isnan(start_pin):
+                end_pin = hold  # it meets the limit, and begins where another one ends
             elif math.isnan(start_pin) and math.isnan(end_pin):
                 start_pin = right[k - 1] if k > first else min(_highest(label[k], hold, retard), 0.0)
             stiff = _fill_phase(
-                k, last, start_pin, end_pin, hold, retard, length, w, price, label, source, growth,
+                k, last, start_pin, end_pin, hold, retard, length, w, cap, price, label, source, growth,
                 left, right, ahead, back,
             )  # fmt: skip
             again = not is_partial(label[k]) and math.isnan(start_pin) and k > first and left[k] > right[k - 1]
@@ -242,7 +246,7 @@ def integrate_costates(length, w, cap, effort, price, hold, retard, label, sourc
                 again = True
             if again:
                 _fill_phase(
-                    k, last, start_pin, end_pin, hold, retard, length, w, price, label, source, growth,
+                    k, last, start_pin, end_pin, hold, retard, length, w, cap, price, label, source, growth,
                     left, right, ahead, back,
                 )  # fmt: skip
         start_pin = next_pin

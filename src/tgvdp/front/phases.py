@@ -21,6 +21,7 @@ RETARDED = 3  # partial regeneration
 REGENERATION = 4  # the whole dynamic brake
 HELD_BACK = 5  # partial friction braking
 BRAKING = 6
+DYNAMIC_BRAKING = 7  # full braking that is all done by the dynamic brake: p from −η/2 on
 
 #: A row whose w changes by less than this share is cut into equal lengths, others into equal steps of ln w.
 _UNIFORM = 0.02
@@ -188,11 +189,13 @@ def _regime(effort, v, no_effort, regeneration, pull, pulls, dynamic, dynamics, 
         return COASTING
     if effort > 0.0:
         return TRACTION if effort >= _FULL_SHARE * piece_value(pull, piece_at(pull, pulls, v), v) else HOLDING
-    if -effort >= _FULL_SHARE * piece_value(brake, piece_at(brake, brakes, v), v):
-        return BRAKING
+    most = piece_value(brake, piece_at(brake, brakes, v), v)
+    full = -effort >= _FULL_SHARE * most
     if regeneration == 0.0:
-        return HELD_BACK
+        return BRAKING if full else HELD_BACK
     returned = piece_value(dynamic, piece_at(dynamic, dynamics, v), v)
+    if full:
+        return DYNAMIC_BRAKING if returned >= _FULL_SHARE * most else BRAKING
     if -effort < _FULL_SHARE * returned:
         return RETARDED
     return REGENERATION if -effort * _FULL_SHARE <= returned else HELD_BACK
@@ -282,14 +285,22 @@ def tidy_labels(sliver, length, w, cap, ceiling, hold, retard, label, source, gr
             k = last
 
 
+@leaf
+def slides(k, w, cap):
+    """Whether the run keeps the limit all along a cell."""
+    top = cap[k] * (1.0 - TOUCH)
+    return w[k] >= top and w[k + 1] >= top
+
+
 @kernel
 def phase_end(k, label, w, cap):
-    """First cell after the phase of cell k: another regime, or the run touches the limit there."""
+    """First cell after the phase of cell k: another regime, or the run meets or leaves the limit there."""
     j = k + 1
     while j < label.shape[0] and label[j] == label[k]:
-        top = min(cap[j - 1], cap[j]) * (1.0 - TOUCH)
+        touches = w[j] >= min(cap[j - 1], cap[j]) * (1.0 - TOUCH)
         peak = w[j] >= w[j - 1] and w[j] >= w[j + 1] and (w[j] > w[j - 1] or w[j] > w[j + 1])
-        if not is_partial(label[k]) and w[j] >= top and peak:
+        meets_drop = label[k] == COASTING and cap[j] < cap[j - 1] and w[j] < w[j - 1]
+        if not is_partial(label[k]) and touches and (peak or meets_drop):
             break
         j += 1
     return j

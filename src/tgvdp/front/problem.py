@@ -94,6 +94,13 @@ class BoundingProblem:
                 return xs[:n].copy(), ws[:n].copy()
             size *= 2
 
+    @property
+    def least_energy_j(self) -> float:
+        """Energy below which no run of any duration goes, J: effort never returns more than η of its work."""
+        work_j = 0.5 * self.train.inertia_kg * (self.trip.end_speed_mps**2 - self.trip.start_speed_mps**2)
+        work_j += float((self.train.davis_a_n + self.cells.grade_n) @ self.cells.length_m)
+        return max(self.energy.traction * work_j, self.energy.regeneration * work_j)
+
     def line(self, x_m: _Floats, w: _Floats, price_j_per_s: float, fineness: float = 1.0) -> float:
         """Lower bound of E + λT of every run, J, with the costate of the run of rows ``x_m``, ``w``."""
         ledger = self.ledger(x_m, w, price_j_per_s, fineness)
