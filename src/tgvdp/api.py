@@ -262,7 +262,9 @@ def _warnings(found: OptimalRuns | GridPaths) -> tuple[str, ...]:
     warnings = []
     if found.missed_s:
         times = ", ".join(f"{time_s:.6g} s" for time_s in found.missed_s)
-        warnings.append(f"no run was found for {times}: the running times of optimal runs jump there")
+        warnings.append(
+            f"no run takes {times} to the tolerance: running times jump there, and a faster run stands for it"
+        )
     if found.exhausted:
         warnings.append(
             f"the front ends with the thriftiest run, {found.duration_s[-1]:.6g} s: running longer saves nothing"

@@ -20,7 +20,7 @@ from tgvdp.model.checks import LARGEST
 #: A file of a few megabytes can hold millions of elements, each of which costs a hundred times its text.
 MOST_ELEMENTS = 500_000
 #: ... and attributes.
-MOST_ATTRIBUTES = 2_000_000
+MOST_ATTRIBUTES = 1_000_000
 #: railML nests some ten levels deep, extensions a few more.
 DEEPEST = 64
 

@@ -3,7 +3,9 @@
 The state of n qubits is a vector of 2ⁿ amplitudes; entry z holds the bits xᵢ = (z >> i) & 1, as `Qubo.all_energies`
 counts them and as registers of qubits do. The mixer turns `_GROUP` qubits at a time: their 32 × 32 matrix meets the
 state as a matrix product, and the transposition that follows brings the next qubits to the fast end; after all groups
-the order is the old one. At 20 qubits this takes less than half the time of one pass per qubit.
+the order is the old one. At 20 qubits this takes less than half the time of one pass per qubit. Products come in
+blocks that are too small for a threaded library to divide: results depend on no number of threads, and threads would
+wait for each other longer than they work.
 """
 
 from typing import NamedTuple
@@ -17,7 +19,9 @@ from tgvdp.formulations.qaoa import Angles
 #: Most qubits that are simulated: 16 MiB of amplitudes, a quarter of a second per layer of an evaluation with gradient.
 MAX_QUBITS = 20
 
+#: Qubits that one product turns, and rows of a block: together under the size from which OpenBLAS divides a product.
 _GROUP = 5
+_ROWS = 16
 
 _State = NDArray[np.complex128]
 
@@ -60,7 +64,7 @@ def statevector(energies: NDArray[np.float64], angles: Angles) -> _State:
     for gamma, beta in zip(angles.gamma, angles.beta, strict=True):
         state *= np.exp(-1j * gamma * energies)
         for size in _groups(n):
-            state = _rotated(state.reshape(-1, 1 << size) @ _mixer(size, beta))
+            state = _rotated(_turned(state, _mixer(size, beta)), size)
     return state
 
 
@@ -72,17 +76,16 @@ def evaluate(energies: NDArray[np.float64], angles: Angles) -> Evaluation:
     n = _qubits(energies)
     state = statevector(energies, angles)
     adjoint = energies * state
-    energy = float(np.vdot(state, adjoint).real)
+    energy = float(np.sum(np.abs(state) ** 2 * energies))
     by_gamma, by_beta = np.empty_like(angles.gamma), np.empty_like(angles.beta)
     for layer in reversed(range(len(angles.gamma))):
         slope = 0.0
         for size in _groups(n):
-            block, other = state.reshape(-1, 1 << size), adjoint.reshape(-1, 1 << size)
-            slope += float(np.vdot(other, block @ _sum_of_x(size)).imag)
+            slope += _imaginary(adjoint, _turned(state, _sum_of_x(size)))
             undo = _mixer(size, -angles.beta[layer])
-            state, adjoint = _rotated(block @ undo), _rotated(other @ undo)
+            state, adjoint = (_rotated(_turned(one, undo), size) for one in (state, adjoint))
         by_beta[layer] = 2.0 * slope
-        by_gamma[layer] = 2.0 * np.vdot(adjoint, energies * state).imag
+        by_gamma[layer] = 2.0 * _imaginary(adjoint, energies * state)
         phase = np.exp(1j * angles.gamma[layer] * energies)
         state *= phase
         adjoint *= phase
@@ -110,9 +113,21 @@ def _groups(n: int) -> list[int]:
     return [min(_GROUP, n - start) for start in range(0, n, _GROUP)]
 
 
-def _rotated(block: _State) -> _State:
+def _turned(state: _State, matrix: _State) -> _State:
+    """Apply a symmetric matrix to the qubits at the fast end."""
+    rows = len(state) // len(matrix)
+    blocks = state.reshape(-1, min(rows, _ROWS), len(matrix))
+    return np.asarray(blocks @ matrix).reshape(-1)
+
+
+def _rotated(state: _State, size: int) -> _State:
     """Bring the qubits of the next group to the fast end."""
-    return np.ascontiguousarray(block.T).reshape(-1)
+    return np.ascontiguousarray(state.reshape(-1, 1 << size).T).reshape(-1)
+
+
+def _imaginary(first: _State, second: _State) -> float:
+    """Im⟨first|second⟩."""
+    return float(np.sum(first.real * second.imag) - np.sum(first.imag * second.real))
 
 
 def _mixer(size: int, beta: float) -> _State:

@@ -46,7 +46,7 @@ class OptimalRuns:
     counters : dict of str to int
         Cells of the mesh that was fine enough, and work done on all meshes: pilots, runs, costates.
     missed_s : tuple of float
-        Targets that are left out: running times jump over them.
+        Targets that no run meets, as running times jump over them: a faster run stands for each, or none.
     """
 
     duration_s: NDArray[np.float64]
@@ -86,9 +86,9 @@ def optimal_front(
     Returns
     -------
     OptimalRuns
-        One run for each target, or for those before the budget ended. A target is left out where the running times of
-        optimal runs jump over it and no blend meets it. Where no slower run saves energy any more, the
-        front ends with the thriftiest run.
+        One run for each target, or for those before the budget ended; none is later than its target. Where running
+        times jump over a target, and no blend meets it, a faster run stands for it, or none, and `missed_s` names it.
+        Where no slower run saves energy any more, the front ends with the thriftiest run.
 
     Raises
     ------
@@ -119,7 +119,8 @@ def optimal_front(
             n, *point = front.point(target - half_s) if saves else front.thriftiest()
             if saves and abs(point[0] - target + half_s) > half_s * (1.0 + _SAME):
                 missed_s.append(target)
-            elif not found or point[0] > found[-1][0] * (1.0 + _SAME):  # else the thriftiest run is there already
+            # A run that is no slower than the last one is among the points already.
+            if point[0] <= target * (1.0 + _SAME) and (not found or point[0] > found[-1][0] * (1.0 + _SAME)):
                 found.append((point[0], point[1], point[2]))
                 rows.append((front.mesh.rows[0][:n].copy(), front.mesh.rows[1][:n].copy()))
             if not saves:

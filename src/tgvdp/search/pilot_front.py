@@ -26,7 +26,7 @@ _IDLE_STEPS = 6
 #: the chord, the front may bend where the cubic does not show it.
 _BEND = 2e-3
 #: ... but of no less than this share of the energy of the fastest run: a net energy may be 0.
-_LEAST_SHARE = 0.05
+_LEAST_SHARE = 0.1
 #: Two multipliers whose logarithms differ by less are one.
 _SAME_PRICE = 2e-3
 #: Multipliers beyond this multiple of the usual one are infinite.
@@ -34,7 +34,7 @@ _HIGHEST_PRICE = 1e12
 #: Relative difference below which running times or energies are the same.
 _SAME = 1e-9
 _MOST_PILOTS = 250
-#: A mesh is fine enough when its cost differs from that of the mesh before by less than this share of the energy: as
+#: A mesh is fine enough when its cost is below that of the mesh before by less than this share of the energy: as
 #: errors fall by 3 to 8 from mesh to mesh, its own is a fraction of that.
 _MESH_LOSS = 1.5e-3
 
@@ -88,12 +88,12 @@ class PilotFront:
         if self.clock.expired:
             raise OutOfTime
 
-    def agrees(self, other: "PilotFront") -> bool:
-        """Whether two meshes give runs of nearly the same cost for the multipliers that both have marched through."""
-        costs = {pilot.price: pilot.cost_j(pilot.price) for pilot in other.pilots[1:]}
+    def agrees(self, coarser: "PilotFront") -> bool:
+        """Whether a coarser mesh gives runs that are hardly dearer, for the multipliers that both marched through."""
+        costs = {pilot.price: pilot.cost_j(pilot.price) for pilot in coarser.pilots[1:]}
         both = [pilot for pilot in self.pilots[1:] if pilot.price in costs]
         return bool(both) and all(
-            abs(pilot.cost_j(pilot.price) - costs[pilot.price])
+            costs[pilot.price] - pilot.cost_j(pilot.price)
             <= _MESH_LOSS * max(pilot.energy_j, _LEAST_SHARE * self.scale_j)
             for pilot in both
         )
@@ -193,4 +193,6 @@ class PilotFront:
             middle_share = 0.5 * (lo + hi)
             lo, hi = (middle_share, hi) if run[1] < target_s else (lo, middle_share)
             run = self.mesh.drive(here, there, 0.5 * (lo + hi), self.counters)
+        if run[1] > target_s + self.tolerance_s:  # the time jumps even within one cell: rather too early than too late
+            run = self.mesh.drive(here, there, lo, self.counters)
         return run

@@ -140,6 +140,6 @@ def elimination_order(qubo: Qubo) -> tuple[list[int], int]:
 def _sampled(solver: str, sampler: Any, encoded: Encoded, budget: dict[str, Any], details: dict[str, Any]) -> Solution:
     bqm = bqm_of(encoded.qubo)
     start = time.perf_counter()
-    sampleset = sampler.sample(bqm, **budget)
+    sampleset = sampler.sample(bqm, **budget) if encoded.qubo.n else None
     elapsed_s = time.perf_counter() - start
     return sampled_solution(solver, encoded, samples_of(sampleset, encoded.qubo), elapsed_s, details)

@@ -32,7 +32,7 @@ MOST_STATES = 500_000_000
 #: Families are split where the windows hold more states than this: below, filling them takes less time.
 _SPLIT_ABOVE = 4_000_000
 #: Growth of the gap, and its first value as a part of the range of all costs.
-_GROWTH = 4
+_GROWTH = 2
 _FIRST_GAPS = 1 << 14
 
 
@@ -81,30 +81,64 @@ def optimal_plan(ladder: Ladder, most_states: int = MOST_STATES) -> Optimum:
     concave = bool((np.diff(ladder.cost[1], 2) < 0).any())
     gap, known = 0, dearest
     while families:
-        least = min(one.bound for one in families)
+        least = min(families).bound
         slack = 0.5 + 1e-12 * max(abs(least), abs(dearest))
         guess = min(_next_cost(ladder, least - slack) + gap, known)
-        near = [one for one in families if one.bound <= guess + slack]
-        tables = [_table(ladder, one, heights, guess + slack) for one in near]
-        states = sum(table.states for table in tables)
-        if concave and states > _SPLIT_ABOVE and any(one.touch < one.top for one in near):
-            families, gap = _split(ladder, families, near), 0
+        found = _solve_families(ladder, sorted(families), heights, guess, slack, most_states, concave)
+        if isinstance(found, Family):  # too wide
+            families, gap = _split(ladder, families, found), 0
             continue
-        if states > most_states:
-            raise BudgetExceededError(
-                f"{ladder.instance.id}: needs {states} states (step, speed, distance), and may keep {most_states}; "
-                f"the objective is at least {ladder.objective(_next_cost(ladder, least - slack)):.9g}"
-            )
-        solved = [_filled(ladder, table) for table in tables]
-        best = min((cost for cost, _ in solved), default=int(kernels.NEVER))
-        if best <= guess:
-            walks = [walk for cost, walk in solved if cost == best]
-            return Optimum(paths.one_path(*walks[0]), best, sum(map(_count, walks)), states, least)
+        if found.cost <= guess:
+            path = paths.one_path(*found.walks[0])
+            return Optimum(path, found.cost, sum(map(_count, found.walks)), found.states, least)
         if guess == dearest:
             break
-        known = min(known, best)
+        known = min(known, found.cost)
         gap = max(gap * _GROWTH, ladder.quantum, (dearest - guess) // _FIRST_GAPS)
     raise _infeasible(ladder)
+
+
+class _Solved(NamedTuple):
+    """Least cost over some families, the walks of those that reach it, and the states that it took."""
+
+    cost: int
+    walks: list[_Walk]
+    states: int
+
+
+def _solve_families(
+    ladder: Ladder,
+    families: list[Family],
+    heights: Ints,
+    guess: int,
+    slack: float,
+    most_states: int,
+    concave: bool,
+) -> _Solved | Family:
+    """Fill the windows of all families whose bound is no more than the guess or what others found, best bound first.
+
+    Returns a family that is to be split, where one has too many states.
+    """
+    best, walks, states = int(kernels.NEVER), list[_Walk](), 0
+    for one in families:
+        limit = min(guess, best) + slack
+        if one.bound > limit:
+            break
+        table = _table(ladder, one, heights, limit)
+        if concave and table.states > _SPLIT_ABOVE and one.touch < one.top:
+            return one
+        if table.states > most_states:
+            least = ladder.objective(_next_cost(ladder, families[0].bound - slack))
+            raise BudgetExceededError(
+                f"{ladder.instance.id}: needs {table.states} states (step, speed, distance), and may keep "
+                f"{most_states}; the objective is at least {least:.9g}"
+            )
+        states += table.states
+        cost, walk = _filled(ladder, table)
+        if cost <= best:
+            walks = [*walks, walk] if cost == best else [walk]
+            best = cost
+    return _Solved(best, walks, states)
 
 
 class _Table(NamedTuple):
@@ -141,10 +175,9 @@ def _next_cost(ladder: Ladder, bound: float) -> int:
     return ladder.quantum * int(np.ceil(bound / ladder.quantum))
 
 
-def _split(ladder: Ladder, families: list[Family], near: list[Family]) -> list[Family]:
-    """Halve the families that are near, and then those of the least bound until that is one of a single top speed."""
-    families = [one for one in families if one not in near or one.touch == one.top]
-    families += [half for one in near if one.touch < one.top for half in halves(ladder, one)]
+def _split(ladder: Ladder, families: list[Family], wide: Family) -> list[Family]:
+    """Halve a family, and then those of the least bound until that is one of a single top speed."""
+    families = [*(one for one in families if one != wide), *halves(ladder, wide)]
     while families:
         least = min(families)
         if least.touch == least.top:

@@ -27,7 +27,7 @@ class Options:
     angles : {"optimised", "ramp"}
         Of QAOA.
     starts : int
-        Random starting points of the optimisation of the angles, besides the ramp.
+        Random starting points of the optimisation of the angles, per number of layers.
     time_limit_s : float or None
         For solvers that prove optimality (milp, scip) and for hybrid ones; none by default.
     backend : str or None
@@ -45,7 +45,7 @@ class Options:
     sweeps: int = 1000
     layers: int = 3
     angles: AngleChoice = "optimised"
-    starts: int = 8
+    starts: int = 4
     time_limit_s: float | None = None
     backend: str | None = None
 

@@ -46,6 +46,7 @@ SOLVERS: dict[str, Solver] = {
     "descent": Solver("annealing", "solve_descent", qubo=True),
     "tree": Solver("annealing", "solve_tree", qubo=True),
     "scip": Solver("scip", "solve_scip", _BOTH),
+    "qaoa": Solver("qaoa", "solve_qaoa", qubo=True),
     "exact-qubo": Solver("annealing", "solve_exact_qubo", qubo=True),
 }
 
