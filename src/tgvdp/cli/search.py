@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from tgvdp.report.provenance import Input
 
 DEFAULT_TRAIN = "tgv"
+PROFILE_FORMATS = ("csv", "parquet", "railtoolkit")
+_PROFILES_HELP = "Format of the speed profiles; railtoolkit is the driving course that TrainRuns.jl prints."
 DEFAULT_TRACK = "lgv-100km"
 _PATHS_HELP = "best-first: stop after so many complete paths.  [default: 100]"
 _TRAIN_HELP = f"Train: a file, or a name of the catalog.  [default: {DEFAULT_TRAIN}]"
@@ -152,6 +154,7 @@ def _complete(_: click.Context, parameter: click.Parameter, incomplete: str) -> 
     "--time-limit", "time_limit_s", metavar="S", type=number("s", above=0.0), help="End after so many seconds."
 )
 @click.option("--certify/--no-certify", default=True, show_default=True, help="Prove how far the optimum can be.")
+@click.option("--profiles", type=click.Choice(PROFILE_FORMATS), default="csv", show_default=True, help=_PROFILES_HELP)
 @click.option("--out", metavar="DIR", default="out", show_default=True, help="Folder of the results.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object on stdout, everything else on stderr.")
 @click.option("--quiet", is_flag=True, help="Print nothing but errors and what --json asks for.")
@@ -161,6 +164,7 @@ def command(
     scenario: str | None,
     journey: str | None,
     certify: bool,
+    profiles: str,
     out: str,
     as_json: bool,
     quiet: bool,
@@ -201,7 +205,7 @@ def command(
             checks_s["certify"] = time.perf_counter() - proving_s
         screen.progress("drawing and writing")
         provenance = make_provenance(result.options, case.inputs, result.elapsed_s, checks_s)
-        files = write_results(result, out, provenance, verdicts, certificate)
+        files = write_results(result, out, provenance, verdicts, certificate, profiles)
 
     content = result_object(result, verdicts, provenance, certificate)
     if as_json:

@@ -8,9 +8,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tgvdp.report.courses import PROFILE_FILES
 from tgvdp.report.files import write_files
 from tgvdp.report.plain import plain
-from tgvdp.report.tables import front_csv, profiles_csv, result_object
+from tgvdp.report.tables import front_csv, result_object
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,6 +30,7 @@ def write_results(
     provenance: Mapping[str, Any],
     verdicts: Sequence["Verdict"] | None = None,
     certificate: "Certificate | None" = None,
+    profiles: str = "csv",
 ) -> list[Path]:
     """Write all files of a result into a folder, all or none.
 
@@ -46,6 +48,8 @@ def write_results(
         Of ``result.verify()``, when the caller has them already.
     certificate : Certificate, optional
         Of ``result.certify()``; without it files and pictures hold no bounds.
+    profiles : {"csv", "parquet", "railtoolkit"}
+        Format of the speed profiles.
 
     Returns
     -------
@@ -58,10 +62,11 @@ def write_results(
         When the folder cannot be written.
     """
     content = result_object(result, result.verify() if verdicts is None else verdicts, provenance, certificate)
+    profiles_name, profiles_of = PROFILE_FILES[profiles]
     files = {
         "result.json": _json(content),
         "front.csv": front_csv(content).encode(),
-        "profiles.csv": profiles_csv(result).encode(),
+        profiles_name: profiles_of(result),
         **_pictures(result, provenance, certificate),
     }
     ledger = {

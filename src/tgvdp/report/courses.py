@@ -1,0 +1,101 @@
+"""Speed profiles as files: CSV, Parquet, and the driving course that railtoolkit's TrainRuns.jl prints."""
+
+import io
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tgvdp.errors import MissingExtraError
+from tgvdp.report.tables import FASTEST_ID, PROFILE_COLUMNS, profiles_csv
+
+if TYPE_CHECKING:
+    from tgvdp.api import SearchResult
+    from tgvdp.model.train import Train
+    from tgvdp.physics.profile import Profile
+
+#: Columns of TrainRuns.jl's driving course in SI, after the id of the run: resistances are means up to the next row.
+COURSE_COLUMNS = (
+    "id", "label", "driving_mode", "s", "v", "t", "a", "F_T", "F_R", "R_path", "R_traction", "R_wagons",
+)  # fmt: skip
+_MODES = {"traction": "accelerating", "cruising": "cruising", "coasting": "coasting", "braking": "braking"}
+
+
+def profiles_parquet(result: "SearchResult") -> bytes:
+    """All profiles in one Parquet table of the columns of ``profiles.csv``, numbers in full.
+
+    Raises
+    ------
+    MissingExtraError
+        When pyarrow is not installed.
+    """
+    arrow, parquet = _pyarrow()
+    runs = list(_runs(result))
+    columns = {"id": np.concatenate([[name] * len(run.position_m) for name, run in runs])}
+    for column in PROFILE_COLUMNS[1:-1]:
+        columns[column] = np.concatenate([getattr(run, column) for _, run in runs])
+    columns[PROFILE_COLUMNS[-1]] = np.concatenate([run.regime_names for _, run in runs])
+    buffer = io.BytesIO()
+    parquet.write_table(arrow.table(columns), buffer)
+    return buffer.getvalue()
+
+
+def driving_course_csv(result: "SearchResult") -> str:
+    """All profiles as driving courses: F_T is traction alone, and line resistance is what remains of F_R.
+
+    The effort of brakes has no column there; R_traction is the resistance of the whole train, R_wagons 0.
+    """
+    lines = [",".join(COURSE_COLUMNS)]
+    for name, run in _runs(result):
+        lines.extend(_course_lines(name, run, result.trip.train))
+    return "\n".join(lines) + "\n"
+
+
+def _course_lines(name: str, run: "Profile", train: "Train") -> Iterator[str]:
+    v0, v1 = run.speed_mps[:-1], run.speed_mps[1:]
+    step_m = np.diff(run.position_m)
+    acceleration = 0.5 * (v1 * v1 - v0 * v0) / step_m
+    # Means over the distance at constant acceleration, where v² is linear in position.
+    mean_v = (2.0 / 3.0) * (v0 * v0 + v0 * v1 + v1 * v1) / (v0 + v1)
+    own_n = train.davis_a_n + train.davis_b_n_per_mps * mean_v + train.davis_c_n_per_mps2 * 0.5 * (v0 * v0 + v1 * v1)
+    total_n = run.force_n[:-1] - train.inertia_kg * acceleration
+    columns = (acceleration, np.maximum(run.force_n[:-1], 0.0), total_n, total_n - own_n, own_n)
+    ended = [np.append(values, 0.0) + 0.0 for values in columns]
+    for index, regime in enumerate(run.regime_names):
+        a, traction_n, resistance_n, path_n, own = (float(values[index]) for values in ended)
+        mode = _mode(regime, a, float(run.force_n[index]), float(run.speed_mps[index]), index == len(v0))
+        state = (run.position_m[index], run.speed_mps[index], run.time_s[index])
+        numbers = (*state, a, traction_n, resistance_n, path_n, own, 0.0)
+        yield f"{name},,{mode}," + ",".join(f"{float(value):.12g}" for value in numbers)
+
+
+def _mode(regime: str, acceleration_mps2: float, force_n: float, speed_mps: float, last: bool) -> str:
+    """TrainRuns' name of what the train does."""
+    if last and speed_mps == 0.0:
+        return "standstill"
+    if regime == "traction" and acceleration_mps2 < 0.0:
+        return "diminishing"  # a climb that full traction cannot hold
+    if regime == "cruising" and force_n < 0.0:
+        return "downhillBraking"
+    return _MODES[regime]
+
+
+def _runs(result: "SearchResult") -> Iterator[tuple[str, "Profile"]]:
+    yield FASTEST_ID, result.fastest.profile
+    yield from ((str(index), result.profile(index)) for index in range(len(result.front)))
+
+
+def _pyarrow() -> tuple[Any, Any]:
+    try:
+        return import_module("pyarrow"), import_module("pyarrow.parquet")
+    except ImportError:
+        raise MissingExtraError("profiles as Parquet need pyarrow: pip install 'tgvdp[formats]'") from None
+
+
+#: File and content of profiles, by format.
+PROFILE_FILES: dict[str, tuple[str, Callable[["SearchResult"], bytes]]] = {
+    "csv": ("profiles.csv", lambda result: profiles_csv(result).encode()),
+    "parquet": ("profiles.parquet", profiles_parquet),
+    "railtoolkit": ("driving_course.csv", lambda result: driving_course_csv(result).encode()),
+}
