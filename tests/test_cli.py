@@ -220,8 +220,11 @@ def test_table_rows_are_spread_evenly_and_hold_both_ends(count):
 def test_table_of_a_single_point():
     point = {"id": 0, "time_s": 2.5, "delay_s": 0.0, "margin_pct": 0.0, "energy_kwh": 1e-7, "saved_pct": 0.0}
     point |= {"price_kwh_per_min": None, "lower_bound_kwh": None, "gap_pct": None}
-    table = front_table({"front": [point], "fastest": {"time_s": 2.5, "stepped_time_s": None, "energy_kwh": 1e-7}})
+    fastest = {"time_s": 2.5, "energy_kwh": 1e-7, "stepped_time_s": None}
+    table = front_table({"front": [point], "fastest": fastest})
     assert "2.5 s" in table
     assert "1e-07 kWh" in table
     assert "gap" not in table
     assert table.endswith("1 point on the front")
+    stepped = front_table({"front": [point], "fastest": fastest | {"stepped_time_s": 2.375}})
+    assert stepped == f"{table}\n  by the explicit steps of the convention 2.38 s, converged 2.50 s"

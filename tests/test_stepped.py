@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from tgvdp.api import search
@@ -11,7 +12,7 @@ from tgvdp.line.cells import cells_of
 from tgvdp.line.fastest import fastest_run
 from tgvdp.line.stepped import stepped_time_s
 from tgvdp.model.effort import EffortCurve
-from tgvdp.model.track import Gradient, SpeedLimit, Track
+from tgvdp.model.track import Gradient, NeutralSection, SpeedLimit, Track
 from tgvdp.model.train import BrakingRate, Train
 from tgvdp.model.trip import Trip
 
@@ -93,6 +94,19 @@ def test_braking_rates_change_where_their_speeds_are():
     )
     trip = trip_of(train, ((0.0, 20.0),), length_m=1250.0, start_speed_mps=20.0)
     assert stepped_time_s(trip, 20.0) == pytest.approx(50.0 + 30.0, rel=1e-12)
+
+
+def test_a_neutral_section_is_coasted_through():
+    """Without resistance 10 m/s stay 10 m/s over its 100 m, where the others would gain speed."""
+    train = Train(mass_kg=1.0, traction=EffortCurve.from_caps(1.0), braking_rates=(BrakingRate(0.0, 0.5),))
+    track = Track(
+        length_m=200.0,
+        speed_limits=(SpeedLimit(0.0, 50.0),),
+        neutral_sections=(NeutralSection(50.0, 100.0),),
+    )
+    trip = Trip(train=train, track=track, origin_m=0.0, destination_m=200.0, end_speed_mps=math.sqrt(200.0))
+    cells = cells_of(trip, np.array([50.0, 150.0]))
+    assert stepped_time_s(trip, 20.0, cells) == pytest.approx(10.0 + 10.0 + math.sqrt(200.0) - 10.0, rel=1e-12)
 
 
 def test_a_train_that_stalls_has_no_running_time():

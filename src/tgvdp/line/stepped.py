@@ -25,13 +25,17 @@ _ON_CEILING = 1e-12
 
 
 class _Cell(NamedTuple):
-    """One cell of the line: ends in m, grade force in N, coefficient of v² in N/(m/s)², squared limit in m²/s²."""
+    """One cell of the line: ends in m, grade force in N, coefficient of v² in N/(m/s)², squared limit in m²/s².
+
+    ``powered`` is False in neutral sections: there is neither traction nor dynamic brake.
+    """
 
     start_m: float
     end_m: float
     grade_n: float
     air: float
     limit_w: float
+    powered: bool
 
 
 class _Ceiling(NamedTuple):
@@ -72,9 +76,14 @@ def stepped_time_s(trip: Trip, step_m: float, cells: Cells | None = None) -> flo
     """
     columns = cells_of(trip) if cells is None else cells
     rows = [
-        _Cell(*map(float, row))
-        for row in zip(
-            columns.station_m[:-1], columns.station_m[1:], columns.grade_n, columns.air, columns.limit_w, strict=True
+        _Cell(start_m, end_m, grade_n, air, limit_w, _is_powered(trip, 0.5 * (start_m + end_m)))
+        for start_m, end_m, grade_n, air, limit_w in zip(
+            columns.station_m[:-1].tolist(),
+            columns.station_m[1:].tolist(),
+            columns.grade_n.tolist(),
+            columns.air.tolist(),
+            columns.limit_w.tolist(),
+            strict=True,
         )
     ]
     ceilings = _ceilings(trip, rows, step_m)
@@ -85,6 +94,13 @@ def stepped_time_s(trip: Trip, step_m: float, cells: Cells | None = None) -> flo
         if math.isinf(time_s):
             break
     return time_s
+
+
+def _is_powered(trip: Trip, at_m: float) -> bool:
+    """Whether there is current at a position, counted from the origin."""
+    return not any(
+        row.position_m <= trip.origin_m + at_m < row.position_m + row.length_m for row in trip.track.neutral_sections
+    )
 
 
 def _ceilings(trip: Trip, cells: list[_Cell], step_m: float) -> list[_Ceiling]:
@@ -152,7 +168,8 @@ def _step(cell: _Cell, ceiling: _Ceiling, x_m: float, w: float, slope: float, st
 def _acceleration_mps2(trip: Trip, cell: _Cell, w: float) -> float:
     """Acceleration at full traction."""
     train, speed_mps = trip.train, math.sqrt(w)
-    net_n = train.traction.effort_n(speed_mps) - _load_n(trip, cell, speed_mps)
+    effort_n = train.traction.effort_n(speed_mps) if cell.powered else 0.0
+    net_n = effort_n - _load_n(trip, cell, speed_mps)
     return min(net_n / train.inertia_kg, train.max_acceleration_mps2)
 
 
@@ -160,7 +177,7 @@ def _deceleration_mps2(trip: Trip, cell: _Cell, w: float) -> tuple[float, float]
     """Deceleration at full braking, and the squared speed up to which it holds at most, m²/s²."""
     train, speed_mps = trip.train, math.sqrt(w)
     if not train.braking_rates:
-        brake_n = train.braking.effort_n(speed_mps) + train.friction_brake_n
+        brake_n = train.friction_brake_n + (train.braking.effort_n(speed_mps) if cell.powered else 0.0)
         rate = (brake_n + _load_n(trip, cell, speed_mps)) / train.inertia_kg
         return min(rate, train.max_deceleration_mps2), math.inf
     starts_w = [rate.from_mps**2 for rate in train.braking_rates]
