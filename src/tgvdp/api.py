@@ -3,7 +3,7 @@
 import inspect
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -33,6 +33,8 @@ from tgvdp.search.paths import GridPaths
 from tgvdp.search.refine import refine_front
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
 
+#: What a search on a grid has left when building the grid took all the time, s.
+_LEAST_TIME_S = 1e-3
 #: Running times at which a front on a grid is compared with the continuous optimum.
 _CERTIFIED_TIMES = 32
 
@@ -315,12 +317,17 @@ def _find(trip: Trip, fastest: Fastest, budget: SearchBudget, options: dict[str,
         return _continuous_front(trip, fastest.profile, target_s, budget)
     max_time_s = fastest.time_s * (1.0 + options["max_margin"])
     segment_m, speeds = options["segment_m"], options["speeds"]
-    if options["method"] == "exact":
-        return exact_front(build_grid(trip, segment_m, speeds, budget), max_time_s, budget)
-    if segment_m is None:
-        segment_m = trip.distance_m / DEFAULT_SEGMENTS
+    exact = options["method"] == "exact"
+    if not exact:
+        segment_m = trip.distance_m / DEFAULT_SEGMENTS if segment_m is None else segment_m
+        speeds = DEFAULT_SPEEDS if speeds is None else speeds
+    clock = budget.start()
+    grid = build_grid(trip, segment_m, speeds, budget)
+    budget = replace(budget, time_limit_s=max(budget.time_limit_s - clock.elapsed_s, _LEAST_TIME_S))
+    if exact:
+        return exact_front(grid, max_time_s, budget)
     return best_first(
-        build_grid(trip, segment_m, DEFAULT_SPEEDS if speeds is None else speeds, budget),
+        grid,
         max_time_s,
         budget,
         heuristic=options["heuristic"],
