@@ -5,7 +5,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tgvdp.formats.places import line_of, lines_of
@@ -96,6 +96,7 @@ VALUES = st.recursive(
 )
 
 
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.dictionaries(st.text("abc[]{},=:# ", max_size=4), VALUES, max_size=4), st.sampled_from([None, 0, 2]))
 def test_every_place_of_any_json_is_found_and_lines_do_not_decrease(tree, indent):
     text = json.dumps(tree, indent=indent)

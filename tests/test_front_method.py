@@ -175,9 +175,13 @@ def test_no_plain_grid_is_better(name):
 @pytest.mark.parametrize("points", [2, 60, 200])
 def test_any_margin_and_number_of_points(margin, points):
     fastest, found = check_front(HILLS, margin, points)
-    assert len(found.duration_s) == points
     wanted = fastest.duration_s * np.linspace(1.0, 1.0 + margin, points)
-    assert np.abs(found.duration_s - wanted).max() <= 0.05 * (wanted[1] - wanted[0])
+    step_s = wanted[1] - wanted[0]
+    # The mesh's own fastest run may be slower by its rows; what lies between the two is named, not returned.
+    assert all(missed_s <= fastest.duration_s * (1.0 + 1e-5) for missed_s in found.missed_s)
+    kept = np.array([not np.isclose(time_s, found.missed_s, rtol=0.0, atol=1e-9).any() for time_s in wanted.tolist()])
+    assert len(found.duration_s) == kept.sum()
+    assert np.abs(found.duration_s - wanted[kept]).max() <= 0.05 * step_s
 
 
 def test_running_times_that_are_asked_for():
