@@ -48,7 +48,7 @@ class Convention:
     mass_model: str = "point"
     limits: str = "head"
     curves: str = "none"
-    tunnels: bool = True
+    tunnels: bool = False
     step_m: float | None = None
 
     def __post_init__(self) -> None:
@@ -67,7 +67,7 @@ class Convention:
 TTOBENCH = Convention(name="ttobench")
 OSRD = Convention(name="osrd", mass_model="strip", limits="tail", curves="800/R")
 TRAINRUNS = Convention(
-    name="trainruns", gravity_mps2=STANDARD_GRAVITY_MPS2, mass_model="strip", limits="tail", tunnels=False, step_m=20.0
+    name="trainruns", gravity_mps2=STANDARD_GRAVITY_MPS2, mass_model="strip", limits="tail", step_m=20.0
 )
 
 #: Presets by the name that ``--convention`` takes; the first one is the default.

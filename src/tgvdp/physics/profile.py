@@ -1,7 +1,7 @@
 """Speed profiles: what a run looks like, row by row.
 
-Between two rows the acceleration is constant, so v² is linear in position; gradient, limit and drag are constant
-because every break of the line is a row.
+Between two rows the acceleration is constant, so v² is linear in position; limit and current are constant because
+every break of the line is a row, and resistance and drag are exact means.
 """
 
 from dataclasses import dataclass
@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import kernel
-from tgvdp.constants import GRAVITY_MPS2
 from tgvdp.model.trip import Trip
 from tgvdp.physics.arc import arc
 from tgvdp.physics.forces import KernelTrain, kernel_train, mean_brake, mean_effort
+from tgvdp.physics.resolved import resolve
 
 #: Driving regimes; a profile stores the index.
 REGIMES = ("traction", "cruising", "coasting", "braking")
@@ -116,12 +116,9 @@ def profile_of(trip: Trip, x_m: NDArray[np.float64], w: NDArray[np.float64]) -> 
     Profile
     """
     train: KernelTrain = kernel_train(trip.train)
-    gradients = np.array(trip.track.gradients or ((0.0, 0.0),), dtype=np.float64)
-    middle_m = trip.origin_m + 0.5 * (x_m[:-1] + x_m[1:])
-    permil = gradients[np.searchsorted(gradients[:, 0], middle_m, side="right") - 1, 1]
+    w, grade_n, air = resolve(trip).follow(x_m, w)
     n = len(x_m)
     time, force, energy = np.empty(n), np.empty(n), np.empty(n)
     regime = np.empty(n, dtype=np.int8)
-    air = np.full(n - 1, trip.train.davis_c_n_per_mps2)
-    _measure(train, x_m, w, trip.train.mass_kg * GRAVITY_MPS2 / 1000.0 * permil, air, time, force, energy, regime)
+    _measure(train, x_m, w, grade_n, air, time, force, energy, regime)
     return Profile(trip.origin_m + x_m, np.sqrt(w), time, force, energy, regime)
