@@ -1,13 +1,15 @@
 """The built-in trains and lines: names, files, sources, and that they are what they say."""
 
 import itertools
+import math
 import tomllib
 
 import pytest
 
 from tgvdp.errors import InputError
-from tgvdp.formats import describe_file, input_digest, load_track, load_train
+from tgvdp.formats import describe_file, input_digest, load_energy_map, load_track, load_train
 from tgvdp.model import catalog
+from tgvdp.model.energy import violations
 
 EVERY = [(kind, name) for kind in catalog.KINDS for name in catalog.names(kind)]
 
@@ -15,13 +17,14 @@ EVERY = [(kind, name) for kind in catalog.KINDS for name in catalog.names(kind)]
 def test_the_catalog_holds_what_the_documentation_names():
     assert catalog.names("train") == ("alstom-emu", "tgv")
     assert catalog.names("track") == ("flat-100km", "lgv-100km")
+    assert catalog.names("map") == ("alstom-map",)
     names = [name for _, name in EVERY]
     assert len(set(names)) == len(names)  # a name alone finds its file
 
 
 @pytest.mark.parametrize(("kind", "name"), EVERY)
 def test_every_entry_loads_under_its_name_and_says_where_it_comes_from(kind, name):
-    item = {"train": load_train, "track": load_track}[kind](name)
+    item = {"train": load_train, "track": load_track, "map": load_energy_map}[kind](name)
     assert item.name == name
     assert item.notes
     assert all(note.split(":")[0] in ("source", "assumed", "uncertain", "synthetic") for note in item.notes)
@@ -74,6 +77,18 @@ def test_lgv_is_a_100_km_high_speed_line_with_ramps_up_to_35_permil():
     altitudes = [line.altitude_m + height for height in heights]
     assert 100.0 < min(altitudes) < max(altitudes) < 500.0
     assert any(note.startswith("synthetic") for note in line.notes)
+
+
+def test_alstom_map_is_the_seeds_cost_function_and_covers_its_train_but_for_faint_demands():
+    power = load_energy_map("alstom-map")
+    for i, speed_mps in enumerate(power.speed_mps):
+        for j, demand in enumerate(power.demand):
+            share = (1 - math.exp(-3.6 * speed_mps / 220)) * math.tanh(100 * abs(demand)) * (1 - math.exp(-abs(demand)))
+            cost_w = 9.8e6 * share / ((1 - math.exp(-1)) ** 2 * math.tanh(100))
+            assert power.power_w[i][j] == pytest.approx(cost_w if demand >= 0 else -0.6 * cost_w, abs=60.0)
+    found = violations(load_train("alstom-emu"), power)
+    assert found
+    assert all(one.demand < 0.01 and one.power_w < one.bound_w for one in found)
 
 
 def test_flat_is_the_seeds_trip_within_the_domain_of_the_emus_polynomials():

@@ -212,9 +212,9 @@ def test_bad_scenarios(tmp_path, path, value, message):
     ("content", "message"),
     [
         ("[trian]\nmass_t = 5", "got 'trian', did you mean 'train'?"),
-        ("name = 'only a name'", "holds none of train, track and run, nor a TTOBench train or track, got 'name'"),
+        ("name = 'only a name'", "holds none of train, track, map and run, nor a TTOBench train or track, got 'name'"),
         ('{"metadata": {"id": "x"}}', "is neither a TTOBench train nor a TTOBench track"),
-        ('{"mass": 5, "max_speed": 80, "railjson_version": "3.2"}', "holds none of train, track and run"),
+        ('{"mass": 5, "max_speed": 80, "railjson_version": "3.2"}', "holds none of train, track, map and run"),
         ("{}", "got nothing"),
     ],
 )

@@ -15,9 +15,10 @@ from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError, Missi
 
 if TYPE_CHECKING:
     from tgvdp.api import SearchResult, search
-    from tgvdp.formats import load_scenario, load_track, load_train
+    from tgvdp.formats import load_energy_map, load_scenario, load_track, load_train
     from tgvdp.front.pareto import ParetoFront
     from tgvdp.model.effort import EffortCurve
+    from tgvdp.model.energy import EnergyMap
     from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track, Tunnel
     from tgvdp.model.train import Train
     from tgvdp.model.trip import Trip
@@ -30,6 +31,7 @@ __all__ = [
     "BudgetExceededError",
     "Curve",
     "EffortCurve",
+    "EnergyMap",
     "Gradient",
     "InfeasibleError",
     "InputError",
@@ -45,6 +47,7 @@ __all__ = [
     "Tunnel",
     "Verdict",
     "__version__",
+    "load_energy_map",
     "load_scenario",
     "load_track",
     "load_train",
@@ -55,6 +58,7 @@ __all__ = [
 _HOMES = {
     "Curve": "tgvdp.model.track",
     "EffortCurve": "tgvdp.model.effort",
+    "EnergyMap": "tgvdp.model.energy",
     "Gradient": "tgvdp.model.track",
     "ParetoFront": "tgvdp.front.pareto",
     "Profile": "tgvdp.physics.profile",
@@ -65,6 +69,7 @@ _HOMES = {
     "Trip": "tgvdp.model.trip",
     "Tunnel": "tgvdp.model.track",
     "Verdict": "tgvdp.physics.replay",
+    "load_energy_map": "tgvdp.formats",
     "load_scenario": "tgvdp.formats",
     "load_track": "tgvdp.formats",
     "load_train": "tgvdp.formats",

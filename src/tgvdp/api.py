@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 
 from tgvdp.constants import HEURISTICS, METHODS
 from tgvdp.errors import BudgetExceededError, InputError
+from tgvdp.formats import load_energy_map
 from tgvdp.front.certificate import Certificate, certify_front
 from tgvdp.front.pareto import ParetoFront
 from tgvdp.front.targets import asked_targets, check_targets
 from tgvdp.line.fastest import fastest_run
 from tgvdp.model.checks import require_number
+from tgvdp.model.energy import ENERGY_KINDS, EnergyMap, EnergyModel
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
@@ -26,15 +28,18 @@ from tgvdp.search.grid import build_grid
 from tgvdp.search.labels import exact_front
 from tgvdp.search.optimal import OptimalRuns, optimal_front
 from tgvdp.search.paths import GridPaths
+from tgvdp.search.refine import refine_front
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
 
+#: The map that ``energy="map"`` means.
+_BUILT_IN_MAP = "alstom-map"
 #: Running times at which a front on a grid is compared with the continuous optimum.
 _CERTIFIED_TIMES = 32
 
 
 @dataclass(frozen=True)
 class Fastest:
-    """The fastest run, the reference with zero delay: running time in s, traction energy in J, profile."""
+    """The fastest run, the reference with zero delay: running time in s, energy in J, profile."""
 
     time_s: float
     energy_j: float
@@ -109,7 +114,7 @@ class SearchResult:
         if not isinstance(found, OptimalRuns):
             first_s, last_s = self.fastest.time_s, max(float(self.front.time_s[-1]), self.fastest.time_s)
             target_s = np.linspace(first_s, first_s + max(last_s - first_s, 1e-3 * first_s), _CERTIFIED_TIMES)
-            found = optimal_front(self.trip, self.fastest.profile, target_s, SearchBudget())
+            found = _continuous_front(self.trip, self.fastest.profile, target_s, SearchBudget())
         return certify_front(
             self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, found.price_j_per_s
         )
@@ -123,6 +128,7 @@ def search(
     destination_m: float | None = None,
     start_speed_mps: float = 0.0,
     end_speed_mps: float = 0.0,
+    energy: str | EnergyMap = "wheel",
     method: str = "front",
     points: int = 60,
     max_margin: float = 0.25,
@@ -137,7 +143,7 @@ def search(
     dominance: bool = True,
     bounds: bool = True,
 ) -> SearchResult:
-    """Find the Pareto front of delay against traction energy of one run.
+    """Find the Pareto front of delay against energy of one run.
 
     Parameters
     ----------
@@ -147,6 +153,10 @@ def search(
         Positions on the track, m; by default its whole length. Stops in between are passed.
     start_speed_mps, end_speed_mps : float
         Speeds at the two ends, m/s.
+    energy : {"wheel", "pantograph", "map"} or str or EnergyMap
+        What is minimised, and what all energies of the result count: traction work at the wheel; what is drawn from the
+        line by the train's efficiencies, its regeneration and its auxiliary power; or the same by a map: one of the
+        catalog ("map" is short for "alstom-map"), a file, or an `EnergyMap`.
     method : {"front", "exact", "best-first"}
         ``front`` aims at the continuous optimum, ``exact`` returns all Pareto-optimal paths of an explicit grid,
         ``best-first`` is the graph search of the seed on that grid.
@@ -179,6 +189,7 @@ def search(
         When a budget ended before there was anything to return.
     """
     options = {key: value for key, value in locals().items() if key not in ("train", "track")}
+    model = _energy_model(energy)
     started = time.perf_counter()
     _check_options(method, points, max_margin, paths, heuristic)
     at_s, at_margin = check_targets(method, at_s, at_margin)
@@ -193,11 +204,13 @@ def search(
         destination_m=track.length_m if destination_m is None else destination_m,
         start_speed_mps=start_speed_mps,
         end_speed_mps=end_speed_mps,
+        energy=model,
     )
     profile = fastest_run(trip)
     fastest = Fastest(profile.duration_s, profile.total_energy_j, profile)
     options |= {
         "destination_m": trip.destination_m,
+        "energy": model.kind if model.map is None else model.map.name,
         "time_limit_s": budget.time_limit_s,
         "at_s": at_s,
         "at_margin": at_margin,
@@ -228,14 +241,37 @@ def _warnings(found: OptimalRuns | GridPaths) -> tuple[str, ...]:
     return ()
 
 
+def _energy_model(energy: str | EnergyMap) -> EnergyModel:
+    """Make the energy model that an argument names."""
+    if isinstance(energy, EnergyMap):
+        return EnergyModel("map", energy)
+    if not isinstance(energy, str):
+        raise InputError(f"search: energy must be one of {', '.join(ENERGY_KINDS)} or a map, got {energy!r:.60}")
+    if energy in ("wheel", "pantograph"):
+        return EnergyModel(energy)
+    return EnergyModel("map", load_energy_map(_BUILT_IN_MAP if energy == "map" else energy))
+
+
+def _continuous_front(
+    trip: Trip,
+    fastest: Profile,
+    target_s: NDArray[np.float64],
+    budget: SearchBudget,
+    tolerance_s: float | None = None,
+) -> OptimalRuns:
+    """Method ``front``: the costate program, or the generic refinement for an energy that it cannot treat."""
+    find = optimal_front if trip.energy.kind == "wheel" else refine_front
+    return find(trip, fastest, target_s, budget, tolerance_s)
+
+
 def _find(trip: Trip, fastest: Fastest, budget: SearchBudget, options: dict[str, Any]) -> OptimalRuns | GridPaths:
     """Dispatch to the method."""
     if options["method"] == "front":
         if options["at_s"] or options["at_margin"]:
             target_s, tolerance_s = asked_targets(fastest.time_s, options["at_s"], options["at_margin"])
-            return optimal_front(trip, fastest.profile, target_s, budget, tolerance_s)
+            return _continuous_front(trip, fastest.profile, target_s, budget, tolerance_s)
         target_s = fastest.time_s * np.linspace(1.0, 1.0 + options["max_margin"], options["points"])
-        return optimal_front(trip, fastest.profile, target_s, budget)
+        return _continuous_front(trip, fastest.profile, target_s, budget)
     max_time_s = fastest.time_s * (1.0 + options["max_margin"])
     segment_m, speeds = options["segment_m"], options["speeds"]
     if options["method"] == "exact":

@@ -1,4 +1,4 @@
-"""``tgvdp catalog``: the trains and lines that come with tgvdp."""
+"""``tgvdp catalog``: the trains, lines and energy maps that come with tgvdp."""
 
 import json
 import textwrap
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 SCHEMA = "tgvdp.catalog/1"
 _WIDTH = 110
-_LISTED = {"mass", "length", "top speed", "power at the wheel", "speed limits", "gradients"}
+_LISTED = {"mass", "length", "top speed", "power at the wheel", "speed limits", "gradients", "power drawn"}
 _EXAMPLES = """
 \b
 Examples:
@@ -27,7 +27,7 @@ Examples:
 @click.argument("name", required=False)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(name: str | None, as_json: bool) -> None:
-    """List the built-in trains and lines, or show NAME and its sources."""
+    """List the built-in trains, lines and energy maps, or show NAME and its sources."""
     entries = _entries(name)
     if as_json:
         listed = [_plain(*entry) for entry in entries]
@@ -37,7 +37,7 @@ def command(name: str | None, as_json: bool) -> None:
     for entry, description in entries:
         if name is None:
             figures = (f"{figure.name} {figure}" for figure in description.figures if figure.name in _LISTED)
-            click.echo(f"{description.kind}  {entry:{width}}  {', '.join(figures)}")
+            click.echo(f"{description.kind:5}  {entry:{width}}  {', '.join(figures)}")
         else:
             click.echo("\n".join(map(_folded, f"{entry}: {description}".splitlines())))
 

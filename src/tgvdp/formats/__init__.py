@@ -1,13 +1,14 @@
 """Files in: TTOBench tracks and trains, the native scenario; told apart by content, SI from here on."""
 
 from tgvdp.formats.describe import Description, describe_file
-from tgvdp.formats.detect import Scenario, input_digest, load_scenario, load_track, load_train
+from tgvdp.formats.detect import Scenario, input_digest, load_energy_map, load_scenario, load_track, load_train
 
 __all__ = [
     "Description",
     "Scenario",
     "describe_file",
     "input_digest",
+    "load_energy_map",
     "load_scenario",
     "load_track",
     "load_train",

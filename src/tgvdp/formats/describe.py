@@ -1,15 +1,17 @@
 """What a file holds, in the figures that a railway engineer checks first."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from tgvdp.formats.detect import Scenario, load_scenario
 from tgvdp.formats.sources import Source
+from tgvdp.model import catalog
 from tgvdp.model.effort import EffortCurve
+from tgvdp.model.energy import EnergyMap
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.units import KILO, mps_to_kmh
@@ -36,7 +38,7 @@ class Description:
     Attributes
     ----------
     kind : str
-        "train", "track", "scenario" (both) or "run options".
+        "train", "track", "map", "scenario" (several of them) or "run options".
     format : str
         "native" or "TTOBench".
     name : str
@@ -81,16 +83,15 @@ def describe(scenario: Scenario) -> Description:
     """Describe what has been loaded."""
     figures: list[Figure] = []
     notes: list[str] = []
-    parts = [part for part in (scenario.train, scenario.track) if part is not None]
-    for part in parts:
+    parts = {kind: part for kind in catalog.KINDS if (part := getattr(scenario, kind)) is not None}
+    for kind, part in parts.items():
         if len(parts) > 1:
-            figures.append(Figure("train" if isinstance(part, Train) else "track", part.name, ""))
-        figures += _train_figures(part) if isinstance(part, Train) else _track_figures(part)
+            figures.append(Figure(kind, part.name, ""))
+        figures += _FIGURES[kind](part)
         notes += part.notes
     figures += [Figure(f"run {name}", str(value), "") for name, value in scenario.options.items()]
-    kinds = {0: "run options", 1: "train" if scenario.train else "track", 2: "scenario"}
     return Description(
-        kind=kinds[len(parts)],
+        kind="scenario" if len(parts) > 1 else next(iter(parts), "run options"),
         format=scenario.format,
         name=scenario.name,
         figures=tuple(figures),
@@ -151,3 +152,18 @@ def _net_height_m(track: Track) -> float:
         (end_m - row.position_m) * row.gradient_permil / KILO
         for row, end_m in zip(track.gradients, ends_m, strict=True)
     )
+
+
+def _map_figures(energy_map: EnergyMap) -> Iterator[Figure]:
+    speeds_kmh = [mps_to_kmh(speed_mps) for speed_mps in energy_map.speed_mps]
+    powers_kw = [power_w / KILO for row in energy_map.power_w for power_w in row]
+    yield Figure("speeds", f"{len(speeds_kmh)}, {_range(speeds_kmh)}", "km/h")
+    yield Figure("demands", f"{len(energy_map.demand)}, {_range(list(energy_map.demand))}", "")
+    yield Figure("power drawn", _range(powers_kw), "kW")
+
+
+_FIGURES: dict[str, Callable[[Any], Iterator[Figure]]] = {
+    "train": _train_figures,
+    "track": _track_figures,
+    "map": _map_figures,
+}

@@ -1,4 +1,4 @@
-"""From a name or a path to trains, tracks and scenarios; the format is told by content, not by suffix."""
+"""From a name or a path to trains, tracks, maps and scenarios; the format is told by content, not by suffix."""
 
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -11,6 +11,7 @@ from tgvdp.formats import native, ttobench
 from tgvdp.formats.reading import Document, bad, read_bytes, read_document, with_path
 from tgvdp.formats.sources import Source, label, source_path
 from tgvdp.model import catalog
+from tgvdp.model.energy import EnergyMap
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 
@@ -29,6 +30,7 @@ class Scenario:
         "native" or "TTOBench".
     train : Train or None
     track : Track or None
+    map : EnergyMap or None
     options : dict
         Search options by their names on the command line, with ``_`` for ``-`` and the unit at the end (``from_m``,
         ``start_speed_kmh``, ``max_margin_pct``, ...); those that the file does not give are absent.
@@ -40,6 +42,7 @@ class Scenario:
     format: str
     train: Train | None = None
     track: Track | None = None
+    map: EnergyMap | None = None
     options: dict[str, Any] = field(default_factory=dict)
     inputs: dict[str, str] = field(default_factory=dict)
 
@@ -80,6 +83,24 @@ def load_track(path_or_name: Source) -> Track:
     return track
 
 
+def load_energy_map(path_or_name: Source) -> EnergyMap:
+    """Load a map of the power drawn over speed and demand from the catalog or from a file.
+
+    Parameters
+    ----------
+    path_or_name : str or path
+        A name of the catalog, or a native file that holds or references a map.
+
+    Raises
+    ------
+    InputError
+        When there is no such name or file, or when it holds no valid map.
+    """
+    the_map = _read(source_path(path_or_name, "map"), ("map",)).map
+    assert the_map is not None
+    return the_map
+
+
 def load_scenario(path: Source) -> Scenario:
     """Load everything that a file holds, and what it references.
 
@@ -97,7 +118,7 @@ def input_digest(path_or_name: Source) -> str:
 
 
 def _read(path: Path, kinds: tuple[catalog.Kind, ...], chain: tuple[Path, ...] = ()) -> Scenario:
-    """Read a file and what it references, as far as wanted: ONE kind must be there, of two any."""
+    """Read a file and what it references, as far as wanted: a kind wanted alone must be there, of several any."""
     document = read_document(path)
     inputs = {label(path): document.digest}
     kind = ttobench.kind_of(document.tree)
@@ -157,15 +178,15 @@ def _require_kind(path: Path, held: str, wanted: tuple[catalog.Kind, ...], kinds
 def _require_known_content(document: Document) -> None:
     """Say what was expected when nothing at the top of a file is known; a slip beside known fields shows later."""
     fields = document.tree.keys()
-    if fields & {"train", "track", "run"}:
+    if fields & {"train", "track", "map", "run"}:
         return
     if "metadata" in fields:
         raise bad(document.path, "is neither a TTOBench train nor a TTOBench track: it has none of their fields")
-    known = ["train", "track", "run"]
+    known = ["train", "track", "map", "run"]
     near = [match for name in fields for match in get_close_matches(name.lower(), known, n=1)]
     hint = f", did you mean {near[0]!r}?" if near else ""
     got = ", ".join(repr(name)[:40] for name in list(fields)[:3]) or "nothing"
-    raise bad(document.path, f"holds none of train, track and run, nor a TTOBench train or track, got {got}{hint}")
+    raise bad(document.path, f"holds none of train, track, map and run, nor a TTOBench train or track, got {got}{hint}")
 
 
 def _require_run_on_track(path: Path, scenario: Scenario) -> None:

@@ -1,4 +1,4 @@
-"""The native format: a train, a track and run options as TOML tables, or the same structure as JSON.
+"""The native format: a train, a track, an energy map and run options as TOML tables, or the same structure as JSON.
 
 Each field has one unit, which its name ends in. See docs/formats.md for an example.
 """
@@ -12,11 +12,13 @@ from msgspec import UNSET, Meta, Struct, UnsetType, structs
 
 from tgvdp.constants import HEURISTICS, METHODS
 from tgvdp.errors import InputError
+from tgvdp.formats.energy_map import MapSpec, make_map
 from tgvdp.formats.reading import Document, bad, shown, with_path
 from tgvdp.formats.targets import parse_targets
 from tgvdp.formats.typed import decode, suggestion
 from tgvdp.model.checks import require_text
 from tgvdp.model.effort import EffortCurve, EffortPiece
+from tgvdp.model.energy import ENERGY_KINDS, EnergyMap
 from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track, Tunnel
 from tgvdp.model.train import Train
 from tgvdp.units import KILO, kmh_to_mps, per_kmh_to_per_mps
@@ -110,6 +112,7 @@ class _Run(Struct, forbid_unknown_fields=True):
     to_m: NotNegative | UnsetType = UNSET
     start_speed_kmh: NotNegative | UnsetType = UNSET
     end_speed_kmh: NotNegative | UnsetType = UNSET
+    energy: str | UnsetType = UNSET
     method: str | UnsetType = UNSET
     points: Several | UnsetType = UNSET
     max_margin_pct: Positive | UnsetType = UNSET
@@ -127,17 +130,19 @@ class _Run(Struct, forbid_unknown_fields=True):
 class _File(Struct, forbid_unknown_fields=True):
     train: _Train | str | UnsetType = UNSET
     track: _Track | str | UnsetType = UNSET
+    map: MapSpec | str | UnsetType = UNSET
     run: _Run | UnsetType = UNSET
     name: str | UnsetType = UNSET
 
 
 @dataclass(frozen=True)
 class NativeFile:
-    """What a native file holds: a train or track made, a reference to one (text), or none; and run options."""
+    """What a native file holds: a train, track or map made, a reference to one (text), or none; and run options."""
 
     name: str
     train: Train | str | None
     track: Track | str | None
+    map: EnergyMap | str | None
     options: dict[str, Any]
 
 
@@ -157,6 +162,7 @@ def read_native(document: Document) -> NativeFile:
             require_text("file", "name", name),
             _train(path, file.train, name) if isinstance(file.train, _Train) else _reference(file.train),
             _track(path, file.track, name) if isinstance(file.track, _Track) else _reference(file.track),
+            make_map(file.map, name) if isinstance(file.map, MapSpec) else _reference(file.map),
             _options(path, file.run) if file.run else {},
         )
     except InputError as error:
@@ -246,7 +252,7 @@ def _curves(path: Path, rows: list[_Curve]) -> Iterator[Curve]:
 
 def _options(path: Path, run: _Run) -> dict[str, Any]:
     options = {field: value for field, value in structs.asdict(run).items() if value is not UNSET}
-    for field, known in (("method", METHODS), ("heuristic", HEURISTICS)):
+    for field, known in (("energy", ENERGY_KINDS), ("method", METHODS), ("heuristic", HEURISTICS)):
         name = options.get(field, known[0])
         if name not in known:
             raise bad(path, f"run.{field}: unknown {field} {shown(name)}{suggestion(name, known)}")

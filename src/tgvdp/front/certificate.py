@@ -145,9 +145,9 @@ class BoundingProblem:
         count = count_cells(x_m, w, longest_m)
         node_m, node_w, row = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
         cut_rows(x_m, w, longest_m, node_m, node_w, row)
-        cells = Cells(node_m, np.diff(node_m), grade_n[row], air[row], cap[row])
+        cells = Cells(node_m, np.diff(node_m), grade_n[row], air[row], cap[row], self.cells.supply[row_cell[row]])
         price = price_j_per_s / self.train.inertia_kg
-        arrays = cells[1:]
+        arrays = cells[1:5]
         label, source, growth = np.empty(count, dtype=np.int8), np.zeros((count, 3)), np.zeros((count, 3))
         label_cells(
             self.train, *arrays, node_w, effort[row], price, self._pull, self._brake, label, source, growth
@@ -168,7 +168,7 @@ class BoundingProblem:
         """Bound for given cells and costates, all per unit of inertia; any finite costates will do."""
         bound = np.empty(len(cells.length_m))
         total, error = bound_kernel(
-            self.train, *cells[1:], w, price, left, right, self._pull, self._brake, bound
+            self.train, *cells[1:5], w, price, left, right, self._pull, self._brake, bound
         )  # fmt: skip
         return Ledger(total, error, bound, left, right, cells, w, label)
 

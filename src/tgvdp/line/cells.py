@@ -10,7 +10,7 @@ from tgvdp.physics.resolved import resolve
 
 
 class Cells(NamedTuple):
-    """K cells between K + 1 stations, SI, float64; positions count from the trip's origin.
+    """K cells between K + 1 stations, SI, float64 where not said otherwise; positions count from the trip's origin.
 
     Attributes
     ----------
@@ -24,6 +24,8 @@ class Cells(NamedTuple):
         Coefficient of v² in the running resistance, N/(m/s)².
     limit_w : (K,)
         Squared speed limit (line and train), m²/s²; may be infinite.
+    supply : (K,) int8
+        Current: one of POWERED, NEUTRAL, LOWERED of `physics.resolved`.
     """
 
     station_m: NDArray[np.float64]
@@ -31,6 +33,7 @@ class Cells(NamedTuple):
     grade_n: NDArray[np.float64]
     air: NDArray[np.float64]
     limit_w: NDArray[np.float64]
+    supply: NDArray[np.int8]
 
 
 def breaks_of(trip: Trip) -> NDArray[np.float64]:
@@ -57,5 +60,5 @@ def cells_of(trip: Trip, stations_m: NDArray[np.float64] | None = None) -> Cells
     line = resolve(trip)
     step = line.step_at(0.5 * (station_m[:-1] + station_m[1:]))
     return Cells(
-        station_m, np.diff(station_m), line.grade_n[step], line.air[step], line.limit_mps[step] ** 2,
-    )  # fmt: skip
+        station_m, np.diff(station_m), line.grade_n[step], line.air[step], line.limit_mps[step] ** 2, line.supply[step]
+    )

@@ -6,21 +6,25 @@ the power drawn up in a table over speed and demand, plus auxiliary power times 
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import InputError
-from tgvdp.model.checks import require_number, require_text
+from tgvdp.model.checks import require_notes, require_number, require_text
+from tgvdp.model.train import Train
 
 ENERGY_KINDS = ("wheel", "pantograph", "map")
 
 #: Each node is looked up by bisection; more than these are no table of an engineer.
 _MOST_NODES = 10_000
+
+#: Share of the power at the wheel by which a map may fall short of it in rounding.
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,6 +42,8 @@ class EnergyMap:
         Power drawn at the nodes, a row for each speed; negative when it is returned.
     name : str
         For people.
+    notes : tuple of str
+        Sources and doubts.
 
     Raises
     ------
@@ -49,9 +55,11 @@ class EnergyMap:
     demand: tuple[float, ...]
     power_w: tuple[tuple[float, ...], ...]
     name: str = "map"
+    notes: tuple[str, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         owner = f"energy map {require_text('energy map', 'name', self.name)}"
+        object.__setattr__(self, "notes", require_notes(owner, self.notes))
         speeds = _nodes(owner, "speed_mps", self.speed_mps, "m/s")
         demands = _nodes(owner, "demand", self.demand, "of the effort limit")
         if speeds[0] < 0.0:
@@ -65,8 +73,8 @@ class EnergyMap:
             tuple(require_number(owner, f"power_w[{i}][{j}]", value, "W") for j, value in enumerate(row))
             for i, row in enumerate(rows)
         )
-        for field, value in (("speed_mps", speeds), ("demand", demands), ("power_w", power)):
-            object.__setattr__(self, field, value)
+        for name, value in (("speed_mps", speeds), ("demand", demands), ("power_w", power)):
+            object.__setattr__(self, name, value)
 
     @cached_property
     def tables(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
@@ -74,15 +82,15 @@ class EnergyMap:
         return np.array(self.speed_mps), np.array(self.demand), np.array(self.power_w)
 
 
-def _nodes(owner: str, field: str, given: Any, unit: str) -> tuple[float, ...]:
+def _nodes(owner: str, name: str, given: Any, unit: str) -> tuple[float, ...]:
     if isinstance(given, str) or not isinstance(given, Iterable):
-        raise InputError(f"{owner}: {field} must be a list of numbers, got {given!r:.60}")
-    nodes = tuple(require_number(owner, f"{field}[{i}]", value, unit) for i, value in enumerate(given))
+        raise InputError(f"{owner}: {name} must be a list of numbers, got {given!r:.60}")
+    nodes = tuple(require_number(owner, f"{name}[{i}]", value, unit) for i, value in enumerate(given))
     if not 2 <= len(nodes) <= _MOST_NODES:
-        raise InputError(f"{owner}: {field} must have 2 to {_MOST_NODES} nodes, got {len(nodes)}")
+        raise InputError(f"{owner}: {name} must have 2 to {_MOST_NODES} nodes, got {len(nodes)}")
     for before, after in pairwise(nodes):
         if not after > before:
-            raise InputError(f"{owner}: {field} must increase, got {after:.12g} after {before:.12g}")
+            raise InputError(f"{owner}: {name} must increase, got {after:.12g} after {before:.12g}")
     return nodes
 
 
@@ -110,6 +118,36 @@ class EnergyModel:
             raise InputError(f"energy must be one of {', '.join(ENERGY_KINDS)}, got {self.kind!r:.60}")
         if (self.kind == "map") != isinstance(self.map, EnergyMap):
             raise InputError(f"energy: a map belongs to the kind map, got kind {self.kind} and {self.map!r:.40}")
+
+
+class Violation(NamedTuple):
+    """A node at which a map breaks the conservation of energy for a train.
+
+    ``power_w`` is what the map draws there, ``bound_w`` what it must draw at least: the power at the wheel, which is
+    negative when braking, for no more can be returned.
+    """
+
+    speed_mps: float
+    demand: float
+    power_w: float
+    bound_w: float
+
+
+def violations(train: Train, map: EnergyMap) -> list[Violation]:
+    """Nodes up to the train's top speed where a map draws less than the power at the wheel, worst first.
+
+    A map that returns more than the dynamic brake takes is the same fault with the sign of braking.
+    """
+    found = []
+    for i, speed_mps in enumerate(map.speed_mps):
+        for j, demand in enumerate(map.demand):
+            if speed_mps > train.max_speed_mps:
+                continue
+            curve = train.traction if demand >= 0.0 else train.braking
+            bound_w = demand * curve.effort_n(speed_mps) * speed_mps if speed_mps > 0.0 else 0.0
+            if map.power_w[i][j] < bound_w - _ROUNDING * abs(bound_w):
+                found.append(Violation(speed_mps, demand, map.power_w[i][j], bound_w))
+    return sorted(found, key=lambda one: one.power_w - one.bound_w)
 
 
 WHEEL = EnergyModel()

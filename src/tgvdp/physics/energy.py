@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from tgvdp._jit import kernel, leaf
 from tgvdp.model.energy import EnergyModel
 from tgvdp.model.train import Train
-from tgvdp.physics.forces import mean_effort
+from tgvdp.physics.forces import effort_at, mean_effort
 
 
 class EnergyTables(NamedTuple):
@@ -101,6 +101,20 @@ def _map_energy(train, tables, length, duration, work, v0, v1):
     return duration * map_power(tables, length / duration, demand)
 
 
+@kernel
+def _regenerated(train, effort, w0, w1):
+    """Mean over distance, in N, of what the dynamic brake takes of a constant braking effort, friction the rest."""
+    v0 = math.sqrt(w0)
+    v1 = math.sqrt(w1)
+    limit0 = effort_at(train.braking, v0)
+    limit1 = effort_at(train.braking, v1)
+    low = min(limit0, limit1)
+    high = max(limit0, limit1)
+    if low < effort < high:  # the limit, nearly linear in v² along an arc, crosses the effort
+        return effort - 0.5 * (effort - low) * (effort - low) / (high - low)
+    return min(effort, mean_effort(train.braking, v0, v1))
+
+
 @leaf
 def arc_energy(train, tables, length, duration, work, w0, w1):
     """Energy in J drawn on an arc, given its duration in s and its work at the wheel in J; negative if returned."""
@@ -111,5 +125,4 @@ def arc_energy(train, tables, length, duration, work, w0, w1):
         return auxiliary + tables.traction * work
     if tables.regeneration == 0.0:
         return auxiliary
-    regenerated = min(-work, length * mean_effort(train.braking, math.sqrt(w0), math.sqrt(w1)))
-    return auxiliary - tables.regeneration * regenerated
+    return auxiliary - tables.regeneration * length * _regenerated(train, -work / length, w0, w1)

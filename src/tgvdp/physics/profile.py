@@ -5,15 +5,18 @@ every break of the line is a row, and resistance and drag are exact means.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import kernel
+from tgvdp.model.energy import PANTOGRAPH
 from tgvdp.model.trip import Trip
 from tgvdp.physics.arc import arc
-from tgvdp.physics.forces import KernelTrain, kernel_train, mean_brake, mean_effort
-from tgvdp.physics.resolved import resolve
+from tgvdp.physics.energy import arc_energy, energy_tables
+from tgvdp.physics.forces import KernelTrain, kernel_train, mean_brake, mean_effort, mean_resistance, unpowered
+from tgvdp.physics.resolved import LOWERED, POWERED, resolve
 
 #: Driving regimes; a profile stores the index.
 REGIMES = ("traction", "cruising", "coasting", "braking")
@@ -23,6 +26,31 @@ TRACTION, CRUISING, COASTING, BRAKING = range(4)
 _COASTING_SHARE = 1e-4
 #: An acceleration below this share of what the starting effort gives counts as none (cruising).
 _CRUISING_SHARE = 0.03
+
+
+class EnergyBalance(NamedTuple):
+    """Where the energy of a run goes, J.
+
+    Attributes
+    ----------
+    wheel_j : float
+        Traction work at the wheel.
+    pantograph_j : float
+        Drawn from the line less what is returned, auxiliaries included: by the trip's map, or by the train's
+        efficiencies when the trip has none.
+    regenerated_j : float
+        Returned to the line.
+    auxiliary_j : float
+        Drawn by everything but traction.
+    braking_losses_j : float
+        Work of all brakes less what is returned: turned into heat.
+    """
+
+    wheel_j: float
+    pantograph_j: float
+    regenerated_j: float
+    auxiliary_j: float
+    braking_losses_j: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +68,10 @@ class Profile:
     force_n : float64
         Mean effort at the wheel between this row and the next, N; positive traction, negative braking; the last is 0.
     energy_j : float64
-        Traction energy at the wheel since departure, J.
+        Energy since departure by the trip's energy model, J.
     regime : int8
         Index into `REGIMES` of the regime between this row and the next; the last repeats.
+    balance : EnergyBalance
     """
 
     position_m: NDArray[np.float64]
@@ -51,10 +80,12 @@ class Profile:
     force_n: NDArray[np.float64]
     energy_j: NDArray[np.float64]
     regime: NDArray[np.int8]
+    balance: EnergyBalance
 
     def __post_init__(self) -> None:
-        for array in vars(self).values():
-            array.setflags(write=False)
+        for column in vars(self).values():
+            if isinstance(column, np.ndarray):
+                column.setflags(write=False)
 
     @property
     def duration_s(self) -> float:
@@ -63,7 +94,7 @@ class Profile:
 
     @property
     def total_energy_j(self) -> float:
-        """Traction energy at the wheel of the whole run, J."""
+        """Energy of the whole run by the trip's energy model, J."""
         return float(self.energy_j[-1])
 
     @property
@@ -73,23 +104,45 @@ class Profile:
 
 
 @kernel
-def _measure(train, x, w, grade, air, time, force, energy, regime):
-    """Fill time, force, energy and regime of rows (x, w); ``grade`` and ``air`` belong to the row that starts."""
+def _measure(train, tables, at_wheel, x, w, grade, air, supply, time, force, energy, regime):
+    """Fill time, force, energy, regime of rows (x, w); ``grade``, ``air``, ``supply`` belong to the row that starts.
+
+    Returns the traction work, the braking work, what is drawn and returned by the tables, auxiliaries aside, and what
+    these draw, J.
+    """
+    dark = unpowered(train)
+    wheel = 0.0
+    braking = 0.0
+    drawn = 0.0
+    returned = 0.0
+    auxiliary = 0.0
     n = x.shape[0]
     start_effort = mean_effort(train.traction, 0.0, 0.0)
     time[0] = 0.0
     energy[0] = 0.0
     for i in range(n - 1):
         d = x[i + 1] - x[i]
-        _, duration, work = arc(train, d, grade[i], air[i], w[i], w[i + 1])
+        here = train if supply[i] == POWERED else dark
+        _, duration, work = arc(here, d, grade[i], air[i], w[i], w[i + 1])
         effort = work / d
         v0 = np.sqrt(w[i])
         v1 = np.sqrt(w[i + 1])
         acceleration = 0.5 * (w[i + 1] - w[i]) / d
         time[i + 1] = time[i] + duration
-        energy[i + 1] = energy[i] + max(work, 0.0)
+        row = 0.0
+        if supply[i] != LOWERED:
+            row = arc_energy(here, tables, d, duration, work, w[i], w[i + 1])
+            auxiliary += tables.auxiliary_w * duration
+        energy[i + 1] = energy[i] + (max(work, 0.0) if at_wheel else row)
+        if supply[i] != LOWERED:
+            row -= tables.auxiliary_w * duration
+        wheel += max(work, 0.0)
+        braking += max(-work, 0.0)
+        drawn += max(row, 0.0)
+        returned += max(-row, 0.0)
         force[i] = effort
-        limit = mean_effort(train.traction, v0, v1) if effort > 0.0 else mean_brake(train, v0, v1)
+        load = mean_resistance(train, air[i], v0, v1) + grade[i]
+        limit = mean_effort(here.traction, v0, v1) if effort > 0.0 else mean_brake(here, load, v0, v1)
         if abs(effort) <= _COASTING_SHARE * start_effort:
             regime[i] = COASTING
         elif abs(acceleration) * train.inertia_kg <= _CRUISING_SHARE * start_effort and abs(effort) < 0.95 * limit:
@@ -98,6 +151,7 @@ def _measure(train, x, w, grade, air, time, force, energy, regime):
             regime[i] = TRACTION if effort > 0.0 else BRAKING
     force[n - 1] = 0.0
     regime[n - 1] = regime[n - 2]
+    return wheel, braking, drawn, returned, auxiliary
 
 
 def profile_of(trip: Trip, x_m: NDArray[np.float64], w: NDArray[np.float64]) -> Profile:
@@ -116,9 +170,15 @@ def profile_of(trip: Trip, x_m: NDArray[np.float64], w: NDArray[np.float64]) -> 
     Profile
     """
     train: KernelTrain = kernel_train(trip.train)
-    w, grade_n, air = resolve(trip).follow(x_m, w)
+    line = resolve(trip)
+    w, grade_n, air = line.follow(x_m, w)
     n = len(x_m)
     time, force, energy = np.empty(n), np.empty(n), np.empty(n)
     regime = np.empty(n, dtype=np.int8)
-    _measure(train, x_m, w, grade_n, air, time, force, energy, regime)
-    return Profile(trip.origin_m + x_m, np.sqrt(w), time, force, energy, regime)
+    at_wheel = trip.energy.kind == "wheel"
+    tables = energy_tables(trip.train, PANTOGRAPH if at_wheel else trip.energy)
+    wheel, braking, drawn, returned, auxiliary = _measure(
+        train, tables, at_wheel, x_m, w, grade_n, air, line.supply_between(x_m), time, force, energy, regime
+    )
+    balance = EnergyBalance(wheel, drawn - returned + auxiliary, returned, auxiliary, braking - returned)
+    return Profile(trip.origin_m + x_m, np.sqrt(w), time, force, energy, regime, balance)

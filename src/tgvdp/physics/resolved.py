@@ -70,6 +70,10 @@ class ResolvedLine(NamedTuple):
         index = np.searchsorted(self.break_m, x_m, side="right") - 1
         return np.asarray(index.clip(0, len(self.grade_n) - 1))
 
+    def supply_between(self, x_m: Floats) -> NDArray[np.int8]:
+        """Current between rows at given positions, (n − 1,)."""
+        return np.asarray(self.supply[self.step_at(0.5 * (x_m[:-1] + x_m[1:]))])
+
     def follow(self, x_m: Floats, w: Floats) -> tuple[Floats, Floats, Floats]:
         """Follow the true resistance with a run that was found on steps.
 

@@ -23,8 +23,9 @@ import math
 import numpy as np
 
 from tgvdp._jit import kernel, leaf, part
-from tgvdp.physics.forces import effort_and_slope, mean_resistance, resistance_at
+from tgvdp.physics.forces import effort_and_slope, mean_resistance, resistance_at, unpowered
 from tgvdp.physics.motion import COASTING, TRACTION
+from tgvdp.physics.resolved import POWERED
 
 #: Room for points of the polyline, before and after thinning.
 _ROOM = 4096
@@ -278,14 +279,16 @@ def _thin(x, y, m, near, far, w, p):
 
 
 @kernel
-def switching_speeds(train, length, grade, air, low, fast, end_w, price, tolerance, typical_m, floor_w, switch):
+def switching_speeds(
+    train, length, grade, air, supply, low, fast, end_w, price, tolerance, typical_m, floor_w, switch
+):
     """Backward pass: the optimal switching speeds for one multiplier: full traction below, coasting above.
 
     Parameters
     ----------
     train : KernelTrain
-    length, grade, air
-        Arrays of `Cells`, (K,) float64.
+    length, grade, air, supply
+        Arrays of `Cells`, (K,) each.
     low, fast : (K + 1,) float64
         Slowest and fastest feasible squared speed at each station, m²/s².
     end_w : float
@@ -323,6 +326,7 @@ def switching_speeds(train, length, grade, air, low, fast, end_w, price, toleran
     n = _last_cell(train, length[k], grade[k], air[k], price, bottom, fast[k], end_w, w, p)
     n = _make_monotone(w, p, n, fast[k])
     loosen = 1.0
+    dark = unpowered(train)
     for k in range(count - 2, -1, -1):
         d = length[k]
         cut, cross_w, cross_p = _crossing(train, d, air[k], 1.0, price, w, p, n)
@@ -335,7 +339,8 @@ def switching_speeds(train, length, grade, air, low, fast, end_w, price, toleran
         w[cut] = cross_w
         p[cut] = cross_p
         bottom = max(low[k], min(floor_w, 0.1 * fast[k]))
-        m = _transport(train, d, grade[k], air[k], price, bottom, fast[k], fast[k + 1], w, p, n + 1, cut, x, y)
+        here = train if supply[k] == POWERED else dark
+        m = _transport(here, d, grade[k], air[k], price, bottom, fast[k], fast[k + 1], w, p, n + 1, cut, x, y)
         m = _make_monotone(x, y, m, fast[k])
         near = tolerance * loosen * d / typical_m
         n = _thin(x, y, m, near, 400.0 * near, w, p)

@@ -10,8 +10,9 @@ import math
 from tgvdp._jit import kernel, part
 from tgvdp.line.meeting import SLIVER, braked_w, drive_then_brake, drop_slivers
 from tgvdp.physics.arc import OK, arc
-from tgvdp.physics.forces import mean_effort, mean_resistance, resistance_at
+from tgvdp.physics.forces import mean_effort, mean_resistance, resistance_at, unpowered
 from tgvdp.physics.motion import BRAKING, COASTING, TRACTION, land, march
+from tgvdp.physics.resolved import POWERED
 
 #: Below this share of full traction a change of speed is spread over the cell: it is a drift of the holding speed.
 _GENTLE_SHARE = 0.5
@@ -93,13 +94,15 @@ def _drive_cell(train, start, end, length, grade, air, limit, w, a, top, bx, bw,
 
 
 @kernel
-def drive(train, station, length, grade, air, limit, low, fast, start_w, switch_a, switch_b, share, xs, ws, bx, bw):
+def drive(
+    train, station, length, grade, air, limit, supply, low, fast, start_w, switch_a, switch_b, share, xs, ws, bx, bw
+):
     """Drive the whole trip by a blend of two policies.
 
     Parameters
     ----------
     train : KernelTrain
-    station, length, grade, air, limit
+    station, length, grade, air, limit, supply
         Arrays of `Cells`.
     low, fast : (K + 1,) float64
         Slowest and fastest feasible squared speed at each station.
@@ -127,6 +130,7 @@ def drive(train, station, length, grade, air, limit, low, fast, start_w, switch_
     n = 1
     time = 0.0
     energy = 0.0
+    dark = unpowered(train)
     for k in range(count):
         if n + 2048 > xs.shape[0]:
             return -1, time, energy
@@ -135,8 +139,9 @@ def drive(train, station, length, grade, air, limit, low, fast, start_w, switch_
         a = switch_a[k + 1] + share * (switch_b[k + 1] - switch_a[k + 1])
         a = max(min(a, top), bottom)
         first = n
+        here = train if supply[k] == POWERED else dark
         n = _drive_cell(
-            train,
+            here,
             station[k],
             station[k + 1],
             length[k],
@@ -155,7 +160,7 @@ def drive(train, station, length, grade, air, limit, low, fast, start_w, switch_
         n = drop_slivers(xs, ws, first, n, SLIVER * length[k])
         ws[n - 1] = max(min(ws[n - 1], top), bottom)
         for i in range(first, n):
-            _, duration, work = arc(train, xs[i] - xs[i - 1], grade[k], air[k], ws[i - 1], ws[i])
+            _, duration, work = arc(here, xs[i] - xs[i - 1], grade[k], air[k], ws[i - 1], ws[i])
             time += duration
             energy += max(work, 0.0)
     return n, time, energy

@@ -206,7 +206,7 @@ def _allowed_levels(
 
 
 def _kernel_arguments(trip: Trip, cells: Cells) -> tuple[KernelTrain, LongCells]:
-    return kernel_train(trip.train), LongCells(cells.station_m, cells.grade_n, cells.air, cells.limit_w)
+    return kernel_train(trip.train), LongCells(cells.station_m, *cells[2:])
 
 
 @dataclass(frozen=True, eq=False)

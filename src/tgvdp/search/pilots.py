@@ -67,7 +67,7 @@ class Mesh:
         switch = np.empty_like(self.fast)
         tolerance = _TOLERANCE * min(1.0, price / self.usual_price)
         status, points = costate.switching_speeds(
-            self.train, cells.length_m, cells.grade_n, cells.air, self.low, self.fast, self.trip.end_speed_mps**2,
+            self.train, cells.length_m, cells.grade_n, cells.air, cells.supply, self.low, self.fast, self.trip.end_speed_mps**2,
             price / self.train.inertia_kg, tolerance, self.typical_m, _FLOOR * float(self.fast.max()), switch,
         )  # fmt: skip
         counters["pilots"] += 1

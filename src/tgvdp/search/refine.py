@@ -119,7 +119,7 @@ class _OutOfTime(Exception):
 def _energy_of(trip: Trip, rows: tuple[NDArray[np.float64], NDArray[np.float64]], energy: EnergyTables) -> float:
     """Energy of a run given as rows, J."""
     cells = cells_of(trip, rows[0])
-    return float(measure(kernel_train(trip.train), energy, cells.length_m, cells.grade_n, cells.air, rows[1])[1])
+    return float(measure(kernel_train(trip.train), energy, cells.length_m, cells.grade_n, cells.air, cells.supply, rows[1])[1])
 
 
 def _front_on_fine_mesh(
@@ -169,7 +169,7 @@ class _Front:
     ) -> None:
         self.mesh, self.energy, self.tolerance_s, self.counters, self.clock = mesh, energy, tolerance_s, counters, clock
         cells, trip = mesh.cells, mesh.trip
-        self.cells = (cells.length_m, cells.grade_n, cells.air)
+        self.cells = (cells.length_m, cells.grade_n, cells.air, cells.supply)
         n = len(cells.station_m)
         self.low, self.fast = np.empty(n), np.empty(n)
         envelope_kernel(

@@ -1,4 +1,4 @@
-"""Trains and lines that come with tgvdp, as data files beside this module.
+"""Trains, lines and energy maps that come with tgvdp, as data files beside this module.
 
 The catalog knows names and files only; `tgvdp.formats` reads them like any other file.
 """
@@ -9,19 +9,19 @@ from typing import Literal, get_args
 
 from tgvdp.errors import InputError
 
-Kind = Literal["train", "track"]
+Kind = Literal["train", "track", "map"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 
 _SUFFIX = ".toml"
 
 
 def names(kind: Kind) -> tuple[str, ...]:
-    """Names of the built-in trains or tracks, in alphabetical order."""
+    """Names of the built-in trains, tracks or maps, in alphabetical order."""
     return tuple(sorted(file.stem for file in _folder(kind).iterdir() if file.suffix == _SUFFIX))
 
 
 def path(name: str, kind: Kind) -> Path:
-    """File of a built-in train or track.
+    """File of a built-in train, track or map.
 
     Raises
     ------
