@@ -21,7 +21,7 @@ from tgvdp.model.trip import Trip
 from tgvdp.physics.forces import KernelTrain, kernel_train, unpowered
 from tgvdp.physics.motion import BRAKING, TRACTION, march, net_force
 from tgvdp.physics.profile import Profile, profile_of
-from tgvdp.physics.resolved import POWERED
+from tgvdp.physics.resolved import POWERED, follow
 from tgvdp.units import mps_to_kmh
 
 #: Share of w that the slowest run keeps in hand, so that rounding and rows of other lengths do not stall it.
@@ -222,4 +222,4 @@ def fastest_run(trip: Trip) -> Profile:
     """
     train = kernel_train(trip.train)
     envelope = envelope_of(trip, cells_of(trip), train)
-    return profile_of(trip, envelope.x_m, envelope.w)
+    return profile_of(trip, envelope.x_m, follow(trip, envelope.x_m, envelope.w))

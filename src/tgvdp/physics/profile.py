@@ -171,7 +171,7 @@ def profile_of(trip: Trip, x_m: NDArray[np.float64], w: NDArray[np.float64]) -> 
     """
     train: KernelTrain = kernel_train(trip.train)
     line = resolve(trip)
-    w, grade_n, air = line.follow(x_m, w)
+    grade_n, air = line.means(x_m)
     n = len(x_m)
     time, force, energy = np.empty(n), np.empty(n), np.empty(n)
     regime = np.empty(n, dtype=np.int8)

@@ -2,7 +2,7 @@
 
 Where the resistance varies with the position, searches see it as steps: each has the mean of the resistance over it,
 so that work and climb are exact from one break to the next. Inside a step a run that follows the true resistance with
-the same effort differs by a known amount of kinetic energy, which `ResolvedLine.follow` adds:
+the same effort differs by a known amount of kinetic energy, which `follow` adds:
 
     w_true(x) = w_step(x) + 2/m_eff·∫(G_step − G + (C_step − C)·w) ds,    zero at both ends of the step.
 """
@@ -26,8 +26,10 @@ SAME_POSITION = 1e-9
 #: for the whole range of the resistance. Running time and energy are right to 2e-5 then (tests/test_resolved.py).
 _STEP_SHARE = 0.005
 _MOST_STEPS = 400
-#: `ResolvedLine.follow` never takes more than this share of w from a run: it is next to standstill there.
+#: `follow` never takes more than this share of w from a run: it is next to standstill there.
 _MOST_TAKEN = 0.75
+#: An acceleration above this share of its limit is at the limit.
+_BOUND = 1.0 - 1e-6
 
 #: Current on a stretch: traction and all; neither traction nor dynamic brake; no auxiliaries either.
 POWERED, NEUTRAL, LOWERED = range(3)
@@ -74,33 +76,58 @@ class ResolvedLine(NamedTuple):
         """Current between rows at given positions, (n − 1,)."""
         return np.asarray(self.supply[self.step_at(0.5 * (x_m[:-1] + x_m[1:]))])
 
-    def follow(self, x_m: Floats, w: Floats) -> tuple[Floats, Floats, Floats]:
-        """Follow the true resistance with a run that was found on steps.
-
-        Parameters
-        ----------
-        x_m, w : (n,) float64
-            Rows of the run: positions from the origin, m, with all breaks among them, and squared speeds, m²/s².
-
-        Returns
-        -------
-        w : (n,) float64
-            Squared speeds of the run with the same effort, at most the speed limit.
-        grade_n, air : (n − 1,) float64
-            Exact means between the rows.
-        """
-        step = self.step_at(0.5 * (x_m[:-1] + x_m[1:]))
+    def means(self, x_m: Floats) -> tuple[Floats, Floats]:
+        """Exact means of force, N, and drag, N/(m/s)², between rows at given positions, (n − 1,) each."""
         if self.even:
-            return w, self.grade_n[step], self.air[step]
+            step = self.step_at(0.5 * (x_m[:-1] + x_m[1:]))
+            return self.grade_n[step], self.air[step]
+        return self.force.mean(x_m[:-1], x_m[1:]), self.drag.mean(x_m[:-1], x_m[1:])
+
+    def gain(self, x_m: Floats, w: Floats) -> Floats:
+        """What w differs by, inside the steps, where the resistance is the true one and the effort the same; (n,)."""
         at = self.step_at(x_m)
         from_m = self.break_m[at]
         force_j = self.grade_n[at] * (x_m - from_m) - (self.force.integral_to(x_m) - self.force.integral_to(from_m))
         drag_j = self.air[at] * (x_m - from_m) - (self.drag.integral_to(x_m) - self.drag.integral_to(from_m))
         gain = 2.0 / self.inertia_kg * (force_j + drag_j * w)
-        gain[(x_m <= from_m) | (x_m >= self.break_m[-1])] = 0.0
-        room = np.maximum(self.limit_mps[at] ** 2 - w, 0.0)
-        followed = w + np.clip(gain, -_MOST_TAKEN * w, room)
-        return followed, self.force.mean(x_m[:-1], x_m[1:]), self.drag.mean(x_m[:-1], x_m[1:])
+        return np.where((x_m <= from_m) | (x_m >= self.break_m[-1]), 0.0, gain)
+
+
+def follow(trip: Trip, x_m: Floats, w: Floats) -> Floats:
+    """Follow the true resistance with a run that was found on steps.
+
+    Parameters
+    ----------
+    trip : Trip
+    x_m, w : (n,) float64
+        Rows of the run: positions from the origin, m, with all breaks among them, and squared speeds, m²/s².
+
+    Returns
+    -------
+    (n,) float64
+        Squared speeds of the run with the same effort, or the same acceleration where that is what is limited; at
+        most the speed limit.
+    """
+    line = resolve(trip)
+    if line.even:
+        return w
+    gain = line.gain(x_m, w)
+    bound = _bound_by_acceleration(trip.train, x_m, w)
+    inside = np.concatenate(([False], bound[:-1] & bound[1:], [False]))
+    gain[inside] = np.interp(x_m[inside], x_m[~inside], gain[~inside])
+    room = np.maximum(line.limit_mps[line.step_at(x_m)] ** 2 - w, 0.0)
+    return np.asarray(w + np.clip(gain, -_MOST_TAKEN * w, room))
+
+
+def _bound_by_acceleration(train: Train, x_m: Floats, w: Floats) -> NDArray[np.bool_]:
+    """Whether a comfort limit or a braking rate sets the acceleration between rows, (n − 1,)."""
+    gain_mps2 = 0.5 * np.diff(w) / np.diff(x_m)
+    loss_mps2 = np.full_like(gain_mps2, train.max_deceleration_mps2)
+    if train.braking_rates:
+        rates = np.array(train.braking_rates)
+        rate = np.searchsorted(rates[:, 0], np.sqrt(0.5 * (w[:-1] + w[1:])), side="right") - 1
+        loss_mps2 = np.minimum(loss_mps2, rates[rate, 1])
+    return np.asarray((gain_mps2 >= _BOUND * train.max_acceleration_mps2) | (-gain_mps2 >= _BOUND * loss_mps2))
 
 
 @lru_cache(maxsize=16)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from tgvdp.model.trip import Trip
 from tgvdp.physics.profile import Profile
+from tgvdp.physics.resolved import follow
 from tgvdp.search.blends import blend, cubic, slope, tangent_gap, unit
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.pilots import Mesh, Pilot
@@ -121,7 +122,8 @@ def optimal_front(
             # The same run again: running times jump here, or the thriftiest run is among the points already.
             if not found or point[0] > found[-1][0] * (1.0 + _SAME):
                 found.append((point[0], point[1], point[2]))
-                rows.append((front.mesh.rows[0][:n].copy(), front.mesh.rows[1][:n].copy()))
+                x_m, w = (column[:n].copy() for column in front.mesh.rows)
+                rows.append((x_m, follow(trip, x_m, w)))
             if not saves:
                 break
     except _OutOfTime:

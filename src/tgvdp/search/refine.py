@@ -17,6 +17,7 @@ from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.forces import kernel_train
 from tgvdp.physics.profile import Profile
+from tgvdp.physics.resolved import follow
 from tgvdp.search.blends import slope
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.optimal import OptimalRuns
@@ -103,7 +104,8 @@ def refine_front(
             saves = front.reach(target)
             point = front.point(target) if saves else front.pilots[-1]
             found.append((point.time_s, point.energy_j, point.price))
-            rows.append((front.mesh.cells.station_m, point.switch))
+            x_m = front.mesh.cells.station_m
+            rows.append((x_m, follow(trip, x_m, point.switch)))
             if not saves:
                 break
     except _OutOfTime:
