@@ -113,8 +113,8 @@ class Piecewise(NamedTuple):
 
         return Piecewise.of(knot_m, mean(knot_m[:-1]), mean(0.5 * (knot_m[:-1] + knot_m[1:])), mean(knot_m[1:]))
 
-    def steps(self, step: float) -> Floats:
-        """Positions between which the function changes by about ``step`` at most.
+    def steps(self, step: float, area: float) -> Floats:
+        """Positions between which the function changes by about ``step`` at most, and less over long distances.
 
         Knots where it jumps, and both ends of the pieces where it is constant, are always among them.
 
@@ -122,6 +122,8 @@ class Piecewise(NamedTuple):
         ----------
         step : float
             In the unit of the function, above 0.
+        area : float
+            Largest product of the change within a step and its length, in that unit times m, above 0.
         """
         left, middle, right = self.ends()
         noise = _SAME_VALUE * max(float(np.max(np.abs([left, right]))), step)
@@ -131,7 +133,9 @@ class Piecewise(NamedTuple):
         fixed[1:-1] = flat[:-1] | flat[1:] | (np.abs(left[1:] - right[:-1]) > noise)
         along = np.concatenate(([0.0], np.cumsum(np.where(flat, 0.0, change))))
         at = np.flatnonzero(fixed)
-        count = np.maximum(np.ceil(np.diff(along[at]) / step), 1.0).astype(np.int64)
+        span_m, range_ = np.diff(self.knot_m[at]), np.diff(along[at])
+        parts = np.maximum(range_ / step, np.sqrt(range_ * span_m / area))
+        count = np.maximum(np.ceil(parts), 1.0).astype(np.int64)
         positions = [self.knot_m[at]]
         for i in np.flatnonzero(count > 1):
             span = slice(at[i], at[i + 1] + 1)

@@ -42,6 +42,8 @@ _FULL_EFFORT = 0.999
 _SAME_POSITION = 1e-12
 #: The line at the end of a row is looked up this share of the row inside it.
 _INSIDE = 1e-6
+#: An effort below this share of the starting effort counts as none.
+_NO_EFFORT = 1e-4
 
 
 @dataclass(frozen=True)
@@ -160,12 +162,14 @@ def _replay_kernel(train, tables, line, supply, x, speed, force, time, energy):
         w1 = speed[i + 1] * speed[i + 1]
         here = train if supply[i] == POWERED else dark
         limit = _mean_limit(here, line, force[i] < 0.0, x[i], d, w0, w1)
-        lever = abs(force[i]) / limit if limit > 0.0 else (0.0 if force[i] == 0.0 else np.inf)
+        lever = abs(force[i]) / limit if limit > 0.0 else 0.0
+        if limit == 0.0:  # no current, or no brake: what counts as no effort is a share of the starting effort
+            share = abs(force[i]) / effort_at(train.traction, 0.0)
+            if share > _NO_EFFORT:
+                return np.inf, np.inf
         acceleration = 0.5 * (w1 - w0) / d
         excess = max(excess, lever - 1.0)
         excess = max(excess, acceleration / train.max_acceleration - 1.0, -acceleration / train.max_deceleration - 1.0)
-        if lever == np.inf:
-            return excess, np.inf
         nudge = 1e-9 * abs(speed[i + 1] - speed[i])
         lo = min(speed[i], speed[i + 1]) + nudge
         hi = max(speed[i], speed[i + 1]) - nudge

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
+from tgvdp.physics.motion import BELOW_DROP
 from tgvdp.physics.piecewise import Floats, Piecewise
 from tgvdp.physics.resistance import curve_permil, gradient_permil, tunnel_drag
 
@@ -26,10 +27,15 @@ SAME_POSITION = 1e-9
 #: for the whole range of the resistance. Running time and energy are right to 2e-5 then (tests/test_resolved.py).
 _STEP_SHARE = 0.005
 _MOST_STEPS = 400
+#: Largest product of that change and the step's length, as a share of twice the kinetic energy at top speed: within a
+#: step, w may be off by an eighth of that share before `follow` puts it right.
+_WORK_SHARE = 4e-5
 #: `follow` never takes more than this share of w from a run: it is next to standstill there.
 _MOST_TAKEN = 0.75
 #: An acceleration above this share of its limit is at the limit.
 _BOUND = 1.0 - 1e-6
+#: Relative difference of squared speeds that are one.
+_SAME_W = 1e-8
 
 #: Current on a stretch: traction and all; neither traction nor dynamic brake; no auxiliaries either.
 POWERED, NEUTRAL, LOWERED = range(3)
@@ -116,7 +122,14 @@ def follow(trip: Trip, x_m: Floats, w: Floats) -> Floats:
     inside = np.concatenate(([False], bound[:-1] & bound[1:], [False]))
     gain[inside] = np.interp(x_m[inside], x_m[~inside], gain[~inside])
     room = np.maximum(line.limit_mps[line.step_at(x_m)] ** 2 - w, 0.0)
-    return np.asarray(w + np.clip(gain, -_MOST_TAKEN * w, room))
+    followed = w + np.clip(gain, -_MOST_TAKEN * w, room)
+    for drop_mps in trip.train.traction.jumps_mps:  # no run is carried past it
+        drop_w = drop_mps**2
+        up = (gain > 0.0) & (w <= drop_w * (1.0 + _SAME_W)) & (followed > drop_w)
+        down = (gain < 0.0) & (w >= drop_w * (1.0 - _SAME_W)) & (followed < drop_w)
+        followed[up] = np.maximum(w[up], drop_w * (1.0 - BELOW_DROP))
+        followed[down] = np.minimum(w[down], drop_w)
+    return followed
 
 
 def _bound_by_acceleration(train: Train, x_m: Floats, w: Floats) -> NDArray[np.bool_]:
@@ -143,9 +156,10 @@ def resolve(trip: Trip) -> ResolvedLine:
     force, drag = _resistance(trip)
     limits = np.array(trip.track.speed_limits, dtype=np.float64)
     reach_m = train.length_m if trip.convention.limits == "tail" else 0.0
-    breaks = [force.steps(_force_step(force, train)), drag.steps(_drag_step(drag, train, limits)), limits[:, 0] - origin_m]
+    top_mps = min(float(limits[:, 1].max()), train.max_speed_mps)
+    breaks = [*_steps(trip, force, drag, top_mps), limits[:, 0] - origin_m]
     if reach_m > 0.0:
-        breaks.append(breaks[-1][1:][np.diff(limits[:, 1]) > 0.0] + reach_m)
+        breaks.append(limits[1:, 0][np.diff(limits[:, 1]) > 0.0] + reach_m - origin_m)
     stretches = np.array(trip.track.neutral_sections, dtype=np.float64).reshape(-1, 3)
     stretches[:, 0] -= origin_m
     breaks += [stretches[:, 0], stretches[:, 0] + stretches[:, 1]]
@@ -182,16 +196,16 @@ def _resistance(trip: Trip) -> tuple[Piecewise, Piecewise]:
     return force.between(trip.origin_m, trip.destination_m), drag.between(trip.origin_m, trip.destination_m)
 
 
-def _force_step(force: Piecewise, train: Train) -> float:
-    values_n = np.concatenate(force.ends())
-    return max(_STEP_SHARE * train.traction.effort_n(0.0), float(np.ptp(values_n)) / _MOST_STEPS)
-
-
-def _drag_step(drag: Piecewise, train: Train, limits: Floats) -> float:
-    """The same at the top speed of line and train."""
-    top_mps = min(float(limits[:, 1].max()), train.max_speed_mps)
-    values = np.concatenate(drag.ends())
-    return max(_STEP_SHARE * train.traction.effort_n(0.0) / top_mps**2, float(np.ptp(values)) / _MOST_STEPS)
+def _steps(trip: Trip, force: Piecewise, drag: Piecewise, top_mps: float) -> list[Floats]:
+    """Ends of steps in which the resistance at speeds up to the top speed hardly changes."""
+    effort_n, inertia_kg = trip.train.traction.effort_n(0.0), trip.train.inertia_kg
+    top_w = min(top_mps**2, trip.start_speed_mps**2 + 2.0 * effort_n * trip.distance_m / inertia_kg)
+    found = []
+    for function, unit in ((force, 1.0), (drag, 1.0 / top_w)):
+        range_ = float(np.ptp(np.concatenate(function.ends())))
+        step = max(_STEP_SHARE * effort_n * unit, range_ / _MOST_STEPS)
+        found.append(function.steps(step, _WORK_SHARE * inertia_kg * top_w * unit))
+    return found
 
 
 def _turns(
