@@ -58,7 +58,7 @@ def test_json_is_one_object_on_stdout(tmp_path, capsys):
     content = json.loads(out)
     assert content["schema"] == "tgvdp.search/1"
     assert {"fastest", "front", "counters", "provenance"} <= set(content)
-    assert set(content["fastest"]) == {"time_s", "energy_kwh"}
+    assert set(content["fastest"]) == {"time_s", "energy_kwh", "balance"}
     for point in content["front"]:
         assert point["replay"]["ok"]
         assert {"id", "time_s", "delay_s", "margin_pct", "energy_kwh", "saved_pct"} <= set(point)
@@ -107,6 +107,17 @@ def test_every_option_reaches_the_search(tmp_path, calls):
         "36",
         "--end-speed",
         "18",
+        "--energy",
+        "pantograph",
+        "--convention",
+        "osrd",
+        "--mass-model",
+        "point",
+        "--limits",
+        "head",
+        "--curves",
+        "roeckl",
+        "--no-tunnels",
         "--method",
         "best-first",
         "--points",
@@ -140,6 +151,12 @@ def test_every_option_reaches_the_search(tmp_path, calls):
             "destination_m": 3000.0,
             "start_speed_mps": 10.0,
             "end_speed_mps": 5.0,
+            "energy": "pantograph",
+            "convention": "osrd",
+            "mass_model": "point",
+            "limits": "head",
+            "curves": "roeckl",
+            "tunnels": False,
             "method": "best-first",
             "points": 7,
             "max_margin": 0.3,

@@ -12,7 +12,7 @@ import pytest
 from report_case import PROVENANCE, VERDICT, Found, make_result, railway_trip, toy_trip
 from tgvdp.front.certificate import Certificate
 from tgvdp.physics.profile import REGIMES
-from tgvdp.report.tables import FRONT_COLUMNS, front_csv, profiles_csv, result_object
+from tgvdp.report.tables import BALANCE_FIELDS, FRONT_COLUMNS, front_csv, profiles_csv, result_object
 
 
 @pytest.fixture(scope="module")
@@ -31,9 +31,12 @@ def table(text):
 def test_object_has_the_published_schema(result):
     content = content_of(result)
     assert content["schema"] == "tgvdp.search/1"
-    assert set(content["fastest"]) == {"time_s", "energy_kwh"}
+    assert set(content["fastest"]) == {"time_s", "energy_kwh", "balance"}
+    assert content["energy"] == {"model": "wheel"}
     for point in content["front"]:
-        assert list(point) == [*FRONT_COLUMNS, "replay"]
+        assert list(point) == [*FRONT_COLUMNS, "balance", "replay"]
+        assert list(point["balance"]) == list(BALANCE_FIELDS)
+        assert point["balance"]["wheel_kwh"] == pytest.approx(point["energy_kwh"])
         assert list(point)[:6] == ["id", "time_s", "delay_s", "margin_pct", "energy_kwh", "saved_pct"]
         assert set(point["replay"]) == {
             "time_error_pct",

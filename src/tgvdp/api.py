@@ -16,7 +16,8 @@ from tgvdp.front.pareto import ParetoFront
 from tgvdp.front.targets import asked_targets, check_targets
 from tgvdp.line.fastest import fastest_run
 from tgvdp.model.checks import require_number
-from tgvdp.model.energy import ENERGY_KINDS, EnergyMap, EnergyModel
+from tgvdp.model.convention import TTOBENCH, convention_of
+from tgvdp.model.energy import BUILT_IN_MAP, ENERGY_KINDS, EnergyMap, EnergyModel
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
@@ -31,8 +32,6 @@ from tgvdp.search.paths import GridPaths
 from tgvdp.search.refine import refine_front
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
 
-#: The map that ``energy="map"`` means.
-_BUILT_IN_MAP = "alstom-map"
 #: Running times at which a front on a grid is compared with the continuous optimum.
 _CERTIFIED_TIMES = 32
 
@@ -129,6 +128,11 @@ def search(
     start_speed_mps: float = 0.0,
     end_speed_mps: float = 0.0,
     energy: str | EnergyMap = "wheel",
+    convention: str = TTOBENCH.name,
+    mass_model: str | None = None,
+    limits: str | None = None,
+    curves: str | None = None,
+    tunnels: bool | None = None,
     method: str = "front",
     points: int = 60,
     max_margin: float = 0.25,
@@ -157,6 +161,16 @@ def search(
         What is minimised, and what all energies of the result count: traction work at the wheel; what is drawn from the
         line by the train's efficiencies, its regeneration and its auxiliary power; or the same by a map: one of the
         catalog ("map" is short for "alstom-map"), a file, or an `EnergyMap`.
+    convention : {"ttobench", "osrd", "trainruns"}
+        Whose understanding of the line is followed: gravity, line resistance, where speed limits hold.
+    mass_model : {"point", "strip"}, optional
+        Gradients, curves and tunnels act at the train's head, or averaged over its length; default: the convention's.
+    limits : {"head", "tail"}, optional
+        A rise of the speed limit counts from where the head, or the tail, has passed it.
+    curves : {"none", "800/R", "roeckl"}, optional
+        Formula of curve resistance.
+    tunnels : bool, optional
+        Whether the train's additional drag in tunnels counts.
     method : {"front", "exact", "best-first"}
         ``front`` aims at the continuous optimum, ``exact`` returns all Pareto-optimal paths of an explicit grid,
         ``best-first`` is the graph search of the seed on that grid.
@@ -205,12 +219,17 @@ def search(
         start_speed_mps=start_speed_mps,
         end_speed_mps=end_speed_mps,
         energy=model,
+        convention=convention_of(convention, mass_model=mass_model, limits=limits, curves=curves, tunnels=tunnels),
     )
     profile = fastest_run(trip)
     fastest = Fastest(profile.duration_s, profile.total_energy_j, profile)
     options |= {
         "destination_m": trip.destination_m,
         "energy": model.kind if model.map is None else model.map.name,
+        "mass_model": trip.convention.mass_model,
+        "limits": trip.convention.limits,
+        "curves": trip.convention.curves,
+        "tunnels": trip.convention.tunnels,
         "time_limit_s": budget.time_limit_s,
         "at_s": at_s,
         "at_margin": at_margin,
@@ -249,7 +268,7 @@ def _energy_model(energy: str | EnergyMap) -> EnergyModel:
         raise InputError(f"search: energy must be one of {', '.join(ENERGY_KINDS)} or a map, got {energy!r:.60}")
     if energy in ("wheel", "pantograph"):
         return EnergyModel(energy)
-    return EnergyModel("map", load_energy_map(_BUILT_IN_MAP if energy == "map" else energy))
+    return EnergyModel("map", load_energy_map(BUILT_IN_MAP if energy == "map" else energy))
 
 
 def _continuous_front(

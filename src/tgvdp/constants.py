@@ -22,3 +22,9 @@ REPLAY_SPEED_RTOL = 0.01
 #: Names of the search methods and of the queue orders of best-first, as the command line and scenario files spell them.
 METHODS = ("front", "exact", "best-first")
 HEURISTICS = ("ratio", "time", "energy", "weighted")
+
+#: Names of the conventions and of their switches, spelled likewise (see `tgvdp.model.convention`).
+CONVENTION_NAMES = ("ttobench", "osrd", "trainruns")
+MASS_MODELS = ("point", "strip")
+LIMIT_RULES = ("head", "tail")
+CURVE_FORMULAS = ("none", "800/R", "roeckl")

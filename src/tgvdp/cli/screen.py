@@ -57,6 +57,34 @@ def front_table(content: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
+_MODELS = {"wheel": "at the wheel", "pantograph": "at the pantograph"}
+
+
+def energy_table(content: Mapping[str, Any]) -> str:
+    """Where the energy of three runs goes, of an object of schema tgvdp.search/1; empty where that says nothing."""
+    model = content["energy"]
+    front = content["front"]
+    runs = {"fastest run": content["fastest"]["balance"]}
+    runs |= {f"{front[i]['margin_pct']:.2f} %": front[i]["balance"] for i in spread(len(front), 3)[1:]}
+    telling = any(abs(one["pantograph_kwh"] - one["wheel_kwh"]) > 1e-9 * abs(one["wheel_kwh"]) for one in runs.values())
+    if not telling:
+        return ""
+    heads = [name.removesuffix("_kwh").replace("_", " ") for name in next(iter(runs.values()))]
+    lines = [f"energy {_MODELS.get(model['model']) or 'by map ' + model['map']}; where it goes, kWh:"]
+    lines.append(f"{'':>12}" + "".join(f"  {head:>14}" for head in heads))
+    for name, balance in runs.items():
+        lines.append(f"{name:>12}" + "".join(f"  {value:14.5g}" for value in balance.values()))
+    faults = model.get("violations", ())
+    if faults:
+        worst = faults[0]
+        lines.append(
+            f"the map breaks the conservation of energy at {len(faults)} of its nodes, worst at"
+            f" {worst['speed_kmh']:.4g} km/h and demand {worst['demand']:g}: it draws {worst['drawn_kw']:.4g} kW,"
+            f" where the wheel leaves no less than {worst['at_least_kw']:.4g} kW"
+        )
+    return "\n".join(lines)
+
+
 def spread(count: int, most: int) -> Sequence[int]:
     """At most ``most`` indices of ``range(count)``, evenly spread, first and last included."""
     if count <= most:

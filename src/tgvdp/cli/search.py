@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from tgvdp.cli.numbers import number
-from tgvdp.cli.screen import Screen, front_table
-from tgvdp.constants import HEURISTICS, METHODS
+from tgvdp.cli.screen import Screen, energy_table, front_table
+from tgvdp.constants import CONVENTION_NAMES, CURVE_FORMULAS, HEURISTICS, LIMIT_RULES, MASS_MODELS, METHODS
 from tgvdp.errors import BudgetExceededError, InputError
 from tgvdp.units import kmh_to_mps
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
+    from tgvdp.model.energy import EnergyMap
     from tgvdp.model.track import Track
     from tgvdp.model.train import Train
 
@@ -26,7 +27,15 @@ _PATHS_HELP = "best-first: stop after so many complete paths.  [default: 100]"
 _TRAIN_HELP = f"Train: a file, or a name of the catalog.  [default: {DEFAULT_TRAIN}]"
 _TRACK_HELP = f"Line: a file, or a name of the catalog.  [default: {DEFAULT_TRACK}]"
 _AT_HELP = "Points exactly there instead: margins (5%) or running times (1050s, 17:30, 1:07:30), with commas between."
+_ENERGY_HELP = (
+    "What is minimised: wheel, pantograph, or a map of the power drawn: a file, a name of the catalog, or map for that"
+    " of the scenario, else alstom-map.  [default: wheel]"
+)
 _MARGIN_HELP = "Longest running time, above the fastest run's.  [default: 25]"
+_CONVENTION_HELP = "Whose reading of the line: gravity and the four switches below.  [default: ttobench]"
+_MASS_HELP = "Gradients and curves act at the head, or averaged over the length.  [default: the convention's]"
+_LIMITS_HELP = "A higher speed limit counts once the head, or the tail, has passed it."
+_CURVES_HELP = "Formula of curve resistance."
 
 _EXAMPLES = """
 \b
@@ -35,6 +44,7 @@ Examples:
   tgvdp search --track line.json --train train.json --from 12000 --to 43500
   tgvdp search --scenario trip.toml --points 20 --out trip
   tgvdp search --at "3%,5%,10%"
+  tgvdp search --train alstom-emu --track flat-100km --energy pantograph
   tgvdp search --track flat-100km --at 26:00,27:30
   tgvdp search --method exact --segment 1000 --speeds 30
   tgvdp search --method best-first --paths 10 --heuristic ratio --time-limit 10
@@ -52,6 +62,12 @@ _ARGUMENTS: dict[str, tuple[str, Callable[[Any], Any] | None]] = {
     "to_m": ("destination_m", None),
     "start_speed_kmh": ("start_speed_mps", kmh_to_mps),
     "end_speed_kmh": ("end_speed_mps", kmh_to_mps),
+    "energy": ("energy", None),
+    "convention": ("convention", None),
+    "mass_model": ("mass_model", None),
+    "limits": ("limits", None),
+    "curves": ("curves", None),
+    "tunnels": ("tunnels", None),
     "method": ("method", None),
     "points": ("points", None),
     "max_margin_pct": ("max_margin", _percent_to_fraction),
@@ -83,8 +99,12 @@ def _complete(_: click.Context, parameter: click.Parameter, incomplete: str) -> 
     from click.shell_completion import CompletionItem
 
     from tgvdp.model import catalog
+    from tgvdp.model.energy import ENERGY_KINDS
 
-    names = [name for kind in catalog.KINDS if kind == parameter.name for name in catalog.names(kind)]
+    wanted = "map" if parameter.name == "energy" else parameter.name
+    names = [name for kind in catalog.KINDS if kind == wanted for name in catalog.names(kind)]
+    if parameter.name == "energy":
+        names += ENERGY_KINDS
     items = [CompletionItem(name) for name in names if name.startswith(incomplete)]
     return [*items, CompletionItem(incomplete, type="file")]
 
@@ -102,6 +122,12 @@ def _complete(_: click.Context, parameter: click.Parameter, incomplete: str) -> 
 @click.option("--to", "to_m", metavar="M", type=number("m"), help="Destination on the line.  [default: its end]")
 @click.option("--start-speed", "start_speed_kmh", metavar="KMH", type=number("km/h", at_least=0.0), help="[default: 0]")
 @click.option("--end-speed", "end_speed_kmh", metavar="KMH", type=number("km/h", at_least=0.0), help="[default: 0]")
+@click.option("--energy", metavar="MODEL", shell_complete=_complete, help=_ENERGY_HELP)
+@click.option("--convention", type=click.Choice(CONVENTION_NAMES), help=_CONVENTION_HELP)
+@click.option("--mass-model", type=click.Choice(MASS_MODELS), help=_MASS_HELP)
+@click.option("--limits", type=click.Choice(LIMIT_RULES), help=_LIMITS_HELP)
+@click.option("--curves", type=click.Choice(CURVE_FORMULAS), help=_CURVES_HELP)
+@click.option("--tunnels/--no-tunnels", default=None, help="Count the train's drag in tunnels.")
 @click.option("--method", type=click.Choice(METHODS), help="How to search.  [default: front]")
 @click.option("--points", metavar="N", type=click.IntRange(min=2), help="Points of the front.  [default: 60]")
 @click.option("--max-margin", "max_margin_pct", metavar="PCT", type=number("%", above=0.0), help=_MARGIN_HELP)
@@ -141,6 +167,7 @@ def command(
     with Screen(quiet=quiet) as screen:
         case = _read_case(train, track, scenario)
         options = _merged(case.options, {name: value for name, value in given.items() if value is not None})
+        _read_map(options, case)
         screen.progress(f"searching: {case.train.name} on {case.track.name}")
         from tgvdp import api  # brings numba: neither --help nor an error in the input waits for it
 
@@ -165,6 +192,8 @@ def command(
     if not quiet:
         click.echo(f"{case.train.name} on {case.track.name}", err=as_json)
         click.echo(front_table(content), err=as_json)
+        if where := energy_table(content):
+            click.echo(where, err=as_json)
         click.echo(f"in {out}: {', '.join(file.name for file in files)}", err=as_json)
     return _judge(content, quiet)
 
@@ -172,8 +201,11 @@ def command(
 class _Case(NamedTuple):
     train: "Train"
     track: "Track"
+    map: "EnergyMap | None"
     options: dict[str, Any]
-    inputs: dict[str, "str | Path | Train | Track"]  # by role: what was read from a file of its own, or the values
+    inputs: dict[
+        str, "str | Path | Train | Track | EnergyMap"
+    ]  # by role: what was read from a file of its own, or the values
 
 
 def _read_case(train: str | None, track: str | None, scenario: str | None) -> _Case:
@@ -182,7 +214,7 @@ def _read_case(train: str | None, track: str | None, scenario: str | None) -> _C
     from tgvdp.formats.sources import source_path
 
     held = Scenario(name="", format="") if scenario is None else load_scenario(scenario)
-    inputs: dict[str, str | Path | Train | Track] = {} if scenario is None else {"scenario": scenario}
+    inputs: dict[str, str | Path | Train | Track | EnergyMap] = {} if scenario is None else {"scenario": scenario}
     if train is None and held.train is not None:
         the_train = inputs["train"] = held.train
     else:
@@ -193,7 +225,23 @@ def _read_case(train: str | None, track: str | None, scenario: str | None) -> _C
     else:
         track_path = inputs["track"] = source_path(DEFAULT_TRACK if track is None else track, "track")
         the_track = load_track(track_path)
-    return _Case(the_train, the_track, held.options, inputs)
+    return _Case(the_train, the_track, held.map, held.options, inputs)
+
+
+def _read_map(options: dict[str, Any], case: _Case) -> None:
+    """Put the energy map that is asked for in place of its name: the scenario's own, one of the catalog, or a file."""
+    from tgvdp.formats import load_energy_map
+    from tgvdp.formats.sources import source_path
+    from tgvdp.model.energy import BUILT_IN_MAP
+
+    name = options.get("energy", "wheel")
+    if name in ("wheel", "pantograph"):
+        return
+    if name == "map" and case.map is not None:
+        options["energy"] = case.inputs["map"] = case.map
+        return
+    path = case.inputs["map"] = source_path(BUILT_IN_MAP if name == "map" else name, "map")
+    options["energy"] = load_energy_map(path)
 
 
 def _merged(held: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:

@@ -4,15 +4,17 @@ Sources: TTOBench (Kouzoupis et al., its README files and reference data), OSRD 
 calculation), TrainRuns.jl (Kannenberg, TU Dresden; its source of the running-time calculation).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from tgvdp.constants import GRAVITY_MPS2, STANDARD_GRAVITY_MPS2
+from tgvdp.constants import (
+    CURVE_FORMULAS,
+    GRAVITY_MPS2,
+    LIMIT_RULES,
+    MASS_MODELS,
+    STANDARD_GRAVITY_MPS2,
+)
 from tgvdp.errors import InputError
 from tgvdp.model.checks import require_number, require_text
-
-MASS_MODELS = ("point", "strip")
-LIMIT_RULES = ("head", "tail")
-CURVE_FORMULAS = ("none", "800/R", "roeckl")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,3 +74,31 @@ TRAINRUNS = Convention(
 
 #: Presets by the name that ``--convention`` takes; the first one is the default.
 CONVENTIONS = {convention.name: convention for convention in (TTOBENCH, OSRD, TRAINRUNS)}
+
+
+def convention_of(
+    preset: str,
+    *,
+    mass_model: str | None = None,
+    limits: str | None = None,
+    curves: str | None = None,
+    tunnels: bool | None = None,
+) -> Convention:
+    """Return a preset, with some of its switches changed.
+
+    Parameters
+    ----------
+    preset : str
+        One of `CONVENTIONS`.
+    mass_model, limits, curves, tunnels
+        As in `Convention`; None keeps the preset's.
+
+    Raises
+    ------
+    InputError
+        When a name is unknown.
+    """
+    if preset not in CONVENTIONS:
+        raise InputError(f"convention must be one of {', '.join(CONVENTIONS)}, got {preset!r:.60}")
+    given = {"mass_model": mass_model, "limits": limits, "curves": curves, "tunnels": tunnels}
+    return replace(CONVENTIONS[preset], **{name: value for name, value in given.items() if value is not None})

@@ -19,6 +19,8 @@ from tgvdp.model.checks import require_notes, require_number, require_text
 from tgvdp.model.train import Train
 
 ENERGY_KINDS = ("wheel", "pantograph", "map")
+#: Name in the catalog of the map that is meant where none is named.
+BUILT_IN_MAP = "alstom-map"
 
 #: Each node is looked up by bisection; more than these are no table of an engineer.
 _MOST_NODES = 10_000

@@ -11,6 +11,11 @@ from tgvdp.model.energy import EnergyModel
 from tgvdp.model.train import Train
 from tgvdp.physics.forces import effort_at, mean_effort
 
+#: A mean effort above this share of its mean limit is full effort, which follows the limit along an arc.
+FULL_EFFORT = 0.999
+#: Halvings that find the speed at which the dynamic brake no longer suffices to 1e-4 of an arc's change of speed.
+_BISECTIONS = 14
+
 
 class EnergyTables(NamedTuple):
     """Energy of an arc as tables for kernels: what is drawn from the line for work at the wheel.
@@ -90,29 +95,40 @@ def map_power(tables, v, demand):
 
 
 @kernel
-def _map_energy(train, tables, length, duration, work, v0, v1):
-    """Energy of an arc by the map: power at its mean speed and mean demand, times its duration."""
-    limit = mean_effort(train.traction if work >= 0.0 else train.braking, v0, v1) * length
-    demand = 0.0
-    if work > 0.0 and limit > 0.0:
-        demand = work / limit
-    elif work < 0.0 and limit > 0.0:
-        demand = max(work / limit, -1.0)
-    return duration * map_power(tables, length / duration, demand)
+def _map_energy(train, tables, duration, effort, v0, v1):
+    """Energy of an arc at its mean demand by the map: Simpson's rule in time, in which the speed is linear.
+
+    To hold the effort constant instead would make effort free where it passes the limit at one end of an arc.
+    """
+    limit = mean_effort(train.traction if effort >= 0.0 else train.braking, v0, v1)
+    demand = min(max(effort / limit, -1.0), 1.0) if limit > 0.0 else 0.0
+    ends = map_power(tables, v0, demand) + map_power(tables, v1, demand)
+    return duration / 6.0 * (ends + 4.0 * map_power(tables, 0.5 * (v0 + v1), demand))
 
 
 @kernel
-def _regenerated(train, effort, w0, w1):
-    """Mean over distance, in N, of what the dynamic brake takes of a constant braking effort, friction the rest."""
-    v0 = math.sqrt(w0)
-    v1 = math.sqrt(w1)
+def _regenerated(train, effort, v0, v1):
+    """Mean over distance, in N, of what the dynamic brake takes of a braking effort, friction the rest.
+
+    The effort is that of all brakes along an arc at full effort, and constant along any other.
+    """
+    dynamic = mean_effort(train.braking, v0, v1)
     limit0 = effort_at(train.braking, v0)
     limit1 = effort_at(train.braking, v1)
-    low = min(limit0, limit1)
-    high = max(limit0, limit1)
-    if low < effort < high:  # the limit, nearly linear in v² along an arc, crosses the effort
-        return effort - 0.5 * (effort - low) * (effort - low) / (high - low)
-    return min(effort, mean_effort(train.braking, v0, v1))
+    if effort <= min(limit0, limit1) or effort >= min(max(limit0, limit1), FULL_EFFORT * (dynamic + train.friction_n)):
+        return min(effort, dynamic)
+    enough = v0 if limit0 >= effort else v1  # the limit crosses the effort once: effort curves have short pieces
+    short = v1 if limit0 >= effort else v0
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (enough + short)
+        if effort_at(train.braking, middle) >= effort:
+            enough = middle
+        else:
+            short = middle
+    end = v1 if limit0 >= effort else v0
+    other = v0 + v1 - end
+    limited = mean_effort(train.braking, short, end) * abs(end * end - short * short)
+    return (limited + effort * abs(short * short - other * other)) / abs(v1 * v1 - v0 * v0)
 
 
 @leaf
@@ -120,9 +136,9 @@ def arc_energy(train, tables, length, duration, work, w0, w1):
     """Energy in J drawn on an arc, given its duration in s and its work at the wheel in J; negative if returned."""
     auxiliary = tables.auxiliary_w * duration
     if tables.speed_mps.shape[0] > 0:
-        return auxiliary + _map_energy(train, tables, length, duration, work, math.sqrt(w0), math.sqrt(w1))
+        return auxiliary + _map_energy(train, tables, duration, work / length, math.sqrt(w0), math.sqrt(w1))
     if work >= 0.0:
         return auxiliary + tables.traction * work
     if tables.regeneration == 0.0:
         return auxiliary
-    return auxiliary - tables.regeneration * length * _regenerated(train, -work / length, w0, w1)
+    return auxiliary - tables.regeneration * length * _regenerated(train, -work / length, math.sqrt(w0), math.sqrt(w1))

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import kernel, leaf
+from tgvdp.constants import GRAVITY_MPS2
 from tgvdp.model.train import Train
 
 
@@ -38,6 +39,8 @@ def _read_only(table: NDArray[np.float64]) -> NDArray[np.float64]:
     return table
 
 
+#: Above the acceleration of any line that is not vertical.
+_STEEPEST_MPS2 = 2.0 * GRAVITY_MPS2
 _NO_RATES = _read_only(np.empty((0, 6)))
 _NO_EFFORT = _read_only(np.zeros((1, 6)))
 
@@ -52,9 +55,18 @@ def kernel_train(train: Train) -> KernelTrain:
         float(train.max_deceleration_mps2),
         train.traction.table,
         train.braking.table,
-        float(train.friction_brake_n),
+        _friction_n(train),
         _rate_table(train),
         _NO_EFFORT,
+    )
+
+
+def _friction_n(train: Train) -> float:
+    """Effort of the friction brake: where rates are given, enough to keep them on any line that is not vertical."""
+    if not train.braking_rates:
+        return float(train.friction_brake_n)
+    return (
+        train.inertia_kg * max(rate.deceleration_mps2 for rate in train.braking_rates) + train.mass_kg * _STEEPEST_MPS2
     )
 
 

@@ -97,7 +97,7 @@ class Piecewise(NamedTuple):
     def mean_behind(self, length_m: float) -> "Piecewise":
         """Mean over the last ``length_m`` before each position: a train of that length whose head is there.
 
-        Before its first knot the function is taken to hold its first value.
+        The function must be linear between its knots. Before the first it is taken to hold its first value.
         """
         held = self.coefficient[:1] * np.array([1.0, 0.0, 0.0])
         back = Piecewise(
@@ -116,7 +116,7 @@ class Piecewise(NamedTuple):
     def steps(self, step: float, area: float) -> Floats:
         """Positions between which the function changes by about ``step`` at most, and less over long distances.
 
-        Knots where it jumps, and both ends of the pieces where it is constant, are always among them.
+        Knots where it jumps, and both ends of the stretches where it is constant, are always among them.
 
         Parameters
         ----------
@@ -130,7 +130,7 @@ class Piecewise(NamedTuple):
         change = np.abs(middle - left) + np.abs(right - middle)
         flat = change <= noise
         fixed = np.ones(len(self.knot_m), dtype=bool)
-        fixed[1:-1] = flat[:-1] | flat[1:] | (np.abs(left[1:] - right[:-1]) > noise)
+        fixed[1:-1] = (flat[:-1] != flat[1:]) | (np.abs(left[1:] - right[:-1]) > noise)
         along = np.concatenate(([0.0], np.cumsum(np.where(flat, 0.0, change))))
         at = np.flatnonzero(fixed)
         span_m, range_ = np.diff(self.knot_m[at]), np.diff(along[at])

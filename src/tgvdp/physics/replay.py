@@ -28,7 +28,7 @@ from tgvdp.constants import (
     REPLAY_TIME_PCT,
 )
 from tgvdp.model.trip import Trip
-from tgvdp.physics.energy import energy_tables, map_power
+from tgvdp.physics.energy import FULL_EFFORT, energy_tables, map_power
 from tgvdp.physics.forces import KernelTrain, brake_at, effort_at, kernel_train, resistance_at, unpowered
 from tgvdp.physics.profile import Profile
 from tgvdp.physics.replay_line import breaks_seen, limits_seen, met, see_line, supply_seen
@@ -36,8 +36,6 @@ from tgvdp.physics.resolved import LOWERED, POWERED
 
 _SUB_STEPS = 8
 _MOST_SUB_STEPS = 100_000
-#: A mean effort above this share of its mean limit is full effort.
-_FULL_EFFORT = 0.999
 #: Where two sides of a break are one position, relative to it.
 _SAME_POSITION = 1e-12
 #: The line at the end of a row is looked up this share of the row inside it.
@@ -101,7 +99,7 @@ def _force(train, force, lever, lo, hi, load, v):
     """Effort at the wheel; the effort curve is looked up within the row's speeds lo..hi, not beyond a jump there."""
     inside = min(max(v, lo), hi)
     braking = force < 0.0
-    if lever >= _FULL_EFFORT:
+    if lever >= FULL_EFFORT:
         effort = lever * _limit_at(train, braking, load, inside)
     else:
         effort = min(abs(force), _limit_at(train, braking, load, inside))

@@ -5,6 +5,7 @@ of some length meets the difference of two sums over its length.
 """
 
 import math
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,8 @@ _Floats = NDArray[np.float64]
 
 #: Parts of each curve in which its radius changes.
 _PARTS = 128
+#: Radius at which Röckl's formula jumps.
+_JUMP_M = 300.0
 #: Where both sides of a break are looked at, as a share of the distance between breaks.
 _BESIDE = 1e-3
 
@@ -83,7 +86,7 @@ def _curve_permil(formula: str, row: Curve, share: float) -> float:
     radius_m = 1.0 / bend
     if formula == "800/R":
         return 800.0 / radius_m
-    return 650.0 / (radius_m - 55.0) if radius_m >= 300.0 else 500.0 / (radius_m - 30.0)
+    return 650.0 / (radius_m - 55.0) if radius_m >= _JUMP_M else 500.0 / (radius_m - 30.0)
 
 
 def see_line(trip: Trip) -> SeenLine:
@@ -97,6 +100,9 @@ def see_line(trip: Trip) -> SeenLine:
     for row, end_m in zip(curves, curve_end_m, strict=False):
         if row.radius_start_m != row.radius_end_m:
             ends_m |= set(np.linspace(row.position_m, end_m, _PARTS + 1).tolist())
+            bend, turn = 1.0 / row.radius_start_m, 1.0 / row.radius_end_m - 1.0 / row.radius_start_m
+            shares = ((side / _JUMP_M - bend) / turn for side in (-1.0, 0.0, 1.0))
+            ends_m |= {row.position_m + share * (end_m - row.position_m) for share in shares if 0.0 < share < 1.0}
     at_m = np.array(sorted(ends_m))
     middle_m = 0.5 * (at_m[:-1] + at_m[1:])
     permil = np.zeros_like(middle_m)
@@ -153,5 +159,9 @@ def breaks_seen(trip: Trip) -> _Floats:
     changes |= supply_seen(trip, before_m) != supply_seen(trip, after_m)
     if convention.mass_model == "strip" and trip.train.length_m > 0.0:
         return at_m[changes]
-    jumps_m = [row.position_m for row in track.gradients if trip.origin_m < row.position_m < trip.destination_m]
+    jumps_m = [
+        row.position_m
+        for before, row in pairwise(track.gradients)
+        if before.gradient_permil != row.gradient_permil and trip.origin_m < row.position_m < trip.destination_m
+    ]
     return np.union1d(at_m[changes], jumps_m)

@@ -157,9 +157,9 @@ def resolve(trip: Trip) -> ResolvedLine:
     limits = np.array(trip.track.speed_limits, dtype=np.float64)
     reach_m = train.length_m if trip.convention.limits == "tail" else 0.0
     top_mps = min(float(limits[:, 1].max()), train.max_speed_mps)
-    breaks = [*_steps(trip, force, drag, top_mps), limits[:, 0] - origin_m]
-    if reach_m > 0.0:
-        breaks.append(limits[1:, 0][np.diff(limits[:, 1]) > 0.0] + reach_m - origin_m)
+    rises = np.diff(limits[:, 1]) > 0.0
+    changes_m = limits[1:, 0] + np.where(rises, reach_m, 0.0) - origin_m
+    breaks = [*_steps(trip, force, drag, top_mps), changes_m]
     stretches = np.array(trip.track.neutral_sections, dtype=np.float64).reshape(-1, 3)
     stretches[:, 0] -= origin_m
     breaks += [stretches[:, 0], stretches[:, 0] + stretches[:, 1]]

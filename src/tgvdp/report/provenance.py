@@ -13,6 +13,7 @@ from typing import Any
 
 from tgvdp import __version__
 from tgvdp.errors import InputError
+from tgvdp.model.energy import EnergyMap
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.report.plain import plain
@@ -20,7 +21,7 @@ from tgvdp.report.plain import plain
 
 def make_provenance(
     options: Mapping[str, Any],
-    inputs: Mapping[str, str | os.PathLike[str] | Train | Track],
+    inputs: Mapping[str, str | os.PathLike[str] | Train | Track | EnergyMap],
     elapsed_s: float,
     checks_s: Mapping[str, float] | None = None,
 ) -> dict[str, Any]:
@@ -30,7 +31,7 @@ def make_provenance(
     ----------
     options : mapping
         Every option of the run, defaults included.
-    inputs : mapping of str to path, Train or Track
+    inputs : mapping of str to path, Train, Track or EnergyMap
         What was read, by role (``"train"``, ``"track"``). A file is hashed byte by byte and named without its folder;
         a train or track that was built in memory or came from the catalog is hashed by its values.
     elapsed_s : float
@@ -65,8 +66,8 @@ def _version_of(package: str) -> str:
         return "not installed"
 
 
-def _fingerprint(source: str | os.PathLike[str] | Train | Track) -> dict[str, str]:
-    if isinstance(source, Train | Track):
+def _fingerprint(source: str | os.PathLike[str] | Train | Track | EnergyMap) -> dict[str, str]:
+    if isinstance(source, Train | Track | EnergyMap):
         content = json.dumps(asdict(source), sort_keys=True).encode()
         return {"name": source.name, "sha256": hashlib.sha256(content).hexdigest()}
     path = Path(source)

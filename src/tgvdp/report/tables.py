@@ -5,8 +5,9 @@ import io
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from tgvdp.model.energy import violations
 from tgvdp.report.plain import plain
-from tgvdp.units import joule_to_kwh
+from tgvdp.units import KILO, joule_to_kwh, mps_to_kmh
 
 if TYPE_CHECKING:
     from tgvdp.api import SearchResult
@@ -20,6 +21,8 @@ FRONT_COLUMNS = (
     "id", "time_s", "delay_s", "margin_pct", "energy_kwh", "saved_pct", "price_kwh_per_min", "lower_bound_kwh",
     "gap_pct",
 )  # fmt: skip
+#: Where the energy goes, whichever model was minimised; see `tgvdp.physics.profile.EnergyBalance`.
+BALANCE_FIELDS = ("wheel_kwh", "pantograph_kwh", "regenerated_kwh", "auxiliary_kwh", "braking_losses_kwh")
 PROFILE_COLUMNS = ("id", "position_m", "speed_mps", "time_s", "force_n", "energy_j", "regime")
 #: Id of the fastest run in ``profiles.csv``; the points of the front have integer ids from 0.
 FASTEST_ID = "fastest"
@@ -46,9 +49,10 @@ def result_object(
     Returns
     -------
     dict
-        Schema ``tgvdp.search/1``, in plain types. Energies in kWh at the wheel, times in s; a figure that is not
-        finite or not known is None: the price of the fastest run and of the methods on a grid, bounds without a
-        certificate. ``warning`` is present only where the front is less than was asked for.
+        Schema ``tgvdp.search/1``, in plain types. Energies in kWh by the energy model that was searched, and beside
+        them where the energy of each run goes; times in s. A figure that is not finite or not known is None: the price
+        of the fastest run and of the methods on a grid, bounds without a certificate. ``warning`` is present only where
+        the front is less than was asked for.
     """
     fastest = result.fastest
     front = []
@@ -70,6 +74,7 @@ def result_object(
                 "price_kwh_per_min": plain(price),
                 "lower_bound_kwh": plain(bound),
                 "gap_pct": plain(gap),
+                "balance": _balance(result.profile(index)),
                 "replay": {name: plain(getattr(verdict, name)) for name in VERDICT_FIELDS},
             }
         )
@@ -77,7 +82,12 @@ def result_object(
         "schema": SCHEMA,
         "method": result.method,
         "complete": bool(result.complete),
-        "fastest": {"time_s": float(fastest.time_s), "energy_kwh": joule_to_kwh(float(fastest.energy_j))},
+        "energy": _energy_of(result),
+        "fastest": {
+            "time_s": float(fastest.time_s),
+            "energy_kwh": joule_to_kwh(float(fastest.energy_j)),
+            "balance": _balance(fastest.profile),
+        },
         "front": front,
         "counters": plain(result.counters),
         "provenance": plain(provenance),
@@ -87,24 +97,42 @@ def result_object(
     return content
 
 
+def _balance(profile: "Profile") -> dict[str, float]:
+    kwh = (joule_to_kwh(float(value)) for value in profile.balance)
+    return dict(zip(BALANCE_FIELDS, kwh, strict=True))
+
+
+def _energy_of(result: "SearchResult") -> dict[str, Any]:
+    """The energy model, and for a map where it breaks the conservation of energy."""
+    model = result.trip.energy
+    if model.map is None:
+        return {"model": model.kind}
+    faults = [
+        {"speed_kmh": mps_to_kmh(one.speed_mps), "demand": one.demand, "drawn_kw": one.power_w / KILO,
+         "at_least_kw": one.bound_w / KILO}
+        for one in violations(result.trip.train, model.map)
+    ]  # fmt: skip
+    return {"model": model.kind, "map": model.map.name, "violations": faults}
+
+
 def margin_pct(time_s: float, fastest_s: float) -> float:
     """Running-time margin over the fastest run, in percent."""
     return 100.0 * (time_s / fastest_s - 1.0)
 
 
 def saved_pct(energy_j: float, fastest_j: float) -> float:
-    """Energy saved against the fastest run, in percent; 0 where the fastest run itself needs none."""
-    return 100.0 * (1.0 - energy_j / fastest_j) if fastest_j > 0.0 else 0.0
+    """Energy saved against the fastest run, in percent of its own (which may be returned); 0 where it needs none."""
+    return 100.0 * (fastest_j - energy_j) / abs(fastest_j) if fastest_j else 0.0
 
 
 def front_csv(content: Mapping[str, Any]) -> str:
     """One line per point of the front of an object from `result_object`; figures that are not known stay empty."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*FRONT_COLUMNS, *VERDICT_FIELDS])
+    writer.writerow([*FRONT_COLUMNS, *BALANCE_FIELDS, *VERDICT_FIELDS])
     for point in content["front"]:
-        replay = (point["replay"][name] for name in VERDICT_FIELDS)
-        writer.writerow([*(point[name] for name in FRONT_COLUMNS), *replay])
+        parts = (point, FRONT_COLUMNS), (point["balance"], BALANCE_FIELDS), (point["replay"], VERDICT_FIELDS)
+        writer.writerow([part[name] for part, names in parts for name in names])
     return text.getvalue()
 
 

@@ -279,9 +279,7 @@ def _thin(x, y, m, near, far, w, p):
 
 
 @kernel
-def switching_speeds(
-    train, length, grade, air, supply, low, fast, end_w, price, tolerance, typical_m, floor_w, switch
-):
+def switching_speeds(train, length, grade, air, supply, low, fast, end_w, price, tolerance, typical_m, floor_w, switch):
     """Backward pass: the optimal switching speeds for one multiplier: full traction below, coasting above.
 
     Parameters

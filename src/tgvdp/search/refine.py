@@ -22,18 +22,18 @@ from tgvdp.search.blends import slope
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.optimal import OptimalRuns
 from tgvdp.search.pilots import Mesh, Pilot
-from tgvdp.search.refine_kernel import blend, descend, envelope_kernel, measure
+from tgvdp.search.refine_kernel import measure
+from tgvdp.search.refine_level import WIDEST, Level
 
-#: Speeds of the first program of a multiplier that has no neighbours, from standstill to the fastest run.
-_COARSE = 24
 #: Speeds above and below the incumbent in a sweep.
 _HALF = 3
 #: The first step between those speeds: a share of the distance between two neighbouring runs, and at least this share
 #: of the largest v² of the trip.
 _STEP_SHARE = 0.15
 _LEAST_STEP = 1e-3
-#: The last step, as a share of the largest v².
+#: The last step, as a share of the largest v²; on the coarser level it ends earlier.
 _LAST_STEP = 1e-5
+_LAST_COARSE_STEP = 1e-3
 #: Two multipliers within this factor are neighbours: the run between them starts from their blend. Runs further apart
 #: may differ in where they coast, which sweeps cannot mend (0.15 % on a line with 150 gradients).
 _NEAR = 1.4
@@ -121,7 +121,9 @@ class _OutOfTime(Exception):
 def _energy_of(trip: Trip, rows: tuple[NDArray[np.float64], NDArray[np.float64]], energy: EnergyTables) -> float:
     """Energy of a run given as rows, J."""
     cells = cells_of(trip, rows[0])
-    return float(measure(kernel_train(trip.train), energy, cells.length_m, cells.grade_n, cells.air, cells.supply, rows[1])[1])
+    return float(
+        measure(kernel_train(trip.train), energy, cells.length_m, cells.grade_n, cells.air, cells.supply, rows[1])[1]
+    )
 
 
 def _front_on_fine_mesh(
@@ -169,32 +171,13 @@ class _Front:
     def __init__(
         self, mesh: Mesh, energy: EnergyTables, tolerance_s: float, counters: dict[str, int], clock: Clock
     ) -> None:
-        self.mesh, self.energy, self.tolerance_s, self.counters, self.clock = mesh, energy, tolerance_s, counters, clock
-        cells, trip = mesh.cells, mesh.trip
-        self.cells = (cells.length_m, cells.grade_n, cells.air, cells.supply)
-        n = len(cells.station_m)
-        self.low, self.fast = np.empty(n), np.empty(n)
-        envelope_kernel(
-            mesh.train, *self.cells, cells.limit_w, trip.start_speed_mps**2, trip.end_speed_mps**2, self.low, self.fast
-        )
-        self.top_w = float(self.fast.max())
-        width = 2 * _COARSE + 1
-        self.scratch = (np.empty((n, width)), np.empty((n, width), np.int16), np.empty((2, width)))
-        self.pilots = [self._pilot(math.inf, self.fast)]
+        self.mesh, self.tolerance_s, self.counters, self.clock = mesh, tolerance_s, counters, clock
+        self.level = Level(mesh.trip, mesh.train, energy, mesh.cells)
+        self.coarse = self.level.coarser()
+        self.pilots = [self.level.pilot(math.inf, self.level.fast)]
         self.price = mesh.usual_price
         self.scale_j = mesh.usual_price * self.pilots[0].time_s
         self.idle = 0
-
-    def _pilot(self, price: float, w: NDArray[np.float64]) -> Pilot:
-        time_s, energy_j, feasible = measure(self.mesh.train, self.energy, *self.cells, w)
-        return Pilot(price, w, time_s, energy_j if feasible else math.inf)
-
-    def _descend(self, price: float, w: NDArray[np.float64], half: int, first: float, last: float) -> None:
-        """Improve a run in place with steps from ``first`` to ``last``, shares of the largest v²."""
-        self.counters["sweeps"] += descend(
-            self.mesh.train, self.energy, *self.cells, self.low, self.fast, price, half,
-            first * self.top_w, last * self.top_w, w, *self.scratch,
-        )  # fmt: skip
 
     def _solve(self, price: float, start: NDArray[np.float64] | None, step: float) -> Pilot:
         """Run of least E + λT: from a feasible run near it, or from nothing."""
@@ -202,12 +185,20 @@ class _Front:
             raise _OutOfTime
         self.counters["pilots"] += 1
         if start is None:
-            start = self.fast.copy()
-            step = 1.0 / _COARSE
-            self._descend(price, start, _COARSE, step, step)
-            step *= 0.5
-        self._descend(price, start, _HALF, max(step, _LEAST_STEP), _LAST_STEP)
-        return self._pilot(price, start)
+            start, step = self._start(price)
+        self.counters["sweeps"] += self.level.descend(price, start, _HALF, max(step, _LEAST_STEP), _LAST_STEP)
+        return self.level.pilot(price, start)
+
+    def _start(self, price: float) -> tuple[NDArray[np.float64], float]:
+        """A run that is optimal but for details, from nothing, and the step that the next program should take."""
+        level = self.level if self.coarse is None else self.coarse
+        w = level.fast.copy()
+        step = 1.0 / WIDEST
+        self.counters["sweeps"] += level.descend(price, w, WIDEST, step, step)
+        if self.coarse is None:
+            return w, 0.5 * step
+        self.counters["sweeps"] += level.descend(price, w, _HALF, 0.5 * step, _LAST_COARSE_STEP)
+        return self.level.carried(level, w), _LAST_COARSE_STEP
 
     def reach(self, target_s: float) -> bool:
         """March λ down until a pilot takes the target time; False when running longer saves nothing."""
@@ -248,7 +239,7 @@ class _Front:
             return False
         start = self._blend(before, after, 0.5) if before.price < _NEAR * after.price else None
         apart = float(np.abs(before.switch - after.switch).max())
-        middle = self._solve(chord, start, _STEP_SHARE * apart / self.top_w)
+        middle = self._solve(chord, start, _STEP_SHARE * apart / self.level.top_w)
         saved = before.cost_j(chord) - middle.cost_j(chord)
         inside = before.time_s < middle.time_s < after.time_s and after.energy_j < middle.energy_j < before.energy_j
         if inside and saved > _SAME * self.scale_j:
@@ -259,9 +250,7 @@ class _Front:
 
     def _blend(self, before: Pilot, after: Pilot, share: float) -> NDArray[np.float64]:
         self.counters["blends"] += 1
-        w = np.empty_like(self.fast)
-        blend(self.mesh.train, *self.cells, self.low, self.fast, before.switch, after.switch, share, w)
-        return w
+        return self.level.blend(before.switch, after.switch, share)
 
     def _meet(self, before: Pilot, after: Pilot, target_s: float) -> Pilot:
         """Blend of two pilots that takes the target time (Illinois rule)."""
@@ -273,7 +262,7 @@ class _Front:
         run = before
         for _ in range(40):
             share = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
-            run = self._pilot(0.0, self._blend(before, after, share))
+            run = self.level.pilot(0.0, self._blend(before, after, share))
             f = run.time_s - target_s
             if abs(f) <= self.tolerance_s or hi - lo < _SAME:
                 break
