@@ -1,5 +1,6 @@
 """The only place where benchmarks reach into the search: cells of a chosen size, and clocks around its phases."""
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -7,7 +8,7 @@ from typing import Any
 from unittest import mock
 
 import tgvdp.api
-from tgvdp.search import costate, pilots
+from tgvdp.search import costate, optimal, pilots
 
 
 @contextmanager
@@ -19,8 +20,13 @@ def finer_cells(factor: float) -> Iterator[None]:
 
 
 def mesh_of(result: Any) -> pilots.Mesh:
-    """The mesh that a search used, built once more."""
-    return pilots.Mesh.of(result.trip, result.fastest.profile)
+    """The mesh that a search used, built once more: the one with as many cells as it counted."""
+    steps = range(round(math.log(optimal._FINEST / optimal._COARSEST, optimal._REFINEMENT)) + 1)
+    meshes = (
+        pilots.Mesh.of(result.trip, result.fastest.profile, optimal._COARSEST * optimal._REFINEMENT**step)
+        for step in steps
+    )
+    return next(mesh for mesh in meshes if len(mesh.cells.length_m) == result.counters["cells"])
 
 
 def _clocked(call: Callable[..., Any], name: str, spent_s: dict[str, float]) -> Callable[..., Any]:

@@ -53,7 +53,7 @@ BARS = (
     Bar("faster than BOA* in C, least", "×", 5.0, 10.0, -1, "labels", _of("boa_ratio_min")),
     Bar("faster than NAMOA*dr in C, median", "×", 5.0, 10.0, -1, "labels", _of("namoa_ratio_median")),
     Bar("faster than NAMOA*dr in C, least", "×", 5.0, 10.0, -1, "labels", _of("namoa_ratio_min")),
-    Bar("memory per label, largest search", "B", 16.0, 16.0, 1, "labels", _of("bytes_per_label_largest")),
+    Bar("memory per label, most", "B", 16.0, 16.0, 1, "labels", _of("bytes_per_label_most")),
     Bar("compilation, cold", "s", 8.0, 4.0, 1, "startup", _of("compilation, cold")),
     Bar("compilation, cached", "s", 0.4, 0.2, 1, "startup", _of("compilation, cached")),
     Bar("import tgvdp", "ms", 50.0, 50.0, 1, "startup", _of("import tgvdp alone")),

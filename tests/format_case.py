@@ -48,6 +48,27 @@ TTOBENCH_TRACK = {
     },
 }
 
+JOURNEY = {
+    "metadata": METADATA | {"id": "toy_01", "associated track": "toy"},
+    "timing points": {
+        "units": {
+            "position": "km",
+            "lower time constraint": "min",
+            "upper time constraint": "s",
+            "lower speed constraint": "km/h",
+            "upper speed constraint": "m/s",
+        },
+        "values": [
+            [0, 0, 30, 0, 0],
+            [1, None, None, None, None],
+            [2, 2, 150, 36, 20],
+            [4, 5, 330, 0, 0],
+            [4, 6, None, 0, 0],
+            [10, None, 900, 0, 0],
+        ],
+    },
+}
+
 SCENARIO = """
 name = "trip"
 

@@ -102,10 +102,14 @@ def test_every_phase_is_seen_and_nothing_stays_patched(result):
 
 
 def test_finer_cells_are_finer_and_only_within_the_context(result):
-    before = len(mesh_of(result).cells.length_m)
-    with finer_cells(2.0):
-        assert len(mesh_of(result).cells.length_m) > 1.3 * before
+    def cells():
+        return tgvdp.search(**TOY.arguments, points=6).counters["cells"]
+
+    before = cells()
     assert len(mesh_of(result).cells.length_m) == before
+    with finer_cells(2.0):
+        assert cells() > 1.3 * before
+    assert cells() == before
 
 
 def test_energy_between_two_points_follows_the_front(result):

@@ -8,8 +8,9 @@ from scipy.integrate import quad
 
 import tgvdp
 from tgvdp import EffortCurve, InputError, Track, Train, Trip
-from tgvdp.front.certificate import BoundingProblem, certify
+from tgvdp.front.certificate import certify
 from tgvdp.front.phases import HOLDING
+from tgvdp.front.problem import BoundingProblem
 from tgvdp.physics.arc import arc
 
 METRO = Train(
@@ -233,3 +234,21 @@ def test_catalogue_trains_and_brakes_that_fade_towards_the_stop():
         certificate = tgvdp.search(tgvdp.load_train(name), track, points=10).certify()
         assert np.isfinite(certificate.gap_pct).all()
         assert -0.01 < certificate.gap_pct.min() and np.median(certificate.gap_pct) < 0.15
+
+
+def test_a_time_limit_ends_the_certificate_and_marks_what_it_did_not_reach(hills, hills_certificate):
+    nothing = hills.certify(time_limit_s=1e-9)
+    assert not nothing.complete and np.isnan(nothing.gap_pct).all() and np.isnan(nothing.lower_bound_j).all()
+    assert nothing.at(float(hills.front.time_s[3])) == 0.0
+    assert hills_certificate.complete
+
+
+def test_points_beyond_the_last_line_have_no_bound(hills, monkeypatch):
+    # The clock stops after five lines: the fastest points come first, and only they have bounds.
+    looks = iter([False] * 5 + [True] * 1000)
+    monkeypatch.setattr(tgvdp.search.budget.Clock, "expired", property(lambda clock: next(looks)))
+    part = hills.certify()
+    assert not part.complete and len(part.line_j) == 5
+    reached = np.isfinite(part.gap_pct)
+    assert reached[:2].any() and not reached[8:].any()
+    assert (part.gap_pct[reached] > -0.01).all()

@@ -7,7 +7,7 @@ import pytest
 
 from tgvdp import EffortCurve, Train
 from tgvdp.front.bounds import _least, least_hamiltonian, standstill_cell
-from tgvdp.front.pieces import largest_effort, merge_comfort
+from tgvdp.front.pieces import largest_effort, merge_tables
 from tgvdp.physics.forces import kernel_train
 
 pytestmark = pytest.mark.nojit
@@ -54,31 +54,31 @@ TRAINS = {
 
 @pytest.mark.parametrize("name", TRAINS)
 @pytest.mark.parametrize("permil", [-25.0, 0.0, 30.0])
-def test_least_hamiltonian_is_below_every_sampled_speed_and_effort(name, permil):
+@pytest.mark.parametrize(("worth", "back"), [(1.0, 0.0), (1.25, 0.7)])
+def test_least_hamiltonian_is_below_every_sampled_speed_and_effort(name, permil, worth, back):
     train = kernel_train(TRAINS[name])
     curves = TRAINS[name]
     mass = train.inertia_kg
     grade = curves.mass_kg * 9.81e-3 * permil
     r0, r1, r2 = (train.davis_a_n + grade) / mass, train.davis_b / mass, curves.davis_c_n_per_mps2 / mass
     top_v, price = 30.0, 2.0
-    pull, brake = np.empty((12, 6)), np.empty((12, 6))
-    pulls = merge_comfort(train.traction, 0.0, mass, train.max_acceleration, r0, r1, r2, top_v, pull)
-    brakes = merge_comfort(train.braking, train.friction_n, mass, train.max_deceleration, -r0, -r1, -r2, top_v, brake)
+    pieces = np.empty((3, 12, 6))
+    counts = merge_tables(train, r0, r1, r2, top_v, pieces)
     v = np.linspace(0.02, top_v, 1500)
     load = r0 + r1 * v + r2 * v**2
+    dynamic = np.array([curves.braking.effort_n(x) for x in v]) / mass
     strongest = np.minimum([curves.traction.effort_n(x) / mass for x in v], train.max_acceleration + load)
-    hardest = [(curves.braking.effort_n(x) + curves.friction_brake_n) / mass for x in v]
-    hardest = np.maximum(-np.array(hardest), load - train.max_deceleration)
-    for p, p_s in [(-3.0, 0.05), (-0.7, 0.002), (-0.5, 0.0), (-0.2, 0.001), (0.0, 0.001), (0.4, 0.003), (2.0, 0.01)]:
-        found, _ = least_hamiltonian(
-            pull, pulls, brake, brakes, r0, r1, r2, abs(r0), price, p, p_s, top_v
-        )  # fmt: skip
+    hardest = np.maximum(-dynamic - curves.friction_brake_n / mass, load - train.max_deceleration)
+    costates = [(-3.0, 0.05), (-0.7, 0.002), (-0.5, 0.0), (-0.45, 0.001), (-0.2, 0.001), (0.0, 0.001), (0.4, 0.003)]
+    for p, p_s in [*costates, (2.0, 0.01)]:
+        found, _ = least_hamiltonian(pieces, *counts, worth, back, r0, r1, r2, abs(r0), price, p, p_s, top_v)
         best = math.inf
-        for share in np.linspace(0.0, 1.0, 11):
-            f = hardest + share * (strongest - hardest)
-            best = min(best, (np.maximum(f, 0.0) + price / v + p_s * v**2 + 2.0 * p * (f - load)).min())
+        for f in (*(hardest + share * (strongest - hardest) for share in np.linspace(0.0, 1.0, 11)), -dynamic, 0.0):
+            f = np.clip(f, hardest, strongest)
+            energy = worth * np.maximum(f, 0.0) - back * np.minimum(np.maximum(-f, 0.0), dynamic)
+            best = min(best, (energy + price / v + p_s * v**2 + 2.0 * p * (f - load)).min())
         assert found <= best + 1e-9
-        if p <= -0.5 or p >= 0.0:
+        if np.isinf(train.max_deceleration) or not -worth < 2.0 * p < 0.0:
             assert found >= best - 2e-2 * abs(best) - 2e-2  # as fine as the sampling
 
 
@@ -86,17 +86,17 @@ def test_largest_effort_bounds_a_table():
     table = TRAINS["table"].traction.table
     for v in (0.0, 3.0, 8.0, 12.0, 35.0):
         samples = [TRAINS["table"].traction.effort_n(x) for x in np.linspace(0.0, v, 500)]
-        assert largest_effort(table, len(table), v) >= max(samples)
+        assert largest_effort(table, len(table), 0.0, v) >= max(samples)
 
 
 def test_standstill_cell_is_exact_for_constant_effort():
     # M = 2, no load: w = 4d after d metres, time √(2d/2), work ½w; the other end costs slope·w.
     pieces = np.array([[0.0, 0.0, 2.0, 0.0, 0.0, 0.0]])
     d, price, slope = 3.0, 5.0, -0.8
-    bound = standstill_cell(pieces, 1, 0.0, 0.0, 0.0, True, d, price, slope, 0.0, 1e6)
+    bound = standstill_cell(pieces, 1, 0.0, 0.0, 0.0, True, d, price, slope, 0.0, 1e6, 1.0)
     assert bound == pytest.approx(price * math.sqrt(d) + (0.5 + slope) * 4.0 * d, rel=1e-12)
     # From w = 1 on: w = 1 + 4d, time 2d/(1 + √13), work ½(w − 1).
-    bound = standstill_cell(pieces, 1, 0.0, 0.0, 0.0, True, d, price, slope, 1.0, 1e6)
+    bound = standstill_cell(pieces, 1, 0.0, 0.0, 0.0, True, d, price, slope, 1.0, 1e6, 1.0)
     assert bound == pytest.approx(price * 2.0 * d / (1.0 + math.sqrt(13.0)) + (0.5 + slope) * 13.0 - 0.5, rel=1e-12)
-    bound = standstill_cell(pieces, 1, 0.0, 0.0, 0.0, False, d, price, -0.3, 0.0, 1e6)
+    bound = standstill_cell(pieces, 1, 0.0, 0.0, 0.0, False, d, price, -0.3, 0.0, 1e6, 0.0)
     assert bound == pytest.approx(price * math.sqrt(d) - 0.3 * 12.0, rel=1e-12)

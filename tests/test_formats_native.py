@@ -212,9 +212,9 @@ def test_bad_scenarios(tmp_path, path, value, message):
     ("content", "message"),
     [
         ("[trian]\nmass_t = 5", "got 'trian', did you mean 'train'?"),
-        ("name = 'only a name'", "holds none of train, track, map and run, nor a TTOBench train or track, got 'name'"),
-        ('{"metadata": {"id": "x"}}', "is neither a TTOBench train nor a TTOBench track"),
-        ('{"mass": 5, "max_speed": 80, "railjson_version": "3.2"}', "holds none of train, track, map and run"),
+        ("name = 'only a name'", "nor what TTOBench, railtoolkit and OSRD files hold, got 'name'"),
+        ('{"metadata": {"id": "x"}}', "is no TTOBench train, track or journey"),
+        ('{"mass": 5, "max_speed": 80, "length": 3}', "holds none of train, track, map and run"),
         ("{}", "got nothing"),
     ],
 )

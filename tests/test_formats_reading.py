@@ -1,4 +1,4 @@
-"""Files that cannot be read, are no JSON or TOML, or hold what no format may hold: one line of error each."""
+"""Files that cannot be read, are no JSON, TOML or YAML, or hold what no format may hold: one line of error each."""
 
 import os
 
@@ -76,7 +76,7 @@ def test_too_large(refused, tmp_path):
         (b"", "is empty"),
         (b" \n\n", "is empty"),
         (b"[train]\nname = '\xff'", "is not UTF-8 text (byte 16)"),
-        (b"<?xml version='1.0'?>", "holds XML, which is not supported yet; expected JSON or TOML"),
+        (b"<?xml version='1.0'?>", "line 1: is not well-formed XML: "),
         (b"{", "is not valid JSON: Expecting property name enclosed in double quotes: line 1 column 2 (char 1)"),
         (b'{"mass": NaN, "rho": 1}', "mass must be finite, got nan"),
         (b'{"mass": [1, {"x": Infinity}]}', "mass[1].x must be finite, got inf"),
@@ -87,8 +87,8 @@ def test_too_large(refused, tmp_path):
         (b'{"mass": 1' + 5000 * b"0" + b"}", "Exceeds the limit"),
         (b'{"mass": 1, "rho": 2, "mass": 3}', "field 'mass' is given twice"),
         (b'{"train": {"mass_t": 1, "mass_t": 3}}', "field 'mass_t' is given twice"),
-        (b"[track]\nlength_m = 1\nlength_m = 2", "is neither JSON nor valid TOML: Cannot overwrite a value"),
-        (b"metadata:\n  id: yaml\n", "is neither JSON nor valid TOML: "),
+        (b"[track]\nlength_m = 1\nlength_m = 2", "is not valid TOML, and neither JSON, YAML nor XML: Cannot"),
+        (b"just some words\n", "is not valid TOML, and neither JSON, YAML nor XML: "),
         (b"[" * 100_000, "is n"),  # TOML: too deep, or no table
         (b'{"a":' * 100_000, "is nested too deeply"),
         (b"x = " + b"[" * 100_000, "is nested too deeply"),
@@ -104,7 +104,7 @@ def test_content_that_no_format_has(refused, tmp_path, content, message):
 def test_json_that_is_no_object(refused, tmp_path):
     path = tmp_path / "list.json"
     path.write_text("[1, 2]")
-    assert refused(path) == "must hold one JSON object or TOML tables, got [1, 2]"
+    assert refused(path) == "must hold one table of named fields, got [1, 2]"
 
 
 def test_unprintable_paths_and_values_stay_on_one_line(tmp_path):

@@ -5,9 +5,9 @@ import math
 
 import pytest
 
-from format_case import METADATA, TTOBENCH_TRACK, TTOBENCH_TRAIN, changed, quantity, write_json
+from format_case import TTOBENCH_TRACK, TTOBENCH_TRAIN, changed, quantity, write_json
 from tgvdp.errors import InputError
-from tgvdp.formats import describe_file, load_scenario, load_track, load_train
+from tgvdp.formats import describe_file, load_track, load_train
 from tgvdp.model.track import Curve, Gradient, SpeedLimit, Tunnel
 
 TRACKS = [
@@ -255,14 +255,6 @@ def test_an_efficiency_of_one_percent_is_kept_and_remarked(tmp_path):
     train = train_of(tmp_path, "efficiency traction", quantity(0.9, "%"))
     assert train.traction_efficiency == pytest.approx(0.009)
     assert train.notes == ("efficiency traction is 0.9 %, read as published: was 90 % meant?",)
-
-
-def test_journeys_are_recognised_and_refused(tmp_path):
-    journey = {"metadata": METADATA | {"associated track": "toy"}, "timing points": {"units": {}, "values": []}}
-    path = write_json(tmp_path / "journey.json", journey)
-    for read in (load_train, load_track, load_scenario, describe_file):
-        with pytest.raises(InputError, match=r"journey.json: holds a TTOBench journey \(not supported yet\)"):
-            read(path)
 
 
 @pytest.mark.parametrize("name", TRACKS)

@@ -149,7 +149,8 @@ def cheapest_above_grid(trip, margin=1.0):
     for price, (seconds, joules) in zip(prices, least_costs(trip, fastest, prices), strict=True):
         if seconds <= fastest.duration_s * (1.0 + margin):
             run = front_at(trip, [max(seconds, fastest.duration_s)])
-            worst = max(worst, (run.energy_j[-1] + price * run.duration_s[-1]) / (joules + price * seconds) - 1.0)
+            above_j = run.energy_j[-1] - joules + price * (run.duration_s[-1] - seconds)
+            worst = max(worst, above_j / (max(joules, 0.1 * scale_j) + price * seconds))
     return worst
 
 

@@ -155,7 +155,7 @@ def test_option_at(tmp_path, capsys):
         (["--at", "5"], 2),
         (["--at", "5%", "--points", "9"], 2),
         (["--at", "5%", "--max-margin", "9"], 2),
-        (["--at", "5%", "--method", "exact"], 3),
+        (["--at", "5%", "--method", "exact"], 2),
         (["--at", "1s"], 4),
     ],
 )

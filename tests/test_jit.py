@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from tgvdp import _jit
+from tgvdp._jit import cache as kernel_cache
 
 PROGRAM = """
 from tgvdp._jit import kernel
@@ -40,14 +41,14 @@ def program(tmp_path):
     """Runs a package of two modules around a copy of ``_jit``; returns the words it printed and its stderr."""
     package = tmp_path / "tgvdp"
     package.mkdir()
-    shutil.copy(_jit.__file__, package)
+    shutil.copytree(Path(_jit.__file__).parent, package / "_jit", ignore=shutil.ignore_patterns("__pycache__"))
     (package / "__init__.py").touch()
     (package / "program.py").write_text(PROGRAM)
     (package / "helper.py").write_text(HELPER)
 
     def run(cache: Path = tmp_path / "cache", **variables: str) -> tuple[list[str], str]:
         environment = {name: text for name, text in os.environ.items() if not name.startswith("NUMBA_")}
-        environment |= {_jit.CACHE_DIR_VARIABLE: str(cache), **variables}
+        environment |= {kernel_cache.CACHE_DIR_VARIABLE: str(cache), **variables}
         command = [sys.executable, "-m", "tgvdp.program"]
         done = subprocess.run(
             command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120, check=False
@@ -113,7 +114,7 @@ def test_unwritable_cache_warns_once_and_goes_on(program, tmp_path):
     lines, errors = program(cache=tmp_path / "file" / "cache")
     assert lines == ["42.0", "0"]
     assert errors.count("RuntimeWarning") == 1
-    assert _jit.CACHE_DIR_VARIABLE in errors
+    assert kernel_cache.CACHE_DIR_VARIABLE in errors
 
 
 def test_no_home_folder_warns_and_goes_on(program):
@@ -208,19 +209,19 @@ def test_key_follows_every_source_that_kernels_may_use(tmp_path):
     (tmp_path / "room").mkdir()
     (tmp_path / "a.py").write_text("x = 1\n")
     (tmp_path / "room" / "b.py").write_text("y = 1\n")
-    first = _jit.cache_key(tmp_path)
-    assert _jit.cache_key(tmp_path) == first
+    first = kernel_cache.cache_key(tmp_path)
+    assert kernel_cache.cache_key(tmp_path) == first
     (tmp_path / "room" / "b.py").write_text("y = 2\n")
-    second = _jit.cache_key(tmp_path)
+    second = kernel_cache.cache_key(tmp_path)
     (tmp_path / "room" / "b.py").rename(tmp_path / "room" / "c.py")
-    third = _jit.cache_key(tmp_path)
+    third = kernel_cache.cache_key(tmp_path)
     assert len({first, second, third}) == 3
     (tmp_path / "note.txt").write_text("no source")
     (tmp_path / "__pycache__").mkdir()
     (tmp_path / "__pycache__" / "a.py").write_text("no source")
     (tmp_path / "report").mkdir()
     (tmp_path / "report" / "a.py").write_text("no kernel")
-    assert _jit.cache_key(tmp_path) == third
+    assert kernel_cache.cache_key(tmp_path) == third
 
 
 @pytest.mark.nojit
@@ -229,14 +230,14 @@ def test_moving_text_between_files_changes_the_key(tmp_path):
         (tmp_path / name).mkdir()
         (tmp_path / name / "a.py").write_text(a)
         (tmp_path / name / "b.py").write_text(b)
-    assert _jit.sources_digest(tmp_path / "one") != _jit.sources_digest(tmp_path / "two")
+    assert kernel_cache.sources_digest(tmp_path / "one") != kernel_cache.sources_digest(tmp_path / "two")
 
 
 def test_hashing_the_sources_is_quick():
     durations_s = []
     for _ in range(9):
         start_s = time.perf_counter()
-        _jit.cache_key(_jit.PACKAGE)
+        kernel_cache.cache_key(kernel_cache.PACKAGE)
         durations_s.append(time.perf_counter() - start_s)
     print(f"hashing the sources: {1e3 * sorted(durations_s)[4]:.2f} ms")
 
@@ -248,7 +249,7 @@ def test_old_key_folders_make_room(tmp_path):
         os.utime(tmp_path / key, (1e9 - age, 1e9 - age))
     (tmp_path / "notes").mkdir()
     os.utime(tmp_path / "notes", (1e8, 1e8))
-    _jit.remove_old_folders(tmp_path, kept=2)
+    kernel_cache.remove_old_folders(tmp_path, kept=2)
     assert {path.name for path in tmp_path.iterdir()} == {*keys[:2], "notes"}
 
 
@@ -264,9 +265,9 @@ def test_old_key_folders_make_room(tmp_path):
     ],
 )
 def test_cache_root(monkeypatch, platform, variables, expected):
-    for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", _jit.CACHE_DIR_VARIABLE):
+    for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", kernel_cache.CACHE_DIR_VARIABLE):
         monkeypatch.delenv(name, raising=False)
     for name, value in {"HOME": "/home/me", **variables}.items():
         monkeypatch.setenv(name, value)
     monkeypatch.setattr(sys, "platform", platform)
-    assert _jit.cache_root() == Path(expected)
+    assert kernel_cache.cache_root() == Path(expected)

@@ -20,8 +20,8 @@ from tgvdp.model.trip import Trip
 from tgvdp.physics.piecewise import Piecewise
 from tgvdp.physics.replay import replay
 from tgvdp.physics.replay_line import met, see_line
-from tgvdp.physics.resolved import LOWERED, NEUTRAL, POWERED, resolve
 from tgvdp.physics.resistance import curve_permil
+from tgvdp.physics.resolved import LOWERED, NEUTRAL, POWERED, resolve
 
 TRAIN = Train(
     mass_kg=4e5,
@@ -233,7 +233,7 @@ def test_steps_have_converged(shared, monkeypatch, track, train, destination_m, 
     monkeypatch.setattr(resolved, "_WORK_SHARE", resolved._WORK_SHARE / 8.0)
     resolve.cache_clear()
     fine = fastest_run(trip)
-    assert len(cells_of(trip).length_m) > 2 * cells or track.startswith("CN") and mass_model == "point"
+    assert len(cells_of(trip).length_m) > 2 * cells or (track.startswith("CN") and mass_model == "point")
     resolve.cache_clear()
     assert usual.duration_s == pytest.approx(fine.duration_s, rel=3e-5)
     assert usual.total_energy_j == pytest.approx(fine.total_energy_j, rel=1e-4)

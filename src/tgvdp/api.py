@@ -1,5 +1,6 @@
 """The façade: what `import tgvdp` offers. It connects model, line, search and front and holds no algorithm."""
 
+import inspect
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,13 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.constants import HEURISTICS, METHODS
-from tgvdp.errors import BudgetExceededError, InputError
+from tgvdp.constants import HEURISTICS, METHOD_OPTIONS, METHODS
+from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.formats import load_energy_map
 from tgvdp.front.certificate import Certificate, certify_front
 from tgvdp.front.pareto import ParetoFront
 from tgvdp.front.targets import asked_targets, check_targets
 from tgvdp.line.fastest import fastest_run
+from tgvdp.line.stepped import stepped_time_s
 from tgvdp.model.checks import require_number
 from tgvdp.model.convention import TTOBENCH, convention_of
 from tgvdp.model.energy import BUILT_IN_MAP, ENERGY_KINDS, EnergyMap, EnergyModel
@@ -23,6 +25,7 @@ from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
 from tgvdp.physics.profile import Profile, profile_of
 from tgvdp.physics.replay import Verdict, replay
+from tgvdp.physics.resolved import POWERED, resolve
 from tgvdp.search.best_first import DEFAULT_SEGMENTS, DEFAULT_SPEEDS, best_first
 from tgvdp.search.budget import DEFAULT_TIME_S, SearchBudget
 from tgvdp.search.grid import build_grid
@@ -38,11 +41,15 @@ _CERTIFIED_TIMES = 32
 
 @dataclass(frozen=True)
 class Fastest:
-    """The fastest run, the reference with zero delay: running time in s, energy in J, profile."""
+    """The fastest run, the reference with zero delay: running time in s, energy in J, profile.
+
+    ``stepped_time_s`` is its running time by the explicit steps of a convention that has any, s; None for the others.
+    """
 
     time_s: float
     energy_j: float
     profile: Profile
+    stepped_time_s: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,18 +111,25 @@ class SearchResult:
         """Replay every point of the front by the independent referee."""
         return [replay(self.trip, self.profile(index)) for index in range(len(self.front))]
 
-    def certify(self) -> Certificate:
+    def certify(self, time_limit_s: float | None = None) -> Certificate:
         """Bound the least energy of the continuous problem at the running time of every point of the front.
 
         For the methods on a grid the gap holds the error of the grid: multipliers come from method ``front``.
+
+        Parameters
+        ----------
+        time_limit_s : float, optional
+            Time for it, s; by default as much as the search had. Points that are not reached have no bound.
         """
+        budget = SearchBudget(time_limit_s=self.options["time_limit_s"] if time_limit_s is None else time_limit_s)
+        clock = budget.start()
         found = self._found
         if not isinstance(found, OptimalRuns):
             first_s, last_s = self.fastest.time_s, max(float(self.front.time_s[-1]), self.fastest.time_s)
             target_s = np.linspace(first_s, first_s + max(last_s - first_s, 1e-3 * first_s), _CERTIFIED_TIMES)
-            found = _continuous_front(self.trip, self.fastest.profile, target_s, SearchBudget())
+            found = _continuous_front(self.trip, self.fastest.profile, target_s, budget)
         return certify_front(
-            self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, found.price_j_per_s
+            self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, found.price_j_per_s, clock
         )
 
 
@@ -136,6 +150,7 @@ def search(
     method: str = "front",
     points: int = 60,
     max_margin: float = 0.25,
+    max_time_s: float | None = None,
     at_s: Sequence[float] = (),
     at_margin: Sequence[float] = (),
     paths: int = 100,
@@ -178,9 +193,11 @@ def search(
         Number of points of the front (method ``front``), evenly in time, the fastest run included.
     max_margin : float
         Largest running-time supplement, as a share of the fastest running time.
+    max_time_s : float, optional
+        Longest running time, s, in place of `max_margin`: what a timetable allows.
     at_s, at_margin : sequence of float
         Running times in s, and supplements as shares of the fastest running time, at which to find the points instead
-        (method ``front``): neither `points` nor `max_margin` matters then. Met to 0.05 s.
+        (method ``front``): neither `points` nor `max_margin` nor `max_time_s` matters then. Met to 0.05 s.
     paths, heuristic, dominance, bounds
         Of method ``best-first``; see `tgvdp.search.best_first`.
     segment_m, speeds
@@ -196,9 +213,9 @@ def search(
     Raises
     ------
     InputError
-        When an option is out of range.
+        When an option is out of range, or set to other than its default although the method does not have it.
     InfeasibleError
-        When no run obeys all limits, or none is as fast as ``at_s`` asks.
+        When no run obeys all limits, or none is as fast as ``at_s`` or ``max_time_s`` asks.
     BudgetExceededError
         When a budget ended before there was anything to return.
     """
@@ -207,6 +224,7 @@ def search(
     started = time.perf_counter()
     _check_options(method, points, max_margin, paths, heuristic)
     at_s, at_margin = check_targets(method, at_s, at_margin)
+    _check_effect(options | {"at_s": at_s, "at_margin": at_margin})
     budget = SearchBudget(
         max_labels=max_labels,
         time_limit_s=DEFAULT_TIME_S if time_limit_s is None else time_limit_s,
@@ -222,8 +240,11 @@ def search(
         convention=convention_of(convention, mass_model=mass_model, limits=limits, curves=curves, tunnels=tunnels),
     )
     profile = fastest_run(trip)
-    fastest = Fastest(profile.duration_s, profile.total_energy_j, profile)
+    step_m = trip.convention.step_m
+    stepped_s = None if step_m is None else stepped_time_s(trip, step_m)
+    fastest = Fastest(profile.duration_s, profile.total_energy_j, profile, stepped_s)
     options |= {
+        "max_margin": _margin(fastest.time_s, max_margin, max_time_s),
         "destination_m": trip.destination_m,
         "energy": model.kind if model.map is None else model.map.name,
         "mass_model": trip.convention.mass_model,
@@ -251,13 +272,34 @@ def search(
     )
 
 
+_DEFAULTS = {name: parameter.default for name, parameter in inspect.signature(search).parameters.items()}
+
+
 def _warnings(found: OptimalRuns | GridPaths) -> tuple[str, ...]:
-    """Say where a front ends before it was asked to."""
+    """Say where a front is less than was asked for."""
     if not found.complete:
         return ("the search ended by its budget: better paths than these may exist",)
-    if isinstance(found, OptimalRuns) and found.exhausted:
-        return (f"the front ends with the thriftiest run, {found.duration_s[-1]:.6g} s: running longer saves nothing",)
-    return ()
+    if not isinstance(found, OptimalRuns):
+        return ()
+    warnings = []
+    if found.missed_s:
+        times = ", ".join(f"{time_s:.6g} s" for time_s in found.missed_s)
+        warnings.append(f"no run was found for {times}: the running times of optimal runs jump there")
+    if found.exhausted:
+        warnings.append(
+            f"the front ends with the thriftiest run, {found.duration_s[-1]:.6g} s: running longer saves nothing"
+        )
+    return tuple(warnings)
+
+
+def _margin(fastest_s: float, max_margin: float, max_time_s: float | None) -> float:
+    """Largest supplement, as a share of the fastest running time."""
+    if max_time_s is None:
+        return max_margin
+    require_number("search", "max_time_s", max_time_s, "s", above=0.0)
+    if max_time_s < fastest_s:
+        raise InfeasibleError(f"no run takes {max_time_s:.6g} s or less: the fastest one takes {fastest_s:.6g} s")
+    return max_time_s / fastest_s - 1.0
 
 
 def _energy_model(energy: str | EnergyMap) -> EnergyModel:
@@ -278,8 +320,12 @@ def _continuous_front(
     budget: SearchBudget,
     tolerance_s: float | None = None,
 ) -> OptimalRuns:
-    """Method ``front``: the costate program, or the generic refinement for an energy that it cannot treat."""
-    find = optimal_front if trip.energy.kind == "wheel" else refine_front
+    """Method ``front``: the costate program, or the generic refinement for what it cannot treat.
+
+    That is an energy by a map, and stretches without current: the program knows the same train in all cells.
+    """
+    whole = bool((resolve(trip).supply == POWERED).all())
+    find = optimal_front if whole and trip.energy.kind != "map" else refine_front
     return find(trip, fastest, target_s, budget, tolerance_s)
 
 
@@ -320,3 +366,16 @@ def _check_options(method: str, points: int, max_margin: float, paths: int, heur
         if count != int(count):
             raise InputError(f"search: {name} must be a whole number, got {count:g}")
     require_number("search", "max_margin", max_margin, "of the fastest running time", above=0.0)
+
+
+def _check_effect(options: dict[str, Any]) -> None:
+    """Refuse options that would change nothing; one that is set to its default asks for nothing."""
+    method = options["method"]
+    changed = {name for name, value in options.items() if value != _DEFAULTS[name]}
+    for name in METHOD_OPTIONS:
+        if name in changed and method not in METHOD_OPTIONS[name]:
+            owners = " and ".join(METHOD_OPTIONS[name])
+            raise InputError(f"search: {name} belongs to method {owners}, it has no effect on {method}")
+    if changed & {"at_s", "at_margin"} and changed & {"points", "max_margin"}:
+        even = " and ".join(sorted(changed & {"points", "max_margin"}))
+        raise InputError(f"search: at_s and at_margin say where the points are, so {even} has no effect")

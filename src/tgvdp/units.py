@@ -13,6 +13,7 @@ _TO_SI: dict[str, dict[str, tuple[float, float]]] = {
     "length": {"m": (1.0, 1.0), "km": (1000.0, 1.0)},
     "area": {"m^2": (1.0, 1.0)},
     "speed": {"m/s": (1.0, 1.0), "km/h": (1.0, 3.6)},
+    "time": {"s": (1.0, 1.0), "min": (60.0, 1.0), "h": (3600.0, 1.0)},
     "acceleration": {"m/s^2": (1.0, 1.0)},
     "mass": {"kg": (1.0, 1.0), "t": (1000.0, 1.0)},
     "force": {"N": (1.0, 1.0), "kN": (1000.0, 1.0)},
@@ -43,7 +44,7 @@ def to_si(value: float, unit: str, quantity: str) -> float:
     unit : str
         As in the file; ``²`` and ``^2`` are the same.
     quantity : str
-        One of length, area, speed, acceleration, mass, force, power, force per speed, force per squared speed,
+        One of length, area, speed, time, acceleration, mass, force, power, force per speed, force per squared speed,
         gradient (result in ‰), ratio.
 
     Raises

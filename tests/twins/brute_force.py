@@ -17,7 +17,8 @@ def _values(rows, at, default):
 def least_costs(trip, fastest, prices, stations=80, levels=90):
     """Least E + λT of a grid for each λ: time and energy of the best grid run, (n, 2).
 
-    Between two stations the acceleration is constant; the effort must be within its curves at both ends.
+    Between two stations the acceleration is constant; the effort must be within its curves at both ends. Energy at the
+    pantograph counts the train's efficiencies, but no auxiliaries.
     """
     train, track = trip.train, trip.track
     breaks = {row.position_m for row in (*track.speed_limits, *track.gradients)}
@@ -32,7 +33,7 @@ def least_costs(trip, fastest, prices, stations=80, levels=90):
     w[0], w[-1] = trip.start_speed_mps**2, trip.end_speed_mps**2
     costs = []
     for k in range(len(x) - 1):
-        costs.append(_arcs(train, x[k + 1] - x[k], grade[k], w[k][:, None], w[k + 1][None, :]))
+        costs.append(_arcs(trip, x[k + 1] - x[k], grade[k], w[k][:, None], w[k + 1][None, :]))
     found = []
     for price in prices:
         to_go = np.where(np.isclose(w[-1], trip.end_speed_mps**2), 0.0, np.inf)
@@ -53,8 +54,9 @@ def least_costs(trip, fastest, prices, stations=80, levels=90):
     return np.array(found)
 
 
-def _arcs(train, length, grade, w0, w1):
+def _arcs(trip, length, grade, w0, w1):
     """Time and energy of all arcs between two stations; infinite where infeasible."""
+    train = trip.train
     v0, v1 = np.sqrt(w0), np.sqrt(w1)
     total = v0 + v1
     acceleration = (w1 - w0) / (2.0 * length)
@@ -69,4 +71,14 @@ def _arcs(train, length, grade, w0, w1):
         linear = train.davis_b_n_per_mps * (2.0 / 3.0) * (w0 + v0 * v1 + w1) / total
     mean = train.davis_a_n + linear + 0.5 * train.davis_c_n_per_mps2 * (w0 + w1)
     work = 0.5 * train.inertia_kg * (w1 - w0) + length * (mean + grade)
-    return seconds, np.where(fits, np.maximum(work, 0.0), np.inf)
+    joules = np.maximum(work, 0.0)
+    if trip.energy.kind == "pantograph":
+        joules = joules / train.traction_efficiency
+        # The dynamic brake takes a constant effort where it can: by Simpson's rule over the distance.
+        dynamic = np.vectorize(train.braking.effort_n)
+        taken = [
+            np.minimum(np.maximum(-work, 0.0), length * dynamic(np.sqrt((1.0 - at) * w0 + at * w1)))
+            for at in (0.0, 0.5, 1.0)
+        ]
+        joules = joules - train.regeneration_efficiency * (taken[0] + 4.0 * taken[1] + taken[2]) / 6.0
+    return seconds, np.where(fits, joules, np.inf)

@@ -17,7 +17,7 @@ from tgvdp.errors import InputError, TgvdpError
 PROGRAM = "tgvdp"
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
-_COMMANDS = ("search", "catalog", "validate", "completion")
+_COMMANDS = ("search", "solve", "catalog", "validate", "convert", "completion")
 
 _EXAMPLES = """
 \b
@@ -26,6 +26,8 @@ Examples:
   tgvdp search --train tgv --track flat-100km --out flat
   tgvdp catalog                                  the built-in trains and lines
   tgvdp validate my-train.json my-scenario.toml
+  tgvdp solve instance.json --solver dp          a problem of the quantum formulations
+  tgvdp convert line.xml line.toml               from railML to the native format
 """
 
 

@@ -47,13 +47,18 @@ def front_table(content: Mapping[str, Any]) -> str:
             price = point["price_kwh_per_min"]
             row += f"  {'–' if price is None else format(price, '.4g'):>8}"  # the fastest run has no price
         if certified:
-            row += f"  {point['lower_bound_kwh']:10.5g} kWh  {point['gap_pct']:6.3f} %"
+            bound, gap = point["lower_bound_kwh"], point["gap_pct"]  # none where the time was up
+            row += f"  {'–':>14}  {'–':>8}" if gap is None else f"  {bound:10.5g} kWh  {gap:6.3f} %"
         lines.append(row)
     fastest = content["fastest"]
     lines.append(
         f"fastest run {duration(fastest['time_s'])}, {fastest['energy_kwh']:.5g} kWh;"
         f" {len(front)} {'point' if len(front) == 1 else 'points'} on the front"
     )
+    if (stepped_s := fastest["stepped_time_s"]) is not None:
+        lines.append(
+            f"  by the explicit steps of the convention {stepped_s:.2f} s, converged {fastest['time_s']:.2f} s"
+        )
     return "\n".join(lines)
 
 

@@ -3,14 +3,23 @@
 import json
 import time
 from collections.abc import Callable, Mapping
-from pathlib import Path
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from tgvdp.cli.journeys import read_section
 from tgvdp.cli.numbers import number
 from tgvdp.cli.screen import Screen, energy_table, front_table
-from tgvdp.constants import CONVENTION_NAMES, CURVE_FORMULAS, HEURISTICS, LIMIT_RULES, MASS_MODELS, METHODS
+from tgvdp.constants import (
+    CONVENTION_NAMES,
+    CURVE_FORMULAS,
+    HEURISTICS,
+    LIMIT_RULES,
+    MASS_MODELS,
+    METHOD_OPTIONS,
+    METHODS,
+)
 from tgvdp.errors import BudgetExceededError, InputError
 from tgvdp.units import kmh_to_mps
 
@@ -20,13 +29,16 @@ if TYPE_CHECKING:
     from tgvdp.model.energy import EnergyMap
     from tgvdp.model.track import Track
     from tgvdp.model.train import Train
+    from tgvdp.report.provenance import Input
 
 DEFAULT_TRAIN = "tgv"
 DEFAULT_TRACK = "lgv-100km"
 _PATHS_HELP = "best-first: stop after so many complete paths.  [default: 100]"
 _TRAIN_HELP = f"Train: a file, or a name of the catalog.  [default: {DEFAULT_TRAIN}]"
 _TRACK_HELP = f"Line: a file, or a name of the catalog.  [default: {DEFAULT_TRACK}]"
-_AT_HELP = "Points exactly there instead: margins (5%) or running times (1050s, 17:30, 1:07:30), with commas between."
+_AT_HELP = (
+    "front: points exactly there instead: margins (5%) or running times (1050s, 17:30, 1:07:30), with commas between."
+)
 _ENERGY_HELP = (
     "What is minimised: wheel, pantograph, or a map of the power drawn: a file, a name of the catalog, or map for that"
     " of the scenario, else alstom-map.  [default: wheel]"
@@ -37,12 +49,15 @@ _MASS_HELP = "Gradients and curves act at the head, or averaged over the length.
 _LIMITS_HELP = "A higher speed limit counts once the head, or the tail, has passed it."
 _CURVES_HELP = "Formula of curve resistance."
 
+_JOURNEY_HELP = "From the journey's section N (default: 1): origin, destination, and the longest running time."
+
 _EXAMPLES = """
 \b
 Examples:
   tgvdp search
   tgvdp search --track line.json --train train.json --from 12000 --to 43500
   tgvdp search --scenario trip.toml --points 20 --out trip
+  tgvdp search --train stock.yaml#RB50 --track line.json --journey journey.json#2
   tgvdp search --at "3%,5%,10%"
   tgvdp search --train alstom-emu --track flat-100km --energy pantograph
   tgvdp search --track flat-100km --at 26:00,27:30
@@ -71,6 +86,7 @@ _ARGUMENTS: dict[str, tuple[str, Callable[[Any], Any] | None]] = {
     "method": ("method", None),
     "points": ("points", None),
     "max_margin_pct": ("max_margin", _percent_to_fraction),
+    "max_time_s": ("max_time_s", None),
     "paths": ("paths", None),
     "heuristic": ("heuristic", None),
     "segment_m": ("segment_m", None),
@@ -118,6 +134,7 @@ def _complete(_: click.Context, parameter: click.Parameter, incomplete: str) -> 
     shell_complete=_complete,
     help="Train, line and options in one file; the command line wins over it.",
 )
+@click.option("--journey", metavar="FILE[#N]", shell_complete=_complete, help=_JOURNEY_HELP)
 @click.option("--from", "from_m", metavar="M", type=number("m", at_least=0.0), help="Origin on the line.  [default: 0]")
 @click.option("--to", "to_m", metavar="M", type=number("m"), help="Destination on the line.  [default: its end]")
 @click.option("--start-speed", "start_speed_kmh", metavar="KMH", type=number("km/h", at_least=0.0), help="[default: 0]")
@@ -129,16 +146,30 @@ def _complete(_: click.Context, parameter: click.Parameter, incomplete: str) -> 
 @click.option("--curves", type=click.Choice(CURVE_FORMULAS), help=_CURVES_HELP)
 @click.option("--tunnels/--no-tunnels", default=None, help="Count the train's drag in tunnels.")
 @click.option("--method", type=click.Choice(METHODS), help="How to search.  [default: front]")
-@click.option("--points", metavar="N", type=click.IntRange(min=2), help="Points of the front.  [default: 60]")
+@click.option("--points", metavar="N", type=click.IntRange(min=2), help="front: number of points.  [default: 60]")
 @click.option("--max-margin", "max_margin_pct", metavar="PCT", type=number("%", above=0.0), help=_MARGIN_HELP)
 @click.option("--at", metavar="LIST", callback=_targets, help=_AT_HELP)
 @click.option("--paths", metavar="N", type=click.IntRange(min=1), help=_PATHS_HELP)
 @click.option("--heuristic", type=click.Choice(HEURISTICS), help="best-first: what orders the queue.  [default: ratio]")
-@click.option("--segment", "segment_m", metavar="M", type=number("m", above=0.0), help="Grid: length of a segment.")
-@click.option("--speeds", metavar="N", type=click.IntRange(min=2), help="Grid: number of speeds.")
-@click.option("--dominance/--no-dominance", default=None, help="Grid: drop dominated paths.  [default: dominance]")
-@click.option("--bounds/--no-bounds", default=None, help="Grid: prune by bounds of the cost to go.  [default: bounds]")
-@click.option("--max-labels", metavar="N", type=click.IntRange(min=1), help="Grid: end after so many partial paths.")
+@click.option(
+    "--segment",
+    "segment_m",
+    metavar="M",
+    type=number("m", above=0.0),
+    help="exact, best-first: largest segment of the grid.  [default: a 40th, a 20th of the trip]",
+)
+@click.option(
+    "--speeds", metavar="N", type=click.IntRange(min=2), help="exact, best-first: number of speeds.  [default: 40, 20]"
+)
+@click.option(
+    "--dominance/--no-dominance", default=None, help="best-first: drop dominated paths.  [default: dominance]"
+)
+@click.option(
+    "--bounds/--no-bounds", default=None, help="best-first: prune by bounds of the cost to go.  [default: bounds]"
+)
+@click.option(
+    "--max-labels", metavar="N", type=click.IntRange(min=1), help="exact, best-first: end after so many partial paths."
+)
 @click.option(
     "--time-limit", "time_limit_s", metavar="S", type=number("s", above=0.0), help="End after so many seconds."
 )
@@ -150,6 +181,7 @@ def command(
     track: str | None,
     train: str | None,
     scenario: str | None,
+    journey: str | None,
     certify: bool,
     out: str,
     as_json: bool,
@@ -158,20 +190,27 @@ def command(
 ) -> int:
     """Search the Pareto front of delay against energy for one trip.
 
-    Writes result.json, front.csv, profiles.csv and pictures into a folder. Grid options are those of the methods exact
-    and best-first. A search that ends by its budget writes what it has, labelled as partial, and exits with code 5.
+    Writes result.json, front.csv, profiles.csv and pictures into a folder. Options marked front, exact or best-first
+    belong to these methods; the last two search a grid. A search that ends by its budget writes what it has, labelled
+    as partial, and exits with code 5.
     """
     from tgvdp.report import check_writable, make_provenance, result_object, write_results
 
+    if journey is not None and track is None and scenario is None:
+        raise click.UsageError("--journey needs the --track that it belongs to", click.get_current_context())
     check_writable(out)
     with Screen(quiet=quiet) as screen:
         case = _read_case(train, track, scenario)
-        options = _merged(case.options, {name: value for name, value in given.items() if value is not None})
+        asked = {name: value for name, value in given.items() if value is not None}
+        options = _merged(_suited(case.options, asked, scenario), asked)
         _read_map(options, case)
+        section = None if journey is None else read_section(journey, case.track, case.inputs, options, given)
         screen.progress(f"searching: {case.train.name} on {case.track.name}")
         from tgvdp import api  # brings numba: neither --help nor an error in the input waits for it
 
         result = api.search(case.train, case.track, **_arguments(options))
+        if section is not None:
+            result = replace(result, warnings=(*result.warnings, *section.broken_by(result.fastest.time_s)))
         screen.progress("replaying")
         replaying_s = time.perf_counter()
         verdicts = result.verify()
@@ -203,28 +242,28 @@ class _Case(NamedTuple):
     track: "Track"
     map: "EnergyMap | None"
     options: dict[str, Any]
-    inputs: dict[
-        str, "str | Path | Train | Track | EnergyMap"
-    ]  # by role: what was read from a file of its own, or the values
+    inputs: dict[str, "Input"]  # by role: what was read from a file of its own, or the values
 
 
 def _read_case(train: str | None, track: str | None, scenario: str | None) -> _Case:
     """Read what the command line names, then what the scenario holds, then the defaults."""
     from tgvdp.formats import Scenario, load_scenario, load_track, load_train
-    from tgvdp.formats.sources import source_path
+    from tgvdp.formats.sources import locate
 
     held = Scenario(name="", format="") if scenario is None else load_scenario(scenario)
-    inputs: dict[str, str | Path | Train | Track | EnergyMap] = {} if scenario is None else {"scenario": scenario}
+    inputs: dict[str, Input] = {} if scenario is None else {"scenario": locate(scenario)}
     if train is None and held.train is not None:
         the_train = inputs["train"] = held.train
     else:
-        train_path = inputs["train"] = source_path(DEFAULT_TRAIN if train is None else train, "train")
-        the_train = load_train(train_path)
+        train = DEFAULT_TRAIN if train is None else train
+        inputs["train"] = locate(train, "train")
+        the_train = load_train(train)
     if track is None and held.track is not None:
         the_track = inputs["track"] = held.track
     else:
-        track_path = inputs["track"] = source_path(DEFAULT_TRACK if track is None else track, "track")
-        the_track = load_track(track_path)
+        track = DEFAULT_TRACK if track is None else track
+        inputs["track"] = locate(track, "track")
+        the_track = load_track(track)
     return _Case(the_train, the_track, held.map, held.options, inputs)
 
 
@@ -242,6 +281,26 @@ def _read_map(options: dict[str, Any], case: _Case) -> None:
         return
     path = case.inputs["map"] = source_path(BUILT_IN_MAP if name == "map" else name, "map")
     options["energy"] = load_energy_map(path)
+
+
+def _suited(held: dict[str, Any], given: dict[str, Any], scenario: str | None) -> dict[str, Any]:
+    """Options of a scenario that the method has; others are an error, unless the command line chose another method."""
+    method = given.get("method", held.get("method", METHODS[0]))
+    foreign = {name: owners for name in {**held, **given} if method not in (owners := _owners(name))}
+    context = click.get_current_context()
+    for name, owners in foreign.items():
+        if name in given:
+            flag = next(parameter.opts[0] for parameter in context.command.params if parameter.name == name)
+            raise click.UsageError(f"{flag} belongs to method {' and '.join(owners)}, not to {method}", context)
+        if "method" not in given:
+            raise InputError(f"{scenario}: run.{name}: belongs to method {' and '.join(owners)}, not to {method}")
+    return {name: value for name, value in held.items() if name not in foreign}
+
+
+def _owners(option: str) -> tuple[str, ...]:
+    """Methods that have an option."""
+    argument = "at_s" if option == "at" else _ARGUMENTS[option][0]
+    return METHOD_OPTIONS.get(argument, METHODS)
 
 
 def _merged(held: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:

@@ -1,7 +1,16 @@
-"""Files in: TTOBench tracks and trains, the native scenario; told apart by content, SI from here on."""
+"""Files in: the native scenario, TTOBench, railtoolkit, OSRD; told apart by content, SI from here on."""
 
 from tgvdp.formats.describe import Description, describe_file
-from tgvdp.formats.detect import Scenario, input_digest, load_energy_map, load_scenario, load_track, load_train
+from tgvdp.formats.detect import (
+    Scenario,
+    input_digest,
+    load_energy_map,
+    load_journey,
+    load_scenario,
+    load_section,
+    load_track,
+    load_train,
+)
 
 __all__ = [
     "Description",
@@ -9,7 +18,9 @@ __all__ = [
     "describe_file",
     "input_digest",
     "load_energy_map",
+    "load_journey",
     "load_scenario",
+    "load_section",
     "load_track",
     "load_train",
 ]

@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tgvdp.formats.detect import Scenario, load_scenario
+from tgvdp.formats.detect import KINDS, Scenario, load_all
 from tgvdp.formats.sources import Source
-from tgvdp.model import catalog
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.energy import EnergyMap
+from tgvdp.model.journey import Journey, Section
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.units import KILO, mps_to_kmh
@@ -38,12 +38,14 @@ class Description:
     Attributes
     ----------
     kind : str
-        "train", "track", "map", "scenario" (several of them) or "run options".
+        "train", "track", "map", "journey", "scenario" (several of them), "run options" or, where a file holds several
+        things to choose from, "choice".
     format : str
-        "native" or "TTOBench".
+        "native", "TTOBench", ...
     name : str
     figures : tuple of Figure
-        Headline figures: of the train, then of the track, then the run options.
+        Headline figures: of the train, then of the track, then of the journey, then the run options. Of a choice, the
+        names and their headlines.
     notes : tuple of str
         Sources, doubts, and what was read but is not used.
     """
@@ -76,14 +78,24 @@ def describe_file(path_or_name: Source) -> Description:
     InputError
         When it cannot be read or is wrong.
     """
-    return describe(load_scenario(path_or_name))
+    scenarios = load_all(path_or_name)
+    if len(scenarios) == 1:
+        return describe(scenarios[0])
+    each = [describe(scenario) for scenario in scenarios]
+    return Description(
+        kind="choice",
+        format=scenarios[0].format,
+        name=f"of {len(each)}, taken as FILE#NAME",
+        figures=tuple(Figure(one.name, f"{one.kind}: {one.headline}", "") for one in each),
+        notes=tuple(dict.fromkeys(note for one in each for note in one.notes)),
+    )
 
 
 def describe(scenario: Scenario) -> Description:
     """Describe what has been loaded."""
     figures: list[Figure] = []
     notes: list[str] = []
-    parts = {kind: part for kind in catalog.KINDS if (part := getattr(scenario, kind)) is not None}
+    parts = {kind: part for kind in KINDS if (part := getattr(scenario, kind)) is not None}
     for kind, part in parts.items():
         if len(parts) > 1:
             figures.append(Figure(kind, part.name, ""))
@@ -97,6 +109,21 @@ def describe(scenario: Scenario) -> Description:
         figures=tuple(figures),
         notes=tuple(notes),
     )
+
+
+def _journey_figures(journey: Journey) -> Iterator[Figure]:
+    yield Figure("line", journey.track, "")
+    for section in journey.sections:
+        yield Figure(f"section {section.number}", _section_text(section), "")
+
+
+def _section_text(section: Section) -> str:
+    ends = f"{section.origin_m / KILO:.6g} to {section.destination_m / KILO:.6g} km"
+    running = f"{section.shortest_s:.6g} to {section.longest_s:.6g} s"
+    if math.isinf(section.longest_s):
+        running = f"{section.shortest_s:.6g} s and more" if section.shortest_s else "any time"
+    count = len(section.passing)
+    return f"{ends} in {running}" + (f", {count} passing window{'s' * (count > 1)}" if count else "")
 
 
 def _train_figures(train: Train) -> Iterator[Figure]:
@@ -114,14 +141,18 @@ def _train_figures(train: Train) -> Iterator[Figure]:
         yield Figure("resistance at top speed", train.resistance_n(train.max_speed_mps) / KILO, "kN")
     yield Figure("starting effort", start_n / KILO, "kN")
     yield Figure("starting acceleration", start_mps2, "m/s²")
-    yield Figure("friction brake", train.friction_brake_n / KILO, "kN")
+    if train.braking_rates:
+        yield Figure("full braking", _range([rate.deceleration_mps2 for rate in train.braking_rates]), "m/s²")
+    else:
+        yield Figure("friction brake", train.friction_brake_n / KILO, "kN")
 
 
 def _largest_power_w(curve: EffortCurve, top_mps: float) -> float:
     """Largest effort times speed up to the top speed, W; looked for on a fine grid and at the curve's breaks."""
-    speeds_mps = [piece.from_mps for piece in curve.pieces if piece.from_mps <= top_mps]
-    speeds_mps += np.linspace(0.0, top_mps, _SPEEDS).tolist()
-    return max(curve.effort_n(speed_mps) * speed_mps for speed_mps in speeds_mps)
+    table = curve.table
+    v = np.union1d(np.linspace(0.0, top_mps, _SPEEDS), table[table[:, 0] <= top_mps, 0])
+    _, power_w, *c = table[np.searchsorted(table[:, 0], v, side="right") - 1].T
+    return float(np.max(power_w + v * (c[0] + v * (c[1] + v * (c[2] + v * c[3])))))
 
 
 def _track_figures(track: Track) -> Iterator[Figure]:
@@ -166,4 +197,5 @@ _FIGURES: dict[str, Callable[[Any], Iterator[Figure]]] = {
     "train": _train_figures,
     "track": _track_figures,
     "map": _map_figures,
+    "journey": _journey_figures,
 }

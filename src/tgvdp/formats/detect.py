@@ -1,22 +1,28 @@
-"""From a name or a path to trains, tracks, maps and scenarios; the format is told by content, not by suffix."""
+"""From a name or a path to trains, tracks, maps, journeys and scenarios; the format is told by content, not suffix."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, cast, get_args
 
 from tgvdp.errors import InputError
-from tgvdp.formats import native, ttobench
-from tgvdp.formats.reading import Document, bad, read_bytes, read_document, with_path
-from tgvdp.formats.sources import Source, label, source_path
+from tgvdp.formats import native, osrd, railml, railtoolkit, ttobench
+from tgvdp.formats.content import Content, Kind
+from tgvdp.formats.reading import Document, bad, errors_named, read_bytes, read_document
+from tgvdp.formats.sources import Source, Target, label, locate, source_path
 from tgvdp.model import catalog
 from tgvdp.model.energy import EnergyMap
+from tgvdp.model.journey import Journey, Section
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 
 NATIVE = "native"
-TTOBENCH = "TTOBench"
+KINDS: tuple[Kind, ...] = get_args(Kind)
+_LOOKED_AT = 20  # fields in which a slip of the pen is looked for
+
+#: Each returns what a document holds, or None when it is not of its format.
+_FOREIGN = (railml.open_document, ttobench.open_document, railtoolkit.open_document, osrd.open_document)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,10 +33,11 @@ class Scenario:
     ----------
     name : str
     format : str
-        "native" or "TTOBench".
+        "native", "TTOBench", "railtoolkit", "OSRD" or "railML" with its version.
     train : Train or None
     track : Track or None
     map : EnergyMap or None
+    journey : Journey or None
     options : dict
         Search options by their names on the command line, with ``_`` for ``-`` and the unit at the end (``from_m``,
         ``start_speed_kmh``, ``max_margin_pct``, ...); those that the file does not give are absent.
@@ -43,6 +50,7 @@ class Scenario:
     train: Train | None = None
     track: Track | None = None
     map: EnergyMap | None = None
+    journey: Journey | None = None
     options: dict[str, Any] = field(default_factory=dict)
     inputs: dict[str, str] = field(default_factory=dict)
 
@@ -53,16 +61,15 @@ def load_train(path_or_name: Source) -> Train:
     Parameters
     ----------
     path_or_name : str or path
-        A name of the catalog, or a TTOBench train, or a native file that holds or references a train.
+        A name of the catalog, or a file of any format that holds or references a train. Of several, ``FILE#NAME``
+        means one.
 
     Raises
     ------
     InputError
         When there is no such name or file, or when it holds no valid train.
     """
-    train = _read(source_path(path_or_name, "train"), ("train",)).train
-    assert train is not None
-    return train
+    return cast(Train, _read(locate(path_or_name, "train"), ("train",)).train)
 
 
 def load_track(path_or_name: Source) -> Track:
@@ -71,16 +78,44 @@ def load_track(path_or_name: Source) -> Track:
     Parameters
     ----------
     path_or_name : str or path
-        A name of the catalog, or a TTOBench track, or a native file that holds or references a track.
+        A name of the catalog, or a file of any format that holds or references a track. Of several, ``FILE#NAME``
+        means one.
 
     Raises
     ------
     InputError
         When there is no such name or file, or when it holds no valid track.
     """
-    track = _read(source_path(path_or_name, "track"), ("track",)).track
-    assert track is not None
-    return track
+    return cast(Track, _read(locate(path_or_name, "track"), ("track",)).track)
+
+
+def load_journey(path: Source) -> Journey:
+    """Load a journey from a file.
+
+    Raises
+    ------
+    InputError
+        When there is no such file, or when it holds no valid journey.
+    """
+    return cast(Journey, _read(locate(path)._replace(part=None), ("journey",)).journey)
+
+
+def load_section(path: Source) -> tuple[Journey, Section]:
+    """Load a journey and choose a run from stop to stop: the first one, or as ``FILE#2`` says.
+
+    Raises
+    ------
+    InputError
+        When there is no such file, no valid journey in it, or no section of that number.
+    """
+    target = locate(path)
+    journey = load_journey(path)
+    sections = journey.sections
+    known = {str(section.number): section for section in sections}
+    part = "1" if target.part is None else target.part
+    if part not in known:
+        raise bad(target.path, f"has sections 1 to {len(sections)}, got {part!r:.40}")
+    return journey, known[part]
 
 
 def load_energy_map(path_or_name: Source) -> EnergyMap:
@@ -96,9 +131,7 @@ def load_energy_map(path_or_name: Source) -> EnergyMap:
     InputError
         When there is no such name or file, or when it holds no valid map.
     """
-    the_map = _read(source_path(path_or_name, "map"), ("map",)).map
-    assert the_map is not None
-    return the_map
+    return cast(EnergyMap, _read(locate(path_or_name, "map"), ("map",)).map)
 
 
 def load_scenario(path: Source) -> Scenario:
@@ -107,9 +140,36 @@ def load_scenario(path: Source) -> Scenario:
     Raises
     ------
     InputError
-        When the file or one that it references is missing or wrong.
+        When the file or one that it references is missing or wrong, or when it holds several trains or tracks and
+        none is chosen by ``FILE#NAME``.
     """
-    return _read(source_path(path), catalog.KINDS)
+    return _read(locate(path), KINDS)
+
+
+def read_scenario(document: Document) -> Scenario:
+    """Make everything that a document holds; see `load_scenario`."""
+    return _scenario(document, _open(document), None, KINDS)
+
+
+def load_all(path: Source) -> tuple[Scenario, ...]:
+    """Load everything that a file holds: one scenario, or one each where it holds several trains or tracks.
+
+    Raises
+    ------
+    InputError
+        When the file, something in it or one that it references is missing or wrong.
+    """
+    target = locate(path)
+    document = read_document(target.path)
+    content = _open(document)
+    if content is None or target.part is not None or content.is_one:
+        return (_scenario(document, content, target.part, KINDS),)
+    # Named as they are chosen: names for people need not be unique.
+    return tuple(
+        replace(_held(document, content, {kind: item.id}), name=item.id)
+        for kind, items in content.items.items()
+        for item in items
+    )
 
 
 def input_digest(path_or_name: Source) -> str:
@@ -117,34 +177,61 @@ def input_digest(path_or_name: Source) -> str:
     return sha256(read_bytes(source_path(path_or_name))).hexdigest()
 
 
-def _read(path: Path, kinds: tuple[catalog.Kind, ...], chain: tuple[Path, ...] = ()) -> Scenario:
-    """Read a file and what it references, as far as wanted: a kind wanted alone must be there, of several any."""
-    document = read_document(path)
-    inputs = {label(path): document.digest}
-    kind = ttobench.kind_of(document.tree)
-    if kind == "journey":
-        raise bad(path, "holds a TTOBench journey (not supported yet)")
-    if kind is not None:
-        _require_kind(path, f"a {TTOBENCH} {kind}", kinds, (kind,))
-    if kind == "train":
-        train = ttobench.read_train(document)
-        return Scenario(name=train.name, format=TTOBENCH, train=train, inputs=inputs)
-    if kind == "track":
-        track = ttobench.read_track(document)
-        return Scenario(name=track.name, format=TTOBENCH, track=track, inputs=inputs)
-    return _native(document, kinds, inputs, chain)
+def _read(target: Target, kinds: tuple[Kind, ...], chain: tuple[Path, ...] = ()) -> Scenario:
+    document = read_document(target.path)
+    return _scenario(document, _open(document), target.part, kinds, chain)
 
 
-def _native(
-    document: Document, kinds: tuple[catalog.Kind, ...], inputs: dict[str, str], chain: tuple[Path, ...]
+def _open(document: Document) -> Content | None:
+    """What a document of a foreign format holds; None when it can only be a native one."""
+    for open_document in _FOREIGN:
+        content = open_document(document)
+        if content is not None:
+            return content
+    return None
+
+
+def _scenario(
+    document: Document,
+    content: Content | None,
+    part: str | None,
+    kinds: tuple[Kind, ...],
+    chain: tuple[Path, ...] = (),
 ) -> Scenario:
+    """Make what a document holds and references, as far as wanted: ONE kind must be there, of several any."""
+    if content is None:
+        if part is not None:
+            raise bad(document.path, f"is a native file, of which {part!r:.40} chooses nothing")
+        return _native(document, kinds, chain)
+    article = "an" if content.format.startswith(tuple("AEIO")) else "a"
+    held_text = f"{article} {content.format} {' and a '.join(content.items)}"
+    _require_kind(document.path, held_text, kinds, tuple(content.items))
+    held = {kind: part for kind in kinds if kind in content.items}
+    if part is not None and len(held) > 1:
+        held = {kind: part for kind in held if content.has(kind, part)} or held
+    return _held(document, content, held)
+
+
+def _held(document: Document, content: Content, parts: dict[Kind, str | None]) -> Scenario:
+    """Make the chosen things of a foreign document."""
+    made: dict[str, Any] = {}
+    for kind, part in parts.items():
+        item = content.choose(document.path, kind, part)
+        with errors_named(document.path):
+            made[kind] = item.make()
+    name = next(iter(made.values())).name
+    return Scenario(name=name, format=content.format, inputs={label(document.path): document.digest}, **made)
+
+
+def _native(document: Document, kinds: tuple[Kind, ...], chain: tuple[Path, ...]) -> Scenario:
     path = document.path
     _require_known_content(document)
     file = native.read_native(document)
     held = tuple(kind for kind in catalog.KINDS if getattr(file, kind) is not None)
     _require_kind(path, f"a {' and a '.join(held)}" if held else "run options", kinds, held)
+    inputs = {label(path): document.digest}
     found: dict[str, Any] = {}
-    for kind in kinds:
+    for kind in (kind for kind in catalog.KINDS if kind in kinds):
         found[kind] = getattr(file, kind)
         if isinstance(found[kind], str):
             target = _follow(path, kind, found[kind], (*chain, path))
@@ -157,20 +244,18 @@ def _native(
 
 def _follow(path: Path, kind: catalog.Kind, reference: str, chain: tuple[Path, ...]) -> Scenario:
     """Read the file that another one references."""
-    try:
-        target = source_path(reference, kind, path.parent)
-        if any(_same(target, before) for before in chain):
+    with errors_named(path, kind):
+        target = locate(reference, kind, path.parent)
+        if any(_same(target.path, before) for before in chain):
             raise InputError(f"the references go round in a circle, got {reference!r:.60}")
         return _read(target, (kind,), chain)
-    except InputError as error:
-        raise with_path(path, InputError(f"{kind}: {error}")) from None
 
 
 def _same(one: Path, other: Path) -> bool:
     return one.resolve() == other.resolve()
 
 
-def _require_kind(path: Path, held: str, wanted: tuple[catalog.Kind, ...], kinds: tuple[catalog.Kind, ...]) -> None:
+def _require_kind(path: Path, held: str, wanted: tuple[Kind, ...], kinds: tuple[Kind, ...]) -> None:
     if len(wanted) == 1 and wanted[0] not in kinds:
         raise bad(path, f"holds {held}, not a {wanted[0]}")
 
@@ -181,12 +266,13 @@ def _require_known_content(document: Document) -> None:
     if fields & {"train", "track", "map", "run"}:
         return
     if "metadata" in fields:
-        raise bad(document.path, "is neither a TTOBench train nor a TTOBench track: it has none of their fields")
+        raise bad(document.path, "is no TTOBench train, track or journey: it has none of their fields")
     known = ["train", "track", "map", "run"]
-    near = [match for name in fields for match in get_close_matches(name.lower(), known, n=1)]
+    near = [match for name in list(fields)[:_LOOKED_AT] for match in get_close_matches(name.lower(), known, n=1)]
     hint = f", did you mean {near[0]!r}?" if near else ""
     got = ", ".join(repr(name)[:40] for name in list(fields)[:3]) or "nothing"
-    raise bad(document.path, f"holds none of train, track, map and run, nor a TTOBench train or track, got {got}{hint}")
+    foreign = "TTOBench, railtoolkit and OSRD"
+    raise bad(document.path, f"holds none of train, track, map and run, nor what {foreign} files hold, got {got}{hint}")
 
 
 def _require_run_on_track(path: Path, scenario: Scenario) -> None:

@@ -11,9 +11,8 @@ from typing import Annotated, Any
 from msgspec import UNSET, Meta, Struct, UnsetType, structs
 
 from tgvdp.constants import CONVENTION_NAMES, CURVE_FORMULAS, HEURISTICS, LIMIT_RULES, MASS_MODELS, METHODS
-from tgvdp.errors import InputError
 from tgvdp.formats.energy_map import MapSpec, make_map
-from tgvdp.formats.reading import Document, bad, shown, with_path
+from tgvdp.formats.reading import Document, bad, errors_named, shown
 from tgvdp.formats.targets import parse_targets
 from tgvdp.formats.typed import decode, suggestion
 from tgvdp.model.checks import require_text
@@ -193,7 +192,7 @@ def read_native(document: Document) -> NativeFile:
     path = document.path
     file = decode(path, document.tree, _File)
     name = path.stem if file.name is UNSET else file.name
-    try:
+    with errors_named(path):
         return NativeFile(
             require_text("file", "name", name),
             _train(path, file.train, name) if isinstance(file.train, _Train) else _reference(file.train),
@@ -201,8 +200,6 @@ def read_native(document: Document) -> NativeFile:
             make_map(file.map, name) if isinstance(file.map, MapSpec) else _reference(file.map),
             _options(path, file.run) if file.run else {},
         )
-    except InputError as error:
-        raise with_path(path, error) from None
 
 
 def _reference(given: str | UnsetType) -> str | None:
@@ -249,7 +246,7 @@ def _effort(path: Path, place: str, spec: _Effort) -> EffortCurve:
             f"{place}: must hold exactly one of force_kn (with power_kw or without), points, polynomials, "
             f"got {', '.join(got) or 'none'}",
         )
-    try:
+    with errors_named(path, place):
         if spec.points is not UNSET:
             return EffortCurve.from_points([(kmh_to_mps(p.speed_kmh), p.effort_kn * KILO) for p in spec.points])
         if spec.polynomials is not UNSET:
@@ -257,8 +254,6 @@ def _effort(path: Path, place: str, spec: _Effort) -> EffortCurve:
         assert spec.force_kn is not UNSET
         power = {"power_w": spec.power_kw * KILO} if spec.power_kw else {}
         return EffortCurve.from_caps(spec.force_kn * KILO, **power)
-    except InputError as error:
-        raise bad(path, f"{place}: {error}") from None
 
 
 def _pieces(polynomials: list[_Polynomial]) -> Iterator[EffortPiece]:
@@ -302,10 +297,8 @@ def _options(path: Path, run: _Run) -> dict[str, Any]:
         even = [field for field in ("points", "max_margin_pct") if field in options]
         if even:
             raise bad(path, f"run.at: cannot stand beside {' and '.join(even)}")
-        try:
+        with errors_named(path, "run"):
             parse_targets(run.at)
-        except InputError as error:
-            raise bad(path, f"run.{error}") from None
     if run.from_m is not UNSET and run.to_m is not UNSET and not run.from_m < run.to_m:
         raise bad(path, f"run.to_m: must lie after run.from_m, got {run.to_m:g} m after {run.from_m:g} m")
     return options

@@ -1,8 +1,9 @@
-"""From what a user typed to a file: a name of the catalog or a path."""
+"""From what a user typed to a file: a name of the catalog, or a path, with the part of it behind a ``#``."""
 
 import os
 from difflib import get_close_matches
 from pathlib import Path
+from typing import NamedTuple
 
 from tgvdp.errors import InputError
 from tgvdp.formats.reading import shown
@@ -11,10 +12,23 @@ from tgvdp.model import catalog
 Source = str | os.PathLike[str]
 
 
-def source_path(source: Source, kind: catalog.Kind | None = None, folder: Path | None = None) -> Path:
-    """Find the file that a name of the catalog or a path means.
+class Target(NamedTuple):
+    """A file, and which of several things in it is meant; None where that is not said."""
 
-    Text that is a name of the catalog means that one, so a file of the same name is reached as ``./name``.
+    path: Path
+    part: str | None = None
+
+
+def source_path(source: Source, kind: catalog.Kind | None = None, folder: Path | None = None) -> Path:
+    """Find the file that a name of the catalog or a path means; see `locate`."""
+    return locate(source, kind, folder).path
+
+
+def locate(source: Source, kind: catalog.Kind | None = None, folder: Path | None = None) -> Target:
+    """Find the file, and the part of it, that a name of the catalog or a path means.
+
+    Text that is a name of the catalog means that one, so a file of the same name is reached as ``./name``. In
+    ``FILE#PART`` the last ``#`` separates the file from its part, unless there is a file of the whole name.
 
     Parameters
     ----------
@@ -33,16 +47,19 @@ def source_path(source: Source, kind: catalog.Kind | None = None, folder: Path |
     if isinstance(source, str):
         for one in kinds:
             if source in catalog.names(one):
-                return catalog.path(source, one)
+                return Target(catalog.path(source, one))
     elif not isinstance(source, os.PathLike):
         raise InputError(f"expected the name of a {' or '.join(kinds)} or a path, got {shown(source)}")
     text = os.fspath(source)
     if not text:
         raise InputError(f"expected the name of a {' or '.join(kinds)} or a path, got an empty text")
-    path = Path(text) if folder is None else folder / text
+    path, part = Path(text) if folder is None else folder / text, None
+    if "#" in text and not _exists(path):
+        text, _, part = text.rpartition("#")
+        path = Path(text) if folder is None else folder / text
     if isinstance(source, str) and not _looks_like_path(text) and not _exists(path):
         raise _unknown(text, kinds)
-    return path
+    return Target(path, part)
 
 
 def label(path: Path) -> str:

@@ -1,21 +1,24 @@
-"""TTOBench tracks and trains (JSON, library versions 1.1 to 1.5; Kouzoupis et al., BSD-2-Clause).
+"""TTOBench tracks, trains and journeys (JSON, library versions 1.1 to 1.5; Kouzoupis et al., BSD-2-Clause).
 
 Every field names its unit, and every unit is read. Entries of a track hold until the next one; the last stop is the
 length of the track. Read but not used yet: ETCS braking data, tunnel resistance, numbers of seats and coaches.
 """
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from msgspec import UNSET, Struct, UnsetType, field
 
-from tgvdp.errors import InputError
-from tgvdp.formats.reading import Document, bad, shown, with_path
+from tgvdp.formats.content import Content, Item, Kind
+from tgvdp.formats.reading import Document, bad, errors_named, shown
+from tgvdp.formats.ttobench_journey import read_journey
 from tgvdp.formats.typed import decode
 from tgvdp.model.effort import EffortCurve
+from tgvdp.model.journey import Journey
 from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track, Tunnel
 from tgvdp.model.train import Train
 from tgvdp.units import to_si
@@ -130,7 +133,7 @@ _JOURNEY_FIELDS = frozenset({"timing points"})
 _ENOUGH_FIELDS = 2
 
 
-def kind_of(fields: Collection[str]) -> Literal["train", "track", "journey"] | None:
+def kind_of(fields: Collection[str]) -> Kind | None:
     """Tell by its fields which kind of TTOBench file this is; None when it is none.
 
     Without metadata one field alone is no proof: other formats have a mass as well.
@@ -141,6 +144,20 @@ def kind_of(fields: Collection[str]) -> Literal["train", "track", "journey"] | N
     if max(trains, tracks) < (1 if "metadata" in fields else _ENOUGH_FIELDS):
         return None
     return "train" if trains > tracks else "track"
+
+
+def open_document(document: Document) -> Content | None:
+    """Tell what a document holds; None when it is of another format."""
+    readers: dict[Kind, Callable[[Document], Train | Track | Journey]] = {
+        "train": read_train,
+        "track": read_track,
+        "journey": read_journey,
+    }
+    kind = kind_of(document.tree)
+    if kind is None:
+        return None
+    item = Item(document.path.stem, partial(readers[kind], document))
+    return Content(format="TTOBench", items={kind: (item,)})
 
 
 def read_track(document: Document) -> Track:
@@ -160,7 +177,7 @@ def read_track(document: Document) -> Track:
     for index, (before, stop) in enumerate(pairwise(file.stops.values), start=1):
         if not stop > before:
             raise bad(path, f"stops.values[{index}]: must increase, got {stop:.12g} {unit} after {before:.12g} {unit}")
-    try:
+    with errors_named(path):
         return Track(
             name=file.metadata.id,
             length_m=stops_m[-1],
@@ -172,8 +189,6 @@ def read_track(document: Document) -> Track:
             altitude_m=_number(path, "altitude", file.altitude, "length", default=0.0),
             notes=_unused(file, ("etcs_braking_data",)),
         )
-    except InputError as error:
-        raise with_path(path, error) from None
 
 
 def _speed_limits(path: Path, table: _Limits) -> Iterator[SpeedLimit]:
@@ -237,7 +252,7 @@ def read_train(document: Document) -> Train:
 
     braking_power_w = number("max_reg_braking_power", "power")
     braking_force_n = number("max_reg_braking_force", "force")
-    try:
+    with errors_named(path):
         return Train(
             name=file.metadata.id,
             mass_kg=number("mass", "mass", zero_ok=False),
@@ -260,8 +275,6 @@ def read_train(document: Document) -> Train:
             regeneration_efficiency=number("efficiency_reg_brake", "ratio", 0.0),
             notes=(*_unused(file, ("tunnel_resistance", "etcs_braking_data")), *_odd_efficiencies(file)),
         )
-    except InputError as error:
-        raise with_path(path, error) from None
 
 
 def _rotating_mass_factor(path: Path, rho: _Quantity | UnsetType) -> float:
@@ -293,7 +306,5 @@ def _number(path: Path, name: str, given: _Quantity | UnsetType, quantity: str, 
 
 
 def _si(path: Path, place: str, value: float, unit: str, quantity: str) -> float:
-    try:
+    with errors_named(path, place):
         return to_si(value, unit, quantity)
-    except InputError as error:
-        raise bad(path, f"{place}: {error}") from None

@@ -1,23 +1,66 @@
 """Costates along a run: what a lower bound is best evaluated with.
 
-Along an optimal run p obeys, per unit of inertia and with κ·M as in `front.bounds`,
-
-    p' = λ/(2v³) + 2p·∂ρ/∂w − κ·∂M/∂w,       κ = 1 + 2p (full traction), 0 (coasting), −2p (full braking)
-
-and p = −½ while traction holds a speed, p = 0 while brakes do. At a switch between regimes p takes the value between
-them, −½ or 0; where the run touches the speed limit p may jump downwards. So each phase is integrated from the end at
-which p is known; where it is known at both, the two solutions are blended. Whatever p is, the bound stays valid.
+Along an optimal run p obeys p' = −∂H/∂w, which is linear in p in every regime (`front.phases.label_cells`). While
+effort is partial p keeps the level between two regimes; at a switch it takes the value that both regimes allow; where
+the run touches the speed limit it may jump downwards. So each phase is integrated from the end at which p is known;
+where it is known at both, the two solutions are blended. Whatever p is, the bound stays valid.
 """
 
 import math
 
 from tgvdp._jit import kernel, leaf
-from tgvdp.front.phases import COASTING, HELD_BACK, HOLDING, TOUCH, TRACTION, is_standstill, phase_end
+from tgvdp.front.phases import (
+    COASTING,
+    HELD_BACK,
+    HOLDING,
+    REGENERATION,
+    RETARDED,
+    TOUCH,
+    TRACTION,
+    is_partial,
+    is_standstill,
+    phase_end,
+)
+
+
+@leaf
+def _lowest(label, hold, retard):
+    """Lowest p of a regime; ``hold`` and ``retard`` are the levels −a/2 and −η/2."""
+    if label == TRACTION:
+        return -math.inf
+    if label <= COASTING:
+        return hold
+    return retard if label <= REGENERATION else 0.0
+
+
+@leaf
+def _highest(label, hold, retard):
+    """Highest p of a regime."""
+    if label <= HOLDING:
+        return hold
+    if label <= RETARDED:
+        return retard
+    return 0.0 if label <= HELD_BACK else math.inf
 
 
 @leaf
 def _law(label):
-    return 0 if label <= HOLDING else (1 if label == COASTING else 2)
+    """Column of the coefficients of p' for a regime."""
+    if label <= HOLDING:
+        return 0
+    if label == COASTING:
+        return 1
+    return 2 if label <= REGENERATION else 3
+
+
+@leaf
+def _law_at(p, hold, retard):
+    """Column of the coefficients of p' that go with a value of p."""
+    if p < hold:
+        return 0
+    if p < retard:
+        return 1
+    return 2 if p < 0.0 else 3
 
 
 @leaf
@@ -29,43 +72,41 @@ def _step(p, d, source, growth, j):
 
 
 @leaf
-def _pin(before, after, touch):
+def _pin(before, after, touch, hold, retard):
     """Values of p that a switch of regimes fixes: at the end of the phase before, at the start of the phase after."""
-    fixed_before = -0.5 if before == HOLDING else (0.0 if before == HELD_BACK else math.nan)
-    fixed_after = -0.5 if after == HOLDING else (0.0 if after == HELD_BACK else math.nan)
-    driving_before = before <= HOLDING
-    braking_after = after >= HELD_BACK
-    if driving_before and braking_after:
-        return 0.0, 0.0  # coasting is too short to be seen
+    level_before = _lowest(before, hold, retard) if is_partial(before) else math.nan
+    level_after = _lowest(after, hold, retard) if is_partial(after) else math.nan
+    rise = _lowest(after, hold, retard)  # least p after, if p rises
+    fall = _highest(after, hold, retard)
+    if before == after:
+        return math.nan, math.nan  # the run touches the limit within a regime
+    if before < after:
+        return rise, rise  # regimes between them are too short to be seen
     if touch:
-        if before == COASTING and braking_after:
-            return 0.0, 0.0
-        if (driving_before and after == COASTING) or (before == TRACTION and after == HOLDING):
-            return -0.5, -0.5
-        return fixed_before, fixed_after
-    if before <= COASTING and after <= COASTING:
-        return (-0.5, -0.5) if before != after else (math.nan, math.nan)
-    if before == HELD_BACK and after == COASTING:
-        return 0.0, math.nan  # the limit has risen: a jump
-    if before >= COASTING and after >= COASTING:
-        return 0.0, 0.0
-    return (0.0 if before >= HELD_BACK else fixed_before), -0.5  # braking to driving: a jump
+        return level_before, level_after
+    if is_partial(before) and after == COASTING:
+        return level_before, math.nan  # braking ends where the limit rises: a jump
+    if _lowest(before, hold, retard) == fall:
+        return fall, fall
+    return (0.0 if before >= HELD_BACK else level_before), fall
 
 
 @kernel
-def _backward(first, last, p, length, label, source, growth, out):
+def _backward(first, last, p, hold, retard, length, label, source, growth, out):
     """Integrate from p at the end of cell ``last`` − 1 back to ``first``; the end of each cell in ``out`` (K + 1)."""
     out[last] = p
-    ramp = p > -0.5 and label[last - 1] <= HOLDING
+    kind = label[last - 1]
+    level = _lowest(kind, hold, retard) if is_partial(kind) else _highest(kind, hold, retard)
+    ramp = p > level  # regimes too short to be seen: their laws go with p
     for k in range(last - 1, first - 1, -1):
-        if label[k] == HOLDING and not ramp:
-            p = -0.5
+        if is_partial(kind) and not ramp:
+            p = level
         else:
-            p = _step(p, -length[k], source[k], growth[k], 1 if ramp else _law(label[k]))
-            if ramp and p <= -0.5:
+            p = _step(p, -length[k], source[k], growth[k], _law_at(p, hold, retard) if ramp else _law(kind))
+            if ramp and p <= level:
                 ramp = False
-                if label[k] == HOLDING:
-                    p = -0.5
+                if is_partial(kind):
+                    p = level
         out[k] = p
 
 
@@ -74,7 +115,7 @@ def _forward(first, last, p, length, label, source, growth, out):
     """Integrate from p at the start of cell ``first``; the start of each cell in ``out``."""
     out[first] = p
     for k in range(first, last):
-        if label[k] != HOLDING:
+        if not is_partial(label[k]):
             p = _step(p, length[k], source[k], growth[k], _law(label[k]))
         out[k + 1] = p
 
@@ -87,7 +128,9 @@ def _stiffness(length, w, price, k):
 
 
 @kernel
-def _fill_phase(k, last, start_pin, end_pin, length, w, price, label, source, growth, left, right, ahead, back):
+def _fill_phase(
+    k, last, start_pin, end_pin, hold, retard, length, w, price, label, source, growth, left, right, ahead, back
+):
     """Costates of the cells k to ``last`` − 1 from their values at the ends, either of which may be unknown (NaN).
 
     A mismatch δ between the two solutions costs ½∫(δ')²/H_ww ds, least where δ' is proportional to H_ww.
@@ -95,7 +138,7 @@ def _fill_phase(k, last, start_pin, end_pin, length, w, price, label, source, gr
     use_back = not math.isnan(end_pin)
     use_ahead = not math.isnan(start_pin)
     if use_back:
-        _backward(k, last, end_pin, length, label, source, growth, back)
+        _backward(k, last, end_pin, hold, retard, length, label, source, growth, back)
     if use_ahead:
         _forward(k, last, start_pin, length, label, source, growth, ahead)
     total = 0.0
@@ -119,22 +162,22 @@ def _fill_phase(k, last, start_pin, end_pin, length, w, price, label, source, gr
 
 
 @leaf
-def _held_costate(last, stop, ahead, stiff, effort, length, label):
+def _held_costate(last, stop, level, ahead, stiff, effort, length, label):
     """Costate of partial braking after a coasting phase that is known from its start, p = ``ahead`` at its end.
 
-    Coasting that meets the limit just before it would turn: bending p to 0 over the phase costs ½δ²/∫H_ww, keeping
-    p < 0 while the brakes hold costs 2|p|·∫|f|. The sum is least here.
+    Coasting that meets the limit just before it would turn: bending p to the level of braking over the phase costs
+    ½δ²/∫H_ww, keeping it δ below while the brakes hold costs 2δ·∫|f|. The sum is least here.
     """
     braking = 0.0
     j = last
-    while j < stop and label[j] == HELD_BACK:
+    while j < stop and label[j] == label[last]:
         braking -= effort[j] * length[j]
         j += 1
-    return min(0.0, ahead + 2.0 * braking * stiff)
+    return min(level, ahead + 2.0 * braking * stiff)
 
 
 @kernel
-def integrate_costates(length, w, cap, effort, price, label, source, growth, left, right, ahead, back):
+def integrate_costates(length, w, cap, effort, price, hold, retard, label, source, growth, left, right, ahead, back):
     """Costates along a run.
 
     Parameters
@@ -147,6 +190,8 @@ def integrate_costates(length, w, cap, effort, price, label, source, growth, lef
         Squared speed limit, and effort per unit of inertia.
     price : float
         λ per unit of inertia.
+    hold, retard : float
+        Levels of p at which traction holds a speed, and the dynamic brake does.
     label, source, growth
         From `front.phases.label_cells`.
     left, right : (K,) float64, modified in place
@@ -159,7 +204,7 @@ def integrate_costates(length, w, cap, effort, price, label, source, growth, lef
     stop = count - 1 if is_standstill(w[count], w[count - 1]) else count
     k = first
     start_pin = math.nan
-    held = 0.0
+    held = math.nan
     while k < stop:
         last = min(phase_end(k, label, w, cap), stop)
         end_pin = math.nan
@@ -167,32 +212,39 @@ def integrate_costates(length, w, cap, effort, price, label, source, growth, lef
         touch = False
         if last < stop:
             touch = w[last] >= min(cap[last - 1], cap[last]) * (1.0 - TOUCH)
-            end_pin, next_pin = _pin(label[k], label[last], touch)
-        if label[k] == HELD_BACK or (label[k] == HOLDING and not end_pin > -0.5):
-            level = held if label[k] == HELD_BACK else -0.5
+            end_pin, next_pin = _pin(label[k], label[last], touch, hold, retard)
+        level = _lowest(label[k], hold, retard)
+        if is_partial(label[k]) and not end_pin > level:
+            if not math.isnan(held):
+                level = held
+            held = math.nan
             for j in range(k, last):
                 left[j] = level
                 right[j] = level
         else:
-            if label[k] == HOLDING:
+            held = math.nan
+            if is_partial(label[k]):
                 start_pin = math.nan
             elif math.isnan(start_pin) and math.isnan(end_pin):
-                start_pin = right[k - 1] if k > first else (-0.5 if label[k] == TRACTION else 0.0)
+                start_pin = right[k - 1] if k > first else min(_highest(label[k], hold, retard), 0.0)
             stiff = _fill_phase(
-                k, last, start_pin, end_pin, length, w, price, label, source, growth, left, right, ahead, back
-            )
-            again = label[k] != HOLDING and math.isnan(start_pin) and k > first and left[k] > right[k - 1]
+                k, last, start_pin, end_pin, hold, retard, length, w, price, label, source, growth,
+                left, right, ahead, back,
+            )  # fmt: skip
+            again = not is_partial(label[k]) and math.isnan(start_pin) and k > first and left[k] > right[k - 1]
             if again:  # p may not jump upwards
                 start_pin = right[k - 1]
-            held = 0.0
-            if touch and label[k] == COASTING and label[last] == HELD_BACK and not (again or math.isnan(start_pin)):
-                held = _held_costate(last, stop, ahead[last], stiff, effort, length, label)
+            held_next = last < stop and touch and label[k] == COASTING and (label[last] in (RETARDED, HELD_BACK))
+            if held_next and not (again or math.isnan(start_pin)):
+                level = _lowest(label[last], hold, retard)
+                held = _held_costate(last, stop, level, ahead[last], stiff, effort, length, label)
                 end_pin = held
                 again = True
             if again:
                 _fill_phase(
-                    k, last, start_pin, end_pin, length, w, price, label, source, growth, left, right, ahead, back
-                )
+                    k, last, start_pin, end_pin, hold, retard, length, w, price, label, source, growth,
+                    left, right, ahead, back,
+                )  # fmt: skip
         start_pin = next_pin
         k = last
     if first == 1:

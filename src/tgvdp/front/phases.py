@@ -1,19 +1,27 @@
-"""A run in cells and phases: cut fine enough for a costate that is linear in each cell, labelled by regime."""
+"""A run in cells and phases: cut fine enough for a costate that is linear in each cell, labelled by regime.
+
+The regimes are ordered by the costate p that they go with (per unit of inertia; a = 1/η_t the price of traction work,
+η = η_r what a joule of dynamic braking returns; at the wheel a = 1, η = 0):
+
+    traction  −a/2  coasting  −η/2  regeneration  0  full braking
+
+At the levels between them effort may be partial: holding by traction, held back by the dynamic brake, or by friction.
+"""
 
 import math
 
 from tgvdp._jit import kernel, leaf
-from tgvdp.front.pieces import merge_comfort, piece_value
+from tgvdp.front.pieces import merge_tables, piece_at, piece_value
 from tgvdp.physics.forces import mean_resistance
 
 TRACTION = 0
 HOLDING = 1  # partial traction
 COASTING = 2
-HELD_BACK = 3  # partial braking
-BRAKING = 4
+RETARDED = 3  # partial regeneration
+REGENERATION = 4  # the whole dynamic brake
+HELD_BACK = 5  # partial friction braking
+BRAKING = 6
 
-#: Largest change of ln w within a cell.
-_LOG_STEP = 0.08
 #: A row whose w changes by less than this share is cut into equal lengths, others into equal steps of ln w.
 _UNIFORM = 0.02
 #: At a standstill the first node lies at this share of the row's squared speed.
@@ -24,6 +32,8 @@ _FULL_SHARE = 0.97
 _NO_EFFORT = 1e-4
 #: Relative distance of w from the limit within which a run touches it.
 TOUCH = 1e-4
+#: Relative change of w in a cell below which the speed is kept.
+_STEADY = 1e-6
 #: Relative difference of λ/(2v³) and ∂ρ/∂w above which a speed is not the optimal holding speed.
 _OFF_HOLDING = 0.05
 #: Partial effort over which p would change by less than this is none.
@@ -37,17 +47,22 @@ def is_standstill(end_w, next_w):
 
 
 @leaf
-def _parts(w0, w1, length, longest):
+def is_partial(label):
+    """Whether effort is partial: p keeps one level."""
+    return label in (HOLDING, RETARDED, HELD_BACK)
+
+
+@leaf
+def _cuts(w0, w1, length, longest, log_step):
     """Number of cells of a row."""
-    parts = math.ceil(length / longest)
+    cells = math.ceil(length / longest)
     lo = min(w0, w1)
     hi = max(w0, w1)
-    if lo < _FIRST_SHARE * hi:
-        lo = _FIRST_SHARE * hi
-        parts = max(parts, 1 + math.ceil(math.log(hi / lo) / _LOG_STEP))
-    elif hi > lo:
-        parts = max(parts, math.ceil(math.log(hi / lo) / _LOG_STEP))
-    return max(parts, 1)
+    if hi > lo:
+        if lo < _FIRST_SHARE * hi:
+            return max(cells, 1 + math.ceil(math.log(1.0 / _FIRST_SHARE) / log_step))
+        cells = max(cells, math.ceil(math.log(hi / lo) / log_step))
+    return max(cells, 1)
 
 
 @kernel
@@ -71,16 +86,16 @@ def thin_rows(x, w, fixed, gap):
 
 
 @kernel
-def count_cells(x, w, longest):
+def count_cells(x, w, longest, log_step):
     """Number of cells that `cut_rows` makes."""
     count = 0
     for i in range(x.shape[0] - 1):
-        count += _parts(w[i], w[i + 1], x[i + 1] - x[i], longest)
+        count += _cuts(w[i], w[i + 1], x[i + 1] - x[i], longest, log_step)
     return count
 
 
 @kernel
-def cut_rows(x, w, longest, node_x, node_w, row):
+def cut_rows(x, w, longest, log_step, node_x, node_w, row):
     """Cut rows into cells: equal steps of ln w, or of position where w hardly changes."""
     n = 0
     node_x[0] = x[0]
@@ -89,10 +104,9 @@ def cut_rows(x, w, longest, node_x, node_w, row):
         d = x[i + 1] - x[i]
         w0 = w[i]
         w1 = w[i + 1]
-        parts = _parts(w0, w1, d, longest)
-        lo = min(w0, w1)
+        parts = _cuts(w0, w1, d, longest, log_step)
         hi = max(w0, w1)
-        uniform = hi - lo < _UNIFORM * hi
+        uniform = hi - min(w0, w1) < _UNIFORM * hi
         bottom = _FIRST_SHARE * hi
         for j in range(1, parts + 1):
             share = j / parts
@@ -113,6 +127,44 @@ def cut_rows(x, w, longest, node_x, node_w, row):
     return n
 
 
+@leaf
+def _parts(left, right, length, w0, w1, price, step):
+    """Parts of a cell over which p changes by ``step`` of its distance from +½ at most; 1 where it hardly changes."""
+    size = 0.5 + min(abs(left), abs(right))
+    change = abs(right - left)
+    if change <= 2.0 * step * size or min(w0, w1) <= 0.0:
+        return 1
+    drift = 0.5 * price * length / (min(w0, w1) * math.sqrt(max(w0, w1)))
+    return min(math.ceil(max(change, drift) / (step * size)), 1000)
+
+
+@kernel
+def split_cells(node_x, node_w, row, left, right, price, step, made_x, made_w, made_row):
+    """Cut cells again in which p changes much: what is new in ``made_…``; returns the number of cells.
+
+    With empty arrays it only counts.
+    """
+    n = 0
+    write = made_row.shape[0] > 0
+    last = row.shape[0] - 1
+    if write:
+        made_x[0] = node_x[0]
+        made_w[0] = node_w[0]
+    for k in range(last + 1):
+        parts = 1
+        if 0 < k < last:
+            parts = _parts(left[k], right[k], node_x[k + 1] - node_x[k], node_w[k], node_w[k + 1], price, step)
+        if write:
+            for j in range(1, parts + 1):
+                share = j / parts
+                made_row[n + j - 1] = row[k]
+                made_x[n + j] = node_x[k] + share * (node_x[k + 1] - node_x[k])
+                made_w[n + j] = node_w[k] + share * (node_w[k + 1] - node_w[k])
+            made_x[n + parts] = node_x[k + 1]
+        n += parts
+    return n
+
+
 @kernel
 def row_efforts(train, x, w, grade, air, effort):
     """Mean effort of each row in N, positive traction; ``effort`` (n − 1,) in place."""
@@ -125,47 +177,54 @@ def row_efforts(train, x, w, grade, air, effort):
 @leaf
 def _by_w(pieces, n, v, m1, m3):
     """Derivative by w of a table of pieces, averaged over a cell: ``m1``, ``m3`` are the means of 1/v and 1/v³."""
-    i = n - 1
-    while i > 0 and pieces[i, 0] > v:
-        i -= 1
+    i = piece_at(pieces, n, v)
     return -0.5 * pieces[i, 1] * m3 + 0.5 * pieces[i, 3] * m1 + pieces[i, 4] + 1.5 * pieces[i, 5] * v
 
 
+@leaf
+def _regime(effort, v, no_effort, regeneration, pull, pulls, dynamic, dynamics, brake, brakes):
+    """Regime that a mean effort per unit of inertia at speed v belongs to."""
+    if abs(effort) <= no_effort:
+        return COASTING
+    if effort > 0.0:
+        return TRACTION if effort >= _FULL_SHARE * piece_value(pull, piece_at(pull, pulls, v), v) else HOLDING
+    if -effort >= _FULL_SHARE * piece_value(brake, piece_at(brake, brakes, v), v):
+        return BRAKING
+    if regeneration == 0.0:
+        return HELD_BACK
+    returned = piece_value(dynamic, piece_at(dynamic, dynamics, v), v)
+    if -effort < _FULL_SHARE * returned:
+        return RETARDED
+    return REGENERATION if -effort * _FULL_SHARE <= returned else HELD_BACK
+
+
 @kernel
-def label_cells(train, length, grade, air, cap, w, effort, price, pull, brake, label, source, growth):
+def label_cells(train, tables, length, grade, air, cap, w, effort, price, top_v, pieces, label, source, growth):
     """Label cells by regime, with the coefficients of p' = source + growth·p in it.
 
-    ``effort`` is the mean effort in N of the row that a cell belongs to; (K,) int8 ``label`` and (K, 3) float64
-    ``source`` and ``growth`` in place: one column each for traction, coasting and braking.
+    ``effort`` is the mean effort in N of the row that a cell belongs to; (K,) int8 ``label`` and (K, 4) float64
+    ``source`` and ``growth`` in place: one column each for traction, coasting, regeneration and braking.
     """
     mass = train.inertia_kg
     r1 = train.davis_b / mass
-    no_effort = _NO_EFFORT * train.traction[0, 2]
+    no_effort = _NO_EFFORT * train.traction[0, 2] / mass
+    pull = pieces[0]
+    brake = pieces[1]
+    dynamic = pieces[2]
     pulls = 0
     brakes = 0
+    dynamics = 0
     for k in range(length.shape[0]):
         r0 = (train.davis_a_n + grade[k]) / mass
         r2 = air[k] / mass
-        if k == 0 or grade[k] != grade[k - 1] or air[k] != air[k - 1] or cap[k] != cap[k - 1]:
-            top_v = math.sqrt(cap[k])
-            pulls = merge_comfort(train.traction, 0.0, mass, train.max_acceleration, r0, r1, r2, top_v, pull)
-            brakes = merge_comfort(
-                train.braking, train.friction_n, mass, train.max_deceleration, -r0, -r1, -r2, top_v, brake
-            )
+        if k == 0 or grade[k] != grade[k - 1] or air[k] != air[k - 1]:
+            pulls, brakes, dynamics = merge_tables(train, r0, r1, r2, top_v, pieces)
         v0 = math.sqrt(w[k])
         v1 = math.sqrt(w[k + 1])
         v = 0.5 * (v0 + v1)
-        table = pull if effort[k] > 0.0 else brake
-        i = (pulls if effort[k] > 0.0 else brakes) - 1
-        while i > 0 and table[i, 0] > v:
-            i -= 1
-        full = abs(effort[k]) >= _FULL_SHARE * mass * piece_value(table, i, v)
-        if abs(effort[k]) <= no_effort:
-            label[k] = COASTING
-        elif effort[k] > 0.0:
-            label[k] = TRACTION if full else HOLDING
-        else:
-            label[k] = BRAKING if full else HELD_BACK
+        label[k] = _regime(
+            effort[k] / mass, v, no_effort, tables.regeneration, pull, pulls, dynamic, dynamics, brake, brakes
+        )
         if v0 <= 0.0 or v1 <= 0.0:
             continue  # cells at a standstill have no costate
         m1 = 1.0 / v
@@ -173,20 +232,26 @@ def label_cells(train, length, grade, air, cap, w, effort, price, pull, brake, l
         load_w = 0.5 * r1 * m1 + r2
         pull_w = _by_w(pull, pulls, v, m1, m3)
         brake_w = _by_w(brake, brakes, v, m1, m3)
-        for j in range(3):
+        dynamic_w = _by_w(dynamic, dynamics, v, m1, m3)
+        for j in range(4):
             source[k, j] = 0.5 * price * m3
             growth[k, j] = 2.0 * load_w
-        source[k, 0] -= pull_w
+        source[k, 0] -= tables.traction * pull_w
         growth[k, 0] -= 2.0 * pull_w
-        growth[k, 2] += 2.0 * brake_w
+        source[k, 2] += tables.regeneration * dynamic_w
+        growth[k, 2] += 2.0 * dynamic_w
+        source[k, 3] += tables.regeneration * dynamic_w
+        growth[k, 3] += 2.0 * brake_w
 
 
 @kernel
-def tidy_labels(sliver, length, w, cap, label, source, growth):
+def tidy_labels(sliver, length, w, cap, ceiling, hold, retard, label, source, growth):
     """Give cells that no optimal run could have the label of a neighbour; ``label`` (K,) in place.
 
     Such are phases shorter than ``sliver`` metres, and partial effort away from both the limit and the optimal holding
-    speed, at which λ/(2v³) = ∂ρ/∂w whatever the gradient: the run only steps from one switching speed to the next.
+    speed, at which p' = 0 whatever the gradient: the run only steps from one switching speed to the next. The limit is
+    ``cap``, or where a run keeps a speed ``ceiling``: where effort drops it goes no faster. ``hold`` and ``retard`` are
+    the levels of p.
     """
     count = label.shape[0]
     for sweep in range(2):
@@ -196,16 +261,19 @@ def tidy_labels(sliver, length, w, cap, label, source, growth):
             span = 0.0
             drift = 0.0
             scale = 0.0
-            free = label[k] == HOLDING or label[k] == HELD_BACK
+            free = is_partial(label[k])
+            level = hold if label[k] == HOLDING else (retard if label[k] == RETARDED else 0.0)
             while last < count and label[last] == label[k]:
                 span += length[last]
-                drift += (source[last, 1] - 0.5 * growth[last, 1]) * length[last]
+                drift += (source[last, 1] + level * growth[last, 1]) * length[last]
                 scale += source[last, 1] * length[last]
                 free = free and w[last] < cap[last] * (1.0 - TOUCH) and w[last + 1] < cap[last] * (1.0 - TOUCH)
+                steady = abs(w[last + 1] - w[last]) <= _STEADY * w[last]
+                free = free and not (steady and w[last] > ceiling[last] * (1.0 - TOUCH))
                 last += 1
             short = span <= sliver
             if sweep == 1:
-                partial = label[k] == HOLDING or label[k] == HELD_BACK
+                partial = is_partial(label[k])
                 short = (partial and scale < _NO_DRIFT) or (free and abs(drift) > _OFF_HOLDING * scale)
             if short:
                 neighbour = label[k - 1] if k > 0 else (label[last] if last < count else label[k])
@@ -221,7 +289,7 @@ def phase_end(k, label, w, cap):
     while j < label.shape[0] and label[j] == label[k]:
         top = min(cap[j - 1], cap[j]) * (1.0 - TOUCH)
         peak = w[j] >= w[j - 1] and w[j] >= w[j + 1] and (w[j] > w[j - 1] or w[j] > w[j + 1])
-        if label[k] != HOLDING and label[k] != HELD_BACK and w[j] >= top and peak:
+        if not is_partial(label[k]) and w[j] >= top and peak:
             break
         j += 1
     return j

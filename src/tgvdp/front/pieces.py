@@ -17,6 +17,15 @@ def piece_value(pieces, i, v):
     return hyperbolic + pieces[i, 2] + v * (pieces[i, 3] + v * (pieces[i, 4] + v * pieces[i, 5]))
 
 
+@leaf
+def piece_at(pieces, n, v):
+    """Index of the piece at v."""
+    i = n - 1
+    while i > 0 and pieces[i, 0] > v:
+        i -= 1
+    return i
+
+
 @kernel
 def merge_comfort(table, extra_n, inertia_kg, comfort, r0, r1, r2, top_v, pieces):
     """Pieces of min(effort, what the comfort limit allows), per unit of inertia, for speeds up to ``top_v``.
@@ -83,16 +92,30 @@ def merge_comfort(table, extra_n, inertia_kg, comfort, r0, r1, r2, top_v, pieces
 
 
 @kernel
-def largest_effort(pieces, n, v):
-    """Upper bound of a table of pieces over all speeds up to v, term by term on each piece."""
+def merge_tables(train, r0, r1, r2, top_v, pieces):
+    """Pieces of traction, of all brakes and of the dynamic brake alone, for a load, into ``pieces`` (3, 2n, 6).
+
+    Returns their numbers.
+    """
+    mass = train.inertia_kg
+    comfort = train.max_deceleration
+    pulls = merge_comfort(train.traction, 0.0, mass, train.max_acceleration, r0, r1, r2, top_v, pieces[0])
+    brakes = merge_comfort(train.braking, train.friction_n, mass, comfort, -r0, -r1, -r2, top_v, pieces[1])
+    dynamics = merge_comfort(train.braking, 0.0, mass, comfort, -r0, -r1, -r2, top_v, pieces[2])
+    return pulls, brakes, dynamics
+
+
+@kernel
+def largest_effort(pieces, n, low_v, high_v):
+    """Upper bound of a table of pieces over all speeds from low_v to high_v, term by term on each piece."""
     largest = -math.inf
-    for i in range(n):
-        lo = pieces[i, 0]
-        if lo > v:
+    for i in range(piece_at(pieces, n, low_v), n):
+        lo = max(pieces[i, 0], low_v)
+        if lo > high_v:
             break
-        hi = v
+        hi = high_v
         if i + 1 < n:
-            hi = min(v, pieces[i + 1, 0])
+            hi = min(high_v, pieces[i + 1, 0])
         value = pieces[i, 2] + max(pieces[i, 3] * lo, pieces[i, 3] * hi)
         value += max(pieces[i, 4] * lo * lo, pieces[i, 4] * hi * hi)
         value += max(pieces[i, 5] * lo * lo * lo, pieces[i, 5] * hi * hi * hi)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tgvdp._jit import kernel
 from tgvdp.errors import InputError
 
 
@@ -71,14 +72,24 @@ class LayeredGraph(NamedTuple):
 
     def incoming(self) -> Incoming:
         """Sort the arcs by the node where they end."""
-        order = np.argsort(self.arc_to, kind="stable")
         counts = np.bincount(self.arc_to, minlength=self.n_nodes)
-        return Incoming(
-            np.concatenate(([0], np.cumsum(counts))).astype(np.int64),
-            self.arc_from[order],
-            self.duration_s[order],
-            self.energy_j[order],
-        )
+        arc_ptr = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
+        n_arcs = len(self.arc_to)
+        incoming = Incoming(arc_ptr, np.empty(n_arcs, dtype=np.int32), np.empty(n_arcs), np.empty(n_arcs))
+        _sort_by_end(self, incoming, arc_ptr[:-1].copy())
+        return incoming
+
+
+@kernel
+def _sort_by_end(graph: LayeredGraph, incoming: Incoming, place: NDArray[np.int64]) -> None:
+    """Counting sort, which keeps the order of the starts; ``place`` holds where each node's arcs begin, and is used."""
+    for node in range(graph.arc_ptr.size - 1):
+        for a in range(graph.arc_ptr[node], graph.arc_ptr[node + 1]):
+            slot = place[graph.arc_to[a]]
+            place[graph.arc_to[a]] = slot + 1
+            incoming.arc_from[slot] = node
+            incoming.duration_s[slot] = graph.duration_s[a]
+            incoming.energy_j[slot] = graph.energy_j[a]
 
 
 def layered_graph(

@@ -7,7 +7,7 @@ the other end give two curves w(x); a run follows the first to their meeting poi
 import math
 
 from tgvdp._jit import kernel, part
-from tgvdp.physics.motion import BRAKING, march, net_force
+from tgvdp.physics.motion import march, net_force
 
 #: Rows shorter than this share of their cell are rounding errors.
 SLIVER = 1e-9
@@ -16,47 +16,46 @@ _ON_CURVE = 1e-8
 
 
 @kernel
-def _at_limit(train, regime, grade, air, w, limit):
-    """Whether a train that is at the limit stays there: the regime would push it above (braking: below)."""
+def _at_limit(train, regime, sign, grade, air, w, limit):
+    """Whether a train at the limit stays there: driving forwards (sign 1), or backwards (−1), it would pass it."""
     if w < limit:
         return False
     v = math.sqrt(w)
-    net = net_force(train, regime, grade, air, v, v)
-    return net <= 0.0 if regime == BRAKING else net >= 0.0
+    return sign * net_force(train, regime, grade, air, v, v) >= 0.0
 
 
 @kernel
 def driven_w(train, regime, grade, air, w0, limit, x, xs, ws):
     """Squared speed at x of driving from w0 under a regime, held at the limit; ``xs``, ``ws`` are scratch."""
-    if _at_limit(train, regime, grade, air, w0, limit):
+    if _at_limit(train, regime, 1.0, grade, air, w0, limit):
         return limit
     return min(march(train, regime, 1.0, x, grade, air, w0, limit, xs, ws, 0)[1], limit)
 
 
 @kernel
-def braked_w(train, grade, air, w1, limit, x, xs, ws):
-    """Squared speed at x before the cell's end from which full braking leads to w1, held at the limit."""
-    if _at_limit(train, BRAKING, grade, air, w1, limit):
+def braked_w(train, brakes, grade, air, w1, limit, x, xs, ws):
+    """Squared speed at x before the cell's end from which braking leads to w1, held at the limit."""
+    if _at_limit(train, brakes, -1.0, grade, air, w1, limit):
         return limit
-    return min(march(train, BRAKING, -1.0, x, grade, air, w1, limit, xs, ws, 0)[1], limit)
+    return min(march(train, brakes, -1.0, x, grade, air, w1, limit, xs, ws, 0)[1], limit)
 
 
 @part
-def _meeting_point(train, regime, length, grade, air, limit, w0, w1, xs, ws):
+def _meeting_point(train, regime, brakes, length, grade, air, limit, w0, w1, xs, ws):
     """Position in the cell where driving from w0 meets braking to w1 (regula falsi, Illinois variant).
 
     It is never so close to an end of the cell that a row would be lost in rounding.
     """
     hi = length
     # Where braking is held at the limit driving cannot be above it: they meet after that stretch.
-    braked_m, braked = march(train, BRAKING, -1.0, length, grade, air, w1, limit, xs, ws, 0)[:2]
+    braked_m, braked = march(train, brakes, -1.0, length, grade, air, w1, limit, xs, ws, 0)[:2]
     lo = length - braked_m if braked >= limit else 0.0
     f_lo = driven_w(train, regime, grade, air, w0, limit, lo, xs, ws) - min(braked, limit)
     f_hi = driven_w(train, regime, grade, air, w0, limit, length, xs, ws) - w1
     if f_hi == 0.0 and w0 < limit:
         # The limit itself is reached, but on a steep descent the brakes cannot hold it to the end.
         hi = march(train, regime, 1.0, length, grade, air, w0, limit, xs, ws, 0)[0]
-        f_hi = limit - braked_w(train, grade, air, w1, limit, length - hi, xs, ws)
+        f_hi = limit - braked_w(train, brakes, grade, air, w1, limit, length - hi, xs, ws)
     if f_lo >= -_ON_CURVE * limit:
         return lo if lo >= SLIVER * length else 0.0
     if f_hi <= 0.0:
@@ -68,7 +67,7 @@ def _meeting_point(train, regime, length, grade, air, limit, w0, w1, xs, ws):
         if not lo < x < hi:
             x = 0.5 * (lo + hi)
         driven = driven_w(train, regime, grade, air, w0, limit, x, xs, ws)
-        f = driven - braked_w(train, grade, air, w1, limit, length - x, xs, ws)
+        f = driven - braked_w(train, brakes, grade, air, w1, limit, length - x, xs, ws)
         if abs(f) <= 1e-11 * limit or hi - lo <= 1e-12 * length:
             break
         if f < 0.0:
@@ -94,7 +93,7 @@ def emit_driven(train, regime, start, x, grade, air, w0, limit, xs, ws, n):
     if x <= 0.0:
         return n
     reached = 0.0
-    if not _at_limit(train, regime, grade, air, w0, limit):
+    if not _at_limit(train, regime, 1.0, grade, air, w0, limit):
         first = n
         reached, _, n = march(train, regime, 1.0, x, grade, air, w0, limit, xs, ws, n)
         for i in range(first, n):
@@ -107,12 +106,12 @@ def emit_driven(train, regime, start, x, grade, air, w0, limit, xs, ws, n):
 
 
 @part
-def _emit_braked(train, end, x, grade, air, w1, limit, bx, bw, xs, ws, n):
+def _emit_braked(train, brakes, end, x, grade, air, w1, limit, bx, bw, xs, ws, n):
     """Append the rows of braking over the last x metres to w1 at position ``end``; ``bx``, ``bw`` are scratch."""
     reached = 0.0
     m = 0
-    if not _at_limit(train, BRAKING, grade, air, w1, limit):
-        reached, _, m = march(train, BRAKING, -1.0, x, grade, air, w1, limit, bx, bw, 0)
+    if not _at_limit(train, brakes, -1.0, grade, air, w1, limit):
+        reached, _, m = march(train, brakes, -1.0, x, grade, air, w1, limit, bx, bw, 0)
     if reached >= x:
         m -= 1  # its last row ends where the driven rows ended
     for i in range(m - 1, -1, -1):
@@ -125,14 +124,16 @@ def _emit_braked(train, end, x, grade, air, w1, limit, bx, bw, xs, ws, n):
 
 
 @kernel
-def drive_then_brake(train, regime, start, end, length, grade, air, limit, w0, w1, bx, bw, xs, ws, n):
+def drive_then_brake(train, regime, brakes, start, end, length, grade, air, limit, w0, w1, bx, bw, xs, ws, n):
     """Append the rows of a cell: driving from w0, then braking as late as possible to end at w1.
 
     Parameters
     ----------
     train : KernelTrain
     regime : int
-        TRACTION or COASTING, held at the limit where it would pass it.
+        TRACTION, COASTING or DYNAMIC, held at the limit where it would pass it.
+    brakes : int
+        BRAKING or DYNAMIC.
     start, end, length, grade, air, limit : float
         The cell: positions in m, grade force in N, coefficient of v² in N/(m/s)², squared speed limit.
     w0, w1 : float
@@ -148,10 +149,10 @@ def drive_then_brake(train, regime, start, end, length, grade, air, limit, w0, w
     n : int
         New number of rows; the last one is at ``end``.
     """
-    x = _meeting_point(train, regime, length, grade, air, limit, w0, w1, bx, bw)
+    x = _meeting_point(train, regime, brakes, length, grade, air, limit, w0, w1, bx, bw)
     n = emit_driven(train, regime, start, x, grade, air, w0, limit, xs, ws, n)
     if x < length:
-        return _emit_braked(train, end, length - x, grade, air, w1, limit, bx, bw, xs, ws, n)
+        return _emit_braked(train, brakes, end, length - x, grade, air, w1, limit, bx, bw, xs, ws, n)
     xs[n - 1] = end
     ws[n - 1] = w1
     return n

@@ -84,14 +84,20 @@ def _node(nodes, x):
 
 
 @leaf
-def map_power(tables, v, demand):
-    """Power in W that a map draws at speed v and a demand, without auxiliaries."""
+def _power_at(tables, v, j, b):
+    """Power in W that a map draws at speed v and a share b between the nodes j and j + 1 of demand."""
     i, a = _node(tables.speed_mps, v)
-    j, b = _node(tables.demand, demand)
     power = tables.power_w
     here = power[i, j] + b * (power[i, j + 1] - power[i, j])
     there = power[i + 1, j] + b * (power[i + 1, j + 1] - power[i + 1, j])
     return here + a * (there - here)
+
+
+@leaf
+def map_power(tables, v, demand):
+    """Power in W that a map draws at speed v and a demand, without auxiliaries."""
+    j, b = _node(tables.demand, demand)
+    return _power_at(tables, v, j, b)
 
 
 @kernel
@@ -102,12 +108,13 @@ def _map_energy(train, tables, duration, effort, v0, v1):
     """
     limit = mean_effort(train.traction if effort >= 0.0 else train.braking, v0, v1)
     demand = min(max(effort / limit, -1.0), 1.0) if limit > 0.0 else 0.0
-    ends = map_power(tables, v0, demand) + map_power(tables, v1, demand)
-    return duration / 6.0 * (ends + 4.0 * map_power(tables, 0.5 * (v0 + v1), demand))
+    j, b = _node(tables.demand, demand)
+    ends = _power_at(tables, v0, j, b) + _power_at(tables, v1, j, b)
+    return duration / 6.0 * (ends + 4.0 * _power_at(tables, 0.5 * (v0 + v1), j, b))
 
 
 @kernel
-def _regenerated(train, effort, v0, v1):
+def regenerated(train, effort, v0, v1):
     """Mean over distance, in N, of what the dynamic brake takes of a braking effort, friction the rest.
 
     The effort is that of all brakes along an arc at full effort, and constant along any other.
@@ -141,4 +148,4 @@ def arc_energy(train, tables, length, duration, work, w0, w1):
         return auxiliary + tables.traction * work
     if tables.regeneration == 0.0:
         return auxiliary
-    return auxiliary - tables.regeneration * length * _regenerated(train, -work / length, math.sqrt(w0), math.sqrt(w1))
+    return auxiliary - tables.regeneration * length * regenerated(train, -work / length, math.sqrt(w0), math.sqrt(w1))

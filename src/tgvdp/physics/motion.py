@@ -1,4 +1,4 @@
-"""Driving under a saturated regime: full traction, coasting, full braking.
+"""Driving under a saturated regime: full traction, coasting, full braking, full dynamic braking.
 
 The equation of motion in w = v² is dw/ds = 2·(F(v) − R(v) − G)/m_eff. `march` follows it through a uniform cell in
 rows of constant acceleration. A row is chosen by its end speed, never by its length: the mean net force between two
@@ -20,6 +20,7 @@ from tgvdp.physics.forces import effort_and_slope, mean_brake, mean_effort, mean
 TRACTION = 0
 COASTING = 1
 BRAKING = 2
+DYNAMIC = 3  # the dynamic brake alone
 
 #: Largest relative change of the effort limit within a row; halved, it bounds the pointwise excess over the limit.
 STEP = 0.03
@@ -46,6 +47,8 @@ def net_force(train, regime, grade_n, air, v0, v1):
         return min(mean_effort(train.traction, v0, v1) - load, up)
     if regime == BRAKING:
         return max(-mean_brake(train, load, v0, v1) - load, down)
+    if regime == DYNAMIC:
+        return max(-mean_effort(train.braking, v0, v1) - load, down)
     return max(min(-load, up), down)
 
 
@@ -80,29 +83,30 @@ def _net_slope(train, regime, air, v, net, rising):
     side = v if rising else v * (1.0 - BELOW_DROP)
     if regime == TRACTION:
         slope += effort_and_slope(train.traction, side)[1]
-    elif regime == BRAKING:
+    elif regime != COASTING:
         slope -= effort_and_slope(train.braking, side)[1]
     return slope
 
 
 @leaf
-def _speed_step(slope, air, v, net):
+def _speed_step(slope, air, v, net, rows):
     """Change of speed in a row for `TIME_RTOL`, where the net force is ``net`` and its slope ``slope``.
 
+    For ``rows`` times as many rows.
     Solves e·step/(2·v + step)/6 = TIME_RTOL for e = slope·step/net, and for the drag alone, e = air·step²/net.
     """
     step = math.inf
-    share = 6.0 * TIME_RTOL * abs(net)
+    share = 6.0 * TIME_RTOL / (rows * rows) * abs(net)
     if air > 0.0:
-        step = math.sqrt(share / air) + 0.01 * v
+        step = math.sqrt(share / air) + 0.01 * v / rows
     if slope != 0.0:
         q = share / abs(slope)
-        step = min(step, 0.5 * (q + math.sqrt(q * (q + 8.0 * v))), NET_STEP * abs(net / slope))
+        step = min(step, 0.5 * (q + math.sqrt(q * (q + 8.0 * v))), NET_STEP / rows * abs(net / slope))
     return step
 
 
 @leaf
-def _row_end(table, v, rising):
+def _row_end(table, v, rising, rows):
     """Speed at which the effort limit has changed by STEP, or the next break of the curve if that comes first."""
     n = table.shape[0]
     i = n - 1
@@ -111,7 +115,7 @@ def _row_end(table, v, rising):
     effort, slope = effort_and_slope(table, v)
     step = math.inf
     if slope != 0.0:
-        step = max(STEP * abs(effort / slope), 0.25 * STEP * v)
+        step = max(STEP * abs(effort / slope), 0.25 * STEP * v) / rows
     if rising:
         if i + 1 < n:
             return min(v + step, table[i + 1, 0])
@@ -127,7 +131,7 @@ def march(train, regime, sign, length_m, grade_n, air, w, target_w, xs, ws, n):
     ----------
     train : KernelTrain
     regime : int
-        TRACTION, COASTING or BRAKING.
+        TRACTION, COASTING, BRAKING or DYNAMIC.
     sign : float
         1.0 drives forwards, −1.0 backwards.
     length_m, grade_n, air : float
@@ -154,9 +158,11 @@ def march(train, regime, sign, length_m, grade_n, air, w, target_w, xs, ws, n):
         rising = sign * net > 0.0
         end = math.inf if rising else 0.0
         if regime == TRACTION:
-            end = _row_end(train.traction, v, rising)
-        elif regime == BRAKING:
-            end = _row_end(train.rates if train.rates.shape[0] > 0 else train.braking, v, rising)
+            end = _row_end(train.traction, v, rising, train.rows)
+        elif regime == BRAKING and train.rates.shape[0] > 0:
+            end = _row_end(train.rates, v, rising, train.rows)
+        elif regime != COASTING:
+            end = _row_end(train.braking, v, rising, train.rows)
         slope = _net_slope(train, regime, air, v, net, rising)
         balanced = sign * slope < 0.0 and abs(net) <= -sign * slope * BALANCED * v
         if rising and regime == TRACTION and sign > 0.0 and w >= end * end * (1.0 - 2.0 * BELOW_DROP):
@@ -165,7 +171,7 @@ def march(train, regime, sign, length_m, grade_n, air, w, target_w, xs, ws, n):
             xs[n] = length_m
             ws[n] = w
             return length_m, w, n + 1
-        step = _speed_step(slope, air, v, net)
+        step = _speed_step(slope, air, v, net, train.rows)
         end = min(end, v + step) if rising else max(end, v - step)
         next_w = end * end
         if rising and w < target_w:

@@ -130,7 +130,7 @@ def _draw_fastest(axes: Axes) -> None:
 def _draw_band(
     axes: Axes, result: "SearchResult", delay: NDArray[np.float64], lower_bound_j: ArrayLike
 ) -> NDArray[np.float64]:
-    """Draw the room between the front and what is proven; returns its upper edge."""
+    """Draw the room between the front and what is proven; returns its upper edge, where there is one."""
     bound_j = np.asarray(lower_bound_j, dtype=np.float64)
     if bound_j.shape != delay.shape:
         raise InputError(f"front plot: lower_bound_j must have {delay.size} values, got {bound_j.size}")
@@ -139,7 +139,7 @@ def _draw_band(
     axes.fill_between(
         delay, saved, ceiling, color=style.SKY, alpha=0.45, linewidth=0, label="room up to the proven bound", zorder=2
     )
-    return ceiling
+    return ceiling[np.isfinite(ceiling)]
 
 
 def _label_margins(axes: Axes, result: "SearchResult", delay: NDArray[np.float64], saved: NDArray[np.float64]) -> None:

@@ -51,8 +51,8 @@ def result_object(
     dict
         Schema ``tgvdp.search/1``, in plain types. Energies in kWh by the energy model that was searched, and beside
         them where the energy of each run goes; times in s. A figure that is not finite or not known is None: the price
-        of the fastest run and of the methods on a grid, bounds without a certificate. ``warning`` is present only where
-        the front is less than was asked for.
+        of the fastest run and of the methods on a grid, bounds without a certificate, the running time by explicit
+        steps of a convention that has none. ``warning`` is present only where the front is less than was asked for.
     """
     fastest = result.fastest
     front = []
@@ -86,6 +86,7 @@ def result_object(
         "fastest": {
             "time_s": float(fastest.time_s),
             "energy_kwh": joule_to_kwh(float(fastest.energy_j)),
+            "stepped_time_s": plain(fastest.stepped_time_s),
             "balance": _balance(fastest.profile),
         },
         "front": front,

@@ -3,12 +3,26 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.search.pilots import Pilot
+from tgvdp.search.pilots import Pilot, Sample
 
 
 def blend(first: Pilot, second: Pilot, share: float) -> NDArray[np.float64]:
     """Squared switching speeds between those of two pilots, (K + 1,)."""
     return first.switch + share * (second.switch - first.switch)
+
+
+def first_share(samples: list[Sample], at: int, time_s: float) -> float:
+    """Share to try for a running time between the samples ``at − 1`` and ``at``: by those two and one more, if any."""
+    (u0, t0), (u1, t1) = samples[at - 1], samples[at]
+    if not t0 < time_s < t1:
+        return u0 if time_s <= t0 else u1
+    straight = u0 + (u1 - u0) * (time_s - t0) / (t1 - t0)
+    if len(samples) == 2:
+        return straight
+    u2, t2 = samples[at - 2] if at > 1 else samples[at + 1]
+    bend = ((u2 - u1) / (t2 - t1) - (u1 - u0) / (t1 - t0)) / (t2 - t0)
+    bent = straight + bend * (time_s - t0) * (time_s - t1)
+    return bent if u0 < bent < u1 else straight
 
 
 def unit(share: float) -> float:

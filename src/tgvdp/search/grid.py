@@ -6,7 +6,6 @@ ends. An arc exists where `long_arc.drive` finds a run that obeys all limits, an
 from the root to the terminal. Searches see the grid as a `LayeredGraph`, in which a layer is a station.
 """
 
-import itertools
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,24 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.constants import FEASIBILITY_RTOL
-from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
+from tgvdp.errors import BudgetExceededError, InfeasibleError
 from tgvdp.graph.layered import Incoming, LayeredGraph, layered_graph
-from tgvdp.line.cells import Cells, breaks_of, cells_of
-from tgvdp.line.fastest import fastest_run
-from tgvdp.model.checks import require_number
+from tgvdp.line.cells import Cells, cells_of
 from tgvdp.model.trip import Trip
 from tgvdp.physics.arc import OK, OVER_ACCELERATION, OVER_BRAKE, OVER_DECELERATION, OVER_TRACTION, STANDSTILL
 from tgvdp.physics.forces import KernelTrain, kernel_train
 from tgvdp.physics.resolved import follow
 from tgvdp.search.budget import Clock, SearchBudget
+from tgvdp.search.grid_points import DEFAULT_SPEEDS, grid_levels, grid_stations
 from tgvdp.search.long_arc import OVER_EFFORT_AT_POINT, OVER_LIMIT, LongCells, drive_all, path_rows
-
-#: Segments of a trip, and speeds, unless the caller says otherwise.
-DEFAULT_SEGMENTS = 40
-DEFAULT_SPEEDS = 40
-#: More would be a slip of units rather than a grid.
-MOST_STATIONS = 100_000
-MOST_SPEEDS = 2_000
 
 _CHUNK_ARCS = 20_000
 #: The segment beside a standstill is cut at these shares, for there the speed changes most along a segment. Measured
@@ -136,63 +127,17 @@ def build_grid(
     BudgetExceededError
         When the time limit passes first.
     """
-    level_mps = _levels(trip, DEFAULT_SPEEDS if speeds is None else speeds)
+    level_mps = grid_levels(trip, DEFAULT_SPEEDS if speeds is None else speeds)
     clock = (budget or SearchBudget(time_limit_s=math.inf)).start()
     dead_end = None
     for cuts in _END_CUTS:
-        station_m = _stations(trip, segment_m, np.array(cuts))
+        station_m = grid_stations(trip, segment_m, np.array(cuts))
         try:
             return _assemble(trip, station_m, level_mps, _arcs_by_segment(trip, station_m, level_mps, clock))
         except InfeasibleError as error:
             dead_end = error
     assert dead_end is not None
     raise dead_end
-
-
-def _stations(trip: Trip, segment_m: float | None, end_cuts: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Anchors at the breaks of the limit that leave room for half a segment, even pieces, and finer ones at stops."""
-    if segment_m is None:
-        segment_m = trip.distance_m / DEFAULT_SEGMENTS
-    require_number("grid", "segment_m", segment_m, "m", above=0.0)
-    if trip.distance_m / segment_m > MOST_STATIONS:
-        raise InputError(
-            f"grid: segment_m must be at least {trip.distance_m / MOST_STATIONS:g} m on a trip of "
-            f"{trip.distance_m:g} m, got {segment_m:g} m"
-        )
-    anchors = [0.0]
-    for limit in trip.track.speed_limits:
-        x_m = limit.position_m - trip.origin_m
-        if x_m - anchors[-1] >= 0.5 * segment_m and trip.distance_m - x_m >= 0.5 * segment_m:
-            anchors.append(x_m)
-    anchors.append(trip.distance_m)
-    pieces = []
-    for start_m, end_m in itertools.pairwise(anchors):
-        parts = max(1, math.ceil((end_m - start_m) / segment_m * (1.0 - FEASIBILITY_RTOL)))
-        pieces.append(start_m + (end_m - start_m) * np.arange(parts) / parts)
-    station_m = np.concatenate([*pieces, [trip.distance_m]])
-    end_cuts_m = []
-    if trip.start_speed_mps == 0.0:
-        end_cuts_m.append(station_m[1] * end_cuts)
-    if trip.end_speed_mps == 0.0:
-        end_cuts_m.append(trip.distance_m - (trip.distance_m - station_m[-2]) * end_cuts)
-    station_m = np.unique(np.concatenate([station_m, *end_cuts_m]))
-    # A station within rounding of a break of the line is that break: cells need some length.
-    breaks_m = breaks_of(trip)
-    nearest = breaks_m[np.argmin(np.abs(station_m[:, None] - breaks_m[None, :]), axis=1)]
-    return np.where(np.abs(station_m - nearest) <= FEASIBILITY_RTOL * trip.distance_m, nearest, station_m)
-
-
-def _levels(trip: Trip, speeds: int) -> NDArray[np.float64]:
-    """Even speeds up to the fastest run's largest, and exactly those of the limits and of the trip's ends."""
-    if isinstance(speeds, bool) or not isinstance(speeds, int) or not 1 <= speeds <= MOST_SPEEDS:
-        raise InputError(f"grid: speeds must be a whole number from 1 to {MOST_SPEEDS}, got {speeds!r}")
-    limits = np.array([min(row.speed_mps, trip.train.max_speed_mps) for row in trip.track.speed_limits])
-    top_mps = float(np.max(fastest_run(trip).speed_mps))
-    limits = limits[limits <= top_mps * (1.0 + FEASIBILITY_RTOL)]
-    special = np.unique([*limits, trip.start_speed_mps, trip.end_speed_mps])
-    even = top_mps * np.arange(1, speeds + 1) / speeds
-    apart = np.min(np.abs(even[:, None] - special[None, :]), axis=1) > FEASIBILITY_RTOL * top_mps
-    return np.union1d(special, even[apart])
 
 
 def _allowed_levels(

@@ -4,8 +4,9 @@ A label is a path from the root to a node. Going from station to station, the la
 with strictly decreasing energy. A node's list is the merge of its arcs' streams, each the list of the arc's start
 shifted by the arc's costs: a heap of streams gives the candidates by time, and a candidate stays if it is cheaper than
 the last one that stayed (and replaces that one if their times are equal). A stream that falls behind gallops to its
-next candidate that could stay. Costs are sums from the root forward in float64; rounding is monotone, so the result is
-exactly the front of all paths' sums. Labels whose time plus least time to go passes the limit are dropped.
+next candidate that could stay. Candidates that cannot lead to a new Pareto-optimal path are left out (see
+`bound_set`), which on grids are nine of ten. Costs are sums from the root forward in float64; rounding is monotone, so
+the result is exactly the front of all paths' sums.
 
 The best-first order of BOA* (Hernández Ulloa, Yeoh, Baier, Zhang, Suazo & Koenig, ICAPS 2020) buys nothing on layers.
 
@@ -17,167 +18,22 @@ Rejected, measured on a line of 30 km, 66 segments × 67 speeds, 21 million labe
 lookups of time and energy in each comparison (3.6 instead of 14 million labels per second).
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel, leaf
 from tgvdp.errors import BudgetExceededError
 from tgvdp.graph.layered import Incoming, LayeredGraph
+from tgvdp.search.bound_set import BoundSet, find_bounds
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.grid import Grid
+from tgvdp.search.label_merge import BEYOND_BOUND, LOOKED_AT, Labels, make_scratch, merge
 from tgvdp.search.paths import GraphPaths, GridPaths, grid_paths, require_limit, too_slow
-from tgvdp.search.to_go import ROUNDING, least_to_go
 
-#: Candidates looked at in one kernel call, about a tenth of a second.
-_CHUNK = 1_000_000
-_FIRST_SPACE = 1 << 16
+_FIRST_SPACE = 256
 #: Labels that may be stored unless the budget says otherwise; a label takes 4 bytes, and 16 more for two stations.
 DEFAULT_LABELS = 80_000_000
-
-
-class Labels(NamedTuple):
-    """Labels of one station: those of its node j are ``ptr[j] .. ptr[j + 1] - 1``, sorted by time."""
-
-    ptr: NDArray[np.int64]
-    duration_s: NDArray[np.float64]
-    energy_j: NDArray[np.float64]
-
-
-class Streams(NamedTuple):
-    """Scratch of the merge, one entry per stream, and a binary heap of the streams by time of their candidates."""
-
-    energy_j: NDArray[np.float64]
-    position: NDArray[np.int64]
-    end: NDArray[np.int64]
-    arc: NDArray[np.int64]
-    heap_s: NDArray[np.float64]
-    heap: NDArray[np.int32]
-
-
-@leaf
-def _sift_down(heap_s, heap, size, slot, key_s, stream):
-    """Put a stream with this key at or below a slot."""
-    child = 2 * slot + 1
-    while child + 1 < size:
-        child += heap_s[child + 1] < heap_s[child]
-        if heap_s[child] >= key_s:
-            break
-        heap_s[slot] = heap_s[child]
-        heap[slot] = heap[child]
-        slot = child
-        child = 2 * slot + 1
-    if child + 1 == size and heap_s[child] < key_s:
-        heap_s[slot] = heap_s[child]
-        heap[slot] = heap[child]
-        slot = child
-    heap_s[slot] = key_s
-    heap[slot] = stream
-
-
-@leaf
-def _open_streams(labels, incoming, first_node, node, streams):
-    """Start one stream per arc into the node that has labels; return their number."""
-    size = 0
-    for a in range(incoming.arc_ptr[node], incoming.arc_ptr[node + 1]):
-        source = incoming.arc_from[a] - first_node
-        start = labels.ptr[source]
-        if start < labels.ptr[source + 1]:
-            streams.energy_j[size] = labels.energy_j[start] + incoming.energy_j[a]
-            streams.position[size] = start
-            streams.end[size] = labels.ptr[source + 1]
-            streams.arc[size] = a
-            streams.heap_s[size] = labels.duration_s[start] + incoming.duration_s[a]
-            streams.heap[size] = size
-            size += 1
-    for slot in range(size // 2 - 1, -1, -1):
-        _sift_down(streams.heap_s, streams.heap, size, slot, streams.heap_s[slot], streams.heap[slot])
-    return size
-
-
-@leaf
-def _first_below(energy_j, shift, bound, p, end):
-    """First index of p .. end - 1 whose shifted energy is below the bound, else end; energies decrease."""
-    step = 1
-    while p + step <= end and energy_j[p + step - 1] + shift >= bound:
-        p += step
-        step *= 2
-    high = min(end, p + step - 1)
-    while p < high:
-        middle = (p + high) >> 1
-        if energy_j[middle] + shift >= bound:
-            p = middle + 1
-        else:
-            high = middle
-    return p
-
-
-@kernel
-def _merge(labels, incoming, nodes, latest_s, streams, out, parent):
-    """Merge the lists of the next station's nodes, until all are done, a chunk of work is done or the space ends.
-
-    Parameters
-    ----------
-    labels : Labels
-        The station before.
-    incoming : Incoming
-    nodes : tuple of 4 ints
-        First node of the station before, first node of the next station, node to begin with, one past the last node.
-    latest_s : (n_nodes,) float64
-        Latest useful time at each node.
-    streams : Streams
-        Scratch, modified in place.
-    out : Labels
-        Lists of the next station, modified in place; ``out.ptr`` is filled up to the returned node.
-    parent : (capacity,) int32
-        Modified in place.
-
-    Returns
-    -------
-    node, candidates : int
-        Node to go on with, and candidates looked at for the nodes before it.
-    full : bool
-        Whether the space ended.
-    """
-    before_first, first, node, end_node = nodes
-    candidates = 0
-    while node < end_node and candidates < _CHUNK:
-        n = begin = out.ptr[node - first]
-        last_j = np.inf
-        size = _open_streams(labels, incoming, before_first, node, streams)
-        while size > 0:
-            t = streams.heap_s[0]
-            if t > latest_s[node]:
-                break
-            candidates += 1
-            s = streams.heap[0]
-            p = streams.position[s]
-            if streams.energy_j[s] < last_j:
-                last_j = streams.energy_j[s]
-                if n > begin and out.duration_s[n - 1] == t:
-                    n -= 1
-                if n == parent.size:
-                    return node, candidates, True
-                out.duration_s[n] = t
-                out.energy_j[n] = last_j
-                parent[n] = p
-                n += 1
-            arc = streams.arc[s]
-            shift = incoming.energy_j[arc]
-            p = _first_below(labels.energy_j, shift, last_j, p + 1, streams.end[s])
-            if p < streams.end[s]:
-                streams.position[s] = p
-                streams.energy_j[s] = labels.energy_j[p] + shift
-                t = labels.duration_s[p] + incoming.duration_s[arc]
-            else:
-                size -= 1
-                t = streams.heap_s[size]
-                s = streams.heap[size]
-            _sift_down(streams.heap_s, streams.heap, size, 0, t, s)
-        node += 1
-        out.ptr[node - first] = n
-    return node, candidates, False
 
 
 def _grown(array: NDArray[Any], size: int) -> NDArray[Any]:
@@ -186,84 +42,80 @@ def _grown(array: NDArray[Any], size: int) -> NDArray[Any]:
     return larger
 
 
-class _Station(NamedTuple):
-    """Finished labels of a station, their parents and the candidates looked at."""
+class _Sweep:
+    """The lists of one station after the other, and the parents of all.
 
-    labels: Labels
-    parent: NDArray[np.int32]
-    candidates: int
+    Attributes
+    ----------
+    labels : Labels
+        Lists of the last station that is done.
+    parents : list of (count,) int32
+        By station, from the second on.
+    offsets : list of (n_nodes + 1,) int64
+        Offsets of the lists, by station.
+    labels_stored, looked_at, beyond_bound : int
+        Work done: labels kept, candidates looked at, candidates that the bounds rule out.
+    label_bytes : int
+        Memory that the labels took at most.
+    """
 
+    def __init__(self, graph: LayeredGraph, incoming: Incoming, bounds: BoundSet) -> None:
+        self._graph, self._incoming, self._bounds = graph, incoming, bounds
+        self._scratch = make_scratch(int(np.max(np.diff(incoming.arc_ptr), initial=1)))
+        self._work = np.zeros(2, dtype=np.int64)
+        self.labels = Labels(np.array([0, 1]), np.zeros(_FIRST_SPACE), np.zeros(_FIRST_SPACE))
+        self._spare = Labels(self.labels.ptr, np.empty(_FIRST_SPACE), np.empty(_FIRST_SPACE))
+        self._parent = np.empty(_FIRST_SPACE, dtype=np.int32)
+        self.parents: list[NDArray[np.int32]] = []
+        self.offsets = [self.labels.ptr]
+        self.labels_stored, self.looked_at, self.beyond_bound, self.label_bytes = 1, 0, 0, 0
 
-def _merge_station(
-    labels: Labels, incoming: Incoming, span: tuple[int, int, int], latest_s: NDArray[np.float64], streams: Streams,
-    space: _Station, most_labels: int, clock: Clock,
-) -> _Station | None:  # fmt: skip
-    """Merge all lists of one station into ``space``, growing it as needed; None when the budget ends."""
-    before, first, end = span
-    out, parent = space.labels._replace(ptr=np.zeros(end - first + 1, dtype=np.int64)), space.parent
-    node, total = first, 0
-    while node < end:
-        node, candidates, full = _merge(labels, incoming, (before, first, node, end), latest_s, streams, out, parent)
-        total += candidates
-        if clock.expired or (len(parent) if full else int(out.ptr[node - first])) > most_labels:
-            return None
-        if full:
-            size = 2 * len(parent)
-            out = Labels(out.ptr, _grown(out.duration_s, size), _grown(out.energy_j, size))
-            parent = _grown(parent, size)
-    return _Station(out, parent, total)
-
-
-def _sweep(
-    graph: LayeredGraph, latest_s: NDArray[np.float64], budget: SearchBudget
-) -> tuple[Labels, list[NDArray[np.int32]], list[NDArray[np.int64]], dict[str, int]]:
-    """Merge station after station; return the terminal's labels, and parents and list offsets of all stations."""
-    clock = budget.start()
-    most_labels = budget.max_labels or DEFAULT_LABELS
-    incoming = graph.incoming()
-    most = int(np.max(np.diff(incoming.arc_ptr), initial=1))
-    streams = Streams(
-        energy_j=np.empty(most),
-        position=np.empty(most, dtype=np.int64),
-        end=np.empty(most, dtype=np.int64),
-        arc=np.empty(most, dtype=np.int64),
-        heap_s=np.empty(most),
-        heap=np.empty(most, dtype=np.int32),
-    )
-    labels = Labels(np.array([0, 1]), np.zeros(_FIRST_SPACE), np.zeros(_FIRST_SPACE))
-    spare = Labels(labels.ptr, np.empty(_FIRST_SPACE), np.empty(_FIRST_SPACE))
-    parent = np.empty(_FIRST_SPACE, dtype=np.int32)
-    parents: list[NDArray[np.int32]] = []
-    offsets = [labels.ptr]
-    stored, candidates = 1, 0
-    for k in range(1, graph.n_layers):
-        before, first, end = (int(node) for node in graph.layer_ptr[k - 1 : k + 2])
-        if len(spare.duration_s) > len(parent):
-            parent = np.empty(len(spare.duration_s), dtype=np.int32)
-        space = _Station(spare, parent[: len(spare.duration_s)], 0)
-        done = _merge_station(
-            labels, incoming, (before, first, end), latest_s, streams, space, most_labels - stored, clock
-        )
-        if done is None:
-            raise BudgetExceededError(
-                f"exact: the budget of {most_labels:,} labels and {budget.time_limit_s:g} s ended at station {k} "
-                f"of {graph.n_layers - 1}; use fewer speeds, longer segments, less delay or a larger budget"
+    def merge_station(self, most_labels: int, clock: Clock) -> bool:
+        """Merge the lists of the next station; False when the budget ends first."""
+        k = len(self.offsets)
+        before, first, end = (int(node) for node in self._graph.layer_ptr[k - 1 : k + 2])
+        out = self._spare._replace(ptr=np.zeros(end - first + 1, dtype=np.int64))
+        node = first
+        while node < end:
+            span = (before, first, node, end)
+            node, full = merge(
+                self.labels, self._incoming, self._bounds, span, self._scratch, out, self._parent, self._work
             )
-        spare, labels, parent = labels, done.labels, done.parent
-        count = int(labels.ptr[-1])
-        parents.append(parent[:count].copy())
-        offsets.append(labels.ptr)
-        stored += count
-        candidates += done.candidates
-    pool_bytes = sum(array.nbytes for array in parents) + sum(array.nbytes for array in offsets)
-    scratch_bytes = parent.nbytes + 2 * (labels.duration_s.nbytes + spare.duration_s.nbytes)
-    counters = {
-        "labels": stored,
-        "generated": candidates,
-        "pruned_dominance": candidates - stored + 1,
-        "bytes": pool_bytes + scratch_bytes,
-    }
-    return labels, parents, offsets, counters
+            self.looked_at += int(self._work[LOOKED_AT])
+            self.beyond_bound += int(self._work[BEYOND_BOUND])
+            merged = len(out.duration_s) if full else int(out.ptr[node - first])
+            if clock.expired or self.labels_stored + merged > most_labels:
+                return False
+            if full:
+                out = self._with_more_room(out)
+        self._spare, self.labels = self.labels, out
+        count = int(out.ptr[-1])
+        self.parents.append(self._parent[:count].copy())
+        self.offsets.append(out.ptr)
+        self.labels_stored += count
+        self._note_memory()
+        return True
+
+    def _with_more_room(self, out: Labels) -> Labels:
+        """Half as much room again for the lists of a station."""
+        size = len(out.duration_s) * 3 // 2
+        self._note_memory(out)
+        if len(self._parent) < size:
+            self._parent = _grown(self._parent, size)
+        return Labels(out.ptr, _grown(out.duration_s, size), _grown(out.energy_j, size))
+
+    def _note_memory(self, growing: Labels | None = None) -> None:
+        """Keep the largest number of bytes that labels have taken, with the room that is not in use."""
+        held = 4 * (self.labels_stored - 1 + len(self._parent)) + 16 * len(self.labels.duration_s)
+        held += 16 * len(self._spare.duration_s)
+        if growing is not None:  # the array that grows is there twice
+            held += 20 * len(growing.duration_s)
+        self.label_bytes = max(self.label_bytes, held)
+
+    def fixed_bytes(self) -> int:
+        """Memory that depends on the graph and not on the labels: bounds, offsets, scratch, the arcs by their ends."""
+        arrays = [*self._incoming, *self._bounds, *self._scratch, *self.offsets]
+        return sum(array.nbytes for array in arrays if isinstance(array, np.ndarray))
 
 
 def exact_paths(graph: LayeredGraph, max_time_s: float, budget: SearchBudget) -> GraphPaths:
@@ -289,19 +141,35 @@ def exact_paths(graph: LayeredGraph, max_time_s: float, budget: SearchBudget) ->
         When the budget ends first: a layered search has no path to show before its last station.
     """
     require_limit(max_time_s)
-    time_to_go_s = least_to_go(graph, 1.0, 0.0)
-    latest_s = max_time_s * (1.0 + ROUNDING) - time_to_go_s
-    latest_s[-1] = max_time_s
-    labels, parents, offsets, counters = _sweep(graph, latest_s, budget)
+    clock = budget.start()
+    most_labels = budget.max_labels or DEFAULT_LABELS
+    incoming = graph.incoming()
+    bounds = find_bounds(graph, incoming, max_time_s, clock)
+    sweep = _Sweep(graph, incoming, bounds)
+    for k in range(1, graph.n_layers):
+        if not sweep.merge_station(most_labels, clock):
+            raise BudgetExceededError(
+                f"exact: the budget of {most_labels:,} labels and {budget.time_limit_s:g} s ended at station {k} "
+                f"of {graph.n_layers - 1}; use fewer speeds, longer segments, less delay or a larger budget"
+            )
+    labels = sweep.labels
     if labels.ptr[-1] == 0:
-        raise too_slow(float(time_to_go_s[0]), max_time_s)
+        raise too_slow(float(bounds.to_go_s[0]), max_time_s)
     nodes = np.empty((int(labels.ptr[-1]), graph.n_layers), dtype=np.int32)
     nodes[:, -1] = graph.n_nodes - 1
     index: NDArray[np.integer] = np.arange(len(nodes))
     for k in range(graph.n_layers - 2, -1, -1):
-        index = parents[k][index]
-        nodes[:, k] = graph.layer_ptr[k] + np.searchsorted(offsets[k], index, side="right") - 1
-    counters["terminals"] = len(nodes)
+        index = sweep.parents[k][index]
+        nodes[:, k] = graph.layer_ptr[k] + np.searchsorted(sweep.offsets[k], index, side="right") - 1
+    counters = {
+        "labels": sweep.labels_stored,
+        "generated": sweep.looked_at,
+        "pruned_bound": sweep.beyond_bound,
+        "pruned_dominance": sweep.looked_at - sweep.beyond_bound - sweep.labels_stored + 1,
+        "label_bytes": sweep.label_bytes,
+        "bytes": sweep.label_bytes + sweep.fixed_bytes(),
+        "terminals": len(nodes),
+    }
     front = slice(len(nodes))
     return GraphPaths(labels.duration_s[front].copy(), labels.energy_j[front].copy(), nodes, True, counters)
 

@@ -24,9 +24,10 @@ from tgvdp.search.optimal import OptimalRuns
 from tgvdp.search.pilots import Mesh, Pilot
 from tgvdp.search.refine_kernel import measure
 from tgvdp.search.refine_level import WIDEST, Level
+from tgvdp.search.relaxed_map import relaxed_tables
 
 #: Speeds above and below the incumbent in a sweep.
-_HALF = 3
+_HALF = 2
 #: The first step between those speeds: a share of the distance between two neighbouring runs, and at least this share
 #: of the largest v² of the trip.
 _STEP_SHARE = 0.15
@@ -48,6 +49,9 @@ _FINEST = 16.0
 _SLIVER = 1e-3
 #: How well a point meets its running time by default: a share of the step to the next point.
 _STEP_TOL = 0.03
+#: ... a run that switches is aimed again so often at most, each time planned with this share of the tolerance.
+_AIMS = 6
+_PLAN_SHARE = 0.3
 #: Step of ln λ towards slower runs, and how many steps without saving end the front.
 _MARCH = 1.0
 _IDLE_STEPS = 6
@@ -102,10 +106,10 @@ def refine_front(
             front = _front_on_fine_mesh(trip, fastest, energy, tolerance_s, counters, clock)
         for target in target_s[slower].tolist():
             saves = front.reach(target)
-            point = front.point(target) if saves else front.pilots[-1]
+            point = front.point(target) if saves else front.thriftiest()
             found.append((point.time_s, point.energy_j, point.price))
-            x_m = front.mesh.cells.station_m
-            rows.append((x_m, follow(trip, x_m, point.switch)))
+            x_m, w = front.rows(point)
+            rows.append((x_m, follow(trip, x_m, w)))
             if not saves:
                 break
     except _OutOfTime:
@@ -163,18 +167,17 @@ def _mesh(trip: Trip, fastest: Profile, fineness: float) -> Mesh:
 
 
 class _Front:
-    """Pilots in the order of their running times, and the blends between them.
-
-    A pilot here is the run itself: its "switching speeds" are the squared speeds at the stations.
-    """
+    """Pilots in the order of their running times, and the runs between them."""
 
     def __init__(
         self, mesh: Mesh, energy: EnergyTables, tolerance_s: float, counters: dict[str, int], clock: Clock
     ) -> None:
         self.mesh, self.tolerance_s, self.counters, self.clock = mesh, tolerance_s, counters, clock
-        self.level = Level(mesh.trip, mesh.train, energy, mesh.cells)
-        self.coarse = self.level.coarser()
-        self.pilots = [self.level.pilot(math.inf, self.level.fast)]
+        self.energy, self.relaxed = energy, relaxed_tables(mesh.trip.train, energy)
+        self.level = Level(mesh.trip, mesh.train, mesh.cells)
+        self.coarse = self.level.coarser(energy)
+        fast = self.level.fast
+        self.pilots = [Pilot(math.inf, fast, *self.level.measured(energy, fast))]
         self.price = mesh.usual_price
         self.scale_j = mesh.usual_price * self.pilots[0].time_s
         self.idle = 0
@@ -186,18 +189,19 @@ class _Front:
         self.counters["pilots"] += 1
         if start is None:
             start, step = self._start(price)
-        self.counters["sweeps"] += self.level.descend(price, start, _HALF, max(step, _LEAST_STEP), _LAST_STEP)
-        return self.level.pilot(price, start)
+        step = max(step, _LEAST_STEP)
+        self.counters["sweeps"] += self.level.descend(self.relaxed, price, start, _HALF, step, _LAST_STEP)
+        return Pilot(price, start, *self.level.measured(self.relaxed, start))
 
     def _start(self, price: float) -> tuple[NDArray[np.float64], float]:
         """A run that is optimal but for details, from nothing, and the step that the next program should take."""
         level = self.level if self.coarse is None else self.coarse
         w = level.fast.copy()
         step = 1.0 / WIDEST
-        self.counters["sweeps"] += level.descend(price, w, WIDEST, step, step)
+        self.counters["sweeps"] += level.descend(self.relaxed, price, w, WIDEST, step, step)
         if self.coarse is None:
             return w, 0.5 * step
-        self.counters["sweeps"] += level.descend(price, w, _HALF, 0.5 * step, _LAST_COARSE_STEP)
+        self.counters["sweeps"] += level.descend(self.relaxed, price, w, _HALF, 0.5 * step, _LAST_COARSE_STEP)
         return self.level.carried(level, w), _LAST_COARSE_STEP
 
     def reach(self, target_s: float) -> bool:
@@ -215,8 +219,27 @@ class _Front:
             self.price *= math.exp(-_MARCH)
         return True
 
+    def thriftiest(self) -> Pilot:
+        """The slowest pilot, driven."""
+        last = self.pilots[-1]
+        return last if self.relaxed is self.energy else Pilot(last.price, last.switch, *self._switched(last.switch))
+
     def point(self, target_s: float) -> Pilot:
-        """The best run for one running time: a blend of the pilots around it."""
+        """The best run for one running time; to switch between efforts takes a little longer than planned."""
+        run = self._planned(target_s)
+        if self.relaxed is self.energy:
+            return run
+        aim_s = target_s
+        for _ in range(_AIMS):
+            driven = Pilot(run.price, run.switch, *self._switched(run.switch))
+            if abs(driven.time_s - target_s) <= self.tolerance_s:
+                break
+            aim_s -= driven.time_s - target_s
+            run = self._planned(aim_s)
+        return driven
+
+    def _planned(self, target_s: float) -> Pilot:
+        """Run of the relaxed problem for one running time: a blend of the pilots around it."""
         while True:
             second = next((i for i in range(1, len(self.pilots)) if self.pilots[i].time_s >= target_s), None)
             second = len(self.pilots) - 1 if second is None else second
@@ -237,7 +260,7 @@ class _Front:
         chord = (before.energy_j - after.energy_j) / (after.time_s - before.time_s)
         if len(self.pilots) >= _MOST_PILOTS or not before.price > chord > after.price * (1.0 + _SAME):
             return False
-        start = self._blend(before, after, 0.5) if before.price < _NEAR * after.price else None
+        start = self._blend(before.switch, after.switch, 0.5) if before.price < _NEAR * after.price else None
         apart = float(np.abs(before.switch - after.switch).max())
         middle = self._solve(chord, start, _STEP_SHARE * apart / self.level.top_w)
         saved = before.cost_j(chord) - middle.cost_j(chord)
@@ -248,12 +271,22 @@ class _Front:
             self.pilots[second - 1], self.pilots[second] = replace(before, price=chord), replace(after, price=chord)
         return True
 
-    def _blend(self, before: Pilot, after: Pilot, share: float) -> NDArray[np.float64]:
+    def _blend(self, first: NDArray[np.float64], second: NDArray[np.float64], share: float) -> NDArray[np.float64]:
         self.counters["blends"] += 1
-        return self.level.blend(before.switch, after.switch, share)
+        return self.level.blend(first, second, share)
+
+    def rows(self, run: Pilot) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Rows of a run that is returned: positions from the origin, m, and squared speeds, m²/s²."""
+        if self.relaxed is self.energy:
+            return self.level.cells.station_m, run.switch
+        return self.level.switched(self.energy, self.relaxed, run.switch)[2:]
+
+    def _switched(self, w: NDArray[np.float64]) -> tuple[float, float]:
+        return self.level.switched(self.energy, self.relaxed, w)[:2]
 
     def _meet(self, before: Pilot, after: Pilot, target_s: float) -> Pilot:
         """Blend of two pilots that takes the target time (Illinois rule)."""
+        tolerance_s = self.tolerance_s * (1.0 if self.relaxed is self.energy else _PLAN_SHARE)
         lo, hi = 0.0, 1.0
         f_lo, f_hi = before.time_s - target_s, after.time_s - target_s
         if f_lo >= 0.0 or f_hi <= 0.0:
@@ -262,9 +295,10 @@ class _Front:
         run = before
         for _ in range(40):
             share = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
-            run = self.level.pilot(0.0, self._blend(before, after, share))
+            w = self._blend(before.switch, after.switch, share)
+            run = Pilot(0.0, w, *self.level.measured(self.relaxed, w))
             f = run.time_s - target_s
-            if abs(f) <= self.tolerance_s or hi - lo < _SAME:
+            if abs(f) <= tolerance_s or hi - lo < _SAME:
                 break
             if f < 0.0:
                 lo, f_lo = share, f

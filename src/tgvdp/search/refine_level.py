@@ -9,8 +9,8 @@ from tgvdp.line.cells import Cells, breaks_of, cells_of
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import EnergyTables
 from tgvdp.physics.forces import KernelTrain
-from tgvdp.search.pilots import Pilot
 from tgvdp.search.refine_kernel import blend, descend, envelope_kernel, measure
+from tgvdp.search.switching import switch
 
 #: Speeds above and below the incumbent in the first program of a run, from standstill to the fastest run.
 WIDEST = 24
@@ -30,8 +30,8 @@ class Level:
         Largest of them.
     """
 
-    def __init__(self, trip: Trip, train: KernelTrain, energy: EnergyTables, cells: Cells) -> None:
-        self.trip, self.train, self.energy, self.cells = trip, train, energy, cells
+    def __init__(self, trip: Trip, train: KernelTrain, cells: Cells) -> None:
+        self.trip, self.train, self.cells = trip, train, cells
         self._arrays = (cells.length_m, cells.grade_n, cells.air, cells.supply)
         n = len(cells.station_m)
         self.low, self.fast = np.empty(n), np.empty(n)
@@ -41,16 +41,26 @@ class Level:
         width = 2 * WIDEST + 1
         self._scratch = (np.empty((n, width)), np.empty((n, width), np.int16), np.empty((2, width)))
 
-    def pilot(self, price: float, w: NDArray[np.float64]) -> Pilot:
-        """Time and energy of a run; an infinite energy where it is not feasible."""
-        time_s, energy_j, feasible = measure(self.train, self.energy, *self._arrays, w)
-        return Pilot(price, w, time_s, energy_j if feasible else math.inf)
+    def measured(self, tables: EnergyTables, w: NDArray[np.float64]) -> tuple[float, float]:
+        """Time in s and energy in J of a run; an infinite energy where it is not feasible."""
+        time_s, energy_j, feasible = measure(self.train, tables, *self._arrays, w)
+        return time_s, energy_j if feasible else math.inf
 
-    def descend(self, price: float, w: NDArray[np.float64], half: int, first: float, last: float) -> int:
+    def switched(
+        self, tables: EnergyTables, relaxed: EnergyTables, w: NDArray[np.float64]
+    ) -> tuple[float, float, NDArray[np.float64], NDArray[np.float64]]:
+        """Drive a run of the relaxed problem by the map's own efforts: time, energy, and its rows (position, v²)."""
+        xs, ws = np.empty(2 * len(w)), np.empty(2 * len(w))
+        n, time_s, energy_j = switch(self.train, tables, relaxed, self.cells.station_m, *self._arrays, w, xs, ws)
+        return time_s, energy_j, xs[:n], ws[:n]
+
+    def descend(
+        self, tables: EnergyTables, price: float, w: NDArray[np.float64], half: int, first: float, last: float
+    ) -> int:
         """Improve a run in place with steps from ``first`` to ``last``, shares of the largest v²; returns sweeps."""
         return int(
             descend(
-                self.train, self.energy, *self._arrays, self.low, self.fast, price, half,
+                self.train, tables, *self._arrays, self.low, self.fast, price, half,
                 first * self.top_w, last * self.top_w, w, *self._scratch,
             )
         )  # fmt: skip
@@ -66,10 +76,10 @@ class Level:
         here = np.interp(self.cells.station_m, other.cells.station_m, w)
         return self.blend(here, here, 0.0)
 
-    def coarser(self) -> "Level | None":
+    def coarser(self, tables: EnergyTables) -> "Level | None":
         """The same trip in longer cells; None where the fastest run is not feasible in them."""
         kept_m = np.union1d(breaks_of(self.trip), self.cells.station_m[::_COARSENING])
         cells = cells_of(self.trip, kept_m)
         top_w = float(self.cells.limit_w.max())
-        level = Level(self.trip, self.train, self.energy, cells._replace(limit_w=np.minimum(cells.limit_w, top_w)))
-        return level if math.isfinite(level.pilot(math.inf, level.fast).energy_j) else None
+        level = Level(self.trip, self.train, cells._replace(limit_w=np.minimum(cells.limit_w, top_w)))
+        return level if math.isfinite(level.measured(tables, level.fast)[1]) else None

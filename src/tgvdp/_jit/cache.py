@@ -1,12 +1,11 @@
-"""The only numba decorator of the package, and the cache of compiled kernels behind it.
+"""The cache of compiled kernels.
 
 numba's own ``cache=True`` has two faults that hurt a package of many modules: it keeps a stale kernel when a kernel
 that it calls changes in another module, and a truncated cache file crashes the import. So the kernels of tgvdp live
 in a folder of their own, named by everything that decides what they compile to: the SHA-256 of the sources of all
 rooms that can matter to a kernel, the versions of Python, numba and numpy, and the switches of numba that change the
-code. Each entry carries
-its own digest; what cannot be read or does not match is deleted and compiled again. Where nothing can be written,
-one warning says so and compilation goes on without a cache.
+code. Each entry carries its own digest; what cannot be read or does not match is deleted and compiled again. Where
+nothing can be written, one warning says so and compilation goes on without a cache.
 
 The folder is ``$TGVDP_CACHE_DIR``, else the user's cache folder of the platform. Deleting it is always safe, also
 under a running program.
@@ -14,37 +13,31 @@ under a running program.
 
 import contextlib
 import functools
-import gc
 import hashlib
 import os
 import pickle
 import shutil
-import signal
 import sys
-import threading
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any
 
 import numba
 import numpy as np
 from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 from numba.core.serialize import dumps
-from numba.core.types.misc import unliteral
 
-PACKAGE = Path(__file__).resolve().parent
+PACKAGE = Path(__file__).resolve().parents[1]
 CACHE_DIR_VARIABLE = "TGVDP_CACHE_DIR"
 #: Key folders that are kept, by last use: editions and modes (bounds checks) that take turns do not evict each other.
 KEPT_FOLDERS = 8
 #: Rooms that no kernel lives in or imports (a test sees to it): their changes leave the kernels as they are.
-KERNEL_FREE = ("cli", "formats", "formulations", "report")
+KERNEL_FREE = ("cli", "formats", "formulations", "report", "solvers")
 _KEY_LENGTH = 32
 #: Switches of numba that change the machine code but are no part of its own cache key.
 _MODES = ("BOUNDSCHECK", "OPT", "DEBUGINFO_DEFAULT", "LOOP_VECTORIZE", "SLP_VECTORIZE")
-
-_Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 def sources_digest(folder: Path) -> str:
@@ -116,7 +109,7 @@ def _make_key_folder() -> None:
 
 
 @functools.cache
-def _warn_uncached(reason: str) -> None:
+def warn_uncached(reason: str) -> None:
     warnings.warn(
         f"compiled kernels cannot be cached ({reason}), so every start compiles them again;"
         f" set {CACHE_DIR_VARIABLE} to a folder that can be written",
@@ -173,7 +166,7 @@ class _CheckedImpl(CompileResultCacheImpl):
         return super().rebuild(target_context, pickle.loads(content))
 
 
-class _KernelCache(FunctionCache):
+class KernelCache(FunctionCache):
     """The cache of one kernel: never the reason why a program fails."""
 
     _impl_class = _CheckedImpl
@@ -191,133 +184,9 @@ class _KernelCache(FunctionCache):
             super().save_overload(sig, data)
         except OSError as error:
             self.disable()
-            _warn_uncached(f"{cache_root()}: {error.strerror or error}")
+            warn_uncached(f"{cache_root()}: {error.strerror or error}")
 
     def _wipe(self) -> None:
         with contextlib.suppress(OSError):  # what cannot be deleted cannot be replaced either: saving will say so
             for path in Path(self.cache_path).glob(f"{self._impl.filename_base}.*"):
                 path.unlink(missing_ok=True)
-
-
-class _InterruptHold(contextlib.ContextDecorator):
-    """Holds Ctrl-C back while a kernel is compiled: LLVM's callbacks would swallow it and leave half a library behind.
-
-    Compilations nest, callees within their caller. The interrupt is delivered at the end of the innermost one, between
-    two steps of its caller's type inference, where an exception does no harm.
-    """
-
-    def __init__(self) -> None:
-        self._depth = 0
-        self._held = False
-        self._handler: Any = None
-
-    def __enter__(self) -> None:
-        if threading.current_thread() is threading.main_thread():  # the only one that gets signals
-            self._depth += 1
-            if self._depth == 1:
-                self._handler = signal.getsignal(signal.SIGINT)
-                self._install(self._hold)
-
-    def __exit__(self, *_: object) -> None:
-        if threading.current_thread() is threading.main_thread():
-            self._depth -= 1
-            if self._held or self._depth == 0:
-                self._install(self._handler)
-            if self._held:
-                self._held = False
-                signal.raise_signal(signal.SIGINT)
-                if self._depth:  # the handler chose to go on
-                    self._install(self._hold)
-
-    def _install(self, handler: Any) -> None:
-        if self._handler is not None:  # None: not made by Python, so it could not be put back
-            signal.signal(signal.SIGINT, handler)
-
-    def _hold(self, *_: object) -> None:
-        self._held = True
-
-
-_interrupt_hold = _InterruptHold()
-
-
-class _QuickCompilation(contextlib.ContextDecorator):
-    """Compiles with LLVM's first level of optimisation and without garbage collections.
-
-    A cold search takes 7.3 s instead of 9.2 s of processor time so, and no kernel runs slower: what they do is scalar
-    arithmetic that the first level does not leave undone. Compilations nest; numba lets one thread compile at a time.
-    """
-
-    def __init__(self) -> None:
-        self._lock = threading.RLock()
-        self._depth = 0
-        self._before: tuple[Any, bool] = (config.OPT, False)
-
-    def __enter__(self) -> None:
-        self._lock.acquire()
-        self._depth += 1
-        if self._depth == 1:
-            self._before = (config.OPT, gc.isenabled())
-            config.OPT = config._OptLevel(min(int(config.OPT), 1))
-            gc.disable()
-
-    def __exit__(self, *_: object) -> None:
-        self._depth -= 1
-        if self._depth == 0:
-            config.OPT, collecting = self._before
-            if collecting:
-                gc.enable()
-        self._lock.release()
-
-
-_quick_compilation = _QuickCompilation()
-
-
-def _compiled(function: _Function, **options: Any) -> Any:
-    """Compile a kernel once, not once for each constant that its callers pass: numba specialises on literal integers.
-
-    One `march` instead of seven, and 13 s instead of 21 s of a cold start; the code is as fast, because LLVM still
-    folds constants where it inlines.
-    """
-    compiled: Any = numba.njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, **options)(function)
-    if not config.DISABLE_JIT:
-        resolve = compiled.get_call_template
-
-        def get_call_template(args: tuple[Any, ...], kws: dict[str, Any]) -> Any:
-            plain = {name: unliteral(kind) for name, kind in kws.items()}
-            return resolve(tuple(unliteral(kind) for kind in args), plain)
-
-        compiled.get_call_template = get_call_template
-    return compiled
-
-
-def kernel(function: _Function) -> _Function:
-    """Compile a function with numba: no Python objects, no GIL, IEEE division, cached on disk.
-
-    No fastmath: costs are compared with infinity. With ``NUMBA_DISABLE_JIT=1`` the function is returned as it is.
-    """
-    compiled = _compiled(function)
-    if not config.DISABLE_JIT:
-        try:
-            compiled._cache = _KernelCache(function)
-        except OSError as error:  # no home folder, or sources that are no files
-            _warn_uncached(str(error))
-        compiled.compile = _interrupt_hold(_quick_compilation(compiled.compile))
-    return cast(_Function, compiled)
-
-
-def leaf(function: _Function) -> _Function:
-    """Compile a small function that other kernels call in their innermost loops, always inlined into them.
-
-    A train is a tuple of a dozen words: not passing it makes an arc 2.5 times as fast (28 → 12 ns) and carrying a
-    costate back 1.7 times (71 → 41 ns). Not cached: its machine code is part of its callers'.
-    """
-    return cast(_Function, _compiled(function, forceinline=True))
-
-
-def part(function: _Function) -> _Function:
-    """Mark a step of a larger kernel, split off for the reader: compiled within its caller, never on its own.
-
-    numba links and optimises the whole call tree of a kernel again for each of its callers, so a cold start pays for
-    every level of the tree.
-    """
-    return cast(_Function, _compiled(function, inline="always"))

@@ -1,0 +1,101 @@
+"""``tgvdp search --journey``: a section of a timetable as origin, destination and longest running time."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import click
+
+from tgvdp.errors import InputError
+from tgvdp.units import mps_to_kmh
+
+if TYPE_CHECKING:
+    from tgvdp.model.journey import Section, TimingPoint
+    from tgvdp.model.track import Track
+    from tgvdp.report.provenance import Input
+
+#: What a journey decides instead, by option of the command line.
+_DECIDED = {
+    "from_m": "--from",
+    "to_m": "--to",
+    "start_speed_kmh": "--start-speed",
+    "end_speed_kmh": "--end-speed",
+    "max_margin_pct": "--max-margin",
+}
+_SHOWN = 3  # windows that a warning spells out
+
+
+class TimetableSection(NamedTuple):
+    """A section of a journey on a track."""
+
+    journey: str
+    section: "Section"
+    note: str
+
+    def broken_by(self, fastest_s: float) -> tuple[str, ...]:
+        """What the search does not keep of the timetable, as warnings."""
+        return tuple(self._warnings(fastest_s))
+
+    def _warnings(self, fastest_s: float) -> Iterator[str]:
+        name = f"journey {self.journey}, section {self.section.number}"
+        if self.note:
+            yield f"{name}: {self.note}"
+        if fastest_s < self.section.shortest_s:
+            yield f"{name}: runs shorter than {self.section.shortest_s:.6g} s arrive before the window opens"
+        count = len(self.section.passing)
+        if count:
+            texts = ", ".join(_window(point) for point in self.section.passing[:_SHOWN])
+            more = f" and {count - _SHOWN} more" if count > _SHOWN else ""
+            yield f"{name}: the search does not keep what is asked of passing: {texts}{more}"
+
+
+def read_section(
+    journey: str,
+    track: "Track",
+    inputs: "dict[str, Input]",
+    options: dict[str, Any],
+    given: Mapping[str, Any],
+) -> TimetableSection:
+    """Read a section of a journey and put what it decides into the options.
+
+    Raises
+    ------
+    InputError
+        When the file is wrong, or the section does not lie on the track.
+    """
+    from tgvdp.formats import load_section
+    from tgvdp.formats.sources import locate
+
+    for name, option in _DECIDED.items():
+        if given[name] is not None:
+            raise click.UsageError(f"--journey and {option} exclude each other", click.get_current_context())
+    timetable, section = load_section(journey)
+    inputs["journey"] = locate(journey)
+    if section.destination_m > track.length_m:
+        raise InputError(
+            f"journey {timetable.name}: section {section.number} ends at {section.destination_m:.12g} m, "
+            f"beyond the {track.length_m:.12g} m of track {track.name}"
+        )
+    for name in _DECIDED:
+        options.pop(name, None)
+    options |= {"from_m": section.origin_m, "to_m": section.destination_m}
+    if math.isfinite(section.longest_s):
+        options["max_time_s"] = section.longest_s
+    other = "" if track.name == timetable.track else f"it belongs to track {timetable.track}, not to {track.name}"
+    return TimetableSection(timetable.name, section, other)
+
+
+def _window(point: "TimingPoint") -> str:
+    asked = (
+        _range(point.earliest_s, point.latest_s, "s"),
+        _range(mps_to_kmh(point.lowest_mps) or -math.inf, mps_to_kmh(point.highest_mps), "km/h"),
+    )
+    return f"at {point.position_m:.6g} m {' and '.join(filter(None, asked))}"
+
+
+def _range(low: float, high: float, unit: str) -> str:
+    if math.isfinite(low) and math.isfinite(high):
+        return f"{low:.6g} to {high:.6g} {unit}"
+    if math.isfinite(low):
+        return f"at least {low:.6g} {unit}"
+    return f"at most {high:.6g} {unit}" if math.isfinite(high) else ""

@@ -1,0 +1,134 @@
+"""``tgvdp solve``: solve one instance of the seeds' formulations and replay what comes out."""
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from tgvdp.errors import BudgetExceededError
+from tgvdp.solvers.registry import ENCODINGS, SOLVERS
+
+if TYPE_CHECKING:
+    from tgvdp.formulations.encoding import Solution
+    from tgvdp.formulations.instances import Instance
+
+SCHEMA = "tgvdp.solve/1"
+
+_EXAMPLES = """
+\b
+Examples:
+  tgvdp solve trip.json --solver dp
+  tgvdp solve trip.json --solver sa --encoding unary --penalty sufficient --json
+"""
+
+
+class _Penalty(click.ParamType[str | float]):
+    """``seed``, ``sufficient`` or a positive number."""
+
+    name = "seed|sufficient|NUMBER"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if value in ("seed", "sufficient"):
+            return value
+        try:
+            weight = float(value)
+        except ValueError:
+            weight = 0.0
+        if not 0.0 < weight < 1e30:
+            self.fail(f"{value!r} is neither 'seed' nor 'sufficient' nor a positive number", param, ctx)
+        return weight
+
+
+@click.command("solve", epilog=_EXAMPLES)
+@click.argument("instance", metavar="INSTANCE")
+@click.option("--solver", type=click.Choice(tuple(SOLVERS)), default="dp", show_default=True, help="What solves it.")
+@click.option(
+    "--encoding",
+    type=click.Choice(ENCODINGS),
+    help="Of solvers that take a QUBO.  [default: unary where both steps are equal, else bits+slack]",
+)
+@click.option(
+    "--penalty",
+    type=_Penalty(),
+    help="Weight of violations in a QUBO.  [default: the instance's lambda_uniform, else sufficient]",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of a table.")
+def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bool) -> int:
+    """Solve INSTANCE, a JSON file of a binary or a demand problem, and replay the solution on the true physics.
+
+    The objective is in the model's own unit: (m/s)², that is J per kg of train, for the binary model, J for the demand
+    model. The exit code is 4 when nothing satisfies all constraints, and 5 when a heuristic found nothing that does.
+    """
+    from tgvdp.formulations.instances import read_instance
+    from tgvdp.solvers.registry import solve
+
+    problem = read_instance(instance)
+    solution = solve(problem, solver, encoding, penalty)
+    content = solution_object(problem, solution)
+    click.echo(json.dumps(content) if as_json else table(problem, solution))
+    return 0 if solution.feasible else BudgetExceededError.exit_code
+
+
+def solution_object(problem: "Instance", solution: "Solution") -> dict[str, Any]:
+    """Object of schema tgvdp.solve/1."""
+    from tgvdp.formulations.instances import BinaryInstance
+    from tgvdp.report.plain import plain
+
+    schedule = solution.schedule
+    binary = isinstance(problem, BinaryInstance)
+    content = {
+        "schema": SCHEMA,
+        "id": problem.id,
+        "solver": solution.solver,
+        "objective": solution.objective,
+        "optimal": solution.optimal,
+        "n_optimal": solution.n_optimal,
+        "feasible": solution.feasible,
+        **({"speeds": schedule.speeds} if binary else {"demand": schedule.controls, "speeds_mps": schedule.speeds}),
+        "distance": schedule.distance,
+        "constraints": [
+            {"name": check.name, "violation": check.violation, "unit": check.unit} for check in schedule.checks
+        ],
+        "replay": solution.replay,
+        **({"qubo": solution.qubo} if solution.qubo is not None else {}),
+        "details": solution.details,
+        "elapsed_s": solution.elapsed_s,
+    }
+    plain_content: dict[str, Any] = plain(content)
+    return plain_content
+
+
+def table(problem: "Instance", solution: "Solution") -> str:
+    """What people read: result, constraints, replay."""
+    from tgvdp.formulations.instances import BinaryInstance
+
+    schedule, replayed = solution.schedule, solution.replay
+    binary = isinstance(problem, BinaryInstance)
+    unit, distance_unit = ("(m/s)²", "Δv·Δt") if binary else ("J", "m")
+    proof = "optimal, proved" if solution.optimal else "best found" if solution.feasible else "no feasible plan found"
+    rows = [("objective", f"{solution.objective:.9g} {unit}  ({proof})")]
+    if solution.n_optimal is not None:
+        rows.append(("optima", f"{solution.n_optimal}"))
+    if binary:
+        rows.append(("speeds", " ".join(f"{v:g}" for v in schedule.speeds) + " Δv"))
+    else:
+        rows.append(("demand", " ".join(f"{d:g}" for d in schedule.controls)))
+        rows.append(("speeds", " ".join(f"{v:.4g}" for v in schedule.speeds) + " m/s"))
+    rows.append(("distance", f"{schedule.distance:.9g} {distance_unit}"))
+    rows += [
+        (check.name, "holds" if check.satisfied else f"violated by {check.violation:.6g} {check.unit}")
+        for check in schedule.checks
+    ]
+    rows.append(
+        (
+            "replay",
+            f"{'feasible' if replayed['feasible'] else 'NOT feasible'}, {replayed['energy']:.6g} "
+            f"{replayed['energy_unit']}, distance {replayed['distance_error_m']:+.4g} m, "
+            f"end speed {replayed['end_speed_error_mps']:+.4g} m/s",
+        )
+    )
+    if solution.qubo is not None:
+        rows.append(("QUBO", f"{solution.qubo['variables']} variables, {solution.qubo['couplers']} couplers"))
+    rows.append((solution.solver, f"{solution.elapsed_s:.4g} s"))
+    width = max(len(name) for name, _ in rows)
+    return "\n".join(f"{name:<{width}}  {text}" for name, text in rows)

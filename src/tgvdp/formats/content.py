@@ -1,0 +1,75 @@
+"""What a file of a foreign format holds: named trains, tracks and journeys, each made when it is asked for."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+from tgvdp.formats.reading import bad, shown
+from tgvdp.model.journey import Journey
+from tgvdp.model.track import Track
+from tgvdp.model.train import Train
+
+Kind = Literal["train", "track", "map", "journey"]
+
+_MOST_NAMES = 12
+
+
+class Item(NamedTuple):
+    """One thing in a file: its identifier there, another name of it, and how to make it."""
+
+    id: str
+    make: Callable[[], Train | Track | Journey]
+    name: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Content:
+    """What a file holds.
+
+    Attributes
+    ----------
+    format : str
+        For people, such as "TTOBench".
+    items : dict
+        By kind, in the order of the file; kinds that it does not hold are absent.
+    default : str, optional
+        Identifier of the item that the file itself prefers where it holds several.
+    """
+
+    format: str
+    items: Mapping[Kind, tuple[Item, ...]]
+    default: str | None = None
+
+    @property
+    def is_one(self) -> bool:
+        """Whether nothing has to be chosen."""
+        return self.default is not None or all(len(items) == 1 for items in self.items.values())
+
+    def has(self, kind: Kind, part: str) -> bool:
+        """Whether there is an item of that kind and name."""
+        return any(part in (item.id, item.name) for item in self.items[kind])
+
+    def choose(self, path: Path, kind: Kind, part: str | None) -> Item:
+        """Return the item that a user means by the text behind ``#``, or by none.
+
+        Raises
+        ------
+        InputError
+            When there is none of that name, or several and no name.
+        """
+        items = self.items[kind]
+        wanted = self.default if part is None else part
+        if wanted is None and len(items) == 1:
+            return items[0]
+        for item in items:
+            if wanted in (item.id, item.name):
+                return item
+        known = [item.id for item in items]
+        names = ", ".join(known[:_MOST_NAMES]) + (", …" if len(known) > _MOST_NAMES else "")
+        if wanted is None:
+            raise bad(path, f"holds {len(items)} {kind}s, choose one as FILE#NAME: {names}")
+        near = get_close_matches(wanted, [name for item in items for name in (item.id, item.name)], n=1)
+        hint = f", did you mean {near[0]!r}?" if near else f"; it holds: {names}"
+        raise bad(path, f"holds no {kind} {shown(wanted)}{hint}")

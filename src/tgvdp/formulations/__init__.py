@@ -1,0 +1,1 @@
+"""The seeds' optimisation models as tested parts: encodings, penalties, demand model, decoding and replay."""

@@ -1,0 +1,137 @@
+"""An outer bound of the fastest-run curve: a speed that no run passes, whatever it does.
+
+A curve W(x) that starts at or above every run and rises at least as fast as the largest effort lets any train at that
+speed gain w = v² is never crossed from below; the same holds backwards from the end with the largest braking effort.
+W is made of rows on which it is linear: between two speeds the row takes the largest effort and the least load of all
+speeds between them, so that it lies outside by half a step at most and needs no quadrature.
+"""
+
+import math
+
+from tgvdp._jit import kernel
+from tgvdp.front.pieces import largest_effort, merge_comfort, piece_at
+
+#: Change of speed in a row; and the speed of the first one, relative to the largest limit.
+_STEP = 0.005
+_FIRST = 1e-3
+#: W lies above its exact value by this share, against rounding.
+_SPARE = 1e-12
+
+
+@kernel
+def _gain(pieces, n, forward, r0, r1, r2, slow_v, fast_v):
+    """Upper bound of ½·dw/dx (backwards: −½·dw/dx) over all speeds from slow_v to fast_v."""
+    if forward:
+        return largest_effort(pieces, n, slow_v, fast_v) - (r0 + slow_v * (r1 + slow_v * r2))
+    return largest_effort(pieces, n, slow_v, fast_v) + (r0 + fast_v * (r1 + fast_v * r2))
+
+
+@kernel
+def _next_row(pieces, n, forward, r0, r1, r2, v, top_v, first_v):
+    """Speed at the end of the row from v, and the slope ½·dw/dx on the way there; the same speed where it may stay."""
+    fast_v = max(v * (1.0 + _STEP), first_v)
+    here = piece_at(pieces, n, v)
+    if here + 1 < n:
+        fast_v = min(fast_v, pieces[here + 1, 0])
+    fast_v = min(fast_v, top_v)
+    if v < top_v:
+        gain = _gain(pieces, n, forward, r0, r1, r2, v, fast_v)
+        if gain > 0.0:
+            return fast_v, gain
+    slow_v = v * (1.0 - _STEP)
+    if v <= first_v:
+        return v, 0.0
+    gain = _gain(pieces, n, forward, r0, r1, r2, slow_v, v)
+    if gain < 0.0:
+        return slow_v, gain
+    return v, 0.0
+
+
+@kernel
+def ceiling(train, forward, length, grade, air, limit, end_w, pieces, xs, ws):
+    """Rows of the outer bound over the cells of the line.
+
+    Parameters
+    ----------
+    train : KernelTrain
+    forward : bool
+        From the origin on, by traction; else from the destination back, by braking.
+    length, grade, air, limit : (K,) float64
+        Cells of the line, as in `tgvdp.line.cells.Cells`.
+    end_w : float
+        Squared speed at the origin (destination), m²/s².
+    pieces : (2n, 6) float64
+        Scratch.
+    xs, ws : (size,) float64, modified in place
+        Positions from the origin (from the destination), increasing, and W.
+
+    Returns
+    -------
+    int
+        Number of rows; −1 when there are too many.
+    """
+    count = length.shape[0]
+    mass = train.inertia_kg
+    top = 0.0
+    for k in range(count):
+        top = max(top, limit[k])
+    top = math.sqrt(top)
+    start = 0.0
+    w = end_w
+    n = 0
+    for j in range(count):
+        k = j if forward else count - 1 - j
+        r0 = (train.davis_a_n + grade[k]) / mass
+        r1 = train.davis_b / mass
+        r2 = air[k] / mass
+        if forward:
+            m = merge_comfort(train.traction, 0.0, mass, train.max_acceleration, r0, r1, r2, top, pieces)
+        else:
+            m = merge_comfort(train.braking, train.friction_n, mass, train.max_deceleration, -r0, -r1, -r2, top, pieces)
+        w = min(w, limit[k])
+        x = 0.0
+        while True:
+            if n >= xs.shape[0]:
+                return -1
+            xs[n] = start + x
+            ws[n] = w * (1.0 + _SPARE)
+            n += 1
+            if x >= length[k]:
+                break
+            v = math.sqrt(w)
+            next_v, gain = _next_row(pieces, m, forward, r0, r1, r2, v, math.sqrt(limit[k]), _FIRST * top)
+            step = length[k] - x
+            if next_v != v:
+                step = min(step, (next_v * next_v - w) / (2.0 * gain))
+            last = step >= length[k] - x
+            w = max(w + 2.0 * gain * step, 0.0) if last else next_v * next_v
+            w = min(w, limit[k])
+            x = length[k] if last else x + step
+        start += length[k]
+    return n
+
+
+@kernel
+def lower_caps(distance, node, xs, ws, n, forward, cap, node_cap):
+    """Lower the caps of cells and of their ends to a ceiling; in place.
+
+    ``cap`` (K,) is the largest squared speed anywhere in a cell, ``node_cap`` (K + 1,) that at its ends.
+    """
+    count = cap.shape[0]
+    i = 0
+    before = ws[0]
+    for j in range(count + 1):
+        k = j if forward else count - j
+        x = node[k] if forward else distance - node[k]
+        most = -math.inf
+        while i + 1 < n and xs[i + 1] <= x:
+            i += 1
+            most = max(most, ws[i])
+        here = ws[i]
+        if i + 1 < n and xs[i + 1] > xs[i]:
+            here += (ws[i + 1] - ws[i]) * max(0.0, x - xs[i]) / (xs[i + 1] - xs[i])
+        if j > 0:
+            cell = k - 1 if forward else k
+            cap[cell] = min(cap[cell], max(most, here, before))
+        node_cap[k] = min(node_cap[k], here)
+        before = here

@@ -1,0 +1,197 @@
+"""A trip prepared for lower bounds, and one bound with all that it is made of."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.front.bounds import bound_kernel
+from tgvdp.front.ceiling import ceiling, lower_caps
+from tgvdp.front.costates import integrate_costates
+from tgvdp.front.phases import (
+    count_cells,
+    cut_rows,
+    label_cells,
+    row_efforts,
+    split_cells,
+    thin_rows,
+    tidy_labels,
+)
+from tgvdp.front.pieces import PIECE_COLUMNS
+from tgvdp.line.cells import Cells, cells_of
+from tgvdp.line.fastest import reachable_w
+from tgvdp.model.trip import Trip
+from tgvdp.physics.energy import EnergyTables, energy_tables
+from tgvdp.physics.forces import KernelTrain, kernel_train
+from tgvdp.physics.resolved import LOWERED
+
+_Floats = NDArray[np.float64]
+
+#: Cells of a bound per trip at least.
+_CELLS_PER_TRIP = 300
+#: Largest change of ln w within a cell, and of the costate relative to its distance from the levels.
+_LOG_STEP = 0.08
+_COSTATE_STEP = 0.06
+#: Rows of a run that are nearer to each other than this share of the trip, or to a break of the line, are one.
+_SAME_PLACE = 1e-8
+#: Phases shorter than this share of the trip are rounding errors.
+_SLIVER = 1e-6
+#: Squared speed inside a trip, relative to the top, below which a costate is not integrated.
+_SLOWEST = 1e-8
+
+
+class Ledger(NamedTuple):
+    """How one bound came about, per unit of inertia: E + λT ≥ inertia·(total − error).
+
+    Attributes
+    ----------
+    total, error : float
+        The bound, and a bound of its rounding error.
+    bound : (K,) float64
+        Lower bound of each cell; they sum to the total.
+    left, right : (K,) float64
+        Costate at the two ends of each cell.
+    cells : Cells
+        The cells; ``limit_w`` is the squared speed that no run passes.
+    w : (K + 1,) float64
+        Squared speeds of the run that the costate comes from, m²/s².
+    label : (K,) int8
+        Its regimes (`front.phases`).
+    """
+
+    total: float
+    error: float
+    bound: _Floats
+    left: _Floats
+    right: _Floats
+    cells: Cells
+    w: _Floats
+    label: NDArray[np.int8]
+
+
+class BoundingProblem:
+    """A trip prepared for lower bounds of E + λT, E as the trip's energy model has it (but for maps)."""
+
+    def __init__(self, trip: Trip) -> None:
+        self.trip = trip
+        self.train: KernelTrain = kernel_train(trip.train)
+        self.energy: EnergyTables = energy_tables(trip.train, trip.energy)
+        cells = cells_of(trip)
+        if LOWERED in cells.supply:  # auxiliaries do not always draw: a bound may count none
+            self.energy = self.energy._replace(auxiliary_w=0.0)
+        self.cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
+        self.top_mps = math.sqrt(float(self.cells.limit_w.max())) * (1.0 + 1e-15)
+        size = 2 * max(len(self.train.traction), len(self.train.braking))
+        self._pieces = np.empty((3, size, PIECE_COLUMNS))
+        self._ceilings = tuple(self._ceiling(forward) for forward in (True, False))
+
+    def _ceiling(self, forward: bool) -> tuple[_Floats, _Floats]:
+        """Rows of an outer bound of the fastest run: by traction from the origin, or by braking to the destination."""
+        end_mps = self.trip.start_speed_mps if forward else self.trip.end_speed_mps
+        size = 4096 + 4 * len(self.cells.length_m)
+        while True:
+            xs, ws = np.empty(size), np.empty(size)
+            n = ceiling(self.train, forward, *self.cells[1:5], end_mps**2, self._pieces[0], xs, ws)
+            if n >= 0:
+                return xs[:n].copy(), ws[:n].copy()
+            size *= 2
+
+    def line(self, x_m: _Floats, w: _Floats, price_j_per_s: float, fineness: float = 1.0) -> float:
+        """Lower bound of E + λT of every run, J, with the costate of the run of rows ``x_m``, ``w``."""
+        ledger = self.ledger(x_m, w, price_j_per_s, fineness)
+        return self.train.inertia_kg * (ledger.total - ledger.error)
+
+    def ledger(self, x_m: _Floats, w: _Floats, price_j_per_s: float, fineness: float = 1.0) -> Ledger:
+        """Bound of E + λT cell by cell.
+
+        Parameters
+        ----------
+        x_m, w : (n,) float64
+            Rows of a run that suggests the costate: positions from the origin, m, and squared speeds, m²/s². The bound
+            holds for every run of the trip, whatever the rows.
+        price_j_per_s : float
+            Multiplier λ, above 0.
+        fineness : float
+            How many times more cells than usual there are where speed or costate change.
+        """
+        x_m, w = self._with_breaks(x_m, w)
+        price = (price_j_per_s + self.energy.auxiliary_w) / self.train.inertia_kg
+        longest_m, log_step = self.trip.distance_m / _CELLS_PER_TRIP, _LOG_STEP / fineness
+        count = count_cells(x_m, w, longest_m, log_step)
+        node_m, node_w, row = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
+        cut_rows(x_m, w, longest_m, log_step, node_m, node_w, row)
+        phases = self._costates(x_m, w, node_m, node_w, row, price)
+        nodes = (node_m, node_w, row, phases.left, phases.right, price, _COSTATE_STEP / fineness)
+        nothing = np.empty(0)
+        count = split_cells(*nodes, nothing, nothing, np.empty(0, dtype=np.int64))
+        if count > len(row):
+            made = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
+            split_cells(*nodes, *made)
+            phases = self._costates(x_m, w, *made, price)
+        return self.evaluate(phases.cells, phases.w, price, phases.left, phases.right, phases.label)
+
+    def _costates(
+        self, x_m: _Floats, w: _Floats, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], price: float
+    ) -> Ledger:
+        """Costates along a run for given cells, not yet bounded."""
+        row_cell = np.searchsorted(self.cells.station_m, 0.5 * (x_m[:-1] + x_m[1:]), side="right") - 1
+        grade_n, air = self.cells.grade_n[row_cell], self.cells.air[row_cell]
+        row_effort = np.empty(len(row_cell))
+        row_efforts(self.train, x_m, w, grade_n, air, row_effort)
+        effort = row_effort[row]
+        limit_w = self.cells.limit_w[row_cell][row]
+        cells = Cells(node_m, np.diff(node_m), grade_n[row], air[row], limit_w, self.cells.supply[row_cell][row])
+        count = len(row)
+        label, source, growth = np.empty(count, dtype=np.int8), np.zeros((count, 4)), np.zeros((count, 4))
+        label_cells(
+            self.train, self.energy, *cells[1:5], node_w, effort, price, self.top_mps, self._pieces,
+            label, source, growth,
+        )  # fmt: skip
+        levels = -0.5 * self.energy.traction, -0.5 * self.energy.regeneration
+        sliver_m = _SLIVER * self.trip.distance_m
+        tidy_labels(sliver_m, cells.length_m, node_w, limit_w, self.caps(cells)[0], *levels, label, source, growth)
+        left, right = np.zeros(count), np.zeros(count)
+        integrate_costates(
+            cells.length_m, node_w, cells.limit_w, effort / self.train.inertia_kg, price, *levels,
+            label, source, growth, left, right, np.empty(count + 1), np.empty(count + 1),
+        )  # fmt: skip
+        lost = ~(np.isfinite(left) & np.isfinite(right))  # rows that are no run at all may make p overflow
+        left[lost] = right[lost] = 0.0
+        return Ledger(-math.inf, 0.0, np.empty(0), left, right, cells, node_w, label)
+
+    def caps(self, cells: Cells) -> tuple[_Floats, _Floats]:
+        """Squared speeds that no run passes in cells with their limits, (K,), and at their ends, (K + 1,)."""
+        cap = cells.limit_w.copy()
+        node_cap = np.minimum(np.append(cap, np.inf), np.append(np.inf, cap))
+        for forward, (xs, ws) in zip((True, False), self._ceilings, strict=True):
+            lower_caps(self.trip.distance_m, cells.station_m, xs, ws, len(xs), forward, cap, node_cap)
+        return cap, node_cap
+
+    def evaluate(
+        self, cells: Cells, w: _Floats, price: float, left: _Floats, right: _Floats, label: NDArray[np.int8]
+    ) -> Ledger:
+        """Bound for given cells and costates, all per unit of inertia; any finite costates will do."""
+        bound = np.empty(len(cells.length_m))
+        cap, node_cap = self.caps(cells)
+        total, error = bound_kernel(
+            self.train, self.energy, *cells[1:4], cap, node_cap, w, price, left, right, self.top_mps, self._pieces,
+            bound,
+        )  # fmt: skip
+        return Ledger(total, error, bound, left, right, cells, w, label)
+
+    def _with_breaks(self, x_m: _Floats, w: _Floats) -> tuple[_Floats, _Floats]:
+        """Rows from end to end of the trip with every break of the line among them."""
+        breaks_m = self.cells.station_m
+        gap_m = _SAME_PLACE * self.trip.distance_m
+        near = np.searchsorted(x_m, breaks_m).clip(1, len(x_m) - 1)
+        near -= np.abs(x_m[near - 1] - breaks_m) < np.abs(x_m[near] - breaks_m)
+        found = np.abs(x_m[near] - breaks_m) <= gap_m
+        rows_m = x_m.copy()
+        rows_m[near[found]] = breaks_m[found]
+        x_m = np.union1d(rows_m, breaks_m)
+        w = np.interp(x_m, rows_m, w)
+        w = np.maximum(w, _SLOWEST * w.max())
+        w[0], w[-1] = self.trip.start_speed_mps**2, self.trip.end_speed_mps**2
+        count = thin_rows(x_m, w, np.isin(x_m, breaks_m), gap_m)
+        return x_m[:count], w[:count]

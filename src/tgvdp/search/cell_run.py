@@ -1,0 +1,118 @@
+"""Drive through one cell by its switching speeds: rows that are exact, whatever the policy."""
+
+import math
+
+from tgvdp._jit import part
+from tgvdp.line.meeting import braked_w, drive_then_brake
+from tgvdp.physics.arc import OK, arc
+from tgvdp.physics.forces import mean_effort, mean_resistance, resistance_at
+from tgvdp.physics.motion import BRAKING, COASTING, DYNAMIC, TRACTION, land, march
+
+#: Below this share of full effort a change of speed is spread over the cell: it is a drift of the holding speed.
+_GENTLE_SHARE = 0.5
+#: Relative distance in v² within which a run is on the braking curve.
+ON_CURVE = 1e-8
+#: Share of a length within which two positions are one.
+_SAME_PLACE = 1e-12
+
+
+@part
+def _append(x, w, xs, ws, n):
+    xs[n] = x
+    ws[n] = w
+    return n + 1
+
+
+@part
+def coast(train, length, grade, air, w):
+    """`land` under coasting, without its generality: the resistance is nearly linear in w1, three sweeps solve it."""
+    v = math.sqrt(w)
+    factor = 2.0 * length / train.inertia_kg
+    slope = 0.5 * air
+    if v > 0.0:
+        slope += 0.25 * train.davis_b / v
+    damping = 1.0 / (1.0 + factor * slope)
+    x = max(w - factor * damping * (resistance_at(train, air, v) + grade), 0.0)
+    if train.davis_b > 0.0:
+        for _ in range(2):
+            load = mean_resistance(train, air, v, math.sqrt(x)) + grade
+            x = max(x + damping * (w - factor * load - x), 0.0)
+    gain = 0.5 * (x - w) / length
+    if gain > train.max_acceleration or -gain > train.max_deceleration:
+        return land(train, COASTING, 1.0, length, grade, air, w)
+    return x
+
+
+@part
+def _saturated(train, regime, start, rest, end, grade, air, w, target, xs, ws, n):
+    """Append the rows of one regime through the rest of a cell, or until a target speed is met."""
+    first = n
+    used, w, n = march(train, regime, 1.0, rest, grade, air, w, target, xs, ws, n)
+    for i in range(first, n):
+        xs[i] += start
+    if used >= rest * (1.0 - _SAME_PLACE):
+        xs[n - 1] = end
+        used = rest
+    return rest - used, w, n
+
+
+@part
+def _brake_late(train, regime, start, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, n):
+    """Drive in a regime from w and brake as late as possible to end at ``top``, where the regime would end above it."""
+    braked = braked_w(train, BRAKING, grade, air, top, limit, rest, bx, bw)
+    if w > braked * (1.0 + ON_CURVE):
+        return _saturated(train, BRAKING, start, rest, end, grade, air, w, top, xs, ws, n)[2]
+    return drive_then_brake(train, regime, BRAKING, start, end, rest, grade, air, limit, w, top, bx, bw, xs, ws, n)
+
+
+@part
+def _regenerate(train, start, rest, end, grade, air, limit, w, b, top, bx, bw, xs, ws, n):
+    """Slow down to b, or to the envelope if that is lower, where coasting would end above it: by the dynamic brake.
+
+    All brakes only where that one would leave the envelope.
+    """
+    target = min(b, top)
+    status, _, work = arc(train, rest, grade, air, w, target)
+    limit_n = mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
+    if status == OK and -work <= _GENTLE_SHARE * rest * limit_n:
+        return _append(end, target, xs, ws, n)
+    if w < target:  # the descent accelerates the train to b, where the dynamic brake holds it if it can
+        left, w, n = _saturated(train, COASTING, start, rest, end, grade, air, w, target, xs, ws, n)
+        start = end - left
+        rest = left
+        if rest <= 0.0:
+            return n
+    braked = braked_w(train, DYNAMIC, grade, air, target, limit, rest, bx, bw)
+    if w <= braked * (1.0 + ON_CURVE):
+        return drive_then_brake(
+            train, COASTING, DYNAMIC, start, end, rest, grade, air, max(w, target), w, target, bx, bw, xs, ws, n
+        )
+    first = n
+    landed, n = _saturated(train, DYNAMIC, start, rest, end, grade, air, w, target, xs, ws, n)[1:]
+    if landed <= top * (1.0 + ON_CURVE):
+        return n
+    return _brake_late(train, DYNAMIC, start, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, first)
+
+
+@part
+def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, b, top, bx, bw, xs, ws, n):
+    """Append the rows of one cell, from w, with the switching speeds a and b and the envelope ``top`` at its end."""
+    rest = length
+    if w < a * (1.0 - ON_CURVE):
+        status, _, work = arc(train, rest, grade, air, w, a)
+        gentle = _GENTLE_SHARE * rest * mean_effort(train.traction, math.sqrt(w), math.sqrt(a))
+        if work >= 0.0 and (status != OK or work > gentle):
+            rest, w, n = _saturated(train, TRACTION, start, rest, end, grade, air, w, a, xs, ws, n)
+            if rest <= 0.0:
+                return n
+    status, _, work = arc(train, rest, grade, air, w, a)
+    if work < 0.0:
+        landed = coast(train, rest, grade, air, w)
+        if landed <= min(b, top):
+            return _append(end, landed, xs, ws, n)
+        if regenerates:
+            return _regenerate(train, end - rest, rest, end, grade, air, limit, w, b, top, bx, bw, xs, ws, n)
+        return _brake_late(train, COASTING, end - rest, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, n)
+    if status == OK:
+        return _append(end, a, xs, ws, n)
+    return _saturated(train, TRACTION, end - rest, rest, end, grade, air, w, math.inf, xs, ws, n)[2]

@@ -1,0 +1,76 @@
+"""The costate polyline: points (w, p) of rising w and p, kept monotone, cut at the envelope, and thinned."""
+
+import math
+
+from tgvdp._jit import leaf, part
+
+#: Away from the levels the thinning tolerance grows by this multiple of itself per unit of p.
+_FAR = 400.0
+#: ... from this distance on.
+_NEAR_LEVEL = 0.005
+
+
+@part
+def make_monotone(x, y, m, top):
+    """Running maximum in both coordinates, p ≤ 0, cut at ``top``; returns the number of points left."""
+    last_x = x[0]
+    last_y = min(y[0], 0.0)
+    y[0] = last_y
+    n = m
+    for i in range(1, m):
+        last_x = max(x[i], last_x)
+        x[i] = last_x
+        last_y = min(max(y[i], last_y), 0.0)
+        y[i] = last_y
+        if last_x >= top:
+            n = i + 1
+            break
+    if x[n - 1] > top:
+        if n > 1 and x[n - 1] > x[n - 2]:
+            share = (top - x[n - 2]) / (x[n - 1] - x[n - 2])
+            y[n - 1] = y[n - 2] + share * (y[n - 1] - y[n - 2])
+        x[n - 1] = top
+    return n
+
+
+@leaf
+def _slack(p, level, near):
+    """How far the polyline may pass a point: near −½, ``level`` and 0 the tolerance, more away from them."""
+    if p < -0.5:
+        away = -0.5 - p
+        return near + min(0.5 * away, 0.25) * away
+    away = min(p + 0.5, abs(p - level), -p)
+    return near + _FAR * near * max(0.0, away - _NEAR_LEVEL)
+
+
+@part
+def thin(x, y, m, level, near, w, p):
+    """Swinging-door thinning of (x, y) into (w, p), within ``near`` where p is −½, ``level`` or 0."""
+    door_x = x[0]
+    door_y = y[0]
+    w[0] = door_x
+    p[0] = door_y
+    n = 1
+    if m == 1:
+        return n
+    steepest = math.inf
+    flattest = -math.inf
+    tiny = 1e-12 * x[m - 1]
+    for i in range(1, m):
+        per_dx = 1.0 / max(x[i] - door_x, tiny)
+        slope = (y[i] - door_y) * per_dx
+        if slope < flattest or slope > steepest:
+            door_x = x[i - 1]
+            door_y = y[i - 1]
+            w[n] = door_x
+            p[n] = door_y
+            n += 1
+            steepest = math.inf
+            flattest = -math.inf
+            per_dx = 1.0 / max(x[i] - door_x, tiny)
+        slack = _slack(y[i], level, near)
+        steepest = min(steepest, (y[i] + slack - door_y) * per_dx)
+        flattest = max(flattest, (y[i] - slack - door_y) * per_dx)
+    w[n] = x[m - 1]
+    p[n] = y[m - 1]
+    return n + 1

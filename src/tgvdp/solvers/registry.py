@@ -1,0 +1,102 @@
+"""All solvers by name, and one function that runs any of them. Modules are imported when a solver is used."""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from tgvdp.errors import InputError
+from tgvdp.solvers.options import Options
+
+if TYPE_CHECKING:
+    from tgvdp.formulations.encoding import Encoding, Solution
+    from tgvdp.formulations.encodings import PenaltyRule
+    from tgvdp.formulations.instances import Instance
+
+
+class Solver(NamedTuple):
+    """Where a solver lives and what it takes.
+
+    Attributes
+    ----------
+    module, function : str
+        ``function(instance, options)``, or ``function(encoded, options)`` where it solves a QUBO; returns a `Solution`.
+    kinds : tuple of str
+        Of the instances it solves: ``binary``, ``demand``.
+    qubo : bool
+        Whether it solves the instance as a QUBO.
+    """
+
+    module: str
+    function: str
+    kinds: tuple[str, ...] = ("binary",)
+    qubo: bool = False
+
+
+#: Names of the encodings of the binary model as a QUBO (`tgvdp.formulations.encoding`, which loads numpy).
+ENCODINGS = ("bits", "bits+slack", "unary")
+
+_BOTH = ("binary", "demand")
+
+SOLVERS: dict[str, Solver] = {
+    "dp": Solver("exact", "solve_dp", _BOTH),
+    "brute": Solver("exact", "solve_brute", _BOTH),
+    "closed": Solver("exact", "solve_closed"),
+    "milp": Solver("milp", "solve_milp"),
+    "sa": Solver("annealing", "solve_sa", qubo=True),
+    "tabu": Solver("annealing", "solve_tabu", qubo=True),
+    "descent": Solver("annealing", "solve_descent", qubo=True),
+    "tree": Solver("annealing", "solve_tree", qubo=True),
+    "scip": Solver("scip", "solve_scip", _BOTH),
+    "exact-qubo": Solver("annealing", "solve_exact_qubo", qubo=True),
+}
+
+
+def solve(
+    instance: "Instance",
+    solver: str,
+    encoding: "Encoding | None" = None,
+    penalty: "PenaltyRule | None" = None,
+    options: Options | None = None,
+) -> "Solution":
+    """Solve an instance.
+
+    Parameters
+    ----------
+    instance : BinaryInstance or DemandInstance
+    solver : str
+        One of `SOLVERS`.
+    encoding : str, optional
+        For solvers of a QUBO; by default ``unary`` where the steps are equal, else ``bits+slack``: both hold all
+        constraints.
+    penalty : "seed", "sufficient" or float, optional
+        For solvers of a QUBO; see `tgvdp.formulations.encodings.encode`.
+    options : Options, optional
+
+    Raises
+    ------
+    InputError
+        When the solver does not solve such instances, or was given what it does not use.
+    InfeasibleError
+        When it proves that nothing satisfies all constraints.
+    """
+    from tgvdp.formulations.binary import warn_of_oddities
+    from tgvdp.formulations.encodings import encode
+    from tgvdp.formulations.instances import BinaryInstance
+
+    entry = SOLVERS[solver]
+    kind = "binary" if isinstance(instance, BinaryInstance) else "demand"
+    if kind not in entry.kinds:
+        can = ", ".join(name for name, other in SOLVERS.items() if kind in other.kinds)
+        raise InputError(f"{instance.id}: solver {solver} takes no {kind} instances; {can} do")
+    function: Any = getattr(import_module(f"tgvdp.solvers.{entry.module}"), entry.function)
+    options = options or Options()
+    if not entry.qubo:
+        if encoding is not None or penalty is not None:
+            raise InputError(f"solver {solver} makes no QUBO, so it uses neither an encoding nor a penalty")
+        if isinstance(instance, BinaryInstance):
+            warn_of_oddities(instance)
+        solution: Solution = function(instance, options)
+        return solution
+    assert isinstance(instance, BinaryInstance)
+    chosen = encoding or ("unary" if instance.acc_units == instance.dec_units else "bits+slack")
+    solution = function(encode(instance, chosen, penalty), options)
+    return solution

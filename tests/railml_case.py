@@ -1,0 +1,215 @@
+"""Small railML files, made by hand from the published documentation of the schema, and how to change them."""
+
+LINE_2 = """<?xml version="1.0" encoding="UTF-8"?>
+<railml xmlns="http://www.railml.org/schemas/2016" xmlns:x="urn:extension" version="2.3">
+ <infrastructure id="inf">
+  <tracks>
+   <track id="t1" name="Main" type="mainTrack" mainDir="up">
+    <trackTopology>
+     <trackBegin id="b" pos="100"><openEnd id="oe1"/></trackBegin>
+     <trackEnd id="e" pos="10100"><openEnd id="oe2"/></trackEnd>
+     <crossSections>
+      <crossSection id="cs1" pos="4100" ocpRef="halt"/>
+      <crossSection id="cs2" pos="6100" ocpRef="block"/>
+     </crossSections>
+    </trackTopology>
+    <trackElements>
+     <speedChanges>
+      <speedChange id="s1" pos="100" dir="up" vMax="90" trainRelation="headOfTrain"/>
+      <speedChange id="s2" pos="3100" dir="up" vMax="120" trainRelation="headOfTrain"/>
+      <speedChange id="s3" pos="9100" dir="up" vMax="end" trainRelation="headOfTrain"/>
+      <speedChange id="s4" pos="10100" dir="down" vMax="80"/>
+      <speedChange id="s5" pos="2100" dir="down" vMax="999.9"/>
+     </speedChanges>
+     <gradientChanges>
+      <gradientChange id="g1" pos="100" dir="up" slope="5.0" transitionLength="20"/>
+      <gradientChange id="g2" pos="2100" dir="up" slope="-4.0"/>
+     </gradientChanges>
+     <radiusChanges>
+      <radiusChange id="r1" pos="100" dir="up" radius="0"/>
+      <radiusChange id="r2" pos="1100" dir="up" radius="-400"/>
+      <radiusChange id="r3" pos="1600" dir="up" radius="0"/>
+     </radiusChanges>
+     <tunnels>
+      <tunnel id="tu1" pos="7100" length="1050" crossSection="40"/>
+      <tunnel id="tu2" pos="8600" length="100"/>
+     </tunnels>
+     <x:extra/>
+    </trackElements>
+    <ocsElements><signals><signal id="sig" pos="500"/></signals></ocsElements>
+   </track>
+  </tracks>
+  <operationControlPoints>
+   <ocp id="halt"><propOperational operationalType="stoppingPoint"/></ocp>
+   <ocp id="block"><propOperational operationalType="blockPost"/></ocp>
+  </operationControlPoints>
+ </infrastructure>
+</railml>
+"""
+
+STOCK_2 = """<?xml version="1.0" encoding="UTF-8"?>
+<railml xmlns="http://www.railml.org/schemas/2016" version="2.3">
+ <rollingstock id="rs">
+  <vehicles>
+   <vehicle id="loco" name="Loco" length="20" speed="160" bruttoWeight="80" numberDrivenAxles="4">
+    <engine>
+     <propulsion id="ac" voltage="15000" frequency="16.7" power="4000000" rotationMassFactor="1.2"
+                 totalTractEfficiency="0.85">
+      <tractiveEffort>
+       <valueTable xValueName="speed" xValueUnit="km/h" yValueName="effort" yValueUnit="kN">
+        <valueLine xValue="0"><values yValue="300"/></valueLine>
+        <valueLine xValue="72"><values yValue="200"/></valueLine>
+        <valueLine xValue="144"><values yValue="100"/></valueLine>
+       </valueTable>
+      </tractiveEffort>
+     </propulsion>
+    </engine>
+   </vehicle>
+   <vehicle id="coach" name="Coach" length="26" speed="140" bruttoWeight="50" tareWeight="40"/>
+  </vehicles>
+  <formations>
+   <formation id="ic" name="IC">
+    <trainOrder>
+     <vehicleRef orderNumber="1" vehicleRef="loco" vehicleCount="2"/>
+     <vehicleRef orderNumber="2" vehicleRef="coach" vehicleCount="6"/>
+    </trainOrder>
+    <trainEngine maxAcceleration="0.6"/>
+    <trainBrakes brakeType="compressedAir" meanDeceleration="0.7"/>
+    <trainResistance>
+     <daviesFormula constantFactorA="1.5" speedDependentFactorB="0.005" squareSpeedDependentFactorC="0.0002"
+                    massDependent="true"/>
+    </trainResistance>
+   </formation>
+  </formations>
+ </rollingstock>
+</railml>
+"""
+
+LINE_3 = """<?xml version="1.0" encoding="UTF-8"?>
+<railML xmlns="https://www.railml.org/schemas/3.1" version="3.1">
+ <common id="co"/>
+ <infrastructure id="is">
+  <topology id="top">
+   <netElements>
+    <netElement id="ne1" length="4000">
+     <associatedPositioningSystem id="aps1">
+      <intrinsicCoordinate id="i1" intrinsicCoord="0">
+       <linearCoordinate positioningSystemRef="lps" measure="1000"/>
+      </intrinsicCoordinate>
+      <intrinsicCoordinate id="i2" intrinsicCoord="1">
+       <linearCoordinate positioningSystemRef="lps" measure="5000"/>
+      </intrinsicCoordinate>
+     </associatedPositioningSystem>
+    </netElement>
+    <netElement id="ne2" length="6000"/>
+   </netElements>
+  </topology>
+  <geometry id="geo">
+   <gradientCurves>
+    <gradientCurve id="gc1" gradient="5.0" curveType="straight">
+     <linearLocation id="l1" applicationDirection="both">
+      <associatedNetElement netElementRef="ne1" keepsOrientation="true" posBegin="0" posEnd="2000"/>
+     </linearLocation>
+    </gradientCurve>
+    <gradientCurve id="gc2" gradient="-4.0" curveType="straight">
+     <linearLocation id="l2" applicationDirection="both">
+      <associatedNetElement netElementRef="ne1" keepsOrientation="true" sequence="1"
+                            intrinsicCoordBegin="0.5" intrinsicCoordEnd="1"/>
+      <associatedNetElement netElementRef="ne2" keepsOrientation="false" sequence="2" posBegin="6000" posEnd="0"/>
+     </linearLocation>
+    </gradientCurve>
+   </gradientCurves>
+   <horizontalCurves>
+    <horizontalCurve id="hc1" curveType="clothoid">
+     <linearLocation id="l3"><associatedNetElement netElementRef="ne1" posBegin="900" posEnd="1000"/></linearLocation>
+    </horizontalCurve>
+    <horizontalCurve id="hc2" curveType="arc" radius="400">
+     <linearLocation id="l4"><associatedNetElement netElementRef="ne1" posBegin="1000" posEnd="1500"/></linearLocation>
+    </horizontalCurve>
+   </horizontalCurves>
+  </geometry>
+  <functionalInfrastructure id="fi">
+   <speeds>
+    <speedSection id="ss1" maxSpeed="90">
+     <linearLocation id="l5" applicationDirection="both">
+      <associatedNetElement netElementRef="ne1" keepsOrientation="true">
+       <linearCoordinateBegin positioningSystemRef="lps" measure="1000"/>
+       <linearCoordinateEnd positioningSystemRef="lps" measure="4000"/>
+      </associatedNetElement>
+     </linearLocation>
+    </speedSection>
+    <speedSection id="ss2" maxSpeed="120">
+     <linearLocation id="l6" applicationDirection="both">
+      <associatedNetElement netElementRef="ne1" posBegin="0" posEnd="4000"/>
+      <associatedNetElement netElementRef="ne2"/>
+     </linearLocation>
+    </speedSection>
+   </speeds>
+   <operationalPoints>
+    <operationalPoint id="op1"><opOperations><opOperation operationalType="station"/></opOperations>
+     <spotLocation id="sl" netElementRef="ne2" pos="6000"/>
+    </operationalPoint>
+    <operationalPoint id="op2">
+     <spotLocation id="sl2" netElementRef="ne2" intrinsicCoord="0.5"/>
+    </operationalPoint>
+    <operationalPoint id="op3"><opOperations><opOperation operationalType="junction"/></opOperations>
+     <spotLocation id="sl3" netElementRef="ne2" intrinsicCoord="0.25"/>
+    </operationalPoint>
+   </operationalPoints>
+   <overCrossings>
+    <overCrossing id="oc" constructionType="tunnel">
+     <linearLocation id="l7"><associatedNetElement netElementRef="ne1" posBegin="100" posEnd="300"/></linearLocation>
+    </overCrossing>
+   </overCrossings>
+   <tracks>
+    <track id="t1" type="mainTrack">
+     <name name="Main" language="en"/>
+     <linearLocation id="l8">
+      <associatedNetElement netElementRef="ne1" keepsOrientation="true" sequence="1"/>
+      <associatedNetElement netElementRef="ne2" keepsOrientation="false" sequence="2"/>
+     </linearLocation>
+    </track>
+   </tracks>
+  </functionalInfrastructure>
+ </infrastructure>
+</railML>
+"""
+
+STOCK_3 = """<?xml version="1.0" encoding="UTF-8"?>
+<railML xmlns="https://www.railml.org/schemas/3.2" version="3.2">
+ <rollingstock id="rs">
+  <vehicles>
+   <vehicle id="emu" speed="160" bruttoWeight="130" tareWeight="110" length="75">
+    <name name="EMU" language="en"/>
+    <engine>
+     <powerMode mode="electric" isPrimaryMode="true">
+      <tractionData>
+       <details>
+        <tractiveEffort>
+         <valueTable xValueUnit="km/h" yValueUnit="N">
+          <valueLine xValue="0"><values yValue="150000"/></valueLine>
+          <valueLine xValue="60"><values yValue="150000"/></valueLine>
+          <valueLine xValue="160"><values yValue="56250"/></valueLine>
+         </valueTable>
+        </tractiveEffort>
+       </details>
+      </tractionData>
+     </powerMode>
+    </engine>
+    <drivingResistance>
+     <details>
+      <valueTable xValueUnit="km/h" yValueUnit="kN">
+       <valueLine xValue="0"><values yValue="2"/></valueLine>
+       <valueLine xValue="50"><values yValue="3.25"/></valueLine>
+       <valueLine xValue="100"><values yValue="6"/></valueLine>
+       <valueLine xValue="150"><values yValue="10.25"/></valueLine>
+      </valueTable>
+     </details>
+    </drivingResistance>
+   </vehicle>
+  </vehicles>
+ </rollingstock>
+</railML>
+"""
+
+SAMPLES = {"line_2": LINE_2, "stock_2": STOCK_2, "line_3": LINE_3, "stock_3": STOCK_3}
