@@ -1,4 +1,4 @@
-"""Functions of the position along a line: quadratic pieces with exact integrals, and their mean over a train's length."""
+"""Functions of the position along a line: quadratic pieces, exact integrals, and their mean over a train's length."""
 
 from typing import NamedTuple
 
