@@ -61,7 +61,9 @@ class Penalty(click.ParamType[str | float]):
 @click.option("--layers", type=click.IntRange(1, 100), help="qaoa: layers.  [default: 3]")
 @click.option("--angles", type=click.Choice(("optimised", "ramp")), help="qaoa: how angles are found.")
 @click.option("--backend", metavar="NAME", help="qaoa, dwave: machine, such as fake_manila.  [default: simulated]")
-@click.option("--time-limit", "time_limit_s", type=number("s", above=0.0), metavar="S", help="milp, scip, leap: end then.")
+@click.option(
+    "--time-limit", "time_limit_s", type=number("s", above=0.0), metavar="S", help="milp, scip, leap: end then."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of a table.")
 def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bool, **budget: Any) -> int:
     """Solve INSTANCE, a JSON file of a binary or a demand problem, and replay the solution on the true physics.

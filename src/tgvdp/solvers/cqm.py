@@ -103,7 +103,9 @@ def _of_demand(instance: DemandInstance) -> Written:
     dimod = extra("dimod", "a constrained quadratic model")
     written = demand_program(instance)
     program = written.program
-    multiplied = {i for terms in (program.products, *(row.products for row in program.rows)) for pair in terms for i in pair}
+    multiplied = {
+        i for terms in (program.products, *(row.products for row in program.rows)) for pair in terms for i in pair
+    }
     cqm = dimod.ConstrainedQuadraticModel()
     names, scale = [], np.ones(len(program.variables))
     for i, one in enumerate(program.variables):
@@ -179,9 +181,7 @@ def solve_cqm(instance: BinaryInstance, _: Options) -> Solution:
     best = min(schedule.objective for schedule in schedules)
     optima = [schedule for schedule in schedules if schedule.objective == best]
     elapsed_s = time.perf_counter() - start
-    return Solution(
-        "cqm", optima[0], True, len(optima), replay(instance, optima[0]), elapsed_s, details=_size(written)
-    )
+    return Solution("cqm", optima[0], True, len(optima), replay(instance, optima[0]), elapsed_s, details=_size(written))
 
 
 def _lowest(sampleset: Any, rows: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -199,8 +199,12 @@ def _values(sampleset: Any, written: Written, row: int) -> NDArray[np.float64]:
 
 def _size(written: Written) -> dict[str, Any]:
     cqm = written.cqm
-    linear = sum(len(row.lhs.variables) + row.lhs.num_interactions for row in cqm.constraints.values())
-    return {"variables": len(cqm.variables), "rows": len(cqm.constraints), "nonzeros": linear}
+    terms = sum(len(row.lhs.variables) + row.lhs.num_interactions for row in cqm.constraints.values())
+    kinds = [cqm.vartype(name).name for name in cqm.variables]
+    return {
+        "variables": len(kinds), "binaries": kinds.count("BINARY"), "integers": kinds.count("INTEGER"),
+        "rows": len(cqm.constraints), "nonzeros": terms,
+    }  # fmt: skip
 
 
 def solve_leap(instance: Instance, options: Options) -> Solution:
