@@ -76,7 +76,7 @@ def _binary(family: str, steps: int, distance: float, **changes: Any) -> Entry:
 
 def easy() -> Iterator[Entry]:
     """Constant energy, one cap that never binds, two thirds of the longest distance."""
-    for steps in (4, 6, 8, 10, 12, 14, 16, 20, 24, 30, 40, 50, 60, 80, 100, 150, 200):
+    for steps in (4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 20, 24, 30, 40, 50, 60, 80, 100, 150, 200):
         yield _binary("easy", steps, steps * steps // 6)
 
 

@@ -1,6 +1,5 @@
 """Files of a benchmark: tables for programs and for people, pictures, provenance."""
 
-import io
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,10 +12,9 @@ from tgvdp.bench.run import Results
 from tgvdp.report import make_provenance
 from tgvdp.report.files import write_files
 from tgvdp.report.plain import plain
+from tgvdp.report.results import png
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from tgvdp.report.benchmarks import Series
 
 SCHEMA = "tgvdp.bench/1"
@@ -44,7 +42,7 @@ def write_benchmark(results: Results, folder: Path, elapsed_s: float, *, pareto:
     files = {"benchmark.csv": csv_text(rows), "runs.csv": csv_text(run_rows(results))}
     if embeddings:
         files["embeddings.csv"] = csv_text(embeddings)
-    files |= {f"{name}.png": _png(figure) for name, figure in figures.items()}
+    files |= {f"{name}.png": png(figure, provenance) for name, figure in figures.items()}
     files["benchmark.md"] = page(results, rows, embeddings, list(figures), provenance).encode()
     content = {"schema": SCHEMA, "rows": rows, "embeddings": embeddings, "provenance": provenance}
     names = [*files, "benchmark.json"]
@@ -52,12 +50,6 @@ def write_benchmark(results: Results, folder: Path, elapsed_s: float, *, pareto:
     files["benchmark.json"] = json.dumps(whole, indent=1, ensure_ascii=False).encode() + b"\n"
     write_files(folder, files)
     return whole
-
-
-def _png(figure: "Figure") -> bytes:
-    image = io.BytesIO()
-    figure.savefig(image, format="png")
-    return image.getvalue()
 
 
 #: Columns of the table for people, and what they are called there.
@@ -68,6 +60,15 @@ _SHOWN = {
     "p low": "p ≥", "p high": "p ≤", "random p_success": "random p", "elapsed_s median": "median s",
     "TTS99 s": "TTS99 s", "TTS99 low s": "TTS99 ≥ s",
 }  # fmt: skip
+
+
+_READING = """\
+An attempt is a read of a sampler, a shot of a circuit, or a whole run of a solver that makes none. It succeeds when its
+decoded schedule is feasible and reaches the certified optimum. p is the probability of that, its interval by Clopper
+and Pearson at 95 % over all attempts (for qaoa: exact, of the state, and the range over runs). TTS99 counts the solver
+alone, sampling and, for qaoa, the search for its angles on the simulator; it leaves out encoding, decoding and replay,
+which all samplers share (`cpu_s` holds everything). `TTS99 ≥` is the lower end of its interval, all that is known where
+nothing succeeded. Random p is degeneracy / 2ⁿ. Durations are medians."""
 
 
 def page(
@@ -82,15 +83,9 @@ def page(
     words = [f"`{spec.label}`" + (f" ({spec.runs} runs)" if spec.runs else "") for spec in plan.specs]
     parts = [
         "# Benchmark of formulations and solvers",
-        f"{len(plan.cases)} instances, {plan.runs} runs of each solver where no other number stands, seeds {plan.seed}, "
-        f"{plan.seed + 1}, …: {', '.join(words)}.",
-        "An attempt is a read of a sampler, a shot of a circuit, or a whole run of a solver that makes none. It succeeds "
-        "when its decoded schedule is feasible and reaches the certified optimum. p is the probability of that, its "
-        "interval by Clopper and Pearson at 95 % over all attempts (for qaoa: exact, of the state, and the range over "
-        "runs). TTS99 counts the solver alone, sampling and, for qaoa, the search for its angles on the simulator; it "
-        "leaves out encoding, decoding and replay, which all samplers share (`cpu_s` holds everything). `TTS99 ≥` is the "
-        "lower end of its interval, all that is known where nothing succeeded. Random p is degeneracy / 2ⁿ. Durations "
-        "are medians.",
+        f"{len(plan.cases)} instances, {plan.runs} runs of each solver where no other number stands, seeds "
+        f"{plan.seed}, {plan.seed + 1}, …: {', '.join(words)}.",
+        _READING,
         *(f"![{name}]({name}.png)" for name in figures),
         _table([{_SHOWN[name]: row[name] for name in _SHOWN} for row in rows]),
     ]
@@ -120,11 +115,11 @@ def _cell(value: Any) -> str:
 
 def pictures(
     results: Results, rows: Sequence[Row], embeddings: Sequence[Row], *, pareto: bool = True
-) -> "dict[str, Figure]":
-    """All pictures for which there is something to show, by name."""
+) -> dict[str, Any]:
+    """All pictures (matplotlib figures) for which there is something to show, by name."""
     from tgvdp.report.benchmarks import Depths, plot_comparison, plot_landscape, plot_sizes, plot_success
 
-    found: dict[str, Figure] = {}
+    found: dict[str, Any] = {}
     success, tts = _success(rows)
     if success and tts:
         found["success"] = plot_success(

@@ -75,12 +75,14 @@ def comparison(instances: Sequence[Instance]) -> Comparison | None:
     return compare(max(fitting, key=lambda one: (one.steps, one.id))) if fitting else None
 
 
-def compare(instance: BinaryInstance) -> Comparison:
-    """Compare on one instance, which has one cap and an exact distance."""
+def compare(instance: BinaryInstance) -> Comparison | None:
+    """Compare on one instance, which has one cap and an exact distance; None where its distance is out of reach."""
     cap = instance.cap_units[0]
     counts = sorted(set(np.linspace(1, _LONGEST * instance.steps, 4 * _POINTS).round().astype(int).tolist()))
     trips = [_in_steps(instance, count, cap) for count in counts]
     possible = [trip for trip in trips if _solved(replace(trip, model="constant"), "dp") is not None]
+    if len(possible) < 2:
+        return None
     chosen = [possible[i] for i in sorted(set(np.linspace(0, len(possible) - 1, _POINTS).round().astype(int).tolist()))]
     points = [
         _reached(f"binary, {model} (exact)", [replace(trip, model=model) for trip in chosen], "dp")

@@ -1,7 +1,8 @@
 """One row per instance and solver: the fields of QOBLIB, and what is needed to judge a sampler.
 
 QOBLIB (arXiv 2504.03832) asks for the first columns of each row, under these names. Ours follow: attempts and
-successes, the probability of success with its interval, TTS99, and the random baseline. Durations are medians over runs.
+successes, the probability of success with its interval, TTS99, and the random baseline. Durations are
+medians over runs.
 """
 
 import csv

@@ -2,7 +2,7 @@
 
 import time
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -138,7 +138,9 @@ def _embedding_name(encoding: str, topology: str, plan: Plan) -> str:
 
 
 def _results(plan: Plan, done: dict[tuple[str, str], dict[int, dict[str, Any]]]) -> Results:
-    references, runs, embeddings = {}, {}, {}
+    references: dict[str, Reference] = {}
+    runs: dict[tuple[str, str], list[dict[str, Any]]] = {}
+    embeddings: dict[tuple[str, str, str], dict[str, Any]] = {}
     for case in plan.cases:
         name = case.instance.id
         references[name] = Reference(**done[name, _REFERENCE][0])

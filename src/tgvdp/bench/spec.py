@@ -85,8 +85,7 @@ class SolverSpec:
 
     def options(self, seed: int) -> Options:
         """Options of one run."""
-        own = {"seed": seed} if self.draws else {}
-        return Options(**self.budget, **own)
+        return Options(**({"seed": seed} if self.draws else {}) | dict(self.budget))
 
 
 def parse_spec(text: str) -> SolverSpec:

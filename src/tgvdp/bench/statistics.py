@@ -16,7 +16,7 @@ _CONFIDENCE = 0.99
 
 
 def proportion_interval(successes: int, attempts: int, level: float = LEVEL) -> tuple[float, float]:
-    """Interval of a probability by Clopper and Pearson (Biometrika 26, 404, 1934), which never covers less than it says.
+    """Interval of a probability by Clopper and Pearson (Biometrika 26, 404, 1934): it covers no less than it says.
 
     Parameters
     ----------

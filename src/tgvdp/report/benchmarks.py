@@ -1,6 +1,7 @@
 """Pictures of the benchmark of formulations: success and time to solution, sizes, energy landscapes, fronts."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -13,7 +14,12 @@ from numpy.typing import NDArray
 from tgvdp.report import style
 
 _COLORS = (style.BLUE, style.VERMILION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY, style.BLACK)
-_MARKERS = "osD^vPX"
+_MARKERS = "osDPX^v"
+#: Solvers keep their colours from picture to picture; the others take what is left.
+_OF_SOLVERS = {
+    "dp": style.BLACK, "milp": style.MUTED, "sa": style.BLUE, "tabu": style.GREEN, "qaoa": style.VERMILION,
+    "random": style.PURPLE, "coin tosses": style.PURPLE,
+}  # fmt: skip
 _LEGEND_COLUMNS, _ROW_IN = 3, 0.22
 
 
@@ -152,26 +158,34 @@ def median_series(
     return Series(name, xs, np.where(nothing, bound, ys), lows, highs, nothing, dashed)
 
 
-_Look = tuple[str, str]
+_Look = tuple[str, str, str]
 
 
 def _looks(names: Sequence[str]) -> dict[str, _Look]:
-    """Colour and mark of each name, so that a name looks the same in both panels."""
-    different = list(dict.fromkeys(names))
-    count = len(_COLORS)
-    return {name: (_COLORS[i % count], _MARKERS[(i + i // count) % len(_MARKERS)]) for i, name in enumerate(different)}
+    """Colour by solver, mark by its variants, dashes for the encoding in bits: the same in both panels."""
+    families: dict[str, list[str]] = {}
+    for name in dict.fromkeys(names):
+        families.setdefault(re.split("[:,]", name)[0], []).append(name)
+    free = iter(color for color in (*_COLORS, *_COLORS) if color not in _OF_SOLVERS.values())
+    looks = {}
+    for family, members in families.items():
+        color = _OF_SOLVERS.get(family) or next(free, style.INK)
+        for index, name in enumerate(members):
+            dashes = "--" if re.search(r"[:, ]bits", name) else "-"
+            looks[name] = (color, _MARKERS[index % len(_MARKERS)], dashes)
+    return looks
 
 
 def _draw(axes: Axes, one: Series, look: _Look, bound_marker: str) -> None:
     """Draw a line with its intervals; bounds are hollow triangles that the line does not pass through."""
-    color, marker = look
+    color, marker, dashes = look
     if one.dashed:
-        axes.plot(one.x, one.y, ":", color=color, linewidth=1.6, label=one.name)
+        axes.plot(one.x, one.y, ":" if dashes == "-" else "-.", color=color, linewidth=1.6, label=one.name)
         return
     bound = np.zeros(one.x.size, dtype=np.bool_) if one.only_bound is None else one.only_bound
     known = ~bound & np.isfinite(one.y)
     axes.plot(
-        one.x[known], one.y[known], "-", marker=marker, color=color, markersize=5.0, linewidth=1.6, label=one.name
+        one.x[known], one.y[known], dashes, marker=marker, color=color, markersize=5.0, linewidth=1.6, label=one.name
     )
     if one.low is not None and one.high is not None:
         high = np.where(np.isfinite(one.high), one.high, one.y)
@@ -189,7 +203,7 @@ def _panels(count: int, names: int) -> tuple[Figure, Sequence[Axes]]:
 
 
 def _legend(figure: Figure, axes: Sequence[Axes]) -> None:
-    named = {}
+    named: dict[str, Any] = {}
     for one in axes:
         for handle, name in zip(*one.get_legend_handles_labels(), strict=True):
             named.setdefault(name, handle)

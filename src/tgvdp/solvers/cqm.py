@@ -144,7 +144,7 @@ def _add_row(dimod: Any, cqm: Any, names: list[str], scale: NDArray[np.float64],
     model = dimod.QuadraticModel()
     _add_terms(model, cqm, names, scale, row.linear, row.products)
     lower, upper = row.lower, row.upper
-    if row.products and lower == upper:  # motion: speeds are rounded
+    if lower == upper and any(scale[i] != 1.0 for i in row.linear):  # motion: speeds are rounded
         lower, upper = lower - 0.5 * SPEED_STEP_MPS, upper + 0.5 * SPEED_STEP_MPS
     if lower == upper:
         cqm.add_constraint_from_model(model, "==", lower, label=row.name)

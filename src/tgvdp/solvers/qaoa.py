@@ -40,7 +40,7 @@ def solve_qaoa(encoded: Encoded, options: Options) -> Solution:
 
     The solution is the best of the shots. ``success_probability`` in its details is that of one shot, exact (without
     noise), to give a string that violates nothing and reaches the constrained optimum; ``random_probability`` is that
-    of drawing bits by tossing coins. ``setup_s`` is the part of the time before the first shot: energies, angles, state.
+    of drawing bits by tossing coins. ``setup_s`` is the time before the first shot: energies, angles, state.
 
     Raises
     ------
