@@ -210,6 +210,22 @@ def windows(
 
 
 @kernel
+def _relax(best: Ints, moves: NDArray[np.uint8], ahead: Ints, step: int, bit: np.uint8) -> None:
+    """Improve the (n,) best costs by a move of cost ``step`` to states of costs ``ahead``; modified in place.
+
+    There is no branch, so that this runs on several states at once: three times as fast as testing whether a state
+    ahead can reach the end. Costs of states that cannot drift a little below NEVER therefore, and their moves mean
+    nothing; no path from a state that can leads there.
+    """
+    for i in range(best.size):
+        value = ahead[i] + step
+        known = best[i]
+        kept = moves[i] if value >= known else np.uint8(0)
+        moves[i] = kept | bit if value <= known else kept
+        best[i] = min(value, known)
+
+
+@kernel
 def cheapest_moves(
     low: Ints,
     high: Ints,
@@ -261,22 +277,20 @@ def cheapest_moves(
                 if not 0 <= w < levels:
                     continue
                 target = w + levels if row >= levels or w >= touch else w
-                step, bit = cost[kind, v], np.uint8(1 << kind)
                 # Heights s of this window whose successor s + w lies in the other.
                 lowest = max(low[k, row], low[k + 1, target] - w)
                 highest = min(high[k, row], high[k + 1, target] - w)
-                here = begin - low[k, row]
-                there = start[k + 1, target] - first_after + w - low[k + 1, target]
-                for s in range(lowest, highest + 1):
-                    ahead = after[there + s]
-                    if ahead < NEVER:
-                        value = ahead + step
-                        if value < now[here + s]:
-                            now[here + s] = value
-                            moves[first + here + s] = bit
-                        elif value == now[here + s]:
-                            moves[first + here + s] |= bit
+                if lowest > highest:
+                    continue
+                here = begin + lowest - low[k, row]
+                there = start[k + 1, target] - first_after + w + lowest - low[k + 1, target]
+                size = highest - lowest + 1
+                _relax(
+                    now[here : here + size], moves[first + here : first + here + size], after[there : there + size],
+                    cost[kind, v], np.uint8(1 << kind),
+                )  # fmt: skip
         after, now = now, after
     root = 0 if touch > 0 else levels
     found = low[0, root] == 0 and high[0, root] >= 0
-    return after[start[0, root] - start[0, 0]] if found else NEVER
+    least = after[start[0, root] - start[0, 0]] if found else NEVER
+    return least if least < NEVER // 2 else NEVER
