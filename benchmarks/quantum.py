@@ -33,7 +33,7 @@ SOLVERS = (
 #: Embeddings, of the sizes that minorminer embeds within a minute.
 EMBEDDED = tuple(f"easy-n{steps:03d}" for steps in (4, 6, 8, 10, 12, 14, 16, 20))
 #: The whole library by the exact solvers.
-EXACT = ("dp", "milp:time-limit=10", "closed")
+EXACT = ("dp", "milp:time-limit=10:runs=1", "closed")
 
 
 def runs(folder: Path) -> list[list[str]]:
