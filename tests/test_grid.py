@@ -40,7 +40,7 @@ def tram(limits, length_m=1000.0, **trip):
 
 def drive_on(trip, w0, w1):
     cells = cells_of(trip)
-    long_cells = LongCells(cells.station_m, cells.grade_n, cells.air, cells.limit_w)
+    long_cells = LongCells(cells.station_m, *cells[2:])
     return drive(kernel_train(trip.train), long_cells, 0, len(cells.length_m), w0, w1)
 
 

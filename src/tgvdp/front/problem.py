@@ -24,6 +24,7 @@ from tgvdp.line.fastest import reachable_w
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train
+from tgvdp.physics.resolved import LOWERED
 
 _Floats = NDArray[np.float64]
 
@@ -77,6 +78,8 @@ class BoundingProblem:
         self.train: KernelTrain = kernel_train(trip.train)
         self.energy: EnergyTables = energy_tables(trip.train, trip.energy)
         cells = cells_of(trip)
+        if LOWERED in cells.supply:  # auxiliaries do not always draw: a bound may count none
+            self.energy = self.energy._replace(auxiliary_w=0.0)
         self.cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
         self.top_mps = math.sqrt(float(self.cells.limit_w.max())) * (1.0 + 1e-15)
         size = 2 * max(len(self.train.traction), len(self.train.braking))
@@ -89,7 +92,7 @@ class BoundingProblem:
         size = 4096 + 4 * len(self.cells.length_m)
         while True:
             xs, ws = np.empty(size), np.empty(size)
-            n = ceiling(self.train, forward, *self.cells[1:], end_mps**2, self._pieces[0], xs, ws)
+            n = ceiling(self.train, forward, *self.cells[1:5], end_mps**2, self._pieces[0], xs, ws)
             if n >= 0:
                 return xs[:n].copy(), ws[:n].copy()
             size *= 2
@@ -145,11 +148,11 @@ class BoundingProblem:
         row_efforts(self.train, x_m, w, grade_n, air, row_effort)
         effort = row_effort[row]
         limit_w = self.cells.limit_w[row_cell][row]
-        cells = Cells(node_m, np.diff(node_m), grade_n[row], air[row], limit_w)
+        cells = Cells(node_m, np.diff(node_m), grade_n[row], air[row], limit_w, self.cells.supply[row_cell][row])
         count = len(row)
         label, source, growth = np.empty(count, dtype=np.int8), np.zeros((count, 4)), np.zeros((count, 4))
         label_cells(
-            self.train, self.energy, *cells[1:], node_w, effort, price, self.top_mps, self._pieces,
+            self.train, self.energy, *cells[1:5], node_w, effort, price, self.top_mps, self._pieces,
             label, source, growth,
         )  # fmt: skip
         levels = -0.5 * self.energy.traction, -0.5 * self.energy.regeneration

@@ -167,6 +167,16 @@ class EffortCurve:
             current = piece
         return current.effort_n(speed_mps)
 
+    @cached_property
+    def jumps_mps(self) -> tuple[float, ...]:
+        """Speeds at which the effort jumps."""
+        return tuple(
+            piece.from_mps
+            for before, piece in pairwise(self.pieces)
+            if abs(before.effort_n(piece.from_mps) - piece.effort_n(piece.from_mps))
+            > _ROUNDING * abs(before.effort_n(piece.from_mps))
+        )
+
     def largest_n(self, up_to_mps: float) -> float:
         """Largest effort at any speed up to a given one, N."""
         largest_n = 0.0

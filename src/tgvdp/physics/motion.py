@@ -46,7 +46,7 @@ def net_force(train, regime, grade_n, air, v0, v1):
     if regime == TRACTION:
         return min(mean_effort(train.traction, v0, v1) - load, up)
     if regime == BRAKING:
-        return max(-mean_brake(train, v0, v1) - load, down)
+        return max(-mean_brake(train, load, v0, v1) - load, down)
     if regime == DYNAMIC:
         return max(-mean_effort(train.braking, v0, v1) - load, down)
     return max(min(-load, up), down)
@@ -74,8 +74,10 @@ def land(train, regime, sign, length_m, grade_n, air, w):
 
 @leaf
 def _net_slope(train, regime, air, v, net, rising):
-    """Derivative by speed, N/(m/s), of the net force ``net``; 0 where a comfort limit binds."""
+    """Derivative by speed, N/(m/s), of the net force ``net``; 0 where a comfort limit or a braking rate binds."""
     if net >= train.inertia_kg * train.max_acceleration or -net >= train.inertia_kg * train.max_deceleration:
+        return 0.0
+    if regime == BRAKING and train.rates.shape[0] > 0:
         return 0.0
     slope = -(train.davis_b + 2.0 * air * v)
     side = v if rising else v * (1.0 - BELOW_DROP)
@@ -157,6 +159,8 @@ def march(train, regime, sign, length_m, grade_n, air, w, target_w, xs, ws, n):
         end = math.inf if rising else 0.0
         if regime == TRACTION:
             end = _row_end(train.traction, v, rising, train.rows)
+        elif regime == BRAKING and train.rates.shape[0] > 0:
+            end = _row_end(train.rates, v, rising, train.rows)
         elif regime != COASTING:
             end = _row_end(train.braking, v, rising, train.rows)
         slope = _net_slope(train, regime, air, v, net, rising)

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from tgvdp._jit import kernel, leaf
 from tgvdp.constants import FEASIBILITY_RTOL
 from tgvdp.physics.arc import OK, STANDSTILL, arc, within_effort_at
+from tgvdp.physics.forces import unpowered
+from tgvdp.physics.resolved import POWERED
 
 #: Statuses beyond those of `physics.arc`.
 OVER_EFFORT_AT_POINT = STANDSTILL + 1
@@ -37,6 +39,7 @@ class LongCells(NamedTuple):
     grade_n: NDArray[np.float64]
     air: NDArray[np.float64]
     limit_w: NDArray[np.float64]
+    supply: NDArray[np.int8]
 
 
 @leaf
@@ -102,6 +105,7 @@ def drive(train, cells, first, last, w0, w1):
     end_m = cells.station_m[last]
     acceleration = 0.5 * (w1 - w0) / (end_m - start_m)
     floor = ROW_FLOOR_W * max(w0, w1)
+    dark = unpowered(train)
     duration_s = 0.0
     energy_j = 0.0
     w_cell = w0
@@ -111,8 +115,9 @@ def drive(train, cells, first, last, w0, w1):
             return OVER_LIMIT, duration_s, energy_j
         grade_n = cells.grade_n[c]
         air = cells.air[c]
+        here = train if cells.supply[c] == POWERED else dark
         zero = zero_effort_w(train, grade_n, air, acceleration)
-        if not within_effort_at(train, grade_n, air, acceleration, math.sqrt(w_cell)):
+        if not within_effort_at(here, grade_n, air, acceleration, math.sqrt(w_cell)):
             return OVER_EFFORT_AT_POINT, duration_s, energy_j
         length_m = cells.station_m[c + 1] - cells.station_m[c]
         w = w_cell
@@ -121,10 +126,10 @@ def drive(train, cells, first, last, w0, w1):
             row_m = length_m
             if w_next != w_cell:
                 row_m = length_m * ((cut - w) / (w_next - w_cell))
-            status, row_s, work_j = arc(train, row_m, grade_n, air, w, cut)
+            status, row_s, work_j = arc(here, row_m, grade_n, air, w, cut)
             if status != OK:
                 return status, duration_s, energy_j
-            if not within_effort_at(train, grade_n, air, acceleration, math.sqrt(cut)):
+            if not within_effort_at(here, grade_n, air, acceleration, math.sqrt(cut)):
                 return OVER_EFFORT_AT_POINT, duration_s, energy_j
             duration_s += row_s
             energy_j += max(work_j, 0.0)

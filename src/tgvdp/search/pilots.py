@@ -33,15 +33,14 @@ def _per_kilogram(train: KernelTrain) -> KernelTrain:
     """The same train with all forces per unit of inertia."""
     per_kg = 1.0 / train.inertia_kg
     scale = np.array([1.0, *(per_kg,) * 5])
-    return KernelTrain(
-        1.0,
-        train.davis_a_n * per_kg,
-        train.davis_b * per_kg,
-        train.max_acceleration,
-        train.max_deceleration,
-        train.traction * scale,
-        train.braking * scale,
-        train.friction_n * per_kg,
+    return train._replace(
+        inertia_kg=1.0,
+        davis_a_n=train.davis_a_n * per_kg,
+        davis_b=train.davis_b * per_kg,
+        traction=train.traction * scale,
+        braking=train.braking * scale,
+        friction_n=train.friction_n * per_kg,
+        rates=train.rates * scale,
     )
 
 
@@ -135,7 +134,7 @@ class Mesh:
         x_m, w = self.fastest_rows
         row = np.searchsorted(x_m, self.cells.station_m)
         rides = np.empty(count, dtype=np.int64), np.empty(count), np.empty(count)
-        course = Course(*self.cells, self.low, self.fast, x_m, w, row, *rides)
+        course = Course(*self.cells[:5], self.low, self.fast, x_m, w, row, *rides)
         find_rides(self.train, self.drawn, self.returned, course)
         return course
 

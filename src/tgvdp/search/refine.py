@@ -17,6 +17,7 @@ from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.forces import kernel_train
 from tgvdp.physics.profile import Profile
+from tgvdp.physics.resolved import follow
 from tgvdp.search.blends import slope
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.optimal import OptimalRuns
@@ -107,7 +108,8 @@ def refine_front(
             saves = front.reach(target)
             point = front.point(target) if saves else front.thriftiest()
             found.append((point.time_s, point.energy_j, point.price))
-            rows.append(front.rows(point))
+            x_m, w = front.rows(point)
+            rows.append((x_m, follow(trip, x_m, w)))
             if not saves:
                 break
     except _OutOfTime:
@@ -123,7 +125,9 @@ class _OutOfTime(Exception):
 def _energy_of(trip: Trip, rows: tuple[NDArray[np.float64], NDArray[np.float64]], energy: EnergyTables) -> float:
     """Energy of a run given as rows, J."""
     cells = cells_of(trip, rows[0])
-    return float(measure(kernel_train(trip.train), energy, cells.length_m, cells.grade_n, cells.air, rows[1])[1])
+    return float(
+        measure(kernel_train(trip.train), energy, cells.length_m, cells.grade_n, cells.air, cells.supply, rows[1])[1]
+    )
 
 
 def _front_on_fine_mesh(
