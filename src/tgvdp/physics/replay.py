@@ -166,7 +166,10 @@ def _replay_kernel(train, tables, line, supply, x, speed, force, time, energy):
             if share > _NO_EFFORT:
                 return np.inf, np.inf
         acceleration = 0.5 * (w1 - w0) / d
-        excess = max(excess, lever - 1.0)
+        if force[i] < 0.0 and train.rates.shape[0] > 0:  # next to nothing is left to brakes where the load slows enough
+            excess = max(excess, (-force[i] - limit) / effort_at(train.rates, 0.5 * (speed[i] + speed[i + 1])))
+        else:
+            excess = max(excess, lever - 1.0)
         excess = max(excess, acceleration / train.max_acceleration - 1.0, -acceleration / train.max_deceleration - 1.0)
         nudge = 1e-9 * abs(speed[i + 1] - speed[i])
         lo = min(speed[i], speed[i + 1]) + nudge

@@ -69,7 +69,7 @@ def met(line, x):
     if line.length_m == 0.0:
         return force, drag
     tail = x - line.length_m
-    j = _part(at, tail)  # before the track its first part goes on
+    j = _part(at, tail)
     span = at[j + 1] - at[j]
     back_force = line.force_nm[j] + (tail - at[j]) * ((line.force_nm[j + 1] - line.force_nm[j]) / span)
     back_drag = line.drag[j] + (tail - at[j]) * ((line.drag[j + 1] - line.drag[j]) / span)
@@ -104,8 +104,10 @@ def see_line(trip: Trip) -> SeenLine:
             bend, turn = 1.0 / row.radius_start_m, 1.0 / row.radius_end_m - 1.0 / row.radius_start_m
             shares = ((side / _JUMP_M - bend) / turn for side in (-1.0, 0.0, 1.0))
             ends_m |= {row.position_m + share * (end_m - row.position_m) for share in shares if 0.0 < share < 1.0}
-    at_m = np.array(sorted(ends_m))
-    middle_m = 0.5 * (at_m[:-1] + at_m[1:])
+    length_m = train.length_m if convention.mass_model == "strip" else 0.0
+    # What the track begins with was there before it.
+    at_m = np.array(sorted(ends_m | {-length_m}))
+    middle_m = np.maximum(0.5 * (at_m[:-1] + at_m[1:]), _BESIDE * _BESIDE * at_m[at_m > 0.0].min())
     permil = np.zeros_like(middle_m)
     for position_m, gradient_permil in track.gradients:
         permil[middle_m > position_m] = gradient_permil
@@ -119,7 +121,6 @@ def see_line(trip: Trip) -> SeenLine:
         air[inside] += next(
             row.davis_c_n_per_mps2 for row in train.tunnel_drag if row.cross_section_m2 == tunnel.cross_section_m2
         )
-    length_m = train.length_m if convention.mass_model == "strip" else 0.0
     force_n = train.mass_kg * permil / 1000.0 * convention.gravity_mps2
     sums = [np.concatenate(([0.0], np.cumsum(np.diff(at_m) * value))) for value in (force_n, air)]
     return SeenLine(at_m, sums[0], sums[1], length_m)

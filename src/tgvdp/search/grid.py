@@ -20,7 +20,7 @@ from tgvdp.line.cells import Cells, cells_of
 from tgvdp.model.trip import Trip
 from tgvdp.physics.arc import OK, OVER_ACCELERATION, OVER_BRAKE, OVER_DECELERATION, OVER_TRACTION, STANDSTILL
 from tgvdp.physics.forces import KernelTrain, kernel_train
-from tgvdp.physics.resolved import follow
+from tgvdp.physics.follow import follow
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.grid_points import DEFAULT_SPEEDS, grid_levels, grid_stations
 from tgvdp.search.long_arc import OVER_EFFORT_AT_POINT, OVER_LIMIT, LongCells, drive_all, path_rows
@@ -100,7 +100,7 @@ class Grid:
         count = path_rows(train, long_cells, station_cell, station_w, none, none)
         x_m, w = np.empty(count), np.empty(count)
         path_rows(train, long_cells, station_cell, station_w, x_m, w)
-        return x_m, follow(self.trip, x_m, w)
+        return follow(self.trip, x_m, w)
 
 
 def build_grid(
