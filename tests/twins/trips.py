@@ -115,6 +115,7 @@ def with_line(trip, seed, **convention):
     tunnels = [(a, b - a, area) for a, b, area in zip(ends[::2], ends[1::2], (24.0, 40.0, 24.0), strict=True)]
     gaps = np.sort(rng.uniform(0, length, 2))
     neutral = [(x, 0.01 * rng.random() * (gaps[1] - gaps[0]), bool(rng.random() < 0.5)) for x in gaps]
+    neutral = [(x, min(stretch, length - x), lowered) for x, stretch, lowered in neutral]
     c = trip.train.davis_c_n_per_mps2
     train = replace(
         trip.train,

@@ -8,11 +8,16 @@ Where something else than the effort is given, that is kept instead: a speed tha
 rate. Rows are cut until the difference is nearly linear along each of them.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp._jit import kernel
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
+from tgvdp.physics.energy import FULL_EFFORT
+from tgvdp.physics.forces import kernel_train, mean_brake, mean_effort, mean_resistance
 from tgvdp.physics.motion import BELOW_DROP
 from tgvdp.physics.piecewise import Floats
 from tgvdp.physics.resolved import ResolvedLine, resolve
@@ -52,7 +57,7 @@ def follow(trip: Trip, x_m: Floats, w: Floats) -> tuple[Floats, Floats]:
     line = resolve(trip)
     if line.even:
         return x_m, w
-    x_m, w = _cut(line, x_m, w)
+    x_m, w = _cut(trip.train, line, x_m, w)
     effort_n = _efforts_n(trip.train, line, x_m, w)
     same_effort = line.gain(x_m, w)
     bound, held, fixed = _kept(trip.train, x_m, w, effort_n)
@@ -66,13 +71,14 @@ def follow(trip: Trip, x_m: Floats, w: Floats) -> tuple[Floats, Floats]:
     _cap_at_drops(trip.train, w, effort_n, followed)
     change_w = np.where(bound, np.diff(w), np.diff(w + same_effort))
     spare_w = 2.0 * _SPARE / trip.train.inertia_kg * np.abs(effort_n) * np.diff(x_m)
-    rise_w = np.where((effort_n > 0.0) & ~held, change_w + spare_w, np.inf)
-    fall_w = np.where((effort_n < 0.0) & ~held, spare_w - change_w, np.inf)
+    least_n = _COASTING_SHARE * trip.train.traction.effort_n(0.0)
+    rise_w = np.where((effort_n > -least_n) & ~held, change_w + spare_w, np.inf)
+    fall_w = np.where((effort_n < least_n) & ~held, spare_w - change_w, np.inf)
     _keep_within_effort(followed, rise_w, fall_w)
     return x_m, followed
 
 
-def _cut(line: ResolvedLine, x_m: Floats, w: Floats) -> tuple[Floats, Floats]:
+def _cut(train: Train, line: ResolvedLine, x_m: Floats, w: Floats) -> tuple[Floats, Floats]:
     """Cut rows along which the difference to the true run bends."""
     ends = line.gain(x_m, w)
     shares = np.array([0.25, 0.5, 0.75])[:, None]
@@ -83,10 +89,36 @@ def _cut(line: ResolvedLine, x_m: Floats, w: Floats) -> tuple[Floats, Floats]:
     parts = np.ceil(np.sqrt(bend.max(axis=0) / _BEND)).clip(1, _MOST_PARTS).astype(np.int64)
     row = np.repeat(np.arange(len(parts)), parts)
     share = (np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[row]
-    cut_m, cut_w = (
-        np.append(column[row] + share * (column[row + 1] - column[row]), column[-1]) for column in (x_m, w)
-    )
-    return cut_m, cut_w
+    step = line.step_at(0.5 * (x_m[:-1] + x_m[1:]))
+    cut_w = np.append(np.empty(len(row)), w[-1])
+    _cut_evenly(kernel_train(train), np.diff(x_m), line.grade_n[step], line.air[step], w, row, share, cut_w)
+    return np.append(x_m[row] + share * np.diff(x_m)[row], x_m[-1]), cut_w
+
+
+@kernel
+def _cut_evenly(train, length_m, grade_n, air, w, row, share, cut_w):
+    """Squared speeds at shares of rows: the effort keeps its share of the limit if it is full, its value if not."""
+    for i in range(row.shape[0]):
+        k = row[i]
+        cut_w[i] = w[k] + share[i] * (w[k + 1] - w[k])
+        acceleration = 0.5 * (w[k + 1] - w[k]) / length_m[k]
+        v0 = math.sqrt(w[k])
+        v1 = math.sqrt(w[k + 1])
+        v = math.sqrt(cut_w[i])
+        resistance = mean_resistance(train, air[k], v0, v1)
+        effort = train.inertia_kg * acceleration + resistance + grade_n[k]
+        if effort < 0.0 and train.rates.shape[0] > 0 or share[i] == 0.0:
+            continue
+        if acceleration >= (1.0 - _AT_LIMIT) * train.max_acceleration:
+            continue
+        if -acceleration >= (1.0 - _AT_LIMIT) * train.max_deceleration:
+            continue
+        change = resistance - mean_resistance(train, air[k], v0, v)
+        limit = mean_effort(train.traction, v0, v1) if effort >= 0.0 else mean_brake(train, 0.0, v0, v1)
+        if abs(effort) >= FULL_EFFORT * limit and limit > 0.0:
+            limit_before = mean_effort(train.traction, v0, v) if effort >= 0.0 else mean_brake(train, 0.0, v0, v)
+            change += effort * (limit_before / limit - 1.0)
+        cut_w[i] += 2.0 / train.inertia_kg * share[i] * length_m[k] * change
 
 
 def _efforts_n(train: Train, line: ResolvedLine, x_m: Floats, w: Floats) -> Floats:

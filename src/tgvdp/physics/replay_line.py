@@ -19,7 +19,7 @@ from tgvdp.physics.resolved import LOWERED, NEUTRAL, POWERED
 _Floats = NDArray[np.float64]
 
 #: Parts of each curve in which its radius changes.
-_PARTS = 128
+_PARTS = 256
 #: Radius at which Röckl's formula jumps.
 _JUMP_M = 300.0
 #: Where both sides of a break are looked at, as a share of the distance between breaks.
