@@ -81,17 +81,32 @@ def _limit_at(train, braking, load, v):
 
 @kernel
 def _mean_limit(train, line, braking, x, d, w0, w1):
-    """Mean of the effort limit along a row by the midpoint rule on 16 parts; v² is linear along it."""
+    """Mean of the effort limit along a row, v² linear along it: the midpoint rule on 16 parts between its breaks."""
+    table = train.traction
+    if braking:
+        table = train.rates if train.rates.shape[0] > 0 else train.braking
+    lo = min(w0, w1)
+    hi = max(w0, w1)
     total = 0.0
-    for j in range(16):
-        share = (j + 0.5) / 16.0
-        v = np.sqrt(w0 + (w1 - w0) * share)
-        load = 0.0
-        if braking and train.rates.shape[0] > 0:
-            grade, air = met(line, x + share * d)
-            load = resistance_at(train, air, v) + grade
-        total += _limit_at(train, braking, load, v)
-    return total / 16.0
+    start = lo
+    for i in range(1, table.shape[0] + 1):
+        end = hi
+        if i < table.shape[0]:
+            end = min(max(table[i, 0] * table[i, 0], start), hi)
+        span = end - start
+        for j in range(16 if span > 0.0 or lo == hi else 0):
+            w = start + (j + 0.5) / 16.0 * span
+            v = np.sqrt(w)
+            load = 0.0
+            if braking and train.rates.shape[0] > 0:
+                share = (w - w0) / (w1 - w0) if w1 != w0 else (j + 0.5) / 16.0
+                grade, air = met(line, x + share * d)
+                load = resistance_at(train, air, v) + grade
+            total += _limit_at(train, braking, load, v) * (span if lo < hi else 1.0)
+        if lo == hi:
+            return total / 16.0
+        start = end
+    return total / (16.0 * (hi - lo))
 
 
 @kernel
