@@ -135,3 +135,15 @@ def random_switches(seed):
     rng = np.random.default_rng([seed, 2])
     chosen = {name: str(rng.choice(values)) for name, values in SWITCHES.items()}
     return chosen | {"tunnels": bool(rng.random() < 0.5)}
+
+
+def with_rates(trip, seed):
+    """The same trip, in two of five cases with braking rates, half of them a table over speed."""
+    rng = np.random.default_rng([seed, 3])
+    if rng.random() >= 0.4:
+        return trip
+    rate = rng.uniform(0.2, 1.2)
+    rates = [(0.0, rate)]
+    if rng.random() < 0.5:
+        rates += [(rng.uniform(*span), rate * rng.uniform(0.7, 1.3)) for span in ((3, 20), (21, 50))]
+    return replace(trip, train=replace(trip.train, braking_rates=tuple(rates)))

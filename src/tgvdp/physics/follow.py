@@ -30,6 +30,8 @@ _AT_LIMIT = 1e-6
 _SPARE_EFFORT = 0.98
 #: ... and above this share of the starting effort: less is coasting at the balancing speed.
 _COASTING_SHARE = 1e-4
+#: Below this share of it an effort may neither grow nor change its sign.
+_SMALL_SHARE = 1e-2
 #: Relative difference of squared speeds that are one.
 _SAME_W = 1e-8
 #: Largest bend of the difference along a row, as a share of w, and the rows that one is cut into at most.
@@ -71,7 +73,7 @@ def follow(trip: Trip, x_m: Floats, w: Floats) -> tuple[Floats, Floats]:
     _cap_at_drops(trip.train, w, effort_n, followed)
     change_w = np.where(bound, np.diff(w), np.diff(w + same_effort))
     spare_w = 2.0 * _SPARE / trip.train.inertia_kg * np.abs(effort_n) * np.diff(x_m)
-    least_n = _COASTING_SHARE * trip.train.traction.effort_n(0.0)
+    least_n = _SMALL_SHARE * trip.train.traction.effort_n(0.0)
     rise_w = np.where((effort_n > -least_n) & ~held, change_w + spare_w, np.inf)
     fall_w = np.where((effort_n < least_n) & ~held, spare_w - change_w, np.inf)
     _keep_within_effort(followed, rise_w, fall_w)

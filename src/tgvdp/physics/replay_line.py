@@ -18,8 +18,9 @@ from tgvdp.physics.resolved import LOWERED, NEUTRAL, POWERED
 
 _Floats = NDArray[np.float64]
 
-#: Parts of each curve in which its radius changes.
+#: Parts of each curve in which its radius changes, and the longest one, m.
 _PARTS = 256
+_LONGEST_M = 20.0
 #: Radius at which Röckl's formula jumps.
 _JUMP_M = 300.0
 #: Where both sides of a break are looked at, as a share of the distance between breaks.
@@ -100,7 +101,8 @@ def see_line(trip: Trip) -> SeenLine:
     curve_end_m = [*(row.position_m for row in curves[1:]), track.length_m]
     for row, end_m in zip(curves, curve_end_m, strict=False):
         if row.radius_start_m != row.radius_end_m:
-            ends_m |= set(np.linspace(row.position_m, end_m, _PARTS + 1).tolist())
+            parts = max(_PARTS, math.ceil((end_m - row.position_m) / _LONGEST_M))
+            ends_m |= set(np.linspace(row.position_m, end_m, parts + 1).tolist())
             bend, turn = 1.0 / row.radius_start_m, 1.0 / row.radius_end_m - 1.0 / row.radius_start_m
             shares = ((side / _JUMP_M - bend) / turn for side in (-1.0, 0.0, 1.0))
             ends_m |= {row.position_m + share * (end_m - row.position_m) for share in shares if 0.0 < share < 1.0}
