@@ -25,6 +25,8 @@ _LONGEST_M = 20.0
 _JUMP_M = 300.0
 #: Where both sides of a break are looked at, as a share of the distance between breaks.
 _BESIDE = 1e-3
+#: Jumps of the gradient below this share of the starting effort, or of the steepest gradient, are rounding.
+_SAME_FORCE = 1e-6
 
 
 class SeenLine(NamedTuple):
@@ -163,9 +165,13 @@ def breaks_seen(trip: Trip) -> _Floats:
     changes |= supply_seen(trip, before_m) != supply_seen(trip, after_m)
     if convention.mass_model == "strip" and trip.train.length_m > 0.0:
         return at_m[changes]
+    weight_n = trip.train.mass_kg * convention.gravity_mps2 / 1000.0
+    least_permil = _SAME_FORCE * trip.train.traction.effort_n(0.0) / weight_n
+    least_permil = max([least_permil, *(_SAME_FORCE * abs(row.gradient_permil) for row in track.gradients)])
     jumps_m = [
         row.position_m
         for before, row in pairwise(track.gradients)
-        if before.gradient_permil != row.gradient_permil and trip.origin_m < row.position_m < trip.destination_m
+        if abs(before.gradient_permil - row.gradient_permil) > least_permil
+        and trip.origin_m < row.position_m < trip.destination_m
     ]
     return np.union1d(at_m[changes], jumps_m)
