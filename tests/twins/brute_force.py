@@ -26,7 +26,9 @@ def _permil(track, formula, at):
         permil = {
             "none": 0.0 * bend,
             "800/R": 800.0 * bend,
-            "roeckl": np.where(radius >= 300.0, 650.0 / np.maximum(radius - 55.0, 1.0), 500.0 / np.maximum(radius - 30.0, 1.0)),
+            "roeckl": np.where(
+                radius >= 300.0, 650.0 / np.maximum(radius - 55.0, 1.0), 500.0 / np.maximum(radius - 30.0, 1.0)
+            ),
         }[formula]
         total = total + np.where((at > row.position_m) & (at <= end), permil, 0.0)
     return total
@@ -48,7 +50,9 @@ def met(trip, start, end, parts=24):
     if trip.convention.mass_model == "strip":
         at = (at[:, None] - trip.train.length_m * middles[None, :]).ravel()
     weight = trip.train.mass_kg * trip.convention.gravity_mps2
-    return float(_permil(trip.track, trip.convention.curves, at).mean()) / 1000.0 * weight, float(_drag(trip, at).mean())
+    return float(_permil(trip.track, trip.convention.curves, at).mean()) / 1000.0 * weight, float(
+        _drag(trip, at).mean()
+    )
 
 
 def least_costs(trip, fastest, prices, stations=80, levels=90):
