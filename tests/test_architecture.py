@@ -32,8 +32,9 @@ MAY_IMPORT = {
     "solvers": {"model", "physics", "line", "graph", "formulations"},
     "front": {"model", "physics", "line", "search", "_jit"},
     "report": {"model", "physics", "line", "search", "front"},
+    "bench": {"model", "formulations", "solvers", "report", "api"},
     "api": {"model", "formats", "physics", "line", "search", "front"},
-    "cli": {"model", "formats", "report", "api", "formulations", "solvers", ""},
+    "cli": {"model", "formats", "report", "api", "formulations", "solvers", "bench", ""},
     "__main__": {"cli"},
     "": {"model", "formats", "physics", "front", "api"},  # the package itself: public names
 }

@@ -228,3 +228,17 @@ def test_table_of_a_single_point():
     assert table.endswith("1 point on the front")
     stepped = front_table({"front": [point], "fastest": fastest | {"stepped_time_s": 2.375}})
     assert stepped == f"{table}\n  by the explicit steps of the convention 2.38 s, converged 2.50 s"
+
+
+@pytest.mark.parametrize(("cause", "code"), [(KeyboardInterrupt(), 130), (ValueError("numba"), None)])
+def test_an_interruption_within_a_kernel_is_one_too(cause, code, monkeypatch, one_error):
+    def fail(*_, **__):
+        raise SystemError("a kernel returned a result with an exception set") from cause
+
+    monkeypatch.setattr("tgvdp.cli.catalog.command.callback", fail)
+    if code is None:
+        with pytest.raises(SystemError):
+            run("catalog")
+        return
+    assert run("catalog") == code
+    assert "interrupted" in one_error()

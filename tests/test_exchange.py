@@ -8,6 +8,7 @@ import pytest
 from tgvdp.cli import main
 from tgvdp.formulations.encodings import encode
 from tgvdp.formulations.instances import read_instance
+from tgvdp.solvers.registry import solve
 
 PARAMS = {
     "kind": "binary",
@@ -21,6 +22,12 @@ PARAMS = {
     "D_units": 4.0,
     "alpha": 0.3,
 }
+
+DEMAND = {
+    "kind": "demand", "N": 4, "dt_s": 15, "notches": 2, "mass_kg": 300000, "rot": 1.08,
+    "davis_SI": [1770, 35.4, 6.6], "vmax_kmh": 160, "D_m": 500, "tol_m": 40, "v_end_max_mps": 1.5,
+    "P_max_W": 9.8e6, "cost_ref_kmh": 220, "alpha": 0.3,
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -100,6 +107,33 @@ def test_qasm_file_is_the_circuit(trip):
     assert np.abs(Statevector(circuit).data - ours).max() < 1e-10
 
 
+def test_cqm_file(trip):
+    dimod = pytest.importorskip("dimod")
+    with open(formulate(trip, "cqm"), "rb") as file:
+        read = dimod.ConstrainedQuadraticModel.from_file(file)
+    from tgvdp.solvers.cqm import cqm_of
+
+    assert read.is_equal(cqm_of(read_instance(trip)).cqm)
+    sampleset = dimod.ExactCQMSolver().sample_cqm(read)
+    best = sampleset.filter(lambda row: row.is_feasible).first.energy
+    assert best == pytest.approx(solve(read_instance(trip), "dp").objective)
+
+
+def test_cqm_file_of_demand(tmp_path, capsys):
+    dimod = pytest.importorskip("dimod")
+    path = tmp_path / "demand.json"
+    path.write_text(json.dumps({"id": "d", "params": DEMAND}))
+    with open(formulate(path, "cqm"), "rb") as file:
+        read = dimod.ConstrainedQuadraticModel.from_file(file)
+    from tgvdp.solvers.cqm import cqm_of
+
+    assert read.is_equal(cqm_of(read_instance(path)).cqm)
+    assert {read.vartype(name).name for name in read.variables} == {"BINARY", "INTEGER", "REAL"}
+    for target in ("lp", "coo"):
+        assert main(["formulate", str(path), "--to", target, "-o", str(tmp_path / "no")]) == 3
+        assert "write it --to cqm" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("target", ["lp", "mps"])
 def test_text_goes_to_stdout(trip, target, capsys):
     assert main(["formulate", str(trip), "--to", target, "-o", "-"]) == 0
@@ -113,6 +147,8 @@ def test_text_goes_to_stdout(trip, target, capsys):
     [
         (["--to", "coo", "-o", "-"], 2, "sidecar"),
         (["--to", "bqm", "-o", "-"], 2, "is binary"),
+        (["--to", "cqm", "-o", "-"], 2, "is binary"),
+        (["--to", "cqm", "--penalty", "seed", "-o", "x"], 3, "neither an encoding"),
         (["--to", "lp", "--encoding", "bits", "-o", "-"], 3, "neither an encoding"),
     ],
 )

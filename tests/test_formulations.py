@@ -271,5 +271,14 @@ def test_any_broken_instance_is_one_line_that_names_the_file(tmp_path, good):
     assert accepted <= 1
 
 
+def test_demand_beyond_the_curves_is_refused(tmp_path):
+    path = tmp_path / "fast.json"
+    path.write_text(json.dumps(DEMAND | {"params": DEMAND["params"] | {"vmax_kmh": 220}}))
+    assert read_instance(path).vmax_mps == pytest.approx(220 / 3.6)
+    path.write_text(json.dumps(DEMAND | {"params": DEMAND["params"] | {"vmax_kmh": 220.5}}))
+    with pytest.raises(InputError, match=r"vmax_kmh: the force curves end at 220 km/h, got 220.5 km/h"):
+        read_instance(path)
+
+
 def test_penalty_of_the_instance_is_the_default():
     assert encode(replace(instance(), lambda_uniform=77.0), "bits").penalty == 77.0

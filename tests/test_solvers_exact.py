@@ -190,6 +190,27 @@ def test_command_prints_the_schema(tmp_path, capsys, solver):
     assert "optimal, proved" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(
+    ("solver", "flag"),
+    [
+        ("dp", "--reads=5"),
+        ("closed", "--seed=1"),
+        ("milp", "--sweeps=5"),
+        ("sa", "--time-limit=3"),
+        ("sa", "--layers=2"),
+        ("descent", "--sweeps=3"),
+        ("qaoa", "--sweeps=3"),
+        ("tabu", "--backend=fake_manila"),
+        ("scip", "--angles=ramp"),
+    ],
+)
+def test_budgets_that_a_solver_does_not_use_are_wrong_usage(tmp_path, capsys, solver, flag):
+    assert main(["solve", binary_file(tmp_path), "--solver", solver, flag]) == 2
+    err = capsys.readouterr().err
+    assert err.startswith(f"tgvdp: error: solver {solver} does not use {flag.partition('=')[0]}; ")
+    assert err.count("\n") == 1
+
+
 def test_command_exits_4_where_nothing_is_feasible_and_3_on_misuse(tmp_path, capsys):
     assert main(["solve", binary_file(tmp_path, D_units=1000)]) == 4
     assert main(["solve", binary_file(tmp_path, N=30), "--solver", "brute"]) == 3

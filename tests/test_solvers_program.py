@@ -1,10 +1,15 @@
 """Programs: HiGHS and SCIP against the dynamic program, and LP and MPS files read again by SCIP."""
 
+import itertools
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from instance_case import binary_instance, random_instance
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
+from tgvdp.formulations.approximations import split_fits
+from tgvdp.formulations.instances import DemandInstance
 from tgvdp.formulations.program import Row, binary_program
 from tgvdp.formulations.program_files import lp_text, mps_text
 from tgvdp.solvers.options import Options
@@ -47,6 +52,46 @@ def test_scip_equals_dynamic_program(model):
     for _ in range(6):
         instance = random_instance(rng, 7)
         assert optimum(instance, "scip") == optimum(instance, "dp"), instance
+
+
+def fitted_cost(instance, demand):
+    """Cost of demands driven by the fitted forces, without any program; None where a constraint is broken."""
+    (a0, a1), (b0, b1), (c1, c2) = (fit.coefficients for fit in split_fits(instance))
+    a, b, c = instance.davis
+    v, s, cost = 0.0, 0.0, 0.0
+    for d in demand:
+        p, q = max(d, 0.0), max(-d, 0.0)
+        force = p * (a0 + a1 * v) - q * (b0 + b1 * v) - a - b * v - c * v * v
+        after = max(0.0, v + instance.dt_s * force / (instance.rotating_factor * instance.mass_kg))
+        mean = 0.5 * (v + after)
+        s += mean * instance.dt_s
+        cost += instance.dt_s * (p - instance.alpha * q) * (c1 * mean + c2)
+        v = after
+        if v > instance.vmax_mps:
+            return None
+    reached = abs(s - instance.distance_m) <= instance.tol_m and v <= instance.end_speed_max_mps
+    return cost if reached else None
+
+
+@pytest.mark.parametrize(("steps", "distance_m"), [(4, 700.0), (5, 900.0), (5, 1300.0)])
+def test_scip_solves_the_approximated_demand_program(steps, distance_m):
+    pytest.importorskip("pyscipopt")
+    instance = DemandInstance(
+        id="d", steps=steps, dt_s=20.0, levels=(-1.0, 0.0, 1.0), mass_kg=3e5, rotating_factor=1.08,
+        davis=(1770.0, 35.4, 6.6), vmax_mps=160 / 3.6, distance_m=distance_m, tol_m=150.0, end_speed_max_mps=2.5,
+        p_max_w=9.8e6, cost_ref_mps=220 / 3.6, alpha=0.3,
+    )  # fmt: skip
+    costs = [fitted_cost(instance, plan) for plan in itertools.product(instance.levels, repeat=steps)]
+    possible = [cost for cost in costs if cost is not None]
+    assert possible
+    found = solve(instance, "scip", options=Options(time_limit_s=60.0))
+    assert found.details["approximate_optimum_proved"]
+    assert not found.optimal  # of the approximation only
+    assert found.details["approximate_objective_j"] == pytest.approx(min(possible), rel=1e-5)
+    assert fitted_cost(instance, found.schedule.controls) == pytest.approx(min(possible), rel=1e-5)
+    assert found.objective == pytest.approx(found.replay["objective"], rel=1e-12)
+    with pytest.raises(InfeasibleError, match="proved by SCIP"):
+        solve(replace(instance, distance_m=9e4), "scip")
 
 
 def test_milp_tells_what_it_proved():

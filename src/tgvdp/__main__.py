@@ -8,7 +8,7 @@ from tgvdp import cli
 #: Imports and pictures make many objects that stay; looking for cycles among them takes a tenth of a short run.
 _GC_THRESHOLD = 100_000
 #: Subcommands that may use scipy themselves.
-_NEEDS_SCIPY = {"solve"}
+_NEEDS_SCIPY = {"solve", "bench"}
 
 
 def main() -> int:

@@ -17,7 +17,7 @@ from tgvdp.errors import InputError, TgvdpError
 PROGRAM = "tgvdp"
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
-_COMMANDS = ("search", "formulate", "solve", "catalog", "validate", "convert", "completion")
+_COMMANDS = ("search", "formulate", "solve", "bench", "catalog", "validate", "convert", "completion")
 
 _EXAMPLES = """
 \b
@@ -48,6 +48,16 @@ class _LazyGroup(click.Group):
             return super().invoke(ctx)
         except KeyboardInterrupt:  # before click, which prints an empty line
             raise _Interrupted("interrupted") from None
+        except SystemError as error:  # a compiled kernel was running when the signal came
+            if not _caused_by_interrupt(error):
+                raise
+            raise _Interrupted("interrupted") from None
+
+
+def _caused_by_interrupt(error: BaseException | None) -> bool:
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__
+    return error is not None
 
 
 class _Interrupted(click.ClickException):

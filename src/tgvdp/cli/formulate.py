@@ -8,7 +8,7 @@ import click
 from tgvdp.cli.solve import Penalty
 from tgvdp.solvers.registry import ENCODINGS
 
-TARGETS = ("bqm", "coo", "lp", "mps", "qasm3", "graph")
+TARGETS = ("bqm", "coo", "lp", "mps", "qasm3", "graph", "cqm")
 
 _EXAMPLES = """
 \b
@@ -27,17 +27,18 @@ Examples:
 @click.option("--layers", type=click.IntRange(1, 100), default=1, show_default=True, help="qasm3: layers of QAOA.")
 @click.option("-o", "--output", metavar="FILE", required=True, help="File to write; - for stdout.")
 def command(instance: str, encoding: Any, penalty: Any, target: str, layers: int, output: str) -> None:
-    """Write INSTANCE, a JSON file of a binary problem, in a format of other programs.
+    """Write INSTANCE, a JSON file of a binary or a demand problem, in a format of other programs.
 
     bqm, coo, graph and qasm3 hold the QUBO of an encoding (dimod's file, coordinates with a sidecar FILE.json of offset
-    and labels, node-link JSON, an OpenQASM 3 circuit whose angles are a ramp); lp and mps hold the linear program.
+    and labels, node-link JSON, an OpenQASM 3 circuit whose angles are a ramp); lp and mps hold the linear program,
+    cqm (dimod's file) the constrained quadratic model, which is the only format of demand problems.
     """
     from tgvdp.formulations.instances import read_instance
     from tgvdp.report.files import write_files
     from tgvdp.solvers.exchange import exported
 
-    if output == "-" and target in ("bqm", "coo"):
-        what = "is binary" if target == "bqm" else "comes with a sidecar"
+    if output == "-" and target in ("bqm", "cqm", "coo"):
+        what = "comes with a sidecar" if target == "coo" else "is binary"
         raise click.UsageError(f"--to {target} {what}: give a file", click.get_current_context())
     contents = exported(read_instance(instance), target, encoding, penalty, layers)
     if output == "-":

@@ -61,7 +61,9 @@ class Penalty(click.ParamType[str | float]):
 @click.option("--layers", type=click.IntRange(1, 100), help="qaoa: layers.  [default: 3]")
 @click.option("--angles", type=click.Choice(("optimised", "ramp")), help="qaoa: how angles are found.")
 @click.option("--backend", metavar="NAME", help="qaoa, dwave: machine, such as fake_manila.  [default: simulated]")
-@click.option("--time-limit", "time_limit_s", type=number("s", above=0.0), metavar="S", help="milp, scip: end then.")
+@click.option(
+    "--time-limit", "time_limit_s", type=number("s", above=0.0), metavar="S", help="milp, scip, leap: end then."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of a table.")
 def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bool, **budget: Any) -> int:
     """Solve INSTANCE, a JSON file of a binary or a demand problem, and replay the solution on the true physics.
@@ -73,7 +75,12 @@ def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bo
     from tgvdp.solvers.registry import solve
 
     problem = read_instance(instance)
-    options = Options(**{name: value for name, value in budget.items() if value is not None})
+    given = {name: value for name, value in budget.items() if value is not None}
+    for name in given.keys() - set(SOLVERS[solver].uses):
+        flag = next(option.opts[0] for option in click.get_current_context().command.params if option.name == name)
+        users = ", ".join(other for other, entry in SOLVERS.items() if name in entry.uses)
+        raise click.UsageError(f"solver {solver} does not use {flag}; {users} do", click.get_current_context())
+    options = Options(**given)
     solution = solve(problem, solver, encoding, penalty, options)
     content = solution_object(problem, solution)
     click.echo(json.dumps(content) if as_json else table(problem, solution))

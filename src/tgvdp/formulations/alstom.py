@@ -11,12 +11,13 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tgvdp.formulations.instances import CURVES_END_KMH
 from tgvdp.units import KMH_PER_MPS
 
 Floats: TypeAlias = NDArray[np.float64]
 
 #: End of the curves, km/h.
-TOP_KMH = 220.0
+TOP_KMH = CURVES_END_KMH
 #: (up to V in km/h, coefficients of 1, V, V², V³ in N).
 TRACTION = (
     (50.0, (2.44e5, -354.1, 0.0, 0.0)),

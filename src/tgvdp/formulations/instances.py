@@ -23,6 +23,8 @@ Model: TypeAlias = Literal["constant", "kinetic", "efficiency"]
 #: Objective models of the binary formulation.
 MODELS: tuple[Model, ...] = ("constant", "kinetic", "efficiency")
 
+#: Where the force curves and the cost map of the demand model end (`tgvdp.formulations.alstom`).
+CURVES_END_KMH = 220.0
 #: More steps than any solver here can use; a guard against files that would only exhaust the memory.
 MOST_STEPS = 100_000
 _MOST_UNITS = 1_000_000
@@ -251,6 +253,8 @@ def _binary(path: Path, name: str, spec: _Binary) -> BinaryInstance:
 
 
 def _demand(path: Path, name: str, spec: _Demand) -> DemandInstance:
+    if spec.vmax_kmh > CURVES_END_KMH:
+        raise bad(path, f"params.vmax_kmh: the force curves end at {CURVES_END_KMH:g} km/h, got {spec.vmax_kmh:g} km/h")
     return DemandInstance(
         id=name,
         steps=spec.N,

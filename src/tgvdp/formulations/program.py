@@ -72,6 +72,16 @@ class Program:
     rows: tuple[Row, ...]
 
     @property
+    def binaries(self) -> int:
+        """Variables that are 0 or 1."""
+        return sum(one.integer and (one.lower, one.upper) == (0.0, 1.0) for one in self.variables)
+
+    @property
+    def integers(self) -> int:
+        """Whole variables that are no bits."""
+        return sum(one.integer for one in self.variables) - self.binaries
+
+    @property
     def nonzeros(self) -> int:
         """Coefficients of the rows."""
         return sum(len(row.linear) + len(row.products) for row in self.rows)

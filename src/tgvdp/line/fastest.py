@@ -104,10 +104,11 @@ def _find_slowest(train, dark, length, grade, air, supply, fast, end_w, low, xs,
 
 
 @kernel
-def envelope_kernel(train, station, length, grade, air, limit, supply, start_w, end_w, cap, low, fast, xs, ws):
-    """Caps, fastest run and slowest speeds; the arrays of `Envelope` in place; returns status, cell, rows."""
-    bx = np.empty(_SCRATCH)
-    bw = np.empty(_SCRATCH)
+def envelope_kernel(train, station, length, grade, air, limit, supply, start_w, end_w, cap, low, fast, xs, ws, bx, bw):
+    """Caps, fastest run and slowest speeds; the arrays of `Envelope` in place; returns status, cell, rows.
+
+    ``bx`` and ``bw`` are scratch of `_SCRATCH` rows.
+    """
     dark = unpowered(train)
     status, cell = _find_caps(train, dark, length, grade, air, limit, supply, end_w, cap, bx, bw)
     if status != DONE:
@@ -188,7 +189,7 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
         xs, ws = np.empty(size), np.empty(size)
         status, cell, n = envelope_kernel(
             train, cells.station_m, cells.length_m, cells.grade_n, cells.air, limit_w, cells.supply, start_w, end_w,
-            cap, low, fast, xs, ws,
+            cap, low, fast, xs, ws, *np.empty((2, _SCRATCH)),
         )  # fmt: skip
         if status != FULL:
             break

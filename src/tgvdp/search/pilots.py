@@ -119,7 +119,7 @@ class Mesh:
         status, points = costate.switching_speeds(
             self.unit_train, self.returned / self.drawn, cells.length_m, self.unit_grade, self.unit_air, self.low,
             self.fast, self.trip.end_speed_mps**2, price / (self.drawn * self.train.inertia_kg), tolerance,
-            self.typical_m, _FLOOR * self.top_w, switch,
+            self.typical_m, _FLOOR * self.top_w, switch, np.empty((4, costate.ROOM)),
         )  # fmt: skip
         counters["pilots"] += 1
         counters["costates"] += points

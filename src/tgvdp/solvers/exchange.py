@@ -15,6 +15,7 @@ from tgvdp.formulations.qaoa import energy_scale, qaoa_circuit, qasm3, ramp_angl
 from tgvdp.formulations.qubo import Qubo
 from tgvdp.graph.couplers import coupler_graph, node_link
 from tgvdp.solvers.bqm import bqm_of
+from tgvdp.solvers.cqm import cqm_of
 
 #: Angle of a whole layer of the ramp in OpenQASM files, rad.
 QASM_TIME_STEP = 0.75
@@ -27,9 +28,11 @@ def exported(
 
     Parameters
     ----------
-    instance : BinaryInstance
+    instance : BinaryInstance or DemandInstance
+        Demand instances fit into ``cqm`` only.
     target : str
-        ``bqm``, ``coo``, ``graph`` and ``qasm3`` hold the QUBO of an encoding, ``lp`` and ``mps`` the linear program.
+        ``bqm``, ``coo``, ``graph`` and ``qasm3`` hold the QUBO of an encoding, ``lp`` and ``mps`` the linear program,
+        ``cqm`` the constrained quadratic model.
     encoding, penalty
         As `encode` takes them; ``bits`` by default. Programs have neither.
     layers : int
@@ -45,11 +48,14 @@ def exported(
     InputError
         When the format does not hold such instances.
     """
+    if target in ("lp", "mps", "cqm") and (encoding is not None or penalty is not None):
+        raise InputError(f"{target} holds a program with constraints, so it uses neither an encoding nor a penalty")
+    if target == "cqm":
+        with cqm_of(instance).cqm.to_file() as file:
+            return {"": bytes(file.read())}
     if not isinstance(instance, BinaryInstance):
-        raise InputError(f"{instance.id}: only binary instances can be written")
+        raise InputError(f"{instance.id}: a demand instance is no QUBO and no linear program: write it --to cqm")
     if target in ("lp", "mps"):
-        if encoding is not None or penalty is not None:
-            raise InputError(f"{target} holds a program with constraints, so it uses neither an encoding nor a penalty")
         program = binary_program(instance, "linear")
         return {"": (lp_text if target == "lp" else mps_text)(program).encode()}
     encoded = encode(instance, encoding or "bits", penalty)

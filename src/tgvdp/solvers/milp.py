@@ -98,6 +98,8 @@ def program_solution(
             "variables": len(program.variables),
             "rows": len(program.rows),
             "nonzeros": program.nonzeros,
+            "binaries": program.binaries,
+            "integers": program.integers,
             **details,
         },
     )

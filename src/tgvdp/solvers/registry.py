@@ -23,32 +23,40 @@ class Solver(NamedTuple):
         Of the instances it solves: ``binary``, ``demand``.
     qubo : bool
         Whether it solves the instance as a QUBO.
+    uses : tuple of str
+        Fields of `Options` that change what it does.
     """
 
     module: str
     function: str
     kinds: tuple[str, ...] = ("binary",)
     qubo: bool = False
+    uses: tuple[str, ...] = ()
 
 
 #: Names of the encodings of the binary model as a QUBO (`tgvdp.formulations.encoding`, which loads numpy).
 ENCODINGS = ("bits", "bits+slack", "unary")
 
 _BOTH = ("binary", "demand")
+_SAMPLER = ("reads", "seed")
+_QAOA = ("layers", "angles", "starts", "backend", *_SAMPLER)
 
 SOLVERS: dict[str, Solver] = {
     "dp": Solver("exact", "solve_dp", _BOTH),
     "brute": Solver("exact", "solve_brute", _BOTH),
     "closed": Solver("exact", "solve_closed"),
-    "milp": Solver("milp", "solve_milp"),
-    "sa": Solver("annealing", "solve_sa", qubo=True),
-    "tabu": Solver("annealing", "solve_tabu", qubo=True),
-    "descent": Solver("annealing", "solve_descent", qubo=True),
+    "milp": Solver("milp", "solve_milp", uses=("time_limit_s",)),
+    "scip": Solver("scip", "solve_scip", _BOTH, uses=("time_limit_s",)),
+    "cqm": Solver("cqm", "solve_cqm"),
+    "leap": Solver("cqm", "solve_leap", _BOTH, uses=("time_limit_s",)),
+    "sa": Solver("annealing", "solve_sa", qubo=True, uses=("sweeps", *_SAMPLER)),
+    "tabu": Solver("annealing", "solve_tabu", qubo=True, uses=("sweeps", *_SAMPLER)),
+    "descent": Solver("annealing", "solve_descent", qubo=True, uses=_SAMPLER),
+    "random": Solver("coin_tosses", "solve_random", qubo=True, uses=_SAMPLER),
     "tree": Solver("annealing", "solve_tree", qubo=True),
-    "scip": Solver("scip", "solve_scip", _BOTH),
-    "qaoa": Solver("qaoa", "solve_qaoa", qubo=True),
-    "dwave": Solver("cloud", "solve_dwave", qubo=True),
     "exact-qubo": Solver("annealing", "solve_exact_qubo", qubo=True),
+    "qaoa": Solver("qaoa", "solve_qaoa", qubo=True, uses=_QAOA),
+    "dwave": Solver("cloud", "solve_dwave", qubo=True, uses=("backend", *_SAMPLER)),
 }
 
 

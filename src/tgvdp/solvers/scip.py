@@ -133,6 +133,8 @@ def _solved(model: Any, variables: list[Any], program: Program, time_limit_s: fl
         "variables": len(program.variables),
         "rows": len(program.rows),
         "nonzeros": program.nonzeros,
+        "binaries": program.binaries,
+        "integers": program.integers,
     }
     return Solved(values, float(model.getDualbound()), status == "optimal", details)
 
