@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -54,6 +55,18 @@ def test_trainruns_running_times(shared, name):
     assert result.fastest.stepped_time_s == pytest.approx(published_s, abs=0.05)
     assert 1.004 < result.fastest.time_s / published_s < 1.006
     assert all(verdict.ok for verdict in result.verify())
+
+
+@pytest.mark.parametrize("convention", ["ttobench", "osrd"])
+@pytest.mark.parametrize("rates", [((0.0, 0.5),), ((0.0, 0.55), (20.0, 0.5), (35.0, 0.45))])
+def test_braking_rates_are_certified(convention, rates):
+    """A bound that took the brakes for stronger than the rates would lie far below."""
+    train = replace(OSRD_TRAIN, braking_rates=rates)
+    track = replace(OSRD_TRACK, gradients=((0.0, 0.0), (3000.0, 6.0), (6000.0, -5.0)))
+    result = tgvdp.search(train, track, convention=convention, points=8)
+    gaps_pct = result.certify().gap_pct
+    assert (gaps_pct >= -1e-6).all()
+    assert (gaps_pct[1:] < (0.5 if len(rates) == 1 else 8.0)).all()  # the bound knows the largest rate alone
 
 
 def test_the_command_line_follows_a_convention(shared, tmp_path, capsys):
