@@ -83,7 +83,7 @@ def test_change_in_another_module_is_seen(program):
 def test_damaged_entry_is_replaced(program, suffix, damage):
     program()
     damaged = entries(program.cache, suffix)
-    assert len(damaged) == 2
+    assert len(damaged) == 1  # what kernels call is part of them
     for path in damaged:
         content = path.read_bytes()
         half = len(content) // 2
@@ -158,7 +158,7 @@ def _with_constants(x, n):
 @pytest.mark.skipif(_jit.config.DISABLE_JIT, reason="nothing is compiled")
 def test_constants_do_not_multiply_kernels():
     assert _with_constants(2.0, 4) == 2.0 + 4.0 + 16.0 + 8.0
-    assert len(_power.signatures) == 1
+    assert len(_power.linked.signatures) == 1
 
 
 def test_interrupt_during_compilation_comes_right_after_it():

@@ -172,9 +172,10 @@ class KernelCache(FunctionCache):
     _impl_class = _CheckedImpl
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        # A damaged pickle may raise anything at all. None makes the dispatcher compile and save afresh.
+        # A damaged pickle may raise anything at all. None makes the dispatcher compile and save afresh. The public
+        # method first loads all that numba could compile, linear algebra and all, which machine code has no need of.
         try:
-            return super().load_overload(sig, target_context)
+            return self._load_overload(sig, target_context)
         except Exception:
             self._wipe()
             return None

@@ -11,7 +11,15 @@ import click
 from tgvdp.cli.journeys import read_section
 from tgvdp.cli.numbers import number
 from tgvdp.cli.screen import Screen, energy_table, front_table
-from tgvdp.constants import HEURISTICS, METHOD_OPTIONS, METHODS
+from tgvdp.constants import (
+    CONVENTION_NAMES,
+    CURVE_FORMULAS,
+    HEURISTICS,
+    LIMIT_RULES,
+    MASS_MODELS,
+    METHOD_OPTIONS,
+    METHODS,
+)
 from tgvdp.errors import BudgetExceededError, InputError
 from tgvdp.units import kmh_to_mps
 
@@ -38,6 +46,10 @@ _ENERGY_HELP = (
     " of the scenario, else alstom-map.  [default: wheel]"
 )
 _MARGIN_HELP = "Longest running time, above the fastest run's.  [default: 25]"
+_CONVENTION_HELP = "Whose reading of the line: gravity and the four switches below.  [default: ttobench]"
+_MASS_HELP = "Gradients and curves act at the head, or averaged over the length.  [default: the convention's]"
+_LIMITS_HELP = "A higher speed limit counts once the head, or the tail, has passed it."
+_CURVES_HELP = "Formula of curve resistance."
 
 _JOURNEY_HELP = "From the journey's section N (default: 1): origin, destination, and the longest running time."
 
@@ -68,6 +80,11 @@ _ARGUMENTS: dict[str, tuple[str, Callable[[Any], Any] | None]] = {
     "start_speed_kmh": ("start_speed_mps", kmh_to_mps),
     "end_speed_kmh": ("end_speed_mps", kmh_to_mps),
     "energy": ("energy", None),
+    "convention": ("convention", None),
+    "mass_model": ("mass_model", None),
+    "limits": ("limits", None),
+    "curves": ("curves", None),
+    "tunnels": ("tunnels", None),
     "method": ("method", None),
     "points": ("points", None),
     "max_margin_pct": ("max_margin", _percent_to_fraction),
@@ -125,6 +142,11 @@ def _complete(_: click.Context, parameter: click.Parameter, incomplete: str) -> 
 @click.option("--start-speed", "start_speed_kmh", metavar="KMH", type=number("km/h", at_least=0.0), help="[default: 0]")
 @click.option("--end-speed", "end_speed_kmh", metavar="KMH", type=number("km/h", at_least=0.0), help="[default: 0]")
 @click.option("--energy", metavar="MODEL", shell_complete=_complete, help=_ENERGY_HELP)
+@click.option("--convention", type=click.Choice(CONVENTION_NAMES), help=_CONVENTION_HELP)
+@click.option("--mass-model", type=click.Choice(MASS_MODELS), help=_MASS_HELP)
+@click.option("--limits", type=click.Choice(LIMIT_RULES), help=_LIMITS_HELP)
+@click.option("--curves", type=click.Choice(CURVE_FORMULAS), help=_CURVES_HELP)
+@click.option("--tunnels/--no-tunnels", default=None, help="Count the train's drag in tunnels.")
 @click.option("--method", type=click.Choice(METHODS), help="How to search.  [default: front]")
 @click.option("--points", metavar="N", type=click.IntRange(min=2), help="front: number of points.  [default: 60]")
 @click.option("--max-margin", "max_margin_pct", metavar="PCT", type=number("%", above=0.0), help=_MARGIN_HELP)

@@ -24,6 +24,7 @@ from tgvdp.line.fastest import reachable_w
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train
+from tgvdp.physics.resolved import LOWERED
 
 _Floats = NDArray[np.float64]
 
@@ -77,11 +78,24 @@ class BoundingProblem:
         self.train: KernelTrain = kernel_train(trip.train)
         self.energy: EnergyTables = energy_tables(trip.train, trip.energy)
         cells = cells_of(trip)
+        if LOWERED in cells.supply:  # auxiliaries do not always draw: a bound may count none
+            self.energy = self.energy._replace(auxiliary_w=0.0)
         self.cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
         self.top_mps = math.sqrt(float(self.cells.limit_w.max())) * (1.0 + 1e-15)
+        self.train = self.train._replace(max_deceleration=self._largest_deceleration_mps2())
         size = 2 * max(len(self.train.traction), len(self.train.braking))
         self._pieces = np.empty((3, size, PIECE_COLUMNS))
         self._ceilings = tuple(self._ceiling(forward) for forward in (True, False))
+
+    def _largest_deceleration_mps2(self) -> float:
+        """Bound of the deceleration of any run: braking rates are kept unless the load alone slows more."""
+        train, top_mps = self.trip.train, self.top_mps
+        if not train.braking_rates:
+            return self.train.max_deceleration
+        rolling_n = train.davis_a_n + train.davis_b_n_per_mps * top_mps + self.cells.air * top_mps**2
+        load_mps2 = float((self.cells.grade_n + rolling_n).max()) / train.inertia_kg
+        rate_mps2 = max(rate.deceleration_mps2 for rate in train.braking_rates)
+        return min(self.train.max_deceleration, max(rate_mps2, load_mps2))
 
     def _ceiling(self, forward: bool) -> tuple[_Floats, _Floats]:
         """Rows of an outer bound of the fastest run: by traction from the origin, or by braking to the destination."""
@@ -89,7 +103,7 @@ class BoundingProblem:
         size = 4096 + 4 * len(self.cells.length_m)
         while True:
             xs, ws = np.empty(size), np.empty(size)
-            n = ceiling(self.train, forward, *self.cells[1:], end_mps**2, self._pieces[0], xs, ws)
+            n = ceiling(self.train, forward, *self.cells[1:5], end_mps**2, self._pieces[0], xs, ws)
             if n >= 0:
                 return xs[:n].copy(), ws[:n].copy()
             size *= 2
@@ -145,11 +159,11 @@ class BoundingProblem:
         row_efforts(self.train, x_m, w, grade_n, air, row_effort)
         effort = row_effort[row]
         limit_w = self.cells.limit_w[row_cell][row]
-        cells = Cells(node_m, np.diff(node_m), grade_n[row], air[row], limit_w)
+        cells = Cells(node_m, np.diff(node_m), grade_n[row], air[row], limit_w, self.cells.supply[row_cell][row])
         count = len(row)
         label, source, growth = np.empty(count, dtype=np.int8), np.zeros((count, 4)), np.zeros((count, 4))
         label_cells(
-            self.train, self.energy, *cells[1:], node_w, effort, price, self.top_mps, self._pieces,
+            self.train, self.energy, *cells[1:5], node_w, effort, price, self.top_mps, self._pieces,
             label, source, growth,
         )  # fmt: skip
         levels = -0.5 * self.energy.traction, -0.5 * self.energy.regeneration

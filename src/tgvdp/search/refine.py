@@ -15,6 +15,7 @@ from tgvdp.errors import TgvdpError
 from tgvdp.line.cells import cells_of
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import EnergyTables, energy_tables
+from tgvdp.physics.follow import follow
 from tgvdp.physics.forces import kernel_train
 from tgvdp.physics.profile import Profile
 from tgvdp.search.blends import slope
@@ -107,7 +108,7 @@ def refine_front(
             saves = front.reach(target)
             point = front.point(target) if saves else front.thriftiest()
             found.append((point.time_s, point.energy_j, point.price))
-            rows.append(front.rows(point))
+            rows.append(follow(trip, *front.rows(point)))
             if not saves:
                 break
     except _OutOfTime:
@@ -123,7 +124,9 @@ class _OutOfTime(Exception):
 def _energy_of(trip: Trip, rows: tuple[NDArray[np.float64], NDArray[np.float64]], energy: EnergyTables) -> float:
     """Energy of a run given as rows, J."""
     cells = cells_of(trip, rows[0])
-    return float(measure(kernel_train(trip.train), energy, cells.length_m, cells.grade_n, cells.air, rows[1])[1])
+    return float(
+        measure(kernel_train(trip.train), energy, cells.length_m, cells.grade_n, cells.air, cells.supply, rows[1])[1]
+    )
 
 
 def _front_on_fine_mesh(

@@ -32,7 +32,7 @@ class Level:
 
     def __init__(self, trip: Trip, train: KernelTrain, cells: Cells) -> None:
         self.trip, self.train, self.cells = trip, train, cells
-        self._arrays = (cells.length_m, cells.grade_n, cells.air)
+        self._arrays = (cells.length_m, cells.grade_n, cells.air, cells.supply)
         n = len(cells.station_m)
         self.low, self.fast = np.empty(n), np.empty(n)
         ends_w = trip.start_speed_mps**2, trip.end_speed_mps**2
