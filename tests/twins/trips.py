@@ -115,6 +115,7 @@ def with_line(trip, seed, **convention):
     tunnels = [(a, b - a, area) for a, b, area in zip(ends[::2], ends[1::2], (24.0, 40.0, 24.0), strict=True)]
     gaps = np.sort(rng.uniform(0, length, 2))
     neutral = [(x, 0.01 * rng.random() * (gaps[1] - gaps[0]), bool(rng.random() < 0.5)) for x in gaps]
+    neutral = [(x, min(stretch, length - x), lowered) for x, stretch, lowered in neutral]
     c = trip.train.davis_c_n_per_mps2
     train = replace(
         trip.train,
@@ -134,3 +135,15 @@ def random_switches(seed):
     rng = np.random.default_rng([seed, 2])
     chosen = {name: str(rng.choice(values)) for name, values in SWITCHES.items()}
     return chosen | {"tunnels": bool(rng.random() < 0.5)}
+
+
+def with_rates(trip, seed):
+    """The same trip, in two of five cases with braking rates, half of them a table over speed."""
+    rng = np.random.default_rng([seed, 3])
+    if rng.random() >= 0.4:
+        return trip
+    rate = rng.uniform(0.2, 1.2)
+    rates = [(0.0, rate)]
+    if rng.random() < 0.5:
+        rates += [(rng.uniform(*span), rate * rng.uniform(0.7, 1.3)) for span in ((3, 20), (21, 50))]
+    return replace(trip, train=replace(trip.train, braking_rates=tuple(rates)))

@@ -172,6 +172,31 @@ def mean_resistance(train, air, v0, v1):
     return train.davis_a_n + linear + air * 0.5 * (v0 * v0 + v1 * v1)
 
 
+@kernel
+def mean_rate(rates, v0, v1):
+    """Net force in N that braking rates give on average between two speeds: the one that takes as long a distance.
+
+    A rate r is kept over ½·Δw/r, so that it is the harmonic mean over w = v².
+    """
+    hi = max(v0, v1) ** 2
+    w = min(v0, v1) ** 2
+    span = hi - w
+    i = rates.shape[0] - 1
+    while i > 0 and rates[i, 0] * rates[i, 0] > w:
+        i -= 1
+    if i == rates.shape[0] - 1 or rates[i + 1, 0] * rates[i + 1, 0] >= hi:
+        return rates[i, 2]
+    distance = 0.0
+    while w < hi:
+        end = hi
+        if i + 1 < rates.shape[0]:
+            end = min(rates[i + 1, 0] * rates[i + 1, 0], hi)
+        distance += (end - w) / rates[i, 2]
+        w = end
+        i += 1
+    return span / distance
+
+
 @leaf
 def mean_brake(train, load, v0, v1):
     """Mean over distance, in N, of the largest braking effort (dynamic and friction), positive or 0.
@@ -179,7 +204,7 @@ def mean_brake(train, load, v0, v1):
     Braking rates are kept whatever the ``load`` (mean resistance and grade force, N): the brakes do the rest.
     """
     if train.rates.shape[0] > 0:
-        return max(mean_effort(train.rates, v0, v1) - load, 0.0)
+        return max(mean_rate(train.rates, v0, v1) - load, 0.0)
     return mean_effort(train.braking, v0, v1) + train.friction_n
 
 

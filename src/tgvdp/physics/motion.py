@@ -48,7 +48,10 @@ def net_force(train, regime, grade_n, air, v0, v1):
     if regime == BRAKING:
         return max(-mean_brake(train, load, v0, v1) - load, down)
     if regime == DYNAMIC:
-        return max(-mean_effort(train.braking, v0, v1) - load, down)
+        effort = mean_effort(train.braking, v0, v1)
+        if train.rates.shape[0] > 0:
+            effort = min(effort, mean_brake(train, load, v0, v1))
+        return max(-effort - load, down)
     return max(min(-load, up), down)
 
 
@@ -159,10 +162,11 @@ def march(train, regime, sign, length_m, grade_n, air, w, target_w, xs, ws, n):
         end = math.inf if rising else 0.0
         if regime == TRACTION:
             end = _row_end(train.traction, v, rising, train.rows)
-        elif regime == BRAKING and train.rates.shape[0] > 0:
-            end = _row_end(train.rates, v, rising, train.rows)
         elif regime != COASTING:
             end = _row_end(train.braking, v, rising, train.rows)
+            if train.rates.shape[0] > 0:
+                other = _row_end(train.rates, v, rising, train.rows)
+                end = min(end, other) if rising else max(end, other)
         slope = _net_slope(train, regime, air, v, net, rising)
         balanced = sign * slope < 0.0 and abs(net) <= -sign * slope * BALANCED * v
         if rising and regime == TRACTION and sign > 0.0 and w >= end * end * (1.0 - 2.0 * BELOW_DROP):

@@ -7,7 +7,8 @@ of each row and as short as its stiffness asks for:
     dw/ds = 2·(F(v) − R(v) − G)/m_eff
 
 A row at full effort follows the effort limit: F(v) = θ·F_limit(v), with the θ that gives the row's mean effort. Any
-other row holds the commanded force, as far as the limit allows: F(v) = min(force_n, F_limit(v)).
+other row holds a commanded force, as far as the limit allows: F(v) = min(c, F_limit(v)), c = force_n but where the
+limit falls below it.
 
 Each row starts from the claimed speed. Carried from row to row instead, an error of 10⁻⁶ in v² where a train begins to
 brake would grow to 10⁻³ of its top speed at the stop, which a driver corrects in passing. But nothing is given away:
@@ -42,6 +43,9 @@ _SAME_POSITION = 1e-12
 _INSIDE = 1e-6
 #: An effort below this share of the starting effort counts as none.
 _NO_EFFORT = 1e-4
+#: Bracket and bisection of a commanded force.
+_DOUBLINGS = 10
+_HALVINGS = 30
 
 
 @dataclass(frozen=True)
@@ -80,18 +84,62 @@ def _limit_at(train, braking, load, v):
 
 
 @kernel
-def _mean_limit(train, line, braking, x, d, w0, w1):
-    """Mean of the effort limit along a row by the midpoint rule on 16 parts; v² is linear along it."""
+def _mean_limit(train, line, braking, cap, x, d, w0, w1):
+    """Mean along a row of the effort limit, capped; v² is linear. The midpoint rule on 16 parts between its breaks.
+
+    A braking rate counts by the distance that it takes, which is the change of v² over twice the rate.
+    """
+    table = train.traction
+    if braking:
+        table = train.rates if train.rates.shape[0] > 0 else train.braking
+    lo = min(w0, w1)
+    hi = max(w0, w1)
     total = 0.0
-    for j in range(16):
-        share = (j + 0.5) / 16.0
-        v = np.sqrt(w0 + (w1 - w0) * share)
-        load = 0.0
-        if braking and train.rates.shape[0] > 0:
-            grade, air = met(line, x + share * d)
-            load = resistance_at(train, air, v) + grade
-        total += _limit_at(train, braking, load, v)
-    return total / 16.0
+    weights = 0.0
+    start = lo
+    for i in range(1, table.shape[0] + 1):
+        end = hi
+        if i < table.shape[0]:
+            end = min(max(table[i, 0] * table[i, 0], start), hi)
+        span = end - start
+        for j in range(16 if span > 0.0 or lo == hi else 0):
+            w = start + (j + 0.5) / 16.0 * span
+            v = np.sqrt(w)
+            load = 0.0
+            weight = span if lo < hi else 1.0
+            if braking and train.rates.shape[0] > 0:
+                share = (w - w0) / (w1 - w0) if w1 != w0 else (j + 0.5) / 16.0
+                grade, air = met(line, x + share * d)
+                load = resistance_at(train, air, v) + grade
+                weight /= effort_at(table, v)
+            total += weight * min(_limit_at(train, braking, load, v), cap)
+            weights += weight
+        if lo == hi:
+            break
+        start = end
+    return total / weights
+
+
+@kernel
+def _commanded(train, line, force, limit, x, d, w0, w1):
+    """Force that a driver commands for the mean effort of a row, where the limit is below that on a part of it."""
+    braking = force < 0.0
+    effort = abs(force)
+    if effort >= FULL_EFFORT * limit or _mean_limit(train, line, braking, effort, x, d, w0, w1) >= effort:
+        return force
+    low = effort
+    high = 2.0 * effort
+    for _ in range(_DOUBLINGS):
+        if _mean_limit(train, line, braking, high, x, d, w0, w1) >= effort:
+            break
+        high *= 2.0
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if _mean_limit(train, line, braking, middle, x, d, w0, w1) < effort:
+            low = middle
+        else:
+            high = middle
+    return -high if braking else high
 
 
 @kernel
@@ -159,19 +207,23 @@ def _replay_kernel(train, tables, line, supply, x, speed, force, time, energy):
         w0 = speed[i] * speed[i]
         w1 = speed[i + 1] * speed[i + 1]
         here = train if supply[i] == POWERED else dark
-        limit = _mean_limit(here, line, force[i] < 0.0, x[i], d, w0, w1)
+        limit = _mean_limit(here, line, force[i] < 0.0, np.inf, x[i], d, w0, w1)
         lever = abs(force[i]) / limit if limit > 0.0 else 0.0
         if limit == 0.0:  # no current, or no brake: what counts as no effort is a share of the starting effort
             share = abs(force[i]) / effort_at(train.traction, 0.0)
             if share > _NO_EFFORT:
                 return np.inf, np.inf
         acceleration = 0.5 * (w1 - w0) / d
-        excess = max(excess, lever - 1.0)
+        if force[i] < 0.0 and train.rates.shape[0] > 0:  # next to nothing is left to brakes where the load slows enough
+            excess = max(excess, (-force[i] - limit) / effort_at(train.rates, 0.5 * (speed[i] + speed[i + 1])))
+        else:
+            excess = max(excess, lever - 1.0)
         excess = max(excess, acceleration / train.max_acceleration - 1.0, -acceleration / train.max_deceleration - 1.0)
         nudge = 1e-9 * abs(speed[i + 1] - speed[i])
         lo = min(speed[i], speed[i + 1]) + nudge
         hi = max(speed[i], speed[i + 1]) - nudge
-        law = (here, force[i], lever, lo, hi)
+        command = _commanded(here, line, force[i], limit, x[i], d, w0, w1)
+        law = (here, command, lever, lo, hi)
         inside_m = _INSIDE * d  # a break at the end of a row belongs to the next one
         after_met = met(line, x[i] + inside_m)
         w = w0
@@ -200,7 +252,7 @@ def _replay_kernel(train, tables, line, supply, x, speed, force, time, energy):
                 step = 2.0 * h * w / (w - after) / v0
             seconds += step
             if by_map:  # the speed is nearly linear in time, the power has no part that is singular at standstill
-                pull = (here, tables, force[i], lever, lo, hi)
+                pull = (here, tables, command, lever, lo, hi)
                 powers = _map_power(*pull, *before_met, v0) + 4.0 * _map_power(*pull, *middle_met, 0.5 * (v0 + v1))
                 drawn += step / 6.0 * (powers + _map_power(*pull, *after_met, v1))
             else:

@@ -18,12 +18,15 @@ from tgvdp.physics.resolved import LOWERED, NEUTRAL, POWERED
 
 _Floats = NDArray[np.float64]
 
-#: Parts of each curve in which its radius changes.
-_PARTS = 128
+#: Parts of each curve in which its radius changes, and the longest one, m.
+_PARTS = 256
+_LONGEST_M = 20.0
 #: Radius at which Röckl's formula jumps.
 _JUMP_M = 300.0
 #: Where both sides of a break are looked at, as a share of the distance between breaks.
 _BESIDE = 1e-3
+#: Jumps of the gradient below this share of the starting effort, or of the steepest gradient, are rounding.
+_SAME_FORCE = 1e-6
 
 
 class SeenLine(NamedTuple):
@@ -69,7 +72,7 @@ def met(line, x):
     if line.length_m == 0.0:
         return force, drag
     tail = x - line.length_m
-    j = _part(at, tail)  # before the track its first part goes on
+    j = _part(at, tail)
     span = at[j + 1] - at[j]
     back_force = line.force_nm[j] + (tail - at[j]) * ((line.force_nm[j + 1] - line.force_nm[j]) / span)
     back_drag = line.drag[j] + (tail - at[j]) * ((line.drag[j + 1] - line.drag[j]) / span)
@@ -100,12 +103,15 @@ def see_line(trip: Trip) -> SeenLine:
     curve_end_m = [*(row.position_m for row in curves[1:]), track.length_m]
     for row, end_m in zip(curves, curve_end_m, strict=False):
         if row.radius_start_m != row.radius_end_m:
-            ends_m |= set(np.linspace(row.position_m, end_m, _PARTS + 1).tolist())
+            parts = max(_PARTS, math.ceil((end_m - row.position_m) / _LONGEST_M))
+            ends_m |= set(np.linspace(row.position_m, end_m, parts + 1).tolist())
             bend, turn = 1.0 / row.radius_start_m, 1.0 / row.radius_end_m - 1.0 / row.radius_start_m
             shares = ((side / _JUMP_M - bend) / turn for side in (-1.0, 0.0, 1.0))
             ends_m |= {row.position_m + share * (end_m - row.position_m) for share in shares if 0.0 < share < 1.0}
-    at_m = np.array(sorted(ends_m))
-    middle_m = 0.5 * (at_m[:-1] + at_m[1:])
+    length_m = train.length_m if convention.mass_model == "strip" else 0.0
+    # What the track begins with was there before it.
+    at_m = np.array(sorted(ends_m | {-length_m}))
+    middle_m = np.maximum(0.5 * (at_m[:-1] + at_m[1:]), _BESIDE * _BESIDE * at_m[at_m > 0.0].min())
     permil = np.zeros_like(middle_m)
     for position_m, gradient_permil in track.gradients:
         permil[middle_m > position_m] = gradient_permil
@@ -119,7 +125,6 @@ def see_line(trip: Trip) -> SeenLine:
         air[inside] += next(
             row.davis_c_n_per_mps2 for row in train.tunnel_drag if row.cross_section_m2 == tunnel.cross_section_m2
         )
-    length_m = train.length_m if convention.mass_model == "strip" else 0.0
     force_n = train.mass_kg * permil / 1000.0 * convention.gravity_mps2
     sums = [np.concatenate(([0.0], np.cumsum(np.diff(at_m) * value))) for value in (force_n, air)]
     return SeenLine(at_m, sums[0], sums[1], length_m)
@@ -160,9 +165,13 @@ def breaks_seen(trip: Trip) -> _Floats:
     changes |= supply_seen(trip, before_m) != supply_seen(trip, after_m)
     if convention.mass_model == "strip" and trip.train.length_m > 0.0:
         return at_m[changes]
+    weight_n = trip.train.mass_kg * convention.gravity_mps2 / 1000.0
+    least_permil = _SAME_FORCE * trip.train.traction.effort_n(0.0) / weight_n
+    least_permil = max([least_permil, *(_SAME_FORCE * abs(row.gradient_permil) for row in track.gradients)])
     jumps_m = [
         row.position_m
         for before, row in pairwise(track.gradients)
-        if before.gradient_permil != row.gradient_permil and trip.origin_m < row.position_m < trip.destination_m
+        if abs(before.gradient_permil - row.gradient_permil) > least_permil
+        and trip.origin_m < row.position_m < trip.destination_m
     ]
     return np.union1d(at_m[changes], jumps_m)

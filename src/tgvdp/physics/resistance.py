@@ -13,8 +13,8 @@ from tgvdp.physics.piecewise import Floats, Piecewise
 #: From this radius on Röckl's formula is 650/(R − 55), below it 500/(R − 30), ‰ of the weight; it jumps there.
 ROECKL_RADIUS_M = 300.0
 _ROECKL_POLE_M = 30.0
-#: Linear pieces for Röckl's formula along a transition: 0.03 % of it off at most.
-_ROECKL_PIECES = 16
+#: Linear pieces for Röckl's formula along a transition: 0.002 % of it off at most.
+_ROECKL_PIECES = 64
 
 
 def gradient_permil(track: Track) -> Piecewise:

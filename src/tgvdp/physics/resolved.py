@@ -2,9 +2,7 @@
 
 Where the resistance varies with the position, searches see it as steps: each has the mean of the resistance over it,
 so that work and climb are exact from one break to the next. Inside a step a run that follows the true resistance with
-the same effort differs by a known amount of kinetic energy, which `follow` adds:
-
-    w_true(x) = w_step(x) + 2/m_eff·∫(G_step − G + (C_step − C)·w) ds,    zero at both ends of the step.
+the same effort differs by a known amount of kinetic energy, which `physics.follow` adds.
 """
 
 import math
@@ -17,7 +15,6 @@ from numpy.typing import NDArray
 
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
-from tgvdp.physics.motion import BELOW_DROP
 from tgvdp.physics.piecewise import Floats, Piecewise
 from tgvdp.physics.resistance import curve_permil, gradient_permil, tunnel_drag
 
@@ -28,14 +25,8 @@ SAME_POSITION = 1e-9
 _STEP_SHARE = 0.005
 _MOST_STEPS = 400
 #: Largest product of that change and the step's length, as a share of twice the kinetic energy at top speed: within a
-#: step, w may be off by an eighth of that share before `follow` puts it right.
+#: step, w may be off by an eighth of that share before `physics.follow` puts it right.
 _WORK_SHARE = 4e-5
-#: `follow` never takes more than this share of w from a run: it is next to standstill there.
-_MOST_TAKEN = 0.75
-#: An acceleration above this share of its limit is at the limit.
-_BOUND = 1.0 - 1e-6
-#: Relative difference of squared speeds that are one.
-_SAME_W = 1e-8
 
 #: Current on a stretch: traction and all; neither traction nor dynamic brake; no auxiliaries either.
 POWERED, NEUTRAL, LOWERED = range(3)
@@ -97,50 +88,6 @@ class ResolvedLine(NamedTuple):
         drag_j = self.air[at] * (x_m - from_m) - (self.drag.integral_to(x_m) - self.drag.integral_to(from_m))
         gain = 2.0 / self.inertia_kg * (force_j + drag_j * w)
         return np.where((x_m <= from_m) | (x_m >= self.break_m[-1]), 0.0, gain)
-
-
-def follow(trip: Trip, x_m: Floats, w: Floats) -> Floats:
-    """Follow the true resistance with a run that was found on steps.
-
-    Parameters
-    ----------
-    trip : Trip
-    x_m, w : (n,) float64
-        Rows of the run: positions from the origin, m, with all breaks among them, and squared speeds, m²/s².
-
-    Returns
-    -------
-    (n,) float64
-        Squared speeds of the run with the same effort, or the same acceleration where that is what is limited; at
-        most the speed limit.
-    """
-    line = resolve(trip)
-    if line.even:
-        return w
-    gain = line.gain(x_m, w)
-    bound = _bound_by_acceleration(trip.train, x_m, w)
-    inside = np.concatenate(([False], bound[:-1] & bound[1:], [False]))
-    gain[inside] = np.interp(x_m[inside], x_m[~inside], gain[~inside])
-    room = np.maximum(line.limit_mps[line.step_at(x_m)] ** 2 - w, 0.0)
-    followed = w + np.clip(gain, -_MOST_TAKEN * w, room)
-    for drop_mps in trip.train.traction.jumps_mps:  # no run is carried past it
-        drop_w = drop_mps**2
-        up = (gain > 0.0) & (w <= drop_w * (1.0 + _SAME_W)) & (followed > drop_w)
-        down = (gain < 0.0) & (w >= drop_w * (1.0 - _SAME_W)) & (followed < drop_w)
-        followed[up] = np.maximum(w[up], drop_w * (1.0 - BELOW_DROP))
-        followed[down] = np.minimum(w[down], drop_w)
-    return followed
-
-
-def _bound_by_acceleration(train: Train, x_m: Floats, w: Floats) -> NDArray[np.bool_]:
-    """Whether a comfort limit or a braking rate sets the acceleration between rows, (n − 1,)."""
-    gain_mps2 = 0.5 * np.diff(w) / np.diff(x_m)
-    loss_mps2 = np.full_like(gain_mps2, train.max_deceleration_mps2)
-    if train.braking_rates:
-        rates = np.array(train.braking_rates)
-        rate = np.searchsorted(rates[:, 0], np.sqrt(0.5 * (w[:-1] + w[1:])), side="right") - 1
-        loss_mps2 = np.minimum(loss_mps2, rates[rate, 1])
-    return np.asarray((gain_mps2 >= _BOUND * train.max_acceleration_mps2) | (-gain_mps2 >= _BOUND * loss_mps2))
 
 
 @lru_cache(maxsize=16)

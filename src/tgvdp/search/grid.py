@@ -20,8 +20,9 @@ from tgvdp.graph.layered import Incoming, LayeredGraph, layered_graph
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.model.trip import Trip
 from tgvdp.physics.arc import OK, OVER_ACCELERATION, OVER_BRAKE, OVER_DECELERATION, OVER_TRACTION, STANDSTILL
+from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train
-from tgvdp.physics.resolved import follow
+from tgvdp.physics.follow import follow
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.grid_points import DEFAULT_SPEEDS, grid_levels, grid_stations
 from tgvdp.search.long_arc import OVER_EFFORT_AT_POINT, OVER_LIMIT, LongCells, drive_all, path_rows
@@ -59,6 +60,9 @@ class Grid:
         Speed index of each node.
     blocked : (n_nodes,) int32
         Arcs from each node that obey the speed limits at their ends and break some other constraint.
+    floor_j : (n_stations - 1,) float64
+        What the graph's energies are counted from in each segment: 0 where no arc returns energy, else the least
+        energy of its arcs. Each path crosses each segment once, so that all differ from their own energy by the same.
     """
 
     trip: Trip
@@ -67,6 +71,7 @@ class Grid:
     graph: LayeredGraph
     level: NDArray[np.int32]
     blocked: NDArray[np.int32]
+    floor_j: NDArray[np.float64]
 
     @cached_property
     def incoming(self) -> Incoming:
@@ -101,7 +106,7 @@ class Grid:
         count = path_rows(train, long_cells, station_cell, station_w, none, none)
         x_m, w = np.empty(count), np.empty(count)
         path_rows(train, long_cells, station_cell, station_w, x_m, w)
-        return x_m, follow(self.trip, x_m, w)
+        return follow(self.trip, x_m, w)
 
 
 def build_grid(
@@ -177,6 +182,7 @@ def _arcs_by_segment(
     cells = cells_of(trip, station_m)
     allowed = _allowed_levels(trip, station_m, cells, level_mps)
     train, long_cells = _kernel_arguments(trip, cells)
+    tables = energy_tables(trip.train, trip.energy)
     station_cell = np.searchsorted(cells.station_m, station_m)
     level_w = level_mps**2
     reachable = allowed[0]
@@ -189,8 +195,8 @@ def _arcs_by_segment(
         for i in range(0, len(reachable), n_rows):
             part = slice(i, i + n_rows)
             drive_all(
-                train, long_cells, station_cell[k], station_cell[k + 1], level_w[reachable[part]], level_w[target],
-                status[part], duration_s[part], energy_j[part],
+                train, tables, long_cells, station_cell[k], station_cell[k + 1], level_w[reachable[part]],
+                level_w[target], status[part], duration_s[part], energy_j[part],
             )  # fmt: skip
             _look_at(clock, k, len(allowed) - 1)
         start, end = np.nonzero(status == OK)
@@ -257,6 +263,7 @@ def _assemble(
     layers = [np.unique(segment.start) for segment in kept] + [np.unique(kept[-1].end)]
     sizes = np.array([len(layer) for layer in layers])
     first = np.concatenate(([0], np.cumsum(sizes)))
+    floor_j = np.array([min(0.0, float(segment.energy_j.min())) for segment in kept])
     places = [
         (first[k] + np.searchsorted(layers[k], one.start), first[k + 1] + np.searchsorted(layers[k + 1], one.end))
         for k, one in enumerate(kept)
@@ -266,7 +273,7 @@ def _assemble(
         _joined([start for start, _ in places], np.int32),
         _joined([end for _, end in places], np.int32),
         _joined([one.duration_s for one in kept], np.float64),
-        _joined([one.energy_j for one in kept], np.float64),
+        _joined([one.energy_j - floor for one, floor in zip(kept, floor_j, strict=True)], np.float64),
     )
     blocked = [segment.blocked[layer] for segment, layer in zip(kept, layers[:-1], strict=True)]
     return Grid(
@@ -276,4 +283,5 @@ def _assemble(
         graph,
         np.concatenate(layers).astype(np.int32),
         np.concatenate([*blocked, [0]]).astype(np.int32),
+        floor_j,
     )

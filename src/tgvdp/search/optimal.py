@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.profile import Profile
-from tgvdp.physics.resolved import follow
+from tgvdp.physics.follow import follow
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.pilot_front import OutOfTime, PilotFront
 from tgvdp.search.pilots import Mesh
@@ -124,7 +124,7 @@ def optimal_front(
             if point[0] <= target * (1.0 + _SAME) and (not found or point[0] > found[-1][0] * (1.0 + _SAME)):
                 found.append((point[0], point[1], point[2]))
                 x_m, w = (column[:n].copy() for column in front.mesh.rows)
-                rows.append((x_m, follow(trip, x_m, w)))
+                rows.append(follow(trip, x_m, w))
             if not saves:
                 break
     except OutOfTime:

@@ -17,7 +17,7 @@ from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.forces import kernel_train
 from tgvdp.physics.profile import Profile
-from tgvdp.physics.resolved import follow
+from tgvdp.physics.follow import follow
 from tgvdp.search.blends import slope
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.optimal import OptimalRuns
@@ -108,8 +108,7 @@ def refine_front(
             saves = front.reach(target)
             point = front.point(target) if saves else front.thriftiest()
             found.append((point.time_s, point.energy_j, point.price))
-            x_m, w = front.rows(point)
-            rows.append((x_m, follow(trip, x_m, w)))
+            rows.append(follow(trip, *front.rows(point)))
             if not saves:
                 break
     except _OutOfTime:
