@@ -8,8 +8,7 @@ import pytest
 
 import tgvdp
 from tgvdp import api
-from tgvdp.cli import main
-from tgvdp.cli import search_options
+from tgvdp.cli import main, search_options
 from tgvdp.constants import METHOD_OPTIONS, METHODS
 
 SHORT = ("--track", "flat-100km", "--to", "3000", "--points", "6", "--max-margin", "10")
