@@ -85,9 +85,9 @@ def make_train(dice, forms=("caps", "points", "polynomials"), native=True):
     optional = {name: size(dice, 0.1, 3.0) for name in limits if dice.random() < 0.5}
     if dice.random() < 0.5:
         optional["braking"] = effort(dice, forms)
+    optional["tunnel_drag"] = [(size(dice, 20, 60), size(dice, 0, 9) * 12.96)][: dice.randrange(2)]
     if native and dice.random() < 0.5:
         optional["auxiliary_power_w"] = size(dice, 0, 900) * 1000
-        optional["tunnel_drag"] = [(size(dice, 20, 60), size(dice, 0, 9) * 12.96)]
         speeds_kmh = positions(dice, 4, 300)
         optional["braking_rates"] = [(kmh_to_mps(speed_kmh), size(dice, 0.1, 2)) for speed_kmh in speeds_kmh]
         optional["adhesion"] = Adhesion(size(dice, 0.2, 1) * 1000, dice.choice([None, size(dice, 0.05, 0.4)]))
