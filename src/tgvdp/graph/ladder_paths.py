@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import allocating
+from tgvdp._jit import allocating, kernel
 from tgvdp.graph.ladder import LIMB_BITS, Ints
 
 
@@ -47,7 +47,7 @@ def _nowhere(rows: int) -> Ints:
     return reached
 
 
-@allocating
+@kernel
 def _widen(reached: Ints, state: int) -> None:
     reached[0] = min(reached[0], state)
     reached[1] = max(reached[1], state)
@@ -83,7 +83,8 @@ def roughly_count(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, f
                 now[here[row, 0] - first : here[row, 1] + 1 - first] = 0.0
                 here[row, 0], here[row, 1] = _FAR, -1
         now, after, here, ahead = after, now, ahead, here
-    return now.sum()
+    total: np.float64 = now.sum()
+    return total
 
 
 @allocating
