@@ -19,7 +19,7 @@ def _permil(track, formula, at):
     at = np.maximum(at, 1e-9)
     total = _values(track.gradients, at, 0.0)
     ends = [*(row.position_m for row in track.curves[1:]), track.length_m]
-    for row, end in zip(track.curves, ends, strict=True):
+    for row, end in zip(track.curves, ends, strict=False):
         share = (at - row.position_m) / (end - row.position_m)
         bend = np.abs((1.0 - share) / row.radius_start_m + share / row.radius_end_m)
         radius = 1.0 / np.maximum(bend, 1e-12)

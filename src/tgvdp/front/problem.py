@@ -39,6 +39,8 @@ _SAME_PLACE = 1e-8
 _SLIVER = 1e-6
 #: Squared speed inside a trip, relative to the top, below which a costate is not integrated.
 _SLOWEST = 1e-8
+#: More than the rounding error of a sum over the cells of a line, relative to it.
+_ROUNDING = 1e-10
 
 
 class Ledger(NamedTuple):
@@ -78,9 +80,13 @@ class BoundingProblem:
         self.train: KernelTrain = kernel_train(trip.train)
         self.energy: EnergyTables = energy_tables(trip.train, trip.energy)
         cells = cells_of(trip)
-        if LOWERED in cells.supply:  # auxiliaries do not always draw: a bound may count none
-            self.energy = self.energy._replace(auxiliary_w=0.0)
         self.cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
+        #: What auxiliaries draw at least, where they do not draw all the time: elsewhere they are part of the price.
+        self._auxiliary_j = 0.0
+        if LOWERED in cells.supply:
+            draws_s = np.where(cells.supply == LOWERED, 0.0, cells.length_m / np.sqrt(self.cells.limit_w))
+            self._auxiliary_j = self.energy.auxiliary_w * float(draws_s.sum()) * (1.0 - _ROUNDING)
+            self.energy = self.energy._replace(auxiliary_w=0.0)
         self.top_mps = math.sqrt(float(self.cells.limit_w.max())) * (1.0 + 1e-15)
         self.train = self.train._replace(max_deceleration=self._largest_deceleration_mps2())
         size = 2 * max(len(self.train.traction), len(self.train.braking))
@@ -113,12 +119,12 @@ class BoundingProblem:
         """Energy below which no run of any duration goes, J: effort never returns more than η of its work."""
         work_j = 0.5 * self.train.inertia_kg * (self.trip.end_speed_mps**2 - self.trip.start_speed_mps**2)
         work_j += float((self.train.davis_a_n + self.cells.grade_n) @ self.cells.length_m)
-        return max(self.energy.traction * work_j, self.energy.regeneration * work_j)
+        return max(self.energy.traction * work_j, self.energy.regeneration * work_j) + self._auxiliary_j
 
     def line(self, x_m: _Floats, w: _Floats, price_j_per_s: float, fineness: float = 1.0) -> float:
         """Lower bound of E + λT of every run, J, with the costate of the run of rows ``x_m``, ``w``."""
         ledger = self.ledger(x_m, w, price_j_per_s, fineness)
-        return self.train.inertia_kg * (ledger.total - ledger.error)
+        return self.train.inertia_kg * (ledger.total - ledger.error) + self._auxiliary_j
 
     def ledger(self, x_m: _Floats, w: _Floats, price_j_per_s: float, fineness: float = 1.0) -> Ledger:
         """Bound of E + λT cell by cell.

@@ -38,10 +38,6 @@ class EffortPoint(NamedTuple):
     effort_n: float
 
 
-#: Each piece is a row of every run that crosses it, and looked up one after the other.
-MOST_PIECES = 1000
-
-
 class EffortPiece(NamedTuple):
     """One piece of an effort curve: ``power_w / v + c0_n + c1·v + c2·v² + c3·v³`` from ``from_mps`` on."""
 

@@ -160,8 +160,8 @@ def switching_speeds(
         Below this squared speed the polyline is not carried.
     policy : (K + 1, 2) float64, modified in place
         Squared switching speeds a and b for the station at the end of each cell.
-    room : (4, ROOM) float64
-        Scratch.
+    room : (4, size) float64
+        Scratch for the polyline; `ROOM` points are plenty.
 
     Returns
     -------
@@ -217,6 +217,6 @@ def switching_speeds(
             loosen *= 1.5
         elif loosen > 1.0 and n < _MANY_POINTS // 2:
             loosen = max(1.0, loosen / 1.2)
-        if n > ROOM // 2 - 64:
+        if n > room.shape[1] // 2 - 64:
             return CROWDED, points
     return DONE, points

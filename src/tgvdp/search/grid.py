@@ -9,6 +9,7 @@ from the root to the terminal. Searches see the grid as a `LayeredGraph`, in whi
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,7 +139,7 @@ def build_grid(
     for cuts in _END_CUTS:
         station_m = grid_stations(trip, segment_m, np.array(cuts))
         try:
-            return _assemble(trip, station_m, level_mps, _arcs_by_segment(trip, station_m, level_mps, clock))
+            return _assemble(trip, station_m, level_mps, _arcs_by_segment(trip, station_m, level_mps, clock), clock)
         except InfeasibleError as error:
             dead_end = error
     assert dead_end is not None
@@ -197,11 +198,7 @@ def _arcs_by_segment(
                 train, tables, long_cells, station_cell[k], station_cell[k + 1], level_w[reachable[part]],
                 level_w[target], status[part], duration_s[part], energy_j[part],
             )  # fmt: skip
-            if clock.expired:
-                raise BudgetExceededError(
-                    f"grid: the time limit of {clock.limit_s:g} s passed at station {k} of {len(allowed) - 1}; "
-                    "try fewer speeds, longer segments or more time"
-                )
+            _look_at(clock, k, len(allowed) - 1)
         start, end = np.nonzero(status == OK)
         if not len(start):
             raise _dead_end(trip, station_m, k, status)
@@ -210,6 +207,14 @@ def _arcs_by_segment(
         segments.append(_Segment(reachable[start], target[end], duration_s[start, end], energy_j[start, end], blocked))
         reachable = np.unique(target[end])
     return segments
+
+
+def _look_at(clock: Clock, station: int, last: int) -> None:
+    if clock.expired:
+        raise BudgetExceededError(
+            f"grid: the time limit of {clock.limit_s:g} s passed at station {station} of {last}; "
+            "try fewer speeds, longer segments or more time"
+        )
 
 
 def _dead_end(trip: Trip, station_m: NDArray[np.float64], k: int, status: NDArray[np.int8]) -> InfeasibleError:
@@ -224,13 +229,25 @@ def _dead_end(trip: Trip, station_m: NDArray[np.float64], k: int, status: NDArra
     )
 
 
+def _joined(parts: list[NDArray[Any]], dtype: type[np.generic]) -> NDArray[Any]:
+    """Concatenation, a segment at a time: an interrupt need not wait for all."""
+    whole = np.empty(sum(len(part) for part in parts), dtype=dtype)
+    at = 0
+    for part in parts:
+        whole[at : at + len(part)] = part
+        at += len(part)
+    return whole
+
+
 def _assemble(
-    trip: Trip, station_m: NDArray[np.float64], level_mps: NDArray[np.float64], segments: list[_Segment]
+    trip: Trip, station_m: NDArray[np.float64], level_mps: NDArray[np.float64], segments: list[_Segment], clock: Clock
 ) -> Grid:
     """Drop arcs that cannot reach the destination, and number the nodes."""
     kept: list[_Segment] = []
     useful = np.unique(segments[-1].end)
+    last = len(segments)
     for segment in reversed(segments):
+        _look_at(clock, last, last)
         keep = np.isin(segment.end, useful)
         useful = np.unique(segment.start[keep])
         kept.append(
@@ -247,12 +264,16 @@ def _assemble(
     sizes = np.array([len(layer) for layer in layers])
     first = np.concatenate(([0], np.cumsum(sizes)))
     floor_j = np.array([min(0.0, float(segment.energy_j.min())) for segment in kept])
+    places = [
+        (first[k] + np.searchsorted(layers[k], one.start), first[k + 1] + np.searchsorted(layers[k + 1], one.end))
+        for k, one in enumerate(kept)
+    ]
     graph = layered_graph(
         sizes,
-        np.concatenate([first[k] + np.searchsorted(layers[k], segment.start) for k, segment in enumerate(kept)]),
-        np.concatenate([first[k + 1] + np.searchsorted(layers[k + 1], segment.end) for k, segment in enumerate(kept)]),
-        np.concatenate([segment.duration_s for segment in kept]),
-        np.concatenate([segment.energy_j - floor for segment, floor in zip(kept, floor_j, strict=True)]),
+        _joined([start for start, _ in places], np.int32),
+        _joined([end for _, end in places], np.int32),
+        _joined([one.duration_s for one in kept], np.float64),
+        _joined([one.energy_j - floor for one, floor in zip(kept, floor_j, strict=True)], np.float64),
     )
     blocked = [segment.blocked[layer] for segment, layer in zip(kept, layers[:-1], strict=True)]
     return Grid(
