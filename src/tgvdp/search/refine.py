@@ -37,7 +37,7 @@ _LAST_STEP = 1e-5
 _LAST_COARSE_STEP = 1e-3
 #: Two multipliers within this factor are neighbours: the run between them starts from their blend. Runs further apart
 #: may differ in where they coast, which sweeps cannot mend (0.15 % on a line with 150 gradients).
-_NEAR = 1.4
+_NEAR = 2.0
 #: Largest share of energy by which a point may lie above the tangents of its neighbouring runs.
 _GAP = 6e-4
 #: Cells are so many times as fine as those of the front method, whose cells hold more than one arc.
