@@ -8,7 +8,6 @@ import time
 
 import numpy as np
 import pytest
-from twins.trips import random_trip
 
 import tgvdp
 from tgvdp.errors import InfeasibleError, TgvdpError
@@ -16,6 +15,7 @@ from tgvdp.line.fastest import fastest_run
 from tgvdp.search import costate
 from tgvdp.search.budget import SearchBudget
 from tgvdp.search.optimal import optimal_front
+from twins.trips import random_trip
 
 #: Largest share of the energy by which a plain grid may be below the front: that of an arc's rounding and of blends.
 TOLERANCE = 2e-3

@@ -18,10 +18,10 @@ from tgvdp.errors import InfeasibleError
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.line.meeting import SLIVER, braked_w, drive_then_brake, driven_w, drop_slivers, emit_driven
 from tgvdp.model.trip import Trip
+from tgvdp.physics.follow import follow
 from tgvdp.physics.forces import KernelTrain, kernel_train, unpowered
 from tgvdp.physics.motion import BRAKING, TRACTION, march, net_force
 from tgvdp.physics.profile import Profile, profile_of
-from tgvdp.physics.follow import follow
 from tgvdp.physics.resolved import POWERED
 from tgvdp.units import mps_to_kmh
 

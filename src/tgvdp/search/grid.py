@@ -21,8 +21,8 @@ from tgvdp.line.cells import Cells, cells_of
 from tgvdp.model.trip import Trip
 from tgvdp.physics.arc import OK, OVER_ACCELERATION, OVER_BRAKE, OVER_DECELERATION, OVER_TRACTION, STANDSTILL
 from tgvdp.physics.energy import energy_tables
-from tgvdp.physics.forces import KernelTrain, kernel_train
 from tgvdp.physics.follow import follow
+from tgvdp.physics.forces import KernelTrain, kernel_train
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.grid_points import DEFAULT_SPEEDS, grid_levels, grid_stations
 from tgvdp.search.long_arc import OVER_EFFORT_AT_POINT, OVER_LIMIT, LongCells, drive_all, path_rows

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
-from tgvdp.physics.profile import Profile
 from tgvdp.physics.follow import follow
+from tgvdp.physics.profile import Profile
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.pilot_front import OutOfTime, PilotFront
 from tgvdp.search.pilots import Mesh

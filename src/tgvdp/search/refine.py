@@ -15,9 +15,9 @@ from tgvdp.errors import TgvdpError
 from tgvdp.line.cells import cells_of
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import EnergyTables, energy_tables
+from tgvdp.physics.follow import follow
 from tgvdp.physics.forces import kernel_train
 from tgvdp.physics.profile import Profile
-from tgvdp.physics.follow import follow
 from tgvdp.search.blends import slope
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.optimal import OptimalRuns
