@@ -20,20 +20,28 @@ BENCHMARKS = {
     "phases": ("phases", ""),
 }
 
+#: Pages of their own beside the folder of the results: module, whose `main` takes the folder, and whether "all" has it.
+PAGES = {"formulations": True, "quantum": False}
+
 
 def main(arguments: list[str] | None = None) -> int:
     os.environ.update(ONE_CORE)  # before anything loads numba or a linear algebra library
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Measure tgvdp, alone and against peers.")
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"{', '.join(BENCHMARKS)} or summary; default: all")
+    parser.add_argument(
+        "names",
+        nargs="*",
+        metavar="NAME",
+        help=f"{', '.join((*BENCHMARKS, *PAGES))} or summary; default: all but quantum",
+    )
     parser.add_argument("--quick", action="store_true", help="small cases, few repeats: to see that it works")
     parser.add_argument("--out", type=Path, default=ROOT / "results" / "benchmarks", help="folder of the results")
     parser.add_argument("--shared", type=Path, default=ROOT.parent / "shared", help="folder of reference data")
     parser.add_argument("--readme", type=Path, help="with summary: file whose benchmark table is replaced")
     options = parser.parse_args(arguments)
-    names = options.names or [*BENCHMARKS, "summary"]
-    unknown = [name for name in names if name not in (*BENCHMARKS, "summary")]
+    names = options.names or [*BENCHMARKS, *(name for name, usual in PAGES.items() if usual), "summary"]
+    unknown = [name for name in names if name not in (*BENCHMARKS, *PAGES, "summary")]
     if unknown:
-        parser.error(f"unknown benchmark {unknown[0]!r}; there are {', '.join(BENCHMARKS)} and summary")
+        parser.error(f"unknown benchmark {unknown[0]!r}; there are {', '.join((*BENCHMARKS, *PAGES))} and summary")
     core = pin()
     print(f"pinned to core {core}" if core is not None else "this platform cannot pin a process to a core")
     for name in names:
@@ -41,6 +49,8 @@ def main(arguments: list[str] | None = None) -> int:
             from benchmarks.summary import summarise
 
             print(summarise(options.out, options.readme))
+        elif name in PAGES:
+            import_module(f"benchmarks.{name}").main(options.out.parent / name)
         else:
             _measure(name, options)
     return 0

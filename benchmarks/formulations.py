@@ -1,4 +1,4 @@
-"""The seeds' own examples: ``python -m benchmarks.formulations [FOLDER]`` writes results/formulations."""
+"""The seeds' own examples: ``python -m benchmarks formulations`` writes results/formulations."""
 
 import io
 import json
@@ -116,8 +116,8 @@ def fit_row(form: str, fit: Fit) -> dict[str, object]:
     return {"form": form, "fit": fit.name, "polynomial": polynomial, **errors}
 
 
-def main() -> None:
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "results" / "formulations"
+def main(folder: Path) -> None:
+    """Compute all examples and write page, pictures and provenance."""
     started = time.perf_counter()
     figures = {}
     figures["three_phase"], run = three_phase()
@@ -131,7 +131,7 @@ def main() -> None:
     provenance = make_provenance(options, {}, time.perf_counter() - started)
     page = f"""# The seeds' own examples
 
-Made by `python -m benchmarks.formulations` with tgvdp {provenance["tgvdp"]}, {provenance["utc"]}.
+Made by `python -m benchmarks formulations` with tgvdp {provenance["tgvdp"]}, {provenance["utc"]}.
 
 ## Three phases
 
@@ -178,4 +178,4 @@ at 100 km/h and zero demand (6.5 kN where it is fitted up to 220 km/h).
 
 
 if __name__ == "__main__":
-    main()
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "results" / "formulations")

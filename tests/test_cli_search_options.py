@@ -8,8 +8,7 @@ import pytest
 
 import tgvdp
 from tgvdp import api
-from tgvdp.cli import main
-from tgvdp.cli import search as cli_search
+from tgvdp.cli import main, search_options
 from tgvdp.constants import METHOD_OPTIONS, METHODS
 
 SHORT = ("--track", "flat-100km", "--to", "3000", "--points", "6", "--max-margin", "10")
@@ -43,8 +42,8 @@ def test_defaults_are_left_to_the_search_and_help_tells_them(capsys):
     assert f"How to search. [default: {defaults['method']}]" in text
     assert f"what orders the queue. [default: {defaults['heuristic']}]" in text
     assert f"so many complete paths. [default: {defaults['paths']}]" in text
-    assert f"[default: {cli_search.DEFAULT_TRAIN}]" in text
-    assert f"[default: {cli_search.DEFAULT_TRACK}]" in text
+    assert f"[default: {search_options.DEFAULT_TRAIN}]" in text
+    assert f"[default: {search_options.DEFAULT_TRACK}]" in text
     assert defaults["dominance"] is defaults["bounds"] is True
 
 

@@ -42,7 +42,9 @@ def tram(limits, length_m=1000.0, **trip):
 def drive_on(trip, w0, w1):
     cells = cells_of(trip)
     long_cells = LongCells(cells.station_m, *cells[2:])
-    return drive(kernel_train(trip.train), energy_tables(trip.train, trip.energy), long_cells, 0, len(cells.length_m), w0, w1)
+    return drive(
+        kernel_train(trip.train), energy_tables(trip.train, trip.energy), long_cells, 0, len(cells.length_m), w0, w1
+    )
 
 
 @pytest.mark.nojit

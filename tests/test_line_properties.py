@@ -127,9 +127,7 @@ CASES = {
 
 def case_trip(case, energy=WHEEL):
     train, track, convention = CASES[case]
-    return Trip(
-        train=train, track=track, origin_m=0.0, destination_m=6000.0, energy=energy, convention=convention
-    )
+    return Trip(train=train, track=track, origin_m=0.0, destination_m=6000.0, energy=energy, convention=convention)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -159,7 +157,7 @@ def test_a_neutral_section_has_its_closed_form():
     w = profile.speed_mps[inside] ** 2
     assert w[0] == pytest.approx(25.0**2)
     assert w[-1] == pytest.approx(25.0**2 - 2.0 * 2e3 / train.inertia_kg * 400.0)
-    assert (profile.force_n[:-1][inside[:-1] & inside[1:]] == pytest.approx(0.0, abs=1e-3))
+    assert profile.force_n[:-1][inside[:-1] & inside[1:]] == pytest.approx(0.0, abs=1e-3)
     dark_s = float(np.ptp(profile.time_s[inside]))
     assert dark_s == pytest.approx(2.0 * 400.0 / (math.sqrt(w[0]) + math.sqrt(w[-1])))
     assert profile.balance.auxiliary_j == pytest.approx(1e5 * (profile.duration_s - dark_s))

@@ -19,14 +19,16 @@ def _permil(track, formula, at):
     at = np.maximum(at, 1e-9)
     total = _values(track.gradients, at, 0.0)
     ends = [*(row.position_m for row in track.curves[1:]), track.length_m]
-    for row, end in zip(track.curves, ends, strict=True):
+    for row, end in zip(track.curves, ends, strict=False):
         share = (at - row.position_m) / (end - row.position_m)
         bend = np.abs((1.0 - share) / row.radius_start_m + share / row.radius_end_m)
         radius = 1.0 / np.maximum(bend, 1e-12)
         permil = {
             "none": 0.0 * bend,
             "800/R": 800.0 * bend,
-            "roeckl": np.where(radius >= 300.0, 650.0 / np.maximum(radius - 55.0, 1.0), 500.0 / np.maximum(radius - 30.0, 1.0)),
+            "roeckl": np.where(
+                radius >= 300.0, 650.0 / np.maximum(radius - 55.0, 1.0), 500.0 / np.maximum(radius - 30.0, 1.0)
+            ),
         }[formula]
         total = total + np.where((at > row.position_m) & (at <= end), permil, 0.0)
     return total
@@ -48,7 +50,9 @@ def met(trip, start, end, parts=24):
     if trip.convention.mass_model == "strip":
         at = (at[:, None] - trip.train.length_m * middles[None, :]).ravel()
     weight = trip.train.mass_kg * trip.convention.gravity_mps2
-    return float(_permil(trip.track, trip.convention.curves, at).mean()) / 1000.0 * weight, float(_drag(trip, at).mean())
+    return float(_permil(trip.track, trip.convention.curves, at).mean()) / 1000.0 * weight, float(
+        _drag(trip, at).mean()
+    )
 
 
 def least_costs(trip, fastest, prices, stations=80, levels=90):

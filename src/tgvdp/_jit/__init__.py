@@ -93,13 +93,17 @@ class _QuickCompilation(contextlib.ContextDecorator):
 _quick_compilation = _QuickCompilation()
 
 
+#: No Python objects, no GIL, IEEE division.
+_OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+
+
 def _compiled(function: _Function, **options: Any) -> Any:
     """Compile a function twice, if need be: for Python, and to be linked into the kernels that call it.
 
     Once for these, and not once for each constant that they pass: numba specialises on literal integers. Nothing is
     allocated in kernels, so that they need none of the reference counts that numba keeps (``_nrt``).
     """
-    options |= {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
+    options |= _OPTIONS | {"_nrt": False}
     compiled: Any = numba.njit(pipeline_class=KernelCompiler, **options)(function)
     if not config.DISABLE_JIT:
         linked = numba.njit(pipeline_class=LinkedCompiler, no_cpython_wrapper=True, **options)(function)
@@ -116,12 +120,8 @@ def _compiled(function: _Function, **options: Any) -> Any:
     return compiled
 
 
-def kernel(function: _Function) -> _Function:
-    """Compile a function with numba: no Python objects, no GIL, IEEE division, cached on disk.
-
-    No fastmath: costs are compared with infinity. With ``NUMBA_DISABLE_JIT=1`` the function is returned as it is.
-    """
-    compiled = _compiled(function)
+def _cached(function: _Function, compiled: Any) -> _Function:
+    """Keep on disk what is compiled, and compile it quickly."""
     if not config.DISABLE_JIT:
         try:
             compiled._cache = KernelCache(function)
@@ -129,6 +129,19 @@ def kernel(function: _Function) -> _Function:
             warn_uncached(str(error))
         compiled.compile = _interrupt_hold(_quick_compilation(compiled.compile))
     return cast(_Function, compiled)
+
+
+def kernel(function: _Function) -> _Function:
+    """Compile a function with numba: no Python objects, no GIL, IEEE division, no new arrays, cached on disk.
+
+    No fastmath: costs are compared with infinity. With ``NUMBA_DISABLE_JIT=1`` the function is returned as it is.
+    """
+    return _cached(function, _compiled(function))
+
+
+def allocating(function: _Function) -> _Function:
+    """Compile a kernel that makes the arrays which it fills: by numba's own steps, with reference counts."""
+    return _cached(function, numba.njit(**_OPTIONS)(function))
 
 
 def leaf(function: _Function) -> _Function:

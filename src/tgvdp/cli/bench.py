@@ -110,10 +110,11 @@ class _Bar:
 
 def _table(rows: list[dict[str, Any]]) -> str:
     """What people read at once: one line per solver, over all instances."""
-    lines = [
-        f"{'solver':<34}  {'instances':>9}  {'solved':>6}  {'feasible':>8}  {'p of success':>12}  {'median time':>12}"
-    ]
-    for label in dict.fromkeys(row["Workflow"] for row in rows):
+    labels = list(dict.fromkeys(row["Workflow"] for row in rows))
+    width = max(map(len, ["solver", *labels]))
+    head = f"{'solver':<{width}}  {'instances':>9}  {'solved':>6}  {'feasible':>8}"
+    lines = [f"{head}  {'p of success':>12}  {'median time':>12}"]
+    for label in labels:
         own = [row for row in rows if row["Workflow"] == label]
         taken = [row for row in own if row["status"] != "refused"]
         solved = sum(bool(row["# Successful Runs"]) for row in taken)
@@ -122,5 +123,5 @@ def _table(rows: list[dict[str, Any]]) -> str:
         times = sorted(row["elapsed_s median"] for row in taken if row["elapsed_s median"] is not None)
         chance = f"{chances[len(chances) // 2]:.3g}" if chances else "–"
         time_s = duration(times[len(times) // 2]) if times else "–"
-        lines.append(f"{label:<34}  {len(taken):>9}  {solved:>6}  {feasible:>8}  {chance:>12}  {time_s:>12}")
+        lines.append(f"{label:<{width}}  {len(taken):>9}  {solved:>6}  {feasible:>8}  {chance:>12}  {time_s:>12}")
     return "\n".join(lines)

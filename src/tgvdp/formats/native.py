@@ -15,6 +15,7 @@ from tgvdp.formats.energy_map import MapSpec, make_map
 from tgvdp.formats.reading import Document, bad, errors_named, shown
 from tgvdp.formats.targets import parse_targets
 from tgvdp.formats.typed import decode, suggestion
+from tgvdp.model.adhesion import Adhesion
 from tgvdp.model.checks import require_text
 from tgvdp.model.effort import EffortCurve, EffortPiece
 from tgvdp.model.energy import ENERGY_KINDS, EnergyMap
@@ -72,6 +73,13 @@ class _BrakingRate(Struct, forbid_unknown_fields=True):
     deceleration_mps2: Positive
 
 
+class _Adhesion(Struct, forbid_unknown_fields=True):
+    """Mass on the driven axles; without a coefficient that of dry rail by Curtius and Kniffler."""
+
+    adhesive_mass_t: Positive
+    coefficient: Positive | UnsetType = UNSET
+
+
 class _Train(Struct, forbid_unknown_fields=True):
     mass_t: Positive
     traction: _Effort
@@ -80,6 +88,7 @@ class _Train(Struct, forbid_unknown_fields=True):
     davis_b_n_per_kmh: NotNegative
     davis_c_n_per_kmh2: NotNegative
     braking: _Effort | UnsetType = UNSET
+    adhesion: _Adhesion | UnsetType = UNSET
     friction_brake_kn: NotNegative = 0.0
     rotating_mass_factor: Annotated[float, Meta(ge=1.0)] = 1.0
     length_m: NotNegative = 0.0
@@ -207,13 +216,16 @@ def _reference(given: str | UnsetType) -> str | None:
 
 
 def _train(path: Path, spec: _Train, name: str) -> Train:
-    limits = {
+    limits: dict[str, Any] = {
         field: value
         for field in ("max_acceleration_mps2", "max_deceleration_mps2")
         if (value := getattr(spec, field)) is not UNSET
     }
     if spec.braking:
         limits["braking"] = _effort(path, "train.braking", spec.braking)
+    if spec.adhesion:
+        given = spec.adhesion.coefficient
+        limits["adhesion"] = Adhesion(spec.adhesion.adhesive_mass_t * KILO, None if given is UNSET else given)
     return Train(
         name=name if spec.name is UNSET else spec.name,
         mass_kg=spec.mass_t * KILO,

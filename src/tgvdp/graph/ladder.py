@@ -19,7 +19,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel
+from tgvdp._jit import allocating, kernel
 
 Ints: TypeAlias = NDArray[np.int64]
 Floats: TypeAlias = NDArray[np.float64]
@@ -33,7 +33,7 @@ LIMB_BITS = 60
 RISE, STAY, FALL = 1, 2, 4
 
 
-@kernel
+@allocating
 def prices_of_suffixes(caps: Ints, rise: int, fall: int, cost: Ints, touch: int, multipliers: Floats) -> Floats:
     """Cheapest cost + μ·height from every (k, v) to the end, of paths that reach the level ``touch`` at least once.
 
@@ -75,7 +75,7 @@ def prices_of_suffixes(caps: Ints, rise: int, fall: int, cost: Ints, touch: int,
     return price
 
 
-@kernel
+@allocating
 def prices_of_prefixes(caps: Ints, rise: int, fall: int, cost: Ints, touch: int, multipliers: Floats) -> Floats:
     """Cheapest cost + μ·height from the start to every (k, v); arguments and result as `prices_of_suffixes`."""
     steps = caps.size - 1
@@ -100,7 +100,7 @@ def prices_of_prefixes(caps: Ints, rise: int, fall: int, cost: Ints, touch: int,
     return price
 
 
-@kernel
+@allocating
 def cheapest_path(
     caps: Ints, rise: int, fall: int, cost: Ints, touch: int, multiplier: float
 ) -> tuple[np.int64, np.int64]:
@@ -132,7 +132,7 @@ def cheapest_path(
     return total, height
 
 
-@kernel
+@allocating
 def heights_of_suffixes(caps: Ints, rise: int, fall: int, top: int, sign: int) -> Ints:
     """Least (sign 1) or largest (sign −1) height still to come from every (k, v): (N+1, top+1) int64, else ±NEVER."""
     steps = caps.size - 1
@@ -149,7 +149,7 @@ def heights_of_suffixes(caps: Ints, rise: int, fall: int, top: int, sign: int) -
     return height
 
 
-@kernel
+@allocating
 def windows(
     low_height: int,
     high_height: int,
@@ -210,6 +210,22 @@ def windows(
 
 
 @kernel
+def _relax(best: Ints, moves: NDArray[np.uint8], ahead: Ints, step: int, bit: np.uint8) -> None:
+    """Improve the (n,) best costs by a move of cost ``step`` to states of costs ``ahead``; modified in place.
+
+    There is no branch, so that this runs on several states at once: three times as fast as testing whether a state
+    ahead can reach the end. Costs of states that cannot drift a little below NEVER therefore, and their moves mean
+    nothing; no path from a state that can leads there.
+    """
+    for i in range(best.size):
+        value = ahead[i] + step
+        known = best[i]
+        kept = moves[i] if value >= known else np.uint8(0)
+        moves[i] = kept | bit if value <= known else kept
+        best[i] = min(value, known)
+
+
+@allocating
 def cheapest_moves(
     low: Ints,
     high: Ints,
@@ -261,22 +277,20 @@ def cheapest_moves(
                 if not 0 <= w < levels:
                     continue
                 target = w + levels if row >= levels or w >= touch else w
-                step, bit = cost[kind, v], np.uint8(1 << kind)
                 # Heights s of this window whose successor s + w lies in the other.
                 lowest = max(low[k, row], low[k + 1, target] - w)
                 highest = min(high[k, row], high[k + 1, target] - w)
-                here = begin - low[k, row]
-                there = start[k + 1, target] - first_after + w - low[k + 1, target]
-                for s in range(lowest, highest + 1):
-                    ahead = after[there + s]
-                    if ahead < NEVER:
-                        value = ahead + step
-                        if value < now[here + s]:
-                            now[here + s] = value
-                            moves[first + here + s] = bit
-                        elif value == now[here + s]:
-                            moves[first + here + s] |= bit
+                if lowest > highest:
+                    continue
+                here = begin + lowest - low[k, row]
+                there = start[k + 1, target] - first_after + w + lowest - low[k + 1, target]
+                size = highest - lowest + 1
+                _relax(
+                    now[here : here + size], moves[first + here : first + here + size], after[there : there + size],
+                    cost[kind, v], np.uint8(1 << kind),
+                )  # fmt: skip
         after, now = now, after
     root = 0 if touch > 0 else levels
     found = low[0, root] == 0 and high[0, root] >= 0
-    return after[start[0, root] - start[0, 0]] if found else NEVER
+    least = after[start[0, root] - start[0, 0]] if found else NEVER
+    return least if least < NEVER // 2 else NEVER

@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel
+from tgvdp._jit import allocating, kernel
 from tgvdp.graph.ladder import LIMB_BITS, Ints
 
 
-@kernel
+@allocating
 def one_path(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, fall: int, touch: int) -> Ints:
     """Follow cheapest moves from the start, up before along before down; arguments as `count`.
 
@@ -32,34 +32,62 @@ def one_path(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, fall: 
     return path
 
 
+#: Beyond all states.
+_FAR = np.int64(1) << np.int64(62)
+
+
+@allocating
+def _nowhere(rows: int) -> Ints:
+    """First and last state of each window that optimal paths reach, (rows, 2): none so far.
+
+    Windows are much wider than what is reached.
+    """
+    reached = np.empty((rows, 2), dtype=np.int64)
+    reached[:, 0], reached[:, 1] = _FAR, -1
+    return reached
+
+
 @kernel
+def _widen(reached: Ints, state: int) -> None:
+    reached[0] = min(reached[0], state)
+    reached[1] = max(reached[1], state)
+
+
+@allocating
 def roughly_count(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, fall: int, touch: int) -> np.float64:
     """Number of optimal paths in floating point, perhaps infinite: how many limbs the exact number needs."""
     layers, rows = low.shape
     levels = rows // 2
     widest = np.max(start[:, rows] - start[:, 0])
     now, after = np.zeros(widest), np.zeros(widest)
+    here, ahead = _nowhere(rows), _nowhere(rows)
     root = 0 if touch > 0 else levels
-    now[start[0, root] - start[0, 0] - low[0, root]] = 1.0
+    origin = start[0, root] - low[0, root]
+    now[origin - start[0, 0]] = 1.0
+    here[root, 0], here[root, 1] = origin, origin
     for k in range(layers - 1):
-        after[:] = 0.0
         first, first_after = start[k, 0], start[k + 1, 0]
         for row in range(rows):
             v = row % levels
-            for i in range(start[k, row], start[k, row + 1]):
+            for i in range(here[row, 0], here[row, 1] + 1):
                 if now[i - first] > 0.0:
                     s = low[k, row] + i - start[k, row]
                     for kind in range(3):
                         if moves[i] & (1 << kind):
                             w = v + rise if kind == 0 else (v if kind == 1 else v - fall)
                             target = w + levels if row >= levels or w >= touch else w
-                            after[start[k + 1, target] - first_after + s + w - low[k + 1, target]] += now[i - first]
-        now, after = after, now
-    total: np.float64 = now[: start[layers - 1, rows] - start[layers - 1, 0]].sum()
+                            there = start[k + 1, target] + s + w - low[k + 1, target]
+                            after[there - first_after] += now[i - first]
+                            _widen(ahead[target], there)
+            if here[row, 0] <= here[row, 1]:
+                now[here[row, 0] - first : here[row, 1] + 1 - first] = 0.0
+                here[row, 0], here[row, 1] = _FAR, -1
+        now, after, here, ahead = after, now, ahead, here
+    total: np.float64 = now.sum()
     return total
 
 
-@kernel
+@allocating
 def count(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, fall: int, touch: int, limbs: int) -> Ints:
     """Count the optimal paths exactly.
 
@@ -85,15 +113,17 @@ def count(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, fall: int
     widest = np.max(start[:, rows] - start[:, 0])
     now = np.zeros((widest, limbs), dtype=np.int64)
     after = np.zeros((widest, limbs), dtype=np.int64)
+    here, ahead = _nowhere(rows), _nowhere(rows)
     root = 0 if touch > 0 else levels
-    now[start[0, root] - start[0, 0] - low[0, root], 0] = 1
+    origin = start[0, root] - low[0, root]
+    now[origin - start[0, 0], 0] = 1
+    here[root, 0], here[root, 1] = origin, origin
     mask = (np.int64(1) << LIMB_BITS) - 1
     for k in range(layers - 1):
-        after[:] = 0
         first, first_after = start[k, 0], start[k + 1, 0]
         for row in range(rows):
             v = row % levels
-            for i in range(start[k, row], start[k, row + 1]):
+            for i in range(here[row, 0], here[row, 1] + 1):
                 paths = now[i - first]
                 carry = np.int64(0)
                 for limb in range(limbs):  # at most three sums came in since the last carry
@@ -107,9 +137,14 @@ def count(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, fall: int
                     if moves[i] & (1 << kind):
                         w = v + rise if kind == 0 else (v if kind == 1 else v - fall)
                         target = w + levels if row >= levels or w >= touch else w
-                        sums = after[start[k + 1, target] - first_after + s + w - low[k + 1, target]]
+                        there = start[k + 1, target] + s + w - low[k + 1, target]
+                        sums = after[there - first_after]
                         for limb in range(limbs):
                             sums[limb] += paths[limb]
-        now, after = after, now
-    total: Ints = now[: start[layers - 1, rows] - start[layers - 1, 0]].sum(axis=0)
+                        _widen(ahead[target], there)
+            if here[row, 0] <= here[row, 1]:
+                now[here[row, 0] - first : here[row, 1] + 1 - first] = 0
+                here[row, 0], here[row, 1] = _FAR, -1
+        now, after, here, ahead = after, now, ahead, here
+    total: Ints = now.sum(axis=0)
     return total

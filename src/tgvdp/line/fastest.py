@@ -211,9 +211,9 @@ def reachable_w(trip: Trip, cells: Cells) -> float:
     """
     pull_n = max(0.0, -float(cells.grade_n.min()))
     per_newton = 2.0 * trip.distance_m / trip.train.inertia_kg
-    w = trip.start_speed_mps**2 + per_newton * (trip.train.traction.effort_n(0.0) + pull_n)
+    w = trip.start_speed_mps**2 + per_newton * (trip.train.traction_limit.effort_n(0.0) + pull_n)
     while w < float(cells.limit_w.max()):
-        effort_n = trip.train.traction.largest_n(math.sqrt(w)) + pull_n
+        effort_n = trip.train.traction_limit.largest_n(math.sqrt(w)) + pull_n
         if trip.start_speed_mps**2 + per_newton * effort_n <= w:
             return w * (1.0 + FEASIBILITY_RTOL)
         w *= 2.0

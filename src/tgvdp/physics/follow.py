@@ -73,7 +73,7 @@ def follow(trip: Trip, x_m: Floats, w: Floats) -> tuple[Floats, Floats]:
     _cap_at_drops(trip.train, w, effort_n, followed)
     change_w = np.where(bound, np.diff(w), np.diff(w + same_effort))
     spare_w = 2.0 * _SPARE / trip.train.inertia_kg * np.abs(effort_n) * np.diff(x_m)
-    least_n = _SMALL_SHARE * trip.train.traction.effort_n(0.0)
+    least_n = _SMALL_SHARE * trip.train.traction_limit.effort_n(0.0)
     rise_w = np.where((effort_n > -least_n) & ~held, change_w + spare_w, np.inf)
     fall_w = np.where((effort_n < least_n) & ~held, spare_w - change_w, np.inf)
     _keep_within_effort(followed, rise_w, fall_w)
@@ -109,7 +109,7 @@ def _cut_evenly(train, length_m, grade_n, air, w, row, share, cut_w):
         v = math.sqrt(cut_w[i])
         resistance = mean_resistance(train, air[k], v0, v1)
         effort = train.inertia_kg * acceleration + resistance + grade_n[k]
-        if effort < 0.0 and train.rates.shape[0] > 0 or share[i] == 0.0:
+        if (effort < 0.0 and train.rates.shape[0] > 0) or share[i] == 0.0:
             continue
         if acceleration >= (1.0 - _AT_LIMIT) * train.max_acceleration:
             continue
@@ -149,7 +149,7 @@ def _kept(
     fixed[1:-1] &= bound[:-1] & bound[1:]
     held = np.abs(np.diff(w)) <= _SAME_W * w[1:]
     limits_n = np.array([_limit_n(train, *row) for row in zip(mean_mps[held], effort_n[held], strict=True)])
-    least_n = _COASTING_SHARE * train.traction.effort_n(0.0)
+    least_n = _COASTING_SHARE * train.traction_limit.effort_n(0.0)
     held[held] = (np.abs(effort_n[held]) <= _SPARE_EFFORT * limits_n) & (np.abs(effort_n[held]) > least_n)
     return bound, held, fixed
 
@@ -157,15 +157,15 @@ def _kept(
 def _limit_n(train: Train, speed_mps: float, effort_n: float) -> float:
     """Largest effort of the sign of a given one, N."""
     if effort_n >= 0.0:
-        return train.traction.effort_n(speed_mps)
-    return np.inf if train.braking_rates else train.braking.effort_n(speed_mps) + train.friction_brake_n
+        return train.traction_limit.effort_n(speed_mps)
+    return np.inf if train.braking_rates else train.dynamic_brake_limit.effort_n(speed_mps) + train.friction_brake_n
 
 
 def _cap_at_drops(train: Train, w: Floats, effort_n: Floats, followed: Floats) -> None:
     """Carry no run under traction past a drop of the effort curve; ``followed`` in place."""
     pulls = effort_n > 0.0
     near_traction = np.concatenate(([False], pulls)) | np.concatenate((pulls, [False]))
-    for drop_mps in train.traction.jumps_mps:
+    for drop_mps in train.traction_limit.jumps_mps:
         drop_w = drop_mps**2
         past = near_traction & (w <= drop_w * (1.0 + _SAME_W)) & (followed > drop_w)
         followed[past] = np.maximum(w[past], drop_w * (1.0 - BELOW_DROP))

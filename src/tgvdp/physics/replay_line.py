@@ -166,7 +166,7 @@ def breaks_seen(trip: Trip) -> _Floats:
     if convention.mass_model == "strip" and trip.train.length_m > 0.0:
         return at_m[changes]
     weight_n = trip.train.mass_kg * convention.gravity_mps2 / 1000.0
-    least_permil = _SAME_FORCE * trip.train.traction.effort_n(0.0) / weight_n
+    least_permil = _SAME_FORCE * trip.train.traction_limit.effort_n(0.0) / weight_n
     least_permil = max([least_permil, *(_SAME_FORCE * abs(row.gradient_permil) for row in track.gradients)])
     jumps_m = [
         row.position_m

@@ -145,7 +145,7 @@ def _resistance(trip: Trip) -> tuple[Piecewise, Piecewise]:
 
 def _steps(trip: Trip, force: Piecewise, drag: Piecewise, top_mps: float) -> list[Floats]:
     """Ends of steps in which the resistance at speeds up to the top speed hardly changes."""
-    effort_n, inertia_kg = trip.train.traction.effort_n(0.0), trip.train.inertia_kg
+    effort_n, inertia_kg = trip.train.traction_limit.effort_n(0.0), trip.train.inertia_kg
     top_w = min(top_mps**2, trip.start_speed_mps**2 + 2.0 * effort_n * trip.distance_m / inertia_kg)
     found = []
     for function, unit in ((force, 1.0), (drag, 1.0 / top_w)):

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +21,8 @@ _OF_SOLVERS = {
     "random": style.PURPLE, "coin tosses": style.PURPLE,
 }  # fmt: skip
 _LEGEND_COLUMNS, _ROW_IN = 3, 0.22
+#: Characters of a name of which three fit side by side.
+_LONG_NAME = 34
 
 
 class Series(NamedTuple):
@@ -40,7 +42,7 @@ class Series(NamedTuple):
 
 def plot_success(success: Sequence[Series], tts_s: Sequence[Series], detail: str) -> Figure:
     """Draw the probability of success of an attempt, and TTS99, against N; hollow marks are bounds."""
-    figure, axes = _panels(2, len({one.name for one in (*success, *tts_s)}))
+    figure, axes = _panels(2, [one.name for one in (*success, *tts_s)])
     looks = _looks([one.name for one in (*success, *tts_s)])
     for one in success:
         _draw(axes[0], one, looks[one.name], "v")
@@ -48,7 +50,8 @@ def plot_success(success: Sequence[Series], tts_s: Sequence[Series], detail: str
         _draw(axes[1], one, looks[one.name], "^")
     for axis in axes:
         axis.set_yscale("log")
-    axes[0].set_ylim(top=2.0)
+    # Coin tosses soon fall below everything that could be measured, and their time above everything else.
+    axes[0].set_ylim(0.3 * _least(one.y for one in success if not one.dashed), 2.0)
     style.dress(axes[0], "", "Success of one attempt")
     style.dress(axes[1], "Steps N", "TTS99 (s)")
     style.title(axes[0], "Success and time to solution", detail)
@@ -58,7 +61,7 @@ def plot_success(success: Sequence[Series], tts_s: Sequence[Series], detail: str
 
 def plot_sizes(variables: Sequence[Series], couplers: Sequence[Series], detail: str) -> Figure:
     """Draw bits and qubits, and couplers, against N."""
-    figure, axes = _panels(2, len({one.name for one in (*variables, *couplers)}))
+    figure, axes = _panels(2, [one.name for one in (*variables, *couplers)])
     looks = _looks([one.name for one in (*variables, *couplers)])
     for axis, series in zip(axes, (variables, couplers), strict=True):
         for one in series:
@@ -99,8 +102,12 @@ def plot_landscape(landscapes: Sequence[Depths]) -> Figure:
             label="feasible schedules",
         )  # fmt: skip
         positive = one.quantiles[one.quantiles > 0.0]
-        axes.set_yscale("symlog", linthresh=float(positive.min()) if positive.size else 1.0, linscale=0.3)
+        threshold = float(positive.min()) if positive.size else 1.0
+        axes.set_yscale("symlog", linthresh=threshold, linscale=0.5)
         axes.set_ylim(bottom=0.0)
+        top = float(positive.max(initial=threshold))
+        powers = range(math.ceil(math.log10(threshold)), math.floor(math.log10(top)) + 1)
+        axes.set_yticks([0.0, *(10.0**power for power in powers)])
         style.dress(axes, "Bits to flip to the nearest optimum", "" if index else "Energy above the optimum ((m/s)²)")
         style.title(axes, one.title, one.detail)
     style.legend(figure, "lower center", panels[0].get_legend_handles_labels()[0], 4)
@@ -194,8 +201,15 @@ def _draw(axes: Axes, one: Series, look: _Look, bound_marker: str) -> None:
     axes.plot(one.x[shown], one.y[shown], bound_marker, color=color, markersize=6.0, markerfacecolor="none")
 
 
-def _panels(count: int, names: int) -> tuple[Figure, Sequence[Axes]]:
-    rows = math.ceil(names / _LEGEND_COLUMNS)
+def _least(values: Iterable[NDArray[np.float64]]) -> float:
+    """Least positive value."""
+    every = np.concatenate([np.ones(1), *values])
+    return float(every[every > 0.0].min())
+
+
+def _panels(count: int, names: Sequence[str]) -> tuple[Figure, Sequence[Axes]]:
+    different = dict.fromkeys(names)
+    rows = math.ceil(len(different) / _columns(different))
     figure = style.new_figure(2.0 + 2.6 * count + _ROW_IN * rows, bottom_in=0.72 + _ROW_IN * rows)
     axes = list(figure.subplots(count, 1, sharex=True))
     axes[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
@@ -207,4 +221,9 @@ def _legend(figure: Figure, axes: Sequence[Axes]) -> None:
     for one in axes:
         for handle, name in zip(*one.get_legend_handles_labels(), strict=True):
             named.setdefault(name, handle)
-    style.legend(figure, "lower center", list(named.values()), _LEGEND_COLUMNS)
+    style.legend(figure, "lower center", list(named.values()), _columns(named))
+
+
+def _columns(names: Iterable[str]) -> int:
+    """Columns of a legend: fewer where names are long."""
+    return _LEGEND_COLUMNS if max(map(len, names), default=0) <= _LONG_NAME else _LEGEND_COLUMNS - 1

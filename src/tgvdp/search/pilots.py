@@ -197,5 +197,5 @@ class Pilot:
 def _cell_size(trip: Trip, fastest: Profile) -> float:
     """Cell size from the trip's own scales, m: its length, and how fast the train gains speed."""
     top_w = float(fastest.speed_mps.max()) ** 2
-    start_m = 0.5 * trip.train.inertia_kg * top_w / trip.train.traction.effort_n(0.0)
+    start_m = 0.5 * trip.train.inertia_kg * top_w / trip.train.traction_limit.effort_n(0.0)
     return min(trip.distance_m / _CELLS_PER_TRIP, start_m / _CELLS_PER_START)

@@ -83,10 +83,11 @@ def optimal_plan(ladder: Ladder, most_states: int = MOST_STATES) -> Optimum:
     while families:
         least = min(families).bound
         slack = 0.5 + 1e-12 * max(abs(least), abs(dearest))
-        guess = min(_next_cost(ladder, least - slack) + gap, known)
-        found = _solve_families(ladder, sorted(families), heights, guess, slack, most_states, concave)
-        if isinstance(found, Family):  # too wide
-            families, gap = _split(ladder, families, found), 0
+        lowest = _next_cost(ladder, least - slack)
+        guess = min(lowest + gap, known)
+        found, families = _solve_families(ladder, families, heights, guess, slack, most_states, concave)
+        if found is None:  # bounds are better now: nothing costs less than they say, nor than what was tried
+            gap = max(0, guess - _next_cost(ladder, min(families).bound - slack)) if families else 0
             continue
         if found.cost <= guess:
             path = paths.one_path(*found.walks[0])
@@ -114,31 +115,35 @@ def _solve_families(
     slack: float,
     most_states: int,
     concave: bool,
-) -> _Solved | Family:
+) -> tuple[_Solved | None, list[Family]]:
     """Fill the windows of all families whose bound is no more than the guess or what others found, best bound first.
 
-    Returns a family that is to be split, where one has too many states.
+    A family with too many states is split. Returns what was found, and the families that there are now; nothing was
+    looked for where the one of the least bound was split.
     """
     best, walks, states = int(kernels.NEVER), list[_Walk](), 0
-    for one in families:
-        limit = min(guess, best) + slack
-        if one.bound > limit:
-            break
-        table = _table(ladder, one, heights, limit)
+    waiting, treated = sorted(families), list[Family]()
+    while waiting and waiting[0].bound <= min(guess, best) + slack:
+        one = waiting[0]
+        table = _table(ladder, one, heights, min(guess, best) + slack)
         if concave and table.states > _SPLIT_ABOVE and one.touch < one.top:
-            return one
+            if not treated:
+                return None, _split(ladder, waiting, one)
+            waiting = sorted([*waiting[1:], *halves(ladder, one)])
+            continue
         if table.states > most_states:
-            least = ladder.objective(_next_cost(ladder, families[0].bound - slack))
+            least = ladder.objective(_next_cost(ladder, min(families).bound - slack))
             raise BudgetExceededError(
                 f"{ladder.instance.id}: needs {table.states} states (step, speed, distance), and may keep "
                 f"{most_states}; the objective is at least {least:.9g}"
             )
+        treated.append(waiting.pop(0))
         states += table.states
         cost, walk = _filled(ladder, table)
         if cost <= best:
             walks = [*walks, walk] if cost == best else [walk]
             best = cost
-    return _Solved(best, walks, states)
+    return _Solved(best, walks, states), [*treated, *waiting]
 
 
 class _Table(NamedTuple):
