@@ -83,7 +83,8 @@ def roughly_count(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, f
                 now[here[row, 0] - first : here[row, 1] + 1 - first] = 0.0
                 here[row, 0], here[row, 1] = _FAR, -1
         now, after, here, ahead = after, now, ahead, here
-    return now.sum()
+    total: np.float64 = now.sum()
+    return total
 
 
 @kernel
