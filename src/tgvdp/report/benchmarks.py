@@ -117,8 +117,8 @@ def plot_landscape(landscapes: Sequence[Depths]) -> Figure:
     return figure
 
 
-def plot_comparison(front: Series, points: Sequence[Series], detail: str) -> Figure:
-    """Draw the points that formulations reach over the true front of the same trip."""
+def plot_comparison(front: Series, points: Sequence[Series], unit: str, detail: str) -> Figure:
+    """Draw the points that formulations reach over the true front of the same trip; energies in a given unit."""
     figure = style.new_figure(bottom_in=0.72 + _ROW_IN * math.ceil((len(points) + 1) / _LEGEND_COLUMNS))
     axes = figure.add_subplot()
     axes.plot(front.x, front.y, "-", color=style.INK, linewidth=2.2, label=front.name, zorder=2)
@@ -128,7 +128,7 @@ def plot_comparison(front: Series, points: Sequence[Series], detail: str) -> Fig
             markersize=8.0 - 1.2 * index, markerfacecolor="none" if index % 2 else None, zorder=3 + index,
         )  # fmt: skip
     axes.set_ylim(0.0, 1.06 * max(float(one.y.max()) for one in (front, *points) if one.y.size))
-    style.dress(axes, "Running time (s)", "Energy of traction (J/kg)")
+    style.dress(axes, "Running time (s)", f"Energy of traction ({unit})")
     style.title(axes, "What formulations reach, and the true front", detail)
     _legend(figure, [axes])
     return figure
