@@ -5,6 +5,7 @@ from collections import defaultdict
 
 import numpy as np
 import pytest
+from benchmarks.instances import synthetic_track, synthetic_train
 
 import tgvdp
 
@@ -41,3 +42,11 @@ def test_bounds_on_all_reference_lines(shared):
         assert np.median(certificate.gap_pct) <= (0.5 if destination_m - origin_m < 5e3 else 0.15), place
         assert certificate.gap_pct.min() > -0.01, place
         assert certificate.gap_pct[1:].max() < 1.5, place
+
+
+def test_coasting_between_two_touches_of_the_limit():
+    """Down to the limit, coasting over a summit, and at the limit again: the costate may jump at both touches."""
+    result = tgvdp.search(synthetic_train(), synthetic_track(500e3), points=8)
+    gap_pct = result.certify().gap_pct
+    assert gap_pct.min() > -0.01
+    assert gap_pct[1:].max() < 0.3

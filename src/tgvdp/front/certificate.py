@@ -33,10 +33,10 @@ _LARGER = (1.15, 1.35, 1.8)
 _APART = 1.1
 #: Multipliers for the fastest run itself grow by this factor until they do not help, and then by smaller ones. The
 #: losses of a line grow with them, so that it needs this many times more cells.
-_STEEPER, _BETWEEN = 4.0, 1.6
-_STEEP_FINENESS = 16.0
-_MOST_STEEP = 10
-_STEEPEST = 100.0
+_STEEPER, _BETWEEN = 4.0, 1.4
+_STEEP_FINENESS = 32.0
+_MOST_STEEP = 12
+_STEEPEST = 1000.0
 #: Least of these multipliers, relative to energy over running time of the fastest run.
 _STEEP = 30.0
 #: Energy below this share of the kinetic energy at the top speed is a rounding error of none.

@@ -229,15 +229,20 @@ def integrate_costates(length, w, cap, effort, price, hold, retard, label, sourc
                 start_pin = math.nan
             elif label[k] == TRACTION and last < stop and label[last] == TRACTION and math.isnan(start_pin):
                 end_pin = hold  # it meets the limit, and begins where another one ends
-            elif math.isnan(start_pin) and math.isnan(end_pin):
+            free = math.isnan(start_pin) and math.isnan(end_pin)
+            if free:
                 start_pin = right[k - 1] if k > first else min(_highest(label[k], hold, retard), 0.0)
             stiff = _fill_phase(
                 k, last, start_pin, end_pin, hold, retard, length, w, cap, price, label, source, growth,
                 left, right, ahead, back,
             )  # fmt: skip
-            again = not is_partial(label[k]) and math.isnan(start_pin) and k > first and left[k] > right[k - 1]
-            if again:  # p may not jump upwards
-                start_pin = right[k - 1]
+            again = free and touch and right[last - 1] > _highest(label[k], hold, retard)
+            if again:  # between two touches of the limit p may jump down at both: what it may be at the end counts
+                start_pin = math.nan
+                end_pin = _highest(label[k], hold, retard)
+            elif not is_partial(label[k]) and math.isnan(start_pin) and k > first and left[k] > right[k - 1]:
+                start_pin = right[k - 1]  # p may not jump upwards
+                again = True
             held_next = last < stop and touch and label[k] == COASTING and (label[last] in (RETARDED, HELD_BACK))
             if held_next and not (again or math.isnan(start_pin)):
                 level = _lowest(label[last], hold, retard)

@@ -48,7 +48,7 @@ class Course(NamedTuple):
     stays : (K,) int64
         Whether a run on the envelope stays there.
     ride_s, ride_j : (K,) float64
-        Running time and energy of the fastest run in each cell.
+        Running time and energy of the fastest run in each cell. NaN until the course is first driven.
     """
 
     station_m: NDArray[np.float64]
@@ -76,8 +76,8 @@ def _energy(train, drawn, returned, length, work, w0, w1):
     return -returned * length * regenerated(train, -work / length, math.sqrt(w0), math.sqrt(w1))
 
 
-@kernel
-def find_rides(train, drawn, returned, course):
+@part
+def _find_rides(train, drawn, returned, course):
     """Fill in ``stays``, ``ride_s`` and ``ride_j`` of a course."""
     for k in range(course.length_m.shape[0]):
         grade = course.grade_n[k]
@@ -199,6 +199,8 @@ def drive(
     runs : int
         Number of runs.
     """
+    if math.isnan(course.ride_s[0]):
+        _find_rides(train, drawn, returned, course)
     ws[0] = start_w
     f_lo = lo_s - target_s
     f_hi = hi_s - target_s

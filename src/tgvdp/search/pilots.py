@@ -17,7 +17,7 @@ from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train
 from tgvdp.physics.profile import Profile
 from tgvdp.search import costate
-from tgvdp.search.drive import Course, drive, find_rides
+from tgvdp.search.drive import Course, drive
 
 #: Cells per trip at least, and cells within the distance over which starting effort would reach the top speed.
 _CELLS_PER_TRIP = 100
@@ -129,14 +129,12 @@ class Mesh:
 
     @cached_property
     def course(self) -> Course:
-        """What the kernel needs to drive: made once, when it is first driven."""
+        """What the kernel needs to drive, made once; the kernel adds the rides when it first drives."""
         count = len(self.cells.length_m)
         x_m, w = self.fastest_rows
         row = np.searchsorted(x_m, self.cells.station_m)
-        rides = np.empty(count, dtype=np.int64), np.empty(count), np.empty(count)
-        course = Course(*self.cells[:5], self.low, self.fast, x_m, w, row, *rides)
-        find_rides(self.train, self.drawn, self.returned, course)
-        return course
+        rides = np.zeros(count, dtype=np.int64), np.full(count, np.nan), np.full(count, np.nan)
+        return Course(*self.cells[:5], self.low, self.fast, x_m, w, row, *rides)
 
     def drive(
         self, first: NDArray[np.float64], second: NDArray[np.float64], share: float, counters: dict[str, int]
