@@ -9,15 +9,8 @@ from numpy.typing import NDArray
 from tgvdp.front.bounds import bound_kernel
 from tgvdp.front.ceiling import ceiling, lower_caps
 from tgvdp.front.costates import integrate_costates
-from tgvdp.front.phases import (
-    count_cells,
-    cut_rows,
-    label_cells,
-    row_efforts,
-    split_cells,
-    thin_rows,
-    tidy_labels,
-)
+from tgvdp.front.cutting import count_cells, cut_rows, split_cells, thin_rows
+from tgvdp.front.phases import label_cells, row_efforts, tidy_labels
 from tgvdp.front.pieces import PIECE_COLUMNS
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.line.fastest import reachable_w
