@@ -110,7 +110,10 @@ def _speed_step(slope, air, v, net, rows):
 
 @leaf
 def _row_end(table, extra, v, rising, rows):
-    """Speed at which the limit of curve and ``extra`` has changed by STEP, or the curve's next break if that is first."""
+    """Speed at which the effort limit has changed by STEP, or the next break of the curve if that comes first.
+
+    Or by a tenth of that share of the ``extra`` effort beside it: a curve that fades at standstill needs no more rows.
+    """
     n = table.shape[0]
     i = n - 1
     while i > 0 and (table[i, 0] > v or (not rising and table[i, 0] >= v)):
@@ -118,7 +121,7 @@ def _row_end(table, extra, v, rising, rows):
     effort, slope = effort_and_slope(table, v)
     step = math.inf
     if slope != 0.0:
-        step = max(STEP * abs((effort + extra) / slope), 0.25 * STEP * v) / rows
+        step = max(STEP * abs(effort / slope), STEP * abs(0.1 * extra / slope), 0.25 * STEP * v) / rows
     if v == 0.0 and effort + extra == 0.0:  # a brake without effort at standstill
         step = STEP / rows * table[i + 1, 0] if i + 1 < n else math.inf
     if rising:
