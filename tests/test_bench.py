@@ -261,6 +261,10 @@ def test_json_and_folders(tmp_path, capsys):
     assert bench(tmp_path / "out", library, solvers="dp", runs=1, more=["--json"]) == 0
     content = json.loads(capsys.readouterr().out)
     assert [row["Problem"] for row in content["rows"]] == ["other", "trip"]
+    assert bench(tmp_path / "out", library, solvers="dp", runs=1, more=["--json", "--up-to", "5"]) == 0
+    assert [row["Problem"] for row in json.loads(capsys.readouterr().out)["rows"]] == ["other"]
+    assert bench(tmp_path / "out", library, solvers="dp", runs=1, more=["--up-to", "4"]) == 3
+    assert "no instance (*.json) there of at most 4 steps" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
