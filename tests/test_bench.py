@@ -245,6 +245,18 @@ def test_what_a_solver_refuses_is_a_row_with_its_reason(tmp_path):
     assert rows["random:unary"]["p_success"] == rows["closed"]["p_success"] == ""
 
 
+@pytest.mark.parametrize("solver", ["leap", "dwave"])
+def test_a_missing_account_ends_the_benchmark_and_leaves_no_record(tmp_path, capsys, monkeypatch, solver):
+    pytest.importorskip("dwave.system")
+    for name in ("DWAVE_API_TOKEN", "DWAVE_CONFIG_FILE", "DWAVE_PROFILE"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    out = tmp_path / "out"
+    assert bench(out, write_trip(tmp_path), solvers=f"dp,{solver}", runs=1) == 3
+    assert "dwave config create" in capsys.readouterr().err
+    assert {path.name.split("--")[1] for path in (out / "runs").iterdir()} == {"certified-optimum", "dp"}
+
+
 def test_an_infeasible_instance_is_solved_by_proving_it(tmp_path):
     out = tmp_path / "out"
     assert bench(out, write_trip(tmp_path, D_units=100), solvers="dp,random:unary", runs=2) == 0

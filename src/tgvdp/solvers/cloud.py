@@ -3,7 +3,7 @@
 import time
 from typing import Any
 
-from tgvdp.errors import InputError
+from tgvdp.errors import InputError, UnavailableError
 from tgvdp.formulations.encoding import Encoded, Solution
 from tgvdp.solvers.bqm import bqm_of
 from tgvdp.solvers.extras import extra
@@ -16,14 +16,18 @@ def solve_dwave(encoded: Encoded, options: Options) -> Solution:
 
     Raises
     ------
+    UnavailableError
+        When there is no account or no such machine.
     InputError
-        When there is no account or no such machine, or the problem does not fit it.
+        When the problem does not fit it.
     """
     system = extra("dwave.system", "solver dwave")
     try:
         machine = system.DWaveSampler(**({} if options.backend is None else {"solver": options.backend}))
     except Exception as error:  # the cloud client has many of its own, for accounts, machines and networks
-        raise InputError(f"solver dwave: no machine: {error} (an account is set up by: dwave config create)") from None
+        raise UnavailableError(
+            f"solver dwave: no machine: {error} (an account is set up by: dwave config create)"
+        ) from None
     return embedded_solution(machine, encoded, options)
 
 

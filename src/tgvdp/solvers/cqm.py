@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.errors import InfeasibleError, InputError
+from tgvdp.errors import InfeasibleError, InputError, UnavailableError
 from tgvdp.formulations.binary import schedule_of
 from tgvdp.formulations.bits import encode_bits
 from tgvdp.formulations.demand import demand_schedule
@@ -212,14 +212,18 @@ def solve_leap(instance: Instance, options: Options) -> Solution:
 
     Raises
     ------
+    UnavailableError
+        When there is no account.
     InputError
-        When there is no account, or the service refuses the problem.
+        When the service refuses the problem.
     """
     system = extra("dwave.system", "solver leap")
     try:
         sampler = system.LeapHybridCQMSampler()
     except Exception as error:  # the cloud client has many of its own, for accounts, services and networks
-        raise InputError(f"solver leap: no service: {error} (an account is set up by: dwave config create)") from None
+        raise UnavailableError(
+            f"solver leap: no service: {error} (an account is set up by: dwave config create)"
+        ) from None
     return hybrid_solution(sampler, instance, options)
 
 
