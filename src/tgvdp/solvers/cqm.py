@@ -25,6 +25,7 @@ from tgvdp.formulations.instances import BinaryInstance, DemandInstance, Instanc
 from tgvdp.formulations.program import Row
 from tgvdp.formulations.replay import replay
 from tgvdp.solvers.bqm import bqm_of
+from tgvdp.solvers.cloud import qpu_time_s
 from tgvdp.solvers.extras import extra
 from tgvdp.solvers.options import Options
 
@@ -253,5 +254,6 @@ def hybrid_solution(sampler: Any, instance: Instance, options: Options) -> Solut
     details = {
         **_size(written), "reads": count, "feasible_reads": sum(feasible), "best_reads": len(equal),
         "time_limit_s": options.time_limit_s,
+        "qpu_s": qpu_time_s(sampleset.info),
     }  # fmt: skip
     return Solution("leap", best, False, None, replay(instance, best), elapsed_s, details=details)
