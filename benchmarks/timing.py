@@ -1,6 +1,7 @@
 """Clocks: medians of repeats on one core, and fresh processes for what a fresh process pays."""
 
 import json
+import math
 import os
 import statistics
 import subprocess
@@ -29,10 +30,13 @@ def pin() -> int | None:
     return core
 
 
-def median_s(call: Callable[[], _Result], repeats: int) -> tuple[float, _Result]:
-    """Median wall time of some calls in s, and what the last one returned; call once before, to be warm."""
-    times = []
-    for _ in range(repeats):
+def median_s(call: Callable[[], _Result], repeats: int, most_s: float = math.inf) -> tuple[float, _Result]:
+    """Median wall time of some calls in s, and what the last one returned; call once before, to be warm.
+
+    There are fewer calls where they take more than ``most_s`` seconds together.
+    """
+    times: list[float] = []
+    while len(times) < repeats and sum(times) <= most_s:
         started = time.perf_counter()
         result = call()
         times.append(time.perf_counter() - started)

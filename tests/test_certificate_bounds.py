@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from tgvdp import EffortCurve, Train
-from tgvdp.front.bounds import _least, least_hamiltonian, standstill_cell
+from tgvdp.front.bounds import least_hamiltonian, standstill_cell
+from tgvdp.front.minimum import least_on_piece
 from tgvdp.front.pieces import largest_effort, merge_tables
 from tgvdp.physics.forces import kernel_train
 
@@ -27,7 +28,7 @@ def test_least_value_of_a_piece_is_below_every_sample_and_tight(seed):
         lo = 0.0
     a, b0, b1, b2, b3 = rng.normal(size=5) * np.array([100.0, 1.0, 1.0, 0.1, 0.01]) * rng.choice([0.0, 1.0], 5)
     a = abs(a) + 0.1 if lo == 0.0 else a
-    found, at = _least(a, b0, b1, b2, b3, lo, hi, math.inf, hi)
+    found, at = least_on_piece(a, b0, b1, b2, b3, lo, hi, math.inf, hi)
     brute = _brute_least((a, b0, b1, b2, b3), lo, hi)
     scale = abs(a) / hi + abs(b0) + abs(b1) * hi + abs(b2) * hi**2 + abs(b3) * hi**3
     assert found <= brute + 1e-12 * scale

@@ -8,8 +8,7 @@ import pytest
 
 import tgvdp
 from tgvdp import api
-from tgvdp.cli import main
-from tgvdp.cli import search as cli_search
+from tgvdp.cli import main, search_options
 from tgvdp.constants import METHOD_OPTIONS, METHODS
 
 SHORT = ("--track", "flat-100km", "--to", "3000", "--points", "6", "--max-margin", "10")
@@ -43,14 +42,15 @@ def test_defaults_are_left_to_the_search_and_help_tells_them(capsys):
     assert f"How to search. [default: {defaults['method']}]" in text
     assert f"what orders the queue. [default: {defaults['heuristic']}]" in text
     assert f"so many complete paths. [default: {defaults['paths']}]" in text
-    assert f"[default: {cli_search.DEFAULT_TRAIN}]" in text
-    assert f"[default: {cli_search.DEFAULT_TRACK}]" in text
+    assert f"[default: {search_options.DEFAULT_TRAIN}]" in text
+    assert f"[default: {search_options.DEFAULT_TRACK}]" in text
     assert defaults["dominance"] is defaults["bounds"] is True
 
 
 def test_every_option_reaches_the_search(tmp_path, calls):
     trip = "--train alstom-emu --track flat-100km --from 1000 --to 3000 --start-speed 36 --end-speed 18"
-    common = "--energy wheel --max-margin 30 --time-limit 20 --no-certify --quiet"
+    line = "--convention osrd --mass-model point --limits head --curves roeckl --no-tunnels"
+    common = f"--energy wheel {line} --max-margin 30 --time-limit 20 --no-certify --quiet"
     grid = "--segment 500 --speeds 12 --max-labels 100000"
     best_first = "--method best-first --paths 3 --heuristic time --no-dominance --bounds"
     for out, options in enumerate(("--points 7", f"{grid} {best_first}")):
@@ -64,6 +64,11 @@ def test_every_option_reaches_the_search(tmp_path, calls):
         "start_speed_mps": 10.0,
         "end_speed_mps": 5.0,
         "energy": "wheel",
+        "convention": "osrd",
+        "mass_model": "point",
+        "limits": "head",
+        "curves": "roeckl",
+        "tunnels": False,
         "max_margin": 0.3,
         "time_limit_s": 20.0,
     }

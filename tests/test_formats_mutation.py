@@ -6,10 +6,10 @@ import tomllib
 
 import pytest
 import yaml
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from conftest import SHARED
+from conftest import SHARED, fuzz
 from format_case import JOURNEY, SCENARIO, TTOBENCH_TRACK, TTOBENCH_TRAIN
 from osrd_case import OSRD_TRAIN
 from railtoolkit_case import PATHS, PATHS_2024, ROLLING_STOCK
@@ -40,8 +40,6 @@ PUBLISHED = {
     "railtoolkit paths": ["railtoolkit/paths/slope.yaml", "railtoolkit/paths/speed.yaml"],
     "OSRD": ["osrd/electric_rolling_stock.json", "osrd/fast_rolling_stock.json"],
 }
-fuzz = settings(max_examples=2000, deadline=None, database=None, suppress_health_check=list(HealthCheck))
-
 JUNK = st.one_of(
     st.none(),
     st.booleans(),
@@ -130,7 +128,7 @@ def test_mutated_trees_load_or_are_refused_in_one_line(tmp_path, kind):
     path = tmp_path / "input.json"
     trees = [TREES[kind], *published_trees(kind)]
 
-    @fuzz
+    @fuzz()
     @given(st.sampled_from(trees).flatmap(mutated))
     def check(tree):
         path.write_text(json.dumps(tree), encoding="utf-8")
@@ -143,7 +141,7 @@ def test_mutated_trees_load_or_are_refused_in_one_line(tmp_path, kind):
 def test_mutated_bytes_load_or_are_refused_in_one_line(tmp_path, kind):
     original, path = TEXTS[kind].encode(), tmp_path / "input"
 
-    @settings(fuzz, max_examples=500)
+    @fuzz(100)
     @given(st.integers(0, len(original)), st.integers(0, 20), st.binary(max_size=4))
     def check(at, length, instead):
         path.write_bytes(original[:at] + instead + original[at + length :])

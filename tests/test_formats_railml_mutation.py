@@ -3,16 +3,15 @@
 import re
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from conftest import fuzz
 from railml_case import SAMPLES
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file
 
 pytest.importorskip("lxml")
-
-EXAMPLES = settings(max_examples=2000, deadline=None, suppress_health_check=list(HealthCheck))
 
 #: Refusals of a whole file, or of what is asked of it, have no line; all others do.
 WHOLE_FILE = ("holds no track and no train", "is nested too deeply", "holds XML, but no railML", "holds no ", "is not ")
@@ -70,7 +69,7 @@ def loads_or_is_refused(path, data):
 def test_mutated_files_load_or_are_refused_in_one_line(tmp_path, sample):
     path = tmp_path / "input.xml"
 
-    @EXAMPLES
+    @fuzz()
     @given(mutated(SAMPLES[sample]))
     def check(text):
         loads_or_is_refused(path, text.encode())
@@ -83,7 +82,7 @@ def test_mutated_bytes_load_or_are_refused_in_one_line(tmp_path, sample):
     path = tmp_path / "input.xml"
     original = SAMPLES[sample].encode()
 
-    @EXAMPLES
+    @fuzz()
     @given(st.integers(0, len(original)), st.integers(0, 20), st.binary(max_size=4))
     def check(at, length, instead):
         data = original[:at] + instead + original[at + length :]

@@ -9,6 +9,7 @@ from format_case import TTOBENCH_TRACK, TTOBENCH_TRAIN, changed, quantity, write
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file, load_track, load_train
 from tgvdp.model.track import Curve, Gradient, SpeedLimit, Tunnel
+from tgvdp.model.train import TunnelDrag
 
 TRACKS = [
     "00_reference",
@@ -244,11 +245,24 @@ def test_a_train_without_electric_brake(tmp_path):
 
 
 def test_what_is_read_but_not_used_is_said(tmp_path):
-    train = train_of(tmp_path, "tunnel resistance", {"40": 1.0})
-    assert train.notes == ("tunnel resistance is not used yet",)
     track = track_of(tmp_path, "ETCS braking data", {"M_NVAVADH": 0.5})
     assert "ETCS braking data is not used yet" in str(describe_file(tmp_path / "track.json"))
     assert track.notes == ("ETCS braking data is not used yet",)
+
+
+def test_tunnel_resistance_by_cross_section(tmp_path):
+    train = train_of(
+        tmp_path, "tunnel resistance", {"40": quantity(1e-4, "kN/(km/h)^2"), "22.5": quantity(2, "N/(m/s)^2")}
+    )
+    assert train.tunnel_drag == (TunnelDrag(40.0, pytest.approx(1.296)), TunnelDrag(22.5, 2.0))
+    for wrong, message in (
+        ({"wide": quantity(1, "N/(m/s)^2")}, "tunnel resistance.wide: must be named by a cross section in m²"),
+        ({"40": quantity(1, "kN")}, "tunnel resistance.40"),
+        ({"40": 1.0}, r"tunnel resistance"),
+        ({"40": quantity(-1, "N/(m/s)^2")}, "tunnel_drag"),
+    ):
+        with pytest.raises(InputError, match=message):
+            train_of(tmp_path, "tunnel resistance", wrong)
 
 
 def test_an_efficiency_of_one_percent_is_kept_and_remarked(tmp_path):

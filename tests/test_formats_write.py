@@ -7,22 +7,22 @@ import tomllib
 from random import Random
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from conftest import fuzz
 from tgvdp.errors import InputError
 from tgvdp.formats import load_scenario
 from tgvdp.formats.decimals import decimal, in_unit, tidy
 from tgvdp.formats.detect import Scenario
 from tgvdp.formats.write import TARGETS, scenario_of, write_bytes
 from tgvdp.model import catalog
+from tgvdp.model.adhesion import Adhesion
 from tgvdp.model.effort import EffortCurve, EffortPiece
 from tgvdp.model.journey import Journey, TimingPoint
 from tgvdp.model.track import SpeedLimit, Track
 from tgvdp.model.train import Train
 from tgvdp.units import kmh_to_mps, to_si
-
-EXAMPLES = settings(max_examples=2000, deadline=None, suppress_health_check=list(HealthCheck))
 
 TRAIN = Train(name="emu", mass_kg=2e5, traction=EffortCurve.from_caps(2e5, 4e6), max_speed_mps=40.0)
 TRACK = Track(name="line", length_m=1e4, speed_limits=(SpeedLimit(0.0, 30.0),))
@@ -80,11 +80,17 @@ def effort(dice, forms=("caps", "points", "polynomials")):
     )
 
 
-def make_train(dice, forms=("caps", "points", "polynomials")):
+def make_train(dice, forms=("caps", "points", "polynomials"), native=True):
     limits = ("max_acceleration_mps2", "max_deceleration_mps2")
     optional = {name: size(dice, 0.1, 3.0) for name in limits if dice.random() < 0.5}
     if dice.random() < 0.5:
         optional["braking"] = effort(dice, forms)
+    optional["tunnel_drag"] = [(size(dice, 20, 60), size(dice, 0, 9) * 12.96)][: dice.randrange(2)]
+    if native and dice.random() < 0.5:
+        optional["auxiliary_power_w"] = size(dice, 0, 900) * 1000
+        speeds_kmh = positions(dice, 4, 300)
+        optional["braking_rates"] = [(kmh_to_mps(speed_kmh), size(dice, 0.1, 2)) for speed_kmh in speeds_kmh]
+        optional["adhesion"] = Adhesion(size(dice, 0.2, 1) * 1000, dice.choice([None, size(dice, 0.05, 0.4)]))
     return Train(
         name="emu",
         mass_kg=size(dice, 1, 9000) * 1000,
@@ -102,7 +108,7 @@ def make_train(dice, forms=("caps", "points", "polynomials")):
     )
 
 
-def make_track(dice):
+def make_track(dice, native=True):
     def radius_m():
         return dice.choice([math.inf, size(dice, 50, 9999), -size(dice, 50, 9999)])
 
@@ -116,6 +122,7 @@ def make_track(dice):
         gradients=some(lambda: [size(dice, -60, 60)]),
         curves=some(lambda: [radius_m(), radius_m()]),
         tunnels=[(5000.0, size(dice, 0, 4000), size(dice, 20, 100))][: dice.randrange(2)],
+        neutral_sections=[(5000.0, size(dice, 0, 400), dice.random() < 0.5)][: dice.randrange(2) if native else 0],
         stops_m=[*positions(dice, 4, 10_000), 10_000.0],
         altitude_m=size(dice, -100, 3000),
     )
@@ -123,7 +130,7 @@ def make_track(dice):
 
 @pytest.mark.parametrize("target", ["toml", "json"])
 def test_native_files_give_back_what_people_write_exactly(tmp_path, target):
-    @EXAMPLES
+    @fuzz()
     @given(DICE)
     def check(dice):
         train, track = make_train(dice), make_track(dice)
@@ -139,10 +146,10 @@ def test_native_files_give_back_what_people_write_exactly(tmp_path, target):
 
 
 def test_ttobench_files_give_back_what_people_write_exactly(tmp_path):
-    @EXAMPLES
+    @fuzz()
     @given(DICE)
     def check(dice):
-        part = make_train(dice, ["caps"]) if dice.random() < 0.5 else make_track(dice)
+        part = make_train(dice, ["caps"], False) if dice.random() < 0.5 else make_track(dice, False)
         again, losses = read_back(part, "ttobench", tmp_path)
         assert losses == ()
         made = again.train or again.track

@@ -236,7 +236,7 @@ def test_interrupt_is_heard_within_half_a_second_on_1000_km():
 
     threading.Timer(0.3, interrupt).start()
     with pytest.raises(KeyboardInterrupt):
-        while True:
+        while not sent_s or time.perf_counter() - sent_s[0] < 5.0:
             tgvdp.search(train, track, points=200)
     assert time.perf_counter() - sent_s[0] < 0.5
 

@@ -17,6 +17,7 @@ from tgvdp.model.track import SpeedLimit, Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
 from tgvdp.physics.arc import OK, OVER_TRACTION
+from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import kernel_train
 from tgvdp.physics.profile import profile_of
 from tgvdp.physics.replay import replay
@@ -40,8 +41,10 @@ def tram(limits, length_m=1000.0, **trip):
 
 def drive_on(trip, w0, w1):
     cells = cells_of(trip)
-    long_cells = LongCells(cells.station_m, cells.grade_n, cells.air, cells.limit_w)
-    return drive(kernel_train(trip.train), long_cells, 0, len(cells.length_m), w0, w1)
+    long_cells = LongCells(cells.station_m, *cells[2:])
+    return drive(
+        kernel_train(trip.train), energy_tables(trip.train, trip.energy), long_cells, 0, len(cells.length_m), w0, w1
+    )
 
 
 @pytest.mark.nojit

@@ -86,7 +86,7 @@ def test_mean_resistance_and_brake(v0, v1):
     expected = running.mean_over_distance(train.resistance_n, v0, v1)
     assert mean_resistance(kernel, train.davis_c_n_per_mps2, v0, v1) == pytest.approx(expected, rel=rel)
     brakes = running.mean_over_distance(lambda v: running.brake_n(train, v), v0, v1, running.breaks_of(train.braking))
-    assert mean_brake(kernel, v0, v1) == pytest.approx(brakes, rel=rel)
+    assert mean_brake(kernel, 0.0, v0, v1) == pytest.approx(brakes, rel=rel)
 
 
 @settings(max_examples=60, deadline=None, derandomize=True)

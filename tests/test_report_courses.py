@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from report_case import PROVENANCE, VERDICT, make_result, railway_trip
-from tgvdp.cli.search import PROFILE_FORMATS
+from tgvdp.cli.search_options import PROFILE_FORMATS
 from tgvdp.errors import MissingExtraError
 from tgvdp.report import write_results
 from tgvdp.report.courses import COURSE_COLUMNS, PROFILE_FILES, driving_course_csv, profiles_parquet

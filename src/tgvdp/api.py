@@ -18,12 +18,14 @@ from tgvdp.front.targets import asked_targets, check_targets
 from tgvdp.line.fastest import fastest_run
 from tgvdp.line.stepped import stepped_time_s
 from tgvdp.model.checks import require_number
+from tgvdp.model.convention import TTOBENCH, convention_of
 from tgvdp.model.energy import BUILT_IN_MAP, ENERGY_KINDS, EnergyMap, EnergyModel
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
 from tgvdp.physics.profile import Profile, profile_of
 from tgvdp.physics.replay import Verdict, replay
+from tgvdp.physics.resolved import POWERED, resolve
 from tgvdp.search.best_first import DEFAULT_SEGMENTS, DEFAULT_SPEEDS, best_first
 from tgvdp.search.budget import DEFAULT_TIME_S, SearchBudget
 from tgvdp.search.grid import build_grid
@@ -142,6 +144,11 @@ def search(
     start_speed_mps: float = 0.0,
     end_speed_mps: float = 0.0,
     energy: str | EnergyMap = "wheel",
+    convention: str = TTOBENCH.name,
+    mass_model: str | None = None,
+    limits: str | None = None,
+    curves: str | None = None,
+    tunnels: bool | None = None,
     method: str = "front",
     points: int = 60,
     max_margin: float = 0.25,
@@ -171,6 +178,16 @@ def search(
         What is minimised, and what all energies of the result count: traction work at the wheel; what is drawn from the
         line by the train's efficiencies, its regeneration and its auxiliary power; or the same by a map: one of the
         catalog ("map" is short for "alstom-map"), a file, or an `EnergyMap`.
+    convention : {"ttobench", "osrd", "trainruns"}
+        Whose understanding of the line is followed: gravity, line resistance, where speed limits hold.
+    mass_model : {"point", "strip"}, optional
+        Gradients, curves and tunnels act at the train's head, or averaged over its length; default: the convention's.
+    limits : {"head", "tail"}, optional
+        A rise of the speed limit counts from where the head, or the tail, has passed it.
+    curves : {"none", "800/R", "roeckl"}, optional
+        Formula of curve resistance.
+    tunnels : bool, optional
+        Whether the train's additional drag in tunnels counts.
     method : {"front", "exact", "best-first"}
         ``front`` aims at the continuous optimum, ``exact`` returns all Pareto-optimal paths of an explicit grid,
         ``best-first`` is the graph search of the seed on that grid.
@@ -222,6 +239,7 @@ def search(
         start_speed_mps=start_speed_mps,
         end_speed_mps=end_speed_mps,
         energy=model,
+        convention=convention_of(convention, mass_model=mass_model, limits=limits, curves=curves, tunnels=tunnels),
     )
     profile = fastest_run(trip)
     step_m = trip.convention.step_m
@@ -231,6 +249,10 @@ def search(
         "max_margin": _margin(fastest.time_s, max_margin, max_time_s),
         "destination_m": trip.destination_m,
         "energy": model.kind if model.map is None else model.map.name,
+        "mass_model": trip.convention.mass_model,
+        "limits": trip.convention.limits,
+        "curves": trip.convention.curves,
+        "tunnels": trip.convention.tunnels,
         "time_limit_s": budget.time_limit_s,
         "at_s": at_s,
         "at_margin": at_margin,
@@ -302,8 +324,12 @@ def _continuous_front(
     budget: SearchBudget,
     tolerance_s: float | None = None,
 ) -> OptimalRuns:
-    """Method ``front``: the costate program, or the generic refinement for an energy that it cannot treat."""
-    find = refine_front if trip.energy.kind == "map" else optimal_front
+    """Method ``front``: the costate program, or the generic refinement for what it cannot treat.
+
+    That is an energy by a map, and stretches without current: the program knows the same train in all cells.
+    """
+    whole = bool((resolve(trip).supply == POWERED).all())
+    find = optimal_front if whole and trip.energy.kind != "map" else refine_front
     return find(trip, fastest, target_s, budget, tolerance_s)
 
 

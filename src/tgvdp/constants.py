@@ -35,3 +35,9 @@ METHOD_OPTIONS = {
     "speeds": ("exact", "best-first"),
     "max_labels": ("exact", "best-first"),
 }
+
+#: Names of the conventions and of their switches, spelled likewise (see `tgvdp.model.convention`).
+CONVENTION_NAMES = ("ttobench", "osrd", "trainruns")
+MASS_MODELS = ("point", "strip")
+LIMIT_RULES = ("head", "tail")
+CURVE_FORMULAS = ("none", "800/R", "roeckl")

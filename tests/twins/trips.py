@@ -1,10 +1,12 @@
 """Random trips of every kind: named by their seed, so that a failing one becomes a regression test by its number."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from tgvdp.errors import InputError
+from tgvdp.model.convention import Convention
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
@@ -96,3 +98,52 @@ def level_trip(train, length_m, limit_mps=200.0, **speeds):
     """A level line with one limit."""
     track = Track(length_m=length_m, speed_limits=((0.0, limit_mps),))
     return Trip(train=train, track=track, origin_m=0.0, destination_m=length_m, **speeds)
+
+
+def with_line(trip, seed, **convention):
+    """The same trip with a length, curves, tunnels and neutral sections, under a convention given by its switches."""
+    rng = np.random.default_rng([seed, 1])
+    length = trip.track.length_m
+    scale = trip.train.traction.effort_n(0.0) / trip.train.mass_kg  # stands for how hilly a line this train can run
+    curves = []
+    radius = math.inf
+    for x in (0.0, *np.sort(rng.uniform(0, length, rng.choice([0, 2, 12])))):
+        after = rng.choice([-1, 1]) * rng.uniform(200, 3000) / scale if rng.random() < 0.6 else math.inf
+        curves.append((x, radius if rng.random() < 0.5 else after, after))
+        radius = after
+    ends = np.sort(rng.uniform(0, length, 6))
+    tunnels = [(a, b - a, area) for a, b, area in zip(ends[::2], ends[1::2], (24.0, 40.0, 24.0), strict=True)]
+    gaps = np.sort(rng.uniform(0, length, 2))
+    neutral = [(x, 0.01 * rng.random() * (gaps[1] - gaps[0]), bool(rng.random() < 0.5)) for x in gaps]
+    neutral = [(x, min(stretch, length - x), lowered) for x, stretch, lowered in neutral]
+    c = trip.train.davis_c_n_per_mps2
+    train = replace(
+        trip.train,
+        length_m=rng.choice([0.01, 0.1, 2.0]) * length,
+        tunnel_drag=((24.0, c), (40.0, 0.4 * c)),
+    )
+    sections = tuple(neutral) if rng.random() < 0.5 else ()
+    track = replace(trip.track, curves=tuple(curves), tunnels=tuple(tunnels), neutral_sections=sections)
+    return replace(trip, train=train, track=track, convention=Convention(name="test", **convention))
+
+
+SWITCHES = {"mass_model": ("point", "strip"), "limits": ("head", "tail"), "curves": ("none", "800/R", "roeckl")}
+
+
+def random_switches(seed):
+    """One value of each switch."""
+    rng = np.random.default_rng([seed, 2])
+    chosen = {name: str(rng.choice(values)) for name, values in SWITCHES.items()}
+    return chosen | {"tunnels": bool(rng.random() < 0.5)}
+
+
+def with_rates(trip, seed):
+    """The same trip, in two of five cases with braking rates, half of them a table over speed."""
+    rng = np.random.default_rng([seed, 3])
+    if rng.random() >= 0.4:
+        return trip
+    rate = rng.uniform(0.2, 1.2)
+    rates = [(0.0, rate)]
+    if rng.random() < 0.5:
+        rates += [(rng.uniform(*span), rate * rng.uniform(0.7, 1.3)) for span in ((3, 20), (21, 50))]
+    return replace(trip, train=replace(trip.train, braking_rates=tuple(rates)))

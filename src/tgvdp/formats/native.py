@@ -10,16 +10,17 @@ from typing import Annotated, Any
 
 from msgspec import UNSET, Meta, Struct, UnsetType, structs
 
-from tgvdp.constants import HEURISTICS, METHODS
+from tgvdp.constants import CONVENTION_NAMES, CURVE_FORMULAS, HEURISTICS, LIMIT_RULES, MASS_MODELS, METHODS
 from tgvdp.formats.energy_map import MapSpec, make_map
 from tgvdp.formats.reading import Document, bad, errors_named, shown
 from tgvdp.formats.targets import parse_targets
 from tgvdp.formats.typed import decode, suggestion
+from tgvdp.model.adhesion import Adhesion
 from tgvdp.model.checks import require_text
 from tgvdp.model.effort import EffortCurve, EffortPiece
 from tgvdp.model.energy import ENERGY_KINDS, EnergyMap
-from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track, Tunnel
-from tgvdp.model.train import Train
+from tgvdp.model.track import Curve, Gradient, NeutralSection, SpeedLimit, Track, Tunnel
+from tgvdp.model.train import BrakingRate, Train, TunnelDrag
 from tgvdp.units import KILO, kmh_to_mps, per_kmh_to_per_mps
 
 Positive = Annotated[float, Meta(gt=0.0)]
@@ -28,6 +29,17 @@ Count = Annotated[int, Meta(ge=1)]
 Several = Annotated[int, Meta(ge=2)]
 
 _STRAIGHT = "infinity"
+
+#: Run options that are one of a few names.
+_CHOICES = {
+    "energy": ENERGY_KINDS,
+    "convention": CONVENTION_NAMES,
+    "mass_model": MASS_MODELS,
+    "limits": LIMIT_RULES,
+    "curves": CURVE_FORMULAS,
+    "method": METHODS,
+    "heuristic": HEURISTICS,
+}
 
 
 class _Point(Struct, forbid_unknown_fields=True):
@@ -51,6 +63,23 @@ class _Effort(Struct, forbid_unknown_fields=True):
     polynomials: list[_Polynomial] | UnsetType = UNSET
 
 
+class _TunnelDrag(Struct, forbid_unknown_fields=True):
+    cross_section_m2: Positive
+    davis_c_n_per_kmh2: NotNegative
+
+
+class _BrakingRate(Struct, forbid_unknown_fields=True):
+    from_kmh: NotNegative
+    deceleration_mps2: Positive
+
+
+class _Adhesion(Struct, forbid_unknown_fields=True):
+    """Mass on the driven axles; without a coefficient that of dry rail by Curtius and Kniffler."""
+
+    adhesive_mass_t: Positive
+    coefficient: Positive | UnsetType = UNSET
+
+
 class _Train(Struct, forbid_unknown_fields=True):
     mass_t: Positive
     traction: _Effort
@@ -59,6 +88,7 @@ class _Train(Struct, forbid_unknown_fields=True):
     davis_b_n_per_kmh: NotNegative
     davis_c_n_per_kmh2: NotNegative
     braking: _Effort | UnsetType = UNSET
+    adhesion: _Adhesion | UnsetType = UNSET
     friction_brake_kn: NotNegative = 0.0
     rotating_mass_factor: Annotated[float, Meta(ge=1.0)] = 1.0
     length_m: NotNegative = 0.0
@@ -66,6 +96,9 @@ class _Train(Struct, forbid_unknown_fields=True):
     max_deceleration_mps2: Positive | UnsetType = UNSET
     traction_efficiency_pct: Annotated[float, Meta(gt=0.0, le=100.0)] = 100.0
     regeneration_efficiency_pct: Annotated[float, Meta(ge=0.0, le=100.0)] = 0.0
+    auxiliary_power_kw: NotNegative = 0.0
+    tunnel_drag: list[_TunnelDrag] = []
+    braking_rates: list[_BrakingRate] = []
     name: str | UnsetType = UNSET
     notes: list[str] = []
 
@@ -92,6 +125,12 @@ class _Tunnel(Struct, forbid_unknown_fields=True):
     cross_section_m2: Positive
 
 
+class _NeutralSection(Struct, forbid_unknown_fields=True):
+    from_m: NotNegative
+    length_m: NotNegative
+    lowered_pantograph: bool = False
+
+
 class _Track(Struct, forbid_unknown_fields=True):
     length_m: Positive
     speed_limits: list[_Limit]
@@ -99,6 +138,7 @@ class _Track(Struct, forbid_unknown_fields=True):
     stops_m: list[float] = []
     curves: list[_Curve] = []
     tunnels: list[_Tunnel] = []
+    neutral_sections: list[_NeutralSection] = []
     altitude_m: float = 0.0
     name: str | UnsetType = UNSET
     notes: list[str] = []
@@ -112,6 +152,11 @@ class _Run(Struct, forbid_unknown_fields=True):
     start_speed_kmh: NotNegative | UnsetType = UNSET
     end_speed_kmh: NotNegative | UnsetType = UNSET
     energy: str | UnsetType = UNSET
+    convention: str | UnsetType = UNSET
+    mass_model: str | UnsetType = UNSET
+    limits: str | UnsetType = UNSET
+    curves: str | UnsetType = UNSET
+    tunnels: bool | UnsetType = UNSET
     method: str | UnsetType = UNSET
     points: Several | UnsetType = UNSET
     max_margin_pct: Positive | UnsetType = UNSET
@@ -171,13 +216,16 @@ def _reference(given: str | UnsetType) -> str | None:
 
 
 def _train(path: Path, spec: _Train, name: str) -> Train:
-    limits = {
+    limits: dict[str, Any] = {
         field: value
         for field in ("max_acceleration_mps2", "max_deceleration_mps2")
         if (value := getattr(spec, field)) is not UNSET
     }
     if spec.braking:
         limits["braking"] = _effort(path, "train.braking", spec.braking)
+    if spec.adhesion:
+        given = spec.adhesion.coefficient
+        limits["adhesion"] = Adhesion(spec.adhesion.adhesive_mass_t * KILO, None if given is UNSET else given)
     return Train(
         name=name if spec.name is UNSET else spec.name,
         mass_kg=spec.mass_t * KILO,
@@ -191,6 +239,11 @@ def _train(path: Path, spec: _Train, name: str) -> Train:
         max_speed_mps=kmh_to_mps(spec.max_speed_kmh),
         traction_efficiency=spec.traction_efficiency_pct / 100.0,
         regeneration_efficiency=spec.regeneration_efficiency_pct / 100.0,
+        auxiliary_power_w=spec.auxiliary_power_kw * KILO,
+        tunnel_drag=tuple(
+            TunnelDrag(row.cross_section_m2, per_kmh_to_per_mps(row.davis_c_n_per_kmh2, 2)) for row in spec.tunnel_drag
+        ),
+        braking_rates=tuple(BrakingRate(kmh_to_mps(row.from_kmh), row.deceleration_mps2) for row in spec.braking_rates),
         notes=tuple(spec.notes),
         **limits,
     )
@@ -230,6 +283,7 @@ def _track(path: Path, spec: _Track, name: str) -> Track:
         stops_m=tuple(spec.stops_m),
         curves=tuple(_curves(path, spec.curves)),
         tunnels=tuple(Tunnel(*structs.astuple(row)) for row in spec.tunnels),
+        neutral_sections=tuple(NeutralSection(*structs.astuple(row)) for row in spec.neutral_sections),
         altitude_m=spec.altitude_m,
         notes=tuple(spec.notes),
     )
@@ -247,7 +301,7 @@ def _curves(path: Path, rows: list[_Curve]) -> Iterator[Curve]:
 
 def _options(path: Path, run: _Run) -> dict[str, Any]:
     options = {field: value for field, value in structs.asdict(run).items() if value is not UNSET}
-    for field, known in (("energy", ENERGY_KINDS), ("method", METHODS), ("heuristic", HEURISTICS)):
+    for field, known in _CHOICES.items():
         name = options.get(field, known[0])
         if name not in known:
             raise bad(path, f"run.{field}: unknown {field} {shown(name)}{suggestion(name, known)}")

@@ -149,7 +149,7 @@ def balancing_speed_mps(train: Train) -> float:
     speeds_mps: list[float] = np.linspace(0.0, top_mps, _SPEEDS + 1).tolist()
 
     def surplus_n(speed_mps: float) -> float:
-        return train.traction.effort_n(speed_mps) - train.resistance_n(speed_mps)
+        return train.traction_limit.effort_n(speed_mps) - train.resistance_n(speed_mps)
 
     for low_mps, high_mps in pairwise(speeds_mps):
         if surplus_n(high_mps) < 0.0:
@@ -181,7 +181,7 @@ def _running(train: Train) -> Iterator[Check]:
 
 def _traction(train: Train) -> Iterator[Check]:
     top_mps = _top_mps(train)
-    start_n = train.traction.effort_n(0.0)
+    start_n = train.traction_limit.effort_n(0.0)
     # 0.33 is the adhesion of dry rail with every axle driven; wheel slide control reaches 0.4.
     yield Check("starting effort to weight", start_n / (train.mass_kg * GRAVITY_MPS2), "", 0.003, 0.4, "traction",
                 "N or kN?")  # fmt: skip

@@ -1,10 +1,9 @@
 """TTOBench tracks, trains and journeys (JSON, library versions 1.1 to 1.5; Kouzoupis et al., BSD-2-Clause).
 
 Every field names its unit, and every unit is read. Entries of a track hold until the next one; the last stop is the
-length of the track. Read but not used yet: ETCS braking data, tunnel resistance, numbers of seats and coaches.
+length of the track. Read but not used yet: ETCS braking data, numbers of seats and coaches.
 """
 
-import math
 from collections.abc import Callable, Collection, Iterator
 from functools import partial
 from itertools import pairwise
@@ -15,33 +14,16 @@ from msgspec import UNSET, Struct, UnsetType, field
 
 from tgvdp.formats.content import Content, Item, Kind
 from tgvdp.formats.reading import Document, bad, errors_named, shown
+from tgvdp.formats.ttobench_fields import Metadata, Quantity, number_si, spaced, unused, value_si
 from tgvdp.formats.ttobench_journey import read_journey
+from tgvdp.formats.ttobench_train import TrainFile, read_train
 from tgvdp.formats.typed import decode
-from tgvdp.model.effort import EffortCurve
 from tgvdp.model.journey import Journey
 from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track, Tunnel
 from tgvdp.model.train import Train
-from tgvdp.units import to_si
 
 _STRAIGHT = "infinity"
 _FEWEST_STOPS = 2
-_MOST_ROTATING_MASS = 0.5  # a locomotive has about 0.3; more is a slip of unit
-
-
-def _spaced(name: str) -> str:
-    return name.replace("_", " ")
-
-
-class _Metadata(Struct, rename=_spaced):
-    """The README requires these two; other keys are free text."""
-
-    id: str
-    library_version: str
-
-
-class _Quantity(Struct, forbid_unknown_fields=True):
-    unit: str
-    value: float
 
 
 class _Stops(Struct, forbid_unknown_fields=True):
@@ -69,7 +51,7 @@ class _Gradients(Struct, forbid_unknown_fields=True):
     values: list[tuple[float, float]]
 
 
-class _CurveUnits(Struct, forbid_unknown_fields=True, rename=_spaced):
+class _CurveUnits(Struct, forbid_unknown_fields=True, rename=spaced):
     position: str
     radius_at_start: str
     radius_at_end: str
@@ -80,7 +62,7 @@ class _Curves(Struct, forbid_unknown_fields=True):
     values: list[tuple[float, float | str, float | str]]
 
 
-class _TunnelUnits(Struct, forbid_unknown_fields=True, rename=_spaced):
+class _TunnelUnits(Struct, forbid_unknown_fields=True, rename=spaced):
     position: str
     length: str
     cross_section: str
@@ -91,44 +73,20 @@ class _Tunnels(Struct, forbid_unknown_fields=True):
     values: list[tuple[float, float, float]]
 
 
-class _TrackFile(Struct, forbid_unknown_fields=True, rename=_spaced):
-    metadata: _Metadata
+class _TrackFile(Struct, forbid_unknown_fields=True, rename=spaced):
+    metadata: Metadata
     stops: _Stops
     speed_limits: _Limits
-    altitude: _Quantity | UnsetType = UNSET
+    altitude: Quantity | UnsetType = UNSET
     gradients: _Gradients | UnsetType = UNSET
     curvatures: _Curves | UnsetType = UNSET
     tunnels: _Tunnels | UnsetType = UNSET
     etcs_braking_data: Any = field(default=UNSET, name="ETCS braking data")
 
 
-class _TrainFile(Struct, forbid_unknown_fields=True, rename=_spaced):
-    metadata: _Metadata
-    mass: _Quantity
-    max_traction_power: _Quantity
-    max_reg_braking_power: _Quantity
-    max_traction_force: _Quantity
-    max_reg_braking_force: _Quantity
-    max_speed: _Quantity
-    rolling_resistance_r0: _Quantity
-    rolling_resistance_r1: _Quantity
-    rolling_resistance_r2: _Quantity
-    length: _Quantity | UnsetType = UNSET
-    rho: _Quantity | UnsetType = UNSET
-    max_pn_braking_force: _Quantity | UnsetType = UNSET
-    max_acceleration: _Quantity | UnsetType = UNSET
-    max_deceleration: _Quantity | UnsetType = UNSET
-    efficiency_traction: _Quantity | UnsetType = UNSET
-    efficiency_reg_brake: _Quantity | UnsetType = UNSET
-    num_seats: Any = UNSET
-    num_coaches: Any = UNSET
-    tunnel_resistance: Any = UNSET
-    etcs_braking_data: Any = field(default=UNSET, name="ETCS braking data")
-
-
 #: Fields by which content is recognised; metadata is common to all three kinds.
 _TRACK_FIELDS = frozenset(_TrackFile.__struct_encode_fields__) - {"metadata", "ETCS braking data"}
-_TRAIN_FIELDS = frozenset(_TrainFile.__struct_encode_fields__) - {"metadata", "ETCS braking data", "length"}
+_TRAIN_FIELDS = frozenset(TrainFile.__struct_encode_fields__) - {"metadata", "ETCS braking data", "length"}
 _JOURNEY_FIELDS = frozenset({"timing points"})
 _ENOUGH_FIELDS = 2
 
@@ -171,7 +129,7 @@ def read_track(document: Document) -> Track:
     path = document.path
     file = decode(path, document.tree, _TrackFile)
     unit = file.stops.unit
-    stops_m = [_si(path, "stops.unit", stop, unit, "length") for stop in file.stops.values]
+    stops_m = [value_si(path, "stops.unit", stop, unit, "length") for stop in file.stops.values]
     if len(stops_m) < _FEWEST_STOPS or stops_m[0] != 0.0:
         raise bad(path, f"stops: must begin at 0 and end at the track's length, got {shown(file.stops.values)}")
     for index, (before, stop) in enumerate(pairwise(file.stops.values), start=1):
@@ -186,8 +144,8 @@ def read_track(document: Document) -> Track:
             gradients=tuple(_gradients(path, file.gradients)) if file.gradients else (),
             curves=tuple(_curves(path, file.curvatures)) if file.curvatures else (),
             tunnels=tuple(_tunnels(path, file.tunnels)) if file.tunnels else (),
-            altitude_m=_number(path, "altitude", file.altitude, "length", default=0.0),
-            notes=_unused(file, ("etcs_braking_data",)),
+            altitude_m=number_si(path, "altitude", file.altitude, "length", default=0.0),
+            notes=unused(file, ("etcs_braking_data",)),
         )
 
 
@@ -197,16 +155,16 @@ def _speed_limits(path: Path, table: _Limits) -> Iterator[SpeedLimit]:
             unit = table.units.velocity
             raise bad(path, f"speed limits.values[{index}]: velocity must be above 0 {unit}, got {speed:g} {unit}")
         yield SpeedLimit(
-            _si(path, "speed limits.units.position", position, table.units.position, "length"),
-            _si(path, "speed limits.units.velocity", speed, table.units.velocity, "speed"),
+            value_si(path, "speed limits.units.position", position, table.units.position, "length"),
+            value_si(path, "speed limits.units.velocity", speed, table.units.velocity, "speed"),
         )
 
 
 def _gradients(path: Path, table: _Gradients) -> Iterator[Gradient]:
     for position, slope in table.values:
         yield Gradient(
-            _si(path, "gradients.units.position", position, table.units.position, "length"),
-            _si(path, "gradients.units.slope", slope, table.units.slope, "gradient"),
+            value_si(path, "gradients.units.position", position, table.units.position, "length"),
+            value_si(path, "gradients.units.slope", slope, table.units.slope, "gradient"),
         )
 
 
@@ -219,92 +177,14 @@ def _curves(path: Path, table: _Curves) -> Iterator[Curve]:
                 raise bad(
                     path, f"curvatures.values[{index}]: {name} must be a number or {_STRAIGHT!r}, got {shown(radius)}"
                 )
-            radii_m.append(_si(path, f"curvatures.units.{name}", float(radius), unit, "length"))
-        yield Curve(_si(path, "curvatures.units.position", position, table.units.position, "length"), *radii_m)
+            radii_m.append(value_si(path, f"curvatures.units.{name}", float(radius), unit, "length"))
+        yield Curve(value_si(path, "curvatures.units.position", position, table.units.position, "length"), *radii_m)
 
 
 def _tunnels(path: Path, table: _Tunnels) -> Iterator[Tunnel]:
     for position, length, cross_section in table.values:
         yield Tunnel(
-            _si(path, "tunnels.units.position", position, table.units.position, "length"),
-            _si(path, "tunnels.units.length", length, table.units.length, "length"),
-            _si(path, "tunnels.units.cross section", cross_section, table.units.cross_section, "area"),
+            value_si(path, "tunnels.units.position", position, table.units.position, "length"),
+            value_si(path, "tunnels.units.length", length, table.units.length, "length"),
+            value_si(path, "tunnels.units.cross section", cross_section, table.units.cross_section, "area"),
         )
-
-
-def read_train(document: Document) -> Train:
-    """Make a `Train` from a TTOBench train, as published: known slips of the data are not repaired.
-
-    Raises
-    ------
-    InputError
-        When a field is missing, unknown, mistyped or out of range, or has an unknown unit.
-    """
-    path = document.path
-    file = decode(path, document.tree, _TrainFile)
-
-    def number(name: str, quantity: str, default: float = math.nan, *, zero_ok: bool = True) -> float:
-        given: _Quantity | UnsetType = getattr(file, name)
-        if given and (given.value < 0.0 or (given.value == 0.0 and not zero_ok)):
-            bound = "at least" if zero_ok else "above"
-            raise bad(path, f"{_spaced(name)}: must be {bound} 0 {given.unit}, got {given.value:g} {given.unit}")
-        return _number(path, _spaced(name), given, quantity, default=default)
-
-    braking_power_w = number("max_reg_braking_power", "power")
-    braking_force_n = number("max_reg_braking_force", "force")
-    with errors_named(path):
-        return Train(
-            name=file.metadata.id,
-            mass_kg=number("mass", "mass", zero_ok=False),
-            rotating_mass_factor=_rotating_mass_factor(path, file.rho),
-            length_m=number("length", "length", 0.0),
-            traction=EffortCurve.from_caps(
-                number("max_traction_force", "force", zero_ok=False),
-                number("max_traction_power", "power", zero_ok=False),
-            ),
-            # Without power the electric brake has no effort at any speed, whatever its force.
-            braking=EffortCurve.from_caps(braking_force_n if braking_power_w else 0.0, braking_power_w),
-            friction_brake_n=number("max_pn_braking_force", "force", 0.0),
-            max_acceleration_mps2=number("max_acceleration", "acceleration", math.inf, zero_ok=False),
-            max_deceleration_mps2=number("max_deceleration", "acceleration", math.inf, zero_ok=False),
-            max_speed_mps=number("max_speed", "speed", zero_ok=False),
-            davis_a_n=number("rolling_resistance_r0", "force"),
-            davis_b_n_per_mps=number("rolling_resistance_r1", "force per speed"),
-            davis_c_n_per_mps2=number("rolling_resistance_r2", "force per squared speed"),
-            traction_efficiency=number("efficiency_traction", "ratio", 1.0, zero_ok=False),
-            regeneration_efficiency=number("efficiency_reg_brake", "ratio", 0.0),
-            notes=(*_unused(file, ("tunnel_resistance", "etcs_braking_data")), *_odd_efficiencies(file)),
-        )
-
-
-def _rotating_mass_factor(path: Path, rho: _Quantity | UnsetType) -> float:
-    """Read rho, of which three spellings occur: 6 %, 0.06 and 1.06 all mean a factor of 1.06."""
-    if not rho:
-        return 1.0
-    extra = _number(path, "rho", rho, "ratio")
-    if rho.unit == "-" and extra >= 1.0:
-        extra -= 1.0
-    if not 0.0 <= extra <= _MOST_ROTATING_MASS:
-        raise bad(path, f"rho: must be 0..50 %, or 0..0.5 or 1..1.5 without unit, got {rho.value:g} {rho.unit}")
-    return 1.0 + extra
-
-
-def _odd_efficiencies(file: _TrainFile) -> Iterator[str]:
-    for name, given in (("traction", file.efficiency_traction), ("reg brake", file.efficiency_reg_brake)):
-        if given and given.unit == "%" and 0.0 < given.value <= 1.0:
-            yield f"efficiency {name} is {given.value:g} %, read as published: was {100 * given.value:g} % meant?"
-
-
-def _unused(file: Struct, names: tuple[str, ...]) -> tuple[str, ...]:
-    labels = dict(zip(file.__struct_fields__, file.__struct_encode_fields__, strict=True))
-    return tuple(f"{labels[name]} is not used yet" for name in names if getattr(file, name) is not UNSET)
-
-
-def _number(path: Path, name: str, given: _Quantity | UnsetType, quantity: str, *, default: float = math.nan) -> float:
-    """Return a quantity in SI, or the default where an optional field is absent."""
-    return _si(path, name, given.value, given.unit, quantity) if given else default
-
-
-def _si(path: Path, place: str, value: float, unit: str, quantity: str) -> float:
-    with errors_named(path, place):
-        return to_si(value, unit, quantity)

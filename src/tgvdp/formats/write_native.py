@@ -90,6 +90,8 @@ def _train(train: Train) -> dict[str, Any]:
             tree[field] = getattr(train, field)
     tree["traction_efficiency_pct"] = _percent(train.traction_efficiency)
     tree["regeneration_efficiency_pct"] = _percent(train.regeneration_efficiency)
+    tree["auxiliary_power_kw"] = _kilo(train.auxiliary_power_w)
+    tree |= _optional(train)
     if train.notes:
         tree["notes"] = list(train.notes)
     top_mps = train.max_speed_mps
@@ -97,6 +99,24 @@ def _train(train: Train) -> dict[str, Any]:
     if train.braking != EffortCurve.from_caps(0.0):
         tree["braking"] = _effort(f"train {train.name}: braking", train.braking, top_mps)
     return tree
+
+
+def _optional(train: Train) -> dict[str, Any]:
+    """Tables that most trains do without."""
+    tree: dict[str, Any] = {
+        "tunnel_drag": [
+            {"cross_section_m2": row.cross_section_m2, "davis_c_n_per_kmh2": _per_kmh(row.davis_c_n_per_mps2, 2)}
+            for row in train.tunnel_drag
+        ],
+        "braking_rates": [
+            {"from_kmh": _kmh(row.from_mps), "deceleration_mps2": row.deceleration_mps2} for row in train.braking_rates
+        ],
+    }
+    if train.adhesion is not None:
+        mass_kg, coefficient = train.adhesion
+        held = {} if coefficient is None else {"coefficient": coefficient}
+        tree["adhesion"] = {"adhesive_mass_t": _kilo(mass_kg), **held}
+    return {field: value for field, value in tree.items() if value != []}
 
 
 def _effort(owner: str, curve: EffortCurve, top_mps: float) -> dict[str, Any]:
@@ -202,6 +222,10 @@ def _track(track: Track) -> dict[str, Any]:
         "tunnels": [
             {"from_m": row.position_m, "length_m": row.length_m, "cross_section_m2": row.cross_section_m2}
             for row in track.tunnels
+        ],
+        "neutral_sections": [
+            {"from_m": row.position_m, "length_m": row.length_m, "lowered_pantograph": row.lowered_pantograph}
+            for row in track.neutral_sections
         ],
         "notes": list(track.notes),
     }

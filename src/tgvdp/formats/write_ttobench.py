@@ -77,6 +77,12 @@ def _train(train: Train) -> dict[str, Any]:
         if math.isfinite(value):
             tree[name] = _quantity(value, quantity, units)
     tree["rho"] = _rho(train.rotating_mass_factor)
+    if train.tunnel_drag:
+        units = ("kN/(km/h)^2", "N/(km/h)^2", "N/(m/s)^2")
+        tree["tunnel resistance"] = {
+            f"{tidy(row.cross_section_m2)}": _quantity(row.davis_c_n_per_mps2, "force per squared speed", units)
+            for row in train.tunnel_drag
+        }
     for name, curve in (("traction", train.traction), ("reg braking", train.braking)):
         force_n, power_w = _caps(f"{owner}: {name}", curve, train.max_speed_mps)
         tree[f"max {name} force"] = _quantity(force_n, "force", ("kN", "N"))

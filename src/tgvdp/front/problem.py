@@ -9,21 +9,15 @@ from numpy.typing import NDArray
 from tgvdp.front.bounds import bound_kernel
 from tgvdp.front.ceiling import ceiling, lower_caps
 from tgvdp.front.costates import integrate_costates
-from tgvdp.front.phases import (
-    count_cells,
-    cut_rows,
-    label_cells,
-    row_efforts,
-    split_cells,
-    thin_rows,
-    tidy_labels,
-)
+from tgvdp.front.cutting import count_cells, cut_rows, split_cells, thin_rows
+from tgvdp.front.phases import label_cells, row_efforts, tidy_labels
 from tgvdp.front.pieces import PIECE_COLUMNS
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.line.fastest import reachable_w
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train
+from tgvdp.physics.resolved import LOWERED
 
 _Floats = NDArray[np.float64]
 
@@ -38,6 +32,8 @@ _SAME_PLACE = 1e-8
 _SLIVER = 1e-6
 #: Squared speed inside a trip, relative to the top, below which a costate is not integrated.
 _SLOWEST = 1e-8
+#: More than the rounding error of a sum over the cells of a line, relative to it.
+_ROUNDING = 1e-10
 
 
 class Ledger(NamedTuple):
@@ -78,10 +74,27 @@ class BoundingProblem:
         self.energy: EnergyTables = energy_tables(trip.train, trip.energy)
         cells = cells_of(trip)
         self.cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
+        #: What auxiliaries draw at least, where they do not draw all the time: elsewhere they are part of the price.
+        self._auxiliary_j = 0.0
+        if LOWERED in cells.supply:
+            draws_s = np.where(cells.supply == LOWERED, 0.0, cells.length_m / np.sqrt(self.cells.limit_w))
+            self._auxiliary_j = self.energy.auxiliary_w * float(draws_s.sum()) * (1.0 - _ROUNDING)
+            self.energy = self.energy._replace(auxiliary_w=0.0)
         self.top_mps = math.sqrt(float(self.cells.limit_w.max())) * (1.0 + 1e-15)
+        self.train = self.train._replace(max_deceleration=self._largest_deceleration_mps2())
         size = 2 * max(len(self.train.traction), len(self.train.braking))
         self._pieces = np.empty((3, size, PIECE_COLUMNS))
         self._ceilings = tuple(self._ceiling(forward) for forward in (True, False))
+
+    def _largest_deceleration_mps2(self) -> float:
+        """Bound of the deceleration of any run: braking rates are kept unless the load alone slows more."""
+        train, top_mps = self.trip.train, self.top_mps
+        if not train.braking_rates:
+            return self.train.max_deceleration
+        rolling_n = train.davis_a_n + train.davis_b_n_per_mps * top_mps + self.cells.air * top_mps**2
+        load_mps2 = float((self.cells.grade_n + rolling_n).max()) / train.inertia_kg
+        rate_mps2 = max(rate.deceleration_mps2 for rate in train.braking_rates)
+        return min(self.train.max_deceleration, max(rate_mps2, load_mps2))
 
     def _ceiling(self, forward: bool) -> tuple[_Floats, _Floats]:
         """Rows of an outer bound of the fastest run: by traction from the origin, or by braking to the destination."""
@@ -89,7 +102,7 @@ class BoundingProblem:
         size = 4096 + 4 * len(self.cells.length_m)
         while True:
             xs, ws = np.empty(size), np.empty(size)
-            n = ceiling(self.train, forward, *self.cells[1:], end_mps**2, self._pieces[0], xs, ws)
+            n = ceiling(self.train, forward, *self.cells[1:5], end_mps**2, self._pieces[0], xs, ws)
             if n >= 0:
                 return xs[:n].copy(), ws[:n].copy()
             size *= 2
@@ -99,12 +112,12 @@ class BoundingProblem:
         """Energy below which no run of any duration goes, J: effort never returns more than η of its work."""
         work_j = 0.5 * self.train.inertia_kg * (self.trip.end_speed_mps**2 - self.trip.start_speed_mps**2)
         work_j += float((self.train.davis_a_n + self.cells.grade_n) @ self.cells.length_m)
-        return max(self.energy.traction * work_j, self.energy.regeneration * work_j)
+        return max(self.energy.traction * work_j, self.energy.regeneration * work_j) + self._auxiliary_j
 
     def line(self, x_m: _Floats, w: _Floats, price_j_per_s: float, fineness: float = 1.0) -> float:
         """Lower bound of E + λT of every run, J, with the costate of the run of rows ``x_m``, ``w``."""
         ledger = self.ledger(x_m, w, price_j_per_s, fineness)
-        return self.train.inertia_kg * (ledger.total - ledger.error)
+        return self.train.inertia_kg * (ledger.total - ledger.error) + self._auxiliary_j
 
     def ledger(self, x_m: _Floats, w: _Floats, price_j_per_s: float, fineness: float = 1.0) -> Ledger:
         """Bound of E + λT cell by cell.
@@ -145,11 +158,11 @@ class BoundingProblem:
         row_efforts(self.train, x_m, w, grade_n, air, row_effort)
         effort = row_effort[row]
         limit_w = self.cells.limit_w[row_cell][row]
-        cells = Cells(node_m, np.diff(node_m), grade_n[row], air[row], limit_w)
+        cells = Cells(node_m, np.diff(node_m), grade_n[row], air[row], limit_w, self.cells.supply[row_cell][row])
         count = len(row)
         label, source, growth = np.empty(count, dtype=np.int8), np.zeros((count, 4)), np.zeros((count, 4))
         label_cells(
-            self.train, self.energy, *cells[1:], node_w, effort, price, self.top_mps, self._pieces,
+            self.train, self.energy, *cells[1:5], node_w, effort, price, self.top_mps, self._pieces,
             label, source, growth,
         )  # fmt: skip
         levels = -0.5 * self.energy.traction, -0.5 * self.energy.regeneration

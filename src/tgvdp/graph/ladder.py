@@ -19,7 +19,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel
+from tgvdp._jit import allocating, kernel
 
 Ints: TypeAlias = NDArray[np.int64]
 Floats: TypeAlias = NDArray[np.float64]
@@ -33,7 +33,7 @@ LIMB_BITS = 60
 RISE, STAY, FALL = 1, 2, 4
 
 
-@kernel
+@allocating
 def prices_of_suffixes(caps: Ints, rise: int, fall: int, cost: Ints, touch: int, multipliers: Floats) -> Floats:
     """Cheapest cost + μ·height from every (k, v) to the end, of paths that reach the level ``touch`` at least once.
 
@@ -75,7 +75,7 @@ def prices_of_suffixes(caps: Ints, rise: int, fall: int, cost: Ints, touch: int,
     return price
 
 
-@kernel
+@allocating
 def prices_of_prefixes(caps: Ints, rise: int, fall: int, cost: Ints, touch: int, multipliers: Floats) -> Floats:
     """Cheapest cost + μ·height from the start to every (k, v); arguments and result as `prices_of_suffixes`."""
     steps = caps.size - 1
@@ -100,7 +100,7 @@ def prices_of_prefixes(caps: Ints, rise: int, fall: int, cost: Ints, touch: int,
     return price
 
 
-@kernel
+@allocating
 def cheapest_path(
     caps: Ints, rise: int, fall: int, cost: Ints, touch: int, multiplier: float
 ) -> tuple[np.int64, np.int64]:
@@ -132,7 +132,7 @@ def cheapest_path(
     return total, height
 
 
-@kernel
+@allocating
 def heights_of_suffixes(caps: Ints, rise: int, fall: int, top: int, sign: int) -> Ints:
     """Least (sign 1) or largest (sign −1) height still to come from every (k, v): (N+1, top+1) int64, else ±NEVER."""
     steps = caps.size - 1
@@ -149,7 +149,7 @@ def heights_of_suffixes(caps: Ints, rise: int, fall: int, top: int, sign: int) -
     return height
 
 
-@kernel
+@allocating
 def windows(
     low_height: int,
     high_height: int,
@@ -225,7 +225,7 @@ def _relax(best: Ints, moves: NDArray[np.uint8], ahead: Ints, step: int, bit: np
         best[i] = min(value, known)
 
 
-@kernel
+@allocating
 def cheapest_moves(
     low: Ints,
     high: Ints,

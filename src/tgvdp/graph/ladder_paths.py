@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel
+from tgvdp._jit import allocating, kernel
 from tgvdp.graph.ladder import LIMB_BITS, Ints
 
 
-@kernel
+@allocating
 def one_path(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, fall: int, touch: int) -> Ints:
     """Follow cheapest moves from the start, up before along before down; arguments as `count`.
 
@@ -36,7 +36,7 @@ def one_path(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, fall: 
 _FAR = np.int64(1) << np.int64(62)
 
 
-@kernel
+@allocating
 def _nowhere(rows: int) -> Ints:
     """First and last state of each window that optimal paths reach, (rows, 2): none so far.
 
@@ -53,7 +53,7 @@ def _widen(reached: Ints, state: int) -> None:
     reached[1] = max(reached[1], state)
 
 
-@kernel
+@allocating
 def roughly_count(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, fall: int, touch: int) -> np.float64:
     """Number of optimal paths in floating point, perhaps infinite: how many limbs the exact number needs."""
     layers, rows = low.shape
@@ -87,7 +87,7 @@ def roughly_count(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, f
     return total
 
 
-@kernel
+@allocating
 def count(low: Ints, start: Ints, moves: NDArray[np.uint8], rise: int, fall: int, touch: int, limbs: int) -> Ints:
     """Count the optimal paths exactly.
 

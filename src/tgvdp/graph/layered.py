@@ -12,6 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from tgvdp._jit import kernel
 from tgvdp.errors import InputError
 
+#: Arcs that are looked at in one go.
+_PART = 1 << 20
+
 
 class Incoming(NamedTuple):
     """The same arcs sorted by the node where they end; arcs into one node come in the order of their sources.
@@ -92,6 +95,17 @@ def _sort_by_end(graph: LayeredGraph, incoming: Incoming, place: NDArray[np.int6
             incoming.energy_j[slot] = graph.energy_j[a]
 
 
+def _in_order(source: NDArray[np.int32], target: NDArray[np.int32]) -> bool:
+    """Whether arcs are sorted by source and target, and none comes twice; in parts, between which Ctrl-C is heard."""
+    for at in range(0, len(source) - 1, _PART):
+        before, after = slice(at, at + _PART), slice(at + 1, at + 1 + _PART)
+        starts, ends = source[after], target[after]
+        same = source[before][: len(starts)] == starts
+        if not np.all(np.where(same, target[before][: len(ends)] < ends, source[before][: len(starts)] < starts)):
+            return False
+    return True
+
+
 def layered_graph(
     layer_sizes: ArrayLike, arc_from: ArrayLike, arc_to: ArrayLike, duration_s: ArrayLike, energy_j: ArrayLike
 ) -> LayeredGraph:
@@ -123,16 +137,17 @@ def layered_graph(
     n_nodes = int(layer_ptr[-1])
     if source.size and (min(source.min(), target.min()) < 0 or max(source.max(), target.max()) >= n_nodes):
         raise InputError(f"graph: arcs must join nodes 0 .. {n_nodes - 1}")
-    layer = np.repeat(np.arange(len(sizes)), sizes)
-    if np.any(layer[target] != layer[source] + 1):
-        raise InputError("graph: every arc must lead to the next layer")
     for name, cost in (("duration_s", duration), ("energy_j", energy)):
-        if not np.all(np.isfinite(cost) & (cost >= 0.0)):
+        if cost.size and not (cost.min() >= 0.0 and cost.max() < np.inf):  # nan passes neither
             raise InputError(f"graph: {name} must be finite and not negative on every arc")
-    order = np.lexsort((target, source))
-    source, target = source[order], target[order]
-    if np.any((source[1:] == source[:-1]) & (target[1:] == target[:-1])):
-        raise InputError("graph: an arc is given twice")
-    counts = np.bincount(source, minlength=n_nodes)
-    arc_ptr = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
-    return LayeredGraph(layer_ptr, arc_ptr, target, duration[order], energy[order])
+    if not _in_order(source, target):
+        order = np.lexsort((target, source))
+        source, target, duration, energy = source[order], target[order], duration[order], energy[order]
+        if not _in_order(source, target):
+            raise InputError("graph: an arc is given twice")
+    arc_ptr = np.searchsorted(source, np.arange(n_nodes + 1, dtype=np.int32))
+    for first, end, next_end in zip(layer_ptr[:-1], layer_ptr[1:], [*layer_ptr[2:], n_nodes], strict=True):
+        ends = target[arc_ptr[first] : arc_ptr[end]]  # a layer at a time: an interrupt need not wait for all
+        if ends.size and not (end <= ends.min() and ends.max() < next_end):
+            raise InputError("graph: every arc must lead to the next layer")
+    return LayeredGraph(layer_ptr, arc_ptr, target, duration, energy)

@@ -1,19 +1,16 @@
-"""Cut a trip into cells in which gradient, speed limit and drag are constant."""
+"""Cut a trip into cells in which resistance, drag, speed limit and current are constant (see `physics.resolved`)."""
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.constants import GRAVITY_MPS2
 from tgvdp.model.trip import Trip
-
-#: Breaks nearer to each other than this share of the distance are one: no acceleration can be told on less.
-SAME_POSITION = 1e-9
+from tgvdp.physics.resolved import resolve
 
 
 class Cells(NamedTuple):
-    """K cells between K + 1 stations, SI, float64; positions count from the trip's origin.
+    """K cells between K + 1 stations, SI, float64 where not said otherwise; positions count from the trip's origin.
 
     Attributes
     ----------
@@ -22,11 +19,13 @@ class Cells(NamedTuple):
     length_m : (K,)
         Lengths of the cells.
     grade_n : (K,)
-        Grade force in N, positive uphill.
+        Force of gradients and curves in N, positive uphill.
     air : (K,)
         Coefficient of v² in the running resistance, N/(m/s)².
     limit_w : (K,)
         Squared speed limit (line and train), m²/s²; may be infinite.
+    supply : (K,) int8
+        Current: one of POWERED, NEUTRAL, LOWERED of `physics.resolved`.
     """
 
     station_m: NDArray[np.float64]
@@ -34,23 +33,12 @@ class Cells(NamedTuple):
     grade_n: NDArray[np.float64]
     air: NDArray[np.float64]
     limit_w: NDArray[np.float64]
-
-
-def _step_values(
-    positions_m: NDArray[np.float64], values: NDArray[np.float64], at_m: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Values of a right-continuous step function."""
-    return values[np.searchsorted(positions_m, at_m, side="right") - 1]
+    supply: NDArray[np.int8]
 
 
 def breaks_of(trip: Trip) -> NDArray[np.float64]:
-    """Positions at which limit or gradient may change, both ends included, from the origin, m, float64."""
-    rows = (*trip.track.speed_limits, *trip.track.gradients)
-    inside = {row[0] - trip.origin_m for row in rows if trip.origin_m < row[0] < trip.destination_m}
-    breaks_m = np.array(sorted({0.0, *inside}))
-    gap_m = SAME_POSITION * trip.distance_m
-    apart = np.diff(breaks_m, prepend=-np.inf) > gap_m
-    return np.append(breaks_m[apart & (breaks_m < trip.distance_m - gap_m)], trip.distance_m)
+    """Positions at which limit, resistance or current may change, both ends included, from the origin, m, float64."""
+    return resolve(trip).break_m
 
 
 def cells_of(trip: Trip, stations_m: NDArray[np.float64] | None = None) -> Cells:
@@ -69,17 +57,8 @@ def cells_of(trip: Trip, stations_m: NDArray[np.float64] | None = None) -> Cells
     station_m = breaks_of(trip)
     if stations_m is not None:
         station_m = np.union1d(station_m, stations_m)
-    middle_m = trip.origin_m + 0.5 * (station_m[:-1] + station_m[1:])
-    limits = np.array(trip.track.speed_limits, dtype=np.float64)
-    speed = np.minimum(_step_values(limits[:, 0], limits[:, 1], middle_m), trip.train.max_speed_mps)
-    permil = np.zeros_like(middle_m)
-    if trip.track.gradients:
-        gradients = np.array(trip.track.gradients, dtype=np.float64)
-        permil = _step_values(gradients[:, 0], gradients[:, 1], middle_m)
+    line = resolve(trip)
+    step = line.step_at(0.5 * (station_m[:-1] + station_m[1:]))
     return Cells(
-        station_m,
-        np.diff(station_m),
-        trip.train.mass_kg * GRAVITY_MPS2 / 1000.0 * permil,
-        np.full_like(middle_m, trip.train.davis_c_n_per_mps2),
-        speed * speed,
+        station_m, np.diff(station_m), line.grade_n[step], line.air[step], line.limit_mps[step] ** 2, line.supply[step]
     )

@@ -18,9 +18,11 @@ from tgvdp.errors import InfeasibleError
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.line.meeting import SLIVER, braked_w, drive_then_brake, driven_w, drop_slivers, emit_driven
 from tgvdp.model.trip import Trip
-from tgvdp.physics.forces import KernelTrain, kernel_train
+from tgvdp.physics.follow import follow
+from tgvdp.physics.forces import KernelTrain, kernel_train, unpowered
 from tgvdp.physics.motion import BRAKING, TRACTION, march, net_force
 from tgvdp.physics.profile import Profile, profile_of
+from tgvdp.physics.resolved import POWERED
 from tgvdp.units import mps_to_kmh
 
 #: Rows of the fastest run itself, per usual one. Near it the least energy falls with the square root of the time that
@@ -39,14 +41,15 @@ STALLED = 4  # full traction does not carry the train over this cell
 
 
 @part
-def _find_caps(train, length, grade, air, limit, end_w, cap, xs, ws):
+def _find_caps(train, dark, length, grade, air, limit, supply, end_w, cap, xs, ws):
     """Largest squared speed at each station that still obeys all that follows; ``cap`` (K + 1,) in place."""
     count = length.shape[0]
     cap[count] = end_w
     for k in range(count - 1, -1, -1):
         if cap[k + 1] > limit[k]:
             cap[k + 1] = limit[k]
-        w = braked_w(train, BRAKING, grade[k], air[k], cap[k + 1], limit[k], length[k], xs, ws)
+        here = train if supply[k] == POWERED else dark
+        w = braked_w(here, BRAKING, grade[k], air[k], cap[k + 1], limit[k], length[k], xs, ws)
         cap[k] = w
         if w <= 0.0:
             return NO_BRAKE, k
@@ -54,7 +57,7 @@ def _find_caps(train, length, grade, air, limit, end_w, cap, xs, ws):
 
 
 @part
-def _drive_fastest(train, station, length, grade, air, limit, start_w, cap, fast, bx, bw, xs, ws):
+def _drive_fastest(train, dark, station, length, grade, air, limit, supply, start_w, cap, fast, bx, bw, xs, ws):
     """Drive the fastest run; ``fast`` (K + 1,) and the rows ``xs``, ``ws`` in place; returns status, cell, rows."""
     count = length.shape[0]
     fast[0] = start_w
@@ -68,19 +71,20 @@ def _drive_fastest(train, station, length, grade, air, limit, start_w, cap, fast
         w0 = fast[k]
         w1 = cap[k + 1]
         first = n
-        landed = driven_w(train, TRACTION, grade[k], air[k], w0, limit[k], d, bx, bw)
+        here = train if supply[k] == POWERED else dark
+        landed = driven_w(here, TRACTION, grade[k], air[k], w0, limit[k], d, bx, bw)
         if landed > w1 or (
-            landed >= limit[k] and net_force(train, BRAKING, grade[k], air[k], np.sqrt(w1), np.sqrt(w1)) > 0.0
+            landed >= limit[k] and net_force(here, BRAKING, grade[k], air[k], np.sqrt(w1), np.sqrt(w1)) > 0.0
         ):
             landed = w1
             n = drive_then_brake(
-                train, TRACTION, BRAKING, station[k], station[k + 1], d, grade[k], air[k], limit[k], w0, w1, bx, bw,
+                here, TRACTION, BRAKING, station[k], station[k + 1], d, grade[k], air[k], limit[k], w0, w1, bx, bw,
                 xs, ws, n,
             )  # fmt: skip
         elif landed <= 0.0:
             return STALLED, k, n
         else:
-            n = emit_driven(train, TRACTION, station[k], d, grade[k], air[k], w0, limit[k], xs, ws, n)
+            n = emit_driven(here, TRACTION, station[k], d, grade[k], air[k], w0, limit[k], xs, ws, n)
             ws[n - 1] = landed
             xs[n - 1] = station[k + 1]
         fast[k + 1] = landed
@@ -89,34 +93,39 @@ def _drive_fastest(train, station, length, grade, air, limit, start_w, cap, fast
 
 
 @part
-def _find_slowest(train, length, grade, air, fast, end_w, low, xs, ws):
+def _find_slowest(train, dark, length, grade, air, supply, fast, end_w, low, xs, ws):
     """Slowest squared speed at each station from which full traction still reaches the end; ``low`` in place."""
     count = length.shape[0]
     low[count] = end_w
     for k in range(count - 1, -1, -1):
-        w = march(train, TRACTION, -1.0, length[k], grade[k], air[k], low[k + 1], 0.0, xs, ws, 0)[1]
+        here = train if supply[k] == POWERED else dark
+        w = march(here, TRACTION, -1.0, length[k], grade[k], air[k], low[k + 1], 0.0, xs, ws, 0)[1]
         low[k] = min(w * (1.0 + _SPARE), fast[k])
 
 
 @kernel
-def envelope_kernel(train, station, length, grade, air, limit, start_w, end_w, cap, low, fast, xs, ws):
-    """Caps, fastest run and slowest speeds; the arrays of `Envelope` in place; returns status, cell, rows."""
-    bx = np.empty(_SCRATCH)
-    bw = np.empty(_SCRATCH)
-    status, cell = _find_caps(train, length, grade, air, limit, end_w, cap, bx, bw)
+def envelope_kernel(train, station, length, grade, air, limit, supply, start_w, end_w, cap, low, fast, xs, ws, bx, bw):
+    """Caps, fastest run and slowest speeds; the arrays of `Envelope` in place; returns status, cell, rows.
+
+    ``bx`` and ``bw`` are scratch of `_SCRATCH` rows.
+    """
+    dark = unpowered(train)
+    status, cell = _find_caps(train, dark, length, grade, air, limit, supply, end_w, cap, bx, bw)
     if status != DONE:
         return status, cell, 0
     if start_w > cap[0] * (1.0 + FEASIBILITY_RTOL):
         return TOO_FAST, 0, 0
     start_w = min(start_w, cap[0])
-    status, cell, n = _drive_fastest(train, station, length, grade, air, limit, start_w, cap, fast, bx, bw, xs, ws)
+    status, cell, n = _drive_fastest(
+        train, dark, station, length, grade, air, limit, supply, start_w, cap, fast, bx, bw, xs, ws
+    )
     if status == DONE:
-        _find_slowest(train, length, grade, air, fast, end_w, low, bx, bw)
+        _find_slowest(train, dark, length, grade, air, supply, fast, end_w, low, bx, bw)
     return status, cell, n
 
 
-def _explain(status: int, trip: Trip, at_m: float, cap_w: float) -> InfeasibleError:
-    where = f"at {trip.origin_m + at_m:.6g} m"
+def _explain(status: int, trip: Trip, cells: Cells, cell: int, cap_w: float) -> InfeasibleError:
+    where = f"at {trip.origin_m + float(cells.station_m[cell]):.6g} m"
     if status == NO_BRAKE:
         name = trip.train.name
         return InfeasibleError(f"the brakes of train {name} cannot hold it {where}: the descent outruns them")
@@ -125,6 +134,8 @@ def _explain(status: int, trip: Trip, at_m: float, cap_w: float) -> InfeasibleEr
             f"start speed {mps_to_kmh(trip.start_speed_mps):.4g} km/h is too high: "
             f"what follows allows {mps_to_kmh(float(np.sqrt(cap_w))):.4g} km/h at most"
         )
+    if cells.supply[cell] != POWERED:
+        return InfeasibleError(f"train {trip.train.name} stalls {where}: it cannot coast through the neutral section")
     return InfeasibleError(f"train {trip.train.name} stalls {where}: full traction does not carry it over the climb")
 
 
@@ -177,14 +188,14 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
     while True:
         xs, ws = np.empty(size), np.empty(size)
         status, cell, n = envelope_kernel(
-            train, cells.station_m, cells.length_m, cells.grade_n, cells.air, limit_w, start_w, end_w,
-            cap, low, fast, xs, ws,
+            train, cells.station_m, cells.length_m, cells.grade_n, cells.air, limit_w, cells.supply, start_w, end_w,
+            cap, low, fast, xs, ws, *np.empty((2, _SCRATCH)),
         )  # fmt: skip
         if status != FULL:
             break
         size *= 2
     if status != DONE:
-        raise _explain(status, trip, float(cells.station_m[cell]), cap[cell])
+        raise _explain(status, trip, cells, cell, cap[cell])
     if fast[-1] < end_w * (1.0 - FEASIBILITY_RTOL):
         raise InfeasibleError(
             f"end speed {mps_to_kmh(trip.end_speed_mps):.4g} km/h cannot be reached: "
@@ -200,9 +211,9 @@ def reachable_w(trip: Trip, cells: Cells) -> float:
     """
     pull_n = max(0.0, -float(cells.grade_n.min()))
     per_newton = 2.0 * trip.distance_m / trip.train.inertia_kg
-    w = trip.start_speed_mps**2 + per_newton * (trip.train.traction.effort_n(0.0) + pull_n)
+    w = trip.start_speed_mps**2 + per_newton * (trip.train.traction_limit.effort_n(0.0) + pull_n)
     while w < float(cells.limit_w.max()):
-        effort_n = trip.train.traction.largest_n(math.sqrt(w)) + pull_n
+        effort_n = trip.train.traction_limit.largest_n(math.sqrt(w)) + pull_n
         if trip.start_speed_mps**2 + per_newton * effort_n <= w:
             return w * (1.0 + FEASIBILITY_RTOL)
         w *= 2.0
@@ -219,4 +230,4 @@ def fastest_run(trip: Trip) -> Profile:
     """
     train = kernel_train(trip.train)._replace(rows=_FINE_ROWS)
     envelope = envelope_of(trip, cells_of(trip), train)
-    return profile_of(trip, envelope.x_m, envelope.w)
+    return profile_of(trip, *follow(trip, envelope.x_m, envelope.w))

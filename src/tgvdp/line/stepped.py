@@ -168,7 +168,7 @@ def _step(cell: _Cell, ceiling: _Ceiling, x_m: float, w: float, slope: float, st
 def _acceleration_mps2(trip: Trip, cell: _Cell, w: float) -> float:
     """Acceleration at full traction."""
     train, speed_mps = trip.train, math.sqrt(w)
-    effort_n = train.traction.effort_n(speed_mps) if cell.powered else 0.0
+    effort_n = train.traction_limit.effort_n(speed_mps) if cell.powered else 0.0
     net_n = effort_n - _load_n(trip, cell, speed_mps)
     return min(net_n / train.inertia_kg, train.max_acceleration_mps2)
 
@@ -177,7 +177,7 @@ def _deceleration_mps2(trip: Trip, cell: _Cell, w: float) -> tuple[float, float]
     """Deceleration at full braking, and the squared speed up to which it holds at most, m²/s²."""
     train, speed_mps = trip.train, math.sqrt(w)
     if not train.braking_rates:
-        brake_n = train.friction_brake_n + (train.braking.effort_n(speed_mps) if cell.powered else 0.0)
+        brake_n = train.friction_brake_n + (train.dynamic_brake_limit.effort_n(speed_mps) if cell.powered else 0.0)
         rate = (brake_n + _load_n(trip, cell, speed_mps)) / train.inertia_kg
         return min(rate, train.max_deceleration_mps2), math.inf
     starts_w = [rate.from_mps**2 for rate in train.braking_rates]

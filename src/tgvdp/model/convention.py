@@ -4,15 +4,18 @@ Sources: TTOBench (Kouzoupis et al., its README files and reference data), OSRD 
 calculation), TrainRuns.jl (Kannenberg, TU Dresden; its source of the running-time calculation).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
-from tgvdp.constants import GRAVITY_MPS2, STANDARD_GRAVITY_MPS2
+from tgvdp.constants import (
+    CURVE_FORMULAS,
+    GRAVITY_MPS2,
+    LIMIT_RULES,
+    MASS_MODELS,
+    STANDARD_GRAVITY_MPS2,
+)
 from tgvdp.errors import InputError
 from tgvdp.model.checks import require_number, require_text
-
-MASS_MODELS = ("point", "strip")
-LIMIT_RULES = ("head", "tail")
-CURVE_FORMULAS = ("none", "800/R", "roeckl")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +51,7 @@ class Convention:
     mass_model: str = "point"
     limits: str = "head"
     curves: str = "none"
-    tunnels: bool = True
+    tunnels: bool = False
     step_m: float | None = None
 
     def __post_init__(self) -> None:
@@ -67,7 +70,35 @@ class Convention:
 TTOBENCH = Convention(name="ttobench")
 OSRD = Convention(name="osrd", mass_model="strip", limits="tail", curves="800/R")
 #: Its published running times are those of a mass point, its default; the strip model misses that of `slope` by 0.1 s.
-TRAINRUNS = Convention(name="trainruns", gravity_mps2=STANDARD_GRAVITY_MPS2, limits="tail", tunnels=False, step_m=20.0)
+TRAINRUNS = Convention(name="trainruns", gravity_mps2=STANDARD_GRAVITY_MPS2, limits="tail", step_m=20.0)
 
 #: Presets by the name that ``--convention`` takes; the first one is the default.
 CONVENTIONS = {convention.name: convention for convention in (TTOBENCH, OSRD, TRAINRUNS)}
+
+
+def convention_of(
+    preset: str,
+    *,
+    mass_model: str | None = None,
+    limits: str | None = None,
+    curves: str | None = None,
+    tunnels: bool | None = None,
+) -> Convention:
+    """Return a preset, with some of its switches changed.
+
+    Parameters
+    ----------
+    preset : str
+        One of `CONVENTIONS`.
+    mass_model, limits, curves, tunnels
+        As in `Convention`; None keeps the preset's.
+
+    Raises
+    ------
+    InputError
+        When a name is unknown.
+    """
+    if preset not in CONVENTIONS:
+        raise InputError(f"convention must be one of {', '.join(CONVENTIONS)}, got {preset!r:.60}")
+    given: dict[str, Any] = {"mass_model": mass_model, "limits": limits, "curves": curves, "tunnels": tunnels}
+    return replace(CONVENTIONS[preset], **{name: value for name, value in given.items() if value is not None})

@@ -9,6 +9,7 @@ the polynomials of the Alstom seed, and it integrates in closed form over a segm
 """
 
 import math
+from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -35,10 +36,6 @@ class EffortPoint(NamedTuple):
 
     speed_mps: float
     effort_n: float
-
-
-#: Each piece is a row of every run that crosses it, and looked up one after the other.
-MOST_PIECES = 1000
 
 
 class EffortPiece(NamedTuple):
@@ -160,12 +157,39 @@ class EffortCurve:
 
     def effort_n(self, speed_mps: float) -> float:
         """Largest effort at a speed, N; at a jump, the value of the piece that starts there."""
-        current = self.pieces[0]
-        for piece in self.pieces[1:]:
-            if speed_mps < piece.from_mps:
-                break
-            current = piece
-        return current.effort_n(speed_mps)
+        return self._piece_at(speed_mps).effort_n(speed_mps)
+
+    def within(self, cap: "EffortCurve") -> "EffortCurve":
+        """The smaller one of two curves at every speed."""
+        breaks_mps = sorted({piece.from_mps for curve in (self, cap) for piece in curve.pieces})
+        chosen: list[EffortPiece] = []
+        for low_mps, high_mps in zip(breaks_mps, [*breaks_mps[1:], math.inf], strict=True):
+            one, other = self._piece_at(low_mps), cap._piece_at(low_mps)
+            # (F − G)·v is a polynomial: power, c0, c1, c2, c3 are its coefficients from the lowest on.
+            terms = [b - a for a, b in zip(one[1:], other[1:], strict=True)][::-1]
+            roots = np.roots(terms) if any(terms) else np.empty(0)
+            meets_mps = sorted(float(root.real) for root in roots if abs(root.imag) <= _ROUNDING * abs(root))
+            edges_mps = [low_mps, *(v for v in meets_mps if low_mps < v < high_mps), high_mps]
+            for from_mps, to_mps in pairwise(edges_mps):
+                inside_mps = 0.5 * (from_mps + to_mps) if math.isfinite(to_mps) else 2.0 * from_mps + 1.0
+                lower = min(one, other, key=lambda piece: piece.effort_n(inside_mps))
+                if not chosen or chosen[-1][1:] != lower[1:]:
+                    chosen.append(lower._replace(from_mps=from_mps))
+        return self if tuple(chosen) == self.pieces else EffortCurve(tuple(chosen))
+
+    def _piece_at(self, speed_mps: float) -> EffortPiece:
+        """Piece that holds at a speed; at a break the one that starts there."""
+        return self.pieces[bisect_right(self.pieces, speed_mps, key=lambda piece: piece.from_mps) - 1]
+
+    @cached_property
+    def jumps_mps(self) -> tuple[float, ...]:
+        """Speeds at which the effort jumps."""
+        return tuple(
+            piece.from_mps
+            for before, piece in pairwise(self.pieces)
+            if abs(before.effort_n(piece.from_mps) - piece.effort_n(piece.from_mps))
+            > _ROUNDING * abs(before.effort_n(piece.from_mps))
+        )
 
     def largest_n(self, up_to_mps: float) -> float:
         """Largest effort at any speed up to a given one, N."""

@@ -145,7 +145,7 @@ def violations(train: Train, map: EnergyMap) -> list[Violation]:
         for j, demand in enumerate(map.demand):
             if speed_mps > train.max_speed_mps:
                 continue
-            curve = train.traction if demand >= 0.0 else train.braking
+            curve = train.traction_limit if demand >= 0.0 else train.dynamic_brake_limit
             bound_w = demand * curve.effort_n(speed_mps) * speed_mps if speed_mps > 0.0 else 0.0
             if map.power_w[i][j] < bound_w - _ROUNDING * abs(bound_w):
                 found.append(Violation(speed_mps, demand, map.power_w[i][j], bound_w))

@@ -2,9 +2,11 @@
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 from tgvdp.errors import InputError
+from tgvdp.model.adhesion import Adhesion
 from tgvdp.model.checks import require_notes, require_number, require_rows, require_text
 from tgvdp.model.effort import EffortCurve
 
@@ -34,9 +36,11 @@ class Train:
     mass_kg : float
         Static mass, which gravity acts on.
     traction : EffortCurve
-        Largest traction effort at the wheel.
+        Largest traction effort of the drive, at the wheel.
     braking : EffortCurve
         Largest effort of the dynamic (electric) brake, positive.
+    adhesion : Adhesion, optional
+        What the driven wheels can put on the rail at most, of traction and of the dynamic brake; None means enough.
     friction_brake_n : float
         Effort of the friction brake, on top of the dynamic brake.
     braking_rates : tuple of BrakingRate
@@ -73,6 +77,7 @@ class Train:
     mass_kg: float
     traction: EffortCurve
     braking: EffortCurve = _NO_BRAKE
+    adhesion: Adhesion | None = None
     friction_brake_n: float = 0.0
     braking_rates: tuple[BrakingRate, ...] = ()
     rotating_mass_factor: float = 1.0
@@ -106,6 +111,7 @@ class Train:
         self._set_numbers(owner, "W", "auxiliary_power_w", at_least=0.0)
         object.__setattr__(self, "tunnel_drag", self._tunnel_drag(owner))
         object.__setattr__(self, "braking_rates", self._braking_rates(owner))
+        object.__setattr__(self, "adhesion", self._adhesion(owner))
         for name in ("traction_efficiency", "regeneration_efficiency"):
             if getattr(self, name) > 1.0:
                 raise InputError(f"{owner}: {name} must be at most 1, got {getattr(self, name):g}")
@@ -130,6 +136,22 @@ class Train:
                 raise InputError(f"{owner}: {label} repeats the cross section {drag.cross_section_m2:.12g} m²")
             made[drag.cross_section_m2] = drag
         return tuple(made.values())
+
+    def _adhesion(self, owner: str) -> Adhesion | None:
+        if self.adhesion is None:
+            return None
+        (row,) = require_rows(owner, "adhesion", (self.adhesion,), Adhesion)
+        if row.coefficient is not None:
+            require_number(owner, "adhesion.coefficient", row.coefficient, "-", above=0.0)
+            if row.coefficient > 1.0:
+                raise InputError(f"{owner}: adhesion.coefficient must be at most 1, got {row.coefficient:g}")
+        mass_kg = require_number(owner, "adhesion.adhesive_mass", row.adhesive_mass_kg, "kg", above=0.0)
+        if mass_kg > self.mass_kg:
+            raise InputError(
+                f"{owner}: adhesion.adhesive_mass must be at most the mass of {self.mass_kg:.12g} kg, "
+                f"got {mass_kg:.12g} kg"
+            )
+        return Adhesion(mass_kg, row.coefficient)
 
     def _braking_rates(self, owner: str) -> tuple[BrakingRate, ...]:
         made: list[BrakingRate] = []
@@ -161,6 +183,16 @@ class Train:
                 owner, name, getattr(self, name), unit, above=above, at_least=at_least, infinite_ok=infinite_ok
             )
             object.__setattr__(self, name, value)
+
+    @cached_property
+    def traction_limit(self) -> EffortCurve:
+        """Largest traction effort that reaches the rail."""
+        return self.traction if self.adhesion is None else self.traction.within(self.adhesion.limit())
+
+    @cached_property
+    def dynamic_brake_limit(self) -> EffortCurve:
+        """Largest effort of the dynamic brake that reaches the rail."""
+        return self.braking if self.adhesion is None else self.braking.within(self.adhesion.limit())
 
     @property
     def inertia_kg(self) -> float:

@@ -53,7 +53,8 @@ def arc(train, length_m, grade_n, air, w0, w1):
     if s <= 0.0:
         return STANDSTILL, math.inf, math.inf
     half_gain = 0.5 * (w1 - w0)
-    load = length_m * (mean_resistance(train, air, v0, v1) + grade_n)
+    mean_load = mean_resistance(train, air, v0, v1) + grade_n
+    load = length_m * mean_load
     work = train.inertia_kg * half_gain + load
     duration = 2.0 * length_m / s
     slack = 1.0 + FEASIBILITY_RTOL
@@ -63,7 +64,7 @@ def arc(train, length_m, grade_n, air, w0, w1):
         work = 0.0
     if work > 0.0 and work > length_m * mean_effort(train.traction, v0, v1) * slack + noise:
         return OVER_TRACTION, duration, work
-    if work < 0.0 and -work > length_m * mean_brake(train, v0, v1) * slack + noise:
+    if work < 0.0 and -work > length_m * mean_brake(train, mean_load, v0, v1) * slack + noise:
         return OVER_BRAKE, duration, work
     if half_gain > length_m * train.max_acceleration * slack:
         return OVER_ACCELERATION, duration, work
@@ -82,5 +83,5 @@ def within_effort_at(train, grade_n, air, acceleration, v):
     if effort > noise:
         return effort <= effort_at(train.traction, v) * slack + noise
     if effort < -noise:
-        return -effort <= brake_at(train, v) * slack + noise
+        return -effort <= brake_at(train, resistance + grade_n, v) * slack + noise
     return True

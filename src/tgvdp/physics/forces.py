@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import kernel, leaf
+from tgvdp.constants import GRAVITY_MPS2
 from tgvdp.model.train import Train
 
 
@@ -29,7 +30,20 @@ class KernelTrain(NamedTuple):
     traction: NDArray[np.float64]  # (n, 6), rows of an EffortCurve table
     braking: NDArray[np.float64]  # (n, 6), dynamic brake
     friction_n: float
+    rates: NDArray[np.float64]  # (n, 6), full braking as inertia times deceleration; no rows: it is brake effort
+    no_effort: NDArray[np.float64]  # (1, 6), the curve of 0 N, for stretches without current
     rows: float = 1.0  # how many times more rows than usual `physics.motion` makes
+
+
+def _read_only(table: NDArray[np.float64]) -> NDArray[np.float64]:
+    table.setflags(write=False)  # as the tables of effort curves: one type for the kernels
+    return table
+
+
+#: Above the acceleration of any line that is not vertical.
+_STEEPEST_MPS2 = 2.0 * GRAVITY_MPS2
+_NO_RATES = _read_only(np.empty((0, 6)))
+_NO_EFFORT = _read_only(np.zeros((1, 6)))
 
 
 def kernel_train(train: Train) -> KernelTrain:
@@ -40,10 +54,40 @@ def kernel_train(train: Train) -> KernelTrain:
         float(train.davis_b_n_per_mps),
         float(train.max_acceleration_mps2),
         float(train.max_deceleration_mps2),
-        train.traction.table,
-        train.braking.table,
-        float(train.friction_brake_n),
+        train.traction_limit.table,
+        train.dynamic_brake_limit.table,
+        _friction_n(train),
+        _rate_table(train),
+        _NO_EFFORT,
     )
+
+
+def _friction_n(train: Train) -> float:
+    """Effort of the friction brake: where rates are given, enough to keep them on any line that is not vertical."""
+    if not train.braking_rates:
+        return float(train.friction_brake_n)
+    return (
+        train.inertia_kg * max(rate.deceleration_mps2 for rate in train.braking_rates) + train.mass_kg * _STEEPEST_MPS2
+    )
+
+
+def _rate_table(train: Train) -> NDArray[np.float64]:
+    """Braking rates as a table of net forces in the form of an effort curve."""
+    if not train.braking_rates:
+        return _NO_RATES
+    table = np.zeros((len(train.braking_rates), 6))
+    table[:, 0] = [rate.from_mps for rate in train.braking_rates]
+    table[:, 2] = [train.inertia_kg * rate.deceleration_mps2 for rate in train.braking_rates]
+    return _read_only(table)
+
+
+@leaf
+def unpowered(train):
+    """The train without current: neither traction nor dynamic brake."""
+    return KernelTrain(
+        train.inertia_kg, train.davis_a_n, train.davis_b, train.max_acceleration, train.max_deceleration,
+        train.no_effort, train.no_effort, train.friction_n, train.rates, train.no_effort, train.rows,
+    )  # fmt: skip
 
 
 @leaf
@@ -128,13 +172,45 @@ def mean_resistance(train, air, v0, v1):
     return train.davis_a_n + linear + air * 0.5 * (v0 * v0 + v1 * v1)
 
 
+@kernel
+def mean_rate(rates, v0, v1):
+    """Net force in N that braking rates give on average between two speeds: the one that takes as long a distance.
+
+    A rate r is kept over ½·Δw/r, so that it is the harmonic mean over w = v².
+    """
+    hi = max(v0, v1) ** 2
+    w = min(v0, v1) ** 2
+    span = hi - w
+    i = rates.shape[0] - 1
+    while i > 0 and rates[i, 0] * rates[i, 0] > w:
+        i -= 1
+    if i == rates.shape[0] - 1 or rates[i + 1, 0] * rates[i + 1, 0] >= hi:
+        return rates[i, 2]
+    distance = 0.0
+    while w < hi:
+        end = hi
+        if i + 1 < rates.shape[0]:
+            end = min(rates[i + 1, 0] * rates[i + 1, 0], hi)
+        distance += (end - w) / rates[i, 2]
+        w = end
+        i += 1
+    return span / distance
+
+
 @leaf
-def mean_brake(train, v0, v1):
-    """Mean over distance, in N, of the largest braking effort (dynamic and friction), positive."""
+def mean_brake(train, load, v0, v1):
+    """Mean over distance, in N, of the largest braking effort (dynamic and friction), positive or 0.
+
+    Braking rates are kept whatever the ``load`` (mean resistance and grade force, N): the brakes do the rest.
+    """
+    if train.rates.shape[0] > 0:
+        return max(mean_rate(train.rates, v0, v1) - load, 0.0)
     return mean_effort(train.braking, v0, v1) + train.friction_n
 
 
 @leaf
-def brake_at(train, v):
-    """Largest braking effort (dynamic and friction) in N at speed v, positive."""
+def brake_at(train, load, v):
+    """Largest braking effort (dynamic and friction) in N at speed v under a ``load`` in N, positive or 0."""
+    if train.rates.shape[0] > 0:
+        return max(effort_at(train.rates, v) - load, 0.0)
     return effort_at(train.braking, v) + train.friction_n

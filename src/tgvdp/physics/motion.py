@@ -46,9 +46,12 @@ def net_force(train, regime, grade_n, air, v0, v1):
     if regime == TRACTION:
         return min(mean_effort(train.traction, v0, v1) - load, up)
     if regime == BRAKING:
-        return max(-mean_brake(train, v0, v1) - load, down)
+        return max(-mean_brake(train, load, v0, v1) - load, down)
     if regime == DYNAMIC:
-        return max(-mean_effort(train.braking, v0, v1) - load, down)
+        effort = mean_effort(train.braking, v0, v1)
+        if train.rates.shape[0] > 0:
+            effort = min(effort, mean_brake(train, load, v0, v1))
+        return max(-effort - load, down)
     return max(min(-load, up), down)
 
 
@@ -74,8 +77,10 @@ def land(train, regime, sign, length_m, grade_n, air, w):
 
 @leaf
 def _net_slope(train, regime, air, v, net, rising):
-    """Derivative by speed, N/(m/s), of the net force ``net``; 0 where a comfort limit binds."""
+    """Derivative by speed, N/(m/s), of the net force ``net``; 0 where a comfort limit or a braking rate binds."""
     if net >= train.inertia_kg * train.max_acceleration or -net >= train.inertia_kg * train.max_deceleration:
+        return 0.0
+    if regime == BRAKING and train.rates.shape[0] > 0:
         return 0.0
     slope = -(train.davis_b + 2.0 * air * v)
     side = v if rising else v * (1.0 - BELOW_DROP)
@@ -159,6 +164,9 @@ def march(train, regime, sign, length_m, grade_n, air, w, target_w, xs, ws, n):
             end = _row_end(train.traction, v, rising, train.rows)
         elif regime != COASTING:
             end = _row_end(train.braking, v, rising, train.rows)
+            if train.rates.shape[0] > 0:
+                other = _row_end(train.rates, v, rising, train.rows)
+                end = min(end, other) if rising else max(end, other)
         slope = _net_slope(train, regime, air, v, net, rising)
         balanced = sign * slope < 0.0 and abs(net) <= -sign * slope * BALANCED * v
         if rising and regime == TRACTION and sign > 0.0 and w >= end * end * (1.0 - 2.0 * BELOW_DROP):

@@ -1,7 +1,7 @@
 """Speed profiles: what a run looks like, row by row.
 
-Between two rows the acceleration is constant, so v² is linear in position; gradient, limit and drag are constant
-because every break of the line is a row.
+Between two rows the acceleration is constant, so v² is linear in position; limit and current are constant because
+every break of the line is a row, and resistance and drag are exact means.
 """
 
 from dataclasses import dataclass
@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import kernel
-from tgvdp.constants import GRAVITY_MPS2
 from tgvdp.model.energy import PANTOGRAPH
 from tgvdp.model.trip import Trip
 from tgvdp.physics.arc import arc
 from tgvdp.physics.energy import arc_energy, energy_tables
-from tgvdp.physics.forces import KernelTrain, kernel_train, mean_brake, mean_effort
+from tgvdp.physics.forces import KernelTrain, kernel_train, mean_brake, mean_effort, mean_resistance, unpowered
+from tgvdp.physics.resolved import LOWERED, POWERED, resolve
 
 #: Driving regimes; a profile stores the index.
 REGIMES = ("traction", "cruising", "coasting", "braking")
@@ -104,36 +104,45 @@ class Profile:
 
 
 @kernel
-def _measure(train, tables, at_wheel, x, w, grade, air, time, force, energy, regime):
-    """Fill time, force, energy and regime of rows (x, w); ``grade`` and ``air`` belong to the row that starts.
+def _measure(train, tables, at_wheel, x, w, grade, air, supply, time, force, energy, regime):
+    """Fill time, force, energy, regime of rows (x, w); ``grade``, ``air``, ``supply`` belong to the row that starts.
 
-    Returns the traction work, the braking work, and what is drawn and returned by the tables, auxiliaries aside, J.
+    Returns the traction work, the braking work, what is drawn and returned by the tables, auxiliaries aside, and what
+    these draw, J.
     """
+    dark = unpowered(train)
     wheel = 0.0
     braking = 0.0
     drawn = 0.0
     returned = 0.0
+    auxiliary = 0.0
     n = x.shape[0]
     start_effort = mean_effort(train.traction, 0.0, 0.0)
     time[0] = 0.0
     energy[0] = 0.0
     for i in range(n - 1):
         d = x[i + 1] - x[i]
-        _, duration, work = arc(train, d, grade[i], air[i], w[i], w[i + 1])
+        here = train if supply[i] == POWERED else dark
+        _, duration, work = arc(here, d, grade[i], air[i], w[i], w[i + 1])
         effort = work / d
         v0 = np.sqrt(w[i])
         v1 = np.sqrt(w[i + 1])
         acceleration = 0.5 * (w[i + 1] - w[i]) / d
         time[i + 1] = time[i] + duration
-        row = arc_energy(train, tables, d, duration, work, w[i], w[i + 1])
+        row = 0.0
+        if supply[i] != LOWERED:
+            row = arc_energy(here, tables, d, duration, work, w[i], w[i + 1])
+            auxiliary += tables.auxiliary_w * duration
         energy[i + 1] = energy[i] + (max(work, 0.0) if at_wheel else row)
-        row -= tables.auxiliary_w * duration
+        if supply[i] != LOWERED:
+            row -= tables.auxiliary_w * duration
         wheel += max(work, 0.0)
         braking += max(-work, 0.0)
         drawn += max(row, 0.0)
         returned += max(-row, 0.0)
         force[i] = effort
-        limit = mean_effort(train.traction, v0, v1) if effort > 0.0 else mean_brake(train, v0, v1)
+        load = mean_resistance(train, air[i], v0, v1) + grade[i]
+        limit = mean_effort(here.traction, v0, v1) if effort > 0.0 else mean_brake(here, load, v0, v1)
         if abs(effort) <= _COASTING_SHARE * start_effort:
             regime[i] = COASTING
         elif abs(acceleration) * train.inertia_kg <= _CRUISING_SHARE * start_effort and abs(effort) < 0.95 * limit:
@@ -142,7 +151,7 @@ def _measure(train, tables, at_wheel, x, w, grade, air, time, force, energy, reg
             regime[i] = TRACTION if effort > 0.0 else BRAKING
     force[n - 1] = 0.0
     regime[n - 1] = regime[n - 2]
-    return wheel, braking, drawn, returned
+    return wheel, braking, drawn, returned, auxiliary
 
 
 def profile_of(trip: Trip, x_m: NDArray[np.float64], w: NDArray[np.float64]) -> Profile:
@@ -161,17 +170,15 @@ def profile_of(trip: Trip, x_m: NDArray[np.float64], w: NDArray[np.float64]) -> 
     Profile
     """
     train: KernelTrain = kernel_train(trip.train)
-    gradients = np.array(trip.track.gradients or ((0.0, 0.0),), dtype=np.float64)
-    middle_m = trip.origin_m + 0.5 * (x_m[:-1] + x_m[1:])
-    permil = gradients[np.searchsorted(gradients[:, 0], middle_m, side="right") - 1, 1]
+    line = resolve(trip)
+    grade_n, air = line.means(x_m)
     n = len(x_m)
     time, force, energy = np.empty(n), np.empty(n), np.empty(n)
     regime = np.empty(n, dtype=np.int8)
-    air = np.full(n - 1, trip.train.davis_c_n_per_mps2)
     at_wheel = trip.energy.kind == "wheel"
     tables = energy_tables(trip.train, PANTOGRAPH if at_wheel else trip.energy)
-    grade = trip.train.mass_kg * GRAVITY_MPS2 / 1000.0 * permil
-    wheel, braking, drawn, returned = _measure(train, tables, at_wheel, x_m, w, grade, air, time, force, energy, regime)
-    auxiliary = tables.auxiliary_w * float(time[-1])
+    wheel, braking, drawn, returned, auxiliary = _measure(
+        train, tables, at_wheel, x_m, w, grade_n, air, line.supply_between(x_m), time, force, energy, regime
+    )
     balance = EnergyBalance(wheel, drawn - returned + auxiliary, returned, auxiliary, braking - returned)
     return Profile(trip.origin_m + x_m, np.sqrt(w), time, force, energy, regime, balance)

@@ -7,7 +7,8 @@ of each row and as short as its stiffness asks for:
     dw/ds = 2·(F(v) − R(v) − G)/m_eff
 
 A row at full effort follows the effort limit: F(v) = θ·F_limit(v), with the θ that gives the row's mean effort. Any
-other row holds the commanded force, as far as the limit allows: F(v) = min(force_n, F_limit(v)).
+other row holds a commanded force, as far as the limit allows: F(v) = min(c, F_limit(v)), c = force_n but where the
+limit falls below it.
 
 Each row starts from the claimed speed. Carried from row to row instead, an error of 10⁻⁶ in v² where a train begins to
 brake would grow to 10⁻³ of its top speed at the stop, which a driver corrects in passing. But nothing is given away:
@@ -21,7 +22,6 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import kernel
 from tgvdp.constants import (
-    GRAVITY_MPS2,
     REPLAY_EFFORT_PCT,
     REPLAY_ENERGY_PCT,
     REPLAY_OVERSPEED_RTOL,
@@ -30,13 +30,22 @@ from tgvdp.constants import (
 )
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import FULL_EFFORT, energy_tables, map_power
-from tgvdp.physics.forces import KernelTrain, brake_at, effort_at, kernel_train, resistance_at
+from tgvdp.physics.forces import KernelTrain, brake_at, effort_at, kernel_train, resistance_at, unpowered
 from tgvdp.physics.profile import Profile
+from tgvdp.physics.replay_line import breaks_seen, limits_seen, met, see_line, supply_seen
+from tgvdp.physics.resolved import LOWERED, POWERED
 
 _SUB_STEPS = 8
 _MOST_SUB_STEPS = 100_000
 #: Where two sides of a break are one position, relative to it.
 _SAME_POSITION = 1e-12
+#: The line at the end of a row is looked up this share of the row inside it.
+_INSIDE = 1e-6
+#: An effort below this share of the starting effort counts as none.
+_NO_EFFORT = 1e-4
+#: Bracket and bisection of a commanded force.
+_DOUBLINGS = 10
+_HALVINGS = 30
 
 
 @dataclass(frozen=True)
@@ -69,28 +78,79 @@ class Verdict:
 
 
 @kernel
-def _limit_at(train, braking, v):
-    return brake_at(train, v) if braking else effort_at(train.traction, v)
+def _limit_at(train, braking, load, v):
+    """Effort limit at speed v; braking rates are kept whatever the ``load``, grade force and resistance, is."""
+    return brake_at(train, load, v) if braking else effort_at(train.traction, v)
 
 
 @kernel
-def _mean_limit(train, braking, w0, w1):
-    """Mean of the effort limit along a row by the midpoint rule on 16 parts; v² is linear along it."""
+def _mean_limit(train, line, braking, cap, x, d, w0, w1):
+    """Mean along a row of the effort limit, capped; v² is linear. The midpoint rule on 16 parts between its breaks.
+
+    A braking rate counts by the distance that it takes, which is the change of v² over twice the rate.
+    """
+    table = train.traction
+    if braking:
+        table = train.rates if train.rates.shape[0] > 0 else train.braking
+    lo = min(w0, w1)
+    hi = max(w0, w1)
     total = 0.0
-    for j in range(16):
-        total += _limit_at(train, braking, np.sqrt(w0 + (w1 - w0) * (j + 0.5) / 16.0))
-    return total / 16.0
+    weights = 0.0
+    start = lo
+    for i in range(1, table.shape[0] + 1):
+        end = hi
+        if i < table.shape[0]:
+            end = min(max(table[i, 0] * table[i, 0], start), hi)
+        span = end - start
+        for j in range(16 if span > 0.0 or lo == hi else 0):
+            w = start + (j + 0.5) / 16.0 * span
+            v = np.sqrt(w)
+            load = 0.0
+            weight = span if lo < hi else 1.0
+            if braking and train.rates.shape[0] > 0:
+                share = (w - w0) / (w1 - w0) if w1 != w0 else (j + 0.5) / 16.0
+                grade, air = met(line, x + share * d)
+                load = resistance_at(train, air, v) + grade
+                weight /= effort_at(table, v)
+            total += weight * min(_limit_at(train, braking, load, v), cap)
+            weights += weight
+        if lo == hi:
+            break
+        start = end
+    return total / weights
 
 
 @kernel
-def _force(train, force, lever, lo, hi, v):
+def _commanded(train, line, force, limit, x, d, w0, w1):
+    """Force that a driver commands for the mean effort of a row, where the limit is below that on a part of it."""
+    braking = force < 0.0
+    effort = abs(force)
+    if effort >= FULL_EFFORT * limit or _mean_limit(train, line, braking, effort, x, d, w0, w1) >= effort:
+        return force
+    low = effort
+    high = 2.0 * effort
+    for _ in range(_DOUBLINGS):
+        if _mean_limit(train, line, braking, high, x, d, w0, w1) >= effort:
+            break
+        high *= 2.0
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if _mean_limit(train, line, braking, middle, x, d, w0, w1) < effort:
+            low = middle
+        else:
+            high = middle
+    return -high if braking else high
+
+
+@kernel
+def _force(train, force, lever, lo, hi, load, v):
     """Effort at the wheel; the effort curve is looked up within the row's speeds lo..hi, not beyond a jump there."""
     inside = min(max(v, lo), hi)
     braking = force < 0.0
     if lever >= FULL_EFFORT:
-        effort = lever * _limit_at(train, braking, inside)
+        effort = lever * _limit_at(train, braking, load, inside)
     else:
-        effort = min(abs(force), _limit_at(train, braking, inside))
+        effort = min(abs(force), _limit_at(train, braking, load, inside))
     return -effort if braking else effort
 
 
@@ -106,9 +166,9 @@ def _drawn(train, tables, effort, lo, hi, w):
 
 
 @kernel
-def _map_power(train, tables, force, lever, lo, hi, v):
+def _map_power(train, tables, force, lever, lo, hi, grade, air, v):
     """Power in W that a map draws from the line at speed v under the force law of a row, without auxiliaries."""
-    effort = _force(train, force, lever, lo, hi, v)
+    effort = _force(train, force, lever, lo, hi, resistance_at(train, air, v) + grade, v)
     limit = effort_at(train.traction if effort >= 0.0 else train.braking, min(max(v, lo), hi))
     demand = min(max(effort / limit, -1.0), 1.0) if limit > 0.0 else 0.0
     return map_power(tables, v, demand)
@@ -117,8 +177,9 @@ def _map_power(train, tables, force, lever, lo, hi, v):
 @kernel
 def _slope(train, force, lever, lo, hi, grade, air, w):
     v = np.sqrt(max(w, 0.0))
-    effort = _force(train, force, lever, lo, hi, v)
-    return 2.0 * (effort - resistance_at(train, air, v) - grade) / train.inertia_kg, effort
+    load = resistance_at(train, air, v) + grade
+    effort = _force(train, force, lever, lo, hi, load, v)
+    return 2.0 * (effort - load) / train.inertia_kg, effort
 
 
 @kernel
@@ -133,72 +194,79 @@ def _sub_steps(train, force, lever, lo, hi, grade, air, d, w):
 
 
 @kernel
-def _replay_kernel(train, tables, x, speed, force, grade, air, time, energy):
+def _replay_kernel(train, tables, line, supply, x, speed, force, time, energy):
     """Replay all rows; cumulative time and energy in place; returns effort excess and speed error."""
     excess = -1.0
     speed_error = 0.0
     by_map = tables.speed_mps.shape[0] > 0
+    dark = unpowered(train)
     time[0] = 0.0
     energy[0] = 0.0
     for i in range(x.shape[0] - 1):
         d = x[i + 1] - x[i]
         w0 = speed[i] * speed[i]
         w1 = speed[i + 1] * speed[i + 1]
-        limit = _mean_limit(train, force[i] < 0.0, w0, w1)
-        lever = abs(force[i]) / limit if limit > 0.0 else (0.0 if force[i] == 0.0 else np.inf)
+        here = train if supply[i] == POWERED else dark
+        limit = _mean_limit(here, line, force[i] < 0.0, np.inf, x[i], d, w0, w1)
+        lever = abs(force[i]) / limit if limit > 0.0 else 0.0
+        if limit == 0.0:  # no current, or no brake: what counts as no effort is a share of the starting effort
+            share = abs(force[i]) / effort_at(train.traction, 0.0)
+            if share > _NO_EFFORT:
+                return np.inf, np.inf
         acceleration = 0.5 * (w1 - w0) / d
-        excess = max(excess, lever - 1.0)
+        if force[i] < 0.0 and train.rates.shape[0] > 0:  # next to nothing is left to brakes where the load slows enough
+            excess = max(excess, (-force[i] - limit) / effort_at(train.rates, 0.5 * (speed[i] + speed[i + 1])))
+        else:
+            excess = max(excess, lever - 1.0)
         excess = max(excess, acceleration / train.max_acceleration - 1.0, -acceleration / train.max_deceleration - 1.0)
-        if lever == np.inf:
-            return excess, np.inf
         nudge = 1e-9 * abs(speed[i + 1] - speed[i])
         lo = min(speed[i], speed[i + 1]) + nudge
         hi = max(speed[i], speed[i + 1]) - nudge
-        law = (train, force[i], lever, lo, hi, grade[i], air[i])
-        pull = (train, tables, force[i], lever, lo, hi)
+        command = _commanded(here, line, force[i], limit, x[i], d, w0, w1)
+        law = (here, command, lever, lo, hi)
+        inside_m = _INSIDE * d  # a break at the end of a row belongs to the next one
+        after_met = met(line, x[i] + inside_m)
         w = w0
         seconds = 0.0
         drawn = 0.0
         done = 0.0
-        count = _sub_steps(*law, d, max(w0, w1))
+        count = _sub_steps(*law, *met(line, x[i] + 0.5 * d), d, max(w0, w1))
         for j in range(count):
             u = (j + 1.0) / count
             end = d * u * u * (3.0 - 2.0 * u)
             h = end - done
-            k1, f1 = _slope(*law, w)
-            k2, f2 = _slope(*law, w + 0.5 * h * k1)
-            k3, f3 = _slope(*law, w + 0.5 * h * k2)
-            k4, f4 = _slope(*law, w + h * k3)
+            before_met = after_met
+            middle_met = met(line, x[i] + done + 0.5 * h)
+            after_met = met(line, x[i] + min(end, d - inside_m))
+            k1, f1 = _slope(*law, *before_met, w)
+            k2, f2 = _slope(*law, *middle_met, w + 0.5 * h * k1)
+            k3, f3 = _slope(*law, *middle_met, w + 0.5 * h * k2)
+            k4, f4 = _slope(*law, *after_met, w + h * k3)
             after = w + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-            here = np.sqrt(max(w, 0.0))
-            there = np.sqrt(max(after, 0.0))
+            v0 = np.sqrt(max(w, 0.0))
+            v1 = np.sqrt(max(after, 0.0))
             step = 0.0
             if after > 0.0:
-                step = 2.0 * h / (here + there)
+                step = 2.0 * h / (v0 + v1)
             elif w > 0.0:  # it stops within this sub-step; a w below 0 is the energy that it lacks
-                step = 2.0 * h * w / (w - after) / here
+                step = 2.0 * h * w / (w - after) / v0
             seconds += step
             if by_map:  # the speed is nearly linear in time, the power has no part that is singular at standstill
-                powers = _map_power(*pull, here) + 4.0 * _map_power(*pull, 0.5 * (here + there))
-                drawn += step / 6.0 * (powers + _map_power(*pull, there))
+                pull = (here, tables, command, lever, lo, hi)
+                powers = _map_power(*pull, *before_met, v0) + 4.0 * _map_power(*pull, *middle_met, 0.5 * (v0 + v1))
+                drawn += step / 6.0 * (powers + _map_power(*pull, *after_met, v1))
             else:
-                ends = _drawn(train, tables, f1, lo, hi, w) + _drawn(train, tables, f4, lo, hi, w + h * k3)
-                inner = _drawn(train, tables, f2, lo, hi, w + 0.5 * h * k1)
-                inner += _drawn(train, tables, f3, lo, hi, w + 0.5 * h * k2)
+                ends = _drawn(here, tables, f1, lo, hi, w) + _drawn(here, tables, f4, lo, hi, w + h * k3)
+                inner = _drawn(here, tables, f2, lo, hi, w + 0.5 * h * k1)
+                inner += _drawn(here, tables, f3, lo, hi, w + 0.5 * h * k2)
                 drawn += h / 6.0 * (ends + 2.0 * inner)
             w = after
             done = end
         time[i + 1] = time[i] + seconds
-        drawn += tables.auxiliary_w * seconds
+        drawn = 0.0 if supply[i] == LOWERED else drawn + tables.auxiliary_w * seconds
         energy[i + 1] = energy[i] + drawn + 0.5 * train.inertia_kg * abs(w1 - w)
         speed_error = max(speed_error, abs(np.sqrt(max(w, 0.0)) - speed[i + 1]))
     return excess, speed_error
-
-
-def _step_at(rows: tuple[tuple[float, float], ...], at_m: NDArray[np.float64], side: str) -> NDArray[np.float64]:
-    table = np.array(rows, dtype=np.float64)
-    index = np.searchsorted(table[:, 0], at_m, side=side) - 1  # type: ignore[call-overload]
-    return np.asarray(table[np.maximum(index, 0), 1])
 
 
 def _largest(differences: NDArray[np.float64]) -> float:
@@ -214,8 +282,7 @@ def _covers(trip: Trip, profile: Profile) -> bool:
     speeds = np.abs((profile.speed_mps[0] - trip.start_speed_mps, profile.speed_mps[-1] - trip.end_speed_mps))
     if not ((np.diff(x) > 0.0).all() and (ends <= same).all() and (speeds <= REPLAY_OVERSPEED_RTOL * top).all()):
         return False
-    rows = (*trip.track.speed_limits, *trip.track.gradients)
-    breaks = np.array([row[0] for row in rows if trip.origin_m < row[0] < trip.destination_m])
+    breaks = breaks_seen(trip)
     after = np.searchsorted(x, breaks).clip(1, len(x) - 1)
     return bool((np.minimum(np.abs(x[after - 1] - breaks), np.abs(x[after] - breaks)) <= same).all())
 
@@ -223,8 +290,7 @@ def _covers(trip: Trip, profile: Profile) -> bool:
 def _overspeed(trip: Trip, profile: Profile) -> float:
     """Largest excess over the limit, m/s; v² is linear along a row, so its ends are enough."""
     x = profile.position_m
-    middle_m = 0.5 * (x[:-1] + x[1:])
-    limit = np.minimum(_step_at(trip.track.speed_limits, middle_m, "right"), trip.train.max_speed_mps)
+    limit = limits_seen(trip, 0.5 * (x[:-1] + x[1:]))
     fastest = np.maximum(profile.speed_mps[:-1], profile.speed_mps[1:])
     return max(0.0, float(np.max(fastest - limit)))
 
@@ -244,16 +310,15 @@ def replay(trip: Trip, profile: Profile) -> Verdict:
     """
     train: KernelTrain = kernel_train(trip.train)
     x = profile.position_m
-    middle_m = 0.5 * (x[:-1] + x[1:])
-    permil = _step_at(trip.track.gradients or ((0.0, 0.0),), middle_m, "right")
-    grade = trip.train.mass_kg * GRAVITY_MPS2 / 1000.0 * permil
-    air = np.full(len(middle_m), trip.train.davis_c_n_per_mps2)
     numbers = (x, profile.speed_mps, profile.force_n, profile.time_s, profile.energy_j)
     if not (all(np.isfinite(column).all() for column in numbers) and (np.diff(x) > 0.0).all()):
         return Verdict(np.inf, np.inf, _overspeed(trip, profile), np.inf, np.inf, False)
     time, energy = np.empty(len(x)), np.empty(len(x))
     tables = energy_tables(trip.train, trip.energy)
-    excess, speed_error = _replay_kernel(train, tables, x, profile.speed_mps, profile.force_n, grade, air, time, energy)
+    supply = supply_seen(trip, 0.5 * (x[:-1] + x[1:]))
+    excess, speed_error = _replay_kernel(
+        train, tables, see_line(trip), supply, x, profile.speed_mps, profile.force_n, time, energy
+    )
     overspeed = _overspeed(trip, profile)
     excess_pct = max(0.0, 100.0 * excess)
     if not np.isfinite(speed_error):

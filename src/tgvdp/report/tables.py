@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from tgvdp.model.energy import violations
+from tgvdp.physics.ride import ride_of
 from tgvdp.report.plain import plain
 from tgvdp.units import KILO, joule_to_kwh, mps_to_kmh
 
@@ -23,6 +24,8 @@ FRONT_COLUMNS = (
 )  # fmt: skip
 #: Where the energy goes, whichever model was minimised; see `tgvdp.physics.profile.EnergyBalance`.
 BALANCE_FIELDS = ("wheel_kwh", "pantograph_kwh", "regenerated_kwh", "auxiliary_kwh", "braking_losses_kwh")
+#: Accelerations and jerk; see `tgvdp.physics.ride.Ride`.
+RIDE_FIELDS = ("acceleration_mps2", "deceleration_mps2", "jerk_mps3")
 PROFILE_COLUMNS = ("id", "position_m", "speed_mps", "time_s", "force_n", "energy_j", "regime")
 #: Id of the fastest run in ``profiles.csv``; the points of the front have integer ids from 0.
 FASTEST_ID = "fastest"
@@ -63,6 +66,7 @@ def result_object(
     times, energies = result.front.time_s.tolist(), result.front.energy_j.tolist()
     rows = zip(times, energies, prices, bounds, gaps, verdicts, strict=True)
     for index, (time_s, energy_j, price, bound, gap, verdict) in enumerate(rows):
+        profile = result.profile(index)
         front.append(
             {
                 "id": index,
@@ -74,7 +78,8 @@ def result_object(
                 "price_kwh_per_min": plain(price),
                 "lower_bound_kwh": plain(bound),
                 "gap_pct": plain(gap),
-                "balance": _balance(result.profile(index)),
+                "balance": _balance(profile),
+                "ride": ride_of(profile)._asdict(),
                 "replay": {name: plain(getattr(verdict, name)) for name in VERDICT_FIELDS},
             }
         )
@@ -88,6 +93,7 @@ def result_object(
             "energy_kwh": joule_to_kwh(float(fastest.energy_j)),
             "stepped_time_s": plain(fastest.stepped_time_s),
             "balance": _balance(fastest.profile),
+            "ride": ride_of(fastest.profile)._asdict(),
         },
         "front": front,
         "counters": plain(result.counters),
@@ -130,9 +136,14 @@ def front_csv(content: Mapping[str, Any]) -> str:
     """One line per point of the front of an object from `result_object`; figures that are not known stay empty."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*FRONT_COLUMNS, *BALANCE_FIELDS, *VERDICT_FIELDS])
+    writer.writerow([*FRONT_COLUMNS, *BALANCE_FIELDS, *RIDE_FIELDS, *VERDICT_FIELDS])
     for point in content["front"]:
-        parts = (point, FRONT_COLUMNS), (point["balance"], BALANCE_FIELDS), (point["replay"], VERDICT_FIELDS)
+        parts = (
+            (point, FRONT_COLUMNS),
+            (point["balance"], BALANCE_FIELDS),
+            (point["ride"], RIDE_FIELDS),
+            (point["replay"], VERDICT_FIELDS),
+        )
         writer.writerow([part[name] for part, names in parts for name in names])
     return text.getvalue()
 

@@ -268,7 +268,9 @@ def best_first(
     reference_time_s: float | None = None,
     reference_energy_j: float | None = None,
 ) -> GridPaths:
-    """Search a grid best first; see `Options` and `best_first_paths`."""
+    """Search a grid best first; see `Options` and `best_first_paths`. The reference energy is that of a real run."""
+    if reference_energy_j is not None:  # the grid's least energies are below that of any run, but for its coarseness
+        reference_energy_j = max(reference_energy_j - float(grid.floor_j.sum()), 0.0)
     options = Options(
         heuristic=heuristic,
         paths=paths,

@@ -24,15 +24,13 @@ is in docs/front-method.md.
 
 import math
 
-import numpy as np
-
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.physics.forces import mean_effort, mean_resistance
 from tgvdp.search.characteristics import braking_costate, holding_costate, transport
 from tgvdp.search.polyline import make_monotone, thin
 
 #: Room for points of the polyline.
-_ROOM = 4096
+ROOM = 4096
 #: More points than this are thinned with a looser tolerance; the polyline is thinned again when it has grown by ...
 _MANY_POINTS = 300
 _GROWTH = 6
@@ -134,7 +132,7 @@ def _last_cell(train, length, grade, air, returned, price, bottom, top, end_w, w
 
 @kernel
 def switching_speeds(
-    train, returned, length, grade, air, low, fast, end_w, price, tolerance, typical_m, floor_w, policy
+    train, returned, length, grade, air, low, fast, end_w, price, tolerance, typical_m, floor_w, policy, room
 ):
     """Backward pass: the optimal switching speeds a ≤ b for one multiplier.
 
@@ -162,6 +160,8 @@ def switching_speeds(
         Below this squared speed the polyline is not carried.
     policy : (K + 1, 2) float64, modified in place
         Squared switching speeds a and b for the station at the end of each cell.
+    room : (4, size) float64
+        Scratch for the polyline; `ROOM` points are plenty.
 
     Returns
     -------
@@ -171,10 +171,10 @@ def switching_speeds(
         Points carried in all, the work done.
     """
     count = length.shape[0]
-    w = np.empty(_ROOM)
-    p = np.empty(_ROOM)
-    x = np.empty(_ROOM)
-    y = np.empty(_ROOM)
+    w = room[0]
+    p = room[1]
+    x = room[2]
+    y = room[3]
     policy[count] = end_w
     policy[0] = fast[0]
     points = 0
@@ -217,6 +217,6 @@ def switching_speeds(
             loosen *= 1.5
         elif loosen > 1.0 and n < _MANY_POINTS // 2:
             loosen = max(1.0, loosen / 1.2)
-        if n > _ROOM // 2 - 64:
+        if n > room.shape[1] // 2 - 64:
             return CROWDED, points
     return DONE, points

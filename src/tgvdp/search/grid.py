@@ -9,6 +9,7 @@ from the root to the terminal. Searches see the grid as a `LayeredGraph`, in whi
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,8 @@ from tgvdp.graph.layered import Incoming, LayeredGraph, layered_graph
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.model.trip import Trip
 from tgvdp.physics.arc import OK, OVER_ACCELERATION, OVER_BRAKE, OVER_DECELERATION, OVER_TRACTION, STANDSTILL
+from tgvdp.physics.energy import energy_tables
+from tgvdp.physics.follow import follow
 from tgvdp.physics.forces import KernelTrain, kernel_train
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.grid_points import DEFAULT_SPEEDS, grid_levels, grid_stations
@@ -57,6 +60,9 @@ class Grid:
         Speed index of each node.
     blocked : (n_nodes,) int32
         Arcs from each node that obey the speed limits at their ends and break some other constraint.
+    floor_j : (n_stations - 1,) float64
+        What the graph's energies are counted from in each segment: 0 where no arc returns energy, else the least
+        energy of its arcs. Each path crosses each segment once, so that all differ from their own energy by the same.
     """
 
     trip: Trip
@@ -65,6 +71,7 @@ class Grid:
     graph: LayeredGraph
     level: NDArray[np.int32]
     blocked: NDArray[np.int32]
+    floor_j: NDArray[np.float64]
 
     @cached_property
     def incoming(self) -> Incoming:
@@ -99,7 +106,7 @@ class Grid:
         count = path_rows(train, long_cells, station_cell, station_w, none, none)
         x_m, w = np.empty(count), np.empty(count)
         path_rows(train, long_cells, station_cell, station_w, x_m, w)
-        return x_m, w
+        return follow(self.trip, x_m, w)
 
 
 def build_grid(
@@ -132,7 +139,7 @@ def build_grid(
     for cuts in _END_CUTS:
         station_m = grid_stations(trip, segment_m, np.array(cuts))
         try:
-            return _assemble(trip, station_m, level_mps, _arcs_by_segment(trip, station_m, level_mps, clock))
+            return _assemble(trip, station_m, level_mps, _arcs_by_segment(trip, station_m, level_mps, clock), clock)
         except InfeasibleError as error:
             dead_end = error
     assert dead_end is not None
@@ -151,7 +158,7 @@ def _allowed_levels(
 
 
 def _kernel_arguments(trip: Trip, cells: Cells) -> tuple[KernelTrain, LongCells]:
-    return kernel_train(trip.train), LongCells(cells.station_m, cells.grade_n, cells.air, cells.limit_w)
+    return kernel_train(trip.train), LongCells(cells.station_m, *cells[2:])
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,6 +182,7 @@ def _arcs_by_segment(
     cells = cells_of(trip, station_m)
     allowed = _allowed_levels(trip, station_m, cells, level_mps)
     train, long_cells = _kernel_arguments(trip, cells)
+    tables = energy_tables(trip.train, trip.energy)
     station_cell = np.searchsorted(cells.station_m, station_m)
     level_w = level_mps**2
     reachable = allowed[0]
@@ -187,14 +195,10 @@ def _arcs_by_segment(
         for i in range(0, len(reachable), n_rows):
             part = slice(i, i + n_rows)
             drive_all(
-                train, long_cells, station_cell[k], station_cell[k + 1], level_w[reachable[part]], level_w[target],
-                status[part], duration_s[part], energy_j[part],
+                train, tables, long_cells, station_cell[k], station_cell[k + 1], level_w[reachable[part]],
+                level_w[target], status[part], duration_s[part], energy_j[part],
             )  # fmt: skip
-            if clock.expired:
-                raise BudgetExceededError(
-                    f"grid: the time limit of {clock.limit_s:g} s passed at station {k} of {len(allowed) - 1}; "
-                    "try fewer speeds, longer segments or more time"
-                )
+            _look_at(clock, k, len(allowed) - 1)
         start, end = np.nonzero(status == OK)
         if not len(start):
             raise _dead_end(trip, station_m, k, status)
@@ -203,6 +207,14 @@ def _arcs_by_segment(
         segments.append(_Segment(reachable[start], target[end], duration_s[start, end], energy_j[start, end], blocked))
         reachable = np.unique(target[end])
     return segments
+
+
+def _look_at(clock: Clock, station: int, last: int) -> None:
+    if clock.expired:
+        raise BudgetExceededError(
+            f"grid: the time limit of {clock.limit_s:g} s passed at station {station} of {last}; "
+            "try fewer speeds, longer segments or more time"
+        )
 
 
 def _dead_end(trip: Trip, station_m: NDArray[np.float64], k: int, status: NDArray[np.int8]) -> InfeasibleError:
@@ -217,13 +229,25 @@ def _dead_end(trip: Trip, station_m: NDArray[np.float64], k: int, status: NDArra
     )
 
 
+def _joined(parts: list[NDArray[Any]], dtype: type[np.generic]) -> NDArray[Any]:
+    """Concatenation, a segment at a time: an interrupt need not wait for all."""
+    whole = np.empty(sum(len(part) for part in parts), dtype=dtype)
+    at = 0
+    for part in parts:
+        whole[at : at + len(part)] = part
+        at += len(part)
+    return whole
+
+
 def _assemble(
-    trip: Trip, station_m: NDArray[np.float64], level_mps: NDArray[np.float64], segments: list[_Segment]
+    trip: Trip, station_m: NDArray[np.float64], level_mps: NDArray[np.float64], segments: list[_Segment], clock: Clock
 ) -> Grid:
     """Drop arcs that cannot reach the destination, and number the nodes."""
     kept: list[_Segment] = []
     useful = np.unique(segments[-1].end)
+    last = len(segments)
     for segment in reversed(segments):
+        _look_at(clock, last, last)
         keep = np.isin(segment.end, useful)
         useful = np.unique(segment.start[keep])
         kept.append(
@@ -239,12 +263,17 @@ def _assemble(
     layers = [np.unique(segment.start) for segment in kept] + [np.unique(kept[-1].end)]
     sizes = np.array([len(layer) for layer in layers])
     first = np.concatenate(([0], np.cumsum(sizes)))
+    floor_j = np.array([min(0.0, float(segment.energy_j.min())) for segment in kept])
+    places = [
+        (first[k] + np.searchsorted(layers[k], one.start), first[k + 1] + np.searchsorted(layers[k + 1], one.end))
+        for k, one in enumerate(kept)
+    ]
     graph = layered_graph(
         sizes,
-        np.concatenate([first[k] + np.searchsorted(layers[k], segment.start) for k, segment in enumerate(kept)]),
-        np.concatenate([first[k + 1] + np.searchsorted(layers[k + 1], segment.end) for k, segment in enumerate(kept)]),
-        np.concatenate([segment.duration_s for segment in kept]),
-        np.concatenate([segment.energy_j for segment in kept]),
+        _joined([start for start, _ in places], np.int32),
+        _joined([end for _, end in places], np.int32),
+        _joined([one.duration_s for one in kept], np.float64),
+        _joined([one.energy_j - floor for one, floor in zip(kept, floor_j, strict=True)], np.float64),
     )
     blocked = [segment.blocked[layer] for segment, layer in zip(kept, layers[:-1], strict=True)]
     return Grid(
@@ -254,4 +283,5 @@ def _assemble(
         graph,
         np.concatenate(layers).astype(np.int32),
         np.concatenate([*blocked, [0]]).astype(np.int32),
+        floor_j,
     )

@@ -2,8 +2,8 @@
 
 The arc is cut into rows, and each row must pass the one feasibility test, `physics.arc.arc`, and the pointwise effort
 test at both ends. A row ends where a cell ends, where the speed has changed by 2 % (a power limit varies as 1/v, so
-that rows keep it nearly constant), and where the effort at the wheel changes sign, so that the sum of max(work, 0)
-over rows is the exact integral of the positive effort. `drive` costs an arc and `path_rows` lists the rows of a whole
+that rows keep it nearly constant), and where the effort at the wheel changes sign, so that the sum over rows counts
+traction and braking each by its own price. `drive` costs an arc and `path_rows` lists the rows of a whole
 path: both walk through `next_cut`, which is why a profile made of these rows has the grid's own time and energy.
 """
 
@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 from tgvdp._jit import kernel, leaf
 from tgvdp.constants import FEASIBILITY_RTOL
 from tgvdp.physics.arc import OK, STANDSTILL, arc, within_effort_at
+from tgvdp.physics.energy import arc_energy
+from tgvdp.physics.forces import unpowered
+from tgvdp.physics.resolved import LOWERED, POWERED
 
 #: Statuses beyond those of `physics.arc`.
 OVER_EFFORT_AT_POINT = STANDSTILL + 1
@@ -37,6 +40,7 @@ class LongCells(NamedTuple):
     grade_n: NDArray[np.float64]
     air: NDArray[np.float64]
     limit_w: NDArray[np.float64]
+    supply: NDArray[np.int8]
 
 
 @leaf
@@ -79,12 +83,13 @@ def w_between(w0, w1, start_m, end_m, at_m):
 
 
 @kernel
-def drive(train, cells, first, last, w0, w1):
+def drive(train, tables, cells, first, last, w0, w1):
     """Evaluate the arc over cells ``first .. last - 1``.
 
     Parameters
     ----------
     train : KernelTrain
+    tables : EnergyTables
     cells : LongCells
     first, last : int
         Cell stations at the ends of the arc.
@@ -96,12 +101,13 @@ def drive(train, cells, first, last, w0, w1):
     status : int
         ``OK`` or the first limit that is broken, a code of `physics.arc` or of this module.
     duration_s, energy_j : float
-        Running time and positive work at the wheel; partial sums unless the status is ``OK``.
+        Running time, and energy drawn by the tables, negative if returned; partial sums unless the status is ``OK``.
     """
     start_m = cells.station_m[first]
     end_m = cells.station_m[last]
     acceleration = 0.5 * (w1 - w0) / (end_m - start_m)
     floor = ROW_FLOOR_W * max(w0, w1)
+    dark = unpowered(train)
     duration_s = 0.0
     energy_j = 0.0
     w_cell = w0
@@ -111,8 +117,9 @@ def drive(train, cells, first, last, w0, w1):
             return OVER_LIMIT, duration_s, energy_j
         grade_n = cells.grade_n[c]
         air = cells.air[c]
+        here = train if cells.supply[c] == POWERED else dark
         zero = zero_effort_w(train, grade_n, air, acceleration)
-        if not within_effort_at(train, grade_n, air, acceleration, math.sqrt(w_cell)):
+        if not within_effort_at(here, grade_n, air, acceleration, math.sqrt(w_cell)):
             return OVER_EFFORT_AT_POINT, duration_s, energy_j
         length_m = cells.station_m[c + 1] - cells.station_m[c]
         w = w_cell
@@ -121,13 +128,14 @@ def drive(train, cells, first, last, w0, w1):
             row_m = length_m
             if w_next != w_cell:
                 row_m = length_m * ((cut - w) / (w_next - w_cell))
-            status, row_s, work_j = arc(train, row_m, grade_n, air, w, cut)
+            status, row_s, work_j = arc(here, row_m, grade_n, air, w, cut)
             if status != OK:
                 return status, duration_s, energy_j
-            if not within_effort_at(train, grade_n, air, acceleration, math.sqrt(cut)):
+            if not within_effort_at(here, grade_n, air, acceleration, math.sqrt(cut)):
                 return OVER_EFFORT_AT_POINT, duration_s, energy_j
             duration_s += row_s
-            energy_j += max(work_j, 0.0)
+            if cells.supply[c] != LOWERED:
+                energy_j += arc_energy(here, tables, row_m, row_s, work_j, w, cut)
             w = cut
             if w == w_next:
                 break
@@ -136,11 +144,13 @@ def drive(train, cells, first, last, w0, w1):
 
 
 @kernel
-def drive_all(train, cells, first, last, w_from, w_to, status, duration_s, energy_j):
+def drive_all(train, tables, cells, first, last, w_from, w_to, status, duration_s, energy_j):
     """Evaluate the arcs between all pairs of speeds; the three (n_from, n_to) arrays are modified in place."""
     for i in range(w_from.size):
         for j in range(w_to.size):
-            status[i, j], duration_s[i, j], energy_j[i, j] = drive(train, cells, first, last, w_from[i], w_to[j])
+            status[i, j], duration_s[i, j], energy_j[i, j] = drive(
+                train, tables, cells, first, last, w_from[i], w_to[j]
+            )
 
 
 @kernel

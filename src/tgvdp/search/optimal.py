@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
+from tgvdp.physics.follow import follow
 from tgvdp.physics.profile import Profile
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.pilot_front import OutOfTime, PilotFront
@@ -122,7 +123,8 @@ def optimal_front(
             # A run that is no slower than the last one is among the points already.
             if point[0] <= target * (1.0 + _SAME) and (not found or point[0] > found[-1][0] * (1.0 + _SAME)):
                 found.append((point[0], point[1], point[2]))
-                rows.append((front.mesh.rows[0][:n].copy(), front.mesh.rows[1][:n].copy()))
+                x_m, w = (column[:n].copy() for column in front.mesh.rows)
+                rows.append(follow(trip, x_m, w))
             if not saves:
                 break
     except OutOfTime:

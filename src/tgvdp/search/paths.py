@@ -43,7 +43,7 @@ class GridPaths:
     ----------
     grid : Grid
     duration_s, energy_j : (n_paths,) float64
-        Running time and energy at the wheel.
+        Running time, and energy by the trip's model.
     path_levels : (n_paths, n_stations) int16
         Speed index of each path at every station.
     complete : bool
@@ -71,6 +71,7 @@ class GridPaths:
         levels = self.path_levels[index]
         stations = np.arange(len(levels), dtype=np.int32)
         duration_s, energy_j = path_costs(self.grid.graph, self.grid.nodes(levels))
+        energy_j[1:] += np.cumsum(self.grid.floor_j)
         pool = LabelPool(
             self.grid.station_m, self.grid.level_mps, stations, levels, duration_s, energy_j, stations - np.int32(1)
         )
@@ -91,7 +92,8 @@ def path_costs(graph: LayeredGraph, nodes: NDArray[np.integer]) -> tuple[NDArray
 def grid_paths(grid: Grid, paths: GraphPaths) -> GridPaths:
     """Paths of a grid's graph as paths of the grid."""
     levels = grid.level[paths.nodes].astype(np.int16)
-    return GridPaths(grid, paths.duration_s, paths.energy_j, levels, paths.complete, paths.counters)
+    energy_j = paths.energy_j + float(grid.floor_j.sum())
+    return GridPaths(grid, paths.duration_s, energy_j, levels, paths.complete, paths.counters)
 
 
 def require_limit(max_time_s: float) -> None:

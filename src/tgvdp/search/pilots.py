@@ -33,15 +33,14 @@ def _per_kilogram(train: KernelTrain) -> KernelTrain:
     """The same train with all forces per unit of inertia."""
     per_kg = 1.0 / train.inertia_kg
     scale = np.array([1.0, *(per_kg,) * 5])
-    return KernelTrain(
-        1.0,
-        train.davis_a_n * per_kg,
-        train.davis_b * per_kg,
-        train.max_acceleration,
-        train.max_deceleration,
-        train.traction * scale,
-        train.braking * scale,
-        train.friction_n * per_kg,
+    return train._replace(
+        inertia_kg=1.0,
+        davis_a_n=train.davis_a_n * per_kg,
+        davis_b=train.davis_b * per_kg,
+        traction=train.traction * scale,
+        braking=train.braking * scale,
+        friction_n=train.friction_n * per_kg,
+        rates=train.rates * scale,
     )
 
 
@@ -120,7 +119,7 @@ class Mesh:
         status, points = costate.switching_speeds(
             self.unit_train, self.returned / self.drawn, cells.length_m, self.unit_grade, self.unit_air, self.low,
             self.fast, self.trip.end_speed_mps**2, price / (self.drawn * self.train.inertia_kg), tolerance,
-            self.typical_m, _FLOOR * self.top_w, switch,
+            self.typical_m, _FLOOR * self.top_w, switch, np.empty((4, costate.ROOM)),
         )  # fmt: skip
         counters["pilots"] += 1
         counters["costates"] += points
@@ -135,7 +134,7 @@ class Mesh:
         x_m, w = self.fastest_rows
         row = np.searchsorted(x_m, self.cells.station_m)
         rides = np.empty(count, dtype=np.int64), np.empty(count), np.empty(count)
-        course = Course(*self.cells, self.low, self.fast, x_m, w, row, *rides)
+        course = Course(*self.cells[:5], self.low, self.fast, x_m, w, row, *rides)
         find_rides(self.train, self.drawn, self.returned, course)
         return course
 
@@ -198,5 +197,5 @@ class Pilot:
 def _cell_size(trip: Trip, fastest: Profile) -> float:
     """Cell size from the trip's own scales, m: its length, and how fast the train gains speed."""
     top_w = float(fastest.speed_mps.max()) ** 2
-    start_m = 0.5 * trip.train.inertia_kg * top_w / trip.train.traction.effort_n(0.0)
+    start_m = 0.5 * trip.train.inertia_kg * top_w / trip.train.traction_limit.effort_n(0.0)
     return min(trip.distance_m / _CELLS_PER_TRIP, start_m / _CELLS_PER_START)

@@ -15,14 +15,16 @@ from tgvdp.errors import TgvdpError
 from tgvdp.line.cells import cells_of
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import EnergyTables, energy_tables
+from tgvdp.physics.follow import follow
 from tgvdp.physics.forces import kernel_train
 from tgvdp.physics.profile import Profile
 from tgvdp.search.blends import slope
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.optimal import OptimalRuns
+from tgvdp.search.pilot_front import OutOfTime
 from tgvdp.search.pilots import Mesh, Pilot
 from tgvdp.search.refine_kernel import measure
-from tgvdp.search.refine_level import WIDEST, Level
+from tgvdp.search.refine_level import WIDEST, Level, mesh_for
 from tgvdp.search.relaxed_map import relaxed_tables
 
 #: Speeds above and below the incumbent in a sweep.
@@ -36,7 +38,7 @@ _LAST_STEP = 1e-5
 _LAST_COARSE_STEP = 1e-3
 #: Two multipliers within this factor are neighbours: the run between them starts from their blend. Runs further apart
 #: may differ in where they coast, which sweeps cannot mend (0.15 % on a line with 150 gradients).
-_NEAR = 1.4
+_NEAR = 2.0
 #: Largest share of energy by which a point may lie above the tangents of its neighbouring runs.
 _GAP = 6e-4
 #: Cells are so many times as fine as those of the front method, whose cells hold more than one arc.
@@ -44,8 +46,6 @@ _FINENESS = 2.5
 #: They are made finer, this far at most, until the mesh's own fastest run is as fast as the true one to this share.
 _MESH_ERROR = 2e-4
 _FINEST = 16.0
-#: Rows nearer to a station than this share of its cell make no station.
-_SLIVER = 1e-3
 #: How well a point meets its running time by default: a share of the step to the next point.
 _STEP_TOL = 0.03
 #: ... a run that switches is aimed again so often at most, each time planned with this share of the tolerance.
@@ -107,23 +107,21 @@ def refine_front(
             saves = front.reach(target)
             point = front.point(target) if saves else front.thriftiest()
             found.append((point.time_s, point.energy_j, point.price))
-            rows.append(front.rows(point))
+            rows.append(follow(trip, *front.rows(point)))
             if not saves:
                 break
-    except _OutOfTime:
+    except OutOfTime:
         complete = False
     duration, joules, prices = np.array(found, dtype=np.float64).reshape(-1, 3).T
     return OptimalRuns(duration, joules, prices, complete, not saves, counters, rows)
 
 
-class _OutOfTime(Exception):
-    """The time limit has passed: what was found until then stands."""
-
-
 def _energy_of(trip: Trip, rows: tuple[NDArray[np.float64], NDArray[np.float64]], energy: EnergyTables) -> float:
     """Energy of a run given as rows, J."""
     cells = cells_of(trip, rows[0])
-    return float(measure(kernel_train(trip.train), energy, cells.length_m, cells.grade_n, cells.air, rows[1])[1])
+    return float(
+        measure(kernel_train(trip.train), energy, cells.length_m, cells.grade_n, cells.air, cells.supply, rows[1])[1]
+    )
 
 
 def _front_on_fine_mesh(
@@ -137,7 +135,7 @@ def _front_on_fine_mesh(
     """A mesh so fine that its fastest run, with one acceleration per cell, takes the time of the true one."""
     fineness, before_s = _FINENESS, math.inf
     while True:
-        front = _Front(_mesh(trip, fastest, fineness), energy, tolerance_s, counters, clock)
+        front = _Front(mesh_for(trip, fastest, fineness), energy, tolerance_s, counters, clock)
         reference = front.pilots[0]
         drivable = math.isfinite(reference.energy_j)
         nearest_s = min(abs(reference.time_s - known_s) for known_s in (fastest.duration_s, before_s))
@@ -146,20 +144,6 @@ def _front_on_fine_mesh(
         if fineness >= _FINEST:
             raise TgvdpError("the refinement finds no fastest run with one acceleration per cell; please report")
         fineness, before_s = 2.0 * fineness, reference.time_s
-
-
-def _mesh(trip: Trip, fastest: Profile, fineness: float) -> Mesh:
-    """Mesh of the front method; its first and last cells are cut at the rows of the fastest run.
-
-    Next to standstill the duration of a cell hangs on small changes of effort, which those rows follow.
-    """
-    mesh = Mesh.of(trip, fastest, fineness)
-    station_m, rows_m = mesh.cells.station_m, fastest.position_m - trip.origin_m
-    at = np.searchsorted(station_m, rows_m).clip(1, len(station_m) - 1)
-    share = (rows_m - station_m[at - 1]) / mesh.cells.length_m[at - 1]
-    inside = ((at == 1) | (at == len(station_m) - 1)) & (share > _SLIVER) & (share < 1.0 - _SLIVER)
-    cells = cells_of(trip, np.union1d(station_m, rows_m[inside]))
-    return replace(mesh, cells=cells._replace(limit_w=np.minimum(cells.limit_w, 4.0 * float(mesh.fast.max()))))
 
 
 class _Front:
@@ -181,7 +165,7 @@ class _Front:
     def _solve(self, price: float, start: NDArray[np.float64] | None, step: float) -> Pilot:
         """Run of least E + λT: from a feasible run near it, or from nothing."""
         if self.clock.expired:
-            raise _OutOfTime
+            raise OutOfTime
         self.counters["pilots"] += 1
         if start is None:
             start, step = self._start(price)

@@ -1,6 +1,7 @@
 """One mesh of the generic refinement: cells, the envelope of feasible runs, and the improvement of runs on it."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,8 @@ from tgvdp.line.cells import Cells, breaks_of, cells_of
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import EnergyTables
 from tgvdp.physics.forces import KernelTrain
+from tgvdp.physics.profile import Profile
+from tgvdp.search.pilots import Mesh
 from tgvdp.search.refine_kernel import blend, descend, envelope_kernel, measure
 from tgvdp.search.switching import switch
 
@@ -16,6 +19,22 @@ from tgvdp.search.switching import switch
 WIDEST = 24
 #: A coarser level keeps every so many stations, and all breaks of the line.
 _COARSENING = 4
+#: Rows nearer to a station than this share of its cell make no station.
+_SLIVER = 1e-3
+
+
+def mesh_for(trip: Trip, fastest: Profile, fineness: float) -> Mesh:
+    """Mesh of the front method; its first and last cells are cut at the rows of the fastest run.
+
+    Next to standstill the duration of a cell hangs on small changes of effort, which those rows follow.
+    """
+    mesh = Mesh.of(trip, fastest, fineness)
+    station_m, rows_m = mesh.cells.station_m, fastest.position_m - trip.origin_m
+    at = np.searchsorted(station_m, rows_m).clip(1, len(station_m) - 1)
+    share = (rows_m - station_m[at - 1]) / mesh.cells.length_m[at - 1]
+    inside = ((at == 1) | (at == len(station_m) - 1)) & (share > _SLIVER) & (share < 1.0 - _SLIVER)
+    cells = cells_of(trip, np.union1d(station_m, rows_m[inside]))
+    return replace(mesh, cells=cells._replace(limit_w=np.minimum(cells.limit_w, 4.0 * float(mesh.fast.max()))))
 
 
 class Level:
@@ -32,7 +51,7 @@ class Level:
 
     def __init__(self, trip: Trip, train: KernelTrain, cells: Cells) -> None:
         self.trip, self.train, self.cells = trip, train, cells
-        self._arrays = (cells.length_m, cells.grade_n, cells.air)
+        self._arrays = (cells.length_m, cells.grade_n, cells.air, cells.supply)
         n = len(cells.station_m)
         self.low, self.fast = np.empty(n), np.empty(n)
         ends_w = trip.start_speed_mps**2, trip.end_speed_mps**2

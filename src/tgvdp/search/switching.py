@@ -11,7 +11,8 @@ import math
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.physics.arc import OK, arc
 from tgvdp.physics.energy import arc_energy, map_power
-from tgvdp.physics.forces import mean_effort, mean_resistance
+from tgvdp.physics.forces import mean_effort, mean_resistance, unpowered
+from tgvdp.physics.resolved import LOWERED, POWERED
 
 #: Share of the power by which a map may lie above its hull where they touch.
 _TOUCH = 1e-6
@@ -79,7 +80,7 @@ def _append(train, tables, d, grade, air, x, w0, w1, xs, ws, n):
 
 
 @kernel
-def switch(train, tables, relaxed, station, length, grade, air, w, xs, ws):
+def switch(train, tables, relaxed, station, length, grade, air, supply, w, xs, ws):
     """Follow a run of the relaxed problem with efforts at which the map touches its hull.
 
     Parameters
@@ -87,8 +88,8 @@ def switch(train, tables, relaxed, station, length, grade, air, w, xs, ws):
     train : KernelTrain
     tables, relaxed : EnergyTables
         The map, and its convex hull over the effort.
-    station, length, grade, air
-        Arrays of `Cells`, float64.
+    station, length, grade, air, supply
+        Arrays of `Cells`.
     w : (K + 1,) float64
         The relaxed run.
     xs, ws : (2·K + 1,) float64, modified in place
@@ -105,15 +106,17 @@ def switch(train, tables, relaxed, station, length, grade, air, w, xs, ws):
     n = 1
     time = 0.0
     energy = 0.0
+    dark = unpowered(train)
     for k in range(length.shape[0]):
+        here = train if supply[k] == POWERED else dark
         d = length[k]
         v0 = math.sqrt(w[k])
         v1 = math.sqrt(w[k + 1])
         v = 0.5 * (v0 + v1)
-        work = arc(train, d, grade[k], air[k], w[k], w[k + 1])[2]
-        limit = d * mean_effort(train.traction if work >= 0.0 else train.braking, v0, v1)
+        work = arc(here, d, grade[k], air[k], w[k], w[k + 1])[2]
+        limit = d * mean_effort(here.traction if work >= 0.0 else here.braking, v0, v1)
         demand = min(max(work / limit, -1.0), 1.0) if limit > 0.0 else 0.0
-        if not _touches(tables, relaxed, v, demand):
+        if supply[k] == POWERED and not _touches(tables, relaxed, v, demand):
             lower, upper = _neighbours(tables, relaxed, v, demand)
             x, middle = _switching_point(train, d, grade[k], air[k], w[k], w[k + 1], lower, upper)
             if (
@@ -126,8 +129,9 @@ def switch(train, tables, relaxed, station, length, grade, air, w, xs, ws):
                 energy += joules
                 n += 1
                 d -= x
-        seconds, joules = _append(train, tables, d, grade[k], air[k], station[k + 1], ws[n - 1], w[k + 1], xs, ws, n)
+        seconds, joules = _append(here, tables, d, grade[k], air[k], station[k + 1], ws[n - 1], w[k + 1], xs, ws, n)
         time += seconds
-        energy += joules
+        if supply[k] != LOWERED:
+            energy += joules
         n += 1
     return n, time, energy

@@ -1,0 +1,132 @@
+"""How kernels are compiled: numba's own steps, without those that kernels have no use for.
+
+numba turns each function into optimised machine code of its own, with a wrapper for Python, before its callers link it
+in, optimise it again, and so on up the call tree. What kernels call needs none of that: it is compiled to LLVM's
+intermediate code, and optimised once, within the kernel at the top of the tree.
+"""
+
+import contextlib
+from typing import Any
+
+from numba.core import typed_passes, types, untyped_passes
+from numba.core.codegen import CodeLibrary, JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import PassManager, register_pass
+from numba.core.typed_passes import NativeLowering
+
+#: Steps for closures, generators, exceptions, context managers, literals, object mode, array expressions, and inlining
+#: by numba: kernels have none of these. Each costs an analysis of the whole function.
+_NEEDLESS = {
+    untyped_passes.WithLifting,
+    untyped_passes.InlineClosureLikes,
+    untyped_passes.RewriteDynamicRaises,
+    untyped_passes.MakeFunctionToJitFunction,
+    untyped_passes.InlineInlinables,
+    untyped_passes.DeadBranchPrune,
+    untyped_passes.FindLiterallyCalls,
+    untyped_passes.LiteralUnroll,
+    untyped_passes.LiteralPropagationSubPipelinePass,
+    typed_passes.InlineOverloads,
+    typed_passes.NopythonRewrites,
+    typed_passes.NoPythonSupportedFeatureValidation,
+    typed_passes.DumpParforDiagnostics,
+}
+
+
+class _KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
+    """Machine code of a kernel: optimised in one go, for there are no reference counts to be removed first."""
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        ll_module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self) -> None:
+        passes, builder = self._codegen._module_pass_manager()
+        with self._recorded_timings.record("Module passes", builder):
+            passes.run(self._final_module, builder)
+
+
+class _LinkedLibrary(_KernelLibrary):
+    """Intermediate code for kernels to link in, together with that of all functions that it calls."""
+
+    def __init__(self, codegen: Any, name: str) -> None:
+        super().__init__(codegen, name)
+        self.calls: dict[CodeLibrary, None] = {}  # in order
+
+    def add_linking_library(self, library: CodeLibrary) -> None:
+        self.calls[library] = None
+
+    def finalize(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _KernelLowering(NativeLowering):  # type: ignore[misc]
+    _name = "kernel_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        state.library = _KernelLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        return bool(super().run_pass(state))
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _LinkedLowering(NativeLowering):  # type: ignore[misc]
+    """`NativeLowering` without its end: machine code."""
+
+    _name = "linked_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        library = state.library = _LinkedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.flags.no_compile = True
+        super().run_pass(state)
+        entry_point = object()  # callers only tell it from others
+        state.targetctx.insert_user_function(entry_point, state.cr.fndesc, [library, *library.calls])
+        state.cr = state.cr._replace(cfunc=entry_point)
+        return True
+
+
+class KernelCompiler(CompilerBase):  # type: ignore[misc]
+    """Compiles what Python calls."""
+
+    lowering: type[NativeLowering] = _KernelLowering
+
+    def define_pipelines(self) -> list[PassManager]:
+        passes = PassManager("kernel")
+        for one, text in DefaultPassBuilder.define_nopython_pipeline(self.state).passes:
+            if one not in _NEEDLESS:
+                passes.add_pass(self.lowering if one is NativeLowering else one, text)
+        passes.finalize()
+        return [passes]
+
+
+class LinkedCompiler(KernelCompiler):
+    """Compiles what kernels call, to be linked into them."""
+
+    lowering = _LinkedLowering
+
+
+class Resolutions(contextlib.ContextDecorator):
+    """Remembers what numba finds for an operator and the types of its operands.
+
+    It tries dozens of rules for each `+` of each function, again and again. Only while kernels are compiled.
+    """
+
+    def __init__(self) -> None:
+        self._found: dict[tuple[Any, ...], Any] = {}
+        self._functions: Any = types.BaseFunction
+        self._find = self._functions.get_call_type
+
+    def __enter__(self) -> None:
+        find, found = self._find, self._found
+
+        def get_call_type(function: Any, context: Any, args: tuple[Any, ...], kws: dict[str, Any]) -> Any:
+            key = (context, function, args, *kws.items())
+            if key not in found:
+                found[key] = find(function, context, args, kws)
+            return found[key]
+
+        self._functions.get_call_type = get_call_type
+
+    def __exit__(self, *_: object) -> None:
+        self._functions.get_call_type = self._find
