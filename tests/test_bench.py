@@ -245,6 +245,18 @@ def test_what_a_solver_refuses_is_a_row_with_its_reason(tmp_path):
     assert rows["random:unary"]["p_success"] == rows["closed"]["p_success"] == ""
 
 
+@pytest.mark.parametrize("solver", ["leap", "dwave"])
+def test_a_missing_account_ends_the_benchmark_and_leaves_no_record(tmp_path, capsys, monkeypatch, solver):
+    pytest.importorskip("dwave.system")
+    for name in ("DWAVE_API_TOKEN", "DWAVE_CONFIG_FILE", "DWAVE_PROFILE"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    out = tmp_path / "out"
+    assert bench(out, write_trip(tmp_path), solvers=f"dp,{solver}", runs=1) == 3
+    assert "dwave config create" in capsys.readouterr().err
+    assert {path.name.split("--")[1] for path in (out / "runs").iterdir()} == {"certified-optimum", "dp"}
+
+
 def test_an_infeasible_instance_is_solved_by_proving_it(tmp_path):
     out = tmp_path / "out"
     assert bench(out, write_trip(tmp_path, D_units=100), solvers="dp,random:unary", runs=2) == 0
@@ -261,6 +273,10 @@ def test_json_and_folders(tmp_path, capsys):
     assert bench(tmp_path / "out", library, solvers="dp", runs=1, more=["--json"]) == 0
     content = json.loads(capsys.readouterr().out)
     assert [row["Problem"] for row in content["rows"]] == ["other", "trip"]
+    assert bench(tmp_path / "out", library, solvers="dp", runs=1, more=["--json", "--up-to", "5"]) == 0
+    assert [row["Problem"] for row in json.loads(capsys.readouterr().out)["rows"]] == ["other"]
+    assert bench(tmp_path / "out", library, solvers="dp", runs=1, more=["--up-to", "4"]) == 3
+    assert "no instance (*.json) there of at most 4 steps" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
