@@ -7,8 +7,9 @@ import pytest
 
 from tgvdp import EffortCurve, Train
 from tgvdp.front.bounds import least_hamiltonian, standstill_cell
+from tgvdp.front.chords import tangent_and_excess
 from tgvdp.front.minimum import least_on_piece
-from tgvdp.front.pieces import largest_effort, merge_tables
+from tgvdp.front.pieces import largest_effort, merge_tables, piece_at, piece_value
 from tgvdp.physics.forces import kernel_train
 
 pytestmark = pytest.mark.nojit
@@ -101,3 +102,27 @@ def test_standstill_cell_is_exact_for_constant_effort():
     assert bound == pytest.approx(price * 2.0 * d / (1.0 + math.sqrt(13.0)) + (0.5 + slope) * 13.0 - 0.5, rel=1e-12)
     bound = standstill_cell(pieces, 1, 0.0, 0.0, 0.0, False, d, price, -0.3, 0.0, 1e6, 0.0)
     assert bound == pytest.approx(price * math.sqrt(d) - 0.3 * 12.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", TRAINS)
+@pytest.mark.parametrize("p", [-0.55, -0.8, -2.0])
+def test_least_chord_keeps_the_least_hamiltonian_at_the_run(name, p):
+    train = kernel_train(TRAINS[name])
+    r0, r1, r2 = train.davis_a_n / train.inertia_kg, train.davis_b / train.inertia_kg, 1e-4
+    price = 2.0
+    pieces = np.empty((3, 12, 6))
+    counts = merge_tables(train, r0, r1, r2, 40.0, pieces)
+    for v in (3.0, 8.0, 12.5, 15.0, 30.0):
+        tangent, excess = tangent_and_excess(pieces[0], counts[0], 1.0, price, p, r0, r1, r2, v)
+        assert excess >= 0.0
+
+        def least(slope, v=v):
+            return least_hamiltonian(pieces, *counts, 1.0, 0.0, r0, r1, r2, r0, price, p, slope, v)
+
+        i = piece_at(pieces[0], counts[0], v)
+        bare = (1.0 + 2.0 * p) * piece_value(pieces[0], i, v) + price / v - 2.0 * p * (r0 + v * (r1 + v * r2))
+        here = bare + (tangent - excess) * v**2
+        assert here - 2e-3 * abs(here) <= least(tangent - excess)[0] <= here + 1e-12 * abs(bare)
+        if name == "table" and v == 12.5:  # behind the drop the costate equation alone would lose the run
+            below, _, at = least(tangent)
+            assert below < bare + tangent * v**2 - 0.01 and at <= 12.0

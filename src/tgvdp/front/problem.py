@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from tgvdp.front.bounds import bound_kernel
 from tgvdp.front.ceiling import ceiling, lower_caps
+from tgvdp.front.chords import raise_costates
 from tgvdp.front.costates import integrate_costates
 from tgvdp.front.cutting import count_cells, cut_rows, split_cells, thin_rows
 from tgvdp.front.phases import label_cells, row_efforts, tidy_labels
@@ -99,7 +100,7 @@ class BoundingProblem:
     def _ceiling(self, forward: bool) -> tuple[_Floats, _Floats]:
         """Rows of an outer bound of the fastest run: by traction from the origin, or by braking to the destination."""
         end_mps = self.trip.start_speed_mps if forward else self.trip.end_speed_mps
-        size = 4096 + 4 * len(self.cells.length_m)
+        size = 16384 + 4 * len(self.cells.length_m)
         while True:
             xs, ws = np.empty(size), np.empty(size)
             n = ceiling(self.train, forward, *self.cells[1:5], end_mps**2, self._pieces[0], xs, ws)
@@ -167,11 +168,16 @@ class BoundingProblem:
         )  # fmt: skip
         levels = -0.5 * self.energy.traction, -0.5 * self.energy.regeneration
         sliver_m = _SLIVER * self.trip.distance_m
-        tidy_labels(sliver_m, cells.length_m, node_w, limit_w, self.caps(cells)[0], *levels, label, source, growth)
+        cap = self.caps(cells)[0]
+        tidy_labels(sliver_m, cells.length_m, node_w, limit_w, cap, *levels, label, source, growth)
         left, right = np.zeros(count), np.zeros(count)
         integrate_costates(
             cells.length_m, node_w, cells.limit_w, effort / self.train.inertia_kg, price, *levels,
             label, source, growth, left, right, np.empty(count + 1), np.empty(count + 1),
+        )  # fmt: skip
+        raise_costates(
+            self.train, self.energy.traction, price, levels[0], *cells[1:4], cap, node_w, label, self.top_mps,
+            self._pieces, left, right,
         )  # fmt: skip
         lost = ~(np.isfinite(left) & np.isfinite(right))  # rows that are no run at all may make p overflow
         left[lost] = right[lost] = 0.0

@@ -1,0 +1,58 @@
+"""The certificate of trains whose effort drops from gear to gear, or falls steeply: chords instead of tangents."""
+
+import numpy as np
+import pytest
+
+import tgvdp
+from tgvdp import EffortCurve, Track, Train
+from tgvdp.front import problem
+
+RAILCAR = Train(
+    name="railcar", mass_kg=70e3, rotating_mass_factor=1.08, friction_brake_n=30e3, davis_a_n=1900.0,
+    davis_c_n_per_mps2=4.0,
+    traction=EffortCurve.from_points(
+        [(0, 94e3), (9, 38e3), (14, 32e3), (14.5, 26e3), (19.5, 23e3), (20, 19e3), (24.5, 18e3), (25, 15e3), (34, 13e3)]
+    ),
+)  # fmt: skip
+LEVEL = Track(length_m=10e3, speed_limits=((0.0, 33.0),))
+LIMITS = Track(
+    length_m=10e3,
+    speed_limits=((0.0, 33.0), (4000.0, 16.0), (5000.0, 28.0)),
+    gradients=((0.0, 0.0), (2000.0, 5.0), (6000.0, -3.0)),
+)
+
+
+@pytest.mark.parametrize(("track", "first_pct", "others_pct"), [(LEVEL, 2.0, 0.5), (LIMITS, 4.0, 0.6)])
+def test_gaps_of_a_train_with_gears(track, first_pct, others_pct):
+    result = tgvdp.search(RAILCAR, track, points=12)
+    certificate = result.certify()
+    assert certificate.gap_pct.min() > -0.01
+    assert certificate.gap_pct[0] < first_pct
+    assert certificate.gap_pct[1:].max() < others_pct
+    other = tgvdp.search(RAILCAR, track, method="exact", segment_m=500.0, speeds=14)
+    for time_s, energy_j in zip(other.path_time_s, other.path_energy_j, strict=True):
+        assert energy_j >= certificate.at(time_s) * (1.0 - 3e-4)
+
+
+def _without_chords(monkeypatch):
+    monkeypatch.setattr(problem, "raise_costates", lambda *_: None)
+
+
+def test_the_costate_equation_alone_is_much_looser(monkeypatch):
+    result = tgvdp.search(RAILCAR, LEVEL, points=6)
+    tight = result.certify().gap_pct
+    _without_chords(monkeypatch)
+    loose = result.certify().gap_pct
+    assert (loose[:3] > 4.0 * tight[:3]).all()
+    assert (loose > tight).all()
+
+
+def test_trains_of_constant_power_keep_the_costate_equation(monkeypatch):
+    train = Train(
+        mass_kg=200e3, traction=EffortCurve.from_caps(300e3, 2.5e6), friction_brake_n=200e3, davis_a_n=4000.0,
+        davis_c_n_per_mps2=9.0, max_acceleration_mps2=1.0,
+    )  # fmt: skip
+    result = tgvdp.search(train, LIMITS, points=6)
+    gap_pct = result.certify().gap_pct
+    _without_chords(monkeypatch)
+    np.testing.assert_array_equal(result.certify().gap_pct, gap_pct)
