@@ -1,7 +1,7 @@
 """Costates of full traction along the ceiling: no run is faster there, so that H need not be stationary at the run.
 
-With H(v) = h(v) + p'·v² and h(v) = κ·M(v) + λ/v − 2p·ρ(v), κ = a + 2p < 0, the least value over all speeds up to v̄, that
-of the run, is H(v̄) as long as p' is at most every chord (h(v) − h(v̄))/(v̄² − v²). The tangent at v̄ is the costate
+With H(v) = h(v) + p'·v² and h(v) = κ·M(v) + λ/v − 2p·ρ(v), κ = a + 2p < 0, the least value over all speeds up to the
+run's, v̄, is H(v̄) as long as p' is at most every chord (h(v) − h(v̄))/(v̄² − v²). The tangent at v̄ is the costate
 equation; it is the least chord where h is a convex function of w = v², as it is for P/v. Where effort falls steeply it
 is not: behind a drop slower trains pull harder, and with the tangent the least value of H lies before the drop.
 """
@@ -14,9 +14,8 @@ from tgvdp.front.pieces import merge_tables, piece_at, piece_value
 
 #: A run is at the ceiling if its w is less than this share below: the ceiling lies a little outside of all runs.
 _AT_CEILING = 0.02
-#: Chords begin at so many speeds, and at the ends of the effort pieces; the first is this share below v̄.
-_TRIALS = 8
-_NEAREST = 2e-3
+#: Chords begin this share below v̄, then further by this factor each, and at the ends of the effort pieces.
+_NEAREST, _FURTHER = 2e-3, 2.5
 #: Chords below the costate equation by less than this share of λ/v³ tell only how exact its quadrature is.
 _SPARE = 0.02
 
@@ -36,17 +35,16 @@ def tangent_and_excess(pieces, n, worth, price, p, r0, r1, r2, v):
     factor = worth + 2.0 * p
     i = piece_at(pieces, n, v)
     here = _bare(pieces, i, v, factor, price, p, r0, r1, r2)
-    stride = v / _TRIALS
     tangent = math.nan
     least = math.inf
     u = v * (1.0 - _NEAREST)
-    while u > 0.5 * stride:
+    while u > 0.0:
         while i > 0 and pieces[i, 0] >= u:
             i -= 1
         least = min(least, (_bare(pieces, i, u, factor, price, p, r0, r1, r2) - here) / (v * v - u * u))
         if math.isnan(tangent):
             tangent = least
-        u = max(u - stride, pieces[i, 0])
+        u = max(v - _FURTHER * (v - u), pieces[i, 0])
     return tangent, tangent - least
 
 
