@@ -7,7 +7,7 @@ from contextlib import ExitStack, contextmanager
 from typing import Any
 from unittest import mock
 
-import tgvdp.api
+import tgvdp.api.run
 from tgvdp.search import costate, optimal, pilots
 
 
@@ -44,7 +44,7 @@ def phases_of(search: Callable[[], Any]) -> dict[str, float]:
     """Wall time in s of a search, by phase; the phases add up to its total. Clocks take about 1 µs a call."""
     spent_s = dict.fromkeys(("fastest run", "mesh", "backward passes", "drives"), 0.0)
     places = (
-        (tgvdp.api, "fastest_run", "fastest run"),
+        (tgvdp.api.run, "fastest_run", "fastest run"),
         (pilots.Mesh, "of", "mesh"),
         (costate, "switching_speeds", "backward passes"),
         (pilots, "drive", "drives"),

@@ -200,7 +200,8 @@ def test_import_loads_nothing_heavy():
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--help"], ["--version"], ["search", "--help"], ["catalog", "--help"], ["solve", "--help"]]
+    "arguments",
+    [["--help"], ["--version"], ["search", "--help"], ["catalog", "--help"], ["solve", "--help"], ["bench", "--help"]],
 )
 def test_help_loads_nothing_heavy(arguments):
     assert loaded_by(f"from tgvdp.cli import main\nmain({arguments})") == []

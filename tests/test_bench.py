@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from tgvdp.bench.spec import parse_spec, parse_specs
 from tgvdp.bench.statistics import attempts_to_success, proportion_interval
 from tgvdp.cli import main
 from tgvdp.errors import InputError
+from tgvdp.formulations.instances import DemandInstance
 
 PARAMS = {
     "kind": "binary", "model": "constant", "N": 6, "dt_s": 10.0, "dv_mps": 1.0, "acc_units": 1, "dec_units": 1,
@@ -243,6 +245,18 @@ def test_what_a_solver_refuses_is_a_row_with_its_reason(tmp_path):
     assert rows["random:unary"]["p_success"] == rows["closed"]["p_success"] == ""
 
 
+@pytest.mark.parametrize("solver", ["leap", "dwave"])
+def test_a_missing_account_ends_the_benchmark_and_leaves_no_record(tmp_path, capsys, monkeypatch, solver):
+    pytest.importorskip("dwave.system")
+    for name in ("DWAVE_API_TOKEN", "DWAVE_CONFIG_FILE", "DWAVE_PROFILE"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    out = tmp_path / "out"
+    assert bench(out, write_trip(tmp_path), solvers=f"dp,{solver}", runs=1) == 3
+    assert "dwave config create" in capsys.readouterr().err
+    assert {path.name.split("--")[1] for path in (out / "runs").iterdir()} == {"certified-optimum", "dp"}
+
+
 def test_an_infeasible_instance_is_solved_by_proving_it(tmp_path):
     out = tmp_path / "out"
     assert bench(out, write_trip(tmp_path, D_units=100), solvers="dp,random:unary", runs=2) == 0
@@ -259,6 +273,10 @@ def test_json_and_folders(tmp_path, capsys):
     assert bench(tmp_path / "out", library, solvers="dp", runs=1, more=["--json"]) == 0
     content = json.loads(capsys.readouterr().out)
     assert [row["Problem"] for row in content["rows"]] == ["other", "trip"]
+    assert bench(tmp_path / "out", library, solvers="dp", runs=1, more=["--json", "--up-to", "5"]) == 0
+    assert [row["Problem"] for row in json.loads(capsys.readouterr().out)["rows"]] == ["other"]
+    assert bench(tmp_path / "out", library, solvers="dp", runs=1, more=["--up-to", "4"]) == 3
+    assert "no instance (*.json) there of at most 4 steps" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -327,3 +345,19 @@ def test_the_front_of_the_comparison_is_the_closed_form_and_a_lower_bound():
         assert points.time_s.size
         for time_s, energy in zip(points.time_s, points.energy_j_per_kg, strict=True):
             assert energy >= found.closed.energy_j_per_kg[found.closed.time_s == time_s] * (1 - 1e-12)
+
+
+def test_demands_never_need_less_than_the_optimum_of_what_they_drive():
+    from tgvdp.bench.pareto_demand import compare_demand, demand_comparison
+
+    instance = DemandInstance(
+        id="d", steps=6, dt_s=20.0, levels=(-1.0, -0.5, 0.0, 0.5, 1.0), mass_kg=3e5, rotating_factor=1.08,
+        davis=(1770.0, 35.4, 6.6), vmax_mps=160 / 3.6, distance_m=1790.0, tol_m=40.0, end_speed_max_mps=1.5,
+        p_max_w=9.8e6, cost_ref_mps=220 / 3.6, alpha=0.3,
+    )  # fmt: skip
+    found = compare_demand(instance)
+    assert found.time_s.size >= 3
+    assert np.all(found.driven_j >= 0.998 * found.optimal_j)  # the search meets its times to 0.05 s
+    assert np.any(np.abs(found.distance_off) > 0.01)
+    assert demand_comparison([replace(instance, levels=None), replace(instance, steps=13)]) is None
+    assert compare_demand(replace(instance, distance_m=1e5)) is None

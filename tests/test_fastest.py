@@ -243,3 +243,14 @@ def test_a_relaxed_limit_never_takes_longer(seed, factor):
     ends = {name: getattr(trip, name) for name in ("origin_m", "destination_m", "start_speed_mps", "end_speed_mps")}
     after = fastest_run(Trip(train=trip.train, track=relaxed, **ends)).duration_s
     assert after <= before * (1.0 + 1e-4)
+
+
+@pytest.mark.parametrize("rates", [(), ((0.0, 0.7), (20.0, 0.6))])
+def test_a_dynamic_brake_that_fades_to_nothing_at_standstill(rates):
+    """Its effort begins at 0 N: friction, or what keeps the rate, brings the train to a stand."""
+    train = commuter(braking=EffortCurve.from_points([(0, 0), (5, 1.2e5), (40, 6e4)]), braking_rates=rates)
+    trip = trip_on([(0, 30)], [(0, 0), (6000, -10)], train=train)
+    profile = fastest_run(trip)
+    assert replay(trip, profile).ok
+    if not rates:
+        assert profile.duration_s == pytest.approx(fastest_s(trip, 0.2), rel=1.5e-4)

@@ -271,6 +271,13 @@ def test_any_broken_instance_is_one_line_that_names_the_file(tmp_path, good):
     assert accepted <= 1
 
 
+@pytest.mark.parametrize(("encoding", "steps"), [("unary", 200), ("bits", 5000), ("bits+slack", 5000)])
+def test_a_qubo_that_would_not_fit_the_memory_is_refused(encoding, steps):
+    one = replace(instance(), steps=steps, cap_units=(steps,) * steps)
+    with pytest.raises(InputError, match="bits with each other"):
+        encode(one, encoding)
+
+
 def test_demand_beyond_the_curves_is_refused(tmp_path):
     path = tmp_path / "fast.json"
     path.write_text(json.dumps(DEMAND | {"params": DEMAND["params"] | {"vmax_kmh": 220}}))

@@ -58,11 +58,34 @@ def program(tmp_path):
 
     run.cache = tmp_path / "cache"
     run.helper = package / "helper.py"
+    run.source = package / "program.py"
     return run
 
 
 def entries(cache: Path, suffix: str) -> list[Path]:
     return sorted(cache.rglob(f"*{suffix}"))
+
+
+@pytest.mark.parametrize("mode", [{}, {"NUMBA_DISABLE_JIT": "1"}])
+def test_arrays_made_in_kernels_come_from_the_cache_too(program, mode):
+    program.source.write_text("""
+import numpy as np
+from tgvdp._jit import allocating, kernel
+
+@kernel
+def fill(row, x):
+    row[:] = x
+
+@allocating
+def table(n, x):
+    made = np.zeros((n, n))
+    for row in made:
+        fill(row, x)
+    return made
+
+print(table(3, 2.0).sum())
+""")
+    assert [program(**mode)[0] for _ in range(2)] == [["18.0"], ["18.0"]]
 
 
 def test_second_process_loads_what_the_first_compiled(program):

@@ -126,3 +126,16 @@ def test_no_plain_grid_is_better():
         price = factor * found.energy_j[0] / found.duration_s[0]
         ours = float((found.energy_j + price * found.duration_s).min())
         assert ours <= grid_cost(trip, fastest, price, 25, 24) * 1.002
+
+
+@pytest.mark.parametrize("seed", [8, 20, 33, 40])
+def test_short_hilly_trips_replay_by_the_map(seed):
+    """Below 20 km/h the dynamic brake fades with the speed: within a row friction takes over what it no longer does."""
+    rng = np.random.default_rng(seed)
+    length_m = rng.uniform(800, 4000)
+    places_m = np.sort(rng.uniform(0, length_m, 6)).tolist()
+    gradients = [(x, rng.uniform(-25, 25)) for x in [0.0, *places_m]]
+    limits = [(0.0, rng.uniform(12, 33)), (length_m * rng.uniform(0.3, 0.7), rng.uniform(10, 33))]
+    track = tgvdp.Track(length_m=length_m, speed_limits=tuple(limits), gradients=tuple(gradients))
+    result = tgvdp.search(tgvdp.load_train("alstom-emu"), track, energy="map", points=8)
+    assert all(verdict.ok for verdict in result.verify())

@@ -181,9 +181,9 @@ def test_long_rows_are_stable():
 def test_sub_steps_have_converged(honest, monkeypatch):
     """Four times as many sub-steps tell the same time and energy."""
     base = replay(TRIP, honest)
-    counts = referee._sub_steps
+    counts = referee.sub_steps
     fine = referee._replay_kernel.py_func if hasattr(referee._replay_kernel, "py_func") else referee._replay_kernel
-    monkeypatch.setitem(fine.__globals__, "_sub_steps", lambda *law: 4 * counts(*law))
+    monkeypatch.setitem(fine.__globals__, "sub_steps", lambda *law: 4 * counts(*law))
     monkeypatch.setattr(referee, "_replay_kernel", fine)
     finer = replay(TRIP, honest)
     assert finer.time_error_pct == pytest.approx(base.time_error_pct, abs=1e-4)

@@ -39,6 +39,7 @@ def random_instance(draw):
     )  # fmt: skip
 
 
+@pytest.mark.nojit
 def test_dynamic_program_brute_force_and_closed_form_agree():
     draw, feasible, closed = random.Random(11), 0, 0
     for trial in range(700):
@@ -91,6 +92,26 @@ def test_families_of_top_speeds_change_nothing(monkeypatch):
     assert (split.cost, split.n_optimal) == (whole.cost, whole.n_optimal)
 
 
+def test_splitting_at_once_changes_nothing_either(monkeypatch):
+    """Every family of more than one state is split, on random instances, some with a tolerance, some infeasible."""
+    draw = random.Random(7)
+    solved = 0
+    for _ in range(60):
+        one = replace(random_instance(draw), model="efficiency")
+        outcomes = []
+        for most in (10**9, 0):
+            monkeypatch.setattr("tgvdp.solvers.dynamic_program._SPLIT_ABOVE", most)
+            try:
+                found = optimal_plan(ladder_of(one))
+                outcomes.append((found.cost, found.n_optimal))
+            except InfeasibleError:
+                outcomes.append(None)
+        assert outcomes[0] == outcomes[1], one
+        solved += outcomes[0] is not None
+    assert 10 <= solved <= 58
+
+
+@pytest.mark.nojit
 def test_counts_beyond_64_bits_are_exact():
     """With α = 1 every plan costs nothing: what is counted are the Motzkin paths of a given area, by an own program."""
     one = instance(60, 300, alpha=1.0)
@@ -120,6 +141,25 @@ def test_a_thousand_steps(model):
     assert solution.replay["feasible"]
     assert solution.objective == pytest.approx(schedule_of_controls(one, closed_form(one)).objective)
     assert solution.elapsed_s < 60.0  # takes about a second; machines differ
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("changes", "distance", "cap", "objective"),
+    [
+        ({"model": "efficiency", "deta": 0.005}, 60_000, 100, 25666.5),
+        ({"model": "efficiency", "deta": 0.001}, 166_666, 500, 104_680.252),
+        ({"acc_units": 2, "dec_units": 3}, 300_000, 1000, None),
+        ({"model": "kinetic", "acc_units": 2, "dec_units": 3}, 300_000, 1000, None),
+    ],
+)
+def test_a_thousand_steps_that_are_hard(changes, distance, cap, objective):
+    """Objectives were found by an earlier edition, which filled all windows anew after each split."""
+    solution = solve(instance(1000, distance, cap, **changes), "dp")
+    assert solution.optimal and solution.feasible and solution.replay["feasible"]
+    assert solution.details["bound"] <= solution.objective
+    assert objective is None or solution.objective == pytest.approx(objective, rel=1e-6)
+    assert solution.elapsed_s < 60.0  # takes 10 s at most; machines differ
 
 
 def test_closed_form_says_where_it_does_not_apply():

@@ -21,6 +21,10 @@ class MissingExtraError(InputError):
     """A feature needs an optional package that is not installed."""
 
 
+class UnavailableError(InputError):
+    """A machine or a service of others cannot be used: no account, no such machine, no network."""
+
+
 class InfeasibleError(TgvdpError):
     """The input is well formed, but no run obeys all its limits."""
 

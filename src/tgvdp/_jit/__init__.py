@@ -120,11 +120,11 @@ def _compiled(function: _Function, **options: Any) -> Any:
     return compiled
 
 
-def _cached(function: _Function, compiled: Any) -> _Function:
+def _cached(function: _Function, compiled: Any, *, allocates: bool) -> _Function:
     """Keep on disk what is compiled, and compile it quickly."""
     if not config.DISABLE_JIT:
         try:
-            compiled._cache = KernelCache(function)
+            compiled._cache = KernelCache(function, allocates=allocates)
         except OSError as error:  # no home folder, or sources that are no files
             warn_uncached(str(error))
         compiled.compile = _interrupt_hold(_quick_compilation(compiled.compile))
@@ -136,12 +136,12 @@ def kernel(function: _Function) -> _Function:
 
     No fastmath: costs are compared with infinity. With ``NUMBA_DISABLE_JIT=1`` the function is returned as it is.
     """
-    return _cached(function, _compiled(function))
+    return _cached(function, _compiled(function), allocates=False)
 
 
 def allocating(function: _Function) -> _Function:
     """Compile a kernel that makes the arrays which it fills: by numba's own steps, with reference counts."""
-    return _cached(function, numba.njit(**_OPTIONS)(function))
+    return _cached(function, numba.njit(**_OPTIONS)(function), allocates=True)
 
 
 def leaf(function: _Function) -> _Function:

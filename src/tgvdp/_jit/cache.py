@@ -171,11 +171,20 @@ class KernelCache(FunctionCache):
 
     _impl_class = _CheckedImpl
 
+    def __init__(self, function: Any, *, allocates: bool) -> None:
+        super().__init__(function)
+        self._allocates = allocates
+
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         # A damaged pickle may raise anything at all. None makes the dispatcher compile and save afresh. The public
-        # method first loads all that numba could compile, linear algebra and all, which machine code has no need of.
+        # method first loads all that numba could compile, linear algebra and all, and its runtime: of these, machine
+        # code needs only the runtime, and only where it makes arrays.
         try:
-            return self._load_overload(sig, target_context)
+            return (
+                super().load_overload(sig, target_context)
+                if self._allocates
+                else self._load_overload(sig, target_context)
+            )
         except Exception:
             self._wipe()
             return None

@@ -8,12 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 from tgvdp.bench.landscape import landscapes
 from tgvdp.bench.pareto import comparison
+from tgvdp.bench.pareto_demand import demand_comparison
 from tgvdp.bench.rows import Row, csv_text, embedding_rows, rows_of, run_rows
 from tgvdp.bench.run import Results
+from tgvdp.formulations.instances import Instance
 from tgvdp.report import make_provenance
 from tgvdp.report.files import write_files
 from tgvdp.report.plain import plain
 from tgvdp.report.results import png
+from tgvdp.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
     from tgvdp.report.benchmarks import Series
@@ -21,7 +24,7 @@ if TYPE_CHECKING:
 SCHEMA = "tgvdp.bench/1"
 
 
-def write_benchmark(results: Results, folder: Path, elapsed_s: float, *, pareto: bool = True) -> dict[str, Any]:
+def write_benchmark(results: Results, folder: Path, elapsed_s: float) -> dict[str, Any]:
     """Write all files of a benchmark, each whole or not at all.
 
     Returns
@@ -39,7 +42,7 @@ def write_benchmark(results: Results, folder: Path, elapsed_s: float, *, pareto:
     machine = provenance["machine"]
     rows = rows_of(results, f"{machine['processor']}, one of {machine['cores']} cores")
     embeddings = embedding_rows(results)
-    figures = pictures(results, rows, embeddings, pareto=pareto)
+    figures = pictures(results, rows, embeddings)
     files = {"benchmark.csv": csv_text(rows), "runs.csv": csv_text(run_rows(results))}
     if embeddings:
         files["embeddings.csv"] = csv_text(embeddings)
@@ -114,15 +117,13 @@ def _cell(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def pictures(
-    results: Results, rows: Sequence[Row], embeddings: Sequence[Row], *, pareto: bool = True
-) -> dict[str, Any]:
+def pictures(results: Results, rows: Sequence[Row], embeddings: Sequence[Row]) -> dict[str, Any]:
     """All pictures (matplotlib figures) for which there is something to show, by name."""
-    from tgvdp.report.benchmarks import Depths, plot_comparison, plot_landscape, plot_sizes, plot_success
+    from tgvdp.report.benchmarks import Depths, plot_landscape, plot_sizes, plot_success
 
     found: dict[str, Any] = {}
     success, tts = _success(rows)
-    if success and tts:
+    if tts:
         found["success"] = plot_success(
             success, tts, "medians over instances of the same N; bars: 95 % intervals; hollow: bound, nothing succeeded"
         )
@@ -140,16 +141,33 @@ def pictures(
                 for one in deep
             ]
         )  # fmt: skip
-    compared = comparison([case.instance for case in results.plan.cases]) if pareto else None
-    if compared is not None:
-        from tgvdp.report.benchmarks import Series
+    return found | _comparisons([case.instance for case in results.plan.cases])
 
+
+def _comparisons(instances: Sequence[Instance]) -> dict[str, Any]:
+    from tgvdp.report.benchmarks import Series, plot_comparison
+
+    found: dict[str, Any] = {}
+    compared, driven = comparison(instances), demand_comparison(instances)
+    if compared is not None:
         front, *others = (
             Series(one.name, one.time_s, one.energy_j_per_kg)
             for one in (compared.front, compared.closed, *compared.points)
         )
         detail = f"trip of {compared.instance.id}, no resistance, without regeneration; N from its shortest time on"
-        found["pareto"] = plot_comparison(front, others, detail)
+        found["pareto"] = plot_comparison(front, others, "J/kg", detail)
+    if driven is not None:
+        claimed, fine, best = (
+            Series(name, driven.time_s, energy_j / JOULE_PER_KWH)
+            for name, energy_j in (
+                ("demand model, its own steps (exact)", driven.claimed_j),
+                ("the same demands, fine steps", driven.driven_j),
+                ("least for what they drive (search)", driven.optimal_j),
+            )
+        )
+        worst = 100.0 * float(abs(driven.distance_off).max())
+        detail = f"{driven.instance.id} in more and fewer steps; fine steps miss its distance by up to {worst:.1f} %"
+        found["pareto_demand"] = plot_comparison(best, [claimed, fine], "kWh", detail)
     return found
 
 

@@ -50,8 +50,8 @@ class Reference:
         return self.objective is not None or not self.feasible
 
 
-def read_cases(places: Sequence[Path]) -> list[Case]:
-    """Read instances from files, and from all JSON files of folders, by size and name.
+def read_cases(places: Sequence[Path], most_steps: int | None = None) -> list[Case]:
+    """Read instances from files, and from all JSON files of folders, by size and name; longer ones are left out.
 
     Raises
     ------
@@ -62,11 +62,16 @@ def read_cases(places: Sequence[Path]) -> list[Case]:
     cases: dict[str, Case] = {}
     for path in paths:
         instance = read_instance(path)
+        if most_steps is not None and instance.steps > most_steps:
+            continue
         if instance.id in cases:
             raise InputError(f"{path}: the id {instance.id!r} is also that of {cases[instance.id].path}")
         cases[instance.id] = Case(instance, path, hashlib.sha256(path.read_bytes()).hexdigest())
     if not cases:
-        raise InputError(f"{', '.join(map(str, places)) or 'instances'}: no instance (*.json) there")
+        raise InputError(
+            f"{', '.join(map(str, places)) or 'instances'}: no instance (*.json) there"
+            + (f" of at most {most_steps} steps" if most_steps is not None else "")
+        )
     return sorted(cases.values(), key=lambda case: (case.instance.steps, case.instance.id))
 
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from tgvdp.bench.reference import Case, Reference, reference_of
 from tgvdp.bench.spec import SolverSpec
 from tgvdp.bench.store import Store
-from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError, MissingExtraError
+from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError, MissingExtraError, UnavailableError
 from tgvdp.formulations.binary import FormulationWarning
 from tgvdp.formulations.encoding import Encoding, Solution
 from tgvdp.formulations.encodings import encode
@@ -97,7 +97,7 @@ def run_benchmark(plan: Plan, folder: Path, progress: Callable[[int, int, str], 
     Raises
     ------
     InputError
-        When a kept file is damaged, the folder cannot be written, or an extra is missing.
+        When a kept file is damaged, the folder cannot be written, or an extra or an account is missing.
     """
     store = Store(folder, plan.seed)
     works = list(_works(plan))
@@ -169,8 +169,8 @@ def one_run(case: Case, spec: SolverSpec, seed: int) -> dict[str, Any]:
         warnings.simplefilter("always", FormulationWarning)
         try:
             solution = solve(case.instance, spec.solver, spec.encoding, spec.penalty, spec.options(seed))
-        except MissingExtraError:
-            raise
+        except (MissingExtraError, UnavailableError):
+            raise  # of this machine, not of the instance: nothing to keep
         except InfeasibleError as error:
             record |= {"status": "infeasible", "message": str(error)}
         except BudgetExceededError as error:

@@ -12,7 +12,9 @@ from tgvdp.cli.screen import Screen, duration
 
 #: Where the published instances are, seen from the project's folder.
 LIBRARY = Path("benchmarks") / "instances"
-SOLVERS = "dp,milp,sa:bits,sa:unary,tabu:unary,random:unary"
+SOLVERS = "dp,milp:time-limit=60,sa:bits,sa:unary,tabu:unary,random:unary"
+#: Most steps of those that are taken when none is named: samplers take hours on the largest.
+LIBRARY_STEPS = 20
 _BAR = 24
 
 _EXAMPLES = """
@@ -32,6 +34,12 @@ Examples:
     help="Words NAME[:ENCODING][:KEY=VALUE ...] with commas; keys: penalty, reads, sweeps, layers, angles, starts, "
     "time-limit, backend, runs.",
 )  # fmt: skip
+@click.option(
+    "--up-to",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help=f"Leave out instances of more steps.  [default: {LIBRARY_STEPS} without INSTANCES, else none]",
+)
 @click.option("--runs", type=click.IntRange(1, 10_000), default=5, show_default=True, help="Of each on each instance.")
 @click.option("--seed", type=click.IntRange(0, 2**30), default=1, show_default=True, help="Of the first run.")
 @click.option("--embed", default="", metavar="LIST", help="Embed the QUBOs into pegasus, zephyr. Takes long.")
@@ -47,6 +55,7 @@ Examples:
 def command(
     instances: tuple[Path, ...],
     solvers: str,
+    up_to: int | None,
     runs: int,
     seed: int,
     embed: str,
@@ -79,7 +88,10 @@ def command(
         raise click.UsageError(f"--{error}", context) from None
     if not instances and not LIBRARY.is_dir():
         raise click.UsageError(f"name INSTANCES: the folder {LIBRARY} of the published ones is not here", context)
-    plan = Plan(tuple(read_cases(instances or (LIBRARY,))), tuple(specs), runs, seed, topologies, float(embed_limit))
+    most = up_to or (None if instances else LIBRARY_STEPS)
+    plan = Plan(
+        tuple(read_cases(instances or (LIBRARY,), most)), tuple(specs), runs, seed, topologies, float(embed_limit)
+    )
     check_writable(out)
     started = time.perf_counter()
     with Screen(quiet=quiet) as screen:

@@ -4,6 +4,7 @@ import warnings
 from dataclasses import replace
 from typing import Literal, TypeAlias
 
+from tgvdp.errors import InputError
 from tgvdp.formulations.binary import FormulationWarning, warn_of_oddities
 from tgvdp.formulations.bits import BitsForm, encode_bits
 from tgvdp.formulations.encoding import Encoded, Encoding
@@ -14,6 +15,10 @@ from tgvdp.formulations.unary import encode_unary
 
 #: ``seed``, ``sufficient``, or a weight in (m/s)² per squared unit of violation.
 PenaltyRule: TypeAlias = Literal["seed", "sufficient"] | float
+
+
+#: Most couplers of a QUBO: 20 million take two minutes and 4 GB to make.
+MOST_COUPLERS = 20_000_000
 
 
 def encode(instance: BinaryInstance, encoding: Encoding, penalty: PenaltyRule | None = None) -> Encoded:
@@ -36,8 +41,9 @@ def encode(instance: BinaryInstance, encoding: Encoding, penalty: PenaltyRule | 
     Raises
     ------
     InputError
-        When the encoding does not fit the instance.
+        When the encoding does not fit the instance, or would have more than `MOST_COUPLERS` couplers.
     """
+    _require_size(instance, encoding)
     warn_of_oddities(instance)
     rule: PenaltyRule = instance.lambda_uniform or "sufficient" if penalty is None else penalty
     weights = si_weights(instance, encoding) if rule == "seed" else Weights()
@@ -52,6 +58,20 @@ def encode(instance: BinaryInstance, encoding: Encoding, penalty: PenaltyRule | 
             stacklevel=2,
         )
     return replace(draft, qubo=joined(draft.objective, draft.violation, weight), penalty=weight)
+
+
+def _require_size(instance: BinaryInstance, encoding: Encoding) -> None:
+    """The square of the distance couples all bits that move the train."""
+    steps, unit = instance.steps, instance.acc_units
+    if encoding == "unary":
+        bits = sum(min(k, steps - k, cap // unit) for k, cap in enumerate(instance.cap_units[:-1], start=1))
+    else:
+        bits = 2 * steps
+    if bits * (bits - 1) // 2 > MOST_COUPLERS:
+        raise InputError(
+            f"{instance.id}: {encoding} couples {bits} bits with each other, {bits * (bits - 1) // 2} couplers "
+            f"(at most {MOST_COUPLERS})"
+        )
 
 
 def _with_weights(instance: BinaryInstance, encoding: Encoding, weights: Weights) -> Encoded:

@@ -100,12 +100,24 @@ def map_power(tables, v, demand):
     return _power_at(tables, v, j, b)
 
 
+@leaf
+def _braking_power(train, tables, effort, v):
+    """Power in W that a map draws at speed v under a braking effort, as far as the dynamic brake takes it."""
+    limit = effort_at(train.braking, v)
+    return map_power(tables, v, -min(effort / limit, 1.0) if limit > 0.0 else 0.0)
+
+
 @kernel
 def _map_energy(train, tables, duration, effort, v0, v1):
-    """Energy of an arc at its mean demand by the map: Simpson's rule in time, in which the speed is linear.
+    """Energy of an arc by the map: Simpson's rule in time, in which the speed is linear.
 
-    To hold the effort constant instead would make effort free where it passes the limit at one end of an arc.
+    Traction counts at its mean demand: to hold the effort constant instead would make effort free where it passes the
+    limit at one end of an arc. Braking is held constant, for the friction brake takes what passes the limit.
     """
+    if effort < 0.0 and train.friction_n > 0.0:
+        middle = 0.5 * (v0 + v1)
+        ends = _braking_power(train, tables, -effort, v0) + _braking_power(train, tables, -effort, v1)
+        return duration / 6.0 * (ends + 4.0 * _braking_power(train, tables, -effort, middle))
     limit = mean_effort(train.traction if effort >= 0.0 else train.braking, v0, v1)
     demand = min(max(effort / limit, -1.0), 1.0) if limit > 0.0 else 0.0
     j, b = _node(tables.demand, demand)

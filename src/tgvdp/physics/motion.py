@@ -109,8 +109,11 @@ def _speed_step(slope, air, v, net, rows):
 
 
 @leaf
-def _row_end(table, v, rising, rows):
-    """Speed at which the effort limit has changed by STEP, or the next break of the curve if that comes first."""
+def _row_end(table, extra, v, rising, rows):
+    """Speed at which the effort limit has changed by STEP, or the next break of the curve if that comes first.
+
+    Or by a tenth of that share of the ``extra`` effort beside it: a curve that fades at standstill needs no more rows.
+    """
     n = table.shape[0]
     i = n - 1
     while i > 0 and (table[i, 0] > v or (not rising and table[i, 0] >= v)):
@@ -118,7 +121,9 @@ def _row_end(table, v, rising, rows):
     effort, slope = effort_and_slope(table, v)
     step = math.inf
     if slope != 0.0:
-        step = max(STEP * abs(effort / slope), 0.25 * STEP * v) / rows
+        step = max(STEP * abs(effort / slope), STEP * abs(0.1 * extra / slope), 0.25 * STEP * v) / rows
+    if v == 0.0 and effort + extra == 0.0:  # a brake without effort at standstill
+        step = STEP / rows * table[i + 1, 0] if i + 1 < n else math.inf
     if rising:
         if i + 1 < n:
             return min(v + step, table[i + 1, 0])
@@ -161,11 +166,12 @@ def march(train, regime, sign, length_m, grade_n, air, w, target_w, xs, ws, n):
         rising = sign * net > 0.0
         end = math.inf if rising else 0.0
         if regime == TRACTION:
-            end = _row_end(train.traction, v, rising, train.rows)
+            end = _row_end(train.traction, 0.0, v, rising, train.rows)
         elif regime != COASTING:
-            end = _row_end(train.braking, v, rising, train.rows)
+            friction = train.friction_n if regime == BRAKING and train.rates.shape[0] == 0 else 0.0
+            end = _row_end(train.braking, friction, v, rising, train.rows)
             if train.rates.shape[0] > 0:
-                other = _row_end(train.rates, v, rising, train.rows)
+                other = _row_end(train.rates, 0.0, v, rising, train.rows)
                 end = min(end, other) if rising else max(end, other)
         slope = _net_slope(train, regime, air, v, net, rising)
         balanced = sign * slope < 0.0 and abs(net) <= -sign * slope * BALANCED * v

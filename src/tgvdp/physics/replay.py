@@ -6,9 +6,7 @@ of each row and as short as its stiffness asks for:
 
     dw/ds = 2·(F(v) − R(v) − G)/m_eff
 
-A row at full effort follows the effort limit: F(v) = θ·F_limit(v), with the θ that gives the row's mean effort. Any
-other row holds a commanded force, as far as the limit allows: F(v) = min(c, F_limit(v)), c = force_n but where the
-limit falls below it.
+What the train does along a row follows from its mean effort (`physics.replay_law`).
 
 Each row starts from the claimed speed. Carried from row to row instead, an error of 10⁻⁶ in v² where a train begins to
 brake would grow to 10⁻³ of its top speed at the stop, which a driver corrects in passing. But nothing is given away:
@@ -29,23 +27,19 @@ from tgvdp.constants import (
     REPLAY_TIME_PCT,
 )
 from tgvdp.model.trip import Trip
-from tgvdp.physics.energy import FULL_EFFORT, energy_tables, map_power
-from tgvdp.physics.forces import KernelTrain, brake_at, effort_at, kernel_train, resistance_at, unpowered
+from tgvdp.physics.energy import energy_tables
+from tgvdp.physics.forces import KernelTrain, effort_at, kernel_train, unpowered
 from tgvdp.physics.profile import Profile
+from tgvdp.physics.replay_law import commanded, drawn_per_metre, map_power_at, mean_limit, slope_at, sub_steps
 from tgvdp.physics.replay_line import breaks_seen, limits_seen, met, see_line, supply_seen
 from tgvdp.physics.resolved import LOWERED, POWERED
 
-_SUB_STEPS = 8
-_MOST_SUB_STEPS = 100_000
 #: Where two sides of a break are one position, relative to it.
 _SAME_POSITION = 1e-12
 #: The line at the end of a row is looked up this share of the row inside it.
 _INSIDE = 1e-6
 #: An effort below this share of the starting effort counts as none.
 _NO_EFFORT = 1e-4
-#: Bracket and bisection of a commanded force.
-_DOUBLINGS = 10
-_HALVINGS = 30
 
 
 @dataclass(frozen=True)
@@ -78,122 +72,6 @@ class Verdict:
 
 
 @kernel
-def _limit_at(train, braking, load, v):
-    """Effort limit at speed v; braking rates are kept whatever the ``load``, grade force and resistance, is."""
-    return brake_at(train, load, v) if braking else effort_at(train.traction, v)
-
-
-@kernel
-def _mean_limit(train, line, braking, cap, x, d, w0, w1):
-    """Mean along a row of the effort limit, capped; v² is linear. The midpoint rule on 16 parts between its breaks.
-
-    A braking rate counts by the distance that it takes, which is the change of v² over twice the rate.
-    """
-    table = train.traction
-    if braking:
-        table = train.rates if train.rates.shape[0] > 0 else train.braking
-    lo = min(w0, w1)
-    hi = max(w0, w1)
-    total = 0.0
-    weights = 0.0
-    start = lo
-    for i in range(1, table.shape[0] + 1):
-        end = hi
-        if i < table.shape[0]:
-            end = min(max(table[i, 0] * table[i, 0], start), hi)
-        span = end - start
-        for j in range(16 if span > 0.0 or lo == hi else 0):
-            w = start + (j + 0.5) / 16.0 * span
-            v = np.sqrt(w)
-            load = 0.0
-            weight = span if lo < hi else 1.0
-            if braking and train.rates.shape[0] > 0:
-                share = (w - w0) / (w1 - w0) if w1 != w0 else (j + 0.5) / 16.0
-                grade, air = met(line, x + share * d)
-                load = resistance_at(train, air, v) + grade
-                weight /= effort_at(table, v)
-            total += weight * min(_limit_at(train, braking, load, v), cap)
-            weights += weight
-        if lo == hi:
-            break
-        start = end
-    return total / weights
-
-
-@kernel
-def _commanded(train, line, force, limit, x, d, w0, w1):
-    """Force that a driver commands for the mean effort of a row, where the limit is below that on a part of it."""
-    braking = force < 0.0
-    effort = abs(force)
-    if effort >= FULL_EFFORT * limit or _mean_limit(train, line, braking, effort, x, d, w0, w1) >= effort:
-        return force
-    low = effort
-    high = 2.0 * effort
-    for _ in range(_DOUBLINGS):
-        if _mean_limit(train, line, braking, high, x, d, w0, w1) >= effort:
-            break
-        high *= 2.0
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        if _mean_limit(train, line, braking, middle, x, d, w0, w1) < effort:
-            low = middle
-        else:
-            high = middle
-    return -high if braking else high
-
-
-@kernel
-def _force(train, force, lever, lo, hi, load, v):
-    """Effort at the wheel; the effort curve is looked up within the row's speeds lo..hi, not beyond a jump there."""
-    inside = min(max(v, lo), hi)
-    braking = force < 0.0
-    if lever >= FULL_EFFORT:
-        effort = lever * _limit_at(train, braking, load, inside)
-    else:
-        effort = min(abs(force), _limit_at(train, braking, load, inside))
-    return -effort if braking else effort
-
-
-@kernel
-def _drawn(train, tables, effort, lo, hi, w):
-    """Energy in J per metre that constant efficiencies draw from the line for an effort, without auxiliaries."""
-    if effort >= 0.0:
-        return tables.traction * effort
-    if tables.regeneration == 0.0:
-        return 0.0
-    inside = min(max(np.sqrt(max(w, 0.0)), lo), hi)
-    return -tables.regeneration * min(-effort, effort_at(train.braking, inside))
-
-
-@kernel
-def _map_power(train, tables, force, lever, lo, hi, grade, air, v):
-    """Power in W that a map draws from the line at speed v under the force law of a row, without auxiliaries."""
-    effort = _force(train, force, lever, lo, hi, resistance_at(train, air, v) + grade, v)
-    limit = effort_at(train.traction if effort >= 0.0 else train.braking, min(max(v, lo), hi))
-    demand = min(max(effort / limit, -1.0), 1.0) if limit > 0.0 else 0.0
-    return map_power(tables, v, demand)
-
-
-@kernel
-def _slope(train, force, lever, lo, hi, grade, air, w):
-    v = np.sqrt(max(w, 0.0))
-    load = resistance_at(train, air, v) + grade
-    effort = _force(train, force, lever, lo, hi, load, v)
-    return 2.0 * (effort - load) / train.inertia_kg, effort
-
-
-@kernel
-def _sub_steps(train, force, lever, lo, hi, grade, air, d, w):
-    """Sub-steps of a row: more where d·∂(dw/ds)/∂w is large, for the scheme is only stable for steps below 2.7."""
-    nearby = 0.999 * w
-    if nearby <= 0.0:
-        return _SUB_STEPS
-    here = _slope(train, force, lever, 0.0, hi, grade, air, w)[0]
-    there = _slope(train, force, lever, 0.0, hi, grade, air, nearby)[0]
-    return int(min(_SUB_STEPS + 2.0 * d * abs(here - there) / (w - nearby), _MOST_SUB_STEPS))
-
-
-@kernel
 def _replay_kernel(train, tables, line, supply, x, speed, force, time, energy):
     """Replay all rows; cumulative time and energy in place; returns effort excess and speed error."""
     excess = -1.0
@@ -207,7 +85,7 @@ def _replay_kernel(train, tables, line, supply, x, speed, force, time, energy):
         w0 = speed[i] * speed[i]
         w1 = speed[i + 1] * speed[i + 1]
         here = train if supply[i] == POWERED else dark
-        limit = _mean_limit(here, line, force[i] < 0.0, np.inf, x[i], d, w0, w1)
+        limit = mean_limit(here, line, force[i] < 0.0, np.inf, x[i], d, w0, w1)
         lever = abs(force[i]) / limit if limit > 0.0 else 0.0
         if limit == 0.0:  # no current, or no brake: what counts as no effort is a share of the starting effort
             share = abs(force[i]) / effort_at(train.traction, 0.0)
@@ -222,7 +100,7 @@ def _replay_kernel(train, tables, line, supply, x, speed, force, time, energy):
         nudge = 1e-9 * abs(speed[i + 1] - speed[i])
         lo = min(speed[i], speed[i + 1]) + nudge
         hi = max(speed[i], speed[i + 1]) - nudge
-        command = _commanded(here, line, force[i], limit, x[i], d, w0, w1)
+        command = commanded(here, line, force[i], limit, x[i], d, w0, w1)
         law = (here, command, lever, lo, hi)
         inside_m = _INSIDE * d  # a break at the end of a row belongs to the next one
         after_met = met(line, x[i] + inside_m)
@@ -230,7 +108,7 @@ def _replay_kernel(train, tables, line, supply, x, speed, force, time, energy):
         seconds = 0.0
         drawn = 0.0
         done = 0.0
-        count = _sub_steps(*law, *met(line, x[i] + 0.5 * d), d, max(w0, w1))
+        count = sub_steps(*law, *met(line, x[i] + 0.5 * d), d, max(w0, w1))
         for j in range(count):
             u = (j + 1.0) / count
             end = d * u * u * (3.0 - 2.0 * u)
@@ -238,10 +116,10 @@ def _replay_kernel(train, tables, line, supply, x, speed, force, time, energy):
             before_met = after_met
             middle_met = met(line, x[i] + done + 0.5 * h)
             after_met = met(line, x[i] + min(end, d - inside_m))
-            k1, f1 = _slope(*law, *before_met, w)
-            k2, f2 = _slope(*law, *middle_met, w + 0.5 * h * k1)
-            k3, f3 = _slope(*law, *middle_met, w + 0.5 * h * k2)
-            k4, f4 = _slope(*law, *after_met, w + h * k3)
+            k1, f1 = slope_at(*law, *before_met, w)
+            k2, f2 = slope_at(*law, *middle_met, w + 0.5 * h * k1)
+            k3, f3 = slope_at(*law, *middle_met, w + 0.5 * h * k2)
+            k4, f4 = slope_at(*law, *after_met, w + h * k3)
             after = w + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
             v0 = np.sqrt(max(w, 0.0))
             v1 = np.sqrt(max(after, 0.0))
@@ -253,12 +131,14 @@ def _replay_kernel(train, tables, line, supply, x, speed, force, time, energy):
             seconds += step
             if by_map:  # the speed is nearly linear in time, the power has no part that is singular at standstill
                 pull = (here, tables, command, lever, lo, hi)
-                powers = _map_power(*pull, *before_met, v0) + 4.0 * _map_power(*pull, *middle_met, 0.5 * (v0 + v1))
-                drawn += step / 6.0 * (powers + _map_power(*pull, *after_met, v1))
+                powers = map_power_at(*pull, *before_met, v0) + 4.0 * map_power_at(*pull, *middle_met, 0.5 * (v0 + v1))
+                drawn += step / 6.0 * (powers + map_power_at(*pull, *after_met, v1))
             else:
-                ends = _drawn(here, tables, f1, lo, hi, w) + _drawn(here, tables, f4, lo, hi, w + h * k3)
-                inner = _drawn(here, tables, f2, lo, hi, w + 0.5 * h * k1)
-                inner += _drawn(here, tables, f3, lo, hi, w + 0.5 * h * k2)
+                ends = drawn_per_metre(here, tables, f1, lo, hi, w) + drawn_per_metre(
+                    here, tables, f4, lo, hi, w + h * k3
+                )
+                inner = drawn_per_metre(here, tables, f2, lo, hi, w + 0.5 * h * k1)
+                inner += drawn_per_metre(here, tables, f3, lo, hi, w + 0.5 * h * k2)
                 drawn += h / 6.0 * (ends + 2.0 * inner)
             w = after
             done = end

@@ -15,10 +15,11 @@ from tgvdp.report import style
 
 _COLORS = (style.BLUE, style.VERMILION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY, style.BLACK)
 _MARKERS = "osDPX^v"
-#: Solvers keep their colours from picture to picture; the others take what is left.
+#: Solvers and sizes keep their colours from picture to picture; the others take what is left.
 _OF_SOLVERS = {
     "dp": style.BLACK, "milp": style.MUTED, "sa": style.BLUE, "tabu": style.GREEN, "qaoa": style.VERMILION,
     "random": style.PURPLE, "coin tosses": style.PURPLE,
+    "variables": style.BLACK, "qubits on pegasus": style.BLUE, "qubits on zephyr": style.VERMILION,
 }  # fmt: skip
 _LEGEND_COLUMNS, _ROW_IN = 3, 0.22
 #: Characters of a name of which three fit side by side.
@@ -41,20 +42,22 @@ class Series(NamedTuple):
 
 
 def plot_success(success: Sequence[Series], tts_s: Sequence[Series], detail: str) -> Figure:
-    """Draw the probability of success of an attempt, and TTS99, against N; hollow marks are bounds."""
-    figure, axes = _panels(2, [one.name for one in (*success, *tts_s)])
-    looks = _looks([one.name for one in (*success, *tts_s)])
+    """Draw the success of an attempt, where any attempt is drawn, and TTS99 against N; hollow marks are bounds."""
+    names = [one.name for one in (*success, *tts_s)]
+    figure, axes = _panels(2 if success else 1, names)
+    looks = _looks(names)
     for one in success:
         _draw(axes[0], one, looks[one.name], "v")
     for one in tts_s:
-        _draw(axes[1], one, looks[one.name], "^")
+        _draw(axes[-1], one, looks[one.name], "^")
+    if success:
+        # Coin tosses soon fall below everything that could be measured, and their time above everything else.
+        axes[0].set_ylim(0.3 * _least(one.y for one in success if not one.dashed), 2.0)
+        style.dress(axes[0], "", "Success of one attempt")
     for axis in axes:
         axis.set_yscale("log")
-    # Coin tosses soon fall below everything that could be measured, and their time above everything else.
-    axes[0].set_ylim(0.3 * _least(one.y for one in success if not one.dashed), 2.0)
-    style.dress(axes[0], "", "Success of one attempt")
-    style.dress(axes[1], "Steps N", "TTS99 (s)")
-    style.title(axes[0], "Success and time to solution", detail)
+    style.dress(axes[-1], "Steps N", "TTS99 (s)")
+    style.title(axes[0], "Success and time to solution" if success else "Time to solution", detail)
     _legend(figure, axes)
     return figure
 
@@ -114,8 +117,8 @@ def plot_landscape(landscapes: Sequence[Depths]) -> Figure:
     return figure
 
 
-def plot_comparison(front: Series, points: Sequence[Series], detail: str) -> Figure:
-    """Draw the points that formulations reach over the true front of the same trip."""
+def plot_comparison(front: Series, points: Sequence[Series], unit: str, detail: str) -> Figure:
+    """Draw the points that formulations reach over the true front of the same trip; energies in a given unit."""
     figure = style.new_figure(bottom_in=0.72 + _ROW_IN * math.ceil((len(points) + 1) / _LEGEND_COLUMNS))
     axes = figure.add_subplot()
     axes.plot(front.x, front.y, "-", color=style.INK, linewidth=2.2, label=front.name, zorder=2)
@@ -125,7 +128,7 @@ def plot_comparison(front: Series, points: Sequence[Series], detail: str) -> Fig
             markersize=8.0 - 1.2 * index, markerfacecolor="none" if index % 2 else None, zorder=3 + index,
         )  # fmt: skip
     axes.set_ylim(0.0, 1.06 * max(float(one.y.max()) for one in (front, *points) if one.y.size))
-    style.dress(axes, "Running time (s)", "Energy of traction (J/kg)")
+    style.dress(axes, "Running time (s)", f"Energy of traction ({unit})")
     style.title(axes, "What formulations reach, and the true front", detail)
     _legend(figure, [axes])
     return figure
@@ -211,7 +214,7 @@ def _panels(count: int, names: Sequence[str]) -> tuple[Figure, Sequence[Axes]]:
     different = dict.fromkeys(names)
     rows = math.ceil(len(different) / _columns(different))
     figure = style.new_figure(2.0 + 2.6 * count + _ROW_IN * rows, bottom_in=0.72 + _ROW_IN * rows)
-    axes = list(figure.subplots(count, 1, sharex=True))
+    axes = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
     axes[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
     return figure, axes
 

@@ -12,18 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import TgvdpError
-from tgvdp.line.cells import cells_of
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.follow import follow
-from tgvdp.physics.forces import kernel_train
 from tgvdp.physics.profile import Profile
 from tgvdp.search.blends import slope
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.optimal import OptimalRuns
 from tgvdp.search.pilot_front import OutOfTime
 from tgvdp.search.pilots import Mesh, Pilot
-from tgvdp.search.refine_kernel import measure
 from tgvdp.search.refine_level import WIDEST, Level, mesh_for
 from tgvdp.search.relaxed_map import relaxed_tables
 
@@ -38,7 +35,7 @@ _LAST_STEP = 1e-5
 _LAST_COARSE_STEP = 1e-3
 #: Two multipliers within this factor are neighbours: the run between them starts from their blend. Runs further apart
 #: may differ in where they coast, which sweeps cannot mend (0.15 % on a line with 150 gradients).
-_NEAR = 1.4
+_NEAR = 2.0
 #: Largest share of energy by which a point may lie above the tangents of its neighbouring runs.
 _GAP = 6e-4
 #: Cells are so many times as fine as those of the front method, whose cells hold more than one arc.
@@ -97,7 +94,7 @@ def refine_front(
     slower = target_s > fastest.duration_s * (1.0 + _SAME)
     counters = {"pilots": 0, "sweeps": 0, "blends": 0}
     first_rows = fastest.position_m - trip.origin_m, fastest.speed_mps**2
-    found = [(fastest.duration_s, _energy_of(trip, first_rows, energy), math.inf)] * int(np.sum(~slower))
+    found = [(fastest.duration_s, fastest.total_energy_j, math.inf)] * int(np.sum(~slower))
     rows = [first_rows] * len(found)
     complete, saves = True, True
     try:
@@ -114,14 +111,6 @@ def refine_front(
         complete = False
     duration, joules, prices = np.array(found, dtype=np.float64).reshape(-1, 3).T
     return OptimalRuns(duration, joules, prices, complete, not saves, counters, rows)
-
-
-def _energy_of(trip: Trip, rows: tuple[NDArray[np.float64], NDArray[np.float64]], energy: EnergyTables) -> float:
-    """Energy of a run given as rows, J."""
-    cells = cells_of(trip, rows[0])
-    return float(
-        measure(kernel_train(trip.train), energy, cells.length_m, cells.grade_n, cells.air, cells.supply, rows[1])[1]
-    )
 
 
 def _front_on_fine_mesh(

@@ -1,9 +1,10 @@
 """D-Wave's annealers: a QUBO embedded in the graph of a machine, with the account of its standard file."""
 
 import time
+from collections.abc import Mapping
 from typing import Any
 
-from tgvdp.errors import InputError
+from tgvdp.errors import InputError, UnavailableError
 from tgvdp.formulations.encoding import Encoded, Solution
 from tgvdp.solvers.bqm import bqm_of
 from tgvdp.solvers.extras import extra
@@ -16,14 +17,18 @@ def solve_dwave(encoded: Encoded, options: Options) -> Solution:
 
     Raises
     ------
+    UnavailableError
+        When there is no account or no such machine.
     InputError
-        When there is no account or no such machine, or the problem does not fit it.
+        When the problem does not fit it.
     """
     system = extra("dwave.system", "solver dwave")
     try:
         machine = system.DWaveSampler(**({} if options.backend is None else {"solver": options.backend}))
     except Exception as error:  # the cloud client has many of its own, for accounts, machines and networks
-        raise InputError(f"solver dwave: no machine: {error} (an account is set up by: dwave config create)") from None
+        raise UnavailableError(
+            f"solver dwave: no machine: {error} (an account is set up by: dwave config create)"
+        ) from None
     return embedded_solution(machine, encoded, options)
 
 
@@ -50,5 +55,16 @@ def embedded_solution(machine: Any, encoded: Encoded, options: Options) -> Solut
     samples = samples_of(sampleset, encoded.qubo)
     elapsed_s = time.perf_counter() - start
     chains = sampleset.info["embedding_context"]["embedding"].values()
-    details = {"qubits": sum(map(len, chains)), "longest_chain": max(map(len, chains)), "seed": options.seed}
+    details = {
+        "qubits": sum(map(len, chains)),
+        "longest_chain": max(map(len, chains)),
+        "seed": options.seed,
+        "qpu_s": qpu_time_s(sampleset.info.get("timing", {})),
+    }
     return sampled_solution("dwave", encoded, samples, elapsed_s, details)
+
+
+def qpu_time_s(timing: Mapping[str, Any]) -> float | None:
+    """Time on the quantum processor that an answer of the cloud reports, s; None where it does not."""
+    access_us = timing.get("qpu_access_time")
+    return None if access_us is None else 1e-6 * float(access_us)

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.errors import InfeasibleError, InputError
+from tgvdp.errors import InfeasibleError, InputError, UnavailableError
 from tgvdp.formulations.binary import schedule_of
 from tgvdp.formulations.bits import encode_bits
 from tgvdp.formulations.demand import demand_schedule
@@ -25,6 +25,7 @@ from tgvdp.formulations.instances import BinaryInstance, DemandInstance, Instanc
 from tgvdp.formulations.program import Row
 from tgvdp.formulations.replay import replay
 from tgvdp.solvers.bqm import bqm_of
+from tgvdp.solvers.cloud import qpu_time_s
 from tgvdp.solvers.extras import extra
 from tgvdp.solvers.options import Options
 
@@ -212,14 +213,18 @@ def solve_leap(instance: Instance, options: Options) -> Solution:
 
     Raises
     ------
+    UnavailableError
+        When there is no account.
     InputError
-        When there is no account, or the service refuses the problem.
+        When the service refuses the problem.
     """
     system = extra("dwave.system", "solver leap")
     try:
         sampler = system.LeapHybridCQMSampler()
     except Exception as error:  # the cloud client has many of its own, for accounts, services and networks
-        raise InputError(f"solver leap: no service: {error} (an account is set up by: dwave config create)") from None
+        raise UnavailableError(
+            f"solver leap: no service: {error} (an account is set up by: dwave config create)"
+        ) from None
     return hybrid_solution(sampler, instance, options)
 
 
@@ -249,5 +254,6 @@ def hybrid_solution(sampler: Any, instance: Instance, options: Options) -> Solut
     details = {
         **_size(written), "reads": count, "feasible_reads": sum(feasible), "best_reads": len(equal),
         "time_limit_s": options.time_limit_s,
+        "qpu_s": qpu_time_s(sampleset.info),
     }  # fmt: skip
     return Solution("leap", best, False, None, replay(instance, best), elapsed_s, details=details)

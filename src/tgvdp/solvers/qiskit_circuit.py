@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from tgvdp.errors import InputError
+from tgvdp.errors import InputError, UnavailableError
 from tgvdp.formulations.qaoa import Circuit
 from tgvdp.solvers.extras import extra
 from tgvdp.solvers.sampling import Samples
@@ -49,8 +49,10 @@ def run_circuit(circuit: Circuit, backend: str, shots: int, seed: int) -> tuple[
 
     Raises
     ------
+    UnavailableError
+        When there is no such real machine, or no account.
     InputError
-        When there is no such machine or account, or the machine has too few qubits.
+        When there is no such simulated machine, or the machine has too few qubits.
     """
     machine = fake_backend(backend) if backend.startswith(FAKE) else _runtime_backend(backend)
     if machine.num_qubits < circuit.n:
@@ -99,10 +101,10 @@ def _runtime_backend(name: str) -> Any:
     try:
         service = runtime.QiskitRuntimeService()
     except (runtime.accounts.AccountNotFoundError, ValueError) as error:
-        raise InputError(
+        raise UnavailableError(
             f"solver qaoa: {name} needs an account of IBM Quantum, stored by QiskitRuntimeService.save_account: {error}"
         ) from None
     try:
         return service.backend(name)
     except Exception as error:
-        raise InputError(f"solver qaoa: IBM Quantum offers no machine {name!r}: {error}") from None
+        raise UnavailableError(f"solver qaoa: IBM Quantum offers no machine {name!r}: {error}") from None

@@ -1,0 +1,102 @@
+"""Dispatch to the methods, and what a search of each is told about its result."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.front.targets import asked_targets
+from tgvdp.model.trip import Trip
+from tgvdp.physics.profile import Profile
+from tgvdp.physics.resolved import POWERED, resolve
+from tgvdp.search.best_first import DEFAULT_SEGMENTS, DEFAULT_SPEEDS, best_first
+from tgvdp.search.budget import SearchBudget
+from tgvdp.search.grid import build_grid
+from tgvdp.search.labels import exact_front
+from tgvdp.search.optimal import OptimalRuns, optimal_front
+from tgvdp.search.paths import GridPaths
+from tgvdp.search.refine import refine_front
+
+#: What a search on a grid has left when building the grid took all the time, s.
+_LEAST_TIME_S = 1e-3
+
+
+@dataclass(frozen=True)
+class Fastest:
+    """The fastest run, the reference with zero delay: running time in s, energy in J, profile.
+
+    ``stepped_time_s`` is its running time by the explicit steps of a convention that has any, s; None for the others.
+    """
+
+    time_s: float
+    energy_j: float
+    profile: Profile
+    stepped_time_s: float | None = None
+
+
+def continuous_front(
+    trip: Trip,
+    fastest: Profile,
+    target_s: NDArray[np.float64],
+    budget: SearchBudget,
+    tolerance_s: float | None = None,
+) -> OptimalRuns:
+    """Method ``front``: the costate program, or the generic refinement for what it cannot treat.
+
+    That is an energy by a map, and stretches without current: the program knows the same train in all cells.
+    """
+    whole = bool((resolve(trip).supply == POWERED).all())
+    find = optimal_front if whole and trip.energy.kind != "map" else refine_front
+    return find(trip, fastest, target_s, budget, tolerance_s)
+
+
+def find(trip: Trip, fastest: Fastest, budget: SearchBudget, options: dict[str, Any]) -> OptimalRuns | GridPaths:
+    """Dispatch to the method."""
+    if options["method"] == "front":
+        if options["at_s"] or options["at_margin"]:
+            target_s, tolerance_s = asked_targets(fastest.time_s, options["at_s"], options["at_margin"])
+            return continuous_front(trip, fastest.profile, target_s, budget, tolerance_s)
+        target_s = fastest.time_s * np.linspace(1.0, 1.0 + options["max_margin"], options["points"])
+        return continuous_front(trip, fastest.profile, target_s, budget)
+    max_time_s = fastest.time_s * (1.0 + options["max_margin"])
+    segment_m, speeds = options["segment_m"], options["speeds"]
+    exact = options["method"] == "exact"
+    if not exact:
+        segment_m = trip.distance_m / DEFAULT_SEGMENTS if segment_m is None else segment_m
+        speeds = DEFAULT_SPEEDS if speeds is None else speeds
+    clock = budget.start()
+    grid = build_grid(trip, segment_m, speeds, budget)
+    budget = replace(budget, time_limit_s=max(budget.time_limit_s - clock.elapsed_s, _LEAST_TIME_S))
+    if exact:
+        return exact_front(grid, max_time_s, budget)
+    return best_first(
+        grid,
+        max_time_s,
+        budget,
+        heuristic=options["heuristic"],
+        paths=options["paths"],
+        dominance=options["dominance"],
+        bounds=options["bounds"],
+        reference_time_s=fastest.time_s,
+        reference_energy_j=fastest.energy_j,
+    )
+
+
+def warnings_of(found: OptimalRuns | GridPaths) -> tuple[str, ...]:
+    """Say where a front is less than was asked for."""
+    if not found.complete:
+        return ("the search ended by its budget: better paths than these may exist",)
+    if not isinstance(found, OptimalRuns):
+        return ()
+    warnings = []
+    if found.missed_s:
+        times = ", ".join(f"{time_s:.6g} s" for time_s in found.missed_s)
+        warnings.append(
+            f"no run takes {times} to the tolerance: running times jump there, and a faster run stands for it"
+        )
+    if found.exhausted:
+        warnings.append(
+            f"the front ends with the thriftiest run, {found.duration_s[-1]:.6g} s: running longer saves nothing"
+        )
+    return tuple(warnings)

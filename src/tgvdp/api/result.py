@@ -1,0 +1,102 @@
+"""What a search returns."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.api.methods import Fastest, continuous_front
+from tgvdp.front.certificate import Certificate, certify_front
+from tgvdp.front.pareto import ParetoFront
+from tgvdp.model.trip import Trip
+from tgvdp.physics.profile import Profile, profile_of
+from tgvdp.physics.replay import Verdict, replay
+from tgvdp.search.budget import SearchBudget
+from tgvdp.search.optimal import OptimalRuns
+from tgvdp.search.paths import GridPaths
+from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
+
+#: Running times at which a front on a grid is compared with the continuous optimum.
+_CERTIFIED_TIMES = 32
+
+
+@dataclass(frozen=True, eq=False)
+class SearchResult:
+    """What a search found.
+
+    Attributes
+    ----------
+    trip : Trip
+    method : str
+    fastest : Fastest
+    front : ParetoFront
+    counters : dict of str to int
+        Work done, by kind.
+    complete : bool
+        False when a label or time budget ended the search: the front is then only what was found until then.
+    options : dict
+        The options of the search, defaults filled in.
+    elapsed_s : float
+        Wall time of the search, s.
+    warnings : tuple of str
+        Where the front is less than was asked for, and why.
+    """
+
+    trip: Trip
+    method: str
+    fastest: Fastest
+    front: ParetoFront
+    counters: dict[str, int]
+    complete: bool
+    options: dict[str, Any]
+    elapsed_s: float
+    _found: OptimalRuns | GridPaths
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def path_time_s(self) -> NDArray[np.float64]:
+        """Running times of all paths that were found, on the front or not, s, (n,) float64."""
+        return self._found.duration_s
+
+    @property
+    def path_energy_j(self) -> NDArray[np.float64]:
+        """Energies of all paths that were found, J, (n,) float64."""
+        return self._found.energy_j
+
+    @property
+    def price_kwh_per_min(self) -> NDArray[np.float64] | None:
+        """Price of a minute at each point, kWh/min: the multiplier λ (method ``front`` only; infinite if fastest)."""
+        if not isinstance(self._found, OptimalRuns):
+            return None
+        price_j_per_s = self._found.price_j_per_s[self.front.source]
+        return np.asarray(price_j_per_s * (SECONDS_PER_MINUTE / JOULE_PER_KWH))
+
+    def profile(self, index: int) -> Profile:
+        """Speed profile of one point of the front."""
+        return profile_of(self.trip, *self._found.rows(int(self.front.source[index])))
+
+    def verify(self) -> list[Verdict]:
+        """Replay every point of the front by the independent referee."""
+        return [replay(self.trip, self.profile(index)) for index in range(len(self.front))]
+
+    def certify(self, time_limit_s: float | None = None) -> Certificate:
+        """Bound the least energy of the continuous problem at the running time of every point of the front.
+
+        For the methods on a grid the gap holds the error of the grid: multipliers come from method ``front``.
+
+        Parameters
+        ----------
+        time_limit_s : float, optional
+            Time for it, s; by default as much as the search had. Points that are not reached have no bound.
+        """
+        budget = SearchBudget(time_limit_s=self.options["time_limit_s"] if time_limit_s is None else time_limit_s)
+        clock = budget.start()
+        found = self._found
+        if not isinstance(found, OptimalRuns):
+            first_s, last_s = self.fastest.time_s, max(float(self.front.time_s[-1]), self.fastest.time_s)
+            target_s = np.linspace(first_s, first_s + max(last_s - first_s, 1e-3 * first_s), _CERTIFIED_TIMES)
+            found = continuous_front(self.trip, self.fastest.profile, target_s, budget)
+        return certify_front(
+            self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, found.price_j_per_s, clock
+        )
