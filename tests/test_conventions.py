@@ -66,7 +66,7 @@ def test_braking_rates_are_certified(convention, rates):
     result = tgvdp.search(train, track, convention=convention, points=8)
     gaps_pct = result.certify().gap_pct
     assert (gaps_pct >= -1e-6).all()
-    assert (gaps_pct[1:] < (0.5 if len(rates) == 1 else 8.0)).all()  # the bound knows the largest rate alone
+    assert (gaps_pct[1:] < 0.5).all()
 
 
 def test_the_command_line_follows_a_convention(shared, tmp_path, capsys):

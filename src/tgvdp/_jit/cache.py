@@ -34,7 +34,7 @@ CACHE_DIR_VARIABLE = "TGVDP_CACHE_DIR"
 #: Key folders that are kept, by last use: editions and modes (bounds checks) that take turns do not evict each other.
 KEPT_FOLDERS = 8
 #: Rooms that no kernel lives in or imports (a test sees to it): their changes leave the kernels as they are.
-KERNEL_FREE = ("cli", "formats", "formulations", "report", "solvers")
+KERNEL_FREE = ("bench", "cli", "formats", "formulations", "report", "solvers")
 _KEY_LENGTH = 32
 #: Switches of numba that change the machine code but are no part of its own cache key.
 _MODES = ("BOUNDSCHECK", "OPT", "DEBUGINFO_DEFAULT", "LOOP_VECTORIZE", "SLP_VECTORIZE")

@@ -85,9 +85,11 @@ def ceiling(train, forward, length, grade, air, limit, end_w, pieces, xs, ws):
         r1 = train.davis_b / mass
         r2 = air[k] / mass
         if forward:
-            m = merge_comfort(train.traction, 0.0, mass, train.max_acceleration, r0, r1, r2, top, pieces)
+            comfort = train.max_acceleration
+            m = merge_comfort(train.traction, 0.0, mass, comfort, train.rates[:0], r0, r1, r2, top, pieces)
         else:
-            m = merge_comfort(train.braking, train.friction_n, mass, train.max_deceleration, -r0, -r1, -r2, top, pieces)
+            comfort = train.max_deceleration
+            m = merge_comfort(train.braking, train.friction_n, mass, comfort, train.rates, -r0, -r1, -r2, top, pieces)
         w = min(w, limit[k])
         x = 0.0
         while True:

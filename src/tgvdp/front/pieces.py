@@ -27,7 +27,7 @@ def piece_at(pieces, n, v):
 
 
 @kernel
-def merge_comfort(table, extra_n, inertia_kg, comfort, r0, r1, r2, top_v, pieces):
+def merge_comfort(table, extra_n, inertia_kg, comfort, rates, r0, r1, r2, top_v, pieces):
     """Pieces of min(effort, what the comfort limit allows), per unit of inertia, for speeds up to ``top_v``.
 
     Parameters
@@ -39,6 +39,8 @@ def merge_comfort(table, extra_n, inertia_kg, comfort, r0, r1, r2, top_v, pieces
     inertia_kg : float
     comfort : float
         Acceleration limit, m/s²; may be infinite.
+    rates : (m, 6) float64
+        Decelerations that are never passed either, as in `KernelTrain`, or no rows; ``table`` breaks where they do.
     r0, r1, r2 : float
         Load that adds to it: r0 + r1·v + r2·v², m/s².
     top_v : float
@@ -63,17 +65,20 @@ def merge_comfort(table, extra_n, inertia_kg, comfort, r0, r1, r2, top_v, pieces
         for j in range(1, PIECE_COLUMNS):
             pieces[count, j] = table[i, j] / inertia_kg
         pieces[count, 2] += extra_n / inertia_kg
-        if comfort == math.inf:
+        most = comfort
+        if rates.shape[0] > 0:
+            most = min(most, rates[piece_at(rates, rates.shape[0], lo), 2] / inertia_kg)
+        if most == math.inf:
             count += 1
             continue
-        over_lo = piece_value(pieces, count, lo) > comfort + r0 + lo * (r1 + lo * r2)
-        over_hi = piece_value(pieces, count, hi) > comfort + r0 + hi * (r1 + hi * r2)
+        over_lo = piece_value(pieces, count, lo) > most + r0 + lo * (r1 + lo * r2)
+        over_hi = piece_value(pieces, count, hi) > most + r0 + hi * (r1 + hi * r2)
         a = lo
         b = hi
         if over_lo != over_hi:
             for _ in range(48):
                 middle = 0.5 * (a + b)
-                if (piece_value(pieces, count, middle) > comfort + r0 + middle * (r1 + middle * r2)) == over_lo:
+                if (piece_value(pieces, count, middle) > most + r0 + middle * (r1 + middle * r2)) == over_lo:
                     a = middle
                 else:
                     b = middle
@@ -83,7 +88,7 @@ def merge_comfort(table, extra_n, inertia_kg, comfort, r0, r1, r2, top_v, pieces
         limited = count if over_lo else count + 1
         if over_lo or over_hi:
             pieces[limited, 1] = 0.0
-            pieces[limited, 2] = comfort + r0
+            pieces[limited, 2] = most + r0
             pieces[limited, 3] = r1
             pieces[limited, 4] = r2
             pieces[limited, 5] = 0.0
@@ -99,9 +104,10 @@ def merge_tables(train, r0, r1, r2, top_v, pieces):
     """
     mass = train.inertia_kg
     comfort = train.max_deceleration
-    pulls = merge_comfort(train.traction, 0.0, mass, train.max_acceleration, r0, r1, r2, top_v, pieces[0])
-    brakes = merge_comfort(train.braking, train.friction_n, mass, comfort, -r0, -r1, -r2, top_v, pieces[1])
-    dynamics = merge_comfort(train.braking, 0.0, mass, comfort, -r0, -r1, -r2, top_v, pieces[2])
+    rates = train.rates
+    pulls = merge_comfort(train.traction, 0.0, mass, train.max_acceleration, rates[:0], r0, r1, r2, top_v, pieces[0])
+    brakes = merge_comfort(train.braking, train.friction_n, mass, comfort, rates, -r0, -r1, -r2, top_v, pieces[1])
+    dynamics = merge_comfort(train.braking, 0.0, mass, comfort, rates, -r0, -r1, -r2, top_v, pieces[2])
     return pulls, brakes, dynamics
 
 

@@ -82,20 +82,23 @@ class BoundingProblem:
             self._auxiliary_j = self.energy.auxiliary_w * float(draws_s.sum()) * (1.0 - _ROUNDING)
             self.energy = self.energy._replace(auxiliary_w=0.0)
         self.top_mps = math.sqrt(float(self.cells.limit_w.max())) * (1.0 + 1e-15)
-        self.train = self.train._replace(max_deceleration=self._largest_deceleration_mps2())
+        self.train = self._with_rates()
         size = 2 * max(len(self.train.traction), len(self.train.braking))
         self._pieces = np.empty((3, size, PIECE_COLUMNS))
         self._ceilings = tuple(self._ceiling(forward) for forward in (True, False))
 
-    def _largest_deceleration_mps2(self) -> float:
-        """Bound of the deceleration of any run: braking rates are kept unless the load alone slows more."""
-        train, top_mps = self.trip.train, self.top_mps
-        if not train.braking_rates:
-            return self.train.max_deceleration
-        rolling_n = train.davis_a_n + train.davis_b_n_per_mps * top_mps + self.cells.air * top_mps**2
-        load_mps2 = float((self.cells.grade_n + rolling_n).max()) / train.inertia_kg
-        rate_mps2 = max(rate.deceleration_mps2 for rate in train.braking_rates)
-        return min(self.train.max_deceleration, max(rate_mps2, load_mps2))
+    def _with_rates(self) -> KernelTrain:
+        """The train with its braking rates as bounds of the deceleration: kept unless the load alone slows more."""
+        train, top_mps = self.train, self.top_mps
+        if len(train.rates) == 0:
+            return train
+        rolling_n = train.davis_a_n + train.davis_b * top_mps + self.cells.air * top_mps**2
+        rates = train.rates.copy()
+        rates[:, 2] = np.maximum(rates[:, 2], float((self.cells.grade_n + rolling_n).max()))
+        from_mps = np.union1d(train.braking[:, 0], rates[:, 0])
+        braking = train.braking[np.searchsorted(train.braking[:, 0], from_mps, side="right") - 1]
+        braking[:, 0] = from_mps
+        return train._replace(rates=rates, braking=braking)
 
     def _ceiling(self, forward: bool) -> tuple[_Floats, _Floats]:
         """Rows of an outer bound of the fastest run: by traction from the origin, or by braking to the destination."""

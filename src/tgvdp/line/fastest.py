@@ -22,7 +22,7 @@ from tgvdp.physics.follow import follow
 from tgvdp.physics.forces import KernelTrain, kernel_train, unpowered
 from tgvdp.physics.motion import BRAKING, TRACTION, march, net_force
 from tgvdp.physics.profile import Profile, profile_of
-from tgvdp.physics.resolved import POWERED
+from tgvdp.physics.resolved import POWERED, resolve
 from tgvdp.units import mps_to_kmh
 
 #: Rows of the fastest run itself, per usual one. Near it the least energy falls with the square root of the time that
@@ -230,4 +230,4 @@ def fastest_run(trip: Trip) -> Profile:
     """
     train = kernel_train(trip.train)._replace(rows=_FINE_ROWS)
     envelope = envelope_of(trip, cells_of(trip), train)
-    return profile_of(trip, *follow(trip, envelope.x_m, envelope.w))
+    return profile_of(trip, *follow(trip.train, resolve(trip), envelope.x_m, envelope.w))

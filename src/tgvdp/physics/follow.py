@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import kernel
 from tgvdp.model.train import Train
-from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import kernel_train, mean_brake, mean_effort, mean_resistance
 from tgvdp.physics.motion import BELOW_DROP
 from tgvdp.physics.piecewise import Floats
-from tgvdp.physics.resolved import ResolvedLine, resolve
+from tgvdp.physics.resolved import ResolvedLine
 
 #: No more than this share of w is taken from a run: it is next to standstill there.
 _MOST_TAKEN = 0.75
@@ -41,12 +40,13 @@ _MOST_PARTS = 64
 _SPARE = 3e-4
 
 
-def follow(trip: Trip, x_m: Floats, w: Floats) -> tuple[Floats, Floats]:
+def follow(train: Train, line: ResolvedLine, x_m: Floats, w: Floats) -> tuple[Floats, Floats]:
     """Follow the true resistance with a run that was found on steps.
 
     Parameters
     ----------
-    trip : Trip
+    train : Train
+    line : ResolvedLine
     x_m, w : (n,) float64
         Rows of the run: positions from the origin, m, with all breaks among them, and squared speeds, m²/s².
 
@@ -56,13 +56,12 @@ def follow(trip: Trip, x_m: Floats, w: Floats) -> tuple[Floats, Floats]:
         Rows of the run with the same effort, or the same acceleration or speed where that is what is kept; at most
         the speed limit.
     """
-    line = resolve(trip)
     if line.even:
         return x_m, w
-    x_m, w = _cut(trip.train, line, x_m, w)
-    effort_n = _efforts_n(trip.train, line, x_m, w)
+    x_m, w = _cut(train, line, x_m, w)
+    effort_n = _efforts_n(train, line, x_m, w)
     same_effort = line.gain(x_m, w)
-    bound, held, fixed = _kept(trip.train, x_m, w, effort_n)
+    bound, held, fixed = _kept(train, x_m, w, effort_n)
     kept = bound | held
     free = np.concatenate(([True], ~(kept[:-1] & kept[1:]), [True])) | fixed
     gain = np.where(fixed, 0.0, same_effort)
@@ -70,10 +69,10 @@ def follow(trip: Trip, x_m: Floats, w: Floats) -> tuple[Floats, Floats]:
     limit_mps = line.limit_mps[line.step_at(x_m)]
     limit_w = np.maximum(np.minimum(limit_mps, np.roll(limit_mps, 1)) ** 2, w)
     followed = np.clip(w + gain, (1.0 - _MOST_TAKEN) * w, limit_w)
-    _cap_at_drops(trip.train, w, effort_n, followed)
+    _cap_at_drops(train, w, effort_n, followed)
     change_w = np.where(bound, np.diff(w), np.diff(w + same_effort))
-    spare_w = 2.0 * _SPARE / trip.train.inertia_kg * np.abs(effort_n) * np.diff(x_m)
-    least_n = _SMALL_SHARE * trip.train.traction_limit.effort_n(0.0)
+    spare_w = 2.0 * _SPARE / train.inertia_kg * np.abs(effort_n) * np.diff(x_m)
+    least_n = _SMALL_SHARE * train.traction_limit.effort_n(0.0)
     rise_w = np.where((effort_n > -least_n) & ~held, change_w + spare_w, np.inf)
     fall_w = np.where((effort_n < least_n) & ~held, spare_w - change_w, np.inf)
     _keep_within_effort(followed, rise_w, fall_w)

@@ -23,6 +23,7 @@ from tgvdp.physics.arc import OK, OVER_ACCELERATION, OVER_BRAKE, OVER_DECELERATI
 from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.follow import follow
 from tgvdp.physics.forces import KernelTrain, kernel_train
+from tgvdp.physics.resolved import resolve
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.grid_points import DEFAULT_SPEEDS, grid_levels, grid_stations
 from tgvdp.search.long_arc import OVER_EFFORT_AT_POINT, OVER_LIMIT, LongCells, drive_all, path_rows
@@ -106,7 +107,7 @@ class Grid:
         count = path_rows(train, long_cells, station_cell, station_w, none, none)
         x_m, w = np.empty(count), np.empty(count)
         path_rows(train, long_cells, station_cell, station_w, x_m, w)
-        return follow(self.trip, x_m, w)
+        return follow(self.trip.train, resolve(self.trip), x_m, w)
 
 
 def build_grid(

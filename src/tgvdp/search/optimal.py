@@ -16,6 +16,7 @@ from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.follow import follow
 from tgvdp.physics.profile import Profile
+from tgvdp.physics.resolved import resolve
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.pilot_front import OutOfTime, PilotFront
 from tgvdp.search.pilots import Mesh
@@ -97,6 +98,7 @@ def optimal_front(
         When the costate program fails; it never returns a wrong front in silence.
     """
     clock = budget.start()
+    line = resolve(trip)
     counters = {"cells": 0, "pilots": 0, "runs": 0, "costates": 0}
     slower = target_s > fastest.duration_s * (1.0 + _SAME)
     if tolerance_s is None:
@@ -124,7 +126,7 @@ def optimal_front(
             if point[0] <= target * (1.0 + _SAME) and (not found or point[0] > found[-1][0] * (1.0 + _SAME)):
                 found.append((point[0], point[1], point[2]))
                 x_m, w = (column[:n].copy() for column in front.mesh.rows)
-                rows.append(follow(trip, x_m, w))
+                rows.append(follow(trip.train, line, x_m, w))
             if not saves:
                 break
     except OutOfTime:

@@ -16,6 +16,7 @@ from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.follow import follow
 from tgvdp.physics.profile import Profile
+from tgvdp.physics.resolved import resolve
 from tgvdp.search.blends import slope
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.optimal import OptimalRuns
@@ -87,7 +88,7 @@ def refine_front(
     TgvdpError
         When no run with one constant acceleration per cell is as fast as the envelope.
     """
-    clock = budget.start()
+    clock, line = budget.start(), resolve(trip)
     energy = energy_tables(trip.train, trip.energy)
     if tolerance_s is None:
         tolerance_s = _STEP_TOL * float(np.diff(target_s, prepend=0.0).min())
@@ -104,7 +105,7 @@ def refine_front(
             saves = front.reach(target)
             point = front.point(target) if saves else front.thriftiest()
             found.append((point.time_s, point.energy_j, point.price))
-            rows.append(follow(trip, *front.rows(point)))
+            rows.append(follow(trip.train, line, *front.rows(point)))
             if not saves:
                 break
     except OutOfTime:
