@@ -47,6 +47,22 @@ def test_the_costate_equation_alone_is_much_looser(monkeypatch):
     assert (loose > tight).all()
 
 
+@pytest.mark.parametrize("train", [RAILCAR, tgvdp.load_train("alstom-emu")], ids=lambda train: train.name)
+def test_chords_never_loosen_a_line(train, monkeypatch):
+    result = tgvdp.search(train, LIMITS, points=6)
+    bounding = problem.BoundingProblem(result.trip)
+    cases = [
+        (profile.position_m, profile.speed_mps**2, price_j_per_s)
+        for profile in (result.profile(0), result.profile(2), result.profile(5))
+        for price_j_per_s in (1e5, 1e6, 1e7)
+    ]
+    with_chords = np.array([bounding.line(*case) for case in cases])
+    _without_chords(monkeypatch)
+    without = np.array([bounding.line(*case) for case in cases])
+    assert (with_chords >= without).all()
+    assert (with_chords > without).any()
+
+
 def test_trains_of_constant_power_keep_the_costate_equation(monkeypatch):
     train = Train(
         mass_kg=200e3, traction=EffortCurve.from_caps(300e3, 2.5e6), friction_brake_n=200e3, davis_a_n=4000.0,

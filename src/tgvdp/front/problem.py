@@ -150,7 +150,20 @@ class BoundingProblem:
             made = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
             split_cells(*nodes, *made)
             phases = self._costates(x_m, w, *made, price)
-        return self.evaluate(phases.cells, phases.w, price, phases.left, phases.right, phases.label)
+        found = self.evaluate(phases.cells, phases.w, price, phases.left, phases.right, phases.label)
+        raised = self._raised(found, price)
+        return raised if raised.total > found.total else found
+
+    def _raised(self, found: Ledger, price: float) -> Ledger:
+        """The bound with the costates that go along the ceiling; the same where there are no others."""
+        left, right = found.left.copy(), found.right.copy()
+        raise_costates(
+            self.train, self.energy.traction, price, -0.5 * self.energy.traction, *found.cells[1:4],
+            self.caps(found.cells)[0], found.w, found.label, self.top_mps, self._pieces, left, right,
+        )  # fmt: skip
+        if np.array_equal(left, found.left):
+            return found
+        return self.evaluate(found.cells, found.w, price, left, right, found.label)
 
     def _costates(
         self, x_m: _Floats, w: _Floats, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], price: float
@@ -171,16 +184,11 @@ class BoundingProblem:
         )  # fmt: skip
         levels = -0.5 * self.energy.traction, -0.5 * self.energy.regeneration
         sliver_m = _SLIVER * self.trip.distance_m
-        cap = self.caps(cells)[0]
-        tidy_labels(sliver_m, cells.length_m, node_w, limit_w, cap, *levels, label, source, growth)
+        tidy_labels(sliver_m, cells.length_m, node_w, limit_w, self.caps(cells)[0], *levels, label, source, growth)
         left, right = np.zeros(count), np.zeros(count)
         integrate_costates(
             cells.length_m, node_w, cells.limit_w, effort / self.train.inertia_kg, price, *levels,
             label, source, growth, left, right, np.empty(count + 1), np.empty(count + 1),
-        )  # fmt: skip
-        raise_costates(
-            self.train, self.energy.traction, price, levels[0], *cells[1:4], cap, node_w, label, self.top_mps,
-            self._pieces, left, right,
         )  # fmt: skip
         lost = ~(np.isfinite(left) & np.isfinite(right))  # rows that are no run at all may make p overflow
         left[lost] = right[lost] = 0.0
