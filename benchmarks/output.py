@@ -92,6 +92,7 @@ def write_report(report: Report, folder: Path, elapsed_s: float) -> None:
     }
     if report.plot is not None:
         image = io.BytesIO()
+        report.plot.set_layout_engine("constrained")  # names of instances are long, and nobody waits for the picture
         report.plot.savefig(image, format="png")
         files[f"{report.name}.png"] = image.getvalue()
     write_files(folder, files)
