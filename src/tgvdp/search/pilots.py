@@ -80,6 +80,7 @@ class Mesh:
     usual_price: float
     rows: tuple[NDArray[np.float64], NDArray[np.float64]] = field(init=False)
     scratch: tuple[NDArray[np.float64], NDArray[np.float64]] = field(init=False)
+    room: NDArray[np.float64] = field(init=False)
 
     def __post_init__(self) -> None:
         inertia_kg = self.train.inertia_kg
@@ -93,6 +94,7 @@ class Mesh:
         size = 24 * len(self.cells.length_m) + 8192
         self.rows = (np.empty(size), np.empty(size))
         self.scratch = (np.empty(4096), np.empty(4096))
+        self.room = np.empty((4, costate.ROOM))
 
     @classmethod
     def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0) -> "Mesh":
@@ -119,7 +121,7 @@ class Mesh:
         status, points = costate.switching_speeds(
             self.unit_train, self.returned / self.drawn, cells.length_m, self.unit_grade, self.unit_air, self.low,
             self.fast, self.trip.end_speed_mps**2, price / (self.drawn * self.train.inertia_kg), tolerance,
-            self.typical_m, _FLOOR * self.top_w, switch, np.empty((4, costate.ROOM)),
+            self.typical_m, _FLOOR * self.top_w, switch, self.room,
         )  # fmt: skip
         counters["pilots"] += 1
         counters["costates"] += points
