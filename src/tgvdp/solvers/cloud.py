@@ -22,14 +22,26 @@ def solve_dwave(encoded: Encoded, options: Options) -> Solution:
     InputError
         When the problem does not fit it.
     """
-    system = extra("dwave.system", "solver dwave")
-    try:
-        machine = system.DWaveSampler(**({} if options.backend is None else {"solver": options.backend}))
-    except Exception as error:  # the cloud client has many of its own, for accounts, machines and networks
-        raise UnavailableError(
-            f"solver dwave: no machine: {error} (an account is set up by: dwave config create)"
-        ) from None
+    chosen = {} if options.backend is None else {"solver": options.backend}
+    machine = connected("dwave", "machine", "DWaveSampler", **chosen)
     return embedded_solution(machine, encoded, options)
+
+
+def connected(solver: str, what: str, sampler: str, **options: Any) -> Any:
+    """Sampler of the cloud, by the name of its class in ``dwave.system``.
+
+    Raises
+    ------
+    UnavailableError
+        When there is no account, or not what is asked for.
+    """
+    system = extra("dwave.system", f"solver {solver}")
+    try:
+        return getattr(system, sampler)(**options)
+    except Exception as error:  # the cloud client has many of its own, for accounts, machines, services and networks
+        raise UnavailableError(
+            f"solver {solver}: no {what}: {error} (an account is set up by: dwave config create)"
+        ) from None
 
 
 def embedded_solution(machine: Any, encoded: Encoded, options: Options) -> Solution:

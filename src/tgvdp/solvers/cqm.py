@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.errors import InfeasibleError, InputError, UnavailableError
+from tgvdp.errors import InfeasibleError, InputError
 from tgvdp.formulations.binary import schedule_of
 from tgvdp.formulations.bits import encode_bits
 from tgvdp.formulations.demand import demand_schedule
@@ -25,7 +25,7 @@ from tgvdp.formulations.instances import BinaryInstance, DemandInstance, Instanc
 from tgvdp.formulations.program import Row
 from tgvdp.formulations.replay import replay
 from tgvdp.solvers.bqm import bqm_of
-from tgvdp.solvers.cloud import qpu_time_s
+from tgvdp.solvers.cloud import connected, qpu_time_s
 from tgvdp.solvers.extras import extra
 from tgvdp.solvers.options import Options
 
@@ -218,13 +218,7 @@ def solve_leap(instance: Instance, options: Options) -> Solution:
     InputError
         When the service refuses the problem.
     """
-    system = extra("dwave.system", "solver leap")
-    try:
-        sampler = system.LeapHybridCQMSampler()
-    except Exception as error:  # the cloud client has many of its own, for accounts, services and networks
-        raise UnavailableError(
-            f"solver leap: no service: {error} (an account is set up by: dwave config create)"
-        ) from None
+    sampler = connected("leap", "service", "LeapHybridCQMSampler")
     return hybrid_solution(sampler, instance, options)
 
 
