@@ -111,12 +111,10 @@ def test_a_wrong_costate_or_price_only_loosens(hills, hills_certificate):
     for size in (0.01, 0.03, 0.1, 0.5):
         for _ in range(5):
             wave = size * np.sin(2.0 * np.pi * (rng.integers(1, 6) * x + rng.random()))
-            wrong = problem.evaluate(
-                ledger.cells, ledger.w, price, ledger.left + wave[:-1], ledger.right + wave[1:], ledger.label
-            )
+            wrong = problem.evaluate(ledger, price, ledger.left + wave[:-1], ledger.right + wave[1:])
             assert wrong.total < ledger.total
     jumps = rng.normal(size=len(ledger.left)) * 0.1
-    broken = problem.evaluate(ledger.cells, ledger.w, price, ledger.left + jumps, ledger.right, ledger.label)
+    broken = problem.evaluate(ledger, price, ledger.left + jumps, ledger.right)
     assert broken.total < ledger.total
     for factor in (0.3, 0.7, 1.5, 4.0):
         bound = certify(hills.trip, hills.profile(12), factor * price_j_per_s)

@@ -50,6 +50,8 @@ class Ledger(NamedTuple):
         Costate at the two ends of each cell.
     cells : Cells
         The cells; ``limit_w`` is the squared speed that no run passes.
+    caps : tuple of float64
+        The same below the ceilings: in cells, (K,), and at their ends, (K + 1,).
     w : (K + 1,) float64
         Squared speeds of the run that the costate comes from, m²/s².
     label : (K,) int8
@@ -62,6 +64,7 @@ class Ledger(NamedTuple):
     left: _Floats
     right: _Floats
     cells: Cells
+    caps: tuple[_Floats, _Floats]
     w: _Floats
     label: NDArray[np.int8]
 
@@ -150,7 +153,7 @@ class BoundingProblem:
             made = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
             split_cells(*nodes, *made)
             phases = self._costates(x_m, w, *made, price)
-        found = self.evaluate(phases.cells, phases.w, price, phases.left, phases.right, phases.label)
+        found = self.evaluate(phases, price, phases.left, phases.right)
         raised = self._raised(found, price)
         return raised if raised.total > found.total else found
 
@@ -159,11 +162,11 @@ class BoundingProblem:
         left, right = found.left.copy(), found.right.copy()
         raise_costates(
             self.train, self.energy.traction, price, -0.5 * self.energy.traction, *found.cells[1:4],
-            self.caps(found.cells)[0], found.w, found.label, self.top_mps, self._pieces, left, right,
+            found.caps[0], found.w, found.label, self.top_mps, self._pieces, left, right,
         )  # fmt: skip
         if np.array_equal(left, found.left):
             return found
-        return self.evaluate(found.cells, found.w, price, left, right, found.label)
+        return self.evaluate(found, price, left, right)
 
     def _costates(
         self, x_m: _Floats, w: _Floats, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], price: float
@@ -183,8 +186,8 @@ class BoundingProblem:
             label, source, growth,
         )  # fmt: skip
         levels = -0.5 * self.energy.traction, -0.5 * self.energy.regeneration
-        sliver_m = _SLIVER * self.trip.distance_m
-        tidy_labels(sliver_m, cells.length_m, node_w, limit_w, self.caps(cells)[0], *levels, label, source, growth)
+        sliver_m, caps = _SLIVER * self.trip.distance_m, self._caps(cells)
+        tidy_labels(sliver_m, cells.length_m, node_w, limit_w, caps[0], *levels, label, source, growth)
         left, right = np.zeros(count), np.zeros(count)
         integrate_costates(
             cells.length_m, node_w, cells.limit_w, effort / self.train.inertia_kg, price, *levels,
@@ -192,9 +195,9 @@ class BoundingProblem:
         )  # fmt: skip
         lost = ~(np.isfinite(left) & np.isfinite(right))  # rows that are no run at all may make p overflow
         left[lost] = right[lost] = 0.0
-        return Ledger(-math.inf, 0.0, np.empty(0), left, right, cells, node_w, label)
+        return Ledger(-math.inf, 0.0, np.empty(0), left, right, cells, caps, node_w, label)
 
-    def caps(self, cells: Cells) -> tuple[_Floats, _Floats]:
+    def _caps(self, cells: Cells) -> tuple[_Floats, _Floats]:
         """Squared speeds that no run passes in cells with their limits, (K,), and at their ends, (K + 1,)."""
         cap = cells.limit_w.copy()
         node_cap = np.minimum(np.append(cap, np.inf), np.append(np.inf, cap))
@@ -202,17 +205,14 @@ class BoundingProblem:
             lower_caps(self.trip.distance_m, cells.station_m, xs, ws, len(xs), forward, cap, node_cap)
         return cap, node_cap
 
-    def evaluate(
-        self, cells: Cells, w: _Floats, price: float, left: _Floats, right: _Floats, label: NDArray[np.int8]
-    ) -> Ledger:
-        """Bound for given cells and costates, all per unit of inertia; any finite costates will do."""
-        bound = np.empty(len(cells.length_m))
-        cap, node_cap = self.caps(cells)
+    def evaluate(self, phases: Ledger, price: float, left: _Floats, right: _Floats) -> Ledger:
+        """Bound on the cells of a ledger for given costates, all per unit of inertia; any finite costates will do."""
+        bound = np.empty(len(phases.cells.length_m))
         total, error = bound_kernel(
-            self.train, self.energy, *cells[1:4], cap, node_cap, w, price, left, right, self.top_mps, self._pieces,
-            bound,
+            self.train, self.energy, *phases.cells[1:4], *phases.caps, phases.w, price, left, right, self.top_mps,
+            self._pieces, bound,
         )  # fmt: skip
-        return Ledger(total, error, bound, left, right, cells, w, label)
+        return phases._replace(total=total, error=error, bound=bound, left=left, right=right)
 
     def _with_breaks(self, x_m: _Floats, w: _Floats) -> tuple[_Floats, _Floats]:
         """Rows from end to end of the trip with every break of the line among them."""
