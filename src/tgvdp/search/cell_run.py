@@ -95,24 +95,80 @@ def _regenerate(train, start, rest, end, grade, air, limit, w, b, top, bx, bw, x
 
 
 @part
-def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, b, top, bx, bw, xs, ws, n):
-    """Append the rows of one cell, from w, with the switching speeds a and b and the envelope ``top`` at its end."""
+def _hold_to_line(train, start, length, end, grade, air, w, line, slope, top, xs, ws, n):
+    """Append holding w until the line of switching has fallen to it, or to the end of the cell.
+
+    Not where holding takes brakes, nor where the envelope falls below w. Returns as `_drive_to_line`.
+    """
     rest = length
-    if w < a * (1.0 - ON_CURVE):
-        status, _, work = arc(train, rest, grade, air, w, a)
-        gentle = _GENTLE_SHARE * rest * mean_effort(train.traction, math.sqrt(w), math.sqrt(a))
-        if work >= 0.0 and (status != OK or work > gentle):
-            rest, w, n = _saturated(train, TRACTION, start, rest, end, grade, air, w, a, xs, ws, n)
-            if rest <= 0.0:
-                return n
-    status, _, work = arc(train, rest, grade, air, w, a)
-    if work < 0.0:
-        landed = coast(train, rest, grade, air, w)
-        if landed <= min(b, top):
-            return _append(end, landed, xs, ws, n)
-        if regenerates:
-            return _regenerate(train, end - rest, rest, end, grade, air, limit, w, b, top, bx, bw, xs, ws, n)
-        return _brake_late(train, COASTING, end - rest, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, n)
-    if status == OK:
-        return _append(end, a, xs, ws, n)
-    return _saturated(train, TRACTION, end - rest, rest, end, grade, air, w, math.inf, xs, ws, n)[2]
+    held = length if slope >= 0.0 else min((w - line) / slope, length)
+    status, _, work = arc(train, length, grade, air, w, w)
+    if status == OK and work >= 0.0 and top >= w * (1.0 - ON_CURVE) and held > 0.0:
+        rest = length - held if held < length * (1.0 - _SAME_PLACE) else 0.0
+        n = _append(end - rest, w, xs, ws, n)
+    return rest, w, n
+
+
+@part
+def _drive_to_line(train, start, length, end, grade, air, limit, w, line, slope, top, xs, ws, n):
+    """Append full traction, and holding at the speed limit, from w up to the line of switching.
+
+    Returns the rest of the cell, the squared speed and the number of rows.
+    """
+    if w >= limit * (1.0 - ON_CURVE):
+        return _hold_to_line(train, start, length, end, grade, air, w, line, slope, top, xs, ws, n)
+    left, landed, last = _saturated(train, TRACTION, start, length, end, grade, air, w, limit, xs, ws, n)
+    x0 = start
+    below = line - w
+    for i in range(n, last):
+        excess = ws[i] - line - slope * (xs[i] - start)
+        if excess >= 0.0:
+            met = line + slope * (x0 + (xs[i] - x0) * below / (below + excess) - start)
+            return _saturated(train, TRACTION, start, length, end, grade, air, w, met, xs, ws, n)
+        x0 = xs[i]
+        below = -excess
+    if left <= 0.0:
+        return left, landed, last
+    return _hold_to_line(train, x0, left, end, grade, air, landed, landed + below, slope, top, xs, ws, last)
+
+
+@part
+def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, coasts, b, top, bx, bw, xs, ws, n):
+    """Append the rows of one cell from w.
+
+    The line of switching between traction and coasting ends at a; a run that coasts from its start on ends at ``coasts``.
+    b is where dynamic braking begins, ``top`` the envelope at the end.
+    """
+    if coasts < a:
+        a = 0.5 * (a + coasts)
+        coasts = a
+    drop = 2.0 * length / train.inertia_kg * (resistance_at(train, air, math.sqrt(coasts)) + grade)
+    # What the line falls by more than the end speed does: all that coasting loses, or nothing where a speed is held.
+    steep = min(drop, coasts - a)
+    line = coasts + steep
+    rest = length
+    aim = coasts
+    if w < line * (1.0 - ON_CURVE):
+        first = n
+        slope = (a - line) / length
+        rest, met, n = _drive_to_line(train, start, length, end, grade, air, limit, w, line, slope, top, xs, ws, n)
+        aim = a + rest / length * (coasts - a)
+        if rest > (1.0 - _GENTLE_SHARE) * length and steep < 0.5 * drop and n > first:
+            status, _, work = arc(train, length, grade, air, w, aim)
+            if status == OK and work >= 0.0:
+                return _append(end, aim, xs, ws, first)
+        if rest <= 0.0:
+            return n
+        w = met
+    status, _, work = arc(train, rest, grade, air, w, aim)
+    if work >= 0.0 and status == OK:
+        return _append(end, aim, xs, ws, n)
+    start = end - rest
+    if work >= 0.0:
+        return _saturated(train, TRACTION, start, rest, end, grade, air, w, math.inf, xs, ws, n)[2]
+    landed = coast(train, rest, grade, air, w)
+    if landed <= min(b, top):
+        return _append(end, landed, xs, ws, n)
+    if regenerates:
+        return _regenerate(train, start, rest, end, grade, air, limit, w, b, top, bx, bw, xs, ws, n)
+    return _brake_late(train, COASTING, start, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, n)

@@ -17,6 +17,13 @@ _SPREAD = 2.0
 _SLOW_SHARE = 0.1
 #: An image below this share of the floor has no costate: it is taken to be there.
 _LOST = 0.25
+#: Runs that meet the wall within a cell have costates at so many points per relative change of the wall, at most, ...
+_WALL_PIECES = 40.0
+_MOST_WALL_PIECES = 8
+#: ... down to this share of it before the cell.
+LEAST_WALL = 1e-3
+#: A switching speed beyond the wall is at most this multiple of it.
+_BEYOND = 4.0
 
 
 @leaf
@@ -34,19 +41,6 @@ def holding_costate(davis_b, length, air, effort_price, price, w0, w1):
 
 
 @leaf
-def braking_costate(train, length, returned, price, w0, w1):
-    """Costate at w0 of braking with all brakes towards a fixed w1: the dynamic brake's part of the work is paid for."""
-    v0 = math.sqrt(w0)
-    v1 = math.sqrt(w1)
-    s = v0 + v1
-    paid = 0.0
-    if returned > 0.0:
-        v = math.sqrt(0.5 * (w0 + w1))
-        paid = 0.25 * effort_and_slope(train.braking, v)[1] / v
-    return -length * (returned * paid + price / (s * s * v0))
-
-
-@leaf
 def _costate_before(length, price, lost, v1, w0, image_w, work_w, p1):
     """Costate at the image w0 of v1², whose derivative is ``image_w``; ``work_w`` is that of the effort's work."""
     v0 = math.sqrt(w0 if w0 > lost else lost)
@@ -56,7 +50,7 @@ def _costate_before(length, price, lost, v1, w0, image_w, work_w, p1):
 
 
 @leaf
-def _coast_back(davis_b, length, load, air, price, floor, w1, p1):
+def coast_back(davis_b, length, load, air, price, floor, w1, p1):
     """Image of a point under coasting; its p means nothing where the image is below `_LOST` of the floor.
 
     No branch and no call is in here: the loop over the polyline runs in vector registers.
@@ -98,7 +92,7 @@ def _saturated_slope(train, regime, load, air, v):
 
 
 @leaf
-def _saturated_back(train, regime, effort_price, length, load, air, price, floor, w1, p1):
+def saturated_back(train, regime, effort_price, length, load, air, price, floor, w1, p1):
     """Image of a point under full traction or full dynamic braking."""
     v1 = math.sqrt(w1)
     g, g_w, _ = _saturated_slope(train, regime, load, air, v1)
@@ -112,39 +106,55 @@ def _saturated_back(train, regime, effort_price, length, load, air, price, floor
 
 @part
 def _drive_region(train, length, load, air, price, bottom, w, p, last, x, y):
-    """Images under full traction of the points up to ``last`` that lie above ``bottom``.
+    """Images under full traction of the points up to ``last`` that lie above ``bottom`` and keep p ≤ −½.
 
     They are made from the last one down. Of those lost below ``bottom`` one remains, at ``bottom``: p is so low there
-    that the regime is clear.
+    that the regime is clear. Returns their number, and the speed after the cell of the last one.
     """
     first = last + 1
+    edge = last
+    switch = w[last]
+    above_w = 0.0
+    above_p = 0.0
     for i in range(last, -1, -1):
-        w0, p0 = _saturated_back(train, TRACTION, 1.0, length, load, air, price, bottom, w[i], p[i])
+        w0, p0 = saturated_back(train, TRACTION, 1.0, length, load, air, price, bottom, w[i], p[i])
         if w0 < bottom:
             if first <= last:
                 share = (bottom - w0) / (x[first] - w0)
                 edge_w = w[i] + share * (w[first] - w[i])
                 edge_p = p[i] + share * (p[first] - p[i])
-                edge_w, edge_p = _saturated_back(train, TRACTION, 1.0, length, load, air, price, bottom, edge_w, edge_p)
+                edge_w, edge_p = saturated_back(train, TRACTION, 1.0, length, load, air, price, bottom, edge_w, edge_p)
                 if edge_w > _LOST * bottom and edge_p <= y[first]:
                     first -= 1
                     x[first] = bottom
                     y[first] = edge_p
             break
-        first = i
+        if p0 > -0.5 and first > last:
+            edge = i - 1
+        elif i == edge < last:
+            share = (-0.5 - p0) / (above_p - p0)
+            switch = w[i] + share * (w[i + 1] - w[i])
+            edge = i + 1
+            x[edge] = w0 + share * (above_w - w0)
+            y[edge] = -0.5
+            first = i
+        else:
+            first = i
         x[i] = w0
         y[i] = p0
-    for i in range(first, last + 1):
+        above_w = w0
+        above_p = p0
+    for i in range(first, edge + 1):
         x[i - first] = x[i]
         y[i - first] = y[i]
-    return last + 1 - first
+    return max(edge + 1 - first, 0), switch
 
 
 @kernel
 def _coast_all(davis_b, length, load, air, price, floor, w, p, x, y):
     """Images (x, y) under coasting of all points (w, p): indices from 0, so that the loop becomes one of vectors."""
     for i in range(w.shape[0]):
-        x[i], y[i] = _coast_back(davis_b, length, load, air, price, floor, w[i], p[i])
+        x[i], y[i] = coast_back(davis_b, length, load, air, price, floor, w[i], p[i])
 
 
 @part
@@ -159,7 +169,7 @@ def _coast_region(davis_b, length, load, air, price, bottom, top, w, p, first, l
     lost = False
     i = first
     while i <= last:
-        w0, p0 = _coast_back(davis_b, length, load, air, price, bottom, w[i], p[i])
+        w0, p0 = coast_back(davis_b, length, load, air, price, bottom, w[i], p[i])
         if w0 < bottom:
             lost = True
         else:
@@ -168,7 +178,7 @@ def _coast_region(davis_b, length, load, air, price, bottom, top, w, p, first, l
                 share = (target - image) / (w0 - image)
                 fill_w = w[i - 1] + share * (w[i] - w[i - 1])
                 fill_p = p[i - 1] + share * (p[i] - p[i - 1])
-                fill_w, fill_p = _coast_back(davis_b, length, load, air, price, bottom, fill_w, fill_p)
+                fill_w, fill_p = coast_back(davis_b, length, load, air, price, bottom, fill_w, fill_p)
                 if fill_w > _LOST * bottom and fill_p <= p0:
                     x[m] = bottom if target == bottom else fill_w
                     y[m] = fill_p
@@ -186,37 +196,91 @@ def _coast_region(davis_b, length, load, air, price, bottom, top, w, p, first, l
     return m + last + 1 - i
 
 
-@part
-def _hold(davis_b, length, air, effort_price, price, top, speed, below, above, m, x, y):
-    """Between the images ``below`` and ``above`` of a crossing, insert holding if its speed lies there."""
-    if x[below] < speed and (above == m or speed < x[above]):
-        x[below + 1] = min(speed, top)
-        y[below + 1] = holding_costate(davis_b, length, air, effort_price, price, x[below + 1], speed)
-    else:
-        x[below + 1] = x[below]
-        y[below + 1] = y[below]
+@leaf
+def _coast_on(davis_b, length, load, air, w0):
+    """Squared speed after coasting through a cell, by the midpoint rule."""
+    middle = max(w0 - length * (load + davis_b * math.sqrt(w0) + air * w0), 0.0)
+    return max(w0 - 2.0 * length * (load + davis_b * math.sqrt(middle) + air * middle), 0.0)
 
 
 @part
-def _brake_region(train, length, load, air, returned, price, bottom, top, w, p, first, last, x, y, m):
-    """Append holding by partial regeneration, and the images under full dynamic braking of ``first`` .. ``last``."""
-    hold = m
-    m += 1
+def wall_region(train, returned, length, load, air, price, bottom, top, wall, x, y, m):
+    """Append costates of runs that meet the wall within the cell, and brake along it, up to ``top``."""
+    pieces = min(max(math.ceil(_WALL_PIECES * (1.0 - wall / top)), 1), _MOST_WALL_PIECES)
+    for i in range(pieces + 1):
+        rest = 1.0 - i / pieces
+        w1 = max(top + rest * (wall - top), LEAST_WALL * top)
+        if returned > 0.0:
+            w0, p0 = saturated_back(train, DYNAMIC, returned, rest * length, load, air, price, bottom, w1, 0.0)
+        else:
+            w0, p0 = coast_back(train.davis_b, rest * length, load, air, price, bottom, w1, 0.0)
+        x[m] = min(w0, top)
+        y[m] = min(p0, 0.0)
+        m += 1
+    return m
+
+
+@part
+def _drop_below(level, x, y, first, m):
+    """Drop the images from ``first`` on that lie below a level, but for an edge at the level; returns what is left.
+
+    Where no image reaches the level, nothing is left.
+    """
+    i = first
+    while i < m and y[i] < level:
+        i += 1
+    if i == m:
+        return first
+    if i == first:
+        return m
+    share = (level - y[i - 1]) / (y[i] - y[i - 1])
+    x[i - 1] += share * (x[i] - x[i - 1])
+    y[i - 1] = level
+    dropped = i - 1 - first
+    for j in range(first, m - dropped):
+        x[j] = x[j + dropped]
+        y[j] = y[j + dropped]
+    return m - dropped
+
+
+@part
+def _brake_region(train, returned, length, load, air, price, bottom, top, w, p, first, last, x, y, start, m):
+    """Append images under full dynamic braking of the points ``first`` .. ``last``, of p ≥ −r/2.
+
+    Of the images under coasting from ``start`` on those remain that keep p ≤ −r/2. Returns the number of images, and the
+    speed after the cell of a run that brakes throughout, with p = −r/2 before it.
+    """
+    level = -0.5 * returned
+    switch = w[first]
+    while m > start + 1 and y[m - 2] > level:
+        m -= 1
+    if m > start + 1 and y[m - 1] > level > y[m - 2]:
+        share = (level - y[m - 2]) / (y[m - 1] - y[m - 2])
+        x[m - 1] = x[m - 2] + share * (x[m - 1] - x[m - 2])
+        y[m - 1] = level
+        switch = _coast_on(train.davis_b, length, load, air, x[m - 1])
+    before = m
     for i in range(first, last + 1):
-        w0, p0 = _saturated_back(train, DYNAMIC, returned, length, load, air, price, bottom, w[i], p[i])
+        w0, p0 = saturated_back(train, DYNAMIC, returned, length, load, air, price, bottom, w[i], p[i])
         if w0 >= bottom:
             x[m] = w0
             y[m] = p0
             m += 1
+            if p0 >= level and m > before + 1 and y[m - 2] < level:
+                share = (level - y[m - 2]) / (p0 - y[m - 2])
+                switch = w[i - 1] + share * (w[i] - w[i - 1])
             if w0 > top:
                 break
-    _hold(train.davis_b, length, air, returned, price, top, w[first], hold - 1, hold + 1, m, x, y)
-    return m
+    return _drop_below(level, x, y, before, m), switch
 
 
 @kernel
 def transport(train, returned, length, load, air, price, bottom, top, wall, w, p, n, drives, coasts, x, y):
     """Images (x, y) of the polyline one cell back.
+
+    Full traction keeps p ≤ −½ within the cell, coasting p ≥ −½ (and p ≤ −r/2, dynamic braking p ≥ −r/2): images that do
+    not are dropped. Where p rises along the cell, as it does below the holding speed, runs between the two regimes
+    change from one to the other within it; there, and where a speed is held, p is interpolated.
 
     Parameters
     ----------
@@ -227,43 +291,60 @@ def transport(train, returned, length, load, air, price, bottom, top, wall, w, p
     length, load, air, price : float
         The cell, and the multiplier.
     bottom, top, wall : float
-        Squared speeds: the slowest and fastest of the images, and the fastest before the cell.
+        Squared speeds: the slowest and fastest of the images, and the fastest after the cell.
     w, p : (size,) float64
         The polyline, of ``n`` points, the crossings of its levels among them.
     n, drives, coasts : int
-        Points up to the crossing ``drives`` drive, from there up to ``coasts`` they coast, the others brake. Between
-        the two images of a crossing its speed is held.
+        Points up to the crossing ``drives`` drive, from there up to ``coasts`` they coast, the others brake.
     x, y : (size,) float64, modified in place
 
     Returns
     -------
-    int
+    m : int
         Number of images, in the order of the points, not necessarily monotone.
+    a, b : float
+        Squared speeds after the cell of runs with p = −½ before it and one regime throughout, and with p = −r/2.
     """
-    b = train.davis_b
-    m = _drive_region(train, length, load, air, price, bottom, w, p, drives, x, y)
+    davis_b = train.davis_b
+    a = w[drives]
+    b = w[coasts]
+    m, switch = _drive_region(train, length, load, air, price, bottom, w, p, drives, x, y)
     while m > 1 and x[m - 2] > top:
         m -= 1
     if m > 0 and x[m - 1] > top:
-        return m
-    below = m
-    if m == 0:
+        return m, a, b
+    driven = m > 0
+    if not driven:
         x[0] = bottom
-        y[0] = holding_costate(b, length, air, 1.0, price, bottom, w[drives])
+        y[0] = min(holding_costate(davis_b, length, air, 1.0, price, bottom, a), -0.5)
         m = 1
-    m += 1  # room for holding, if it lies between the images
-    after = _coast_region(b, length, load, air, price, bottom, top, w, p, drives, coasts, x, y, m)
-    if after > m and below == 0 and x[m] <= bottom:  # coasting alone covers everything
-        x[0] = x[m]
-        y[0] = y[m]
-    _hold(b, length, air, 1.0, price, top, w[drives], m - 2, m, after, x, y)
-    m = after
+    first = m
+    m = _coast_region(davis_b, length, load, air, price, bottom, top, w, p, drives, coasts, x, y, m)
+    if not driven and m > first and x[first] <= bottom:  # coasting alone covers everything
+        x[0] = x[first]
+        y[0] = y[first]
     if returned > 0.0 and x[m - 1] < top:
-        m = _brake_region(train, length, load, air, returned, price, bottom, top, w, p, coasts, n - 1, x, y, m)
-    if x[m - 1] < top:  # braking to the wall
-        x[m] = x[m - 1]
-        y[m] = braking_costate(train, length, returned, price, x[m], wall)
-        x[m + 1] = top
-        y[m + 1] = braking_costate(train, length, returned, price, top, wall)
-        m += 2
-    return m
+        m, b = _brake_region(train, returned, length, load, air, price, bottom, top, w, p, coasts, n - 1, x, y, first, m)
+    if x[m - 1] < top:
+        m = wall_region(train, returned, length, load, air, price, bottom, top, wall, x, y, m)
+    if m == first or y[first] >= -0.5:
+        if switch == a and x[first - 1] < a < x[first]:  # the speed a is held
+            for i in range(m, first, -1):
+                x[i] = x[i - 1]
+                y[i] = y[i - 1]
+            x[first] = a
+            y[first] = holding_costate(davis_b, length, air, 1.0, price, a, a)
+            m += 1
+        return m, switch, b
+    lowest = y[first]
+    highest = y[m - 1]
+    m = _drop_below(-0.5, x, y, first, m)
+    if m > first:
+        return m, min(_coast_on(davis_b, length, load, air, x[first]), wall), b
+    # Below −½ up to the wall: only from beyond it would a run coast throughout.
+    switch = wall
+    if a < wall and highest > lowest:
+        switch = min(a + (wall - a) * (-0.5 - lowest) / (highest - lowest), _BEYOND * wall)
+    x[m] = coast_back(davis_b, length, load, air, price, bottom, switch, -0.5)[0]
+    y[m] = -0.5
+    return m + 1, switch, b

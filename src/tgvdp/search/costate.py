@@ -25,8 +25,15 @@ is in docs/front-method.md.
 import math
 
 from tgvdp._jit import kernel, leaf, part
-from tgvdp.physics.forces import mean_effort, mean_resistance
-from tgvdp.search.characteristics import braking_costate, holding_costate, transport
+from tgvdp.physics.motion import DYNAMIC
+from tgvdp.search.characteristics import (
+    LEAST_WALL,
+    coast_back,
+    holding_costate,
+    saturated_back,
+    transport,
+    wall_region,
+)
 from tgvdp.search.polyline import make_monotone, thin
 
 #: Room for points of the polyline.
@@ -34,43 +41,28 @@ ROOM = 4096
 #: More points than this are thinned with a looser tolerance; the polyline is thinned again when it has grown by ...
 _MANY_POINTS = 300
 _GROWTH = 6
+#: Points of each regime before the last cell.
+_LAST_POINTS = 12
 
 DONE = 0
 CROWDED = 1  # too many points
 
 
-@leaf
-def _level(davis_b, length, air, effort_price, price, w):
-    """Costate at which w itself is the optimal target speed near holding.
-
-    Stationarity in w1 of X·e + λT + V(w1):  p + e·(½ + d·(½C + ¼B/v)/m_eff) − λ·d/(4v³) = 0.
-    """
-    v = math.sqrt(w)
-    work_w = 0.5 + length * (0.5 * air + 0.25 * davis_b / v)
-    return price * length * 0.25 / (w * v) - effort_price * work_w
-
-
 @part
-def _crossing(davis_b, length, air, effort_price, price, w, p, n, first):
-    """Where the polyline crosses a level, from ``first`` on: first index above it, w and p there.
+def _crossing(level, w, p, n, first):
+    """Where the polyline crosses a level, from ``first`` on: first index above it, and w there.
 
     Its two ends are vertical walls.
     """
-    # Levels are never below the one at the lowest speed without its time term: most points need no more than that.
-    lowest = _level(davis_b, length, air, effort_price, 0.0, w[first])
     i = first
-    while i < n and p[i] < lowest:
-        i += 1
-    while i < n and p[i] < _level(davis_b, length, air, effort_price, price, w[i]):
+    while i < n and p[i] < level:
         i += 1
     if i == first:
-        return i, w[i], _level(davis_b, length, air, effort_price, price, w[i])
-    before = p[i - 1] - _level(davis_b, length, air, effort_price, price, w[i - 1])
+        return i, w[i]
     if i == n:
-        return n, w[n - 1], p[n - 1] - before
-    after = p[i] - _level(davis_b, length, air, effort_price, price, w[i])
-    share = before / (before - after)
-    return i, w[i - 1] + share * (w[i] - w[i - 1]), p[i - 1] + share * (p[i] - p[i - 1])
+        return n, w[n - 1]
+    share = (level - p[i - 1]) / (p[i] - p[i - 1])
+    return i, w[i - 1] + share * (w[i] - w[i - 1])
 
 
 @part
@@ -84,50 +76,27 @@ def _insert(w, p, n, at, cross_w, cross_p):
     return n + 1
 
 
-@leaf
-def _arc_costate(train, length, air, returned, price, braking, w0, w1):
-    """Costate of an arc to a given end speed: by traction (0), the dynamic brake (1), or all brakes (2)."""
-    if braking == 2:
-        return braking_costate(train, length, returned, price, w0, w1)
-    return holding_costate(train.davis_b, length, air, 1.0 if braking == 0 else returned, price, w0, w1)
+@part
+def _arcs_to(train, length, air, effort_price, price, low, high, end_w, w, p, n):
+    """Append costates of partial effort to a given end speed, from ``low`` to ``high``."""
+    ratio = (high / low) ** (1.0 / (_LAST_POINTS - 1))
+    for i in range(_LAST_POINTS):
+        w[n] = high if i == _LAST_POINTS - 1 else low * ratio**i
+        p[n] = holding_costate(train.davis_b, length, air, effort_price, price, w[n], end_w)
+        n += 1
+    return n
 
 
 @part
-def _last_cell(train, length, grade, air, returned, price, bottom, top, end_w, w, p):
-    """Costates before the last cell, whose end speed is given: straight from the arc.
-
-    They jump where its work is 0, and where it is all that the dynamic brake can do.
-    """
-    n = 0
-    count = 12
-    ratio = (top / bottom) ** (1.0 / (count - 1)) if top > bottom else 1.0
-    w0 = bottom
-    last_w = bottom
-    braking = 0
-    before = (0.0, 0.0)
-    end_v = math.sqrt(end_w)
-    for i in range(count):
-        if i == count - 1:
-            w0 = top
-        v0 = math.sqrt(w0)
-        work = 0.5 * (end_w - w0) + length * (mean_resistance(train, air, v0, end_v) + grade)
-        excess = (work, work + length * mean_effort(train.braking, v0, end_v))
-        for level in range(2):
-            if braking == level and excess[level] <= 0.0:
-                braking = level + 1
-                if i > 0:
-                    root = last_w + (w0 - last_w) * before[level] / (before[level] - excess[level])
-                    for side in range(2):
-                        w[n] = root
-                        p[n] = _arc_costate(train, length, air, returned, price, level + side, root, end_w)
-                        n += 1
-        w[n] = w0
-        p[n] = _arc_costate(train, length, air, returned, price, braking, w0, end_w)
-        n += 1
-        before = excess
-        last_w = w0
-        w0 *= ratio
-    return n
+def _last_cell(train, returned, length, load, air, price, bottom, top, end_w, w, p):
+    """Costates before the last cell, whose end speed is given: traction, dynamic braking, then coasting and braking."""
+    some_w = max(end_w, LEAST_WALL * top)
+    coasts = min(max(coast_back(train.davis_b, length, load, air, price, bottom, some_w, 0.0)[0], bottom), top)
+    n = _arcs_to(train, length, air, 1.0, price, bottom, coasts, end_w, w, p, 0)
+    if returned > 0.0:
+        brakes = saturated_back(train, DYNAMIC, returned, length, load, air, price, bottom, some_w, 0.0)[0]
+        n = _arcs_to(train, length, air, returned, price, coasts, min(max(brakes, coasts), top), end_w, w, p, n)
+    return wall_region(train, returned, length, load, air, price, bottom, top, end_w, w, p, n)
 
 
 @kernel
@@ -182,29 +151,33 @@ def switching_speeds(
         return DONE, points
     k = count - 1
     bottom = max(low[k], min(floor_w, 0.1 * fast[k]))
-    n = _last_cell(train, length[k], grade[k], air[k], returned, price, bottom, fast[k], end_w, w, p)
+    load = train.davis_a_n + grade[k]
+    n = _last_cell(train, returned, length[k], load, air[k], price, bottom, fast[k], end_w, w, p)
     n = make_monotone(w, p, n, fast[k])
     loosen = 1.0
     thinned = n
     for k in range(count - 2, -1, -1):
         d = length[k]
-        drives, cross_w, cross_p = _crossing(train.davis_b, d, air[k], 1.0, price, w, p, n, 0)
-        policy[k + 1, 0] = cross_w
-        n = _insert(w, p, n, drives, cross_w, cross_p)
+        drives, a = _crossing(-0.5, w, p, n, 0)
+        n = _insert(w, p, n, drives, a, -0.5)
         coasts = n - 1
-        policy[k + 1, 1] = fast[k + 1]
+        b = fast[k + 1]
         if returned > 0.0:
-            coasts, cross_w, cross_p = _crossing(train.davis_b, d, air[k], returned, price, w, p, n, drives)
-            policy[k + 1, 1] = cross_w
-            n = _insert(w, p, n, coasts, cross_w, cross_p)
+            coasts, b = _crossing(-0.5 * returned, w, p, n, drives)
+            n = _insert(w, p, n, coasts, b, -0.5 * returned)
+        policy[k + 1, 0] = a
+        policy[k + 1, 1] = a
+        policy[k + 1, 2] = b
         if k == 0:
             break
         points += n
         bottom = max(low[k], min(floor_w, 0.1 * fast[k]))
         load = train.davis_a_n + grade[k]
-        m = transport(
+        m, coast_w, brake_w = transport(
             train, returned, d, load, air[k], price, bottom, fast[k], fast[k + 1], w, p, n, drives, coasts, x, y
         )
+        policy[k + 1, 1] = coast_w
+        policy[k + 1, 2] = 0.5 * (b + brake_w)
         m = make_monotone(x, y, m, fast[k])
         if m <= thinned + _GROWTH:
             w, x = x, w

@@ -131,7 +131,7 @@ def _run(train, drawn, returned, course, first_policy, second_policy, share, xs,
         top = course.fast[k + 1]
         bottom = course.low[k + 1]
         a = first_policy[k + 1, 0] + share * (second_policy[k + 1, 0] - first_policy[k + 1, 0])
-        b = first_policy[k + 1, 1] + share * (second_policy[k + 1, 1] - first_policy[k + 1, 1])
+        b = first_policy[k + 1, 2] + share * (second_policy[k + 1, 2] - first_policy[k + 1, 2])
         if w == course.fast[k] and _rides(course.stays[k], a, b, top):
             for i in range(course.row[k] + 1, course.row[k + 1] + 1):
                 xs[n] = course.x_m[i]
@@ -140,14 +140,16 @@ def _run(train, drawn, returned, course, first_policy, second_policy, share, xs,
             time += course.ride_s[k]
             energy += course.ride_j[k]
             continue
+        coasts = first_policy[k + 1, 1] + share * (second_policy[k + 1, 1] - first_policy[k + 1, 1])
         a = max(min(a, top), bottom)
         b = max(a, b)
+        coasts = max(coasts, bottom)
         grade = course.grade_n[k]
         air = course.air[k]
         first = n
         n = drive_cell(
             train, returned > 0.0, course.station_m[k], course.station_m[k + 1], course.length_m[k], grade, air,
-            course.limit_w[k], w, a, b, top, bx, bw, xs, ws, n,
+            course.limit_w[k], w, a, coasts, b, top, bx, bw, xs, ws, n,
         )  # fmt: skip
         if n > first + 1:
             n = drop_slivers(xs, ws, first, n, SLIVER * course.length_m[k])

@@ -87,7 +87,7 @@ class Mesh:
         self.unit_train = _per_kilogram(self.train)
         self.unit_grade, self.unit_air = self.cells.grade_n / inertia_kg, self.cells.air / inertia_kg
         self.top_w = float(self.fast.max())
-        self.flat_out = np.column_stack((self.fast, self.fast))
+        self.flat_out = np.column_stack((self.fast,) * 3)
         tables = energy_tables(self.trip.train, self.trip.energy)
         brakes = bool(self.train.braking[:, 1:].any())
         self.drawn, self.returned = tables.traction, tables.regeneration if brakes else 0.0
