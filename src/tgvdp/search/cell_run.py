@@ -10,6 +10,10 @@ from tgvdp.physics.motion import BRAKING, COASTING, DYNAMIC, TRACTION, land, mar
 
 #: Below this share of full effort a change of speed is spread over the cell: it is a drift of the holding speed.
 _GENTLE_SHARE = 0.5
+#: Coasting takes so many rows in a cell per relative change of speed, so that a row's constant deceleration misses the
+#: duration by 1e-6 or two; at most ...
+_COAST_ROWS = 200.0
+_MOST_COAST_ROWS = 8
 #: Relative distance in v² within which a run is on the braking curve.
 ON_CURVE = 1e-8
 #: Share of a length within which two positions are one.
@@ -168,6 +172,12 @@ def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, 
         return _saturated(train, TRACTION, start, rest, end, grade, air, w, math.inf, xs, ws, n)[2]
     landed = coast(train, rest, grade, air, w)
     if landed <= min(b, top):
+        rows = min(1 + int(_COAST_ROWS * abs(w - landed) / (w + landed)), _MOST_COAST_ROWS)
+        for i in range(1, rows):
+            w = coast(train, rest / rows, grade, air, w)
+            n = _append(start + i * rest / rows, w, xs, ws, n)
+        if rows > 1:
+            landed = min(coast(train, rest / rows, grade, air, w), b, top)
         return _append(end, landed, xs, ws, n)
     if regenerates:
         return _regenerate(train, start, rest, end, grade, air, limit, w, b, top, bx, bw, xs, ws, n)

@@ -13,17 +13,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel, leaf, part
+from tgvdp._jit import leaf, part
 from tgvdp.line.meeting import SLIVER, drop_slivers
 from tgvdp.physics.arc import arc
 from tgvdp.physics.energy import regenerated
 from tgvdp.physics.motion import DYNAMIC, land
 from tgvdp.search.cell_run import ON_CURVE, coast, drive_cell
 
-#: A search for a running time ends when its bracket of shares is smaller than this, or after so many runs.
-_SAME_SHARE = 1e-9
-_MOST_RUNS = 30
-
+#: Rows that one cell may take.
+MOST_ROWS = 2048
 #: Whether a run that enters a cell on the envelope stays on it: never, if a is not below it, if b is not, always.
 _LEAVES = 0
 _AIMS_THERE = 1
@@ -77,7 +75,7 @@ def _energy(train, drawn, returned, length, work, w0, w1):
 
 
 @part
-def _find_rides(train, drawn, returned, course):
+def find_rides(train, drawn, returned, course):
     """Fill in ``stays``, ``ride_s`` and ``ride_j`` of a course."""
     for k in range(course.length_m.shape[0]):
         grade = course.grade_n[k]
@@ -118,14 +116,36 @@ def _rides(stays, a, b, top):
 
 
 @part
-def _run(train, drawn, returned, course, first_policy, second_policy, share, xs, ws, bx, bw):
-    """Rows, time and energy of one run by a blend of two policies; −1 rows when the buffers are too small."""
-    xs[0] = 0.0
+def drive_blend(train, drawn, returned, course, first_policy, second_policy, share, xs, ws, bx, bw):
+    """Drive the whole trip by a blend of two policies, from the first row on, which is there.
+
+    Parameters
+    ----------
+    train : KernelTrain
+    drawn, returned : float
+        Energy drawn per joule of traction work, and returned per joule of work of the dynamic brake.
+    course : Course
+    first_policy, second_policy : (K + 1, 3) float64
+        As of `costate.switching_speeds`.
+    share : float
+        Weight of the second policy.
+    xs, ws : (size,) float64, modified in place
+        Rows of the run: positions from the origin, squared speeds.
+    bx, bw : (size,) float64
+        Scratch.
+
+    Returns
+    -------
+    n : int
+        Number of rows; −1 when the buffers are too small.
+    time_s, energy_j : float
+        Running time and energy, without auxiliaries.
+    """
     n = 1
     time = 0.0
     energy = 0.0
     for k in range(course.length_m.shape[0]):
-        if n + 2048 > xs.shape[0]:
+        if n + MOST_ROWS > xs.shape[0]:
             return -1, time, energy
         w = ws[n - 1]
         top = course.fast[k + 1]
@@ -160,71 +180,3 @@ def _run(train, drawn, returned, course, first_policy, second_policy, share, xs,
             time += duration
             energy += _energy(train, drawn, returned, d, work, ws[i - 1], ws[i])
     return n, time, energy
-
-
-@kernel
-def drive(
-    train, drawn, returned, course, start_w, first_policy, second_policy, share, target_s, tolerance_s,
-    lo, lo_s, hi, hi_s, xs, ws, bx, bw,
-):  # fmt: skip
-    """Drive the whole trip by a blend of two policies, again and again until it takes a given time (Illinois rule).
-
-    Parameters
-    ----------
-    train : KernelTrain
-    drawn, returned : float
-        Energy drawn per joule of traction work, and returned per joule of work of the dynamic brake.
-    course : Course
-    start_w : float
-        Squared speed at the origin.
-    first_policy, second_policy : (K + 1, 2) float64
-        Squared switching speeds a and b for the station at the end of each cell.
-    share : float
-        Weight of the second policy in the first run.
-    target_s, tolerance_s : float
-        Running time that is wanted, and how well.
-    lo, lo_s, hi, hi_s : float
-        Two shares and their running times. Unless these are below and above the target, there is one run only.
-    xs, ws : (size,) float64, modified in place
-        Rows of the run: positions from the origin, squared speeds.
-    bx, bw : (size,) float64
-        Scratch.
-
-    Returns
-    -------
-    n : int
-        Number of rows; −1 when the buffers are too small.
-    time_s, energy_j : float
-        Running time and energy, without auxiliaries.
-    share, lo, hi : float
-        Share of the run, and the bracket that is left.
-    runs : int
-        Number of runs.
-    """
-    if math.isnan(course.ride_s[0]):
-        _find_rides(train, drawn, returned, course)
-    ws[0] = start_w
-    f_lo = lo_s - target_s
-    f_hi = hi_s - target_s
-    bracketed = f_lo < 0.0 < f_hi
-    runs = 0
-    side = 0
-    while True:
-        n, time, energy = _run(train, drawn, returned, course, first_policy, second_policy, share, xs, ws, bx, bw)
-        runs += 1
-        f = time - target_s
-        if n < 0 or not bracketed or abs(f) <= tolerance_s or hi - lo < _SAME_SHARE or runs >= _MOST_RUNS:
-            return n, time, energy, share, lo, hi, runs
-        if f < 0.0:
-            lo = share
-            f_lo = f
-            if side == -1:
-                f_hi *= 0.5
-            side = -1
-        else:
-            hi = share
-            f_hi = f
-            if side == 1:
-                f_lo *= 0.5
-            side = 1
-        share = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)

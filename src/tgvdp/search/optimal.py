@@ -19,7 +19,7 @@ from tgvdp.physics.profile import Profile
 from tgvdp.physics.resolved import resolve
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.pilot_front import OutOfTime, PilotFront
-from tgvdp.search.pilots import Mesh
+from tgvdp.search.pilots import Mesh, Run
 
 #: How well a point meets its running time by default: a share of the step to the next point.
 _STEP_TOL = 0.05
@@ -106,35 +106,40 @@ def optimal_front(
         tolerance_s = _STEP_TOL * float(steps_s.min(initial=math.inf))
     auxiliary_w = energy_tables(trip.train, trip.energy).auxiliary_w
     traction_j = fastest.total_energy_j - auxiliary_w * fastest.duration_s
-    found = [(fastest.duration_s, traction_j, math.inf)] * int(np.sum(~slower))
-    rows = [(fastest.position_m - trip.origin_m, fastest.speed_mps**2)] * len(found)
+    rows = fastest.position_m - trip.origin_m, fastest.speed_mps**2
+    found = [Run(fastest.duration_s, traction_j, math.inf, *rows)] * int(np.sum(~slower))
     missed_s: list[float] = []
     complete, saves = True, True
     # No point is later than its target: a timetable allows for no more.
     half_s = 0.5 * tolerance_s
+    aims_s = target_s[slower] - half_s
+
+    def keep(run: Run, aim_s: float) -> None:
+        # A run that is no slower than the last one is among the points already.
+        if run.time_s <= (aim_s + half_s) * (1.0 + _SAME) and (
+            not found or run.time_s > found[-1].time_s * (1.0 + _SAME)
+        ):
+            x_m, w = follow(trip.train, line, run.x_m, run.w)
+            found.append(run._replace(x_m=x_m, w=w))
+
     try:
         if slower.any():
-            last_s = float(target_s[-1]) - half_s
-            front = _front_on_fine_mesh(trip, fastest, half_s, last_s, auxiliary_w, counters, clock)
+            front = _front_on_fine_mesh(trip, fastest, half_s, float(aims_s[-1]), auxiliary_w, counters, clock)
             counters["cells"] = len(front.mesh.cells.length_m)
-        for target in target_s[slower].tolist():
-            saves = front.reach(target - half_s)
-            n, *point = front.point(target - half_s) if saves else front.thriftiest()
-            if saves and abs(point[0] - target + half_s) > half_s * (1.0 + _SAME):
-                missed_s.append(target)
-            # A run that is no slower than the last one is among the points already.
-            if point[0] <= target * (1.0 + _SAME) and (not found or point[0] > found[-1][0] * (1.0 + _SAME)):
-                found.append((point[0], point[1], point[2]))
-                x_m, w = (column[:n].copy() for column in front.mesh.rows)
-                rows.append(follow(trip.train, line, x_m, w))
+            reached = int(np.sum(aims_s <= front.pilots[-1].time_s + half_s))
+            saves = reached == len(aims_s)
+            for aim_s, run in zip(aims_s.tolist(), front.points(aims_s[:reached]), strict=False):
+                if abs(run.time_s - aim_s) > half_s * (1.0 + _SAME):
+                    missed_s.append(aim_s + half_s)
+                keep(run, aim_s)
             if not saves:
-                break
+                keep(front.thriftiest(), float(aims_s[reached]))
     except OutOfTime:
         complete = False
-    duration, energy, prices = np.array(found, dtype=np.float64).reshape(-1, 3).T
+    duration, energy, prices = (np.array([run[column] for run in found], dtype=np.float64) for column in range(3))
     return OptimalRuns(
         duration, energy + auxiliary_w * duration, np.maximum(prices - auxiliary_w, 0.0), complete, not saves,
-        counters, rows, tuple(missed_s),
+        counters, [(run.x_m, run.w) for run in found], tuple(missed_s),
     )  # fmt: skip
 
 

@@ -5,15 +5,17 @@ tangents through them leave room for more than that.
 """
 
 import math
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.search.blends import blend, cubic, first_share, slope, tangent_gap
+from tgvdp.search.blends import NOT_KEPT, NOT_MET
 from tgvdp.search.budget import Clock
-from tgvdp.search.pilots import Mesh, Pilot, Sample
+from tgvdp.search.pilot import Pilot, blend, energy_between, price_between, tangent_gap
+from tgvdp.search.pilots import Interval, Mesh, Run
 
 #: A blend of two pilots may cost this share of energy more than the cubic through them promises.
 _BLEND_LOSS = 2e-4
@@ -34,6 +36,8 @@ _HIGHEST_PRICE = 1e12
 #: Relative difference below which running times or energies are the same.
 _SAME = 1e-9
 _MOST_PILOTS = 250
+#: Runs between two looks at the clock, at most.
+_AT_ONCE = 50
 #: A mesh is fine enough when its cost is below that of the mesh before by less than this share of the energy: as
 #: errors fall by 3 to 8 from mesh to mesh, its own is a fraction of that.
 _MESH_LOSS = 1.5e-3
@@ -62,8 +66,7 @@ class PilotFront:
         self.scale_j = mesh.usual_price * self.pilots[0].time_s
         self.price = max(_FIRST_PRICE * mesh.usual_price, least_price)
         self.idle = 0
-        self.between: tuple[Pilot, Pilot] | None = None
-        self.samples: list[Sample] = []
+        self.interval: Interval | None = None
 
     def reach(self, target_s: float) -> bool:
         """March λ down until a pilot takes the target time; False when running longer saves nothing."""
@@ -98,27 +101,60 @@ class PilotFront:
             for pilot in both
         )
 
-    def thriftiest(self) -> tuple[int, float, float, float]:
-        """Rows, running time, energy and price of the slowest pilot."""
+    def thriftiest(self) -> Run:
+        """Run of the slowest pilot."""
         last = self.pilots[-1]
-        return *self.mesh.drive(last.switch, last.switch, 0.0, self.counters), last.price
+        return self._kept_run(self.mesh.drive(last.switch, last.switch, 0.0, self.counters), last.price)
 
-    def point(self, target_s: float) -> tuple[int, float, float, float]:
-        """Rows, running time, energy and price of the best run for one running time."""
-        while True:
+    def _kept_run(self, driven: tuple[int, float, float], price: float) -> Run:
+        """The run in the mesh's rows, copied."""
+        n, time_s, energy_j = driven
+        x_m, w = self.mesh.rows
+        return Run(time_s, energy_j, price, x_m[:n].copy(), w[:n].copy())
+
+    def points(self, target_s: NDArray[np.float64]) -> Iterator[Run]:
+        """The best runs for increasing running times, which the pilots reach."""
+        times_s = target_s.tolist()
+        at = 0
+        while at < len(times_s):
             self._watch()
-            second = next((i for i in range(1, len(self.pilots)) if self.pilots[i].time_s >= target_s), None)
-            second = len(self.pilots) - 1 if second is None else second
+            ends_s = [pilot.time_s for pilot in self.pilots]
+            second = min(max(bisect_left(ends_s, times_s[at]), 1), len(ends_s) - 1)
             before, after = self.pilots[second - 1], self.pilots[second]
             pieces = self._pieces(before, after)
             if pieces > 1 and self._split(second, (pieces // 2) / pieces):
                 continue
-            run = self._meet(before, after, target_s)
-            if not self._kept(before, after, *run[1:]):
+            until = len(times_s) if second == len(ends_s) - 1 else max(bisect_right(times_s, after.time_s), at + 1)
+            for run in self._between(second, target_s[at : min(until, at + _AT_ONCE)]):
+                at += 1
+                yield run
+
+    def _between(self, second: int, target_s: NDArray[np.float64]) -> Iterator[Run]:
+        """Runs between two neighbouring pilots; ends early where a pilot was added between them."""
+        before, after = self.pilots[second - 1], self.pilots[second]
+        if self.interval is None or (self.interval.before, self.interval.after) != (before, after):  # by identity
+            self.interval = Interval(before, after)
+        interval = self.interval
+        at = 0
+        loss = _BLEND_LOSS
+        while at < len(target_s):
+            runs, status = self.mesh.meet(
+                interval, target_s[at:], self.tolerance_s, loss, loss * _LEAST_SHARE * self.scale_j, self.counters
+            )
+            at += len(runs)
+            yield from runs
+            if status == NOT_KEPT:
                 if self._split(second):
-                    continue
-                run = self._meet(before, after, target_s)  # the split may have driven another run into the rows
-            return *run, after.price if math.isinf(before.price) else slope(before, after, run[1])
+                    return
+                loss = math.inf
+            elif status == NOT_MET:
+                self._watch()
+                fast, slow = (blend(before, after, share) for share in interval.bracket)
+                run = self._bridge(fast, slow, float(target_s[at]))
+                if loss < math.inf and not self._keeps(before, after, run) and self._split(second):
+                    return
+                at += 1
+                yield run._replace(price=price_between(before, after, run.time_s))
 
     def _pieces(self, before: Pilot, after: Pilot) -> int:
         """Into how many pieces to cut the front between two pilots so that none holds a surprise."""
@@ -128,11 +164,12 @@ class PilotFront:
         # Tangents part from the chord with the square of the distance between the pilots.
         return math.ceil(math.sqrt(bend / _BEND))
 
-    def _kept(self, before: Pilot, after: Pilot, time_s: float, energy_j: float) -> bool:
-        """Whether a blend keeps what the cubic through its pilots promises."""
+    def _keeps(self, before: Pilot, after: Pilot, run: Run) -> bool:
+        """Whether a run keeps what the cubic through two pilots promises."""
         if math.isinf(before.price):
             return True
-        return energy_j <= cubic(before, after, time_s) + _BLEND_LOSS * max(energy_j, _LEAST_SHARE * self.scale_j)
+        loss_j = _BLEND_LOSS * max(run.energy_j, _LEAST_SHARE * self.scale_j)
+        return run.energy_j <= energy_between(before, after, run.time_s) + loss_j
 
     def _split(self, second: int, share: float = 0.5) -> bool:
         """Solve a multiplier between two neighbouring pilots; False when there is nothing between them."""
@@ -153,26 +190,7 @@ class PilotFront:
             self.pilots[second] = replace(after, price=middle.price)  # ... or at a higher price
         return middle.price < _HIGHEST_PRICE * self.mesh.usual_price
 
-    def _meet(self, before: Pilot, after: Pilot, target_s: float) -> tuple[int, float, float]:
-        """Find the blend of two pilots that takes the target time."""
-        if self.between != (before, after):  # compared by identity
-            self.between = (before, after)
-            self.samples = [Sample(0.0, before.time_s), Sample(1.0, after.time_s)]
-        at = bisect_left(self.samples, target_s, 1, len(self.samples) - 1, key=lambda sample: sample.time_s)
-        bracket = self.samples[at - 1], self.samples[at]
-        run = self.mesh.meet(
-            before.switch, after.switch, first_share(self.samples, at, target_s), target_s, self.tolerance_s, bracket,
-            self.counters,
-        )  # fmt: skip
-        if bracket[0].time_s < run.time_s < bracket[1].time_s:
-            self.samples.insert(at, Sample(run.share, run.time_s))
-        if abs(run.time_s - target_s) <= self.tolerance_s or not bracket[0].time_s < target_s < bracket[1].time_s:
-            return run[:3]
-        return self._bridge(blend(before, after, run.lo), blend(before, after, run.hi), target_s)
-
-    def _bridge(
-        self, fast: NDArray[np.float64], slow: NDArray[np.float64], target_s: float
-    ) -> tuple[int, float, float]:
+    def _bridge(self, fast: NDArray[np.float64], slow: NDArray[np.float64], target_s: float) -> Run:
         """Meet a time at which the running time of blends jumps: the slow policy up to one station, then the fast.
 
         Moving that station cell by cell, and blending in its own cell alone, leaves no jump.
@@ -195,4 +213,4 @@ class PilotFront:
             run = self.mesh.drive(here, there, 0.5 * (lo + hi), self.counters)
         if run[1] > target_s + self.tolerance_s:  # the time jumps even within one cell: rather too early than too late
             run = self.mesh.drive(here, there, lo, self.counters)
-        return run
+        return self._kept_run(run, math.nan)

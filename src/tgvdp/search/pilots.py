@@ -1,4 +1,4 @@
-"""Pilots of the front method: multipliers that are solved by the costate program and driven, on one mesh."""
+"""The mesh of the front method: multipliers are solved by the costate program on it, and runs are driven."""
 
 import math
 from dataclasses import dataclass, field
@@ -17,7 +17,9 @@ from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train
 from tgvdp.physics.profile import Profile
 from tgvdp.search import costate
-from tgvdp.search.drive import Course, drive
+from tgvdp.search.blends import DONE, NO_ROOM, NOT_MET, RUN_COLUMNS, SAMPLES, drive
+from tgvdp.search.drive import Course
+from tgvdp.search.pilot import Pilot, ends_of
 
 #: Cells per trip at least, and cells within the distance over which starting effort would reach the top speed.
 _CELLS_PER_TRIP = 100
@@ -27,6 +29,8 @@ _CELLS_PER_START = 4
 _TOLERANCE = 5e-5
 #: Squared speed below which costates are not carried, relative to the trip's top.
 _FLOOR = 1e-4
+_NO_ENDS = np.full(6, np.inf)
+_NO_TARGET = np.full(1, np.nan)
 
 
 def _per_kilogram(train: KernelTrain) -> KernelTrain:
@@ -44,22 +48,28 @@ def _per_kilogram(train: KernelTrain) -> KernelTrain:
     )
 
 
-class Sample(NamedTuple):
-    """A blend of two policies that was driven: the share of the second one, and its running time in s."""
+class Run(NamedTuple):
+    """A run that is kept: running time in s, energy in J, price in J/s; positions from the origin and squared speeds, (n,)."""
 
-    share: float
-    time_s: float
-
-
-class Blend(NamedTuple):
-    """The last blend that was driven: its rows, running time in s, energy in J, share, and the bracket it leaves."""
-
-    rows: int
     time_s: float
     energy_j: float
-    share: float
-    lo: float
-    hi: float
+    price: float
+    x_m: NDArray[np.float64]
+    w: NDArray[np.float64]
+
+
+class Interval:
+    """Two neighbouring pilots, and the blends of their policies that were driven: shares and running times, in order."""
+
+    def __init__(self, before: Pilot, after: Pilot) -> None:
+        self.before = before
+        self.after = after
+        self.ends = ends_of(before, after)
+        self.samples = np.empty((SAMPLES, 2))
+        self.samples[:2] = (0.0, before.time_s), (1.0, after.time_s)
+        self.known = 2
+        #: Shares between which the running time jumps, where it does.
+        self.bracket = (0.0, 1.0)
 
 
 @dataclass
@@ -79,6 +89,7 @@ class Mesh:
     typical_m: float
     usual_price: float
     rows: tuple[NDArray[np.float64], NDArray[np.float64]] = field(init=False)
+    kept: tuple[NDArray[np.float64], NDArray[np.float64]] = field(init=False)
     scratch: tuple[NDArray[np.float64], NDArray[np.float64]] = field(init=False)
     room: NDArray[np.float64] = field(init=False)
 
@@ -91,9 +102,12 @@ class Mesh:
         tables = energy_tables(self.trip.train, self.trip.energy)
         brakes = bool(self.train.braking[:, 1:].any())
         self.drawn, self.returned = tables.traction, tables.regeneration if brakes else 0.0
-        size = 24 * len(self.cells.length_m) + 8192
-        self.rows = (np.empty(size), np.empty(size))
+        self.size = 24 * len(self.cells.length_m) + 8192
+        self.rows = np.empty(self.size), np.empty(self.size)
+        self.kept = np.empty(0), np.empty(0)
         self.scratch = (np.empty(4096), np.empty(4096))
+        self.samples = np.empty((SAMPLES, 2))
+        self.runs = np.empty((1, RUN_COLUMNS))
         self.room = np.empty((4, costate.ROOM))
 
     @classmethod
@@ -142,34 +156,53 @@ class Mesh:
         self, first: NDArray[np.float64], second: NDArray[np.float64], share: float, counters: dict[str, int]
     ) -> tuple[int, float, float]:
         """Drive a blend of two policies into `rows`; returns rows, running time in s, energy in J."""
-        never = Sample(share, math.inf)
-        return self.meet(first, second, share, 0.0, 0.0, (never, never), counters)[:3]
+        self.samples[0, 0] = share
+        while True:
+            _, status, _, driven = drive(
+                self.train, self.drawn, self.returned, self.course, self.trip.start_speed_mps**2, first, second,
+                _NO_ENDS, math.inf, 0.0, self.samples, 1, _NO_TARGET, 0.0, *self.rows, *self.scratch, self.runs,
+            )  # fmt: skip
+            counters["runs"] += driven
+            if status == DONE:
+                return int(self.runs[0, 1]), self.runs[0, 2], self.runs[0, 3]
+            size = 2 * len(self.rows[0])
+            self.rows = (np.empty(size), np.empty(size))
 
     def meet(
         self,
-        first: NDArray[np.float64],
-        second: NDArray[np.float64],
-        share: float,
-        target_s: float,
+        interval: Interval,
+        target_s: NDArray[np.float64],
         tolerance_s: float,
-        bracket: tuple["Sample", "Sample"],
+        loss: float,
+        least_loss_j: float,
         counters: dict[str, int],
-    ) -> "Blend":
-        """Drive blends of two policies into `rows` until one takes a given time, from a first share on.
+    ) -> tuple[list[Run], int]:
+        """Drive blends of two pilots that take given times; returns them, and why they end before the last, or DONE.
 
-        The bracket holds a faster and a slower blend.
+        ``loss`` and ``least_loss_j`` are those of `blends.drive`.
         """
-        (lo, lo_s), (hi, hi_s) = bracket
+        found: list[Run] = []
+        runs = np.empty((len(target_s), RUN_COLUMNS))
         while True:
-            *run, runs = drive(
-                self.train, self.drawn, self.returned, self.course, self.trip.start_speed_mps**2, first, second, share,
-                target_s, tolerance_s, lo, lo_s, hi, hi_s, *self.rows, *self.scratch,
+            x_m, w = self.kept
+            done, status, interval.known, driven = drive(
+                self.train, self.drawn, self.returned, self.course, self.trip.start_speed_mps**2,
+                interval.before.switch, interval.after.switch, interval.ends, loss, least_loss_j, interval.samples,
+                interval.known, target_s[len(found) :], tolerance_s, x_m, w, *self.scratch, runs,
             )  # fmt: skip
-            counters["runs"] += runs
-            if run[0] > 0:
-                return Blend(*run)
-            size = 2 * len(self.rows[0])
-            self.rows = (np.empty(size), np.empty(size))
+            counters["runs"] += driven
+            end = 0
+            for first, last, time_s, energy_j, price, *_ in runs[:done].tolist():
+                start, end = int(first), int(last)
+                found.append(Run(time_s, energy_j, price, x_m[start:end], w[start:end]))
+            self.kept = x_m[end:], w[end:]
+            if status != NO_ROOM:
+                if status == NOT_MET:
+                    interval.bracket = (runs[done, 5], runs[done, 6])
+                return found, status
+            if not done:
+                self.size *= 2
+            self.kept = np.empty(self.size), np.empty(self.size)
 
     def pilot(self, price: float, counters: dict[str, int]) -> "Pilot":
         """Solve and drive one multiplier, J/s; infinite is the fastest run, full traction up to the envelope."""
@@ -178,20 +211,6 @@ class Mesh:
         if not math.isfinite(time_s):
             raise TgvdpError(f"the train of the costate program stalls at λ = {price:g} J/s; please report")
         return Pilot(price, switch, time_s, energy_j)
-
-
-@dataclass(frozen=True, eq=False)
-class Pilot:
-    """A solved multiplier: price λ in J/s, its switching speeds (K + 1, 2), running time in s and energy in J."""
-
-    price: float
-    switch: NDArray[np.float64]
-    time_s: float
-    energy_j: float
-
-    def cost_j(self, price: float) -> float:
-        """Cost E + λT of this run at a multiplier in J/s."""
-        return self.energy_j + price * self.time_s
 
 
 def _cell_size(trip: Trip, fastest: Profile) -> float:

@@ -17,11 +17,11 @@ from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.follow import follow
 from tgvdp.physics.profile import Profile
 from tgvdp.physics.resolved import resolve
-from tgvdp.search.blends import slope
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.optimal import OptimalRuns
 from tgvdp.search.pilot_front import OutOfTime
-from tgvdp.search.pilots import Mesh, Pilot
+from tgvdp.search.pilot import Pilot, price_between
+from tgvdp.search.pilots import Mesh
 from tgvdp.search.refine_level import WIDEST, Level, mesh_for
 from tgvdp.search.relaxed_map import relaxed_tables
 
@@ -278,4 +278,4 @@ class _Front:
                 hi, f_hi = share, f
                 f_lo *= 0.5 if side > 0 else 1.0
                 side = 1
-        return replace(run, price=slope(before, after, run.time_s))
+        return replace(run, price=price_between(before, after, run.time_s))
