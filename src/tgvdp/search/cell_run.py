@@ -8,12 +8,15 @@ from tgvdp.physics.arc import OK, arc
 from tgvdp.physics.forces import mean_effort, mean_resistance, resistance_at
 from tgvdp.physics.motion import BRAKING, COASTING, DYNAMIC, TRACTION, land, march
 
-#: Below this share of full effort a change of speed is spread over the cell: it is a drift of the holding speed.
+#: Where full effort would take less than this share of a cell, a change of speed is spread over the cell: it is a drift
+#: of the holding speed.
 _GENTLE_SHARE = 0.5
+#: Two squared speeds nearer than this share are one speed that is held.
+_HELD = 1e-5
 #: Coasting takes so many rows in a cell per relative change of speed, so that a row's constant deceleration misses the
 #: duration by 1e-6 or two; at most ...
-_COAST_ROWS = 200.0
-_MOST_COAST_ROWS = 8
+_COAST_ROWS = 100.0
+_MOST_COAST_ROWS = 4
 #: Relative distance in v² within which a run is on the braking curve.
 ON_CURVE = 1e-8
 #: Share of a length within which two positions are one.
@@ -121,7 +124,8 @@ def _drive_to_line(train, start, length, end, grade, air, limit, w, line, slope,
     """
     if w >= limit * (1.0 - ON_CURVE):
         return _hold_to_line(train, start, length, end, grade, air, w, line, slope, top, xs, ws, n)
-    left, landed, last = _saturated(train, TRACTION, start, length, end, grade, air, w, limit, xs, ws, n)
+    most = min(limit, max(line, line + slope * length))
+    left, landed, last = _saturated(train, TRACTION, start, length, end, grade, air, w, most, xs, ws, n)
     x0 = start
     below = line - w
     for i in range(n, last):
@@ -146,24 +150,25 @@ def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, 
     if coasts < a:
         a = 0.5 * (a + coasts)
         coasts = a
-    drop = 2.0 * length / train.inertia_kg * (resistance_at(train, air, math.sqrt(coasts)) + grade)
+    drop = 0.0
+    if coasts > a * (1.0 + _HELD) or grade < 0.0:
+        drop = 2.0 * length / train.inertia_kg * (resistance_at(train, air, math.sqrt(coasts)) + grade)
     # What the line falls by more than the end speed does: all that coasting loses, or nothing where a speed is held.
     steep = min(drop, coasts - a)
     line = coasts + steep
     rest = length
     aim = coasts
     if w < line * (1.0 - ON_CURVE):
-        first = n
+        if 0.0 <= steep <= 0.5 * drop:
+            status, _, work = arc(train, length, grade, air, w, coasts)
+            share = work / (length * mean_effort(train.traction, math.sqrt(w), math.sqrt(coasts)))
+            if status == OK and 0.0 <= share < _GENTLE_SHARE:
+                return _append(end, coasts + share * (a - coasts), xs, ws, n)
         slope = (a - line) / length
-        rest, met, n = _drive_to_line(train, start, length, end, grade, air, limit, w, line, slope, top, xs, ws, n)
-        aim = a + rest / length * (coasts - a)
-        if rest > (1.0 - _GENTLE_SHARE) * length and steep < 0.5 * drop and n > first:
-            status, _, work = arc(train, length, grade, air, w, aim)
-            if status == OK and work >= 0.0:
-                return _append(end, aim, xs, ws, first)
+        rest, w, n = _drive_to_line(train, start, length, end, grade, air, limit, w, line, slope, top, xs, ws, n)
         if rest <= 0.0:
             return n
-        w = met
+        aim = a + rest / length * (coasts - a)
     status, _, work = arc(train, rest, grade, air, w, aim)
     if work >= 0.0 and status == OK:
         return _append(end, aim, xs, ws, n)
@@ -173,12 +178,12 @@ def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, 
     landed = coast(train, rest, grade, air, w)
     if landed <= min(b, top):
         rows = min(1 + int(_COAST_ROWS * abs(w - landed) / (w + landed)), _MOST_COAST_ROWS)
-        for i in range(1, rows):
-            w = coast(train, rest / rows, grade, air, w)
-            n = _append(start + i * rest / rows, w, xs, ws, n)
-        if rows > 1:
-            landed = min(coast(train, rest / rows, grade, air, w), b, top)
-        return _append(end, landed, xs, ws, n)
+        for i in range(1, rows + 1):
+            w = landed if rows == 1 else coast(train, rest / rows, grade, air, w)
+            xs[n] = start + i * rest / rows if i < rows else end
+            ws[n] = min(w, b, top) if i == rows else w
+            n += 1
+        return n
     if regenerates:
         return _regenerate(train, start, rest, end, grade, air, limit, w, b, top, bx, bw, xs, ws, n)
     return _brake_late(train, COASTING, start, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, n)

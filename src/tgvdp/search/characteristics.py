@@ -196,6 +196,42 @@ def _coast_region(davis_b, length, load, air, price, bottom, top, w, p, first, l
     return m + last + 1 - i
 
 
+@part
+def holding_w(davis_b, air, price):
+    """Squared speed V² that is held for a price of time in units of that of work: price = V²·R'(V); may be infinite.
+
+    Newton's rule from above, where the derivative rises.
+    """
+    v = math.inf
+    if air > 0.0:
+        v = (0.5 * price / air) ** (1.0 / 3.0) * (1.0 + 1e-12)
+    if davis_b > 0.0:
+        v = min(v, math.sqrt(price / davis_b))
+    if davis_b > 0.0 and air > 0.0:
+        for _ in range(20):
+            step = (v * v * (davis_b + 2.0 * air * v) - price) / (v * (2.0 * davis_b + 6.0 * air * v))
+            v -= step
+            if step <= 1e-15 * v:
+                break
+    return v * v
+
+
+@part
+def _hold(held, level, first, m, x, y):
+    """Make the speed that is held a point of the images, if it lies before the ``first`` one; their new number."""
+    if not x[first - 1] < held < x[first] or y[first] < level:
+        return m
+    if y[first - 1] >= level:  # an edge, from which a run would switch to that speed only to hold it
+        x[first - 1] = held
+        return m
+    for i in range(m, first, -1):
+        x[i] = x[i - 1]
+        y[i] = y[i - 1]
+    x[first] = held
+    y[first] = level
+    return m + 1
+
+
 @leaf
 def _coast_on(davis_b, length, load, air, w0):
     """Squared speed after coasting through a cell, by the midpoint rule."""
@@ -244,7 +280,9 @@ def _drop_below(level, x, y, first, m):
 
 
 @part
-def _brake_region(train, returned, length, load, air, price, bottom, top, w, p, first, last, x, y, start, m):
+def _brake_region(
+    train, returned, length, load, air, price, held_w, bottom, top, w, p, first, last, x, y, start, m
+):
     """Append images under full dynamic braking of the points ``first`` .. ``last``, of p ≥ −r/2.
 
     Of the images under coasting from ``start`` on those remain that keep p ≤ −r/2. Returns the number of images, and the
@@ -271,11 +309,16 @@ def _brake_region(train, returned, length, load, air, price, bottom, top, w, p, 
                 switch = w[i - 1] + share * (w[i] - w[i - 1])
             if w0 > top:
                 break
-    return _drop_below(level, x, y, before, m), switch
+    m = _drop_below(level, x, y, before, m)
+    if m > before:
+        m = _hold(held_w, level, before, m, x, y)
+    return m, switch
 
 
 @kernel
-def transport(train, returned, length, load, air, price, bottom, top, wall, w, p, n, drives, coasts, x, y):
+def transport(
+    train, returned, length, load, air, price, held_w, held_brake_w, bottom, top, wall, w, p, n, drives, coasts, x, y
+):
     """Images (x, y) of the polyline one cell back.
 
     Full traction keeps p ≤ −½ within the cell, coasting p ≥ −½ (and p ≤ −r/2, dynamic braking p ≥ −r/2): images that do
@@ -290,6 +333,8 @@ def transport(train, returned, length, load, air, price, bottom, top, wall, w, p
         Energy that the dynamic brake returns per joule of its work.
     length, load, air, price : float
         The cell, and the multiplier.
+    held_w, held_brake_w : float
+        Squared speeds that are held by traction and by the dynamic brake (`holding_w`).
     bottom, top, wall : float
         Squared speeds: the slowest and fastest of the images, and the fastest after the cell.
     w, p : (size,) float64
@@ -324,23 +369,21 @@ def transport(train, returned, length, load, air, price, bottom, top, wall, w, p
         x[0] = x[first]
         y[0] = y[first]
     if returned > 0.0 and x[m - 1] < top:
-        m, b = _brake_region(train, returned, length, load, air, price, bottom, top, w, p, coasts, n - 1, x, y, first, m)
+        m, b = _brake_region(
+            train, returned, length, load, air, price, held_brake_w, bottom, top, w, p, coasts, n - 1, x, y, first, m
+        )
     if x[m - 1] < top:
         m = wall_region(train, returned, length, load, air, price, bottom, top, wall, x, y, m)
-    if m == first or y[first] >= -0.5:
-        if switch == a and x[first - 1] < a < x[first]:  # the speed a is held
-            for i in range(m, first, -1):
-                x[i] = x[i - 1]
-                y[i] = y[i - 1]
-            x[first] = a
-            y[first] = holding_costate(davis_b, length, air, 1.0, price, a, a)
-            m += 1
+    if m == first:
         return m, switch, b
+    if y[first] >= -0.5:
+        return _hold(held_w, -0.5, first, m, x, y), switch, b
     lowest = y[first]
     highest = y[m - 1]
     m = _drop_below(-0.5, x, y, first, m)
     if m > first:
-        return m, min(_coast_on(davis_b, length, load, air, x[first]), wall), b
+        switch = min(_coast_on(davis_b, length, load, air, x[first]), wall)
+        return _hold(held_w, -0.5, first, m, x, y), switch, b
     # Below −½ up to the wall: only from beyond it would a run coast throughout.
     switch = wall
     if a < wall and highest > lowest:

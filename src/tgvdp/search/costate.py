@@ -30,6 +30,7 @@ from tgvdp.search.characteristics import (
     LEAST_WALL,
     coast_back,
     holding_costate,
+    holding_w,
     saturated_back,
     transport,
     wall_region,
@@ -156,6 +157,9 @@ def switching_speeds(
     n = make_monotone(w, p, n, fast[k])
     loosen = 1.0
     thinned = n
+    held_air = -1.0
+    held_w = math.inf
+    held_brake_w = math.inf
     for k in range(count - 2, -1, -1):
         d = length[k]
         drives, a = _crossing(-0.5, w, p, n, 0)
@@ -173,9 +177,14 @@ def switching_speeds(
         points += n
         bottom = max(low[k], min(floor_w, 0.1 * fast[k]))
         load = train.davis_a_n + grade[k]
+        if air[k] != held_air:
+            held_air = air[k]
+            held_w = holding_w(train.davis_b, held_air, price)
+            held_brake_w = holding_w(train.davis_b, held_air, price / returned) if returned > 0.0 else math.inf
         m, coast_w, brake_w = transport(
-            train, returned, d, load, air[k], price, bottom, fast[k], fast[k + 1], w, p, n, drives, coasts, x, y
-        )
+            train, returned, d, load, held_air, price, held_w, held_brake_w, bottom, fast[k], fast[k + 1], w, p, n,
+            drives, coasts, x, y,
+        )  # fmt: skip
         policy[k + 1, 1] = coast_w
         policy[k + 1, 2] = 0.5 * (b + brake_w)
         m = make_monotone(x, y, m, fast[k])
