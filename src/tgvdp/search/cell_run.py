@@ -159,7 +159,7 @@ def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, 
     rest = length
     aim = coasts
     if w < line * (1.0 - ON_CURVE):
-        if 0.0 <= steep <= 0.5 * drop:
+        if 0.0 <= steep <= 0.5 * drop and line <= limit:
             status, _, work = arc(train, length, grade, air, w, coasts)
             share = work / (length * mean_effort(train.traction, math.sqrt(w), math.sqrt(coasts)))
             if status == OK and 0.0 <= share < _GENTLE_SHARE:

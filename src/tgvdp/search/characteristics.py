@@ -9,8 +9,8 @@ rule w0 = φ(w1), and its costate by the derivative of the cost of the arc along
 import math
 
 from tgvdp._jit import kernel, leaf, part
-from tgvdp.physics.forces import effort_and_slope
-from tgvdp.physics.motion import DYNAMIC, TRACTION
+from tgvdp.physics.forces import effort_and_slope, mean_effort, mean_resistance
+from tgvdp.physics.motion import COASTING, DYNAMIC, TRACTION
 
 #: Neighbouring images are no further apart than this factor of w, below this share of the envelope.
 _SPREAD = 2.0
@@ -22,6 +22,8 @@ _WALL_PIECES = 40.0
 _MOST_WALL_PIECES = 8
 #: ... down to this share of it before the cell.
 LEAST_WALL = 1e-3
+#: Rows of braking curves keep to the brake's effort to this share.
+_ROUNDING = 0.01
 #: A switching speed beyond the wall is at most this multiple of it.
 _BEYOND = 4.0
 
@@ -240,16 +242,28 @@ def _coast_on(davis_b, length, load, air, w0):
 
 
 @part
-def wall_region(train, returned, length, load, air, price, bottom, top, wall, x, y, m):
-    """Append costates of runs that meet the wall within the cell, and brake along it, up to ``top``."""
+def dynamic_suffices(train, length, load, air, top, wall):
+    """Whether the dynamic brake alone brakes along the wall from ``top`` on, within a rounding of its rows."""
+    v0 = math.sqrt(top)
+    v1 = math.sqrt(wall)
+    work = 0.5 * (wall - top) + length * (load - train.davis_a_n + mean_resistance(train, air, v0, v1))
+    return -work <= (1.0 + _ROUNDING) * length * mean_effort(train.braking, v0, v1)
+
+
+@part
+def wall_region(train, regime, returned, length, load, air, price, bottom, top, wall, x, y, m):
+    """Append costates of runs that meet the wall within the cell, from ``top`` to ``wall``, and brake along it.
+
+    They come to it by coasting, p = −r/2 there, where the dynamic brake alone follows it; else by that brake, p = 0.
+    """
     pieces = min(max(math.ceil(_WALL_PIECES * (1.0 - wall / top)), 1), _MOST_WALL_PIECES)
     for i in range(pieces + 1):
         rest = 1.0 - i / pieces
         w1 = max(top + rest * (wall - top), LEAST_WALL * top)
-        if returned > 0.0:
+        if regime == DYNAMIC:
             w0, p0 = saturated_back(train, DYNAMIC, returned, rest * length, load, air, price, bottom, w1, 0.0)
         else:
-            w0, p0 = coast_back(train.davis_b, rest * length, load, air, price, bottom, w1, 0.0)
+            w0, p0 = coast_back(train.davis_b, rest * length, load, air, price, bottom, w1, -0.5 * returned)
         x[m] = min(w0, top)
         y[m] = min(p0, 0.0)
         m += 1
@@ -308,11 +322,19 @@ def _brake_region(
                 share = (level - y[m - 2]) / (p0 - y[m - 2])
                 switch = w[i - 1] + share * (w[i] - w[i - 1])
             if w0 > top:
+                if m == before + 1:  # the envelope is held
+                    x[before] = top
+                    y[before] = level
                 break
+    if m == before:
+        return m, switch
+    last = x[m - 1]
     m = _drop_below(level, x, y, before, m)
     if m > before:
-        m = _hold(held_w, level, before, m, x, y)
-    return m, switch
+        return _hold(held_w, level, before, m, x, y), switch
+    x[m] = last  # below the level up to the wall
+    y[m] = level
+    return m + 1, switch
 
 
 @kernel
@@ -368,12 +390,18 @@ def transport(
     if not driven and m > first and x[first] <= bottom:  # coasting alone covers everything
         x[0] = x[first]
         y[0] = y[first]
-    if returned > 0.0 and x[m - 1] < top:
-        m, b = _brake_region(
-            train, returned, length, load, air, price, held_brake_w, bottom, top, w, p, coasts, n - 1, x, y, first, m
-        )
     if x[m - 1] < top:
-        m = wall_region(train, returned, length, load, air, price, bottom, top, wall, x, y, m)
+        regime = COASTING
+        if returned > 0.0:
+            if not dynamic_suffices(train, length, load, air, top, wall):
+                regime = DYNAMIC
+            if regime == DYNAMIC or coasts < n - 1:
+                m, b = _brake_region(
+                    train, returned, length, load, air, price, held_brake_w, bottom, top, w, p, coasts, n - 1,
+                    x, y, first, m,
+                )  # fmt: skip
+        if x[m - 1] < top:
+            m = wall_region(train, regime, returned, length, load, air, price, bottom, top, wall, x, y, m)
     if m == first:
         return m, switch, b
     if y[first] >= -0.5:

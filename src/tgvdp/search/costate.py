@@ -25,10 +25,11 @@ is in docs/front-method.md.
 import math
 
 from tgvdp._jit import kernel, leaf, part
-from tgvdp.physics.motion import DYNAMIC
+from tgvdp.physics.motion import COASTING, DYNAMIC
 from tgvdp.search.characteristics import (
     LEAST_WALL,
     coast_back,
+    dynamic_suffices,
     holding_costate,
     holding_w,
     saturated_back,
@@ -78,26 +79,25 @@ def _insert(w, p, n, at, cross_w, cross_p):
 
 
 @part
-def _arcs_to(train, length, air, effort_price, price, low, high, end_w, w, p, n):
-    """Append costates of partial effort to a given end speed, from ``low`` to ``high``."""
-    ratio = (high / low) ** (1.0 / (_LAST_POINTS - 1))
-    for i in range(_LAST_POINTS):
-        w[n] = high if i == _LAST_POINTS - 1 else low * ratio**i
-        p[n] = holding_costate(train.davis_b, length, air, effort_price, price, w[n], end_w)
-        n += 1
-    return n
-
-
-@part
 def _last_cell(train, returned, length, load, air, price, bottom, top, end_w, w, p):
-    """Costates before the last cell, whose end speed is given: traction, dynamic braking, then coasting and braking."""
+    """Costates before the last cell, whose end speed is given.
+
+    Partial effort up to the speed from which the train coasts there, then coasting until braking begins, dynamically as
+    long as that suffices.
+    """
     some_w = max(end_w, LEAST_WALL * top)
     coasts = min(max(coast_back(train.davis_b, length, load, air, price, bottom, some_w, 0.0)[0], bottom), top)
-    n = _arcs_to(train, length, air, 1.0, price, bottom, coasts, end_w, w, p, 0)
-    if returned > 0.0:
+    ratio = (coasts / bottom) ** (1.0 / (_LAST_POINTS - 1))
+    for n in range(_LAST_POINTS):
+        w[n] = bottom * ratio**n
+        p[n] = holding_costate(train.davis_b, length, air, 1.0, price, w[n], end_w)
+    n = _LAST_POINTS
+    if returned > 0.0 and not dynamic_suffices(train, length, load, air, top, end_w):
         brakes = saturated_back(train, DYNAMIC, returned, length, load, air, price, bottom, some_w, 0.0)[0]
-        n = _arcs_to(train, length, air, returned, price, coasts, min(max(brakes, coasts), top), end_w, w, p, n)
-    return wall_region(train, returned, length, load, air, price, bottom, top, end_w, w, p, n)
+        brakes = min(max(brakes, coasts), top)
+        n = wall_region(train, COASTING, returned, length, load, air, price, bottom, brakes, end_w, w, p, n)
+        return wall_region(train, DYNAMIC, returned, length, load, air, price, bottom, top, end_w, w, p, n)
+    return wall_region(train, COASTING, returned, length, load, air, price, bottom, top, end_w, w, p, n)
 
 
 @kernel

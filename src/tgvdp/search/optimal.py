@@ -26,7 +26,7 @@ _STEP_TOL = 0.05
 #: Relative difference below which running times are the same.
 _SAME = 1e-9
 #: The first mesh, in cells of the usual size; the factor between meshes, and the last one.
-_COARSEST = 0.5
+_COARSEST = 0.25
 _REFINEMENT = 2.0
 _FINEST = 16.0
 
