@@ -6,7 +6,6 @@ through the pilots' (T, E, slope −λ) promises, a pilot is added between them.
 """
 
 import math
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,36 +105,23 @@ def optimal_front(
         tolerance_s = _STEP_TOL * float(steps_s.min(initial=math.inf))
     auxiliary_w = energy_tables(trip.train, trip.energy).auxiliary_w
     traction_j = fastest.total_energy_j - auxiliary_w * fastest.duration_s
-    rows = fastest.position_m - trip.origin_m, fastest.speed_mps**2
-    found = [Run(fastest.duration_s, traction_j, math.inf, *rows)] * int(np.sum(~slower))
-    missed_s: list[float] = []
-    complete, saves = True, True
     # No point is later than its target: a timetable allows for no more.
     half_s = 0.5 * tolerance_s
     aims_s = target_s[slower] - half_s
-
-    def keep(run: Run, aim_s: float) -> None:
+    search = _Search(trip, fastest, aims_s, half_s, auxiliary_w, counters, clock)
+    runs, complete, saves = search.runs() if slower.any() else ([], True, True)
+    rows = fastest.position_m - trip.origin_m, fastest.speed_mps**2
+    found = [Run(fastest.duration_s, traction_j, math.inf, *rows)] * int(np.sum(~slower))
+    missed_s: list[float] = []
+    for aim_s, run in zip(aims_s.tolist(), runs, strict=False):
+        if abs(run.time_s - aim_s) > half_s * (1.0 + _SAME) and (saves or run is not runs[-1]):
+            missed_s.append(aim_s + half_s)
         # A run that is no slower than the last one is among the points already.
         if run.time_s <= (aim_s + half_s) * (1.0 + _SAME) and (
             not found or run.time_s > found[-1].time_s * (1.0 + _SAME)
         ):
             x_m, w = follow(trip.train, line, run.x_m, run.w)
             found.append(run._replace(x_m=x_m, w=w))
-
-    try:
-        if slower.any():
-            front = _front_on_fine_mesh(trip, fastest, half_s, float(aims_s[-1]), auxiliary_w, counters, clock)
-            counters["cells"] = len(front.mesh.cells.length_m)
-            reached = int(np.sum(aims_s <= front.pilots[-1].time_s + half_s))
-            saves = reached == len(aims_s)
-            for aim_s, run in zip(aims_s.tolist(), front.points(aims_s[:reached]), strict=False):
-                if abs(run.time_s - aim_s) > half_s * (1.0 + _SAME):
-                    missed_s.append(aim_s + half_s)
-                keep(run, aim_s)
-            if not saves:
-                keep(front.thriftiest(), float(aims_s[reached]))
-    except OutOfTime:
-        complete = False
     duration, energy, prices = (np.array([run[column] for run in found], dtype=np.float64) for column in range(3))
     return OptimalRuns(
         duration, energy + auxiliary_w * duration, np.maximum(prices - auxiliary_w, 0.0), complete, not saves,
@@ -143,27 +129,57 @@ def optimal_front(
     )  # fmt: skip
 
 
-def _front_on_fine_mesh(
-    trip: Trip,
-    fastest: Profile,
-    tolerance_s: float,
-    last_s: float,
-    least_price: float,
-    counters: dict[str, int],
-    clock: Clock,
-) -> PilotFront:
-    """Pilots down to the last time, on a mesh so fine that one of half as many cells gives hardly dearer runs."""
+@dataclass
+class _Search:
+    """The search for the runs that take given times, on a mesh that is fine enough."""
 
-    def marched(fineness: float) -> PilotFront:
-        front = PilotFront(Mesh.of(trip, fastest, fineness), tolerance_s, least_price, counters, clock)
-        front.reach(last_s)
+    trip: Trip
+    fastest: Profile
+    aims_s: NDArray[np.float64]
+    tolerance_s: float
+    least_price: float
+    counters: dict[str, int]
+    clock: Clock
+
+    def runs(self) -> tuple[list[Run], bool, bool]:
+        """Runs in the order of their times, whether that is all, and whether running longer saves until the last time.
+
+        Cells are halved until runs on a mesh of half as many are hardly dearer, and no pilot is dearer, at its own
+        multiplier, than another run that was found.
+        """
+        found: tuple[list[Run], bool, bool] | None = None
+        fineness = _COARSEST
+        try:
+            front = self._marched(fineness)
+            coarser = self._marched(fineness / _REFINEMENT)
+            while True:
+                last = fineness >= _FINEST
+                if last or front.agrees(coarser):
+                    driven = self._driven(front)
+                    if found is None or driven[1]:
+                        self.counters["cells"] = len(front.mesh.cells.length_m)
+                        found = driven
+                    if last or not driven[1] or front.stands(driven[0]):
+                        return found
+                fineness *= _REFINEMENT
+                front, coarser = self._marched(fineness), front
+        except OutOfTime:
+            return found if found is not None else ([], False, True)
+
+    def _marched(self, fineness: float) -> PilotFront:
+        mesh = Mesh.of(self.trip, self.fastest, fineness)
+        front = PilotFront(mesh, self.tolerance_s, self.least_price, self.counters, self.clock)
+        front.reach(float(self.aims_s[-1]))
         return front
 
-    fineness = _COARSEST
-    front = marched(fineness)
-    with suppress(OutOfTime):  # the front that there is stands
-        coarser = marched(fineness / _REFINEMENT)
-        while fineness < _FINEST and not front.agrees(coarser):
-            fineness *= _REFINEMENT
-            front, coarser = marched(fineness), front
-    return front
+    def _driven(self, front: PilotFront) -> tuple[list[Run], bool, bool]:
+        reached = int(np.sum(self.aims_s <= front.pilots[-1].time_s + self.tolerance_s))
+        saves = reached == len(self.aims_s)
+        runs: list[Run] = []
+        try:
+            runs.extend(front.points(self.aims_s[:reached]))
+            if not saves:
+                runs.append(front.thriftiest())
+        except OutOfTime:
+            return runs, False, saves
+        return runs, True, saves

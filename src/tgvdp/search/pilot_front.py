@@ -41,6 +41,8 @@ _AT_ONCE = 50
 #: A mesh is fine enough when its cost is below that of the mesh before by less than this share of the energy: as
 #: errors fall by 3 to 8 from mesh to mesh, its own is a fraction of that.
 _MESH_LOSS = 1.5e-3
+#: ... and when no pilot is dearer, at its own multiplier, than any other run by this share of the energy.
+_PILOT_LOSS = 5e-4
 
 
 class OutOfTime(Exception):
@@ -99,6 +101,16 @@ class PilotFront:
             costs[pilot.price] - pilot.cost_j(pilot.price)
             <= _MESH_LOSS * max(pilot.energy_j, _LEAST_SHARE * self.scale_j)
             for pilot in both
+        )
+
+    def stands(self, runs: list[Run]) -> bool:
+        """Whether no run is cheaper than a pilot at the pilot's own multiplier, which no run can be."""
+        times_s, energies_j = (np.array([run[column] for run in runs]) for column in range(2))
+        return all(
+            pilot.cost_j(pilot.price) - float((energies_j + pilot.price * times_s).min())
+            <= _PILOT_LOSS * max(pilot.energy_j, _LEAST_SHARE * self.scale_j)
+            for pilot in self.pilots[1:]
+            if math.isfinite(pilot.price)
         )
 
     def thriftiest(self) -> Run:
