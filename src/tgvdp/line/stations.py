@@ -69,12 +69,15 @@ def graded_stations(trip: Trip, fastest: Profile, cell_m: float) -> NDArray[np.f
     gap_m = _SAME * trip.distance_m
     near = np.searchsorted(breaks_m, soft_m).clip(1, len(breaks_m) - 1)
     apart = np.minimum(soft_m - breaks_m[near - 1], breaks_m[near] - soft_m) > gap_m
-    fixed_m = np.union1d(breaks_m, soft_m[apart])
-    fixed_m = fixed_m[np.concatenate(([True], np.diff(fixed_m) > gap_m)) | np.isin(fixed_m, breaks_m)]
+    soft_m = soft_m[apart & (np.diff(soft_m, prepend=-np.inf) > gap_m)]
+    fixed_m = np.sort(np.concatenate((breaks_m, soft_m)))
     grading = _Grading(trip.distance_m, cell_m)
     at = grading.count(fixed_m)
     counts = np.maximum(np.ceil(np.diff(at) - 1e-9), 1.0).astype(np.int64)
-    part = np.concatenate([np.arange(1, n) / n for n in counts])
-    start = np.repeat(at[:-1], counts - 1)
-    inner = grading.position(start + part * np.repeat(np.diff(at), counts - 1))
-    return np.union1d(fixed_m, inner)
+    inner = counts - 1
+    start = np.repeat(at[:-1], inner)
+    step = np.repeat(np.diff(at) / counts, inner)
+    which = np.arange(1, len(start) + 1) - np.repeat(np.cumsum(inner) - inner, inner)
+    inner_m = grading.position(start + which * step)
+    station_m = np.sort(np.concatenate((fixed_m, inner_m)))
+    return station_m[np.diff(station_m, prepend=-np.inf) > 0.0]

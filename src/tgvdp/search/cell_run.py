@@ -2,7 +2,7 @@
 
 import math
 
-from tgvdp._jit import part
+from tgvdp._jit import leaf, part
 from tgvdp.line.meeting import braked_w, drive_then_brake
 from tgvdp.physics.arc import OK, arc
 from tgvdp.physics.forces import mean_effort, mean_resistance, resistance_at
@@ -30,7 +30,7 @@ def _append(x, w, xs, ws, n):
     return n + 1
 
 
-@part
+@leaf
 def coast(train, length, grade, air, w):
     """`land` under coasting, without its generality: the resistance is nearly linear in w1, three sweeps solve it."""
     v = math.sqrt(w)
@@ -140,7 +140,7 @@ def _drive_to_line(train, start, length, end, grade, air, limit, w, line, slope,
     return _hold_to_line(train, x0, left, end, grade, air, landed, landed + below, slope, top, xs, ws, last)
 
 
-@part
+@leaf
 def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, coasts, b, top, bx, bw, xs, ws, n):
     """Append the rows of one cell from w.
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import leaf, part
 from tgvdp.line.meeting import SLIVER, drop_slivers
-from tgvdp.physics.arc import arc
+from tgvdp.physics.arc import OK, arc
 from tgvdp.physics.energy import regenerated
 from tgvdp.physics.motion import DYNAMIC, land
 from tgvdp.search.cell_run import ON_CURVE, coast, drive_cell
@@ -166,6 +166,15 @@ def drive_blend(train, drawn, returned, course, first_policy, second_policy, sha
         coasts = max(coasts, bottom)
         grade = course.grade_n[k]
         air = course.air[k]
+        if w == a and coasts == a:  # held: most cells of a long line
+            status, duration, work = arc(train, course.length_m[k], grade, air, w, w)
+            if status == OK and work >= 0.0:
+                xs[n] = course.station_m[k + 1]
+                ws[n] = w
+                n += 1
+                time += duration
+                energy += drawn * work
+                continue
         first = n
         n = drive_cell(
             train, returned > 0.0, course.station_m[k], course.station_m[k + 1], course.length_m[k], grade, air,

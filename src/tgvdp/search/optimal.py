@@ -111,7 +111,8 @@ def optimal_front(
     search = _Search(trip, fastest, aims_s, half_s, auxiliary_w, counters, clock)
     runs, complete, saves = search.runs() if slower.any() else ([], True, True)
     rows = fastest.position_m - trip.origin_m, fastest.speed_mps**2
-    found = [Run(fastest.duration_s, traction_j, math.inf, *rows)] * int(np.sum(~slower))
+    met = int(np.sum(~slower))
+    found = [Run(fastest.duration_s, traction_j, math.inf, *rows)] * met
     missed_s: list[float] = []
     for aim_s, run in zip(aims_s.tolist(), runs, strict=False):
         if abs(run.time_s - aim_s) > half_s * (1.0 + _SAME) and (saves or run is not runs[-1]):
@@ -120,12 +121,11 @@ def optimal_front(
         if run.time_s <= (aim_s + half_s) * (1.0 + _SAME) and (
             not found or run.time_s > found[-1].time_s * (1.0 + _SAME)
         ):
-            x_m, w = follow(trip.train, line, run.x_m, run.w)
-            found.append(run._replace(x_m=x_m, w=w))
+            found.append(run)
     duration, energy, prices = (np.array([run[column] for run in found], dtype=np.float64) for column in range(3))
     return OptimalRuns(
         duration, energy + auxiliary_w * duration, np.maximum(prices - auxiliary_w, 0.0), complete, not saves,
-        counters, [(run.x_m, run.w) for run in found], tuple(missed_s),
+        counters, [rows] * met + [follow(trip.train, line, run.x_m, run.w) for run in found[met:]], tuple(missed_s),
     )  # fmt: skip
 
 
