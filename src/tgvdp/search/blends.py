@@ -32,8 +32,10 @@ def cubic_energy_j(first_s, first_j, first_price, second_s, second_j, second_pri
 
 
 def cubic_price(first_s, first_j, first_price, second_s, second_j, second_price, time_s):
-    """Price at a time: minus the slope of that cubic, within the prices of the two runs; the second's if the first's is
-    infinite."""
+    """Price at a time: minus the slope of that cubic, within the prices of the two runs.
+
+    The second's where that of the first is infinite.
+    """
     if math.isinf(first_price):
         return second_price
     span = second_s - first_s
@@ -67,7 +69,8 @@ def _first_share(samples, known, at, time_s):
 
 @part
 def _meet(
-    train, drawn, returned, course, first_policy, second_policy, samples, known, target_s, tolerance_s, xs, ws, bx, bw, run
+    train, drawn, returned, course, first_policy, second_policy, samples, known, target_s, tolerance_s, xs, ws, bx, bw,
+    run,
 ):  # fmt: skip
     """Drive blends until one takes the target time (Illinois rule); returns its rows, known samples and runs.
 
@@ -85,7 +88,9 @@ def _meet(
     runs = 0
     side = 0
     while True:
-        n, time, energy = drive_blend(train, drawn, returned, course, first_policy, second_policy, share, xs, ws, bx, bw)
+        n, time, energy = drive_blend(
+            train, drawn, returned, course, first_policy, second_policy, share, xs, ws, bx, bw
+        )
         runs += 1
         f = time - target_s
         if n < 0 or not bracketed or abs(f) <= tolerance_s or hi - lo < _SAME_SHARE or runs >= _MOST_RUNS:
@@ -140,8 +145,8 @@ def drive(
         A run may cost more than the cubic through the pilots promises by this share of its energy, and at least by so
         much; an infinite loss refuses no run, nor does an infinite price of the first pilot.
     samples : (S, 2) float64, modified in place
-        Shares of the second policy and running times of ``known`` blends, in order. Of a single one the share is driven,
-        whatever time it takes.
+        Shares of the second policy and running times of ``known`` blends, in order. Of a single one the share is
+        driven, whatever time it takes.
     known : int
     targets : (n,) float64
         Running times that are wanted, s.

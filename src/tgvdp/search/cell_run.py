@@ -144,8 +144,8 @@ def _drive_to_line(train, start, length, end, grade, air, limit, w, line, slope,
 def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, coasts, b, top, bx, bw, xs, ws, n):
     """Append the rows of one cell from w.
 
-    The line of switching between traction and coasting ends at a; a run that coasts from its start on ends at ``coasts``.
-    b is where dynamic braking begins, ``top`` the envelope at the end.
+    The line of switching between traction and coasting ends at a; a run that coasts from its start on ends at
+    ``coasts``. b is where dynamic braking begins, ``top`` the envelope at the end.
     """
     if coasts < a:
         a = 0.5 * (a + coasts)

@@ -24,19 +24,12 @@ is in docs/front-method.md.
 
 import math
 
-from tgvdp._jit import kernel, leaf, part
+from tgvdp._jit import kernel, part
 from tgvdp.physics.motion import COASTING, DYNAMIC
-from tgvdp.search.characteristics import (
-    LEAST_WALL,
-    coast_back,
-    dynamic_suffices,
-    holding_costate,
-    holding_w,
-    saturated_back,
-    transport,
-    wall_region,
-)
+from tgvdp.search.characteristics import coast_back, holding_costate, holding_w, saturated_back
 from tgvdp.search.polyline import make_monotone, thin
+from tgvdp.search.regions import LEAST_WALL, dynamic_suffices, wall_region
+from tgvdp.search.transport import transport
 
 #: Room for points of the polyline.
 ROOM = 4096
@@ -65,6 +58,23 @@ def _crossing(level, w, p, n, first):
         return n, w[n - 1]
     share = (level - p[i - 1]) / (p[i] - p[i - 1])
     return i, w[i - 1] + share * (w[i] - w[i - 1])
+
+
+@part
+def _snapped(held, slack, level, w, p, n, at, cross_w):
+    """A crossing, moved to the speed that is held if p is at the level there, within the error of the polyline.
+
+    Next to that speed p hardly changes: thinning alone would move the crossing about.
+    """
+    if not w[0] < held < w[n - 1]:
+        return at, cross_w
+    i = max(min(at, n - 1), 1)
+    while i > 1 and w[i - 1] >= held:
+        i -= 1
+    while w[i] < held:
+        i += 1
+    here = p[i] if w[i] <= w[i - 1] else p[i - 1] + (p[i] - p[i - 1]) * (held - w[i - 1]) / (w[i] - w[i - 1])
+    return (i, held) if abs(here - level) <= slack else (at, cross_w)
 
 
 @part
@@ -162,7 +172,13 @@ def switching_speeds(
     held_brake_w = math.inf
     for k in range(count - 2, -1, -1):
         d = length[k]
+        if air[k] != held_air:
+            held_air = air[k]
+            held_w = holding_w(train.davis_b, held_air, price)
+            held_brake_w = holding_w(train.davis_b, held_air, price / returned) if returned > 0.0 else math.inf
+        slack = tolerance * loosen * d / typical_m
         drives, a = _crossing(-0.5, w, p, n, 0)
+        drives, a = _snapped(held_w, slack, -0.5, w, p, n, drives, a)
         n = _insert(w, p, n, drives, a, -0.5)
         coasts = n - 1
         b = fast[k + 1]
@@ -177,10 +193,6 @@ def switching_speeds(
         points += n
         bottom = max(low[k], min(floor_w, 0.1 * fast[k]))
         load = train.davis_a_n + grade[k]
-        if air[k] != held_air:
-            held_air = air[k]
-            held_w = holding_w(train.davis_b, held_air, price)
-            held_brake_w = holding_w(train.davis_b, held_air, price / returned) if returned > 0.0 else math.inf
         m, coast_w, brake_w = transport(
             train, returned, d, load, held_air, price, held_w, held_brake_w, bottom, fast[k], fast[k + 1], w, p, n,
             drives, coasts, x, y,
@@ -193,7 +205,7 @@ def switching_speeds(
             p, y = y, p
             n = m
             continue
-        n = thin(x, y, m, -0.5 * returned, tolerance * loosen * d / typical_m, w, p)
+        n = thin(x, y, m, -0.5 * returned, slack, w, p)
         thinned = n
         if n > _MANY_POINTS:
             loosen *= 1.5

@@ -12,8 +12,8 @@ from tgvdp.search.blends import cubic_energy_j, cubic_price
 class Pilot:
     """A solved multiplier: price λ in J/s, its switching speeds, running time in s and energy in J.
 
-    Those of the front method are (K + 1, 3), see `costate.switching_speeds`; the refinement keeps squared speeds of the run
-    itself, (K + 1,).
+    Those of the front method are (K + 1, 3), see `costate.switching_speeds`; the refinement keeps squared speeds of the
+    run itself, (K + 1,).
     """
 
     price: float
@@ -28,7 +28,7 @@ class Pilot:
 
 def ends_of(first: Pilot, second: Pilot) -> NDArray[np.float64]:
     """Running time, energy and price of two pilots, (6,)."""
-    return np.array((first.time_s, first.energy_j, first.price, second.time_s, second.energy_j, second.price))
+    return np.array([first.time_s, first.energy_j, first.price, second.time_s, second.energy_j, second.price])
 
 
 def blend(first: Pilot, second: Pilot, share: float) -> NDArray[np.float64]:

@@ -49,7 +49,7 @@ def _per_kilogram(train: KernelTrain) -> KernelTrain:
 
 
 class Run(NamedTuple):
-    """A run that is kept: running time in s, energy in J, price in J/s; positions from the origin and squared speeds, (n,)."""
+    """A run that is kept: running time in s, energy in J, price in J/s; its rows, from the origin, (n,)."""
 
     time_s: float
     energy_j: float
@@ -59,7 +59,7 @@ class Run(NamedTuple):
 
 
 class Interval:
-    """Two neighbouring pilots, and the blends of their policies that were driven: shares and running times, in order."""
+    """Two neighbouring pilots, and the blends of them that were driven: shares and running times, in order."""
 
     def __init__(self, before: Pilot, after: Pilot) -> None:
         self.before = before

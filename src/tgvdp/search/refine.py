@@ -19,8 +19,8 @@ from tgvdp.physics.profile import Profile
 from tgvdp.physics.resolved import resolve
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.optimal import OptimalRuns
-from tgvdp.search.pilot_front import OutOfTime
 from tgvdp.search.pilot import Pilot, price_between
+from tgvdp.search.pilot_front import OutOfTime
 from tgvdp.search.pilots import Mesh
 from tgvdp.search.refine_level import WIDEST, Level, mesh_for
 from tgvdp.search.relaxed_map import relaxed_tables
