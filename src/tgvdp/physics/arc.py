@@ -25,6 +25,23 @@ STANDSTILL = 5
 
 
 @leaf
+def duration_and_work(train, length_m, grade_n, air, w0, w1):
+    """Duration in s and work of the effort in J of a segment of constant acceleration, limits or not; see `arc`.
+
+    Two more numbers are what `arc` needs: the mean load in N, and the rounding error of the work.
+    """
+    v0 = math.sqrt(w0)
+    v1 = math.sqrt(w1)
+    gain = 0.5 * train.inertia_kg * (w1 - w0)
+    mean_load = mean_resistance(train, air, v0, v1) + grade_n
+    load = length_m * mean_load
+    work = gain + load
+    # Work near zero is the difference of large terms: its rounding error must not count as effort.
+    noise = FEASIBILITY_RTOL * (abs(gain) + abs(load))
+    return 2.0 * length_m / (v0 + v1), 0.0 if abs(work) <= noise else work, mean_load, noise
+
+
+@leaf
 def arc(train, length_m, grade_n, air, w0, w1):
     """Evaluate a segment of constant acceleration.
 
@@ -49,19 +66,11 @@ def arc(train, length_m, grade_n, air, w0, w1):
     """
     v0 = math.sqrt(w0)
     v1 = math.sqrt(w1)
-    s = v0 + v1
-    if s <= 0.0:
+    if v0 + v1 <= 0.0:
         return STANDSTILL, math.inf, math.inf
+    duration, work, mean_load, noise = duration_and_work(train, length_m, grade_n, air, w0, w1)
     half_gain = 0.5 * (w1 - w0)
-    mean_load = mean_resistance(train, air, v0, v1) + grade_n
-    load = length_m * mean_load
-    work = train.inertia_kg * half_gain + load
-    duration = 2.0 * length_m / s
     slack = 1.0 + FEASIBILITY_RTOL
-    # Work near zero is the difference of large terms: its rounding error must not count as effort.
-    noise = FEASIBILITY_RTOL * (train.inertia_kg * abs(half_gain) + abs(load))
-    if abs(work) <= noise:
-        work = 0.0
     if work > 0.0 and work > length_m * mean_effort(train.traction, v0, v1) * slack + noise:
         return OVER_TRACTION, duration, work
     if work < 0.0 and -work > length_m * mean_brake(train, mean_load, v0, v1) * slack + noise:

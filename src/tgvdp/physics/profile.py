@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tgvdp._jit import kernel
 from tgvdp.model.energy import PANTOGRAPH
 from tgvdp.model.trip import Trip
-from tgvdp.physics.arc import arc
+from tgvdp.physics.arc import duration_and_work
 from tgvdp.physics.energy import arc_energy, energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train, mean_brake, mean_effort, mean_resistance, unpowered
 from tgvdp.physics.resolved import LOWERED, POWERED, resolve
@@ -123,7 +123,7 @@ def _measure(train, tables, at_wheel, x, w, grade, air, supply, time, force, ene
     for i in range(n - 1):
         d = x[i + 1] - x[i]
         here = train if supply[i] == POWERED else dark
-        _, duration, work = arc(here, d, grade[i], air[i], w[i], w[i + 1])
+        duration, work, _, _ = duration_and_work(here, d, grade[i], air[i], w[i], w[i + 1])
         effort = work / d
         v0 = np.sqrt(w[i])
         v1 = np.sqrt(w[i + 1])

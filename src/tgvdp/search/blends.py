@@ -170,8 +170,8 @@ def drive(
     driven : int
         Number of runs.
     """
-    if math.isnan(course.ride_s[0]):
-        find_rides(train, drawn, returned, course)
+    if course.stays[0] < 0:
+        find_rides(train, course)
     stored = 0
     driven = 0
     for i in range(targets.shape[0]):

@@ -24,13 +24,20 @@ _SAME_PLACE = 1e-12
 
 
 @part
+def _work(train, length, grade, air, w0, w1):
+    """Status and work of an arc, not inlined."""
+    status, _, work = arc(train, length, grade, air, w0, w1)
+    return status, work
+
+
+@part
 def _append(x, w, xs, ws, n):
     xs[n] = x
     ws[n] = w
     return n + 1
 
 
-@leaf
+@part
 def coast(train, length, grade, air, w):
     """`land` under coasting, without its generality: the resistance is nearly linear in w1, three sweeps solve it."""
     v = math.sqrt(w)
@@ -79,7 +86,7 @@ def _regenerate(train, start, rest, end, grade, air, limit, w, b, top, bx, bw, x
     All brakes only where that one would leave the envelope.
     """
     target = min(b, top)
-    status, _, work = arc(train, rest, grade, air, w, target)
+    status, work = _work(train, rest, grade, air, w, target)
     limit_n = mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
     if status == OK and -work <= _GENTLE_SHARE * rest * limit_n:
         return _append(end, target, xs, ws, n)
@@ -109,7 +116,7 @@ def _hold_to_line(train, start, length, end, grade, air, w, line, slope, top, xs
     """
     rest = length
     held = length if slope >= 0.0 else min((w - line) / slope, length)
-    status, _, work = arc(train, length, grade, air, w, w)
+    status, work = _work(train, length, grade, air, w, w)
     if status == OK and work >= 0.0 and top >= w * (1.0 - ON_CURVE) and held > 0.0:
         rest = length - held if held < length * (1.0 - _SAME_PLACE) else 0.0
         n = _append(end - rest, w, xs, ws, n)
@@ -160,7 +167,7 @@ def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, 
     aim = coasts
     if w < line * (1.0 - ON_CURVE):
         if 0.0 <= steep <= 0.5 * drop and line <= limit:
-            status, _, work = arc(train, length, grade, air, w, coasts)
+            status, work = _work(train, length, grade, air, w, coasts)
             share = work / (length * mean_effort(train.traction, math.sqrt(w), math.sqrt(coasts)))
             if status == OK and 0.0 <= share < _GENTLE_SHARE:
                 return _append(end, coasts + share * (a - coasts), xs, ws, n)

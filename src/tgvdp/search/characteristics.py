@@ -93,6 +93,18 @@ def saturated_back(train, regime, effort_price, length, load, air, price, floor,
     return w0, _costate_before(length, price, LOST * floor, v1, w0, image_w, effort_price * effort_w * middle_w, p1)
 
 
+@part
+def coast_image(davis_b, length, load, air, price, floor, w1, p1):
+    """`coast_back`, but not inlined: half of the compilation where it is no inner loop."""
+    return coast_back(davis_b, length, load, air, price, floor, w1, p1)
+
+
+@part
+def saturated_image(train, regime, effort_price, length, load, air, price, floor, w1, p1):
+    """`saturated_back`, but not inlined."""
+    return saturated_back(train, regime, effort_price, length, load, air, price, floor, w1, p1)
+
+
 @leaf
 def coast_on(davis_b, length, load, air, w0):
     """Squared speed after coasting through a cell, by the midpoint rule."""

@@ -26,7 +26,7 @@ import math
 
 from tgvdp._jit import kernel, part
 from tgvdp.physics.motion import COASTING, DYNAMIC
-from tgvdp.search.characteristics import coast_back, holding_costate, holding_w, saturated_back
+from tgvdp.search.characteristics import coast_image, holding_costate, holding_w, saturated_image
 from tgvdp.search.polyline import make_monotone, thin
 from tgvdp.search.regions import LEAST_WALL, dynamic_suffices, wall_region
 from tgvdp.search.transport import transport
@@ -96,14 +96,16 @@ def _last_cell(train, returned, length, load, air, price, bottom, top, end_w, w,
     long as that suffices.
     """
     some_w = max(end_w, LEAST_WALL * top)
-    coasts = min(max(coast_back(train.davis_b, length, load, air, price, bottom, some_w, 0.0)[0], bottom), top)
+    coasts = min(max(coast_image(train.davis_b, length, load, air, price, bottom, some_w, 0.0)[0], bottom), top)
     ratio = (coasts / bottom) ** (1.0 / (_LAST_POINTS - 1))
+    w0 = bottom
     for n in range(_LAST_POINTS):
-        w[n] = bottom * ratio**n
+        w[n] = w0
+        w0 *= ratio
         p[n] = holding_costate(train.davis_b, length, air, 1.0, price, w[n], end_w)
     n = _LAST_POINTS
     if returned > 0.0 and not dynamic_suffices(train, length, load, air, top, end_w):
-        brakes = saturated_back(train, DYNAMIC, returned, length, load, air, price, bottom, some_w, 0.0)[0]
+        brakes = saturated_image(train, DYNAMIC, returned, length, load, air, price, bottom, some_w, 0.0)[0]
         brakes = min(max(brakes, coasts), top)
         n = wall_region(train, COASTING, returned, length, load, air, price, bottom, brakes, end_w, w, p, n)
         return wall_region(train, DYNAMIC, returned, length, load, air, price, bottom, top, end_w, w, p, n)

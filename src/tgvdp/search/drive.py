@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import leaf, part
 from tgvdp.line.meeting import SLIVER, drop_slivers
-from tgvdp.physics.arc import OK, arc
+from tgvdp.physics.arc import duration_and_work
 from tgvdp.physics.energy import regenerated
+from tgvdp.physics.forces import mean_effort, resistance_at
 from tgvdp.physics.motion import DYNAMIC, land
 from tgvdp.search.cell_run import ON_CURVE, coast, drive_cell
 
@@ -44,9 +45,7 @@ class Course(NamedTuple):
     row : (K + 1,) int64
         Its rows at the stations.
     stays : (K,) int64
-        Whether a run on the envelope stays there.
-    ride_s, ride_j : (K,) float64
-        Running time and energy of the fastest run in each cell. NaN until the course is first driven.
+        Whether a run on the envelope stays there; negative until the course is first driven.
     """
 
     station_m: NDArray[np.float64]
@@ -60,8 +59,6 @@ class Course(NamedTuple):
     w: NDArray[np.float64]
     row: NDArray[np.int64]
     stays: NDArray[np.int64]
-    ride_s: NDArray[np.float64]
-    ride_j: NDArray[np.float64]
 
 
 @leaf
@@ -75,13 +72,11 @@ def _energy(train, drawn, returned, length, work, w0, w1):
 
 
 @part
-def find_rides(train, drawn, returned, course):
-    """Fill in ``stays``, ``ride_s`` and ``ride_j`` of a course."""
+def find_rides(train, course):
+    """Fill in ``stays`` of a course."""
     for k in range(course.length_m.shape[0]):
         grade = course.grade_n[k]
         air = course.air[k]
-        time = 0.0
-        energy = 0.0
         driven = True
         braked = True
         rises = True
@@ -89,16 +84,11 @@ def find_rides(train, drawn, returned, course):
         for i in range(course.row[k], course.row[k + 1]):
             w0 = course.w[i]
             w1 = course.w[i + 1]
-            d = course.x_m[i + 1] - course.x_m[i]
-            _, duration, work = arc(train, d, grade, air, w0, w1)
-            time += duration
-            energy += _energy(train, drawn, returned, d, work, w0, w1)
+            work = duration_and_work(train, course.x_m[i + 1] - course.x_m[i], grade, air, w0, w1)[1]
             driven &= work >= 0.0
             braked &= work <= 0.0
             rises &= w1 >= w0
             falls &= w1 <= w0
-        course.ride_s[k] = time
-        course.ride_j[k] = energy
         course.stays[k] = _LEAVES
         if driven and (rises or falls):
             course.stays[k] = _AIMS_THERE
@@ -113,6 +103,14 @@ def find_rides(train, drawn, returned, course):
 def _rides(stays, a, b, top):
     """Whether a run on the envelope, of switching speeds a and b at the end of the cell, stays there."""
     return stays == _BRAKES_THERE or (stays == _AIMS_THERE and a >= top) or (stays == _COASTS_THERE and b >= top)
+
+
+@leaf
+def _holds(train, grade, air, w):
+    """Whether traction alone holds a speed."""
+    v = math.sqrt(w)
+    load = resistance_at(train, air, v) + grade
+    return 0.0 <= load <= mean_effort(train.traction, v, v)
 
 
 @part
@@ -151,41 +149,32 @@ def drive_blend(train, drawn, returned, course, first_policy, second_policy, sha
         top = course.fast[k + 1]
         bottom = course.low[k + 1]
         a = first_policy[k + 1, 0] + share * (second_policy[k + 1, 0] - first_policy[k + 1, 0])
+        coasts = first_policy[k + 1, 1] + share * (second_policy[k + 1, 1] - first_policy[k + 1, 1])
         b = first_policy[k + 1, 2] + share * (second_policy[k + 1, 2] - first_policy[k + 1, 2])
+        grade = course.grade_n[k]
+        air = course.air[k]
+        first = n
         if w == course.fast[k] and _rides(course.stays[k], a, b, top):
             for i in range(course.row[k] + 1, course.row[k + 1] + 1):
                 xs[n] = course.x_m[i]
                 ws[n] = course.w[i]
                 n += 1
-            time += course.ride_s[k]
-            energy += course.ride_j[k]
-            continue
-        coasts = first_policy[k + 1, 1] + share * (second_policy[k + 1, 1] - first_policy[k + 1, 1])
-        a = max(min(a, top), bottom)
-        b = max(a, b)
-        coasts = max(coasts, bottom)
-        grade = course.grade_n[k]
-        air = course.air[k]
-        if w == a and coasts == a:  # held: most cells of a long line
-            status, duration, work = arc(train, course.length_m[k], grade, air, w, w)
-            if status == OK and work >= 0.0:
-                xs[n] = course.station_m[k + 1]
-                ws[n] = w
-                n += 1
-                time += duration
-                energy += drawn * work
-                continue
-        first = n
-        n = drive_cell(
-            train, returned > 0.0, course.station_m[k], course.station_m[k + 1], course.length_m[k], grade, air,
-            course.limit_w[k], w, a, coasts, b, top, bx, bw, xs, ws, n,
-        )  # fmt: skip
-        if n > first + 1:
-            n = drop_slivers(xs, ws, first, n, SLIVER * course.length_m[k])
-        ws[n - 1] = max(min(ws[n - 1], top), bottom)
+        elif w == a and a == coasts <= top and _holds(train, grade, air, w):  # most cells of a long line
+            xs[n] = course.station_m[k + 1]
+            ws[n] = w
+            n += 1
+        else:
+            a = max(min(a, top), bottom)
+            n = drive_cell(
+                train, returned > 0.0, course.station_m[k], course.station_m[k + 1], course.length_m[k], grade, air,
+                course.limit_w[k], w, a, max(coasts, bottom), max(a, b), top, bx, bw, xs, ws, n,
+            )  # fmt: skip
+            if n > first + 1:
+                n = drop_slivers(xs, ws, first, n, SLIVER * course.length_m[k])
+            ws[n - 1] = max(min(ws[n - 1], top), bottom)
         for i in range(first, n):
             d = xs[i] - xs[i - 1]
-            _, duration, work = arc(train, d, grade, air, ws[i - 1], ws[i])
+            duration, work, _, _ = duration_and_work(train, d, grade, air, ws[i - 1], ws[i])
             time += duration
             energy += _energy(train, drawn, returned, d, work, ws[i - 1], ws[i])
     return n, time, energy

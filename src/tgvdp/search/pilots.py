@@ -26,7 +26,7 @@ _CELLS_PER_TRIP = 100
 _CELLS_PER_START = 4
 #: Thinning tolerance of the costate polyline, per cell; smaller where the price of time is below E/T of the fastest
 #: run, because the costates of coasting shrink with it.
-_TOLERANCE = 5e-5
+_TOLERANCE = 2e-5
 #: Squared speed below which costates are not carried, relative to the trip's top.
 _FLOOR = 1e-4
 _NO_ENDS = np.full(6, np.inf)
@@ -149,8 +149,7 @@ class Mesh:
         count = len(self.cells.length_m)
         x_m, w = self.fastest_rows
         row = np.searchsorted(x_m, self.cells.station_m)
-        rides = np.zeros(count, dtype=np.int64), np.full(count, np.nan), np.full(count, np.nan)
-        return Course(*self.cells[:5], self.low, self.fast, x_m, w, row, *rides)
+        return Course(*self.cells[:5], self.low, self.fast, x_m, w, row, np.full(count, -1))
 
     def drive(
         self, first: NDArray[np.float64], second: NDArray[np.float64], share: float, counters: dict[str, int]

@@ -10,7 +10,7 @@ import math
 from tgvdp._jit import kernel, part
 from tgvdp.physics.forces import mean_effort, mean_resistance
 from tgvdp.physics.motion import DYNAMIC, TRACTION
-from tgvdp.search.characteristics import LOST, coast_back, coast_on, saturated_back
+from tgvdp.search.characteristics import LOST, coast_back, coast_image, coast_on, saturated_back, saturated_image
 
 #: Neighbouring images are no further apart than this factor of w, below this share of the envelope.
 _SPREAD = 2.0
@@ -43,7 +43,7 @@ def drive_region(train, length, load, air, price, bottom, w, p, last, x, y):
                 share = (bottom - w0) / (x[first] - w0)
                 edge_w = w[i] + share * (w[first] - w[i])
                 edge_p = p[i] + share * (p[first] - p[i])
-                edge_w, edge_p = saturated_back(train, TRACTION, 1.0, length, load, air, price, bottom, edge_w, edge_p)
+                edge_w, edge_p = saturated_image(train, TRACTION, 1.0, length, load, air, price, bottom, edge_w, edge_p)
                 if edge_w > LOST * bottom and edge_p <= y[first]:
                     first -= 1
                     x[first] = bottom
@@ -89,7 +89,7 @@ def coast_region(davis_b, length, load, air, price, bottom, top, w, p, first, la
     lost = False
     i = first
     while i <= last:
-        w0, p0 = coast_back(davis_b, length, load, air, price, bottom, w[i], p[i])
+        w0, p0 = coast_image(davis_b, length, load, air, price, bottom, w[i], p[i])
         if w0 < bottom:
             lost = True
         else:
@@ -98,7 +98,7 @@ def coast_region(davis_b, length, load, air, price, bottom, top, w, p, first, la
                 share = (target - image) / (w0 - image)
                 fill_w = w[i - 1] + share * (w[i] - w[i - 1])
                 fill_p = p[i - 1] + share * (p[i] - p[i - 1])
-                fill_w, fill_p = coast_back(davis_b, length, load, air, price, bottom, fill_w, fill_p)
+                fill_w, fill_p = coast_image(davis_b, length, load, air, price, bottom, fill_w, fill_p)
                 if fill_w > LOST * bottom and fill_p <= p0:
                     x[m] = bottom if target == bottom else fill_w
                     y[m] = fill_p
@@ -117,9 +117,7 @@ def coast_region(davis_b, length, load, air, price, bottom, top, w, p, first, la
 
 
 @part
-def brake_region(
-    train, returned, length, load, air, price, held_w, bottom, top, w, p, first, last, x, y, start, m
-):
+def brake_region(train, returned, length, load, air, price, held_w, bottom, top, w, p, first, last, x, y, start, m):
     """Append images under full dynamic braking of the points ``first`` .. ``last``, of p ≥ −r/2.
 
     Of the images under coasting from ``start`` on those remain that keep p ≤ −r/2. Returns the number of images, and
@@ -136,7 +134,7 @@ def brake_region(
         switch = coast_on(train.davis_b, length, load, air, x[m - 1])
     before = m
     for i in range(first, last + 1):
-        w0, p0 = saturated_back(train, DYNAMIC, returned, length, load, air, price, bottom, w[i], p[i])
+        w0, p0 = saturated_image(train, DYNAMIC, returned, length, load, air, price, bottom, w[i], p[i])
         if w0 >= bottom:
             x[m] = w0
             y[m] = p0
@@ -180,9 +178,9 @@ def wall_region(train, regime, returned, length, load, air, price, bottom, top, 
         rest = 1.0 - i / pieces
         w1 = max(top + rest * (wall - top), LEAST_WALL * top)
         if regime == DYNAMIC:
-            w0, p0 = saturated_back(train, DYNAMIC, returned, rest * length, load, air, price, bottom, w1, 0.0)
+            w0, p0 = saturated_image(train, DYNAMIC, returned, rest * length, load, air, price, bottom, w1, 0.0)
         else:
-            w0, p0 = coast_back(train.davis_b, rest * length, load, air, price, bottom, w1, -0.5 * returned)
+            w0, p0 = coast_image(train.davis_b, rest * length, load, air, price, bottom, w1, -0.5 * returned)
         x[m] = min(w0, top)
         y[m] = min(p0, 0.0)
         m += 1

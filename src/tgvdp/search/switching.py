@@ -9,7 +9,7 @@ the change of speed, and no speed limit is passed.
 import math
 
 from tgvdp._jit import kernel, leaf, part
-from tgvdp.physics.arc import OK, arc
+from tgvdp.physics.arc import OK, arc, duration_and_work
 from tgvdp.physics.energy import arc_energy, map_power
 from tgvdp.physics.forces import mean_effort, mean_resistance, unpowered
 from tgvdp.physics.resolved import LOWERED, POWERED
@@ -73,7 +73,7 @@ def _switching_point(train, length, grade, air, w0, w1, lower, upper):
 @part
 def _append(train, tables, d, grade, air, x, w0, w1, xs, ws, n):
     """Append a row; returns its duration and its energy."""
-    _, duration, work = arc(train, d, grade, air, w0, w1)
+    duration, work, _, _ = duration_and_work(train, d, grade, air, w0, w1)
     xs[n] = x
     ws[n] = w1
     return duration, arc_energy(train, tables, d, duration, work, w0, w1)
@@ -113,7 +113,7 @@ def switch(train, tables, relaxed, station, length, grade, air, supply, w, xs, w
         v0 = math.sqrt(w[k])
         v1 = math.sqrt(w[k + 1])
         v = 0.5 * (v0 + v1)
-        work = arc(here, d, grade[k], air[k], w[k], w[k + 1])[2]
+        work = duration_and_work(here, d, grade[k], air[k], w[k], w[k + 1])[1]
         limit = d * mean_effort(here.traction if work >= 0.0 else here.braking, v0, v1)
         demand = min(max(work / limit, -1.0), 1.0) if limit > 0.0 else 0.0
         if supply[k] == POWERED and not _touches(tables, relaxed, v, demand):

@@ -2,7 +2,7 @@
 
 from tgvdp._jit import kernel
 from tgvdp.physics.motion import COASTING, DYNAMIC
-from tgvdp.search.characteristics import coast_back, coast_on, holding_costate
+from tgvdp.search.characteristics import coast_image, coast_on, holding_costate
 from tgvdp.search.regions import (
     brake_region,
     coast_region,
@@ -96,6 +96,6 @@ def transport(
     switch = wall
     if a < wall and highest > lowest:
         switch = min(a + (wall - a) * (-0.5 - lowest) / (highest - lowest), _BEYOND * wall)
-    x[m] = coast_back(davis_b, length, load, air, price, bottom, switch, -0.5)[0]
+    x[m] = coast_image(davis_b, length, load, air, price, bottom, switch, -0.5)[0]
     y[m] = -0.5
     return m + 1, switch, b
