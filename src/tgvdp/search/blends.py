@@ -125,7 +125,7 @@ def _meet(
 @kernel
 def drive(
     train, drawn, returned, course, start_w, first_policy, second_policy, ends, loss, least_loss_j, samples, known,
-    targets, tolerance_s, xs, ws, bx, bw, runs,
+    targets, tolerance_s, rows, stored, scratch, runs,
 ):  # fmt: skip
     """Drive blends of two policies through the whole trip that take given times, one after the other.
 
@@ -152,10 +152,11 @@ def drive(
         Running times that are wanted, s.
     tolerance_s : float
         How well.
-    xs, ws : (size,) float64, modified in place
+    rows : (2, size) float64, modified in place
         Rows of the runs: positions from the origin, squared speeds.
-    bx, bw : (size,) float64
-        Scratch.
+    stored : int
+        Rows that are taken already.
+    scratch : (2, size) float64
     runs : (n, 7) float64, modified in place
         `RUN_COLUMNS` of each target's run; of a time that is not met, the run next to it.
 
@@ -172,13 +173,14 @@ def drive(
     """
     if course.stays[0] < 0:
         find_rides(train, course)
-    stored = 0
+    bx = scratch[0]
+    bw = scratch[1]
     driven = 0
     for i in range(targets.shape[0]):
-        if stored >= xs.shape[0]:
+        if stored >= rows.shape[1]:
             return i, NO_ROOM, known, driven
-        x = xs[stored:]
-        w = ws[stored:]
+        x = rows[0, stored:]
+        w = rows[1, stored:]
         x[0] = 0.0
         w[0] = start_w
         run = runs[i]

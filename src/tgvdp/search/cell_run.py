@@ -16,7 +16,7 @@ _HELD = 1e-5
 #: Coasting takes so many rows in a cell per relative change of speed, so that a row's constant deceleration misses the
 #: duration by 1e-6 or two; at most ...
 _COAST_ROWS = 100.0
-_MOST_COAST_ROWS = 4
+_MOST_COAST_ROWS = 4.0
 #: Relative distance in v² within which a run is on the braking curve.
 ON_CURVE = 1e-8
 #: Share of a length within which two positions are one.
@@ -184,11 +184,11 @@ def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, 
         return _saturated(train, TRACTION, start, rest, end, grade, air, w, math.inf, xs, ws, n)[2]
     landed = coast(train, rest, grade, air, w)
     if landed <= min(b, top):
-        rows = min(1 + int(_COAST_ROWS * abs(w - landed) / (w + landed)), _MOST_COAST_ROWS)
+        rows = int(min(1.0 + _COAST_ROWS * abs(w - landed) / (w + landed), _MOST_COAST_ROWS))
         for i in range(1, rows + 1):
             w = landed if rows == 1 else coast(train, rest / rows, grade, air, w)
             xs[n] = start + i * rest / rows if i < rows else end
-            ws[n] = min(w, b, top) if i == rows else w
+            ws[n] = min(min(w, b), top) if i == rows else w
             n += 1
         return n
     if regenerates:

@@ -68,7 +68,7 @@ def _snapped(held, slack, level, w, p, n, at, cross_w):
     """
     if not w[0] < held < w[n - 1]:
         return at, cross_w
-    i = max(min(at, n - 1), 1)
+    i = at if at < n else n - 1
     while i > 1 and w[i - 1] >= held:
         i -= 1
     while w[i] < held:

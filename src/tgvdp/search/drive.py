@@ -30,33 +30,30 @@ _COASTS_THERE = 2
 _BRAKES_THERE = 3
 
 
+#: Rows of `Course.cells`.
+STATION, LENGTH, GRADE, AIR, LIMIT, LOW, FAST = range(7)
+
+
 class Course(NamedTuple):
     """Cells with the envelope of feasible speeds, and the fastest run within each of them, for the kernel.
 
+    Few large arrays: each one costs a tenth of a microsecond per call.
+
     Attributes
     ----------
-    station_m : (K + 1,) float64
-    length_m, grade_n, air, limit_w : (K,) float64
-        As in `Cells`.
-    low, fast : (K + 1,) float64
-        Slowest and fastest feasible squared speed at each station, m²/s².
-    x_m, w : (n,) float64
-        Rows of the fastest run.
+    cells : (7, K + 1) float64
+        Stations in m, lengths in m, grade forces in N, drag in N/(m/s)² and squared limits of the K cells as in `Cells`;
+        slowest and fastest feasible squared speed at each station, m²/s².
+    fastest : (2, n) float64
+        Rows of the fastest run: positions and squared speeds.
     row : (K + 1,) int64
         Its rows at the stations.
     stays : (K,) int64
         Whether a run on the envelope stays there; negative until the course is first driven.
     """
 
-    station_m: NDArray[np.float64]
-    length_m: NDArray[np.float64]
-    grade_n: NDArray[np.float64]
-    air: NDArray[np.float64]
-    limit_w: NDArray[np.float64]
-    low: NDArray[np.float64]
-    fast: NDArray[np.float64]
-    x_m: NDArray[np.float64]
-    w: NDArray[np.float64]
+    cells: NDArray[np.float64]
+    fastest: NDArray[np.float64]
     row: NDArray[np.int64]
     stays: NDArray[np.int64]
 
@@ -74,28 +71,29 @@ def _energy(train, drawn, returned, length, work, w0, w1):
 @part
 def find_rides(train, course):
     """Fill in ``stays`` of a course."""
-    for k in range(course.length_m.shape[0]):
-        grade = course.grade_n[k]
-        air = course.air[k]
+    cells = course.cells
+    x = course.fastest[0]
+    w = course.fastest[1]
+    for k in range(course.stays.shape[0]):
+        grade = cells[GRADE, k]
+        air = cells[AIR, k]
         driven = True
         braked = True
         rises = True
         falls = True
         for i in range(course.row[k], course.row[k + 1]):
-            w0 = course.w[i]
-            w1 = course.w[i + 1]
-            work = duration_and_work(train, course.x_m[i + 1] - course.x_m[i], grade, air, w0, w1)[1]
+            work = duration_and_work(train, x[i + 1] - x[i], grade, air, w[i], w[i + 1])[1]
             driven &= work >= 0.0
             braked &= work <= 0.0
-            rises &= w1 >= w0
-            falls &= w1 <= w0
+            rises &= w[i + 1] >= w[i]
+            falls &= w[i + 1] <= w[i]
         course.stays[k] = _LEAVES
         if driven and (rises or falls):
             course.stays[k] = _AIMS_THERE
-        top = course.fast[k + 1]
-        if braked and falls and coast(train, course.length_m[k], grade, air, course.fast[k]) > top:
+        top = cells[FAST, k + 1]
+        if braked and falls and coast(train, cells[LENGTH, k], grade, air, cells[FAST, k]) > top:
             course.stays[k] = _COASTS_THERE
-            if land(train, DYNAMIC, 1.0, course.length_m[k], grade, air, course.fast[k]) > top * (1.0 + ON_CURVE):
+            if land(train, DYNAMIC, 1.0, cells[LENGTH, k], grade, air, cells[FAST, k]) > top * (1.0 + ON_CURVE):
                 course.stays[k] = _BRAKES_THERE
 
 
@@ -139,38 +137,40 @@ def drive_blend(train, drawn, returned, course, first_policy, second_policy, sha
     time_s, energy_j : float
         Running time and energy, without auxiliaries.
     """
+    cells = course.cells
     n = 1
     time = 0.0
     energy = 0.0
-    for k in range(course.length_m.shape[0]):
+    for k in range(course.stays.shape[0]):
         if n + MOST_ROWS > xs.shape[0]:
             return -1, time, energy
         w = ws[n - 1]
-        top = course.fast[k + 1]
-        bottom = course.low[k + 1]
+        top = cells[FAST, k + 1]
+        bottom = cells[LOW, k + 1]
         a = first_policy[k + 1, 0] + share * (second_policy[k + 1, 0] - first_policy[k + 1, 0])
         coasts = first_policy[k + 1, 1] + share * (second_policy[k + 1, 1] - first_policy[k + 1, 1])
         b = first_policy[k + 1, 2] + share * (second_policy[k + 1, 2] - first_policy[k + 1, 2])
-        grade = course.grade_n[k]
-        air = course.air[k]
+        length = cells[LENGTH, k]
+        grade = cells[GRADE, k]
+        air = cells[AIR, k]
         first = n
-        if w == course.fast[k] and _rides(course.stays[k], a, b, top):
+        if w == cells[FAST, k] and _rides(course.stays[k], a, b, top):
             for i in range(course.row[k] + 1, course.row[k + 1] + 1):
-                xs[n] = course.x_m[i]
-                ws[n] = course.w[i]
+                xs[n] = course.fastest[0, i]
+                ws[n] = course.fastest[1, i]
                 n += 1
         elif w == a and a == coasts <= top and _holds(train, grade, air, w):  # most cells of a long line
-            xs[n] = course.station_m[k + 1]
+            xs[n] = cells[STATION, k + 1]
             ws[n] = w
             n += 1
         else:
             a = max(min(a, top), bottom)
             n = drive_cell(
-                train, returned > 0.0, course.station_m[k], course.station_m[k + 1], course.length_m[k], grade, air,
-                course.limit_w[k], w, a, max(coasts, bottom), max(a, b), top, bx, bw, xs, ws, n,
+                train, returned > 0.0, cells[STATION, k], cells[STATION, k + 1], length, grade, air, cells[LIMIT, k],
+                w, a, max(coasts, bottom), max(a, b), top, bx, bw, xs, ws, n,
             )  # fmt: skip
             if n > first + 1:
-                n = drop_slivers(xs, ws, first, n, SLIVER * course.length_m[k])
+                n = drop_slivers(xs, ws, first, n, SLIVER * length)
             ws[n - 1] = max(min(ws[n - 1], top), bottom)
         for i in range(first, n):
             d = xs[i] - xs[i - 1]

@@ -18,7 +18,7 @@ from tgvdp.physics.forces import KernelTrain, kernel_train
 from tgvdp.physics.profile import Profile
 from tgvdp.search import costate
 from tgvdp.search.blends import DONE, NO_ROOM, NOT_MET, RUN_COLUMNS, SAMPLES, drive
-from tgvdp.search.drive import Course
+from tgvdp.search.drive import FAST, LENGTH, LIMIT, LOW, STATION, Course
 from tgvdp.search.pilot import Pilot, ends_of
 
 #: Cells per trip at least, and cells within the distance over which starting effort would reach the top speed.
@@ -88,9 +88,9 @@ class Mesh:
     fastest_rows: tuple[NDArray[np.float64], NDArray[np.float64]]
     typical_m: float
     usual_price: float
-    rows: tuple[NDArray[np.float64], NDArray[np.float64]] = field(init=False)
-    kept: tuple[NDArray[np.float64], NDArray[np.float64]] = field(init=False)
-    scratch: tuple[NDArray[np.float64], NDArray[np.float64]] = field(init=False)
+    rows: NDArray[np.float64] = field(init=False)
+    kept: NDArray[np.float64] = field(init=False)
+    scratch: NDArray[np.float64] = field(init=False)
     room: NDArray[np.float64] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -103,9 +103,9 @@ class Mesh:
         brakes = bool(self.train.braking[:, 1:].any())
         self.drawn, self.returned = tables.traction, tables.regeneration if brakes else 0.0
         self.size = 24 * len(self.cells.length_m) + 8192
-        self.rows = np.empty(self.size), np.empty(self.size)
-        self.kept = np.empty(0), np.empty(0)
-        self.scratch = (np.empty(4096), np.empty(4096))
+        self.rows = np.empty((2, self.size))
+        self.kept, self.stored = np.empty((2, 0)), 0
+        self.scratch = np.empty((2, 4096))
         self.samples = np.empty((SAMPLES, 2))
         self.runs = np.empty((1, RUN_COLUMNS))
         self.room = np.empty((4, costate.ROOM))
@@ -146,10 +146,13 @@ class Mesh:
     @cached_property
     def course(self) -> Course:
         """What the kernel needs to drive, made once; the kernel adds the rides when it first drives."""
-        count = len(self.cells.length_m)
-        x_m, w = self.fastest_rows
-        row = np.searchsorted(x_m, self.cells.station_m)
-        return Course(*self.cells[:5], self.low, self.fast, x_m, w, row, np.full(count, -1))
+        station_m, *others = self.cells[:5]
+        count = len(station_m) - 1
+        cells = np.zeros((7, count + 1))
+        cells[STATION], cells[LOW], cells[FAST] = station_m, self.low, self.fast
+        cells[LENGTH : LIMIT + 1, :count] = others
+        row = np.searchsorted(self.fastest_rows[0], station_m)
+        return Course(cells, np.array(self.fastest_rows), row, np.full(count, -1))
 
     def drive(
         self, first: NDArray[np.float64], second: NDArray[np.float64], share: float, counters: dict[str, int]
@@ -159,13 +162,12 @@ class Mesh:
         while True:
             _, status, _, driven = drive(
                 self.train, self.drawn, self.returned, self.course, self.trip.start_speed_mps**2, first, second,
-                _NO_ENDS, math.inf, 0.0, self.samples, 1, _NO_TARGET, 0.0, *self.rows, *self.scratch, self.runs,
+                _NO_ENDS, math.inf, 0.0, self.samples, 1, _NO_TARGET, 0.0, self.rows, 0, self.scratch, self.runs,
             )  # fmt: skip
             counters["runs"] += driven
             if status == DONE:
                 return int(self.runs[0, 1]), self.runs[0, 2], self.runs[0, 3]
-            size = 2 * len(self.rows[0])
-            self.rows = (np.empty(size), np.empty(size))
+            self.rows = np.empty((2, 2 * self.rows.shape[1]))
 
     def meet(
         self,
@@ -183,25 +185,24 @@ class Mesh:
         found: list[Run] = []
         runs = np.empty((len(target_s), RUN_COLUMNS))
         while True:
-            x_m, w = self.kept
+            rows = self.kept
             done, status, interval.known, driven = drive(
                 self.train, self.drawn, self.returned, self.course, self.trip.start_speed_mps**2,
                 interval.before.switch, interval.after.switch, interval.ends, loss, least_loss_j, interval.samples,
-                interval.known, target_s[len(found) :], tolerance_s, x_m, w, *self.scratch, runs,
+                interval.known, target_s[len(found) :], tolerance_s, rows, self.stored, self.scratch, runs,
             )  # fmt: skip
             counters["runs"] += driven
-            end = 0
             for first, last, time_s, energy_j, price, *_ in runs[:done].tolist():
-                start, end = int(first), int(last)
-                found.append(Run(time_s, energy_j, price, x_m[start:end], w[start:end]))
-            self.kept = x_m[end:], w[end:]
+                x_m, w = rows[:, int(first) : int(last)]
+                found.append(Run(time_s, energy_j, price, x_m, w))
+                self.stored = int(last)
             if status != NO_ROOM:
                 if status == NOT_MET:
                     interval.bracket = (runs[done, 5], runs[done, 6])
                 return found, status
             if not done:
                 self.size *= 2
-            self.kept = np.empty(self.size), np.empty(self.size)
+            self.kept, self.stored = np.empty((2, self.size)), 0
 
     def pilot(self, price: float, counters: dict[str, int]) -> "Pilot":
         """Solve and drive one multiplier, J/s; infinite is the fastest run, full traction up to the envelope."""

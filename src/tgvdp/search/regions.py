@@ -17,7 +17,7 @@ _SPREAD = 2.0
 _SLOW_SHARE = 0.1
 #: Runs that meet the wall within a cell have costates at so many points per relative change of the wall, at most, ...
 _WALL_PIECES = 40.0
-_MOST_WALL_PIECES = 8
+_MOST_WALL_PIECES = 8.0
 #: ... down to this share of it before the cell.
 LEAST_WALL = 1e-3
 #: Rows of braking curves keep to the brake's effort to this share.
@@ -67,7 +67,7 @@ def drive_region(train, length, load, air, price, bottom, w, p, last, x, y):
     for i in range(first, edge + 1):
         x[i - first] = x[i]
         y[i - first] = y[i]
-    return max(edge + 1 - first, 0), switch
+    return edge + 1 - first if edge >= first else 0, switch
 
 
 @kernel
@@ -173,7 +173,7 @@ def wall_region(train, regime, returned, length, load, air, price, bottom, top, 
 
     They come to it by coasting, p = −r/2 there, where the dynamic brake alone follows it; else by that brake, p = 0.
     """
-    pieces = min(max(math.ceil(_WALL_PIECES * (1.0 - wall / top)), 1), _MOST_WALL_PIECES)
+    pieces = math.ceil(min(max(_WALL_PIECES * (1.0 - wall / top), 1.0), _MOST_WALL_PIECES))
     for i in range(pieces + 1):
         rest = 1.0 - i / pieces
         w1 = max(top + rest * (wall - top), LEAST_WALL * top)
