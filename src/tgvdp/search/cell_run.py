@@ -4,7 +4,7 @@ import math
 
 from tgvdp._jit import leaf, part
 from tgvdp.line.meeting import braked_w, drive_then_brake
-from tgvdp.physics.arc import OK, arc
+from tgvdp.physics.arc import FEASIBILITY_RTOL, OK, arc, duration_and_work
 from tgvdp.physics.forces import mean_effort, mean_resistance, resistance_at
 from tgvdp.physics.motion import BRAKING, COASTING, DYNAMIC, TRACTION, land, march
 
@@ -23,11 +23,17 @@ ON_CURVE = 1e-8
 _SAME_PLACE = 1e-12
 
 
-@part
-def _work(train, length, grade, air, w0, w1):
-    """Status and work of an arc, not inlined."""
-    status, _, work = arc(train, length, grade, air, w0, w1)
-    return status, work
+@leaf
+def _pull(train, length, grade, air, w0, w1):
+    """Share of full traction that takes the train from w0 to w1; negative if it must brake, infinite beyond limits."""
+    work = duration_and_work(train, length, grade, air, w0, w1)[1]
+    if work < 0.0:
+        return -1.0
+    slack = 1.0 + FEASIBILITY_RTOL
+    effort = mean_effort(train.traction, math.sqrt(w0), math.sqrt(w1))
+    if work > length * effort * slack or w1 - w0 > 2.0 * length * train.max_acceleration * slack:
+        return math.inf
+    return work / (length * effort) if work > 0.0 else 0.0
 
 
 @part
@@ -86,7 +92,7 @@ def _regenerate(train, start, rest, end, grade, air, limit, w, b, top, bx, bw, x
     All brakes only where that one would leave the envelope.
     """
     target = min(b, top)
-    status, work = _work(train, rest, grade, air, w, target)
+    status, _, work = arc(train, rest, grade, air, w, target)
     limit_n = mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
     if status == OK and -work <= _GENTLE_SHARE * rest * limit_n:
         return _append(end, target, xs, ws, n)
@@ -116,8 +122,7 @@ def _hold_to_line(train, start, length, end, grade, air, w, line, slope, top, xs
     """
     rest = length
     held = length if slope >= 0.0 else min((w - line) / slope, length)
-    status, work = _work(train, length, grade, air, w, w)
-    if status == OK and work >= 0.0 and top >= w * (1.0 - ON_CURVE) and held > 0.0:
+    if 0.0 <= _pull(train, length, grade, air, w, w) < math.inf and top >= w * (1.0 - ON_CURVE) and held > 0.0:
         rest = length - held if held < length * (1.0 - _SAME_PLACE) else 0.0
         n = _append(end - rest, w, xs, ws, n)
     return rest, w, n
@@ -147,7 +152,7 @@ def _drive_to_line(train, start, length, end, grade, air, limit, w, line, slope,
     return _hold_to_line(train, x0, left, end, grade, air, landed, landed + below, slope, top, xs, ws, last)
 
 
-@leaf
+@part
 def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, coasts, b, top, bx, bw, xs, ws, n):
     """Append the rows of one cell from w.
 
@@ -167,20 +172,19 @@ def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, 
     aim = coasts
     if w < line * (1.0 - ON_CURVE):
         if 0.0 <= steep <= 0.5 * drop and line <= limit:
-            status, work = _work(train, length, grade, air, w, coasts)
-            share = work / (length * mean_effort(train.traction, math.sqrt(w), math.sqrt(coasts)))
-            if status == OK and 0.0 <= share < _GENTLE_SHARE:
+            share = _pull(train, length, grade, air, w, coasts)
+            if 0.0 <= share < _GENTLE_SHARE:
                 return _append(end, coasts + share * (a - coasts), xs, ws, n)
         slope = (a - line) / length
         rest, w, n = _drive_to_line(train, start, length, end, grade, air, limit, w, line, slope, top, xs, ws, n)
         if rest <= 0.0:
             return n
         aim = a + rest / length * (coasts - a)
-    status, _, work = arc(train, rest, grade, air, w, aim)
-    if work >= 0.0 and status == OK:
-        return _append(end, aim, xs, ws, n)
     start = end - rest
-    if work >= 0.0:
+    share = _pull(train, rest, grade, air, w, aim)
+    if 0.0 <= share < math.inf:
+        return _append(end, aim, xs, ws, n)
+    if share > 0.0:
         return _saturated(train, TRACTION, start, rest, end, grade, air, w, math.inf, xs, ws, n)[2]
     landed = coast(train, rest, grade, air, w)
     if landed <= min(b, top):
@@ -188,8 +192,9 @@ def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, 
         for i in range(1, rows + 1):
             w = landed if rows == 1 else coast(train, rest / rows, grade, air, w)
             xs[n] = start + i * rest / rows if i < rows else end
-            ws[n] = min(min(w, b), top) if i == rows else w
+            ws[n] = w
             n += 1
+        ws[n - 1] = min(w, landed)  # many rows may end a rounding error above b
         return n
     if regenerates:
         return _regenerate(train, start, rest, end, grade, air, limit, w, b, top, bx, bw, xs, ws, n)

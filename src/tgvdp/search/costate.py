@@ -104,12 +104,14 @@ def _last_cell(train, returned, length, load, air, price, bottom, top, end_w, w,
         w0 *= ratio
         p[n] = holding_costate(train.davis_b, length, air, 1.0, price, w[n], end_w)
     n = _LAST_POINTS
+    regime = COASTING
     if returned > 0.0 and not dynamic_suffices(train, length, load, air, top, end_w):
+        regime = DYNAMIC
         brakes = saturated_image(train, DYNAMIC, returned, length, load, air, price, bottom, some_w, 0.0)[0]
-        brakes = min(max(brakes, coasts), top)
-        n = wall_region(train, COASTING, returned, length, load, air, price, bottom, brakes, end_w, w, p, n)
-        return wall_region(train, DYNAMIC, returned, length, load, air, price, bottom, top, end_w, w, p, n)
-    return wall_region(train, COASTING, returned, length, load, air, price, bottom, top, end_w, w, p, n)
+        w[n] = min(max(brakes, coasts), top)
+        p[n] = -0.5 * returned
+        n += 1
+    return wall_region(train, regime, returned, length, load, air, price, bottom, top, end_w, w, p, n)
 
 
 @kernel
@@ -195,12 +197,11 @@ def switching_speeds(
         points += n
         bottom = max(low[k], min(floor_w, 0.1 * fast[k]))
         load = train.davis_a_n + grade[k]
-        m, coast_w, brake_w = transport(
+        m, coast_w = transport(
             train, returned, d, load, held_air, price, held_w, held_brake_w, bottom, fast[k], fast[k + 1], w, p, n,
             drives, coasts, x, y,
         )  # fmt: skip
         policy[k + 1, 1] = coast_w
-        policy[k + 1, 2] = 0.5 * (b + brake_w)
         m = make_monotone(x, y, m, fast[k])
         if m <= thinned + _GROWTH:
             w, x = x, w

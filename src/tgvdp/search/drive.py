@@ -42,8 +42,8 @@ class Course(NamedTuple):
     Attributes
     ----------
     cells : (7, K + 1) float64
-        Stations in m, lengths in m, grade forces in N, drag in N/(m/s)² and squared limits of the K cells as in `Cells`;
-        slowest and fastest feasible squared speed at each station, m²/s².
+        Stations in m, lengths in m, grade forces in N, drag in N/(m/s)² and squared limits of the K cells, as in
+        `Cells`; slowest and fastest feasible squared speed at each station, m²/s².
     fastest : (2, n) float64
         Rows of the fastest run: positions and squared speeds.
     row : (K + 1,) int64

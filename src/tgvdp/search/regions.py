@@ -10,7 +10,7 @@ import math
 from tgvdp._jit import kernel, part
 from tgvdp.physics.forces import mean_effort, mean_resistance
 from tgvdp.physics.motion import DYNAMIC, TRACTION
-from tgvdp.search.characteristics import LOST, coast_back, coast_image, coast_on, saturated_back, saturated_image
+from tgvdp.search.characteristics import LOST, coast_back, coast_image, saturated_back, saturated_image
 
 #: Neighbouring images are no further apart than this factor of w, below this share of the envelope.
 _SPREAD = 2.0
@@ -118,20 +118,13 @@ def coast_region(davis_b, length, load, air, price, bottom, top, w, p, first, la
 
 @part
 def brake_region(train, returned, length, load, air, price, held_w, bottom, top, w, p, first, last, x, y, start, m):
-    """Append images under full dynamic braking of the points ``first`` .. ``last``, of p ≥ −r/2.
+    """Append images under full dynamic braking of the points ``first`` .. ``last`` that keep p ≥ −r/2.
 
-    Of the images under coasting from ``start`` on those remain that keep p ≤ −r/2. Returns the number of images, and
-    the speed after the cell of a run that brakes throughout, with p = −r/2 before it.
+    Of the images under coasting from ``start`` on those remain that keep p ≤ −r/2. Returns the number of images.
     """
     level = -0.5 * returned
-    switch = w[first]
-    while m > start + 1 and y[m - 2] > level:
+    while m > start + 1 and y[m - 1] > level:
         m -= 1
-    if m > start + 1 and y[m - 1] > level > y[m - 2]:
-        share = (level - y[m - 2]) / (y[m - 1] - y[m - 2])
-        x[m - 1] = x[m - 2] + share * (x[m - 1] - x[m - 2])
-        y[m - 1] = level
-        switch = coast_on(train.davis_b, length, load, air, x[m - 1])
     before = m
     for i in range(first, last + 1):
         w0, p0 = saturated_image(train, DYNAMIC, returned, length, load, air, price, bottom, w[i], p[i])
@@ -139,23 +132,20 @@ def brake_region(train, returned, length, load, air, price, held_w, bottom, top,
             x[m] = w0
             y[m] = p0
             m += 1
-            if p0 >= level and m > before + 1 and y[m - 2] < level:
-                share = (level - y[m - 2]) / (p0 - y[m - 2])
-                switch = w[i - 1] + share * (w[i] - w[i - 1])
             if w0 > top:
                 if m == before + 1:  # the envelope is held
                     x[before] = top
                     y[before] = level
                 break
     if m == before:
-        return m, switch
-    last = x[m - 1]
+        return m
+    beyond = x[m - 1]
     m = drop_below(level, x, y, before, m)
     if m > before:
-        return hold(held_w, level, before, m, x, y), switch
-    x[m] = last  # below the level up to the wall
+        return hold(held_w, level, before, m, x, y)
+    x[m] = beyond  # below the level up to the wall
     y[m] = level
-    return m + 1, switch
+    return m + 1
 
 
 @part

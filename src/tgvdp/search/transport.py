@@ -49,17 +49,16 @@ def transport(
     -------
     m : int
         Number of images, in the order of the points, not necessarily monotone.
-    a, b : float
-        Squared speeds after the cell of runs with p = −½ before it and one regime throughout, and with p = −r/2.
+    coasts : float
+        Squared speed after the cell of a run with p = −½ before it and one regime throughout.
     """
     davis_b = train.davis_b
     a = w[drives]
-    b = w[coasts]
     m, switch = drive_region(train, length, load, air, price, bottom, w, p, drives, x, y)
     while m > 1 and x[m - 2] > top:
         m -= 1
     if m > 0 and x[m - 1] > top:
-        return m, a, b
+        return m, a
     driven = m > 0
     if not driven:
         x[0] = bottom
@@ -76,26 +75,26 @@ def transport(
             if not dynamic_suffices(train, length, load, air, top, wall):
                 regime = DYNAMIC
             if regime == DYNAMIC or coasts < n - 1:
-                m, b = brake_region(
+                m = brake_region(
                     train, returned, length, load, air, price, held_brake_w, bottom, top, w, p, coasts, n - 1,
                     x, y, first, m,
                 )  # fmt: skip
         if x[m - 1] < top:
             m = wall_region(train, regime, returned, length, load, air, price, bottom, top, wall, x, y, m)
     if m == first:
-        return m, switch, b
+        return m, switch
     if y[first] >= -0.5:
-        return hold(held_w, -0.5, first, m, x, y), switch, b
+        return hold(held_w, -0.5, first, m, x, y), switch
     lowest = y[first]
     highest = y[m - 1]
     m = drop_below(-0.5, x, y, first, m)
     if m > first:
         switch = min(coast_on(davis_b, length, load, air, x[first]), wall)
-        return hold(held_w, -0.5, first, m, x, y), switch, b
+        return hold(held_w, -0.5, first, m, x, y), switch
     # Below −½ up to the wall: only from beyond it would a run coast throughout.
     switch = wall
     if a < wall and highest > lowest:
         switch = min(a + (wall - a) * (-0.5 - lowest) / (highest - lowest), _BEYOND * wall)
     x[m] = coast_image(davis_b, length, load, air, price, bottom, switch, -0.5)[0]
     y[m] = -0.5
-    return m + 1, switch, b
+    return m + 1, switch
