@@ -20,9 +20,9 @@ from twins.brute_force import least_costs
 from twins.trips import random_trip
 
 
-def front_at(trip, target_s):
+def front_at(trip, target_s, tolerance_s=None):
     fastest = fastest_run(trip)
-    return optimal_front(trip, fastest, np.asarray(target_s, dtype=float), SearchBudget())
+    return optimal_front(trip, fastest, np.asarray(target_s, dtype=float), SearchBudget(), tolerance_s)
 
 
 def front_to(trip, margin, points):

@@ -4,7 +4,8 @@ import math
 
 from tgvdp._jit import leaf, part
 from tgvdp.line.meeting import braked_w, drive_then_brake
-from tgvdp.physics.arc import FEASIBILITY_RTOL, OK, arc, duration_and_work
+from tgvdp.constants import FEASIBILITY_RTOL
+from tgvdp.physics.arc import OK, arc, duration_and_work
 from tgvdp.physics.forces import mean_effort, mean_resistance, resistance_at
 from tgvdp.physics.motion import BRAKING, COASTING, DYNAMIC, TRACTION, land, march
 
@@ -194,7 +195,7 @@ def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, 
             xs[n] = start + i * rest / rows if i < rows else end
             ws[n] = w
             n += 1
-        ws[n - 1] = min(w, landed)  # many rows may end a rounding error above b
+        ws[n - 1] = min(w, b, top)  # many rows may end a rounding error above one
         return n
     if regenerates:
         return _regenerate(train, start, rest, end, grade, air, limit, w, b, top, bx, bw, xs, ws, n)
