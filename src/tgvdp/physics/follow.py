@@ -13,6 +13,7 @@ import numpy as np
 from tgvdp.model.train import Train
 from tgvdp.physics.follow_kernel import count_parts, cut_rows, follow_rows
 from tgvdp.physics.forces import kernel_train
+from tgvdp.physics.jumps import cut_at_jumps
 from tgvdp.physics.piecewise import Floats
 from tgvdp.physics.resolved import ResolvedLine
 
@@ -33,14 +34,16 @@ def follow(train: Train, line: ResolvedLine, x_m: Floats, w: Floats) -> tuple[Fl
         Rows of the run with the same effort, or the same acceleration or speed where that is what is kept; at most
         the speed limit.
     """
-    if line.even:
-        return x_m, w
     known = kernel_train(train)
+    given = x_m
+    x_m, w = cut_at_jumps(train, known, line, x_m, w)
+    if line.even and x_m is given:
+        return x_m, w
     parts = np.empty(len(x_m) - 1, dtype=np.int64)
     count = count_parts(line, x_m, w, parts) + 1
     cut_m, cut_w, followed = np.empty((3, count))
     cut_rows(known, line, x_m, w, parts, cut_m, cut_w)
     drops_mps = np.array(train.traction_limit.jumps_mps)
     kept = np.empty((2, count - 1), dtype=np.bool_)
-    follow_rows(known, line, drops_mps, cut_m, cut_w, followed, np.empty((5, count)), *kept)
+    follow_rows(known, line, drops_mps, cut_m, cut_w, followed, np.empty((7, count)), *kept)
     return cut_m, followed

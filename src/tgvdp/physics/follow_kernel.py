@@ -4,42 +4,22 @@ import math
 
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.physics.energy import FULL_EFFORT
-from tgvdp.physics.forces import brake_at, effort_at, mean_brake, mean_effort, mean_resistance
+from tgvdp.physics.follow_effort import MOST_TAKEN, bounds_of_change, find_needed, keep_within_effort
+from tgvdp.physics.forces import brake_at, effort_at, mean_brake, mean_effort, mean_rate, mean_resistance
 from tgvdp.physics.motion import BELOW_DROP
+from tgvdp.physics.walk import piece_from, sum_to
 
-#: No more than this share of w is taken from a run: it is next to standstill there.
-_MOST_TAKEN = 0.75
 #: An acceleration within this share of its limit is at the limit.
 _AT_LIMIT = 1e-6
 #: A speed is held by choice where the effort is below this share of its limit.
 _SPARE_EFFORT = 0.98
 #: ... and above this share of the starting effort: less is coasting at the balancing speed.
 _COASTING_SHARE = 1e-4
-#: Below this share of it an effort may neither grow nor change its sign.
-_SMALL_SHARE = 1e-2
 #: Relative difference of squared speeds that are one.
 _SAME_W = 1e-8
 #: Largest bend of the difference along a row, as a share of w, and the rows that one is cut into at most.
 _BEND = 1e-5
 _MOST_PARTS = 64
-#: Share of the effort by which a run may exceed that of the run on steps.
-_SPARE = 3e-4
-
-
-@leaf
-def _piece(knots, i, x):
-    """Index of the piece that holds x, from that of a piece before it."""
-    while i + 2 < knots.shape[0] and knots[i + 1] <= x:
-        i += 1
-    return i
-
-
-@leaf
-def _sum_to(function, i, x):
-    """Integral of a `Piecewise` function up to x, in piece i."""
-    u = x - function.knot_m[i]
-    c = function.coefficient
-    return function.integral[i] + u * (c[i, 0] + u * (c[i, 1] / 2.0 + u * c[i, 2] / 3.0))
 
 
 @leaf
@@ -52,15 +32,19 @@ def _gain_at(line, at, x, w):
     past = x - line.break_m[step]
     if past <= 0.0 or x >= line.break_m[-1]:
         return 0.0
-    force_j = line.grade_n[step] * past - (_sum_to(line.force, at[1], x) - line.force_nm[step])
-    drag_j = line.air[step] * past - (_sum_to(line.drag, at[2], x) - line.drag_nm[step])
+    force_j = line.grade_n[step] * past - (sum_to(line.force, at[1], x) - line.force_nm[step])
+    drag_j = line.air[step] * past - (sum_to(line.drag, at[2], x) - line.drag_nm[step])
     return 2.0 / line.inertia_kg * (force_j + drag_j * w)
 
 
 @leaf
 def _walk(line, at, x):
     """Indices at x, from those before it."""
-    return _piece(line.break_m, at[0], x), _piece(line.force.knot_m, at[1], x), _piece(line.drag.knot_m, at[2], x)
+    return (
+        piece_from(line.break_m, at[0], x),
+        piece_from(line.force.knot_m, at[1], x),
+        piece_from(line.drag.knot_m, at[2], x),
+    )
 
 
 @kernel
@@ -99,7 +83,7 @@ def cut_rows(train, line, x, w, parts, cut_x, cut_w):
     n = 0
     for k in range(x.shape[0] - 1):
         d = x[k + 1] - x[k]
-        step = _piece(line.break_m, step, 0.5 * (x[k] + x[k + 1]))
+        step = piece_from(line.break_m, step, 0.5 * (x[k] + x[k + 1]))
         grade = line.grade_n[step]
         air = line.air[step]
         acceleration = 0.5 * (w[k + 1] - w[k]) / d
@@ -107,12 +91,15 @@ def cut_rows(train, line, x, w, parts, cut_x, cut_w):
         v1 = math.sqrt(w[k + 1])
         resistance = mean_resistance(train, air, v0, v1)
         effort = train.inertia_kg * acceleration + resistance + grade
-        kept = effort < 0.0 and train.rates.shape[0] > 0
-        kept = kept or acceleration >= (1.0 - _AT_LIMIT) * train.max_acceleration
+        kept = acceleration >= (1.0 - _AT_LIMIT) * train.max_acceleration
         kept = kept or -acceleration >= (1.0 - _AT_LIMIT) * train.max_deceleration
         limit = 0.0
-        if parts[k] > 1 and not kept:
-            limit = mean_effort(train.traction, v0, v1) if effort >= 0.0 else mean_brake(train, 0.0, v0, v1)
+        if effort >= 0.0:
+            limit = mean_effort(train.traction, v0, v1)
+        elif train.rates.shape[0] == 0:
+            limit = mean_brake(train, 0.0, v0, v1)
+        else:
+            kept = kept or -acceleration * train.inertia_kg >= (1.0 - _AT_LIMIT) * mean_rate(train.rates, v0, v1)
         for j in range(parts[k]):
             share = j / parts[k]
             cut_x[n] = x[k] + share * d
@@ -158,8 +145,8 @@ def _at_rate_break(train, w):
 
 
 @part
-def _look(train, line, x, w, gain, top, effort, bound, held):
-    """Gain and speed limit of each row, (n,), and effort and what is kept between rows, (n − 1,), all in place."""
+def _look(train, line, x, w, gain, top, effort, sums, bound, held):
+    """Gain, speed limit and integrals of force and drag, (n,), effort and what is kept between rows, (n − 1,)."""
     at = (0, 0, 0)
     least = _COASTING_SHARE * effort_at(train.traction, 0.0)
     between = 0
@@ -167,13 +154,15 @@ def _look(train, line, x, w, gain, top, effort, bound, held):
     for k in range(x.shape[0]):
         at = _walk(line, at, x[k])
         gain[k] = _gain_at(line, at, x[k], w[k])
+        sums[0, k] = sum_to(line.force, at[1], x[k])
+        sums[1, k] = sum_to(line.drag, at[2], x[k])
         limit_mps = line.limit_mps[at[0]]
         top[k] = max(min(limit_mps, limit_before) ** 2, w[k])
         limit_before = limit_mps
         if k + 1 == x.shape[0]:
             break
         d = x[k + 1] - x[k]
-        between = _piece(line.break_m, between, 0.5 * (x[k] + x[k + 1]))
+        between = piece_from(line.break_m, between, 0.5 * (x[k] + x[k + 1]))
         mean_w = 0.5 * (w[k] + w[k + 1])
         v = math.sqrt(mean_w)
         resistance = train.davis_a_n + train.davis_b * v + line.air[between] * mean_w
@@ -213,34 +202,19 @@ def _cap_at_drops(drops, w, effort, followed):
                 followed[k] = max(w[k], drop_w * (1.0 - BELOW_DROP))
 
 
-@part
-def _keep_within_effort(w, rise, fall):
-    """Lower speeds, in place, where w would rise or fall by more than the effort allows along a row."""
-    last = rise.shape[0] - 1
-    for k in range(last):  # the ends of the run stay
-        w[k + 1] = min(w[k + 1], w[k] + rise[k])
-    for k in range(last, 0, -1):
-        w[k] = min(w[k], w[k + 1] + fall[k])
-
-
 @kernel
 def follow_rows(train, line, drops, x, w, followed, scratch, bound, held):
     """Squared speeds of the run that follows the true resistance; ``followed`` (n,) in place.
 
-    ``scratch`` (5, n) float64, ``bound`` and ``held`` (n − 1,) bool are room to work in.
+    ``scratch`` (7, n) float64, ``bound`` and ``held`` (n − 1,) bool are room to work in.
     """
-    gain, kept, effort, rise, fall = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4]
-    _look(train, line, x, w, gain, followed, effort, bound, held)
+    gain, kept, effort, rise, fall = scratch[0], scratch[1], scratch[2, :-1], scratch[3, :-1], scratch[4, :-1]
+    sums = scratch[5:]
+    _look(train, line, x, w, gain, followed, effort, sums, bound, held)
     _kept_gain(train, x, w, gain, bound, held, kept)
     for k in range(x.shape[0]):
-        followed[k] = min(max(w[k] + kept[k], (1.0 - _MOST_TAKEN) * w[k]), followed[k])
+        followed[k] = min(max(w[k] + kept[k], (1.0 - MOST_TAKEN) * w[k]), followed[k])
     _cap_at_drops(drops, w, effort, followed)
-    least = _SMALL_SHARE * effort_at(train.traction, 0.0)
-    for k in range(x.shape[0] - 1):
-        change = w[k + 1] - w[k]
-        if not bound[k]:
-            change = (w[k + 1] + gain[k + 1]) - (w[k] + gain[k])
-        spare = 2.0 * _SPARE / train.inertia_kg * abs(effort[k]) * (x[k + 1] - x[k])
-        rise[k] = change + spare if effort[k] > -least and not held[k] else math.inf
-        fall[k] = spare - change if effort[k] < least and not held[k] else math.inf
-    _keep_within_effort(followed, rise[: x.shape[0] - 1], fall[: x.shape[0] - 1])
+    bounds_of_change(train, x, w, gain, effort, bound, held, rise, fall)
+    find_needed(w, rise, kept)
+    keep_within_effort(train, line, x, w, sums, effort, held, rise, fall, kept, followed)

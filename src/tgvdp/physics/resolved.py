@@ -82,7 +82,8 @@ class ResolvedLine(NamedTuple):
         if self.even:
             step = self.step_at(0.5 * (x_m[:-1] + x_m[1:]))
             return self.grade_n[step], self.air[step]
-        return self.force.mean(x_m[:-1], x_m[1:]), self.drag.mean(x_m[:-1], x_m[1:])
+        force, drag = (np.diff(function.integral_to(x_m)) / np.diff(x_m) for function in (self.force, self.drag))
+        return force, drag
 
 
 @lru_cache(maxsize=16)
