@@ -74,8 +74,7 @@ def graded_stations(trip: Trip, fastest: Profile, cell_m: float) -> NDArray[np.f
     grading = _Grading(trip.distance_m, cell_m)
     at = grading.count(fixed_m)
     counts = np.maximum(np.ceil(np.diff(at) - 1e-9), 1.0).astype(np.int64)
-    inner_counts = counts - 1
-    first = np.repeat(np.cumsum(inner_counts) - inner_counts, inner_counts)
-    part = (np.arange(1, len(first) + 1) - first) / np.repeat(counts, inner_counts)
-    inner = grading.position(np.repeat(at[:-1], inner_counts) + part * np.repeat(np.diff(at), inner_counts))
+    part = np.concatenate([np.arange(1, n) / n for n in counts])
+    start = np.repeat(at[:-1], counts - 1)
+    inner = grading.position(start + part * np.repeat(np.diff(at), counts - 1))
     return np.union1d(fixed_m, inner)
