@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import tgvdp
-from tgvdp.errors import InfeasibleError
+from tgvdp.errors import InfeasibleError, TgvdpError
 from tgvdp.line.fastest import fastest_run
 from tgvdp.model.convention import CONVENTIONS, Convention
 from tgvdp.model.effort import EffortCurve
@@ -17,7 +17,7 @@ from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
 from tgvdp.physics.replay import replay
 from twins.brute_force import least_costs
-from twins.trips import random_switches, random_trip, with_line, with_rates
+from twins.trips import random_switches, random_trip, with_jumping_rates, with_line, with_rates
 
 
 def line_trip(seed):
@@ -46,20 +46,32 @@ def test_every_fastest_run_replays(first):
     assert count > 20
 
 
+@pytest.mark.parametrize(
+    "seed",
+    [
+        2768,  # the comfort limit gives way to the power limit within a step
+        3109,  # a single row at the comfort limit
+        3322,  # a train that a drop of the effort curve holds
+        5500,  # a limit of deceleration for one row
+    ],
+)
+def test_fastest_runs_that_were_refused(seed):
+    trip = line_trip(seed)
+    assert replay(trip, fastest_run(trip)).ok
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(1000, 6000, 500))
 def test_very_many_fastest_runs_replay(first):
-    """But for one in a thousand, on contrived lines: effort a hair over, or too large for centimetres at its drops."""
-    failed = []
+    """None is refused, however contrived its line, and what the referee finds is far below what it allows."""
     for seed in range(first, first + 500):
         trip = line_trip(seed)
         if trip is not None:
             verdict = replay(trip, fastest_run(trip))
-            failed += [] if verdict.ok else [(seed, verdict)]
-    assert len(failed) <= 2
-    for seed, verdict in failed:
-        assert abs(verdict.time_error_pct) < 0.05 and abs(verdict.energy_error_pct) < 0.05, seed
-        assert verdict.overspeed_mps == 0.0, seed
+            assert verdict.ok, seed
+            assert abs(verdict.time_error_pct) < 0.02, seed
+            assert abs(verdict.energy_error_pct) < 0.005, seed
+            assert verdict.effort_excess_pct < 0.04, seed
 
 
 def front_of(trip, monkeypatch, **options):
@@ -96,6 +108,53 @@ def test_every_front_replays(seed, energy, monkeypatch):
         profile = result.profile(index)
         assert profile.duration_s == pytest.approx(result.front.time_s[index], rel=1e-4)
         assert profile.total_energy_j == pytest.approx(result.front.energy_j[index], abs=1e-3 * kinetic_j)
+
+
+def jumping_trip(seed):
+    """A random trip whose braking rates jump severalfold; None if no run is possible."""
+    trip = random_trip(seed)
+    if trip is None:
+        return None
+    trip = with_jumping_rates(with_line(trip, seed, **random_switches(seed)), seed)
+    try:
+        fastest_run(trip)
+    except InfeasibleError:
+        return None
+    return trip
+
+
+@pytest.mark.parametrize(
+    ("make", "seed"),
+    [
+        (line_trip, 193),  # uphill under traction, slower and slower across its drop
+        (line_trip, 349),  # coasting to the stop
+        (line_trip, 570),  # 26 cm between two coastings at which nothing changes
+        (line_trip, 837),  # brakes of a few newtons where there is no current
+        (jumping_trip, 34),  # a rate above the comfort limit
+        (jumping_trip, 220),  # coasting without current
+        (jumping_trip, 279),  # from one limit to another in one row, across two rates
+    ],
+)
+def test_fronts_that_were_refused(make, seed, monkeypatch):
+    assert all(verdict.ok for verdict in front_of(make(seed), monkeypatch, points=5).verify())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(0, 400, 50))
+def test_fronts_across_jumping_rates_replay(first, monkeypatch):
+    count = 0
+    for seed in range(first, first + 50):
+        trip = jumping_trip(seed)
+        if trip is None:
+            continue
+        try:
+            result = front_of(charged(trip) if seed % 2 else trip, monkeypatch, points=5, time_limit_s=10.0)
+        except TgvdpError as error:  # a mesh of the refinement on which no run is fast enough
+            assert "with one acceleration per cell" in str(error)
+            continue
+        count += 1
+        assert all(verdict.ok for verdict in result.verify()), seed
+    assert count > 25
 
 
 TRAIN = Train(

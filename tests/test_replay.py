@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import tgvdp.physics.replay as referee
+import tgvdp.physics.replay_drive as drive
 from tgvdp.line.fastest import fastest_run
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.track import Track
@@ -27,6 +28,7 @@ TRAIN = Train(
     max_acceleration_mps2=0.9,
     max_deceleration_mps2=0.7,
 )
+PLAIN = replace(TRAIN, davis_a_n=0.0, davis_b_n_per_mps=0.0, davis_c_n_per_mps2=0.0)
 TRACK = Track(
     length_m=8e3,
     speed_limits=((0, 30), (3000, 20), (3500, 40)),
@@ -181,10 +183,44 @@ def test_long_rows_are_stable():
 def test_sub_steps_have_converged(honest, monkeypatch):
     """Four times as many sub-steps tell the same time and energy."""
     base = replay(TRIP, honest)
-    counts = referee.sub_steps
-    fine = referee._replay_kernel.py_func if hasattr(referee._replay_kernel, "py_func") else referee._replay_kernel
-    monkeypatch.setitem(fine.__globals__, "sub_steps", lambda *law: 4 * counts(*law))
-    monkeypatch.setattr(referee, "_replay_kernel", fine)
+    counts = drive.sub_steps
+    monkeypatch.setattr(drive, "sub_steps", lambda *law: 4 * counts(*law))
+    monkeypatch.setattr(drive, "_drive_row", getattr(drive._drive_row, "py_func", drive._drive_row))
+    monkeypatch.setattr(referee, "replay_rows", getattr(drive.replay_rows, "py_func", drive.replay_rows))
     finer = replay(TRIP, honest)
     assert finer.time_error_pct == pytest.approx(base.time_error_pct, abs=1e-4)
     assert finer.energy_error_pct == pytest.approx(base.energy_error_pct, abs=1e-4)
+    assert finer.time_error_pct != base.time_error_pct
+
+
+def test_a_row_across_a_jump_of_the_brakes_is_met_exactly():
+    """From 20 to 12 m/s at 0.3 m/s², from there to 5 m/s at 1.2 m/s²: one row as long as both."""
+    train = replace(PLAIN, braking_rates=((0.0, 1.2), (12.0, 0.3)), max_deceleration_mps2=np.inf)
+    length_m = (20.0**2 - 12.0**2) / 0.6 + (12.0**2 - 5.0**2) / 2.4
+    trip = level_trip(train, length_m, start_speed_mps=20.0, end_speed_mps=5.0)
+    whole = profile_of(trip, np.array([0.0, length_m]), np.array([400.0, 25.0]))
+    verdict = replay(trip, whole)
+    assert verdict.speed_error_mps < 1e-6
+    seconds = 8.0 / 0.3 + 7.0 / 1.2
+    assert 100.0 * (whole.duration_s / seconds - 1.0) == pytest.approx(verdict.time_error_pct, abs=1e-4)
+    assert not verdict.ok  # its speed is not what the row says on the way
+
+
+@pytest.mark.parametrize("rises", [True, False])
+def test_a_row_across_a_drop_of_traction_is_refused(rises):
+    """One acceleration has the right mean effort over the speeds of a row, but not over its length."""
+    curve = EffortCurve.from_points([(0, 2.5e5), (15, 2.5e5), (15, 1e5), (90, 1e5)])
+    train = replace(PLAIN, traction=curve)
+    effort_n = (2.5e5 * (15.0**2 - 10.0**2) + 1e5 * (20.0**2 - 15.0**2)) / (20.0**2 - 10.0**2)
+    speeds_mps = (10.0, 20.0) if rises else (20.0, 10.0)
+    permil = 0.0 if rises else 2.0 * effort_n / (train.mass_kg * 9.81 / 1000.0)
+    net_n = effort_n if rises else -effort_n
+    length_m = 0.5 * train.inertia_kg * (speeds_mps[1] ** 2 - speeds_mps[0] ** 2) / net_n
+    track = Track(length_m=length_m, speed_limits=((0, 50.0),), gradients=((0, permil),))
+    start_mps, end_mps = speeds_mps
+    trip = Trip(
+        train=train, track=track, origin_m=0.0, destination_m=length_m, start_speed_mps=start_mps, end_speed_mps=end_mps
+    )
+    verdict = replay(trip, profile_of(trip, np.array([0.0, length_m]), np.array(speeds_mps) ** 2))
+    assert verdict.effort_excess_pct < 1e-6
+    assert not verdict.ok

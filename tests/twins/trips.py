@@ -147,3 +147,14 @@ def with_rates(trip, seed):
     if rng.random() < 0.5:
         rates += [(rng.uniform(*span), rate * rng.uniform(0.7, 1.3)) for span in ((3, 20), (21, 50))]
     return replace(trip, train=replace(trip.train, braking_rates=tuple(rates)))
+
+
+def with_jumping_rates(trip, seed):
+    """The same trip with braking rates that jump by up to 25 times."""
+    rng = np.random.default_rng([seed, 7])
+    rate = rng.uniform(0.2, 1.2)
+    rates = [(0.0, rate)]
+    for span in ((1, 8), (8.5, 20), (21, 50)):
+        if rng.random() < 0.7:
+            rates.append((rng.uniform(*span), rate * 10 ** rng.uniform(-0.7, 0.7)))
+    return replace(trip, train=replace(trip.train, braking_rates=tuple(rates)))

@@ -72,12 +72,13 @@ def _friction_n(train: Train) -> float:
 
 
 def _rate_table(train: Train) -> NDArray[np.float64]:
-    """Braking rates as a table of net forces in the form of an effort curve."""
+    """Braking rates, no larger than comfort allows, as a table of net forces in the form of an effort curve."""
     if not train.braking_rates:
         return _NO_RATES
     table = np.zeros((len(train.braking_rates), 6))
     table[:, 0] = [rate.from_mps for rate in train.braking_rates]
-    table[:, 2] = [train.inertia_kg * rate.deceleration_mps2 for rate in train.braking_rates]
+    rates_mps2 = [min(rate.deceleration_mps2, train.max_deceleration_mps2) for rate in train.braking_rates]
+    table[:, 2] = train.inertia_kg * np.array(rates_mps2)
     return _read_only(table)
 
 

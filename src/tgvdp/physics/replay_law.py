@@ -7,11 +7,13 @@ where the limit falls below it.
 
 import numpy as np
 
-from tgvdp._jit import kernel
+from tgvdp._jit import kernel, leaf
 from tgvdp.physics.energy import FULL_EFFORT, map_power
 from tgvdp.physics.forces import brake_at, effort_at, resistance_at
-from tgvdp.physics.replay_line import met
+from tgvdp.physics.replay_line import met, parts_at
 
+#: The line at the end of a row is looked up this share of the row inside it: a break there belongs to the next one.
+INSIDE = 1e-6
 _SUB_STEPS = 8
 _MOST_SUB_STEPS = 100_000
 #: Bracket and bisection of a commanded force.
@@ -19,7 +21,7 @@ _DOUBLINGS = 10
 _HALVINGS = 30
 
 
-@kernel
+@leaf
 def limit_at(train, braking, load, v):
     """Effort limit at speed v; braking rates are kept whatever the ``load``, grade force and resistance, is."""
     return brake_at(train, load, v) if braking else effort_at(train.traction, v)
@@ -36,6 +38,7 @@ def mean_limit(train, line, braking, cap, x, d, w0, w1):
         table = train.rates if train.rates.shape[0] > 0 else train.braking
     lo = min(w0, w1)
     hi = max(w0, w1)
+    parts = parts_at(line, x)
     total = 0.0
     weights = 0.0
     start = lo
@@ -51,7 +54,7 @@ def mean_limit(train, line, braking, cap, x, d, w0, w1):
             weight = span if lo < hi else 1.0
             if braking and train.rates.shape[0] > 0:
                 share = (w - w0) / (w1 - w0) if w1 != w0 else (j + 0.5) / 16.0
-                grade, air = met(line, x + share * d)
+                grade, air = met(line, parts, x + min(share, 1.0 - INSIDE) * d)
                 load = resistance_at(train, air, v) + grade
                 weight /= effort_at(table, v)
             total += weight * min(limit_at(train, braking, load, v), cap)
@@ -84,7 +87,7 @@ def commanded(train, line, force, limit, x, d, w0, w1):
     return -high if braking else high
 
 
-@kernel
+@leaf
 def force_at(train, force, lever, lo, hi, load, v):
     """Effort at the wheel; the effort curve is looked up within the row's speeds lo..hi, not beyond a jump there."""
     inside = min(max(v, lo), hi)
@@ -96,7 +99,7 @@ def force_at(train, force, lever, lo, hi, load, v):
     return -effort if braking else effort
 
 
-@kernel
+@leaf
 def drawn_per_metre(train, tables, effort, lo, hi, w):
     """Energy in J per metre that constant efficiencies draw from the line for an effort, without auxiliaries."""
     if effort >= 0.0:
@@ -116,7 +119,7 @@ def map_power_at(train, tables, force, lever, lo, hi, grade, air, v):
     return map_power(tables, v, demand)
 
 
-@kernel
+@leaf
 def slope_at(train, force, lever, lo, hi, grade, air, w):
     """Return dw/ds in m/s² and the effort in N at a squared speed, under the force law of a row."""
     v = np.sqrt(max(w, 0.0))

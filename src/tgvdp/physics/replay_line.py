@@ -5,6 +5,7 @@ of some length meets the difference of two sums over its length.
 """
 
 import math
+from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -30,19 +31,26 @@ _SAME_FORCE = 1e-6
 
 
 class SeenLine(NamedTuple):
-    """Sums along the track, (n,) float64 each.
+    """The track in n parts, and sums along it; float64.
 
     Attributes
     ----------
-    at_m : (n,)
-        Positions on the track, increasing.
-    force_nm, drag : (n,)
-        Sums up to there of the force of gradients and curves, and of the coefficient of v².
+    at_m : (n + 1,)
+        Ends of the parts on the track, increasing.
+    force_n, slope : (n,)
+        Force of gradients and curves at the start of each part, and its change per metre, N/m.
+    air : (n,)
+        Coefficient of v² in each part.
+    force_nm, drag : (n + 1,)
+        Sums up to each end of the force, and of the coefficient of v².
     length_m : float
         Length over which the train meets their mean; 0 where it meets them at its head.
     """
 
     at_m: _Floats
+    force_n: _Floats
+    slope: _Floats
+    air: _Floats
     force_nm: _Floats
     drag: _Floats
     length_m: float
@@ -61,24 +69,36 @@ def _part(at, x):
     return lo
 
 
+@leaf
+def _ahead(at, i, x):
+    while i + 2 < at.shape[0] and at[i + 1] <= x:
+        i += 1
+    return i
+
+
 @kernel
-def met(line, x):
-    """Force of gradients and curves in N, and coefficient of v², that the train meets with its head at x."""
-    at = line.at_m
-    i = _part(at, x)
-    span = at[i + 1] - at[i]
-    force = (line.force_nm[i + 1] - line.force_nm[i]) / span
-    drag = (line.drag[i + 1] - line.drag[i]) / span
+def parts_at(line, x):
+    """Parts of the track in which the head is at x and the tail behind it, from which `met` looks ahead."""
+    return _part(line.at_m, x), _part(line.at_m, x - line.length_m)
+
+
+@leaf
+def met(line, parts, x):
+    """Force of gradients and curves in N, and coefficient of v², that the train meets with its head at x.
+
+    ``parts`` are those at a position that is not after x.
+    """
+    i = _ahead(line.at_m, parts[0], x)
+    past = x - line.at_m[i]
     if line.length_m == 0.0:
-        return force, drag
+        return line.force_n[i] + past * line.slope[i], line.air[i]
     tail = x - line.length_m
-    j = _part(at, tail)
-    span = at[j + 1] - at[j]
-    back_force = line.force_nm[j] + (tail - at[j]) * ((line.force_nm[j + 1] - line.force_nm[j]) / span)
-    back_drag = line.drag[j] + (tail - at[j]) * ((line.drag[j + 1] - line.drag[j]) / span)
-    head_force = line.force_nm[i] + (x - at[i]) * force
-    head_drag = line.drag[i] + (x - at[i]) * drag
-    return (head_force - back_force) / line.length_m, (head_drag - back_drag) / line.length_m
+    j = _ahead(line.at_m, parts[1], tail)
+    behind = tail - line.at_m[j]
+    head_force = line.force_nm[i] + past * (line.force_n[i] + 0.5 * past * line.slope[i])
+    back_force = line.force_nm[j] + behind * (line.force_n[j] + 0.5 * behind * line.slope[j])
+    drag = line.drag[i] + past * line.air[i] - line.drag[j] - behind * line.air[j]
+    return (head_force - back_force) / line.length_m, drag / line.length_m
 
 
 def _curve_permil(formula: str, row: Curve, share: float) -> float:
@@ -92,6 +112,7 @@ def _curve_permil(formula: str, row: Curve, share: float) -> float:
     return 650.0 / (radius_m - 55.0) if radius_m >= _JUMP_M else 500.0 / (radius_m - 30.0)
 
 
+@lru_cache(maxsize=16)
 def see_line(trip: Trip) -> SeenLine:
     """Add up the track of a trip."""
     track, train, convention = trip.track, trip.train, trip.convention
@@ -112,22 +133,28 @@ def see_line(trip: Trip) -> SeenLine:
     # What the track begins with was there before it.
     at_m = np.array(sorted(ends_m | {-length_m}))
     middle_m = np.maximum(0.5 * (at_m[:-1] + at_m[1:]), _BESIDE * _BESIDE * at_m[at_m > 0.0].min())
-    permil = np.zeros_like(middle_m)
+    span_m = np.diff(at_m)
+    permil, permil_per_m = np.zeros_like(middle_m), np.zeros_like(middle_m)
     for position_m, gradient_permil in track.gradients:
         permil[middle_m > position_m] = gradient_permil
     for row, end_m in zip(curves, curve_end_m, strict=False):
         for i in np.flatnonzero((middle_m > row.position_m) & (middle_m < end_m)):
-            share = (middle_m[i] - row.position_m) / (end_m - row.position_m)
-            permil[i] += _curve_permil(convention.curves, row, float(share))
+            beside_m = 0.25 * span_m[i] if at_m[i] >= 0.0 else 0.0
+            first, last = (
+                _curve_permil(convention.curves, row, float((at - row.position_m) / (end_m - row.position_m)))
+                for at in (middle_m[i] - beside_m, middle_m[i] + beside_m)
+            )
+            permil[i] += 0.5 * (first + last)
+            permil_per_m[i] = 2.0 * (last - first) / span_m[i]
     air = np.full_like(middle_m, train.davis_c_n_per_mps2)
     for tunnel in track.tunnels if convention.tunnels else ():
         inside = (middle_m > tunnel.position_m) & (middle_m < tunnel.position_m + tunnel.length_m)
         air[inside] += next(
             row.davis_c_n_per_mps2 for row in train.tunnel_drag if row.cross_section_m2 == tunnel.cross_section_m2
         )
-    force_n = train.mass_kg * permil / 1000.0 * convention.gravity_mps2
-    sums = [np.concatenate(([0.0], np.cumsum(np.diff(at_m) * value))) for value in (force_n, air)]
-    return SeenLine(at_m, sums[0], sums[1], length_m)
+    mean_n, slope = (train.mass_kg * value / 1000.0 * convention.gravity_mps2 for value in (permil, permil_per_m))
+    force_nm, drag = (np.concatenate(([0.0], np.cumsum(span_m * value))) for value in (mean_n, air))
+    return SeenLine(at_m, mean_n - 0.5 * span_m * slope, slope, air, force_nm, drag, length_m)
 
 
 def limits_seen(trip: Trip, at_m: _Floats) -> _Floats:
@@ -150,6 +177,7 @@ def supply_seen(trip: Trip, at_m: _Floats) -> NDArray[np.int8]:
     return supply
 
 
+@lru_cache(maxsize=16)
 def breaks_seen(trip: Trip) -> _Floats:
     """Positions within the trip at which its limit or its current changes, or the gradient met at the head, m."""
     track, convention = trip.track, trip.convention

@@ -49,6 +49,8 @@ class ResolvedLine(NamedTuple):
         POWERED, NEUTRAL or LOWERED.
     force, drag : Piecewise
         What the means are taken of.
+    force_nm, drag_nm : (K + 1,) float64
+        Integrals of force and drag up to each break.
     even : bool
         Whether resistance and drag are constant within each step.
     inertia_kg : float
@@ -61,6 +63,8 @@ class ResolvedLine(NamedTuple):
     supply: NDArray[np.int8]
     force: Piecewise
     drag: Piecewise
+    force_nm: Floats
+    drag_nm: Floats
     even: bool
     inertia_kg: float
 
@@ -78,16 +82,8 @@ class ResolvedLine(NamedTuple):
         if self.even:
             step = self.step_at(0.5 * (x_m[:-1] + x_m[1:]))
             return self.grade_n[step], self.air[step]
-        return self.force.mean(x_m[:-1], x_m[1:]), self.drag.mean(x_m[:-1], x_m[1:])
-
-    def gain(self, x_m: Floats, w: Floats) -> Floats:
-        """What w differs by, inside the steps, where the resistance is the true one and the effort the same; (n,)."""
-        at = self.step_at(x_m)
-        from_m = self.break_m[at]
-        force_j = self.grade_n[at] * (x_m - from_m) - (self.force.integral_to(x_m) - self.force.integral_to(from_m))
-        drag_j = self.air[at] * (x_m - from_m) - (self.drag.integral_to(x_m) - self.drag.integral_to(from_m))
-        gain = 2.0 / self.inertia_kg * (force_j + drag_j * w)
-        return np.where((x_m <= from_m) | (x_m >= self.break_m[-1]), 0.0, gain)
+        force, drag = (np.diff(function.integral_to(x_m)) / np.diff(x_m) for function in (self.force, self.drag))
+        return force, drag
 
 
 @lru_cache(maxsize=16)
@@ -124,8 +120,9 @@ def resolve(trip: Trip) -> ResolvedLine:
         for function in (force, drag)
     )
     return ResolvedLine(
-        break_m, grade_n, air, limit_of(middle_m), _supply(stretches, middle_m), force, drag, even, train.inertia_kg
-    )
+        break_m, grade_n, air, limit_of(middle_m), _supply(stretches, middle_m), force, drag,
+        force.integral_to(break_m), drag.integral_to(break_m), even, train.inertia_kg,
+    )  # fmt: skip
 
 
 def _resistance(trip: Trip) -> tuple[Piecewise, Piecewise]:
