@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.front.bounds import bound_kernel
-from tgvdp.front.ceiling import ceiling, lower_caps
+from tgvdp.front.ceiling import ceiling, linear_caps, lower_caps
 from tgvdp.front.chords import raise_costates
 from tgvdp.front.costates import integrate_costates
 from tgvdp.front.cutting import count_cells, cut_rows, split_cells, thin_rows
@@ -51,7 +51,8 @@ class Ledger(NamedTuple):
     cells : Cells
         The cells; ``limit_w`` is the squared speed that no run passes.
     caps : tuple of float64
-        The same below the ceilings: in cells, (K,), and at their ends, (K + 1,).
+        The same below the ceilings: in cells, (K,), at their ends, (K + 1,), and at the two ends of each cell so that a
+        linear one between them is passed by no run, (K, 2).
     w : (K + 1,) float64
         Squared speeds of the run that the costate comes from, m²/s².
     label : (K,) int8
@@ -64,7 +65,7 @@ class Ledger(NamedTuple):
     left: _Floats
     right: _Floats
     cells: Cells
-    caps: tuple[_Floats, _Floats]
+    caps: tuple[_Floats, _Floats, _Floats]
     w: _Floats
     label: NDArray[np.int8]
 
@@ -197,13 +198,16 @@ class BoundingProblem:
         left[lost] = right[lost] = 0.0
         return Ledger(-math.inf, 0.0, np.empty(0), left, right, cells, caps, node_w, label)
 
-    def _caps(self, cells: Cells) -> tuple[_Floats, _Floats]:
-        """Squared speeds that no run passes in cells with their limits, (K,), and at their ends, (K + 1,)."""
+    def _caps(self, cells: Cells) -> tuple[_Floats, _Floats, _Floats]:
+        """Squared speeds that no run passes, as a ledger has them."""
         cap = cells.limit_w.copy()
         node_cap = np.minimum(np.append(cap, np.inf), np.append(np.inf, cap))
         for forward, (xs, ws) in zip((True, False), self._ceilings, strict=True):
             lower_caps(self.trip.distance_m, cells.station_m, xs, ws, len(xs), forward, cap, node_cap)
-        return cap, node_cap
+        xs, ws = self._ceilings[0]
+        rise = np.empty((len(cap), 2))
+        linear_caps(cells.station_m, xs, ws, len(xs), rise)
+        return cap, node_cap, rise
 
     def evaluate(self, phases: Ledger, price: float, left: _Floats, right: _Floats) -> Ledger:
         """Bound on the cells of a ledger for given costates, all per unit of inertia; any finite costates will do."""
