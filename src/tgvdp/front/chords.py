@@ -17,7 +17,7 @@ _AT_CEILING = 0.02
 #: Chords begin this share below v̄, then further by this factor each, and at the ends of the effort pieces.
 _NEAREST, _FURTHER = 2e-3, 2.5
 #: Chords below the costate equation by less than this share of λ/v³ tell only how exact its quadrature is.
-_SPARE = 0.02
+_SPARE = 0.004
 
 
 @leaf

@@ -154,20 +154,26 @@ class BoundingProblem:
             made = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
             split_cells(*nodes, *made)
             phases = self._costates(x_m, w, *made, price)
-        found = self.evaluate(phases, price, phases.left, phases.right)
-        raised = self._raised(found, price)
-        return raised if raised.total > found.total else found
+        return self._raised(self.evaluate(phases, price, phases.left, phases.right), price)
 
     def _raised(self, found: Ledger, price: float) -> Ledger:
-        """The bound with the costates that go along the ceiling; the same where there are no others."""
+        """The bound with costates that go along the ceiling in each phase in which that is better."""
         left, right = found.left.copy(), found.right.copy()
         raise_costates(
             self.train, self.energy.traction, price, -0.5 * self.energy.traction, *found.cells[1:4],
             found.caps[0], found.w, found.label, self.top_mps, self._pieces, left, right,
         )  # fmt: skip
-        if np.array_equal(left, found.left):
+        changed = (left != found.left) | (right != found.right)
+        changed[1:] |= right[:-1] != found.right[:-1]  # the jump at the start of a cell is part of its bound
+        if not changed.any():
             return found
-        return self.evaluate(found, price, left, right)
+        raised = self.evaluate(found, price, left, right)
+        first = np.flatnonzero(np.diff(changed, prepend=not changed[0]))  # phases by turns changed and not
+        better = np.add.reduceat(raised.bound - found.bound, first) > 0.0
+        better = np.repeat(better, np.diff(first, append=len(changed)))
+        if better[changed].all():
+            return raised
+        return self.evaluate(found, price, np.where(better, left, found.left), np.where(better, right, found.right))
 
     def _costates(
         self, x_m: _Floats, w: _Floats, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], price: float
