@@ -1,0 +1,187 @@
+"""Lines under a front: for which multipliers, and from which runs, they are worth the time.
+
+Every line holds for all runs, whatever multiplier and run it comes from (`front.problem`); these only decide how close
+it comes. A line is best at the running time of the optimal run of its multiplier. A first one is made for each
+multiplier of the front; where they leave a gap that better ones might close, more are made with more care.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.errors import TgvdpError
+from tgvdp.front.problem import BoundingProblem
+from tgvdp.model.trip import Trip
+from tgvdp.physics.profile import Profile
+from tgvdp.search.budget import Clock
+from tgvdp.search.pilots import Mesh
+
+_Floats = NDArray[np.float64]
+
+#: Energy below this share of the kinetic energy at the top speed is a rounding error of none.
+NO_ENERGY = 1e-9
+#: The pilots of a certificate are solved on a mesh this much finer than the front's.
+_FINENESS = 4.0
+#: Multipliers of a front's certificate at most, before refinement.
+_MOST_LINES = 64
+#: Further ones, relative to the largest: next to the fastest run a line is good only near its own point.
+_LARGER = (1.15, 1.35, 1.8)
+#: Between multipliers further apart than this factor another one is solved: a line may be poor where T(λ) jumps.
+_APART = 1.1
+#: Refined lines: mesh of their pilots against the front's, cells of their costates against the usual ones.
+_REFINED_MESH, _REFINED_CELLS = 16.0, 4.0
+#: Cells of all meshes of refined lines at most: the work that they may be.
+_MOST_CELLS = 300_000
+#: A gap that needs no refinement, and a promise that is not worth it, relative to the energy.
+_ENOUGH, _PROMISE = 3e-4, 1e-4
+#: Refined lines for one point at most.
+_TRIES = 2
+#: Multipliers for the fastest run itself grow by this factor until they do not help, and then by smaller ones. The
+#: losses of a line grow with them, so that it needs this many times more cells.
+_STEEPER, _BETWEEN = 4.0, 1.4
+_STEEP_FINENESS = 32.0
+_MOST_STEEP = 12
+_STEEPEST = 1000.0
+#: Two running times that are nearer, relative to the fastest one, are one.
+_SAME_TIME = 1e-7
+#: Least of these multipliers, relative to energy over running time of the fastest run.
+_STEEP = 30.0
+
+
+def top_j(trip: Trip, profile: Profile) -> float:
+    """Kinetic energy at the top speed of a run, J: the scale of energies."""
+    return 0.5 * trip.train.inertia_kg * float(profile.speed_mps.max()) ** 2
+
+
+class Line(NamedTuple):
+    """E ≥ line_j − price_j_per_s·T for every run, and the run that suggested the costate: its T and its E + λT."""
+
+    price_j_per_s: float
+    line_j: float
+    time_s: float
+    cost_j: float
+
+
+def level_line(problem: BoundingProblem) -> Line:
+    """The line of λ = 0, which no run suggests."""
+    return Line(0.0, problem.least_energy_j, math.inf, problem.least_energy_j)
+
+
+def own_line(problem: BoundingProblem, profile: Profile, price: float, fineness: float = 1.0) -> Line:
+    """The line that a profile suggests for a multiplier, J/s."""
+    x_m, w = profile.position_m - problem.trip.origin_m, profile.speed_mps**2
+    cost_j = profile.total_energy_j + price * profile.duration_s
+    return Line(price, problem.line(x_m, w, price, fineness), profile.duration_s, cost_j)
+
+
+def all_lines(
+    problem: BoundingProblem,
+    fastest: Profile,
+    time_s: _Floats,
+    energy_j: _Floats,
+    price_j_per_s: _Floats,
+    clock: Clock,
+) -> list[Line]:
+    """All lines for points at given running times and energies; see `front.certificate.certify_front`."""
+    mesh = Mesh.of(problem.trip, fastest, _FINENESS)
+    prices = _multipliers(price_j_per_s, mesh.usual_price)
+    lines = [level_line(problem), *_pilot_lines(problem, mesh, prices, clock)]
+    lines += steep_lines(problem, fastest, float(prices[0]), clock)
+    if clock.expired:
+        return lines
+    slower = time_s > fastest.duration_s * (1.0 + _SAME_TIME)
+    return lines + list(_refined_lines(problem, fastest, lines, time_s[slower], energy_j[slower], clock))
+
+
+def _multipliers(price_j_per_s: _Floats, usual_price: float) -> _Floats:
+    """Multipliers to solve, decreasing: those given, thinned out and filled up; the usual one where none is given."""
+    prices = np.unique(price_j_per_s[np.isfinite(price_j_per_s) & (price_j_per_s > 0.0)])
+    if len(prices) == 0:
+        prices = np.array([usual_price])
+    if len(prices) > _MOST_LINES:
+        prices = prices[np.linspace(0, len(prices) - 1, _MOST_LINES).round().astype(np.int64)]
+    between = np.sqrt(prices[1:] * prices[:-1])[prices[1:] > _APART * prices[:-1]]
+    return np.sort(np.concatenate((prices, between, prices[-1] * np.array(_LARGER))))[::-1]
+
+
+def _pilot_lines(
+    problem: BoundingProblem, mesh: Mesh, prices: _Floats, clock: Clock, fineness: float = 1.0
+) -> Iterator[Line]:
+    """Lines from the optimal runs of multipliers, J/s, until the time is up."""
+    counters = {"pilots": 0, "runs": 0, "costates": 0}
+    for price in prices.tolist():
+        if clock.expired:
+            return
+        try:
+            pilot = mesh.pilot(price, counters)
+        except TgvdpError:
+            continue  # one line less: the certificate is only looser
+        n, time_s, energy_j = mesh.drive(pilot.switch, pilot.switch, 0.0, counters)
+        line_j = problem.line(mesh.rows[0][:n], mesh.rows[1][:n], price, fineness)
+        yield Line(price, line_j, time_s, energy_j + price * time_s)
+
+
+def _refined_lines(
+    problem: BoundingProblem, fastest: Profile, lines: list[Line], time_s: _Floats, energy_j: _Floats, clock: Clock
+) -> Iterator[Line]:
+    """Lines on finer meshes for multipliers between the others, where they promise most.
+
+    At a point, the lines that optimal costates would give for the same multipliers are at most those of the runs; the
+    difference is what finer cells may gain. Half the product of the differences in time and multiplier is what another
+    multiplier may gain. Where the point itself is not optimal neither closes the gap, and nothing is promised.
+    """
+    mesh = Mesh.of(problem.trip, fastest, _REFINED_MESH)
+    tries = np.zeros(len(time_s), dtype=np.int64)
+    size_j = np.maximum(np.abs(energy_j), NO_ENERGY * top_j(problem.trip, fastest))
+    for _ in range(_MOST_CELLS // len(mesh.cells.length_m)):
+        price, line_j, line_s, cost_j = np.array(lines).T
+        value_j = line_j[:, None] - price[:, None] * time_s
+        best = np.argmax(value_j, axis=0)
+        gap_j = energy_j - np.max(value_j, axis=0)
+        finer_j = np.max(cost_j[:, None] - price[:, None] * time_s, axis=0) - energy_j + gap_j
+        target = _multipliers_at(time_s, price[1:], line_s[1:])
+        other_j = 0.5 * np.abs((target - price[best]) * (line_s[best] - time_s))
+        promise_j = np.minimum(np.where(tries == 0, finer_j, 0.0) + other_j, gap_j)
+        promise_j[(tries >= _TRIES) | (gap_j <= _ENOUGH * size_j)] = 0.0
+        chosen = int(np.argmax(promise_j / size_j))
+        if clock.expired or promise_j[chosen] <= _PROMISE * size_j[chosen]:
+            return
+        tries[chosen] += 1
+        made = list(_pilot_lines(problem, mesh, target[chosen : chosen + 1], clock, _REFINED_CELLS))
+        lines = lines + made
+        yield from made
+
+
+def _multipliers_at(time_s: _Floats, price: _Floats, line_s: _Floats) -> _Floats:
+    """Multipliers whose optimal runs take given times, between those of lines."""
+    order = np.argsort(-price)
+    return np.exp(np.interp(time_s, np.maximum.accumulate(line_s[order]), np.log(price[order])))
+
+
+def steep_lines(problem: BoundingProblem, fastest: Profile, above: float, clock: Clock) -> Iterator[Line]:
+    """Lines for the fastest run, whose own multiplier is infinite.
+
+    Next to it the least energy falls as c·√(T − T_min): a line of multiplier λ is c²/(4λ) too low there, and its own
+    losses grow with λ. In between is a best one; the costates of all are taken from the fastest run.
+    """
+    energy_j, time_s = fastest.total_energy_j, fastest.duration_s
+    found: dict[float, float] = {}
+    price = max(above, _STEEP * max(energy_j, 1e-3 * top_j(problem.trip, fastest)) / time_s)
+    most = _STEEPEST * price
+    while price <= most and len(found) < _MOST_STEEP and not clock.expired:
+        line = own_line(problem, fastest, price, _STEEP_FINENESS)
+        if line.line_j - price * time_s > energy_j:
+            return  # the losses are below the precision of the run, and so is what a steeper line could tell
+        yield line
+        found[price] = line.line_j - price * time_s
+        best = max(found, key=found.__getitem__)
+        if best == max(found):
+            price = _STEEPER * best
+            continue
+        nearby = [other for other in (best * _BETWEEN, best / _BETWEEN) if other not in found]
+        if not nearby:
+            return
+        price = nearby[0]
