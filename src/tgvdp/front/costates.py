@@ -24,6 +24,10 @@ from tgvdp.front.phases import (
     slides,
 )
 
+#: Newton steps at most to make the costate of a coasting phase meet both its ends, and how well, absolute.
+_SHOTS = 12
+_HIT = 1e-9
+
 
 @leaf
 def _lowest(label, hold, retard):
@@ -130,6 +134,38 @@ def _stiffness(length, w, price, k):
 
 
 @kernel
+def _shoot(first, last, p, end_p, length, w, source, growth, out):
+    """Costates of coasting from p at the start of cell ``first`` to ``end_p``, along a run of another speed.
+
+    The blend of two solutions is right to first order in their mismatch. Here the whole phase is driven faster or
+    slower: D, the difference in w, decays as coasting has it, and p' = λ/(2v³) + 2p·∂ρ/∂w at w + D. The end of p is a
+    convex, falling function of the first D, found by Newton's rule. Returns whether it was found.
+    """
+    shift = 0.0
+    for _ in range(_SHOTS):
+        out[first] = p
+        by_shift = 0.0
+        decay = 1.0
+        for k in range(first, last):
+            half = 0.5 * length[k] * growth[k, 1]
+            here = 0.5 * (w[k] + w[k + 1])
+            decay_k = decay * (1.0 - half)
+            there = here + shift * decay_k
+            if not (there > 0.1 * here and abs(half) < 0.5):
+                return False
+            rate = source[k, 1] * (here / there) * math.sqrt(here / there)
+            out[k + 1] = (out[k] * (1.0 + half) + length[k] * rate) / (1.0 - half)
+            by_shift = (by_shift * (1.0 + half) - 1.5 * length[k] * rate * decay_k / there) / (1.0 - half)
+            decay *= (1.0 - half) / (1.0 + half)
+        missed = out[last] - end_p
+        if abs(missed) <= _HIT:
+            out[last] = end_p
+            return True
+        shift -= missed / by_shift
+    return False
+
+
+@kernel
 def _fill_phase(
     k, last, start_pin, end_pin, hold, retard, length, w, cap, price, label, source, growth, left, right, ahead, back
 ):
@@ -143,6 +179,11 @@ def _fill_phase(
         _backward(k, last, end_pin, hold, retard, length, w, cap, label, source, growth, back)
     if use_ahead:
         _forward(k, last, start_pin, length, w, cap, label, source, growth, ahead)
+    reach = math.nan
+    if use_ahead:
+        reach = ahead[last]
+        if use_back and label[k] == COASTING and _shoot(k, last, start_pin, end_pin, length, w, source, growth, ahead):
+            use_back = False
     total = 0.0
     for j in range(k, last):
         total += _stiffness(length, w, price, j)
@@ -160,7 +201,7 @@ def _fill_phase(
         else:
             left[j] = (1.0 - share) * ahead[j] + share * back[j]
             right[j] = (1.0 - after) * ahead[j + 1] + after * back[j + 1]
-    return total
+    return total, reach
 
 
 @leaf
@@ -232,7 +273,7 @@ def integrate_costates(length, w, cap, effort, price, hold, retard, label, sourc
             free = math.isnan(start_pin) and math.isnan(end_pin)
             if free:
                 start_pin = right[k - 1] if k > first else min(_highest(label[k], hold, retard), 0.0)
-            stiff = _fill_phase(
+            stiff, reach = _fill_phase(
                 k, last, start_pin, end_pin, hold, retard, length, w, cap, price, label, source, growth,
                 left, right, ahead, back,
             )  # fmt: skip
@@ -246,7 +287,7 @@ def integrate_costates(length, w, cap, effort, price, hold, retard, label, sourc
             held_next = last < stop and touch and label[k] == COASTING and (label[last] in (RETARDED, HELD_BACK))
             if held_next and not (again or math.isnan(start_pin)):
                 level = _lowest(label[last], hold, retard)
-                held = _held_costate(last, stop, level, ahead[last], stiff, effort, length, label)
+                held = _held_costate(last, stop, level, reach, stiff, effort, length, label)
                 end_pin = held
                 again = True
             if again:

@@ -36,7 +36,7 @@ _REFINED_MESH, _REFINED_CELLS = 16.0, 4.0
 #: Cells of all meshes of refined lines at most: the work that they may be.
 _MOST_CELLS = 300_000
 #: A gap that needs no refinement, and a promise that is not worth it, relative to the energy.
-_ENOUGH, _PROMISE = 3e-4, 1e-4
+_ENOUGH, _PROMISE = 5e-4, 2e-4
 #: Refined lines for one point at most.
 _TRIES = 2
 #: Multipliers for the fastest run itself grow by this factor until they do not help, and then by smaller ones. The
