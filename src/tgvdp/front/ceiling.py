@@ -19,7 +19,7 @@ from tgvdp._jit import kernel, leaf
 from tgvdp.front.pieces import largest_effort, merge_comfort, piece_at
 
 #: Change of speed in a row; and the speed of the first one, relative to the largest limit.
-_STEP = 0.001
+_STEP = 5e-4
 _FIRST = 1e-3
 #: W lies above its exact value by this share, against rounding.
 _SPARE = 1e-12

@@ -15,7 +15,7 @@ from tgvdp.front.pieces import merge_tables, piece_at, piece_value
 #: A run is at the ceiling if its w is less than this share below: the ceiling lies a little outside of all runs.
 _AT_CEILING = 0.02
 #: Chords begin this share below v̄, then further by this factor each, and at the ends of the effort pieces.
-_NEAREST, _FURTHER = 2e-3, 2.5
+_NEAREST, _FURTHER = 1e-4, 2.5
 #: Chords below the costate equation by less than this share of λ/v³ tell only how exact its quadrature is.
 _SPARE = 0.004
 

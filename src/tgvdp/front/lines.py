@@ -39,12 +39,11 @@ _MOST_CELLS = 300_000
 _ENOUGH, _PROMISE = 5e-4, 2e-4
 #: Refined lines for one point at most.
 _TRIES = 2
-#: Multipliers for the fastest run itself grow by this factor until they do not help, and then by smaller ones. The
-#: losses of a line grow with them, so that it needs this many times more cells.
-_STEEPER, _BETWEEN = 4.0, 1.4
-_STEEP_FINENESS = 32.0
-_MOST_STEEP = 12
-_STEEPEST = 1000.0
+#: Multipliers for the fastest run itself grow by this factor until they do not help; from there on more precise lines
+#: grow by a smaller one. The losses of a line grow with its multiplier, so that it needs this many times more cells.
+_STEEPER, _STEEPER_YET = 4.0, 1.5
+_STEEP_CELLS, _STEEPEST_CELLS = 16.0, 64.0
+_STEEPEST = 3e4
 #: Two running times that are nearer, relative to the fastest one, are one.
 _SAME_TIME = 1e-7
 #: Least of these multipliers, relative to energy over running time of the fastest run.
@@ -167,21 +166,37 @@ def steep_lines(problem: BoundingProblem, fastest: Profile, above: float, clock:
     Next to it the least energy falls as c·√(T − T_min): a line of multiplier λ is c²/(4λ) too low there, and its own
     losses grow with λ. In between is a best one; the costates of all are taken from the fastest run.
     """
-    energy_j, time_s = fastest.total_energy_j, fastest.duration_s
-    found: dict[float, float] = {}
-    price = max(above, _STEEP * max(energy_j, 1e-3 * top_j(problem.trip, fastest)) / time_s)
-    most = _STEEPEST * price
-    while price <= most and len(found) < _MOST_STEEP and not clock.expired:
-        line = own_line(problem, fastest, price, _STEEP_FINENESS)
-        if line.line_j - price * time_s > energy_j:
-            return  # the losses are below the precision of the run, and so is what a steeper line could tell
+    least = max(fastest.total_energy_j, 1e-3 * top_j(problem.trip, fastest)) / fastest.duration_s
+    price = max(above, _STEEP * least)
+    most = max(price, _STEEPEST * least)
+    coarse = list(_climb(problem, fastest, price, _STEEPER, most, _STEEP_CELLS, clock))
+    yield from coarse
+    if coarse:
+        yield from _climb(problem, fastest, _best_price(coarse), _STEEPER_YET, most, _STEEPEST_CELLS, clock)
+
+
+def _climb(
+    problem: BoundingProblem, fastest: Profile, price: float, factor: float, most: float, cells: float, clock: Clock
+) -> Iterator[Line]:
+    """Lines for the fastest run of multipliers that grow by a factor, up to the first that does not help."""
+    highest_j = -math.inf
+    while price <= most and not clock.expired:
+        line = own_line(problem, fastest, price, cells)
+        value_j = line.line_j - price * fastest.duration_s
+        if value_j > fastest.total_energy_j:
+            return  # its losses are below the precision of the run, and so is what a steeper line could tell
         yield line
-        found[price] = line.line_j - price * time_s
-        best = max(found, key=found.__getitem__)
-        if best == max(found):
-            price = _STEEPER * best
-            continue
-        nearby = [other for other in (best * _BETWEEN, best / _BETWEEN) if other not in found]
-        if not nearby:
+        if value_j <= highest_j:
             return
-        price = nearby[0]
+        highest_j = value_j
+        price *= factor
+
+
+def _best_price(lines: list[Line]) -> float:
+    """Multiplier of the highest line at the time of its run: of the last three, as far off as A/λ + B·λ + C."""
+    price, line_j, time_s, cost_j = np.array(lines[-3:]).T
+    if len(price) == 3:
+        falling, rising, _ = np.linalg.solve(np.column_stack((1.0 / price, price, np.ones(3))), cost_j - line_j)
+        if falling > 0.0 and rising > 0.0:
+            return float(np.clip(math.sqrt(falling / rising), price[0], price[-1]))
+    return float(price[np.argmax(line_j - price * time_s)])
