@@ -17,7 +17,7 @@ from tgvdp.front.hamiltonian import ROUNDINGS, least_hamiltonian
 from tgvdp.front.phases import is_standstill
 from tgvdp.front.pieces import largest_effort, merge_tables
 
-_UNIT_ROUNDOFF = 2.0**-53
+UNIT_ROUNDOFF = 2.0**-53
 #: What the rise of the ceiling within a cell may gain at most, relative to λ/v, below which it is not worth the time.
 _RISE_GAIN = 1e-6
 
@@ -104,8 +104,10 @@ def cell_kernel(
 
 
 @kernel
-def bound_kernel(train, tables, length, grade, air, cap, node_cap, rise, w, price, left, right, top_v, pieces, bound):
-    """Lower bound of E + λT, per unit of inertia.
+def bound_kernel(
+    train, tables, length, grade, air, cap, node_cap, rise, w, price, left, right, top_v, pieces, wanted, bound, doubt
+):
+    """Lower bounds of E + λT cell by cell, per unit of inertia.
 
     Parameters
     ----------
@@ -129,15 +131,12 @@ def bound_kernel(train, tables, length, grade, air, cap, node_cap, rise, w, pric
         Largest speed of all, m/s.
     pieces : (3, 2n, 6) float64
         Scratch for the pieces of the effort curves.
+    wanted : (K,) bool
+        Cells whose bounds are wanted.
     bound : (K,) float64, modified in place
-        Lower bound of ∫H over each cell, with the jump of p at its left end and the terms of the trip's ends.
-
-    Returns
-    -------
-    total : float
-        The bound: the sum over the cells.
-    error : float
-        Bound of its rounding error.
+        Lower bound of ∫H over each of them, with the jump of p at its left end and the terms of the trip's ends.
+    doubt : (K,) float64, modified in place
+        Bounds of their rounding errors, in units of 2⁻⁵³.
     """
     count = length.shape[0]
     last = count - 1
@@ -150,41 +149,36 @@ def bound_kernel(train, tables, length, grade, air, cap, node_cap, rise, w, pric
     pulls = 0
     brakes = 0
     dynamics = 0
-    total = 0.0
-    sizes = 0.0
-    error = 0.0
+    merged = -1
     for k in range(count):
+        if not wanted[k]:
+            continue
         d = length[k]
         r0 = (train.davis_a_n + grade[k]) / mass
         r2 = air[k] / mass
-        if k == 0 or grade[k] != grade[k - 1] or air[k] != air[k - 1]:
+        if merged < 0 or grade[k] != grade[merged] or air[k] != air[merged]:
+            merged = k
             pulls, brakes, dynamics = merge_tables(train, r0, r1, r2, top_v, pieces)
         if k == 0 and first_stands:
             bound[k] = standstill_cell(pieces[0], pulls, r0, r1, r2, True, d, price, left[1], w[0], cap[k], worth)
-            error += ROUNDINGS * (abs(bound[k]) + worth * (w[0] + abs(r0) * d))
+            doubt[k] = ROUNDINGS * (abs(bound[k]) + worth * (w[0] + abs(r0) * d))
         elif k == last and last_stands:
             bound[k] = standstill_cell(
                 pieces[1], brakes, r0, r1, r2, False, d, price, -right[k - 1], w[count], cap[k], back
             )
-            error += ROUNDINGS * (abs(bound[k]) + back * (w[count] + abs(r0) * d))
+            doubt[k] = ROUNDINGS * (abs(bound[k]) + back * (w[count] + abs(r0) * d))
         else:
-            ends = 0.0
+            arrival = 0.0  # with the jump of p at the start of the cell, or the start of the trip
             if k == 0:
-                ends = left[0] * w[0]
+                arrival = left[0] * w[0]
             elif k > 1 or not first_stands:
-                ends = min(0.0, left[k] - right[k - 1]) * node_cap[k]
-            if k == last:
-                ends -= right[k] * w[count]
-                error += ROUNDINGS * abs(right[k] * w[count])
+                arrival = min(0.0, left[k] - right[k - 1]) * node_cap[k]
+            leaving = -right[k] * w[count] if k == last else 0.0
             load = (train.davis_a_n + abs(grade[k])) / mass
-            cell_v = min(math.sqrt(cap[k]) * (1.0 + 4.0 * _UNIT_ROUNDOFF), top_v)
+            cell_v = min(math.sqrt(cap[k]) * (1.0 + 4.0 * UNIT_ROUNDOFF), top_v)
             mean, size = cell_kernel(
                 pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, left[k], right[k], d, cell_v,
                 rise[k, 0], rise[k, 1],
             )  # fmt: skip
-            bound[k] = d * mean + ends
-            error += d * size
-            error += ROUNDINGS * abs(ends)
-        total += bound[k]
-        sizes += abs(bound[k])
-    return total, (error + (count + 4.0) * sizes) * _UNIT_ROUNDOFF
+            bound[k] = d * mean + arrival + leaving
+            doubt[k] = d * size + ROUNDINGS * (abs(arrival) + abs(leaving))

@@ -7,10 +7,10 @@ the other is, by the inequality of Cauchy and Schwarz, at least
 
     ∫ dw/G ≥ (Δw)²/∫ G dw,
 
-whose right side is in closed form, also where G has zeros, which no run passes. Its relative error is the variance of G
-between the two speeds, relative to its square. Where W falls (the load exceeds the effort), or a cell of the line ends
-within a row, the row takes the largest effort and the least load of all its speeds instead. Between its ends, W is linear
-and raised by how far a run might be above it there.
+whose right side is in closed form, also where G has zeros, which no run passes. Its relative error is the variance of
+G between the two speeds, relative to its square. Where W falls (the load exceeds the effort), or a cell of the line
+ends within a row, the row takes the largest effort and the least load of all its speeds instead. Between its ends W is
+linear, raised by how far a run might be above it there.
 """
 
 import math

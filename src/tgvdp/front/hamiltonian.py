@@ -92,7 +92,9 @@ def least_hamiltonian(pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, 
         best, at = least_on_piece(price, b0, b1, b2, 0.0, low_v, top_v, best, at)
     elif p <= 0.0:
         factor = -(back + 2.0 * p)
-        best, at = _least_over(pieces[2], dynamics, factor, pieces[2], 0, 0.0, price, b0, b1, b2, low_v, top_v, best, at)
+        best, at = _least_over(
+            pieces[2], dynamics, factor, pieces[2], 0, 0.0, price, b0, b1, b2, low_v, top_v, best, at
+        )
         effort = -factor * _size(pieces[2], dynamics, at)
     else:
         factor = -2.0 * p

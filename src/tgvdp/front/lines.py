@@ -34,9 +34,9 @@ _APART = 1.1
 #: Refined lines: mesh of their pilots against the front's, cells of their costates against the usual ones.
 _REFINED_MESH, _REFINED_CELLS = 16.0, 4.0
 #: Cells of all meshes of refined lines at most: the work that they may be.
-_MOST_CELLS = 300_000
-#: A gap that needs no refinement, and a promise that is not worth it, relative to the energy.
-_ENOUGH, _PROMISE = 5e-4, 2e-4
+_MOST_CELLS = 160_000
+#: A gap that needs no refinement, and a promise that is not worth it: relative to the energy, and to the gap.
+_ENOUGH, _PROMISE, _PROMISED_SHARE = 5e-4, 2e-4, 0.1
 #: Refined lines for one point at most.
 _TRIES = 2
 #: Multipliers for the fastest run itself grow by this factor until they do not help; from there on more precise lines
@@ -145,8 +145,9 @@ def _refined_lines(
         other_j = 0.5 * np.abs((target - price[best]) * (line_s[best] - time_s))
         promise_j = np.minimum(np.where(tries == 0, finer_j, 0.0) + other_j, gap_j)
         promise_j[(tries >= _TRIES) | (gap_j <= _ENOUGH * size_j)] = 0.0
+        promise_j[promise_j <= np.maximum(_PROMISE * size_j, _PROMISED_SHARE * gap_j)] = 0.0
         chosen = int(np.argmax(promise_j / size_j))
-        if clock.expired or promise_j[chosen] <= _PROMISE * size_j[chosen]:
+        if clock.expired or promise_j[chosen] == 0.0:
             return
         tries[chosen] += 1
         made = list(_pilot_lines(problem, mesh, target[chosen : chosen + 1], clock, _REFINED_CELLS))

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.front.bounds import bound_kernel
+from tgvdp.front.bounds import UNIT_ROUNDOFF, bound_kernel
 from tgvdp.front.ceiling import ceiling, linear_caps, lower_caps
 from tgvdp.front.chords import raise_costates
 from tgvdp.front.costates import integrate_costates
@@ -42,10 +42,10 @@ class Ledger(NamedTuple):
 
     Attributes
     ----------
-    total, error : float
-        The bound, and a bound of its rounding error.
     bound : (K,) float64
-        Lower bound of each cell; they sum to the total.
+        Lower bound of each cell.
+    doubt : (K,) float64
+        Bounds of their rounding errors, in units of 2⁻⁵³.
     left, right : (K,) float64
         Costate at the two ends of each cell.
     cells : Cells
@@ -59,15 +59,25 @@ class Ledger(NamedTuple):
         Its regimes (`front.phases`).
     """
 
-    total: float
-    error: float
     bound: _Floats
+    doubt: _Floats
     left: _Floats
     right: _Floats
     cells: Cells
     caps: tuple[_Floats, _Floats, _Floats]
     w: _Floats
     label: NDArray[np.int8]
+
+    @property
+    def total(self) -> float:
+        """The bound: the sum over the cells."""
+        return float(self.bound.sum())
+
+    @property
+    def error(self) -> float:
+        """Bound of its rounding error."""
+        adding = (len(self.bound) + 4.0) * float(np.abs(self.bound).sum())
+        return (float(self.doubt.sum()) + adding) * UNIT_ROUNDOFF
 
 
 class BoundingProblem:
@@ -165,15 +175,17 @@ class BoundingProblem:
         )  # fmt: skip
         changed = (left != found.left) | (right != found.right)
         changed[1:] |= right[:-1] != found.right[:-1]  # the jump at the start of a cell is part of its bound
-        if not changed.any():
-            return found
-        raised = self.evaluate(found, price, left, right)
+        changed[0] |= changed[1]  # a cell of a standstill has the costate of its neighbour
+        raised = self.evaluate(found, price, left, right, changed)
         first = np.flatnonzero(np.diff(changed, prepend=not changed[0]))  # phases by turns changed and not
         better = np.add.reduceat(raised.bound - found.bound, first) > 0.0
         better = np.repeat(better, np.diff(first, append=len(changed)))
-        if better[changed].all():
-            return raised
-        return self.evaluate(found, price, np.where(better, left, found.left), np.where(better, right, found.right))
+        return found._replace(
+            bound=np.where(better, raised.bound, found.bound),
+            doubt=np.where(better, raised.doubt, found.doubt),
+            left=np.where(better, left, found.left),
+            right=np.where(better, right, found.right),
+        )
 
     def _costates(
         self, x_m: _Floats, w: _Floats, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], price: float
@@ -202,7 +214,7 @@ class BoundingProblem:
         )  # fmt: skip
         lost = ~(np.isfinite(left) & np.isfinite(right))  # rows that are no run at all may make p overflow
         left[lost] = right[lost] = 0.0
-        return Ledger(-math.inf, 0.0, np.empty(0), left, right, cells, caps, node_w, label)
+        return Ledger(np.empty(count), np.empty(count), left, right, cells, caps, node_w, label)
 
     def _caps(self, cells: Cells) -> tuple[_Floats, _Floats, _Floats]:
         """Squared speeds that no run passes, as a ledger has them."""
@@ -215,14 +227,26 @@ class BoundingProblem:
         linear_caps(cells.station_m, xs, ws, len(xs), rise)
         return cap, node_cap, rise
 
-    def evaluate(self, phases: Ledger, price: float, left: _Floats, right: _Floats) -> Ledger:
-        """Bound on the cells of a ledger for given costates, all per unit of inertia; any finite costates will do."""
-        bound = np.empty(len(phases.cells.length_m))
-        total, error = bound_kernel(
+    def evaluate(
+        self,
+        phases: Ledger,
+        price: float,
+        left: _Floats,
+        right: _Floats,
+        wanted: NDArray[np.bool_] | None = None,
+    ) -> Ledger:
+        """Bound on the cells of a ledger for given costates, all per unit of inertia; any finite costates will do.
+
+        Of cells that are not ``wanted``, whose costates and those of their neighbours must be as they were, the bound
+        stays.
+        """
+        bound, doubt = phases.bound.copy(), phases.doubt.copy()
+        wanted = np.ones(len(bound), dtype=np.bool_) if wanted is None else wanted
+        bound_kernel(
             self.train, self.energy, *phases.cells[1:4], *phases.caps, phases.w, price, left, right, self.top_mps,
-            self._pieces, bound,
+            self._pieces, wanted, bound, doubt,
         )  # fmt: skip
-        return phases._replace(total=total, error=error, bound=bound, left=left, right=right)
+        return phases._replace(bound=bound, doubt=doubt, left=left, right=right)
 
     def _with_breaks(self, x_m: _Floats, w: _Floats) -> tuple[_Floats, _Floats]:
         """Rows from end to end of the trip with every break of the line among them."""
