@@ -139,7 +139,7 @@ def _shoot(first, last, p, end_p, length, w, source, growth, out):
 
     The blend of two solutions is right to first order in their mismatch. Here the whole phase is driven faster or
     slower: D, the difference in w, decays as coasting has it, and p' = λ/(2v³) + 2p·∂ρ/∂w at w + D. The end of p is a
-    convex, falling function of the first D, found by Newton's rule. Returns whether it was found.
+    convex, falling function of the first D, found by Newton's rule. Returns the last D, NaN where there is none.
     """
     shift = 0.0
     for _ in range(_SHOTS):
@@ -152,7 +152,7 @@ def _shoot(first, last, p, end_p, length, w, source, growth, out):
             decay_k = decay * (1.0 - half)
             there = here + shift * decay_k
             if not (there > 0.1 * here and abs(half) < 0.5):
-                return False
+                return math.nan
             rate = source[k, 1] * (here / there) * math.sqrt(here / there)
             out[k + 1] = (out[k] * (1.0 + half) + length[k] * rate) / (1.0 - half)
             by_shift = (by_shift * (1.0 + half) - 1.5 * length[k] * rate * decay_k / there) / (1.0 - half)
@@ -160,9 +160,9 @@ def _shoot(first, last, p, end_p, length, w, source, growth, out):
         missed = out[last] - end_p
         if abs(missed) <= _HIT:
             out[last] = end_p
-            return True
+            return shift * decay
         shift -= missed / by_shift
-    return False
+    return math.nan
 
 
 @kernel
@@ -172,6 +172,8 @@ def _fill_phase(
     """Costates of the cells k to ``last`` − 1 from their values at the ends, either of which may be unknown (NaN).
 
     A mismatch δ between the two solutions costs ½∫(δ')²/H_ww ds, least where δ' is proportional to H_ww.
+    Returns ∫H_ww ds, and where p would end if nothing but its start were known: for large δ, as if costs were of
+    second order.
     """
     use_back = not math.isnan(end_pin)
     use_ahead = not math.isnan(start_pin)
@@ -179,14 +181,17 @@ def _fill_phase(
         _backward(k, last, end_pin, hold, retard, length, w, cap, label, source, growth, back)
     if use_ahead:
         _forward(k, last, start_pin, length, w, cap, label, source, growth, ahead)
-    reach = math.nan
-    if use_ahead:
-        reach = ahead[last]
-        if use_back and label[k] == COASTING and _shoot(k, last, start_pin, end_pin, length, w, source, growth, ahead):
-            use_back = False
+    reach = ahead[last] if use_ahead else math.nan
     total = 0.0
     for j in range(k, last):
         total += _stiffness(length, w, price, j)
+    if use_ahead and use_back and label[k] == COASTING:
+        shift = _shoot(k, last, start_pin, end_pin, length, w, source, growth, ahead)
+        use_back = math.isnan(shift)
+        if not use_back:
+            reach = end_pin + shift * total
+        else:
+            _forward(k, last, start_pin, length, w, cap, label, source, growth, ahead)
     done = 0.0
     for j in range(k, last):
         share = done / total
@@ -205,18 +210,17 @@ def _fill_phase(
 
 
 @leaf
-def _held_costate(last, stop, level, ahead, stiff, effort, length, label):
-    """Costate of partial braking after a coasting phase that is known from its start, p = ``ahead`` at its end.
+def _held_costate(level, ahead, stiff, effort, source, growth):
+    """Costate where partial braking begins after a coasting phase that is known from its start, p = ``ahead`` at its end.
 
     Coasting that meets the limit just before it would turn: bending p to the level of braking over the phase costs
-    ½δ²/∫H_ww, keeping it δ below while the brakes hold costs 2δ·∫|f|. The sum is least here.
+    ½δ²/∫H_ww. Where p is δ below the level while the brakes hold, it rises by p' of coasting, and δ²·|f|/p' is lost
+    until it is there. The sum is least here.
     """
-    braking = 0.0
-    j = last
-    while j < stop and label[j] == label[last]:
-        braking -= effort[j] * length[j]
-        j += 1
-    return min(level, ahead + 2.0 * braking * stiff)
+    rise = source[1] + growth[1] * level
+    if ahead >= level or rise <= 0.0:
+        return level
+    return level - (level - ahead) / (1.0 + 2.0 * max(-effort, 0.0) * stiff / rise)
 
 
 @kernel
@@ -258,12 +262,15 @@ def integrate_costates(length, w, cap, effort, price, hold, retard, label, sourc
             end_pin, next_pin = _pin(label[k], label[last], touch, hold, retard)
         level = _lowest(label[k], hold, retard)
         if is_partial(label[k]) and not end_pin > level:
-            if not math.isnan(held):
-                level = held
+            p = level if math.isnan(held) else held
             held = math.nan
             for j in range(k, last):
-                left[j] = level
-                right[j] = level
+                left[j] = p
+                if p < level:
+                    p = min(_step(p, length[j], source[j], growth[j], _law(COASTING)), level)
+                right[j] = p
+            if p < level and next_pin > p:
+                next_pin = p  # p may not jump upwards
         else:
             held = math.nan
             if is_partial(label[k]):
@@ -287,7 +294,7 @@ def integrate_costates(length, w, cap, effort, price, hold, retard, label, sourc
             held_next = last < stop and touch and label[k] == COASTING and (label[last] in (RETARDED, HELD_BACK))
             if held_next and not (again or math.isnan(start_pin)):
                 level = _lowest(label[last], hold, retard)
-                held = _held_costate(last, stop, level, reach, stiff, effort, length, label)
+                held = _held_costate(level, reach, stiff, effort[last], source[last], growth[last])
                 end_pin = held
                 again = True
             if again:
