@@ -109,18 +109,22 @@ def _multipliers(price_j_per_s: _Floats, usual_price: float) -> _Floats:
 def _pilot_lines(
     problem: BoundingProblem, mesh: Mesh, prices: _Floats, clock: Clock, fineness: float = 1.0
 ) -> Iterator[Line]:
-    """Lines from the optimal runs of multipliers, J/s, until the time is up."""
+    """Lines from the optimal runs of multipliers, J/s, until the time is up.
+
+    A mesh knows no auxiliaries: their power is part of its multipliers.
+    """
     counters = {"pilots": 0, "runs": 0, "costates": 0}
+    auxiliary_w = problem.energy.auxiliary_w
     for price in prices.tolist():
         if clock.expired:
             return
         try:
-            pilot = mesh.pilot(price, counters)
+            pilot = mesh.pilot(price + auxiliary_w, counters)
         except TgvdpError:
             continue  # one line less: the certificate is only looser
         n, time_s, energy_j = mesh.drive(pilot.switch, pilot.switch, 0.0, counters)
         line_j = problem.line(mesh.rows[0][:n], mesh.rows[1][:n], price, fineness)
-        yield Line(price, line_j, time_s, energy_j + price * time_s)
+        yield Line(price, line_j, time_s, energy_j + (price + auxiliary_w) * time_s)
 
 
 def _refined_lines(
