@@ -10,6 +10,7 @@ import math
 
 from tgvdp._jit import kernel, leaf
 from tgvdp.front.phases import (
+    BRAKING,
     COASTING,
     DYNAMIC_BRAKING,
     HELD_BACK,
@@ -86,6 +87,8 @@ def _pin(before, after, touch, hold, retard):
     fall = _highest(after, hold, retard)
     if before == after:
         return math.nan, math.nan  # the run touches the limit within a regime
+    if max(before, after) == DYNAMIC_BRAKING and min(before, after) in (REGENERATION, BRAKING):
+        return math.nan, math.nan  # only what the brakes can do changes
     if before < after:
         return rise, rise  # regimes between them are too short to be seen
     if touch:
