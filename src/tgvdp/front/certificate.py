@@ -140,11 +140,10 @@ def certify_front(
         unknown = np.full_like(time_s, np.nan)
         return Certificate(unknown, unknown, np.empty(0), np.empty(0))
     clock = SearchBudget(time_limit_s=math.inf).start() if clock is None else clock
-    lines = all_lines(BoundingProblem(trip), fastest, time_s, energy_j, price_j_per_s, clock)
+    lines, reached = all_lines(BoundingProblem(trip), fastest, time_s, energy_j, price_j_per_s, clock)
     price_used, line_j = np.array(lines).T[:2]
     lower = _envelope(time_s, price_used, line_j)
-    complete = not clock.expired
-    if not complete:  # where the last line is the highest, flatter ones would be higher
+    if not reached:  # where the last line is the highest, flatter ones would be higher
         flattest = np.argsort(price_used)[: min(2, len(price_used))]
         lower[lower <= _envelope(time_s, price_used[flattest], line_j[flattest])] = np.nan
-    return Certificate(lower, _gap_pct(energy_j, lower, top_j(trip, fastest)), price_used, line_j, complete)
+    return Certificate(lower, _gap_pct(energy_j, lower, top_j(trip, fastest)), price_used, line_j, not clock.expired)

@@ -33,7 +33,7 @@ _LARGER = (1.15, 1.35, 1.8)
 _APART = 1.1
 #: Refined lines: mesh of their pilots against the front's, cells of their costates against the usual ones.
 _REFINED_MESH, _REFINED_CELLS = 16.0, 4.0
-#: Cells of all meshes of refined lines at most: the work that they may be.
+#: Cells of all pilots of refined lines at most: the work that they may be.
 _MOST_CELLS = 160_000
 #: A gap that needs no refinement, and a promise that is not worth it: relative to the energy, and to the gap.
 _ENOUGH, _PROMISE, _PROMISED_SHARE = 5e-4, 2e-4, 0.1
@@ -83,16 +83,24 @@ def all_lines(
     energy_j: _Floats,
     price_j_per_s: _Floats,
     clock: Clock,
-) -> list[Line]:
-    """All lines for points at given running times and energies; see `front.certificate.certify_front`."""
+) -> tuple[list[Line], bool]:
+    """All lines for points at given running times and energies; see `front.certificate.certify_front`.
+
+    Returns
+    -------
+    lines : list of Line
+    reached : bool
+        False when the time ended before there was a line for each multiplier: flatter ones are missing.
+    """
     mesh = Mesh.of(problem.trip, fastest, _FINENESS)
     prices = _multipliers(price_j_per_s, mesh.usual_price)
     lines = [level_line(problem), *_pilot_lines(problem, mesh, prices, clock)]
+    reached = not clock.expired
     lines += steep_lines(problem, fastest, float(prices[0]), clock)
-    if clock.expired:
-        return lines
-    slower = time_s > fastest.duration_s * (1.0 + _SAME_TIME)
-    return lines + list(_refined_lines(problem, fastest, lines, time_s[slower], energy_j[slower], clock))
+    if not clock.expired:
+        slower = time_s > fastest.duration_s * (1.0 + _SAME_TIME)
+        lines += _refined_lines(problem, fastest, lines, time_s[slower], energy_j[slower], clock)
+    return lines, reached
 
 
 def _multipliers(price_j_per_s: _Floats, usual_price: float) -> _Floats:
@@ -130,33 +138,47 @@ def _pilot_lines(
 def _refined_lines(
     problem: BoundingProblem, fastest: Profile, lines: list[Line], time_s: _Floats, energy_j: _Floats, clock: Clock
 ) -> Iterator[Line]:
-    """Lines on finer meshes for multipliers between the others, where they promise most.
-
-    At a point, the lines that optimal costates would give for the same multipliers are at most those of the runs; the
-    difference is what finer cells may gain. Half the product of the differences in time and multiplier is what another
-    multiplier may gain. Where the point itself is not optimal neither closes the gap, and nothing is promised.
-    """
-    mesh = Mesh.of(problem.trip, fastest, _REFINED_MESH)
+    """Lines on a finer mesh for multipliers between the others, where they promise most."""
+    lines = list(lines)
+    mesh = None
     tries = np.zeros(len(time_s), dtype=np.int64)
     size_j = np.maximum(np.abs(energy_j), NO_ENERGY * top_j(problem.trip, fastest))
-    for _ in range(_MOST_CELLS // len(mesh.cells.length_m)):
-        price, line_j, line_s, cost_j = np.array(lines).T
-        value_j = line_j[:, None] - price[:, None] * time_s
-        best = np.argmax(value_j, axis=0)
-        gap_j = energy_j - np.max(value_j, axis=0)
-        finer_j = np.max(cost_j[:, None] - price[:, None] * time_s, axis=0) - energy_j + gap_j
-        target = _multipliers_at(time_s, price[1:], line_s[1:])
-        other_j = 0.5 * np.abs((target - price[best]) * (line_s[best] - time_s))
-        promise_j = np.minimum(np.where(tries == 0, finer_j, 0.0) + other_j, gap_j)
+    cells = 0
+    while True:
+        gap_j, promise_j, target = _promises(np.array(lines), time_s, energy_j, tries)
         promise_j[(tries >= _TRIES) | (gap_j <= _ENOUGH * size_j)] = 0.0
         promise_j[promise_j <= np.maximum(_PROMISE * size_j, _PROMISED_SHARE * gap_j)] = 0.0
-        chosen = int(np.argmax(promise_j / size_j))
-        if clock.expired or promise_j[chosen] == 0.0:
+        if clock.expired or not promise_j.any():
             return
+        mesh = mesh or Mesh.of(problem.trip, fastest, _REFINED_MESH)
+        cells += len(mesh.cells.length_m)
+        if cells > _MOST_CELLS:
+            return
+        chosen = int(np.argmax(promise_j / size_j))
         tries[chosen] += 1
-        made = list(_pilot_lines(problem, mesh, target[chosen : chosen + 1], clock, _REFINED_CELLS))
-        lines = lines + made
-        yield from made
+        for line in _pilot_lines(problem, mesh, target[chosen : chosen + 1], clock, _REFINED_CELLS):
+            lines.append(line)
+            yield line
+
+
+def _promises(
+    lines: _Floats, time_s: _Floats, energy_j: _Floats, tries: NDArray[np.int64]
+) -> tuple[_Floats, _Floats, _Floats]:
+    """Gap at each point, J, how much of it a refined line might close, J, and the multiplier of that line, J/s.
+
+    Lines from optimal costates are at most as high as their runs cost; the difference is what finer cells may gain.
+    Half the product of the differences in time and multiplier is what another multiplier may gain. Where the point
+    itself is not optimal neither closes the gap, and nothing is promised.
+    """
+    price, line_j, line_s, cost_j = lines.T
+    value_j = line_j[:, None] - price[:, None] * time_s
+    best = np.argmax(value_j, axis=0)
+    lower_j = np.max(value_j, axis=0)
+    finer_j = np.max(cost_j[:, None] - price[:, None] * time_s, axis=0) - lower_j
+    target = _multipliers_at(time_s, price[1:], line_s[1:])
+    other_j = 0.5 * np.abs((target - price[best]) * (line_s[best] - time_s))
+    gap_j = energy_j - lower_j
+    return gap_j, np.minimum(np.where(tries == 0, finer_j, 0.0) + other_j, gap_j), target
 
 
 def _multipliers_at(time_s: _Floats, price: _Floats, line_s: _Floats) -> _Floats:
