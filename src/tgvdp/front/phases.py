@@ -51,6 +51,26 @@ def is_partial(label):
     return label in (HOLDING, RETARDED, HELD_BACK)
 
 
+@leaf
+def lowest_costate(label, hold, retard):
+    """Lowest p of a regime; ``hold`` and ``retard`` are the levels −a/2 and −η/2."""
+    if label == TRACTION:
+        return -math.inf
+    if label <= COASTING:
+        return hold
+    return retard if label <= REGENERATION or label == DYNAMIC_BRAKING else 0.0
+
+
+@leaf
+def highest_costate(label, hold, retard):
+    """Highest p of a regime."""
+    if label <= HOLDING:
+        return hold
+    if label <= RETARDED:
+        return retard
+    return 0.0 if label <= HELD_BACK else math.inf
+
+
 @kernel
 def row_efforts(train, x, w, grade, air, effort):
     """Mean effort of each row in N, positive traction; ``effort`` (n − 1,) in place."""
