@@ -144,11 +144,9 @@ def ceiling(train, forward, length, grade, air, limit, end_w, pieces, xs, ws):
 
 
 @kernel
-def lower_caps(distance, node, xs, ws, n, forward, cap, node_cap):
-    """Lower the caps of cells and of their ends to a ceiling; in place.
-
-    ``cap`` (K,) is the largest squared speed anywhere in a cell, ``node_cap`` (K + 1,) that at its ends.
-    """
+def _lower_to(distance, node, xs, ws, forward, cap, node_cap):
+    """Lower the caps of cells and of their ends to one ceiling; in place."""
+    n = xs.shape[0]
     count = cap.shape[0]
     i = 0
     before = ws[0]
@@ -170,11 +168,9 @@ def lower_caps(distance, node, xs, ws, n, forward, cap, node_cap):
 
 
 @kernel
-def linear_caps(node, xs, ws, n, rise):
-    """Squared speeds at the two ends of each cell between which a linear one is at or above the ceiling forward.
-
-    ``node`` (K + 1,) are the ends of the cells; ``rise`` (K, 2) in place.
-    """
+def _fill_rise(node, xs, ws, rise):
+    """Fill ``rise`` of `lower_caps`."""
+    n = xs.shape[0]
     i = 0
     before = ws[0]
     for k in range(rise.shape[0]):
@@ -191,3 +187,26 @@ def linear_caps(node, xs, ws, n, rise):
         rise[k, 0] = before + above
         rise[k, 1] = here + above
         before = here
+
+
+@kernel
+def lower_caps(distance, node, ahead_x, ahead_w, back_x, back_w, cap, node_cap, rise):
+    """Lower caps of the squared speed to the ceilings.
+
+    Parameters
+    ----------
+    distance : float
+        Length of the trip, m.
+    node : (K + 1,) float64
+        Ends of the cells, m from the origin.
+    ahead_x, ahead_w, back_x, back_w : (n,), (m,) float64
+        Rows of the ceilings from the origin and from the destination (`ceiling`).
+    cap, node_cap : (K,), (K + 1,) float64, modified in place
+        Largest squared speed anywhere in each cell, and at the ends of the cells, m²/s².
+    rise : (K, 2) float64, modified in place
+        Squared speeds at the two ends of each cell between which a linear one is at or above the ceiling from the
+        origin, m²/s².
+    """
+    _lower_to(distance, node, ahead_x, ahead_w, True, cap, node_cap)
+    _lower_to(distance, node, back_x, back_w, False, cap, node_cap)
+    _fill_rise(node, ahead_x, ahead_w, rise)

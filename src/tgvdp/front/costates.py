@@ -22,8 +22,10 @@ from tgvdp.front.phases import (
     highest_costate,
     is_partial,
     is_standstill,
+    label_cells,
     lowest_costate,
     phase_end,
+    tidy_labels,
 )
 
 
@@ -64,28 +66,8 @@ def _held_costate(level, ahead, stiff, effort, source, growth):
 
 
 @kernel
-def integrate_costates(length, w, cap, effort, price, hold, retard, label, source, growth, left, right, ahead, back):
-    """Costates along a run.
-
-    Parameters
-    ----------
-    length : (K,) float64
-        Cells, m.
-    w : (K + 1,) float64
-        Squared speed at their ends, m²/s².
-    cap, effort : (K,) float64
-        Squared speed limit, and effort per unit of inertia.
-    price : float
-        λ per unit of inertia.
-    hold, retard : float
-        Levels of p at which traction holds a speed, and the dynamic brake does.
-    label, source, growth
-        From `front.phases.label_cells`.
-    left, right : (K,) float64, modified in place
-        Costate at the two ends of each cell. The cells next to a standstill have none; they repeat their neighbour's.
-    ahead, back : (K + 1,) float64
-        Scratch.
-    """
+def _integrate(length, w, cap, effort, price, hold, retard, label, source, growth, left, right, ahead, back):
+    """Costates along a run whose cells are labelled; see `run_costates`."""
     count = length.shape[0]
     first = 1 if is_standstill(w[0], w[1]) else 0
     stop = count - 1 if is_standstill(w[count], w[count - 1]) else count
@@ -150,3 +132,48 @@ def integrate_costates(length, w, cap, effort, price, hold, retard, label, sourc
     if stop == count - 1:
         left[count - 1] = right[count - 2]
         right[count - 1] = right[count - 2]
+
+
+@kernel
+def run_costates(
+    train, tables, length, grade, air, limit, ceiling, w, effort, price, sliver, top_v, pieces, label, source, growth,
+    left, right, ahead, back,
+):  # fmt: skip
+    """Regimes and costates along a run.
+
+    Parameters
+    ----------
+    train : KernelTrain
+    tables : EnergyTables
+    length, grade, air, limit : (K,) float64
+        Cells: length in m, gradient force in N, coefficient of v² in N/(m/s)², squared speed limit in m²/s².
+    ceiling : (K,) float64
+        Squared speed that no run passes in the cell, m²/s².
+    w : (K + 1,) float64
+        Squared speed of the run at the ends of the cells, m²/s².
+    effort : (K,) float64, modified in place
+        Mean effort of the row of the run that a cell belongs to, N; afterwards per unit of inertia.
+    price : float
+        λ per unit of inertia.
+    sliver : float
+        Phases shorter than this are rounding errors, m.
+    top_v : float
+        Largest speed of all, m/s.
+    pieces : (3, 2n, 6) float64
+        Scratch for the pieces of the effort curves.
+    label : (K,) int8, modified in place
+        Regimes (`front.phases`).
+    source, growth : (K, 4) float64, modified in place
+        Coefficients of p' = source + growth·p: one column each for traction, coasting, regeneration and braking.
+    left, right : (K,) float64, modified in place
+        Costate at the two ends of each cell. The cells next to a standstill have none; they repeat their neighbour's.
+    ahead, back : (K + 1,) float64
+        Scratch.
+    """
+    hold = -0.5 * tables.traction
+    retard = -0.5 * tables.regeneration
+    label_cells(train, tables, length, grade, air, w, effort, price, top_v, pieces, label, source, growth)
+    tidy_labels(sliver, length, w, limit, ceiling, hold, retard, label, source, growth)
+    for k in range(length.shape[0]):
+        effort[k] /= train.inertia_kg
+    _integrate(length, w, limit, effort, price, hold, retard, label, source, growth, left, right, ahead, back)

@@ -107,7 +107,7 @@ def _regime(effort, v, no_effort, regeneration, pull, pulls, dynamic, dynamics, 
 
 
 @kernel
-def label_cells(train, tables, length, grade, air, cap, w, effort, price, top_v, pieces, label, source, growth):
+def label_cells(train, tables, length, grade, air, w, effort, price, top_v, pieces, label, source, growth):
     """Label cells by regime, with the coefficients of p' = source + growth·p in it.
 
     ``effort`` is the mean effort in N of the row that a cell belongs to; (K,) int8 ``label`` and (K, 4) float64

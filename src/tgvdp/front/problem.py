@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.front.bounds import UNIT_ROUNDOFF, bound_kernel
-from tgvdp.front.ceiling import ceiling, linear_caps, lower_caps
+from tgvdp.front.ceiling import ceiling, lower_caps
 from tgvdp.front.chords import raise_costates
-from tgvdp.front.costates import integrate_costates
+from tgvdp.front.costates import run_costates
 from tgvdp.front.cutting import count_cells, cut_rows, split_cells, thin_rows
-from tgvdp.front.phases import label_cells, row_efforts, tidy_labels
+from tgvdp.front.phases import row_efforts
 from tgvdp.front.pieces import PIECE_COLUMNS
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.line.fastest import reachable_w
@@ -99,7 +99,7 @@ class BoundingProblem:
         self.train = self._with_rates()
         size = 2 * max(len(self.train.traction), len(self.train.braking))
         self._pieces = np.empty((3, size, PIECE_COLUMNS))
-        self._ceilings = tuple(self._ceiling(forward) for forward in (True, False))
+        self._ceilings = self._ceiling(True), self._ceiling(False)
 
     def _with_rates(self) -> KernelTrain:
         """The train with its braking rates as bounds of the deceleration: kept unless the load alone slows more."""
@@ -200,17 +200,10 @@ class BoundingProblem:
         cells = Cells(node_m, np.diff(node_m), grade_n[row], air[row], limit_w, self.cells.supply[row_cell][row])
         count = len(row)
         label, source, growth = np.empty(count, dtype=np.int8), np.zeros((count, 4)), np.zeros((count, 4))
-        label_cells(
-            self.train, self.energy, *cells[1:5], node_w, effort, price, self.top_mps, self._pieces,
-            label, source, growth,
-        )  # fmt: skip
-        levels = -0.5 * self.energy.traction, -0.5 * self.energy.regeneration
-        sliver_m, caps = _SLIVER * self.trip.distance_m, self._caps(cells)
-        tidy_labels(sliver_m, cells.length_m, node_w, limit_w, caps[0], *levels, label, source, growth)
-        left, right = np.zeros(count), np.zeros(count)
-        integrate_costates(
-            cells.length_m, node_w, cells.limit_w, effort / self.train.inertia_kg, price, *levels,
-            label, source, growth, left, right, np.empty(count + 1), np.empty(count + 1),
+        left, right, caps = np.zeros(count), np.zeros(count), self._caps(cells)
+        run_costates(
+            self.train, self.energy, *cells[1:5], caps[0], node_w, effort, price, _SLIVER * self.trip.distance_m,
+            self.top_mps, self._pieces, label, source, growth, left, right, np.empty(count + 1), np.empty(count + 1),
         )  # fmt: skip
         lost = ~(np.isfinite(left) & np.isfinite(right))  # rows that are no run at all may make p overflow
         left[lost] = right[lost] = 0.0
@@ -220,11 +213,8 @@ class BoundingProblem:
         """Squared speeds that no run passes, as a ledger has them."""
         cap = cells.limit_w.copy()
         node_cap = np.minimum(np.append(cap, np.inf), np.append(np.inf, cap))
-        for forward, (xs, ws) in zip((True, False), self._ceilings, strict=True):
-            lower_caps(self.trip.distance_m, cells.station_m, xs, ws, len(xs), forward, cap, node_cap)
-        xs, ws = self._ceilings[0]
         rise = np.empty((len(cap), 2))
-        linear_caps(cells.station_m, xs, ws, len(xs), rise)
+        lower_caps(self.trip.distance_m, cells.station_m, *self._ceilings[0], *self._ceilings[1], cap, node_cap, rise)
         return cap, node_cap, rise
 
     def evaluate(
