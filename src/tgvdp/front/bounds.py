@@ -60,47 +60,47 @@ def cell_kernel(
     """
     slope = (p1 - p0) / length
     low_w = max(min(start_w, end_w), 0.0)
-    low_v = math.sqrt(low_w)
-    least0, size0, at0 = least_hamiltonian(
-        pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p0, slope, 0.0, top_v
-    )
-    least1, size1, at1 = least_hamiltonian(
-        pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p1, slope, 0.0, top_v
-    )
-    mean = 0.5 * (least0 + least1)
-    size = 0.5 * (size0 + size1)
-    if max(at0, at1) <= low_v:
-        return mean, size
-    # Else faster than any run at one end. μ is the mean fall of H from the one speed to the other.
-    fall = 0.0
-    for end in range(2):
-        p = p1 if end == 1 else p0
-        slow, _, _ = least_hamiltonian(
-            pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope, low_v, low_v
-        )
-        fast, _, _ = least_hamiltonian(
-            pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope, top_v, top_v
-        )
-        fall += 0.5 * (slow - fast)
-    if not fall > _RISE_GAIN * price / top_v:
-        return mean, size
-    tilt = fall / (top_v * top_v - low_w)
+    low_v = min(math.sqrt(low_w), top_v)
+    mean = 0.0
     tilted_mean = 0.0
-    tilted_size = 0.0
+    size = 0.0
+    tilt = 0.0
+    if (
+        low_v < top_v
+    ):  # μ is the mean fall of H from the slowest to the fastest of the speeds that not all runs may have
+        fall = 0.0
+        for part in range(4):
+            p = p0 if part < 2 else p1
+            v = low_v if part % 2 == 0 else top_v
+            value, _, _ = least_hamiltonian(
+                pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope, v, v
+            )
+            fall += 0.5 * value if part % 2 == 0 else -0.5 * value
+        if fall > _RISE_GAIN * price / top_v:
+            tilt = fall / (top_v * top_v - low_w)
     for end in range(2):
         p = p1 if end == 1 else p0
-        least, size, _ = least_hamiltonian(
+        least, least_size, _ = least_hamiltonian(
             pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope, 0.0, low_v
         )
-        faster, faster_size, _ = least_hamiltonian(
-            pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope + tilt, low_v, top_v
-        )
-        shift = tilt * (end_w if end == 1 else start_w)
-        tilted_mean += 0.5 * min(least, faster - shift)
-        tilted_size += 0.5 * max(size, faster_size + ROUNDINGS * shift)
-    if tilted_mean > mean:
-        return tilted_mean, tilted_size
-    return mean, 0.5 * (size0 + size1)
+        tilted = least
+        if low_v < top_v:
+            faster, faster_size, _ = least_hamiltonian(
+                pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope, low_v, top_v
+            )
+            least = min(least, faster)
+            least_size = max(least_size, faster_size)
+        if tilt > 0.0:
+            shift = tilt * (end_w if end == 1 else start_w)
+            faster, faster_size, _ = least_hamiltonian(
+                pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope + tilt, low_v, top_v
+            )
+            tilted = min(tilted, faster - shift)
+            least_size = max(least_size, faster_size + ROUNDINGS * shift)
+        mean += 0.5 * least
+        tilted_mean += 0.5 * tilted
+        size += 0.5 * least_size
+    return max(mean, tilted_mean) if tilt > 0.0 else mean, size
 
 
 @kernel
