@@ -22,7 +22,7 @@ from tgvdp.front.pieces import largest_effort, merge_comfort, piece_at
 _STEP = 5e-4
 _FIRST = 1e-3
 #: W lies above its exact value by this share, against rounding.
-_SPARE = 1e-12
+_SPARE = 1e-10
 
 
 @kernel
