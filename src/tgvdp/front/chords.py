@@ -109,7 +109,7 @@ def raise_costates(train, worth, price, hold, length, grade, air, cap, w, label,
     p = 0.0
     after = 0.0
     for k in range(length.shape[0] - 1, -1, -1):
-        at_ceiling = w[k + 1] > w[k] > 0.0 and w[k + 1] >= cap[k] * (1.0 - _AT_CEILING)
+        at_ceiling = w[k] > 0.0 and max(w[k], w[k + 1]) >= cap[k] * (1.0 - _AT_CEILING)
         if not raised or right[k] > after:  # p may jump down where the run touches the limit
             p = right[k]
             raised = False
