@@ -26,7 +26,9 @@ LIMITS = Track(
 CLIMB = Track(length_m=8e3, speed_limits=((0.0, 33.0),), gradients=((0.0, 0.0), (2500.0, 22.0), (6000.0, -2.0)))
 
 
-@pytest.mark.parametrize(("track", "first_pct", "others_pct"), [(LEVEL, 0.7, 0.1), (LIMITS, 1.0, 0.12), (CLIMB, 0.8, 0.2)])
+@pytest.mark.parametrize(
+    ("track", "first_pct", "others_pct"), [(LEVEL, 0.7, 0.1), (LIMITS, 1.0, 0.12), (CLIMB, 0.8, 0.2)]
+)
 def test_gaps_of_a_train_with_gears(track, first_pct, others_pct):
     result = tgvdp.search(RAILCAR, track, points=12)
     certificate = result.certify()
