@@ -10,6 +10,7 @@ from tgvdp import EffortCurve, Track, Train
 from tgvdp.front import lines
 from tgvdp.front.lines import Line, _best_price, _multipliers_at
 from tgvdp.front.problem import BoundingProblem
+from tgvdp.search.pilots import Mesh
 
 METRO = Train(
     name="metro", mass_kg=200e3, rotating_mass_factor=1.06, traction=EffortCurve.from_caps(300e3, 2.5e6),
@@ -27,6 +28,21 @@ HILLS = Track(
 @pytest.fixture(scope="module")
 def hills():
     return tgvdp.search(METRO, HILLS, points=40)
+
+
+@pytest.mark.parametrize("energy", ["wheel", "pantograph"])
+def test_no_run_of_a_finer_mesh_lies_below_and_some_lie_next_to_the_bound(energy):
+    result = tgvdp.search(METRO, HILLS, points=20, energy=energy)
+    certificate = result.certify()
+    auxiliary_w = METRO.auxiliary_power_w if energy == "pantograph" else 0.0
+    mesh, counters = Mesh.of(result.trip, result.fastest.profile, 12.0), {"pilots": 0, "runs": 0, "costates": 0}
+    above = []
+    for price_j_per_s in result.price_kwh_per_min[2:] * 3.6e6 / 60.0:
+        pilot = mesh.pilot(price_j_per_s + auxiliary_w, counters)
+        energy_j = pilot.energy_j + auxiliary_w * pilot.time_s
+        above.append(energy_j / certificate.at(pilot.time_s) - 1.0)
+    assert min(above) > -1e-5
+    assert np.median(above) < 1e-3
 
 
 def test_refinement_only_raises(hills, monkeypatch):
