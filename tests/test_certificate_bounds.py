@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from tgvdp import EffortCurve, Train
-from tgvdp.front.bounds import least_hamiltonian, standstill_cell
+from tgvdp.front.bounds import cell_kernel, standstill_cell
 from tgvdp.front.chords import tangent_and_excess
+from tgvdp.front.hamiltonian import least_hamiltonian
 from tgvdp.front.minimum import least_on_piece
 from tgvdp.front.pieces import largest_effort, merge_tables, piece_at, piece_value
 from tgvdp.physics.forces import kernel_train
@@ -73,7 +74,7 @@ def test_least_hamiltonian_is_below_every_sampled_speed_and_effort(name, permil,
     hardest = np.maximum(-dynamic - curves.friction_brake_n / mass, load - train.max_deceleration)
     costates = [(-3.0, 0.05), (-0.7, 0.002), (-0.5, 0.0), (-0.45, 0.001), (-0.2, 0.001), (0.0, 0.001), (0.4, 0.003)]
     for p, p_s in [*costates, (2.0, 0.01)]:
-        found, _, _ = least_hamiltonian(pieces, *counts, worth, back, r0, r1, r2, abs(r0), price, p, p_s, top_v)
+        found, _, _ = least_hamiltonian(pieces, *counts, worth, back, r0, r1, r2, abs(r0), price, p, p_s, 0.0, top_v)
         best = math.inf
         for f in (*(hardest + share * (strongest - hardest) for share in np.linspace(0.0, 1.0, 11)), -dynamic, 0.0):
             f = np.clip(f, hardest, strongest)
@@ -117,7 +118,7 @@ def test_least_chord_keeps_the_least_hamiltonian_at_the_run(name, p):
         assert excess >= 0.0
 
         def least(slope, v=v):
-            return least_hamiltonian(pieces, *counts, 1.0, 0.0, r0, r1, r2, r0, price, p, slope, v)
+            return least_hamiltonian(pieces, *counts, 1.0, 0.0, r0, r1, r2, r0, price, p, slope, 0.0, v)
 
         i = piece_at(pieces[0], counts[0], v)
         bare = (1.0 + 2.0 * p) * piece_value(pieces[0], i, v) + price / v - 2.0 * p * (r0 + v * (r1 + v * r2))
@@ -126,3 +127,51 @@ def test_least_chord_keeps_the_least_hamiltonian_at_the_run(name, p):
         if name == "table" and v == 12.5:  # behind the drop the costate equation alone would lose the run
             below, _, at = least(tangent)
             assert below < bare + tangent * v**2 - 0.01 and at <= 12.0
+
+
+@pytest.mark.parametrize("name", TRAINS)
+@pytest.mark.parametrize("p", [-2.0, -0.4, 0.7])
+def test_ranges_of_speed_together_hold_the_least_hamiltonian(name, p):
+    train = kernel_train(TRAINS[name])
+    r0, r1, r2 = train.davis_a_n / train.inertia_kg, train.davis_b / train.inertia_kg, 1e-4
+    pieces = np.empty((3, 12, 6))
+    counts = merge_tables(train, r0, r1, r2, 40.0, pieces)
+    for p_s in (-0.01, 0.0, 0.02):
+
+        def least(low_v, top_v, p_s=p_s):
+            return least_hamiltonian(pieces, *counts, 1.0, 0.0, r0, r1, r2, r0, 2.0, p, p_s, low_v, top_v)
+
+        whole, _, at = least(0.0, 30.0)
+        for split in (0.5, 5.0, 12.0, 20.0, 30.0):
+            (slow, _, slow_at), (fast, _, fast_at) = least(0.0, split), least(split, 30.0)
+            assert min(slow, fast) == pytest.approx(whole, rel=1e-9)
+            assert slow_at <= split <= fast_at <= 30.0
+        assert least(at * (1.0 - 1e-12), at)[0] == pytest.approx(whole, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", TRAINS)
+@pytest.mark.parametrize(("start_v", "end_v"), [(8.0, 9.0), (11.9, 12.3), (12.1, 12.4), (20.0, 19.0)])
+def test_cell_below_a_rising_ceiling_is_below_every_sample_and_tighter_than_a_flat_one(name, start_v, end_v):
+    train = kernel_train(TRAINS[name])
+    r0, r1, r2 = train.davis_a_n / train.inertia_kg, train.davis_b / train.inertia_kg, 1e-4
+    price, length = 2.0, 5.0
+    pieces = np.empty((3, 12, 6))
+    counts = merge_tables(train, r0, r1, r2, 40.0, pieces)
+    top_v = max(start_v, end_v)
+    gained = 0.0
+    for p0, p1 in ((-3.0, -2.9), (-3.0, -3.0), (-3.0, -3.2), (-0.8, -0.78), (-0.3, -0.35), (0.4, 0.5)):
+        args = pieces, *counts, 1.0, 0.0, r0, r1, r2, r0, price, p0, p1, length, top_v
+        found, _ = cell_kernel(*args, start_v**2, end_v**2)
+        flat, _ = cell_kernel(*args, top_v**2, top_v**2)
+        samples = []
+        for share in np.linspace(0.0, 1.0, 41):
+            ceiling_v = math.sqrt(start_v**2 + share * (end_v**2 - start_v**2))
+            p = p0 + share * (p1 - p0)
+            least, *_ = least_hamiltonian(
+                pieces, *counts, 1.0, 0.0, r0, r1, r2, r0, price, p, (p1 - p0) / length, 0.0, ceiling_v
+            )
+            samples.append(least)
+        exact = float(np.trapezoid(samples, dx=1.0 / 40.0))
+        assert flat - 1e-12 * abs(flat) <= found <= exact + 1e-3 * abs(exact - flat) + 1e-9 * abs(exact)
+        gained = max(gained, (found - flat) / (exact - flat) if exact - flat > 1e-9 * abs(exact) else 0.0)
+    assert gained > 0.9  # most of what a ceiling at the cell's largest speed gives away

@@ -22,7 +22,13 @@ LIMITS = Track(
 )
 
 
-@pytest.mark.parametrize(("track", "first_pct", "others_pct"), [(LEVEL, 2.0, 0.5), (LIMITS, 4.0, 0.6)])
+#: Full effort does not keep the speed up the climb: the run comes down along the ceiling, to behind a drop.
+CLIMB = Track(length_m=8e3, speed_limits=((0.0, 33.0),), gradients=((0.0, 0.0), (2500.0, 22.0), (6000.0, -2.0)))
+
+
+@pytest.mark.parametrize(
+    ("track", "first_pct", "others_pct"), [(LEVEL, 0.7, 0.1), (LIMITS, 1.0, 0.12), (CLIMB, 0.8, 0.2)]
+)
 def test_gaps_of_a_train_with_gears(track, first_pct, others_pct):
     result = tgvdp.search(RAILCAR, track, points=12)
     certificate = result.certify()
@@ -61,6 +67,17 @@ def test_chords_never_loosen_a_line(train, monkeypatch):
     without = np.array([bounding.line(*case) for case in cases])
     assert (with_chords >= without).all()
     assert (with_chords > without).any()
+
+
+@pytest.mark.parametrize("price_j_per_s", [3e4, 1e6, 3e7])
+def test_a_bound_pieced_together_is_that_of_its_costates(price_j_per_s):
+    """Chords are kept where they are better: the bounds of the other cells are not made anew."""
+    result = tgvdp.search(RAILCAR, LIMITS, points=6)
+    profile, bounding = result.profile(1), problem.BoundingProblem(result.trip)
+    ledger = bounding.ledger(profile.position_m, profile.speed_mps**2, price_j_per_s)
+    again = bounding.evaluate(ledger, price_j_per_s / bounding.train.inertia_kg, ledger.left, ledger.right)
+    np.testing.assert_array_equal(again.bound, ledger.bound)
+    np.testing.assert_array_equal(again.doubt, ledger.doubt)
 
 
 def test_trains_of_constant_power_keep_the_costate_equation(monkeypatch):

@@ -38,10 +38,10 @@ def test_bounds_on_all_reference_lines(shared):
         for time_s, energy_kwh in points:
             bound_kwh = certificate.at(time_s) / 3.6e6
             assert bound_kwh <= energy_kwh * (1.0 + _ROUNDING), place
-            assert bound_kwh >= energy_kwh * (1.0 - 4e-3), place
-        assert np.median(certificate.gap_pct) <= (0.5 if destination_m - origin_m < 5e3 else 0.15), place
+            assert bound_kwh >= energy_kwh * (1.0 - 2.5e-3), place
+        assert np.median(certificate.gap_pct) <= 0.1, place
         assert certificate.gap_pct.min() > -0.01, place
-        assert certificate.gap_pct[1:].max() < 1.5, place
+        assert certificate.gap_pct.max() < 0.35, place
 
 
 def test_coasting_between_two_touches_of_the_limit():
@@ -49,4 +49,4 @@ def test_coasting_between_two_touches_of_the_limit():
     result = tgvdp.search(synthetic_train(), synthetic_track(500e3), points=8)
     gap_pct = result.certify().gap_pct
     assert gap_pct.min() > -0.01
-    assert gap_pct[1:].max() < 0.3
+    assert gap_pct[1:].max() < 0.2

@@ -1,113 +1,25 @@
-"""The lower bound for given costates: exact 1-D minima of the Hamiltonian, summed over cells.
+"""The lower bound for given costates: least values of the Hamiltonian, summed over cells.
 
-All quantities are per unit of inertia: f = F/m_eff the effort, ρ(v) = (A + G + B·v + C·v²)/m_eff the load, λ the price.
-Effort costs e(f) = a·f for traction and gives back η·|f| as far as the dynamic brake does it (wheel: a = 1, η = 0). For
-p linear over a cell of length d with slope p', every run satisfies
+For fixed speed and effort H is linear in s within a cell (`front.hamiltonian`), so its minimum over them is concave in
+s, and the trapezoid of its values at the ends of the cell bounds the integral. Where the ceiling rises within the cell
+(`front.ceiling`), runs at its start are slower than at its end: with w ≤ U(s), U linear, and any μ ≥ 0
 
-    ∫ (e(f) + λ/v) ds + Δ(p·w) = ∫ H ds,     H(s, v, f) = e(f) + λ/v + p'·v² + 2p·(f − ρ(v))
+    H ≥ H + μ·(w − U(s))     for speeds between the ends of U, and H itself for slower ones,
 
-and, with the largest traction M, dynamic braking D and braking B of all kinds at speed v, e(f) + 2p·f is at least
-
-    (a + 2p)·M if 2p < −a      0 if −a ≤ 2p ≤ −η      −(η + 2p)·D if −η < 2p ≤ 0      −η·D − 2p·B if p > 0.
-
-All factors of an effort are negative. Every piece of an effort is P/v + c0 + c1·v + c2·v² + c3·v³, also where a comfort
-limit on the acceleration takes over, so that on each piece
-
-    H(v) ≥ a/v + b0 + b1·v + b2·v² + b3·v³,     v²·H' = −a + b1·v² + 2·b2·v³ + 3·b3·v⁴
-
-whose extremes are separated by the roots of b1 + 3·b2·v + 6·b3·v² = 0. For fixed (v, f) H is linear in s, so its
-minimum over them is concave in s, and the trapezoid of its values at the ends of the cell bounds the integral. The
-derivation and what is proven stand in docs/certificate.md.
+each of which has a concave minimum, and so has the lesser of the two. The derivation and what is proven stand in
+docs/certificate.md.
 """
 
 import math
 
-from tgvdp._jit import kernel, leaf
-from tgvdp.front.minimum import least_on_piece
+from tgvdp._jit import kernel
+from tgvdp.front.hamiltonian import ROUNDINGS, least_hamiltonian
 from tgvdp.front.phases import is_standstill
-from tgvdp.front.pieces import largest_effort, merge_tables, piece_at
+from tgvdp.front.pieces import largest_effort, merge_tables
 
-_UNIT_ROUNDOFF = 2.0**-53
-#: Roundings in one evaluation of the Hamiltonian: coefficients and value, 40 at most; and a spare factor of 5.
-_ROUNDINGS = 200.0
-
-
-@leaf
-def _size(table, n, v):
-    """Sum of the magnitudes of the terms of an effort at v."""
-    i = piece_at(table, n, v)
-    return (
-        abs(table[i, 1]) / v + abs(table[i, 2]) + v * (abs(table[i, 3]) + v * (abs(table[i, 4]) + v * abs(table[i, 5])))
-    )
-
-
-@kernel
-def _least_over(first, n, factor, second, m, other, price, b0, b1, b2, top_v, best, at):
-    """Least of price/v + b0 + b1·v + b2·v² + factor·first(v) + other·second(v) up to ``top_v``, and where it is.
-
-    ``first`` and ``second`` are tables of ``n`` and ``m`` pieces; without a ``second`` m is 0.
-    """
-    hi = top_v
-    i = piece_at(first, n, top_v)
-    j = piece_at(second, m, top_v) if m > 0 else 0
-    while True:
-        lo = first[i, 0]
-        a = price + factor * first[i, 1]
-        c0 = b0 + factor * first[i, 2]
-        c1 = b1 + factor * first[i, 3]
-        c2 = b2 + factor * first[i, 4]
-        c3 = factor * first[i, 5]
-        if m > 0:
-            lo = max(lo, second[j, 0])
-            a += other * second[j, 1]
-            c0 += other * second[j, 2]
-            c1 += other * second[j, 3]
-            c2 += other * second[j, 4]
-            c3 += other * second[j, 5]
-        best, at = least_on_piece(a, c0, c1, c2, c3, lo, hi, best, at)
-        if lo <= 0.0:
-            return best, at
-        hi = lo
-        if first[i, 0] == lo:
-            i -= 1
-        if m > 0 and second[j, 0] == lo:
-            j -= 1
-
-
-@kernel
-def least_hamiltonian(pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, p_s, top_v):
-    """Lower bound of the least H over all speeds up to ``top_v``, a bound of its rounding error in units of 2⁻⁵³, and
-    the speed of the least H.
-
-    ``pieces`` (3, 2n, 6) and the numbers of their rows come from `merge_tables`; ``worth`` and ``back`` are a and η of
-    the energy; the load is r0 + r1·v + r2·v², and ``load`` the sum of the magnitudes that make up r0.
-    """
-    best = math.inf
-    at = top_v
-    b0 = -2.0 * p * r0
-    b1 = -2.0 * p * r1
-    b2 = p_s - 2.0 * p * r2
-    effort = 0.0
-    if 2.0 * p < -worth:
-        factor = worth + 2.0 * p
-        best, at = _least_over(pieces[0], pulls, factor, pieces[0], 0, 0.0, price, b0, b1, b2, top_v, best, at)
-        effort = -factor * _size(pieces[0], pulls, at)
-    elif 2.0 * p <= -back:
-        best, at = least_on_piece(price, b0, b1, b2, 0.0, 0.0, top_v, best, at)
-    elif p <= 0.0:
-        factor = -(back + 2.0 * p)
-        best, at = _least_over(pieces[2], dynamics, factor, pieces[2], 0, 0.0, price, b0, b1, b2, top_v, best, at)
-        effort = -factor * _size(pieces[2], dynamics, at)
-    else:
-        factor = -2.0 * p
-        others = dynamics if back > 0.0 else 0
-        best, at = _least_over(pieces[1], brakes, factor, pieces[2], others, -back, price, b0, b1, b2, top_v, best, at)
-        effort = -factor * _size(pieces[1], brakes, at)
-        if back > 0.0:
-            effort += back * _size(pieces[2], dynamics, at)
-    size = price / at + effort + (abs(p_s) + 2.0 * abs(p) * r2) * at * at
-    size += 2.0 * abs(p) * (load + r1 * at)
-    return best, _ROUNDINGS * size, at
+UNIT_ROUNDOFF = 2.0**-53
+#: What the rise of the ceiling within a cell may gain at most, relative to λ/v, below which it is not worth the time.
+_RISE_GAIN = 1e-6
 
 
 @kernel
@@ -138,8 +50,64 @@ def standstill_cell(pieces, n, load0, load1, load2, start, length, price, slope,
 
 
 @kernel
-def bound_kernel(train, tables, length, grade, air, cap, node_cap, w, price, left, right, top_v, pieces, bound):
-    """Lower bound of E + λT, per unit of inertia.
+def cell_kernel(
+    pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p0, p1, length, top_v, start_w, end_w
+):
+    """Lower bound of the mean of H over a cell, and a bound of its rounding error in units of 2⁻⁵³.
+
+    ``p0``, ``p1`` are the costates at its ends, and w is at most linear between ``start_w`` and ``end_w``, and at most
+    ``top_v``². See `least_hamiltonian` for the others.
+    """
+    slope = (p1 - p0) / length
+    low_w = max(min(start_w, end_w), 0.0)
+    low_v = min(math.sqrt(low_w), top_v)
+    mean = 0.0
+    tilted_mean = 0.0
+    size = 0.0
+    tilt = 0.0
+    if (
+        low_v < top_v
+    ):  # μ is the mean fall of H from the slowest to the fastest of the speeds that not all runs may have
+        fall = 0.0
+        for part in range(4):
+            p = p0 if part < 2 else p1
+            v = low_v if part % 2 == 0 else top_v
+            value, _, _ = least_hamiltonian(
+                pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope, v, v
+            )
+            fall += 0.5 * value if part % 2 == 0 else -0.5 * value
+        if fall > _RISE_GAIN * price / top_v:
+            tilt = fall / (top_v * top_v - low_w)
+    for end in range(2):
+        p = p1 if end == 1 else p0
+        least, least_size, _ = least_hamiltonian(
+            pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope, 0.0, low_v
+        )
+        tilted = least
+        if low_v < top_v:
+            faster, faster_size, _ = least_hamiltonian(
+                pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope, low_v, top_v
+            )
+            least = min(least, faster)
+            least_size = max(least_size, faster_size)
+        if tilt > 0.0:
+            shift = tilt * (end_w if end == 1 else start_w)
+            faster, faster_size, _ = least_hamiltonian(
+                pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope + tilt, low_v, top_v
+            )
+            tilted = min(tilted, faster - shift)
+            least_size = max(least_size, faster_size + ROUNDINGS * shift)
+        mean += 0.5 * least
+        tilted_mean += 0.5 * tilted
+        size += 0.5 * least_size
+    return max(mean, tilted_mean) if tilt > 0.0 else mean, size
+
+
+@kernel
+def bound_kernel(
+    train, tables, length, grade, air, cap, node_cap, rise, w, price, left, right, top_v, pieces, wanted, bound, doubt
+):
+    """Lower bounds of E + λT cell by cell, per unit of inertia.
 
     Parameters
     ----------
@@ -150,6 +118,8 @@ def bound_kernel(train, tables, length, grade, air, cap, node_cap, w, price, lef
         Cells: length in m, grade force in N, coefficient of v² in N/(m/s)².
     cap, node_cap : (K,), (K + 1,) float64
         Squared speed that no run passes in the cell, and at its ends, m²/s².
+    rise : (K, 2) float64
+        Squared speeds at the two ends of each cell between which a linear one is passed by no run, m²/s².
     w : (K + 1,) float64
         Squared speeds of the run that the costates belong to, m²/s²: of use are those at the two ends, and whether
         the cells there are cells of a standstill.
@@ -161,15 +131,12 @@ def bound_kernel(train, tables, length, grade, air, cap, node_cap, w, price, lef
         Largest speed of all, m/s.
     pieces : (3, 2n, 6) float64
         Scratch for the pieces of the effort curves.
+    wanted : (K,) bool
+        Cells whose bounds are wanted.
     bound : (K,) float64, modified in place
-        Lower bound of ∫H over each cell, with the jump of p at its left end and the terms of the trip's ends.
-
-    Returns
-    -------
-    total : float
-        The bound: the sum over the cells.
-    error : float
-        Bound of its rounding error.
+        Lower bound of ∫H over each of them, with the jump of p at its left end and the terms of the trip's ends.
+    doubt : (K,) float64, modified in place
+        Bounds of their rounding errors, in units of 2⁻⁵³.
     """
     count = length.shape[0]
     last = count - 1
@@ -182,45 +149,36 @@ def bound_kernel(train, tables, length, grade, air, cap, node_cap, w, price, lef
     pulls = 0
     brakes = 0
     dynamics = 0
-    total = 0.0
-    sizes = 0.0
-    error = 0.0
+    merged = -1
     for k in range(count):
+        if not wanted[k]:
+            continue
         d = length[k]
         r0 = (train.davis_a_n + grade[k]) / mass
         r2 = air[k] / mass
-        if k == 0 or grade[k] != grade[k - 1] or air[k] != air[k - 1]:
+        if merged < 0 or grade[k] != grade[merged] or air[k] != air[merged]:
+            merged = k
             pulls, brakes, dynamics = merge_tables(train, r0, r1, r2, top_v, pieces)
         if k == 0 and first_stands:
             bound[k] = standstill_cell(pieces[0], pulls, r0, r1, r2, True, d, price, left[1], w[0], cap[k], worth)
-            error += _ROUNDINGS * (abs(bound[k]) + worth * (w[0] + abs(r0) * d))
+            doubt[k] = ROUNDINGS * (abs(bound[k]) + worth * (w[0] + abs(r0) * d))
         elif k == last and last_stands:
             bound[k] = standstill_cell(
                 pieces[1], brakes, r0, r1, r2, False, d, price, -right[k - 1], w[count], cap[k], back
             )
-            error += _ROUNDINGS * (abs(bound[k]) + back * (w[count] + abs(r0) * d))
+            doubt[k] = ROUNDINGS * (abs(bound[k]) + back * (w[count] + abs(r0) * d))
         else:
-            ends = 0.0
+            arrival = 0.0  # with the jump of p at the start of the cell, or the start of the trip
             if k == 0:
-                ends = left[0] * w[0]
+                arrival = left[0] * w[0]
             elif k > 1 or not first_stands:
-                ends = min(0.0, left[k] - right[k - 1]) * node_cap[k]
-            if k == last:
-                ends -= right[k] * w[count]
-                error += _ROUNDINGS * abs(right[k] * w[count])
-            slope = (right[k] - left[k]) / d
+                arrival = min(0.0, left[k] - right[k - 1]) * node_cap[k]
+            leaving = -right[k] * w[count] if k == last else 0.0
             load = (train.davis_a_n + abs(grade[k])) / mass
-            cell_v = min(math.sqrt(cap[k]) * (1.0 + 4.0 * _UNIT_ROUNDOFF), top_v)
-            value = 0.0
-            for end in range(2):
-                p = right[k] if end == 1 else left[k]
-                least, size, _ = least_hamiltonian(
-                    pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope, cell_v
-                )
-                value += least
-                error += 0.5 * d * size
-            bound[k] = 0.5 * d * value + ends
-            error += _ROUNDINGS * abs(ends)
-        total += bound[k]
-        sizes += abs(bound[k])
-    return total, (error + (count + 4.0) * sizes) * _UNIT_ROUNDOFF
+            cell_v = min(math.sqrt(cap[k]) * (1.0 + 4.0 * UNIT_ROUNDOFF), top_v)
+            mean, size = cell_kernel(
+                pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, left[k], right[k], d, cell_v,
+                rise[k, 0], rise[k, 1],
+            )  # fmt: skip
+            bound[k] = d * mean + arrival + leaving
+            doubt[k] = d * size + ROUNDINGS * (abs(arrival) + abs(leaving))

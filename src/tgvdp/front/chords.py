@@ -15,9 +15,11 @@ from tgvdp.front.pieces import merge_tables, piece_at, piece_value
 #: A run is at the ceiling if its w is less than this share below: the ceiling lies a little outside of all runs.
 _AT_CEILING = 0.02
 #: Chords begin this share below v̄, then further by this factor each, and at the ends of the effort pieces.
-_NEAREST, _FURTHER = 2e-3, 2.5
+_NEAREST, _FURTHER = 1e-4, 1.5
+#: Steps by which the least of these chords is closed in on.
+_CLOSER = 8
 #: Chords below the costate equation by less than this share of λ/v³ tell only how exact its quadrature is.
-_SPARE = 0.02
+_SPARE = 0.001
 
 
 @leaf
@@ -37,14 +39,37 @@ def tangent_and_excess(pieces, n, worth, price, p, r0, r1, r2, v):
     here = _bare(pieces, i, v, factor, price, p, r0, r1, r2)
     tangent = math.nan
     least = math.inf
+    before = v
+    fast = v
+    slow = v
     u = v * (1.0 - _NEAREST)
     while u > 0.0:
         while i > 0 and pieces[i, 0] >= u:
             i -= 1
-        least = min(least, (_bare(pieces, i, u, factor, price, p, r0, r1, r2) - here) / (v * v - u * u))
+        chord = (_bare(pieces, i, u, factor, price, p, r0, r1, r2) - here) / (v * v - u * u)
+        further = max(v - _FURTHER * (v - u), pieces[i, 0])
         if math.isnan(tangent):
-            tangent = least
-        u = max(v - _FURTHER * (v - u), pieces[i, 0])
+            tangent = chord
+        if chord < least:
+            least = chord
+            fast = before
+            slow = further
+        before = u
+        u = further
+    if least == tangent:
+        return tangent, 0.0
+    for _ in range(_CLOSER):  # by thirds: it lies between the neighbours of the least one
+        left = slow + (fast - slow) / 3.0
+        right = fast - (fast - slow) / 3.0
+        i = piece_at(pieces, n, left)
+        j = piece_at(pieces, n, right)
+        chord = (_bare(pieces, i, left, factor, price, p, r0, r1, r2) - here) / (v * v - left * left)
+        other = (_bare(pieces, j, right, factor, price, p, r0, r1, r2) - here) / (v * v - right * right)
+        least = min(least, chord, other)
+        if chord < other:
+            fast = right
+        else:
+            slow = left
     return tangent, tangent - least
 
 
@@ -84,7 +109,7 @@ def raise_costates(train, worth, price, hold, length, grade, air, cap, w, label,
     p = 0.0
     after = 0.0
     for k in range(length.shape[0] - 1, -1, -1):
-        at_ceiling = w[k + 1] > w[k] > 0.0 and w[k + 1] >= cap[k] * (1.0 - _AT_CEILING)
+        at_ceiling = w[k] > 0.0 and max(w[k], w[k + 1]) >= cap[k] * (1.0 - _AT_CEILING)
         if not raised or right[k] > after:  # p may jump down where the run touches the limit
             p = right[k]
             raised = False

@@ -3,204 +3,71 @@
 Along an optimal run p obeys p' = −∂H/∂w, which is linear in p in every regime (`front.phases.label_cells`). While
 effort is partial p keeps the level between two regimes; at a switch it takes the value that both regimes allow; where
 the run touches the speed limit it may jump downwards. So each phase is integrated from the end at which p is known;
-where it is known at both, the two solutions are blended. Whatever p is, the bound stays valid.
+where it is known at both, it is made to meet both (`front.phase_costates`). Whatever p is, the bound stays valid.
 """
 
 import math
 
 from tgvdp._jit import kernel, leaf
+from tgvdp.front.phase_costates import costate_step, fill_phase, law_of
 from tgvdp.front.phases import (
+    BRAKING,
     COASTING,
     DYNAMIC_BRAKING,
     HELD_BACK,
-    HOLDING,
     REGENERATION,
     RETARDED,
     TOUCH,
     TRACTION,
+    highest_costate,
     is_partial,
     is_standstill,
+    label_cells,
+    lowest_costate,
     phase_end,
-    slides,
+    tidy_labels,
 )
-
-
-@leaf
-def _lowest(label, hold, retard):
-    """Lowest p of a regime; ``hold`` and ``retard`` are the levels −a/2 and −η/2."""
-    if label == TRACTION:
-        return -math.inf
-    if label <= COASTING:
-        return hold
-    return retard if label <= REGENERATION or label == DYNAMIC_BRAKING else 0.0
-
-
-@leaf
-def _highest(label, hold, retard):
-    """Highest p of a regime."""
-    if label <= HOLDING:
-        return hold
-    if label <= RETARDED:
-        return retard
-    return 0.0 if label <= HELD_BACK else math.inf
-
-
-@leaf
-def _law(label):
-    """Column of the coefficients of p' for a regime."""
-    if label <= HOLDING:
-        return 0
-    if label == COASTING:
-        return 1
-    return 2 if label <= REGENERATION else 3
-
-
-@leaf
-def _law_at(p, hold, retard):
-    """Column of the coefficients of p' that go with a value of p."""
-    if p < hold:
-        return 0
-    if p < retard:
-        return 1
-    return 2 if p < 0.0 else 3
-
-
-@leaf
-def _step(p, d, source, growth, j):
-    """Value of p after ``d`` metres, negative: before, by the trapezoidal rule."""
-    half = 0.5 * d * growth[j]
-    half = min(max(half, -0.5), 0.5)
-    return (p * (1.0 + half) + d * source[j]) / (1.0 - half)
 
 
 @leaf
 def _pin(before, after, touch, hold, retard):
     """Values of p that a switch of regimes fixes: at the end of the phase before, at the start of the phase after."""
-    level_before = _lowest(before, hold, retard) if is_partial(before) else math.nan
-    level_after = _lowest(after, hold, retard) if is_partial(after) else math.nan
-    rise = max(_lowest(before, hold, retard), _lowest(after, hold, retard))  # least p after, if p rises
-    fall = _highest(after, hold, retard)
+    level_before = lowest_costate(before, hold, retard) if is_partial(before) else math.nan
+    level_after = lowest_costate(after, hold, retard) if is_partial(after) else math.nan
+    rise = max(lowest_costate(before, hold, retard), lowest_costate(after, hold, retard))  # least p after, if p rises
+    fall = highest_costate(after, hold, retard)
     if before == after:
         return math.nan, math.nan  # the run touches the limit within a regime
+    if max(before, after) == DYNAMIC_BRAKING and min(before, after) in (REGENERATION, BRAKING):
+        return math.nan, math.nan  # only what the brakes can do changes
     if before < after:
         return rise, rise  # regimes between them are too short to be seen
     if touch:
         return level_before, level_after
     if is_partial(before) and after == COASTING:
         return level_before, math.nan  # braking ends where the limit rises: a jump
-    if _lowest(before, hold, retard) == fall:
+    if lowest_costate(before, hold, retard) == fall:
         return fall, fall
     return (0.0 if before >= HELD_BACK else level_before), fall
 
 
-@kernel
-def _backward(first, last, p, hold, retard, length, w, cap, label, source, growth, out):
-    """Integrate from p at the end of cell ``last`` − 1 back to ``first``; the end of each cell in ``out`` (K + 1)."""
-    out[last] = p
-    kind = label[last - 1]
-    level = _lowest(kind, hold, retard) if is_partial(kind) else _highest(kind, hold, retard)
-    ramp = p > level  # regimes too short to be seen: their laws go with p
-    for k in range(last - 1, first - 1, -1):
-        if is_partial(kind) and not ramp:
-            p = level
-        elif ramp or not slides(k, w, cap):
-            p = _step(p, -length[k], source[k], growth[k], _law_at(p, hold, retard) if ramp else _law(kind))
-            if ramp and p <= level:
-                ramp = False
-                if is_partial(kind):
-                    p = level
-        out[k] = p
-
-
-@kernel
-def _forward(first, last, p, length, w, cap, label, source, growth, out):
-    """Integrate from p at the start of cell ``first``; the start of each cell in ``out``."""
-    out[first] = p
-    for k in range(first, last):
-        if not (is_partial(label[k]) or slides(k, w, cap)):
-            p = _step(p, length[k], source[k], growth[k], _law(label[k]))
-        out[k + 1] = p
-
-
 @leaf
-def _stiffness(length, w, price, k):
-    """∂²H/∂w² = ¾λ/v⁵, times the length of cell k."""
-    middle = 0.5 * (w[k] + w[k + 1])
-    return 0.75 * price * length[k] / (middle * middle * math.sqrt(middle))
-
-
-@kernel
-def _fill_phase(
-    k, last, start_pin, end_pin, hold, retard, length, w, cap, price, label, source, growth, left, right, ahead, back
-):
-    """Costates of the cells k to ``last`` − 1 from their values at the ends, either of which may be unknown (NaN).
-
-    A mismatch δ between the two solutions costs ½∫(δ')²/H_ww ds, least where δ' is proportional to H_ww.
-    """
-    use_back = not math.isnan(end_pin)
-    use_ahead = not math.isnan(start_pin)
-    if use_back:
-        _backward(k, last, end_pin, hold, retard, length, w, cap, label, source, growth, back)
-    if use_ahead:
-        _forward(k, last, start_pin, length, w, cap, label, source, growth, ahead)
-    total = 0.0
-    for j in range(k, last):
-        total += _stiffness(length, w, price, j)
-    done = 0.0
-    for j in range(k, last):
-        share = done / total
-        done += _stiffness(length, w, price, j)
-        after = done / total
-        if not use_back:
-            left[j] = ahead[j]
-            right[j] = ahead[j + 1]
-        elif not use_ahead:
-            left[j] = back[j]
-            right[j] = back[j + 1]
-        else:
-            left[j] = (1.0 - share) * ahead[j] + share * back[j]
-            right[j] = (1.0 - after) * ahead[j + 1] + after * back[j + 1]
-    return total
-
-
-@leaf
-def _held_costate(last, stop, level, ahead, stiff, effort, length, label):
-    """Costate of partial braking after a coasting phase that is known from its start, p = ``ahead`` at its end.
+def _held_costate(level, ahead, stiff, effort, source, growth):
+    """Costate where partial braking begins after coasting whose costate is known from its start, ``ahead`` at its end.
 
     Coasting that meets the limit just before it would turn: bending p to the level of braking over the phase costs
-    ½δ²/∫H_ww, keeping it δ below while the brakes hold costs 2δ·∫|f|. The sum is least here.
+    ½δ²/∫H_ww. Where p is δ below the level while the brakes hold, it rises by p' of coasting, and δ²·|f|/p' is lost
+    until it is there. The sum is least here.
     """
-    braking = 0.0
-    j = last
-    while j < stop and label[j] == label[last]:
-        braking -= effort[j] * length[j]
-        j += 1
-    return min(level, ahead + 2.0 * braking * stiff)
+    rise = source[1] + growth[1] * level
+    if ahead >= level or rise <= 0.0:
+        return level
+    return level - (level - ahead) / (1.0 + 2.0 * max(-effort, 0.0) * stiff / rise)
 
 
 @kernel
-def integrate_costates(length, w, cap, effort, price, hold, retard, label, source, growth, left, right, ahead, back):
-    """Costates along a run.
-
-    Parameters
-    ----------
-    length : (K,) float64
-        Cells, m.
-    w : (K + 1,) float64
-        Squared speed at their ends, m²/s².
-    cap, effort : (K,) float64
-        Squared speed limit, and effort per unit of inertia.
-    price : float
-        λ per unit of inertia.
-    hold, retard : float
-        Levels of p at which traction holds a speed, and the dynamic brake does.
-    label, source, growth
-        From `front.phases.label_cells`.
-    left, right : (K,) float64, modified in place
-        Costate at the two ends of each cell. The cells next to a standstill have none; they repeat their neighbour's.
-    ahead, back : (K + 1,) float64
-        Scratch.
-    """
+def _integrate(length, w, cap, effort, price, hold, retard, label, source, growth, left, right, ahead, back):
+    """Costates along a run whose cells are labelled; see `run_costates`."""
     count = length.shape[0]
     first = 1 if is_standstill(w[0], w[1]) else 0
     stop = count - 1 if is_standstill(w[count], w[count - 1]) else count
@@ -215,14 +82,17 @@ def integrate_costates(length, w, cap, effort, price, hold, retard, label, sourc
         if last < stop:
             touch = w[last] >= min(cap[last - 1], cap[last]) * (1.0 - TOUCH)
             end_pin, next_pin = _pin(label[k], label[last], touch, hold, retard)
-        level = _lowest(label[k], hold, retard)
+        level = lowest_costate(label[k], hold, retard)
         if is_partial(label[k]) and not end_pin > level:
-            if not math.isnan(held):
-                level = held
+            p = level if math.isnan(held) else held
             held = math.nan
             for j in range(k, last):
-                left[j] = level
-                right[j] = level
+                left[j] = p
+                if p < level:
+                    p = min(costate_step(p, length[j], source[j], growth[j], law_of(COASTING)), level)
+                right[j] = p
+            if p < level and next_pin > p:
+                next_pin = p  # p may not jump upwards
         else:
             held = math.nan
             if is_partial(label[k]):
@@ -231,26 +101,26 @@ def integrate_costates(length, w, cap, effort, price, hold, retard, label, sourc
                 end_pin = hold  # it meets the limit, and begins where another one ends
             free = math.isnan(start_pin) and math.isnan(end_pin)
             if free:
-                start_pin = right[k - 1] if k > first else min(_highest(label[k], hold, retard), 0.0)
-            stiff = _fill_phase(
+                start_pin = right[k - 1] if k > first else min(highest_costate(label[k], hold, retard), 0.0)
+            stiff, reach = fill_phase(
                 k, last, start_pin, end_pin, hold, retard, length, w, cap, price, label, source, growth,
                 left, right, ahead, back,
             )  # fmt: skip
-            again = free and touch and right[last - 1] > _highest(label[k], hold, retard)
+            again = free and touch and right[last - 1] > highest_costate(label[k], hold, retard)
             if again:  # between two touches of the limit p may jump down at both: what it may be at the end counts
                 start_pin = math.nan
-                end_pin = _highest(label[k], hold, retard)
+                end_pin = highest_costate(label[k], hold, retard)
             elif not is_partial(label[k]) and math.isnan(start_pin) and k > first and left[k] > right[k - 1]:
                 start_pin = right[k - 1]  # p may not jump upwards
                 again = True
             held_next = last < stop and touch and label[k] == COASTING and (label[last] in (RETARDED, HELD_BACK))
             if held_next and not (again or math.isnan(start_pin)):
-                level = _lowest(label[last], hold, retard)
-                held = _held_costate(last, stop, level, ahead[last], stiff, effort, length, label)
+                level = lowest_costate(label[last], hold, retard)
+                held = _held_costate(level, reach, stiff, effort[last], source[last], growth[last])
                 end_pin = held
                 again = True
             if again:
-                _fill_phase(
+                fill_phase(
                     k, last, start_pin, end_pin, hold, retard, length, w, cap, price, label, source, growth,
                     left, right, ahead, back,
                 )  # fmt: skip
@@ -262,3 +132,48 @@ def integrate_costates(length, w, cap, effort, price, hold, retard, label, sourc
     if stop == count - 1:
         left[count - 1] = right[count - 2]
         right[count - 1] = right[count - 2]
+
+
+@kernel
+def run_costates(
+    train, tables, length, grade, air, limit, ceiling, w, effort, price, sliver, top_v, pieces, label, source, growth,
+    left, right, ahead, back,
+):  # fmt: skip
+    """Regimes and costates along a run.
+
+    Parameters
+    ----------
+    train : KernelTrain
+    tables : EnergyTables
+    length, grade, air, limit : (K,) float64
+        Cells: length in m, gradient force in N, coefficient of v² in N/(m/s)², squared speed limit in m²/s².
+    ceiling : (K,) float64
+        Squared speed that no run passes in the cell, m²/s².
+    w : (K + 1,) float64
+        Squared speed of the run at the ends of the cells, m²/s².
+    effort : (K,) float64, modified in place
+        Mean effort of the row of the run that a cell belongs to, N; afterwards per unit of inertia.
+    price : float
+        λ per unit of inertia.
+    sliver : float
+        Phases shorter than this are rounding errors, m.
+    top_v : float
+        Largest speed of all, m/s.
+    pieces : (3, 2n, 6) float64
+        Scratch for the pieces of the effort curves.
+    label : (K,) int8, modified in place
+        Regimes (`front.phases`).
+    source, growth : (K, 4) float64, modified in place
+        Coefficients of p' = source + growth·p: one column each for traction, coasting, regeneration and braking.
+    left, right : (K,) float64, modified in place
+        Costate at the two ends of each cell. The cells next to a standstill have none; they repeat their neighbour's.
+    ahead, back : (K + 1,) float64
+        Scratch.
+    """
+    hold = -0.5 * tables.traction
+    retard = -0.5 * tables.regeneration
+    label_cells(train, tables, length, grade, air, w, effort, price, top_v, pieces, label, source, growth)
+    tidy_labels(sliver, length, w, limit, ceiling, hold, retard, label, source, growth)
+    for k in range(length.shape[0]):
+        effort[k] /= train.inertia_kg
+    _integrate(length, w, limit, effort, price, hold, retard, label, source, growth, left, right, ahead, back)

@@ -35,6 +35,8 @@ _STEADY = 1e-6
 _OFF_HOLDING = 0.05
 #: Partial effort over which p would change by less than this is none.
 _NO_DRIFT = 3e-3
+#: Another regime for less than this share of the cells before and after it, which are of the same one, is none.
+_MOMENT = 0.05
 
 
 @leaf
@@ -47,6 +49,26 @@ def is_standstill(end_w, next_w):
 def is_partial(label):
     """Whether effort is partial: p keeps one level."""
     return label in (HOLDING, RETARDED, HELD_BACK)
+
+
+@leaf
+def lowest_costate(label, hold, retard):
+    """Lowest p of a regime; ``hold`` and ``retard`` are the levels −a/2 and −η/2."""
+    if label == TRACTION:
+        return -math.inf
+    if label <= COASTING:
+        return hold
+    return retard if label <= REGENERATION or label == DYNAMIC_BRAKING else 0.0
+
+
+@leaf
+def highest_costate(label, hold, retard):
+    """Highest p of a regime."""
+    if label <= HOLDING:
+        return hold
+    if label <= RETARDED:
+        return retard
+    return 0.0 if label <= HELD_BACK else math.inf
 
 
 @kernel
@@ -85,7 +107,7 @@ def _regime(effort, v, no_effort, regeneration, pull, pulls, dynamic, dynamics, 
 
 
 @kernel
-def label_cells(train, tables, length, grade, air, cap, w, effort, price, top_v, pieces, label, source, growth):
+def label_cells(train, tables, length, grade, air, w, effort, price, top_v, pieces, label, source, growth):
     """Label cells by regime, with the coefficients of p' = source + growth·p in it.
 
     ``effort`` is the mean effort in N of the row that a cell belongs to; (K,) int8 ``label`` and (K, 4) float64
@@ -134,10 +156,10 @@ def label_cells(train, tables, length, grade, air, cap, w, effort, price, top_v,
 def tidy_labels(sliver, length, w, cap, ceiling, hold, retard, label, source, growth):
     """Give cells that no optimal run could have the label of a neighbour; ``label`` (K,) in place.
 
-    Such are phases shorter than ``sliver`` metres, and partial effort away from both the limit and the optimal holding
-    speed, at which p' = 0 whatever the gradient: the run only steps from one switching speed to the next. The limit is
-    ``cap``, or where a run keeps a speed ``ceiling``: where effort drops it goes no faster. ``hold`` and ``retard`` are
-    the levels of p.
+    Such are phases shorter than ``sliver`` metres, or much shorter than the cells around it if these are of one regime,
+    and partial effort away from both the limit and the optimal holding speed, at which p' = 0 whatever the gradient:
+    the run only steps from one switching speed to the next. The limit is ``cap``, or where a run keeps a speed
+    ``ceiling``: where effort drops it goes no faster. ``hold`` and ``retard`` are the levels of p.
     """
     count = label.shape[0]
     for sweep in range(2):
@@ -158,6 +180,8 @@ def tidy_labels(sliver, length, w, cap, ceiling, hold, retard, label, source, gr
                 free = free and not (steady and w[last] > ceiling[last] * (1.0 - TOUCH))
                 last += 1
             short = span <= sliver
+            if k > 0 and last < count and label[k - 1] == label[last]:
+                short = short or span < _MOMENT * (length[k - 1] + length[last])
             if sweep == 1:
                 partial = is_partial(label[k])
                 short = (partial and scale < _NO_DRIFT) or (free and abs(drift) > _OFF_HOLDING * scale)

@@ -20,9 +20,14 @@ def piece_value(pieces, i, v):
 @leaf
 def piece_at(pieces, n, v):
     """Index of the piece at v."""
-    i = n - 1
-    while i > 0 and pieces[i, 0] > v:
-        i -= 1
+    i = 0
+    after = n
+    while after - i > 1:
+        middle = (i + after) // 2
+        if pieces[middle, 0] > v:
+            after = middle
+        else:
+            i = middle
     return i
 
 

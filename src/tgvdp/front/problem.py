@@ -6,12 +6,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.front.bounds import bound_kernel
+from tgvdp.front.bounds import UNIT_ROUNDOFF, bound_kernel
 from tgvdp.front.ceiling import ceiling, lower_caps
 from tgvdp.front.chords import raise_costates
-from tgvdp.front.costates import integrate_costates
+from tgvdp.front.costates import run_costates
 from tgvdp.front.cutting import count_cells, cut_rows, split_cells, thin_rows
-from tgvdp.front.phases import label_cells, row_efforts, tidy_labels
+from tgvdp.front.phases import row_efforts
 from tgvdp.front.pieces import PIECE_COLUMNS
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.line.fastest import reachable_w
@@ -42,31 +42,42 @@ class Ledger(NamedTuple):
 
     Attributes
     ----------
-    total, error : float
-        The bound, and a bound of its rounding error.
     bound : (K,) float64
-        Lower bound of each cell; they sum to the total.
+        Lower bound of each cell.
+    doubt : (K,) float64
+        Bounds of their rounding errors, in units of 2⁻⁵³.
     left, right : (K,) float64
         Costate at the two ends of each cell.
     cells : Cells
         The cells; ``limit_w`` is the squared speed that no run passes.
     caps : tuple of float64
-        The same below the ceilings: in cells, (K,), and at their ends, (K + 1,).
+        The same below the ceilings: in cells, (K,), at their ends, (K + 1,), and at the two ends of each cell so that a
+        linear one between them is passed by no run, (K, 2).
     w : (K + 1,) float64
         Squared speeds of the run that the costate comes from, m²/s².
     label : (K,) int8
         Its regimes (`front.phases`).
     """
 
-    total: float
-    error: float
     bound: _Floats
+    doubt: _Floats
     left: _Floats
     right: _Floats
     cells: Cells
-    caps: tuple[_Floats, _Floats]
+    caps: tuple[_Floats, _Floats, _Floats]
     w: _Floats
     label: NDArray[np.int8]
+
+    @property
+    def total(self) -> float:
+        """The bound: the sum over the cells."""
+        return float(self.bound.sum())
+
+    @property
+    def error(self) -> float:
+        """Bound of its rounding error."""
+        adding = (len(self.bound) + 4.0) * float(np.abs(self.bound).sum())
+        return (float(self.doubt.sum()) + adding) * UNIT_ROUNDOFF
 
 
 class BoundingProblem:
@@ -88,7 +99,7 @@ class BoundingProblem:
         self.train = self._with_rates()
         size = 2 * max(len(self.train.traction), len(self.train.braking))
         self._pieces = np.empty((3, size, PIECE_COLUMNS))
-        self._ceilings = tuple(self._ceiling(forward) for forward in (True, False))
+        self._ceilings = self._ceiling(True), self._ceiling(False)
 
     def _with_rates(self) -> KernelTrain:
         """The train with its braking rates as bounds of the deceleration: kept unless the load alone slows more."""
@@ -153,20 +164,28 @@ class BoundingProblem:
             made = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
             split_cells(*nodes, *made)
             phases = self._costates(x_m, w, *made, price)
-        found = self.evaluate(phases, price, phases.left, phases.right)
-        raised = self._raised(found, price)
-        return raised if raised.total > found.total else found
+        return self._raised(self.evaluate(phases, price, phases.left, phases.right), price)
 
     def _raised(self, found: Ledger, price: float) -> Ledger:
-        """The bound with the costates that go along the ceiling; the same where there are no others."""
+        """The bound with costates that go along the ceiling in each phase in which that is better."""
         left, right = found.left.copy(), found.right.copy()
         raise_costates(
             self.train, self.energy.traction, price, -0.5 * self.energy.traction, *found.cells[1:4],
             found.caps[0], found.w, found.label, self.top_mps, self._pieces, left, right,
         )  # fmt: skip
-        if np.array_equal(left, found.left):
-            return found
-        return self.evaluate(found, price, left, right)
+        changed = (left != found.left) | (right != found.right)
+        changed[1:] |= right[:-1] != found.right[:-1]  # the jump at the start of a cell is part of its bound
+        changed[0] |= changed[1]  # a cell of a standstill has the costate of its neighbour
+        raised = self.evaluate(found, price, left, right, changed)
+        first = np.flatnonzero(np.diff(changed, prepend=not changed[0]))  # phases by turns changed and not
+        better = np.add.reduceat(raised.bound - found.bound, first) > 0.0
+        better = np.repeat(better, np.diff(first, append=len(changed)))
+        return found._replace(
+            bound=np.where(better, raised.bound, found.bound),
+            doubt=np.where(better, raised.doubt, found.doubt),
+            left=np.where(better, left, found.left),
+            right=np.where(better, right, found.right),
+        )
 
     def _costates(
         self, x_m: _Floats, w: _Floats, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], price: float
@@ -181,38 +200,43 @@ class BoundingProblem:
         cells = Cells(node_m, np.diff(node_m), grade_n[row], air[row], limit_w, self.cells.supply[row_cell][row])
         count = len(row)
         label, source, growth = np.empty(count, dtype=np.int8), np.zeros((count, 4)), np.zeros((count, 4))
-        label_cells(
-            self.train, self.energy, *cells[1:5], node_w, effort, price, self.top_mps, self._pieces,
-            label, source, growth,
-        )  # fmt: skip
-        levels = -0.5 * self.energy.traction, -0.5 * self.energy.regeneration
-        sliver_m, caps = _SLIVER * self.trip.distance_m, self._caps(cells)
-        tidy_labels(sliver_m, cells.length_m, node_w, limit_w, caps[0], *levels, label, source, growth)
-        left, right = np.zeros(count), np.zeros(count)
-        integrate_costates(
-            cells.length_m, node_w, cells.limit_w, effort / self.train.inertia_kg, price, *levels,
-            label, source, growth, left, right, np.empty(count + 1), np.empty(count + 1),
+        left, right, caps = np.zeros(count), np.zeros(count), self._caps(cells)
+        run_costates(
+            self.train, self.energy, *cells[1:5], caps[0], node_w, effort, price, _SLIVER * self.trip.distance_m,
+            self.top_mps, self._pieces, label, source, growth, left, right, np.empty(count + 1), np.empty(count + 1),
         )  # fmt: skip
         lost = ~(np.isfinite(left) & np.isfinite(right))  # rows that are no run at all may make p overflow
         left[lost] = right[lost] = 0.0
-        return Ledger(-math.inf, 0.0, np.empty(0), left, right, cells, caps, node_w, label)
+        return Ledger(np.empty(count), np.empty(count), left, right, cells, caps, node_w, label)
 
-    def _caps(self, cells: Cells) -> tuple[_Floats, _Floats]:
-        """Squared speeds that no run passes in cells with their limits, (K,), and at their ends, (K + 1,)."""
+    def _caps(self, cells: Cells) -> tuple[_Floats, _Floats, _Floats]:
+        """Squared speeds that no run passes, as a ledger has them."""
         cap = cells.limit_w.copy()
         node_cap = np.minimum(np.append(cap, np.inf), np.append(np.inf, cap))
-        for forward, (xs, ws) in zip((True, False), self._ceilings, strict=True):
-            lower_caps(self.trip.distance_m, cells.station_m, xs, ws, len(xs), forward, cap, node_cap)
-        return cap, node_cap
+        rise = np.empty((len(cap), 2))
+        lower_caps(self.trip.distance_m, cells.station_m, *self._ceilings[0], *self._ceilings[1], cap, node_cap, rise)
+        return cap, node_cap, rise
 
-    def evaluate(self, phases: Ledger, price: float, left: _Floats, right: _Floats) -> Ledger:
-        """Bound on the cells of a ledger for given costates, all per unit of inertia; any finite costates will do."""
-        bound = np.empty(len(phases.cells.length_m))
-        total, error = bound_kernel(
+    def evaluate(
+        self,
+        phases: Ledger,
+        price: float,
+        left: _Floats,
+        right: _Floats,
+        wanted: NDArray[np.bool_] | None = None,
+    ) -> Ledger:
+        """Bound on the cells of a ledger for given costates, all per unit of inertia; any finite costates will do.
+
+        Of cells that are not ``wanted``, whose costates and those of their neighbours must be as they were, the bound
+        stays.
+        """
+        bound, doubt = phases.bound.copy(), phases.doubt.copy()
+        wanted = np.ones(len(bound), dtype=np.bool_) if wanted is None else wanted
+        bound_kernel(
             self.train, self.energy, *phases.cells[1:4], *phases.caps, phases.w, price, left, right, self.top_mps,
-            self._pieces, bound,
+            self._pieces, wanted, bound, doubt,
         )  # fmt: skip
-        return phases._replace(total=total, error=error, bound=bound, left=left, right=right)
+        return phases._replace(bound=bound, doubt=doubt, left=left, right=right)
 
     def _with_breaks(self, x_m: _Floats, w: _Floats) -> tuple[_Floats, _Floats]:
         """Rows from end to end of the trip with every break of the line among them."""
