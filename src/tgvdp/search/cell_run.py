@@ -3,8 +3,8 @@
 import math
 
 from tgvdp._jit import leaf, part
-from tgvdp.line.meeting import braked_w, drive_then_brake
 from tgvdp.constants import FEASIBILITY_RTOL
+from tgvdp.line.meeting import braked_w, drive_then_brake
 from tgvdp.physics.arc import OK, arc, duration_and_work
 from tgvdp.physics.forces import mean_effort, mean_resistance, resistance_at
 from tgvdp.physics.motion import BRAKING, COASTING, DYNAMIC, TRACTION, land, march
@@ -111,6 +111,7 @@ def _regenerate(train, start, rest, end, grade, air, limit, w, b, top, bx, bw, x
     first = n
     landed, n = _saturated(train, DYNAMIC, start, rest, end, grade, air, w, target, xs, ws, n)[1:]
     if landed <= top * (1.0 + ON_CURVE):
+        xs[n - 1] = end  # its rows may meet the target a hair before the braking curve does
         return n
     return _brake_late(train, DYNAMIC, start, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, first)
 

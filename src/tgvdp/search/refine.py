@@ -15,7 +15,7 @@ from tgvdp.errors import TgvdpError
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.follow import follow
-from tgvdp.physics.profile import Profile
+from tgvdp.physics.profile import Profile, profile_of
 from tgvdp.physics.resolved import resolve
 from tgvdp.search.budget import Clock, SearchBudget
 from tgvdp.search.optimal import OptimalRuns
@@ -104,8 +104,9 @@ def refine_front(
         for target in target_s[slower].tolist():
             saves = front.reach(target)
             point = front.point(target) if saves else front.thriftiest()
-            found.append((point.time_s, point.energy_j, point.price))
             rows.append(follow(trip.train, line, *front.rows(point)))
+            run = profile_of(trip, *rows[-1])  # as it is driven: across a drop of traction it is slower than its arcs
+            found.append((run.duration_s, run.total_energy_j, point.price))
             if not saves:
                 break
     except OutOfTime:
