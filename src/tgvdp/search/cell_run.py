@@ -27,6 +27,8 @@ _SAME_PLACE = 1e-12
 @leaf
 def _pull(train, length, grade, air, w0, w1):
     """Share of full traction that takes the train from w0 to w1; negative if it must brake, infinite beyond limits."""
+    if w0 + w1 <= 0.0:  # a train at a stand must be driven, if only by a hair
+        return math.inf
     work = duration_and_work(train, length, grade, air, w0, w1)[1]
     if work < 0.0:
         return -1.0

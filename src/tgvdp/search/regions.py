@@ -171,7 +171,7 @@ def wall_region(train, regime, returned, length, load, air, price, bottom, top, 
             w0, p0 = saturated_image(train, DYNAMIC, returned, rest * length, load, air, price, bottom, w1, 0.0)
         else:
             w0, p0 = coast_image(train.davis_b, rest * length, load, air, price, bottom, w1, -0.5 * returned)
-        x[m] = min(w0, top)
+        x[m] = min(max(w0, bottom), top)  # on a descent a train may come from a stand
         y[m] = min(p0, 0.0)
         m += 1
     return m
