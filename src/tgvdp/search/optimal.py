@@ -169,7 +169,7 @@ class _Search:
     def _marched(self, fineness: float) -> PilotFront:
         mesh = Mesh.of(self.trip, self.fastest, fineness)
         front = PilotFront(mesh, self.tolerance_s, self.least_price, self.counters, self.clock)
-        front.reach(float(self.aims_s[-1]))
+        front.reach(float(self.aims_s[0]), float(self.aims_s[-1]))
         return front
 
     def _driven(self, front: PilotFront) -> tuple[list[Run], bool, bool]:
