@@ -92,3 +92,19 @@ def test_the_mesh_is_fine_enough_for_prices_far_above_the_usual():
     price = float(found.price_j_per_s[1])
     cost_j = found.energy_j[1] + price * found.duration_s[1]
     assert cost_j - mesh.pilot(price, counters).cost_j(price) <= 5e-4 * found.energy_j[1]
+
+
+@pytest.mark.parametrize("fineness", [0.125, 0.25, 0.5])
+def test_a_strong_train_is_not_slow_to_start_on_a_coarse_mesh(fineness):
+    """After a rise of the limit it needs a fraction of a cell; where nothing resists, holding is coasting."""
+    train = commuter(
+        mass_kg=3.3e4, davis_a_n=0.0, davis_b_n_per_mps=0.0, davis_c_n_per_mps2=0.0, braking=NO_DYNAMIC_BRAKE,
+        traction=EffortCurve.from_caps(9.5e4, 2.5e6), friction_brake_n=1.6e4,
+    )  # fmt: skip
+    trip = trip_on([(0, 40), (120, 14), (530, 5), (1920, 44)], length_m=2084.0, train=train)
+    fastest = fastest_run(trip)
+    counters = {"pilots": 0, "runs": 0, "costates": 0}
+    mesh, fine = (Mesh.of(trip, fastest, cells) for cells in (fineness, 8.0))
+    price = 5.0 * mesh.usual_price
+    reference = fine.pilot(price, counters)
+    assert mesh.pilot(price, counters).cost_j(price) - reference.cost_j(price) <= 1e-3 * reference.energy_j

@@ -12,6 +12,8 @@ from tgvdp.physics.motion import BRAKING, COASTING, DYNAMIC, TRACTION, land, mar
 #: Where full effort would take less than this share of a cell, a change of speed is spread over the cell: it is a drift
 #: of the holding speed.
 _GENTLE_SHARE = 0.5
+#: ... if it changes v² by no more than this share.
+_DRIFT = 0.1
 #: Two squared speeds nearer than this share are one speed that is held.
 _HELD = 1e-5
 #: Coasting takes so many rows in a cell per relative change of speed, so that a row's constant deceleration misses the
@@ -176,7 +178,7 @@ def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, 
     rest = length
     aim = coasts
     if w < line * (1.0 - ON_CURVE):
-        if 0.0 <= steep <= 0.5 * drop and line <= limit:
+        if 0.0 <= steep <= 0.5 * drop and line <= limit and w >= (1.0 - _DRIFT) * coasts:
             share = _pull(train, length, grade, air, w, coasts)
             if 0.0 <= share < _GENTLE_SHARE:
                 return _append(end, coasts + share * (a - coasts), xs, ws, n)
