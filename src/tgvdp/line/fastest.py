@@ -16,7 +16,7 @@ from tgvdp._jit import kernel, part
 from tgvdp.constants import FEASIBILITY_RTOL
 from tgvdp.errors import InfeasibleError
 from tgvdp.line.cells import Cells, cells_of
-from tgvdp.line.meeting import SLIVER, braked_w, drive_then_brake, driven_w, drop_slivers, emit_driven
+from tgvdp.line.meeting import braked_w, drive_then_brake, driven_w, drop_slivers, emit_driven
 from tgvdp.model.trip import Trip
 from tgvdp.physics.follow import follow
 from tgvdp.physics.forces import KernelTrain, kernel_train, unpowered
@@ -88,7 +88,7 @@ def _drive_fastest(train, dark, station, length, grade, air, limit, supply, star
             ws[n - 1] = landed
             xs[n - 1] = station[k + 1]
         fast[k + 1] = landed
-        n = drop_slivers(xs, ws, first, n, SLIVER * d)
+        n = drop_slivers(xs, ws, first, n, d)
     return DONE, 0, n
 
 

@@ -6,11 +6,14 @@ the other end give two curves w(x); a run follows the first to their meeting poi
 
 import math
 
-from tgvdp._jit import kernel, part
+from tgvdp._jit import kernel, leaf, part
 from tgvdp.physics.motion import march, net_force
 
 #: Rows shorter than this share of their cell are rounding errors.
-SLIVER = 1e-9
+_SLIVER = 1e-9
+#: ... and so are rows as short as this share in which v² changes by no more than it: at meeting points v² is known to
+#: 1e-11 of the limit, which would be an effort beyond its limit there.
+_SHORT = 1e-6
 #: Difference in w, as a share of the limit, within which a run is on the braking curve.
 _ON_CURVE = 1e-8
 
@@ -57,7 +60,7 @@ def _meeting_point(train, regime, brakes, length, grade, air, limit, w0, w1, xs,
         hi = march(train, regime, 1.0, length, grade, air, w0, limit, xs, ws, 0)[0]
         f_hi = limit - braked_w(train, brakes, grade, air, w1, limit, length - hi, xs, ws)
     if f_lo >= -_ON_CURVE * limit:
-        return lo if lo >= SLIVER * length else 0.0
+        return lo if lo >= _SLIVER * length else 0.0
     if f_hi <= 0.0:
         return length
     side = 0
@@ -82,9 +85,9 @@ def _meeting_point(train, regime, brakes, length, grade, air, limit, w0, w1, xs,
             if side == 1:
                 f_lo *= 0.5
             side = 1
-    if x < SLIVER * length:
+    if x < _SLIVER * length:
         return 0.0
-    return x if x < (1.0 - SLIVER) * length else length
+    return x if x < (1.0 - _SLIVER) * length else length
 
 
 @part
@@ -158,17 +161,24 @@ def drive_then_brake(train, regime, brakes, start, end, length, grade, air, limi
     return n
 
 
-@kernel
-def drop_slivers(xs, ws, first, n, gap):
-    """Drop rows from ``first`` on that are nearer than ``gap`` to the row before; returns the new number of rows.
+@leaf
+def _is_sliver(length, d, w0, w1):
+    """Whether a row of length d between two squared speeds is a rounding error in a cell of the given length."""
+    return d <= _SLIVER * length or (d <= _SHORT * length and abs(w1 - w0) <= _SHORT * max(w0, w1))
 
-    Such rows are rounding errors of meeting points; the end of a cell, the last row, stays.
+
+@kernel
+def drop_slivers(xs, ws, first, n, length):
+    """Drop slivers from the rows ``first`` .. ``n`` of a cell of the given length; returns the new number of rows.
+
+    They come from rounding at meeting points; the end of the cell, the last row, stays.
     """
     kept = first
     for i in range(first, n):
-        if i < n - 1 and xs[i] - xs[kept - 1] <= gap:
+        sliver = _is_sliver(length, xs[i] - xs[kept - 1], ws[kept - 1], ws[i])
+        if sliver and i < n - 1:
             continue
-        if i == n - 1 and kept > first and xs[i] - xs[kept - 1] <= gap:
+        if sliver and kept > first:
             kept -= 1
         xs[kept] = xs[i]
         ws[kept] = ws[i]

@@ -77,9 +77,12 @@ def land(train, regime, sign, length_m, grade_n, air, w):
 
 @leaf
 def _net_slope(train, regime, air, v, net, rising):
-    """Derivative by speed, N/(m/s), of the net force ``net``; 0 where a comfort limit or a braking rate binds."""
+    """Derivative by speed, N/(m/s), of the net force ``net``; 0 where a braking rate binds.
+
+    Where a comfort limit does, that of the resistance: rows must be so short that a constant effort drives them, too.
+    """
     if net >= train.inertia_kg * train.max_acceleration or -net >= train.inertia_kg * train.max_deceleration:
-        return 0.0
+        return -train.davis_b
     if regime == BRAKING and train.rates.shape[0] > 0:
         return 0.0
     slope = -(train.davis_b + 2.0 * air * v)

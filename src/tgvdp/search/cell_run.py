@@ -12,6 +12,8 @@ from tgvdp.physics.motion import BRAKING, COASTING, DYNAMIC, TRACTION, land, mar
 #: Where full effort would take less than this share of a cell, a change of speed is spread over the cell: it is a drift
 #: of the holding speed.
 _GENTLE_SHARE = 0.5
+#: ... if it changes v² by no more than this share.
+_DRIFT = 0.1
 #: Two squared speeds nearer than this share are one speed that is held.
 _HELD = 1e-5
 #: Coasting takes so many rows in a cell per relative change of speed, so that a row's constant deceleration misses the
@@ -26,13 +28,16 @@ _SAME_PLACE = 1e-12
 
 @leaf
 def _pull(train, length, grade, air, w0, w1):
-    """Share of full traction that takes the train from w0 to w1; negative if it must brake, infinite beyond limits."""
+    """Share of full traction that takes the train from w0 to w1; infinite beyond its limits.
+
+    Negative if it must brake, or would slow down on a climb by more than comfort allows.
+    """
     if w0 + w1 <= 0.0:  # a train at a stand must be driven, if only by a hair
         return math.inf
     work = duration_and_work(train, length, grade, air, w0, w1)[1]
-    if work < 0.0:
-        return -1.0
     slack = 1.0 + FEASIBILITY_RTOL
+    if work < 0.0 or w0 - w1 > 2.0 * length * train.max_deceleration * slack:
+        return -1.0
     effort = mean_effort(train.traction, math.sqrt(w0), math.sqrt(w1))
     if work > length * effort * slack or w1 - w0 > 2.0 * length * train.max_acceleration * slack:
         return math.inf
@@ -175,7 +180,7 @@ def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, 
     rest = length
     aim = coasts
     if w < line * (1.0 - ON_CURVE):
-        if 0.0 <= steep <= 0.5 * drop and line <= limit:
+        if 0.0 <= steep <= 0.5 * drop and line <= limit and w >= (1.0 - _DRIFT) * coasts:
             share = _pull(train, length, grade, air, w, coasts)
             if 0.0 <= share < _GENTLE_SHARE:
                 return _append(end, coasts + share * (a - coasts), xs, ws, n)
@@ -191,14 +196,14 @@ def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, 
     if share > 0.0:
         return _saturated(train, TRACTION, start, rest, end, grade, air, w, math.inf, xs, ws, n)[2]
     landed = coast(train, rest, grade, air, w)
-    if landed <= min(b, top):
+    if landed <= min(b, top) * (1.0 + ON_CURVE):
         rows = int(min(1.0 + _COAST_ROWS * abs(w - landed) / (w + landed), _MOST_COAST_ROWS))
         for i in range(1, rows + 1):
             w = landed if rows == 1 else coast(train, rest / rows, grade, air, w)
             xs[n] = start + i * rest / rows if i < rows else end
             ws[n] = w
             n += 1
-        ws[n - 1] = min(w, b, top)  # many rows may end a rounding error above one
+        ws[n - 1] = min(w, b, top)  # a rounding error above, and braking would be a sliver
         return n
     if regenerates:
         return _regenerate(train, start, rest, end, grade, air, limit, w, b, top, bx, bw, xs, ws, n)

@@ -7,18 +7,17 @@ Albrecht et al. 2016): with e = 1 for wheel energy, the effort's coefficient in 
     p < −½        full traction          −½ < p ≤ 0    coasting
 
 and p never rises above 0: a faster train can always brake to a slower one, for nothing. Braking is therefore left to
-the envelope of feasible speeds, where p is a wall, and one switching speed per station, a where p = −½, is the whole
-policy. Where the dynamic brake returns r joules per joule of its work (traction work costing 1) there is a second
-level: above b, where p = −½·r, the train brakes by it. V is convex in w, so p rises with w.
+the envelope of feasible speeds, where p is a wall, and the line of switching, along which p = −½, is the whole policy:
+per cell its end a, and the end a' of a run that coasts from the cell's start on. Where the dynamic brake returns r
+joules per joule of its work (traction work costing 1) there is a second level: above b, where p = −½·r, the train
+brakes by it. V is convex in w, so p rises with w.
 
 p_k is carried backward as a monotone polyline of points (w, p). A point moves along the flow of its regime,
 w0 = φ(w1) by the explicit midpoint rule, and since V_k(w0) = E + λT + V_{k+1}(w1),
 
     p0 = (∂E/∂w1 + λ·∂T/∂w1 + p1) / φ'(w1),     ∂T/∂w1 = −d/(v0+v1)²·(φ'/v0 + 1/v1).
 
-The crossing point moves along both flows; between the two images the optimal run holds a by partial effort, and
-between the image of the wall and the envelope it brakes to the wall. There the target w1 is fixed, and
-p0 = ∂X/∂w0 + λ·∂T/∂w0 (without ∂X when braking) follows from the arc (`characteristics`, `polyline`). The derivation
+What lies between the images of two regimes, and between the last one and the wall, is in `regions`. The derivation
 is in docs/front-method.md.
 """
 
@@ -118,9 +117,10 @@ def _last_cell(train, returned, length, load, air, price, bottom, top, end_w, w,
 def switching_speeds(
     train, returned, length, grade, air, low, fast, end_w, price, tolerance, typical_m, floor_w, policy, room
 ):
-    """Backward pass: the optimal switching speeds a ≤ b for one multiplier.
+    """Backward pass: the optimal switching speeds a, a' and b for one multiplier.
 
-    Full traction below a, coasting from a to b, full dynamic braking above b. All forces are per unit of inertia, and
+    Full traction below the line of switching, which ends each cell at a; coasting above it, from the cell's start on to
+    a' or more; full dynamic braking above b ≥ a. All forces are per unit of inertia, and
     energy is counted so that traction work costs 1.
 
     Parameters
@@ -142,8 +142,8 @@ def switching_speeds(
         Typical cell length, m.
     floor_w : float
         Below this squared speed the polyline is not carried.
-    policy : (K + 1, 2) float64, modified in place
-        Squared switching speeds a and b for the station at the end of each cell.
+    policy : (K + 1, 3) float64, modified in place
+        Squared switching speeds a, a' and b for the station at the end of each cell.
     room : (4, size) float64
         Scratch for the polyline; `ROOM` points are plenty.
 

@@ -1,9 +1,10 @@
 """Drive a train by switching speeds: the forward pass of the front method.
 
-A policy gives two switching speeds a ≤ b for every station: full traction below a, coasting between them, dynamic
-braking above b, holding at either, and all brakes as late as the envelope of feasible speeds allows. Where braking
-returns no energy b is the envelope. The run is exact within each cell: it reaches a where it reaches it, and coasting
-ends where it meets the braking curve. Where it is on the envelope, and stays there, its rows are those of the fastest
+A policy gives three switching speeds a, a' and b ≥ a for every station: full traction below the line of switching,
+which ends at a, coasting above it (from the start of the cell on to a' or more), dynamic braking above b, holding at
+either, and all brakes as late as the envelope of feasible speeds allows. Where braking returns no energy b is the
+envelope. The run is exact within each cell: traction ends where it meets the line, and coasting where it meets the
+braking curve. Where it is on the envelope, and stays there, its rows are those of the fastest
 run: most of the cells in which it gains or loses speed.
 """
 
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import leaf, part
-from tgvdp.line.meeting import SLIVER, drop_slivers
+from tgvdp.line.meeting import drop_slivers
 from tgvdp.physics.arc import duration_and_work
 from tgvdp.physics.energy import regenerated
 from tgvdp.physics.forces import mean_effort, resistance_at
@@ -170,7 +171,7 @@ def drive_blend(train, drawn, returned, course, first_policy, second_policy, sha
                 w, a, max(coasts, bottom), max(a, b), top, bx, bw, xs, ws, n,
             )  # fmt: skip
             if n > first + 1:
-                n = drop_slivers(xs, ws, first, n, SLIVER * length)
+                n = drop_slivers(xs, ws, first, n, length)
             ws[n - 1] = max(min(ws[n - 1], top), bottom)
         for i in range(first, n):
             d = xs[i] - xs[i - 1]

@@ -7,6 +7,7 @@ through the pilots' (T, E, slope −λ) promises, a pilot is added between them.
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,7 +110,7 @@ def optimal_front(
     half_s = 0.5 * tolerance_s
     aims_s = target_s[slower] - half_s
     search = _Search(trip, fastest, aims_s, half_s, auxiliary_w, counters, clock)
-    runs, complete, saves = search.runs() if slower.any() else ([], True, True)
+    runs, complete, saves = search.runs() if slower.any() else _Found([], True, True)
     rows = fastest.position_m - trip.origin_m, fastest.speed_mps**2
     met = int(np.sum(~slower))
     found = [Run(fastest.duration_s, traction_j, math.inf, *rows)] * met
@@ -129,6 +130,14 @@ def optimal_front(
     )  # fmt: skip
 
 
+class _Found(NamedTuple):
+    """Runs in the order of their times, whether that is all, and whether running longer saves until the last time."""
+
+    runs: list[Run]
+    complete: bool
+    saves: bool
+
+
 @dataclass
 class _Search:
     """The search for the runs that take given times, on a mesh that is fine enough."""
@@ -141,13 +150,13 @@ class _Search:
     counters: dict[str, int]
     clock: Clock
 
-    def runs(self) -> tuple[list[Run], bool, bool]:
-        """Runs in the order of their times, whether that is all, and whether running longer saves until the last time.
+    def runs(self) -> _Found:
+        """Runs on a mesh that is fine enough.
 
         Cells are halved until runs on a mesh of half as many are hardly dearer, and no pilot is dearer, at its own
         multiplier, than another run that was found.
         """
-        found: tuple[list[Run], bool, bool] | None = None
+        found: _Found | None = None
         fineness = _COARSEST
         try:
             front = self._marched(fineness)
@@ -156,23 +165,23 @@ class _Search:
                 last = fineness >= _FINEST
                 if last or front.agrees(coarser):
                     driven = self._driven(front)
-                    if found is None or driven[1]:
+                    if found is None or driven.complete:
                         self.counters["cells"] = len(front.mesh.cells.length_m)
                         found = driven
-                    if last or not driven[1] or front.stands(driven[0]):
+                    if last or not driven.complete or front.stands(driven.runs):
                         return found
                 fineness *= _REFINEMENT
                 front, coarser = self._marched(fineness), front
         except OutOfTime:
-            return found if found is not None else ([], False, True)
+            return found or _Found([], False, True)
 
     def _marched(self, fineness: float) -> PilotFront:
         mesh = Mesh.of(self.trip, self.fastest, fineness)
         front = PilotFront(mesh, self.tolerance_s, self.least_price, self.counters, self.clock)
-        front.reach(float(self.aims_s[-1]))
+        front.reach(float(self.aims_s[0]), float(self.aims_s[-1]))
         return front
 
-    def _driven(self, front: PilotFront) -> tuple[list[Run], bool, bool]:
+    def _driven(self, front: PilotFront) -> _Found:
         reached = int(np.sum(self.aims_s <= front.pilots[-1].time_s + self.tolerance_s))
         saves = reached == len(self.aims_s)
         runs: list[Run] = []
@@ -181,5 +190,5 @@ class _Search:
             if not saves:
                 runs.append(front.thriftiest())
         except OutOfTime:
-            return runs, False, saves
-        return runs, True, saves
+            return _Found(runs, False, saves)
+        return _Found(runs, True, saves)

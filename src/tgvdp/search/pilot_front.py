@@ -70,8 +70,24 @@ class PilotFront:
         self.idle = 0
         self.interval: Interval | None = None
 
-    def reach(self, target_s: float) -> bool:
-        """March λ down until a pilot takes the target time; False when running longer saves nothing."""
+    def reach(self, first_s: float, last_s: float) -> bool:
+        """March λ down until a pilot takes the last time, and up until one is no slower than the first.
+
+        False when running longer saves nothing.
+        """
+        saves = self._march_down(last_s)
+        while (
+            len(self.pilots) > 1
+            and math.isinf(self.pilots[0].price)
+            and self.pilots[1].time_s > first_s
+            and self._pieces(*self.pilots[:2]) > 1
+        ):
+            self._watch()
+            if not self._split(1):
+                break
+        return saves
+
+    def _march_down(self, target_s: float) -> bool:
         while len(self.pilots) < 2 or self.pilots[-1].time_s < target_s - self.tolerance_s:
             if self.idle >= _IDLE_STEPS:
                 return False

@@ -128,7 +128,7 @@ class Mesh:
         return cls(trip, train, cells, low, fast, (fastest_rows[0], fastest_rows[1]), cell_m, usual_price)
 
     def _switching_speeds(self, price: float, counters: dict[str, int]) -> NDArray[np.float64]:
-        """Optimal squared switching speeds, (K + 1, 2), for a multiplier in J/s."""
+        """Optimal squared switching speeds, (K + 1, 3), for a multiplier in J/s."""
         cells = self.cells
         switch = np.empty_like(self.flat_out)
         tolerance = _TOLERANCE * min(1.0, price / self.usual_price)
@@ -204,7 +204,7 @@ class Mesh:
                 self.size *= 2
             self.kept, self.stored = np.empty((2, self.size)), 0
 
-    def pilot(self, price: float, counters: dict[str, int]) -> "Pilot":
+    def pilot(self, price: float, counters: dict[str, int]) -> Pilot:
         """Solve and drive one multiplier, J/s; infinite is the fastest run, full traction up to the envelope."""
         switch = self.flat_out if math.isinf(price) else self._switching_speeds(price, counters)
         _, time_s, energy_j = self.drive(switch, switch, 0.0, counters)

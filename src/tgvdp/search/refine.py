@@ -103,9 +103,16 @@ def refine_front(
             front = _front_on_fine_mesh(trip, fastest, energy, tolerance_s, counters, clock)
         for target in target_s[slower].tolist():
             saves = front.reach(target)
-            point = front.point(target) if saves else front.thriftiest()
-            rows.append(follow(trip.train, line, *front.rows(point)))
-            run = profile_of(trip, *rows[-1])  # as it is driven: across a drop of traction it is slower than its arcs
+            aim_s = target
+            for _ in range(_AIMS):
+                point = front.point(aim_s) if saves else front.thriftiest()
+                x_m, w = follow(trip.train, line, *front.rows(point))
+                run = profile_of(trip, x_m, w)  # across a drop of traction a train is slower than its arcs
+                late_s = run.duration_s - target
+                if not saves or late_s <= tolerance_s:
+                    break
+                aim_s -= late_s
+            rows.append((x_m, w))
             found.append((run.duration_s, run.total_energy_j, point.price))
             if not saves:
                 break

@@ -158,20 +158,36 @@ def dynamic_suffices(train, length, load, air, top, wall):
 
 
 @part
+def _wall_image(train, regime, returned, rest, length, load, air, price, bottom, top, wall):
+    """Image of the wall's point a share ``rest`` of the cell after its start."""
+    w1 = max(top + rest * (wall - top), LEAST_WALL * top)
+    if regime == DYNAMIC:
+        return saturated_image(train, DYNAMIC, returned, rest * length, load, air, price, bottom, w1, 0.0)
+    return coast_image(train.davis_b, rest * length, load, air, price, bottom, w1, -0.5 * returned)
+
+
+@part
 def wall_region(train, regime, returned, length, load, air, price, bottom, top, wall, x, y, m):
     """Append costates of runs that meet the wall within the cell, from ``top`` to ``wall``, and brake along it.
 
     They come to it by coasting, p = −r/2 there, where the dynamic brake alone follows it; else by that brake, p = 0.
+    On a steep descent only a part of the wall is met from ``bottom`` on: an edge is put there.
     """
     pieces = math.ceil(min(max(_WALL_PIECES * (1.0 - wall / top), 1.0), _MOST_WALL_PIECES))
+    lost_w = bottom
     for i in range(pieces + 1):
         rest = 1.0 - i / pieces
-        w1 = max(top + rest * (wall - top), LEAST_WALL * top)
-        if regime == DYNAMIC:
-            w0, p0 = saturated_image(train, DYNAMIC, returned, rest * length, load, air, price, bottom, w1, 0.0)
-        else:
-            w0, p0 = coast_image(train.davis_b, rest * length, load, air, price, bottom, w1, -0.5 * returned)
-        x[m] = min(max(w0, bottom), top)  # on a descent a train may come from a stand
+        w0, p0 = _wall_image(train, regime, returned, rest, length, load, air, price, bottom, top, wall)
+        if w0 < bottom:
+            lost_w = w0
+            continue
+        if lost_w < bottom:
+            edge = rest + (w0 - bottom) / (w0 - lost_w) / pieces
+            y[m] = min(_wall_image(train, regime, returned, edge, length, load, air, price, bottom, top, wall)[1], 0.0)
+            x[m] = bottom
+            m += 1
+            lost_w = bottom
+        x[m] = min(w0, top)
         y[m] = min(p0, 0.0)
         m += 1
     return m
