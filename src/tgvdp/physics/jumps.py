@@ -50,7 +50,10 @@ def cut_at_jumps(train: Train, known: KernelTrain, line: ResolvedLine, x_m: Floa
         if train.braking_rates
         else train.dynamic_brake_limit.jumps_mps
     )
-    traction_w, brakes_w = (np.array(jumps_mps) ** 2 for jumps_mps in (train.traction_limit.jumps_mps, brakes_mps))
+    traction_mps = train.traction_limit.jumps_mps
+    if not len(traction_mps) and not len(brakes_mps):
+        return x_m, w
+    traction_w, brakes_w = np.array(traction_mps) ** 2, np.array(brakes_mps) ** 2
     least, most = np.minimum(w[:-1], w[1:]) * (1.0 + _BETWEEN), np.maximum(w[:-1], w[1:]) * (1.0 - _BETWEEN)
     crossings = sum(int(np.sum((least < jump_w) & (jump_w < most))) for jump_w in (*traction_w, *brakes_w))
     if crossings == 0:
