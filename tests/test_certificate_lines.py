@@ -52,7 +52,7 @@ def test_refinement_only_raises(hills, monkeypatch):
     assert len(refined.line_j) > len(plain.line_j)
     assert (refined.lower_bound_j >= plain.lower_bound_j).all()
     np.testing.assert_array_equal(refined.line_j[: len(plain.line_j)], plain.line_j)
-    assert (plain.gap_pct - refined.gap_pct).max() > 0.02
+    assert (plain.gap_pct - refined.gap_pct).max() > 0.01  # it does refine where that promises something
     assert refined.gap_pct.min() > -0.01
 
 
