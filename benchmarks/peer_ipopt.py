@@ -68,21 +68,20 @@ def _compared(instance: Instance, points: int, repeats: int) -> dict[str, Any]:
     ours()
     before_s, result = median_s(ours, repeats)
     targets_s = result.front.time_s[1:]
-    finest = _solved(_mesh(result, instance, _FINEST), targets_s)
-    own_error = _error_pct(result.front.energy_j[1:], finest)
-    coarse = equal = None
-    for cells in (*_MESHES, _FINEST):
+    peer = _mesh(result, instance, _FINEST)
+    finest = _Mesh(peer, _solved(peer, targets_s), 0.0)
+    own_error = _error_pct(result.front.energy_j[1:], finest.warm)
+    coarse, equal = None, finest
+    for cells in _MESHES:
         peer = _mesh(result, instance, cells)
         warm = _solved(peer, targets_s)
-        error = _error_pct(np.array([one.energy_j for one in warm]), finest)
+        error = _error_pct(np.array([one.energy_j for one in warm]), finest.warm)
         if coarse is None and error <= max(own_error, _GOOD_PCT):
             coarse = _Mesh(peer, warm, error)
         if error <= own_error:
             equal = _Mesh(peer, warm, error)
             break
-    assert coarse is not None  # the finest mesh agrees with itself
-    assert equal is not None
-    peer, warm, error = coarse
+    peer, warm, error = coarse or finest
     first, cold = peer.fastest(), _cold(peer, targets_s)
     equal_cold = cold if equal.peer is peer else _cold(equal.peer, targets_s)
     equal_first = first if equal.peer is peer else equal.peer.fastest()

@@ -6,18 +6,13 @@ import numpy as np
 import pytest
 
 import tgvdp
-from tgvdp import EffortCurve, Track, Train
+from test_certificate_supply import TRAIN as METRO
+from tgvdp import Track
 from tgvdp.front import lines
 from tgvdp.front.lines import Line, _best_price, _multipliers_at
 from tgvdp.front.problem import BoundingProblem
 from tgvdp.search.pilots import Mesh
 
-METRO = Train(
-    name="metro", mass_kg=200e3, rotating_mass_factor=1.06, traction=EffortCurve.from_caps(300e3, 2.5e6),
-    braking=EffortCurve.from_caps(200e3, 4e6), friction_brake_n=60e3, davis_a_n=4000.0, davis_b_n_per_mps=60.0,
-    davis_c_n_per_mps2=9.0, max_acceleration_mps2=1.2, traction_efficiency=0.85, regeneration_efficiency=0.6,
-    auxiliary_power_w=400e3,
-)  # fmt: skip
 HILLS = Track(
     length_m=2400.0,
     speed_limits=((0.0, 22.0), (700.0, 18.0), (1200.0, 23.0), (2200.0, 17.0)),
@@ -27,7 +22,7 @@ HILLS = Track(
 
 @pytest.fixture(scope="module")
 def hills():
-    return tgvdp.search(METRO, HILLS, points=40)
+    return tgvdp.search(METRO, HILLS, points=80)
 
 
 @pytest.mark.parametrize("energy", ["wheel", "pantograph"])
@@ -52,7 +47,7 @@ def test_refinement_only_raises(hills, monkeypatch):
     assert len(refined.line_j) > len(plain.line_j)
     assert (refined.lower_bound_j >= plain.lower_bound_j).all()
     np.testing.assert_array_equal(refined.line_j[: len(plain.line_j)], plain.line_j)
-    assert (plain.gap_pct - refined.gap_pct).max() > 0.01  # it does refine where that promises something
+    assert (plain.gap_pct - refined.gap_pct).max() > 0.02
     assert refined.gap_pct.min() > -0.01
 
 

@@ -136,8 +136,8 @@ def check_front(trip, margin, points):
         verdict = replay(trip, profile)
         assert verdict.ok, (index, verdict)
         # To rounding, but where a train slows down under traction across a drop of it within one row.
-        assert profile.duration_s == pytest.approx(seconds[index], rel=1e-6)
-        assert profile.total_energy_j == pytest.approx(joules[index], rel=1e-6, abs=1e-6 * scale_j)
+        assert profile.duration_s == pytest.approx(seconds[index], rel=1e-9)
+        assert profile.total_energy_j == pytest.approx(joules[index], rel=1e-9, abs=1e-9 * scale_j)
     return fastest, found
 
 

@@ -23,19 +23,28 @@ _SAME_SHARE = 1e-9
 _MOST_RUNS = 30
 
 
-def cubic_energy_j(first_s, first_j, first_price, second_s, second_j, second_price, time_s):
-    """Energy at a time by the Hermite cubic through two runs, whose slopes are minus their prices."""
+def cubic_energy_j(ends, time_s):
+    """Energy at a time by the Hermite cubic through two runs, whose slopes are minus their prices.
+
+    ``ends`` are running time, energy and price of the first run, then of the second.
+    """
+    first_s, first_j, first_price, second_s, second_j, second_price = (
+        ends[0], ends[1], ends[2], ends[3], ends[4], ends[5],
+    )  # fmt: skip
     span = second_s - first_s
     u = (time_s - first_s) / span
     value = (1.0 + 2.0 * u) * (1.0 - u) ** 2 * first_j + u * u * (3.0 - 2.0 * u) * second_j
     return value - span * (u * (1.0 - u) ** 2 * first_price - u * u * (1.0 - u) * second_price)
 
 
-def cubic_price(first_s, first_j, first_price, second_s, second_j, second_price, time_s):
+def cubic_price(ends, time_s):
     """Price at a time: minus the slope of that cubic, within the prices of the two runs.
 
     The second's where that of the first is infinite.
     """
+    first_s, first_j, first_price, second_s, second_j, second_price = (
+        ends[0], ends[1], ends[2], ends[3], ends[4], ends[5],
+    )  # fmt: skip
     if math.isinf(first_price):
         return second_price
     span = second_s - first_s
@@ -201,9 +210,9 @@ def drive(
         if not met:
             return i, NOT_MET, known, driven
         if known > 1:
-            run[4] = _cubic_price(ends[0], ends[1], ends[2], ends[3], ends[4], ends[5], run[2])
+            run[4] = _cubic_price(ends, run[2])
             if ends[2] < math.inf:
-                promised_j = _cubic_energy_j(ends[0], ends[1], ends[2], ends[3], ends[4], ends[5], run[2])
+                promised_j = _cubic_energy_j(ends, run[2])
                 if run[3] > promised_j + max(loss * run[3], least_loss_j):
                     return i, NOT_KEPT, known, driven
         run[0] = stored

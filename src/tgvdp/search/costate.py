@@ -26,7 +26,7 @@ import math
 from tgvdp._jit import kernel, part
 from tgvdp.physics.motion import COASTING, DYNAMIC
 from tgvdp.search.characteristics import coast_image, holding_costate, holding_w, saturated_image
-from tgvdp.search.polyline import make_monotone, thin
+from tgvdp.search.polyline import insert, make_monotone, thin
 from tgvdp.search.regions import LEAST_WALL, dynamic_suffices, wall_region
 from tgvdp.search.transport import transport
 
@@ -35,7 +35,7 @@ ROOM = 4096
 #: More points than this are thinned with a looser tolerance; the polyline is thinned again when it has grown by ...
 _MANY_POINTS = 300
 _GROWTH = 6
-#: Points of each regime before the last cell.
+#: Points of partial effort before the last cell.
 _LAST_POINTS = 12
 
 DONE = 0
@@ -77,17 +77,6 @@ def _snapped(held, slack, level, w, p, n, at, cross_w):
 
 
 @part
-def _insert(w, p, n, at, cross_w, cross_p):
-    """Make a crossing a point of the polyline; returns its new number of points."""
-    for i in range(n, at, -1):
-        w[i] = w[i - 1]
-        p[i] = p[i - 1]
-    w[at] = cross_w
-    p[at] = cross_p
-    return n + 1
-
-
-@part
 def _last_cell(train, returned, length, load, air, price, bottom, top, end_w, w, p):
     """Costates before the last cell, whose end speed is given.
 
@@ -120,8 +109,8 @@ def switching_speeds(
     """Backward pass: the optimal switching speeds a, a' and b for one multiplier.
 
     Full traction below the line of switching, which ends each cell at a; coasting above it, from the cell's start on to
-    a' or more; full dynamic braking above b ≥ a. All forces are per unit of inertia, and
-    energy is counted so that traction work costs 1.
+    a' or more; full dynamic braking above b ≥ a. All forces are per unit of inertia, and energy is counted so that
+    traction work costs 1.
 
     Parameters
     ----------
@@ -183,12 +172,12 @@ def switching_speeds(
         slack = tolerance * loosen * d / typical_m
         drives, a = _crossing(-0.5, w, p, n, 0)
         drives, a = _snapped(held_w, slack, -0.5, w, p, n, drives, a)
-        n = _insert(w, p, n, drives, a, -0.5)
+        n = insert(w, p, n, drives, a, -0.5)
         coasts = n - 1
         b = fast[k + 1]
         if returned > 0.0:
             coasts, b = _crossing(-0.5 * returned, w, p, n, drives)
-            n = _insert(w, p, n, coasts, b, -0.5 * returned)
+            n = insert(w, p, n, coasts, b, -0.5 * returned)
         policy[k + 1, 0] = a
         policy[k + 1, 1] = a
         policy[k + 1, 2] = b

@@ -4,8 +4,8 @@ A policy gives three switching speeds a, a' and b ≥ a for every station: full 
 which ends at a, coasting above it (from the start of the cell on to a' or more), dynamic braking above b, holding at
 either, and all brakes as late as the envelope of feasible speeds allows. Where braking returns no energy b is the
 envelope. The run is exact within each cell: traction ends where it meets the line, and coasting where it meets the
-braking curve. Where it is on the envelope, and stays there, its rows are those of the fastest
-run: most of the cells in which it gains or loses speed.
+braking curve. Where it is on the envelope, and stays there, its rows are those of the fastest run: most of the cells in
+which it gains or loses speed.
 """
 
 import math
@@ -23,14 +23,12 @@ from tgvdp.physics.motion import DYNAMIC, land
 from tgvdp.search.cell_run import ON_CURVE, coast, drive_cell
 
 #: Rows that one cell may take.
-MOST_ROWS = 2048
+_MOST_ROWS = 2048
 #: Whether a run that enters a cell on the envelope stays on it: never, if a is not below it, if b is not, always.
 _LEAVES = 0
 _AIMS_THERE = 1
 _COASTS_THERE = 2
 _BRAKES_THERE = 3
-
-
 #: Rows of `Course.cells`.
 STATION, LENGTH, GRADE, AIR, LIMIT, LOW, FAST = range(7)
 
@@ -143,7 +141,7 @@ def drive_blend(train, drawn, returned, course, first_policy, second_policy, sha
     time = 0.0
     energy = 0.0
     for k in range(course.stays.shape[0]):
-        if n + MOST_ROWS > xs.shape[0]:
+        if n + _MOST_ROWS > xs.shape[0]:
             return -1, time, energy
         w = ws[n - 1]
         top = cells[FAST, k + 1]

@@ -38,16 +38,12 @@ def blend(first: Pilot, second: Pilot, share: float) -> NDArray[np.float64]:
 
 def price_between(first: Pilot, second: Pilot, time_s: float) -> float:
     """Price at a time, J/s: minus the slope of the cubic through two pilots, within their prices."""
-    return float(
-        cubic_price(first.time_s, first.energy_j, first.price, second.time_s, second.energy_j, second.price, time_s)
-    )
+    return float(cubic_price(ends_of(first, second).tolist(), time_s))
 
 
 def energy_between(first: Pilot, second: Pilot, time_s: float) -> float:
     """Energy at a time, J, by the cubic through two pilots, whose slopes are their prices."""
-    return float(
-        cubic_energy_j(first.time_s, first.energy_j, first.price, second.time_s, second.energy_j, second.price, time_s)
-    )
+    return float(cubic_energy_j(ends_of(first, second).tolist(), time_s))
 
 
 def tangent_gap(first: Pilot, second: Pilot) -> float:

@@ -111,6 +111,10 @@ class PilotFront:
         if self.clock.expired:
             raise OutOfTime
 
+    def _base_j(self, energy_j: float) -> float:
+        """What shares of an energy are shares of: a net energy may be 0."""
+        return max(energy_j, _LEAST_SHARE * self.scale_j)
+
     def agrees(self, coarser: "PilotFront") -> bool:
         """Whether a coarser mesh gives runs that are hardly dearer, for the multipliers that both marched through.
 
@@ -121,8 +125,7 @@ class PilotFront:
         costs = {pilot.price: pilot.cost_j(pilot.price) for pilot in coarser.pilots[1:]}
         both = [pilot for pilot in self.pilots[1:] if pilot.price in costs]
         return bool(both) and all(
-            costs[pilot.price] - pilot.cost_j(pilot.price)
-            <= _MESH_LOSS * max(pilot.energy_j, _LEAST_SHARE * self.scale_j)
+            costs[pilot.price] - pilot.cost_j(pilot.price) <= _MESH_LOSS * self._base_j(pilot.energy_j)
             for pilot in both
         )
 
@@ -131,7 +134,7 @@ class PilotFront:
         times_s, energies_j = (np.array([run[column] for run in runs]) for column in range(2))
         return all(
             pilot.cost_j(pilot.price) - float((energies_j + pilot.price * times_s).min())
-            <= _PILOT_LOSS * max(pilot.energy_j, _LEAST_SHARE * self.scale_j)
+            <= _PILOT_LOSS * self._base_j(pilot.energy_j)
             for pilot in self.pilots[1:]
             if math.isfinite(pilot.price)
         )
@@ -195,7 +198,7 @@ class PilotFront:
         """Into how many pieces to cut the front between two pilots so that none holds a surprise."""
         if math.isinf(before.price):
             return 1 if after.time_s - before.time_s <= self.tolerance_s else 2
-        bend = tangent_gap(before, after) / max(after.energy_j, _LEAST_SHARE * self.scale_j)
+        bend = tangent_gap(before, after) / self._base_j(after.energy_j)
         # Tangents part from the chord with the square of the distance between the pilots.
         return math.ceil(math.sqrt(bend / _BEND))
 
@@ -203,7 +206,7 @@ class PilotFront:
         """Whether a run keeps what the cubic through two pilots promises."""
         if math.isinf(before.price):
             return True
-        loss_j = _BLEND_LOSS * max(run.energy_j, _LEAST_SHARE * self.scale_j)
+        loss_j = _BLEND_LOSS * self._base_j(run.energy_j)
         return run.energy_j <= energy_between(before, after, run.time_s) + loss_j
 
     def _split(self, second: int, share: float = 0.5) -> bool:

@@ -1,7 +1,7 @@
 """The mesh of the front method: multipliers are solved by the costate program on it, and runs are driven."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -88,10 +88,6 @@ class Mesh:
     fastest_rows: tuple[NDArray[np.float64], NDArray[np.float64]]
     typical_m: float
     usual_price: float
-    rows: NDArray[np.float64] = field(init=False)
-    kept: NDArray[np.float64] = field(init=False)
-    scratch: NDArray[np.float64] = field(init=False)
-    room: NDArray[np.float64] = field(init=False)
 
     def __post_init__(self) -> None:
         inertia_kg = self.train.inertia_kg

@@ -11,6 +11,17 @@ _NEAR_LEVEL = 0.005
 
 
 @part
+def insert(w, p, n, at, new_w, new_p):
+    """Make (new_w, new_p) the point ``at`` of the polyline; returns its new number of points."""
+    for i in range(n, at, -1):
+        w[i] = w[i - 1]
+        p[i] = p[i - 1]
+    w[at] = new_w
+    p[at] = new_p
+    return n + 1
+
+
+@part
 def make_monotone(x, y, m, top):
     """Running maximum in both coordinates, p ≤ 0, cut at ``top``; returns the number of points left."""
     last_x = x[0]

@@ -11,6 +11,7 @@ from tgvdp._jit import kernel, part
 from tgvdp.physics.forces import mean_effort, mean_resistance
 from tgvdp.physics.motion import DYNAMIC, TRACTION
 from tgvdp.search.characteristics import LOST, coast_back, coast_image, saturated_back, saturated_image
+from tgvdp.search.polyline import insert
 
 #: Neighbouring images are no further apart than this factor of w, below this share of the envelope.
 _SPREAD = 2.0
@@ -201,12 +202,7 @@ def hold(held, level, first, m, x, y):
     if y[first - 1] >= level:  # an edge, from which a run would switch to that speed only to hold it
         x[first - 1] = held
         return m
-    for i in range(m, first, -1):
-        x[i] = x[i - 1]
-        y[i] = y[i - 1]
-    x[first] = held
-    y[first] = level
-    return m + 1
+    return insert(x, y, m, first, held, level)
 
 
 @part
