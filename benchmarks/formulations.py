@@ -10,13 +10,13 @@ import numpy as np
 
 from benchmarks.output import markdown_table
 from benchmarks.timing import ROOT
-from tgvdp.formulations.alstom import braking_n, energy_faults, power_w, traction_n
-from tgvdp.formulations.approximations import Fit, phantom_drag_n, seed_fits, split_fits
-from tgvdp.formulations.instances import BinaryInstance, DemandInstance
-from tgvdp.formulations.three_phase import three_phase_run
+from tgvdp.formulations.problem.alstom import braking_n, energy_faults, power_w, traction_n
+from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance
+from tgvdp.formulations.problem.three_phase import three_phase_run
+from tgvdp.formulations.program.approximations import Fit, phantom_drag_n, seed_fits, split_fits
 from tgvdp.report import make_provenance
 from tgvdp.report.files import write_files
-from tgvdp.report.formulations import Curve, plot_curves, schedule_curve
+from tgvdp.report.formulation_plots import Curve, plot_curves, schedule_curve
 from tgvdp.solvers.registry import solve
 
 DISTANCE_M, TIME_S = 100e3, 1800.0

@@ -8,25 +8,24 @@ from typing import Any
 from unittest import mock
 
 import tgvdp.api.run
-from tgvdp.search import costate, optimal, pilots
+from tgvdp.methods.costate import backward, front, mesh
 
 
 @contextmanager
 def finer_cells(factor: float) -> Iterator[None]:
     """Within this context the front method takes cells smaller by a factor."""
-    chosen = pilots._cell_size
-    with mock.patch.object(pilots, "_cell_size", lambda trip, fastest: chosen(trip, fastest) / factor):
+    chosen = mesh._cell_size
+    with mock.patch.object(mesh, "_cell_size", lambda trip, fastest: chosen(trip, fastest) / factor):
         yield
 
 
-def mesh_of(result: Any) -> pilots.Mesh:
+def mesh_of(result: Any) -> mesh.Mesh:
     """The mesh that a search used, built once more: the one with as many cells as it counted."""
-    steps = range(round(math.log(optimal._FINEST / optimal._COARSEST, optimal._REFINEMENT)) + 1)
+    steps = range(round(math.log(front._FINEST / front._COARSEST, front._REFINEMENT)) + 1)
     meshes = (
-        pilots.Mesh.of(result.trip, result.fastest.profile, optimal._COARSEST * optimal._REFINEMENT**step)
-        for step in steps
+        mesh.Mesh.of(result.trip, result.fastest.profile, front._COARSEST * front._REFINEMENT**step) for step in steps
     )
-    return next(mesh for mesh in meshes if len(mesh.cells.length_m) == result.counters["cells"])
+    return next(one for one in meshes if len(one.cells.length_m) == result.counters["cells"])
 
 
 def _clocked(call: Callable[..., Any], name: str, spent_s: dict[str, float]) -> Callable[..., Any]:
@@ -45,9 +44,9 @@ def phases_of(search: Callable[[], Any]) -> dict[str, float]:
     spent_s = dict.fromkeys(("fastest run", "mesh", "backward passes", "drives"), 0.0)
     places = (
         (tgvdp.api.run, "fastest_run", "fastest run"),
-        (pilots.Mesh, "of", "mesh"),
-        (costate, "switching_speeds", "backward passes"),
-        (pilots, "drive", "drives"),
+        (mesh.Mesh, "of", "mesh"),
+        (backward, "switching_speeds", "backward passes"),
+        (mesh, "drive", "drives"),
     )
     with ExitStack() as stack:
         for owner, attribute, name in places:

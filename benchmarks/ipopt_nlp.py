@@ -23,10 +23,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.line.cells import Cells, cells_of
-from tgvdp.line.stations import graded_stations
+from tgvdp.methods.costate.stations import graded_stations
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.trip import Trip
-from tgvdp.physics.profile import Profile
+from tgvdp.runs.profile import Profile
 
 #: Interior speeds are at least this share of the top speed.
 _SLOWEST = 2e-3

@@ -1,8 +1,8 @@
 """The published instances: ``python -m benchmarks.library`` writes benchmarks/instances, the same every time.
 
-Each instance is one JSON file with the fields that `tgvdp.formulations.instances` names and no others. What is known
-about it stands beside, in ``optima.csv``: the certified optimum, the number of optimal plans, the closed form where
-one exists, the solver that proves the optimum and the ones that confirm it by other means.
+Each instance is one JSON file with the fields that `tgvdp.formulations.problem.instances` names and no others. What is
+known about it stands beside, in ``optima.csv``: the certified optimum, the number of optimal plans, the closed form
+where one exists, the solver that proves the optimum and the ones that confirm it by other means.
 """
 
 import csv
@@ -19,12 +19,12 @@ import numpy as np
 
 from benchmarks.timing import ROOT
 from tgvdp.errors import TgvdpError
-from tgvdp.formulations.binary import FormulationWarning
-from tgvdp.formulations.demand import drive
-from tgvdp.formulations.instances import BinaryInstance, DemandInstance, Instance, parse_instance
+from tgvdp.formulations.problem.binary import FormulationWarning
+from tgvdp.formulations.problem.demand import drive
+from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, Instance, parse_instance
 from tgvdp.report.files import write_files
-from tgvdp.solvers.brute_force import MOST_STEPS
-from tgvdp.solvers.options import Options
+from tgvdp.solvers.allowance import Options
+from tgvdp.solvers.exact.brute_force import MOST_STEPS
 from tgvdp.solvers.registry import solve
 
 FOLDER = ROOT / "benchmarks" / "instances"

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from benchmarks.instances import SHARED, Instance, reference_instances, synthetic_instance
 from benchmarks.output import Report
 from benchmarks.timing import median_s
-from tgvdp.graph.layered import LayeredGraph, layered_graph
-from tgvdp.line.fastest import fastest_run
+from tgvdp.methods.budget import SearchBudget
+from tgvdp.methods.grid.exact import exact_paths
+from tgvdp.methods.grid.grid import build_grid
+from tgvdp.methods.grid.layered import LayeredGraph, layered_graph
 from tgvdp.model.trip import Trip
 from tgvdp.report import style
-from tgvdp.search.budget import SearchBudget
-from tgvdp.search.grid import build_grid
-from tgvdp.search.labels import exact_paths
+from tgvdp.runs.fastest import fastest_run
 
 SOURCE = Path(__file__).with_name("peer_boa.c")
 FLAGS = ("-std=c99", "-O3", "-march=native", "-shared", "-fPIC")

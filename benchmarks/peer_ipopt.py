@@ -12,9 +12,9 @@ from benchmarks.instances import SHARED, Instance, reference_instances, syntheti
 from benchmarks.ipopt_nlp import DirectTranscription, Solution
 from benchmarks.output import Report
 from benchmarks.timing import median_s
-from tgvdp.physics.profile import profile_of
-from tgvdp.physics.replay import Verdict, replay
+from tgvdp.referee.replay import Verdict, replay
 from tgvdp.report import style
+from tgvdp.runs.profile import profile_of
 
 #: Cells per trip that are tried, coarsest first: the fewer, the faster for IPOPT.
 _MESHES = (75, 150, 300, 600)

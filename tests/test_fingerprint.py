@@ -10,7 +10,6 @@ import hashlib
 import json
 import math
 import warnings
-from dataclasses import replace
 from pathlib import Path
 
 import llvmlite.binding
@@ -72,8 +71,12 @@ def generated(seed):
     length = 10 ** rng.uniform(3.2, 5.0)
     limits = [(0.0, rng.uniform(20.0, 60.0))]
     limits += [(x, rng.uniform(15.0, 60.0)) for x in np.sort(rng.uniform(0.0, length, seed % 7))]
-    gradients = [(0.0, 0.0)] + [(x, rng.uniform(-15.0, 12.0)) for x in np.sort(rng.uniform(0.0, length, 3 * (seed % 5)))]
-    curves = [(x, r, r) for x, r in zip((0.0, *np.sort(rng.uniform(0, length, 3))), rng.uniform(400, 3000, 4), strict=True)]
+    gradients = [(0.0, 0.0)] + [
+        (x, rng.uniform(-15.0, 12.0)) for x in np.sort(rng.uniform(0.0, length, 3 * (seed % 5)))
+    ]
+    curves = [
+        (x, r, r) for x, r in zip((0.0, *np.sort(rng.uniform(0, length, 3))), rng.uniform(400, 3000, 4), strict=True)
+    ]
     neutral = [(0.6 * length, 0.01 * length, seed % 8 == 3)] if seed % 4 == 3 else []
     track = tgvdp.Track(
         length_m=length,
@@ -109,7 +112,11 @@ def fingerprint(train, track, options):
         try:
             result = tgvdp.search(train, track, **options)
         except tgvdp.TgvdpError as error:
-            return {"error": type(error).__name__, "totals": [], "sha256": hashlib.sha256(str(error).encode()).hexdigest()}
+            return {
+                "error": type(error).__name__,
+                "totals": [],
+                "sha256": hashlib.sha256(str(error).encode()).hexdigest(),
+            }
         certificate = result.certify(time_limit_s=1e6)
 
     def add(values):

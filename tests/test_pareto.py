@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tgvdp.errors import InfeasibleError, InputError
-from tgvdp.front.pareto import ParetoFront
+from tgvdp.pareto import ParetoFront
 
 # Few distinct values make ties and duplicates common; the second kind covers the whole range of magnitudes.
 SMALL = st.integers(0, 6).map(float)

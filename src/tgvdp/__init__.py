@@ -7,8 +7,6 @@ Public names are loaded when they are first used, so that ``import tgvdp`` stays
 """
 
 import importlib
-import sys
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError, MissingExtraError, TgvdpError
@@ -16,14 +14,14 @@ from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError, Missi
 if TYPE_CHECKING:
     from tgvdp.api import SearchResult, search
     from tgvdp.formats import load_energy_map, load_scenario, load_track, load_train
-    from tgvdp.front.pareto import ParetoFront
     from tgvdp.model.effort import EffortCurve
     from tgvdp.model.energy import EnergyMap
     from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track, Tunnel
     from tgvdp.model.train import Train
     from tgvdp.model.trip import Trip
-    from tgvdp.physics.profile import Profile
-    from tgvdp.physics.replay import Verdict, replay
+    from tgvdp.pareto import ParetoFront
+    from tgvdp.referee.replay import Verdict, replay
+    from tgvdp.runs.profile import Profile
 
 __version__ = "0.1.0"
 
@@ -60,20 +58,21 @@ _HOMES = {
     "EffortCurve": "tgvdp.model.effort",
     "EnergyMap": "tgvdp.model.energy",
     "Gradient": "tgvdp.model.track",
-    "ParetoFront": "tgvdp.front.pareto",
-    "Profile": "tgvdp.physics.profile",
+    "ParetoFront": "tgvdp.pareto",
+    "Profile": "tgvdp.runs.profile",
     "SearchResult": "tgvdp.api",
     "SpeedLimit": "tgvdp.model.track",
     "Track": "tgvdp.model.track",
     "Train": "tgvdp.model.train",
     "Trip": "tgvdp.model.trip",
     "Tunnel": "tgvdp.model.track",
-    "Verdict": "tgvdp.physics.replay",
+    "Verdict": "tgvdp.referee.replay",
     "load_energy_map": "tgvdp.formats",
     "load_scenario": "tgvdp.formats",
     "load_track": "tgvdp.formats",
     "load_train": "tgvdp.formats",
-    "replay": "tgvdp.physics.replay",
+    "replay": "tgvdp.referee.replay",
+    "search": "tgvdp.api",
 }
 
 
@@ -87,24 +86,3 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
-
-
-class _Package(ModuleType):
-    """Keeps ``tgvdp.search`` the function, although importing the subpackage of that name would put it there.
-
-    The function has the attributes of the subpackage, so that ``import tgvdp.search.grid as grid`` works as well.
-    """
-
-    @property
-    def search(self) -> Any:
-        function = importlib.import_module("tgvdp.api").search
-        function.__dict__ = sys.modules["tgvdp.search"].__dict__
-        return function
-
-    @search.setter
-    def search(self, value: object) -> None:
-        if not isinstance(value, ModuleType):
-            raise AttributeError("tgvdp.search cannot be replaced")
-
-
-sys.modules[__name__].__class__ = _Package

@@ -34,7 +34,10 @@ CACHE_DIR_VARIABLE = "TGVDP_CACHE_DIR"
 #: Key folders that are kept, by last use: editions and modes (bounds checks) that take turns do not evict each other.
 KEPT_FOLDERS = 8
 #: Rooms that no kernel lives in or imports (a test sees to it): their changes leave the kernels as they are.
-KERNEL_FREE = ("bench", "cli", "formats", "formulations", "report", "solvers")
+KERNEL_FREE = (
+    *("api", "cli", "formats", "formulations", "report", "trials"),
+    *("solvers/circuit", "solvers/programs", "solvers/samplers"),
+)
 _KEY_LENGTH = 32
 #: Switches of numba that change the machine code but are no part of its own cache key.
 _MODES = ("BOUNDSCHECK", "OPT", "DEBUGINFO_DEFAULT", "LOOP_VECTORIZE", "SLP_VECTORIZE")
@@ -44,8 +47,10 @@ def sources_digest(folder: Path) -> str:
     """SHA-256, in hexadecimal, of the names and contents of the ``*.py`` files below a folder that kernels may use."""
     digest = hashlib.sha256()
     for parent, folders, names in os.walk(folder):
-        free = KERNEL_FREE if parent == str(folder) else ()
-        folders[:] = sorted(name for name in folders if name != "__pycache__" and name not in free)
+        room = Path(parent).relative_to(folder)
+        folders[:] = sorted(
+            name for name in folders if name != "__pycache__" and (room / name).as_posix() not in KERNEL_FREE
+        )
         for name in sorted(names):
             if name.endswith(".py"):
                 path = os.path.join(parent, name)

@@ -6,17 +6,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.front.targets import asked_targets
+from tgvdp.api.targets import asked_targets
+from tgvdp.line.resolved import resolve
+from tgvdp.methods.budget import SearchBudget
+from tgvdp.methods.costate.front import OptimalRuns, optimal_front
+from tgvdp.methods.grid.best_first import DEFAULT_SEGMENTS, DEFAULT_SPEEDS, best_first
+from tgvdp.methods.grid.exact import exact_front
+from tgvdp.methods.grid.grid import build_grid
+from tgvdp.methods.grid.paths import GridPaths
+from tgvdp.methods.refine.front import refine_front
+from tgvdp.model.track import POWERED
 from tgvdp.model.trip import Trip
-from tgvdp.physics.profile import Profile
-from tgvdp.physics.resolved import POWERED, resolve
-from tgvdp.search.best_first import DEFAULT_SEGMENTS, DEFAULT_SPEEDS, best_first
-from tgvdp.search.budget import SearchBudget
-from tgvdp.search.grid import build_grid
-from tgvdp.search.labels import exact_front
-from tgvdp.search.optimal import OptimalRuns, optimal_front
-from tgvdp.search.paths import GridPaths
-from tgvdp.search.refine import refine_front
+from tgvdp.runs.profile import Profile
 
 #: What a search on a grid has left when building the grid took all the time, s.
 _LEAST_TIME_S = 1e-3

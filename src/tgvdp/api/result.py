@@ -7,14 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.api.methods import Fastest, continuous_front
-from tgvdp.front.certificate import Certificate, certify_front
-from tgvdp.front.pareto import ParetoFront
+from tgvdp.certificate.front import Certificate, certify_front
+from tgvdp.methods.budget import SearchBudget
+from tgvdp.methods.costate.front import OptimalRuns
+from tgvdp.methods.grid.paths import GridPaths
 from tgvdp.model.trip import Trip
-from tgvdp.physics.profile import Profile, profile_of
-from tgvdp.physics.replay import Verdict, replay
-from tgvdp.search.budget import SearchBudget
-from tgvdp.search.optimal import OptimalRuns
-from tgvdp.search.paths import GridPaths
+from tgvdp.pareto import ParetoFront
+from tgvdp.referee.replay import Verdict, replay
+from tgvdp.runs.profile import Profile, profile_of
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
 
 #: Running times at which a front on a grid is compared with the continuous optimum.

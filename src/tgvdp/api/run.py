@@ -7,17 +7,17 @@ from collections.abc import Sequence
 from tgvdp.api.methods import Fastest, find, warnings_of
 from tgvdp.api.options import check_effect, check_options, energy_model, margin_of
 from tgvdp.api.result import SearchResult
+from tgvdp.api.targets import check_targets
 from tgvdp.errors import BudgetExceededError
-from tgvdp.front.pareto import ParetoFront
-from tgvdp.front.targets import check_targets
-from tgvdp.line.fastest import fastest_run
-from tgvdp.line.stepped import stepped_time_s
+from tgvdp.methods.budget import DEFAULT_TIME_S, SearchBudget
 from tgvdp.model.convention import TTOBENCH, convention_of
 from tgvdp.model.energy import EnergyMap
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
-from tgvdp.search.budget import DEFAULT_TIME_S, SearchBudget
+from tgvdp.pareto import ParetoFront
+from tgvdp.runs.fastest import fastest_run
+from tgvdp.runs.stepped import stepped_time_s
 
 
 def search(
@@ -86,11 +86,11 @@ def search(
         Running times in s, and supplements as shares of the fastest running time, at which to find the points instead
         (method ``front``): neither `points` nor `max_margin` nor `max_time_s` matters then. Met to 0.05 s.
     paths, heuristic, dominance, bounds
-        Of method ``best-first``; see `tgvdp.search.best_first`.
+        Of method ``best-first``; see `tgvdp.methods.grid.best_first`.
     segment_m, speeds
-        Grid of the methods ``exact`` and ``best-first``; see `tgvdp.search.grid`.
+        Grid of the methods ``exact`` and ``best-first``; see `tgvdp.methods.grid.grid`.
     max_labels, time_limit_s
-        Budget; see `tgvdp.search.budget`.
+        Budget; see `tgvdp.methods.budget`.
 
     Returns
     -------

@@ -70,13 +70,13 @@ def command(
     that the same command goes on after an interruption, and makes only what is new after a change. The folder gets
     benchmark.csv with the fields of QOBLIB, runs.csv, benchmark.md, benchmark.json and pictures.
     """  # fmt: skip
-    from tgvdp.bench.output import write_benchmark
-    from tgvdp.bench.reference import read_cases
-    from tgvdp.bench.run import Plan, run_benchmark
-    from tgvdp.bench.spec import parse_specs
     from tgvdp.errors import InputError
     from tgvdp.report import check_writable
-    from tgvdp.solvers.embedding import TOPOLOGIES
+    from tgvdp.solvers.samplers.embedding import TOPOLOGIES
+    from tgvdp.trials.execute import Plan, run_benchmark
+    from tgvdp.trials.output import write_benchmark
+    from tgvdp.trials.reference import read_cases
+    from tgvdp.trials.spec import parse_specs
 
     context = click.get_current_context()
     topologies = tuple(dict.fromkeys(word.strip() for word in embed.split(",") if word.strip()))

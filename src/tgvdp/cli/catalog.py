@@ -45,7 +45,7 @@ def command(name: str | None, as_json: bool) -> None:
 def _entries(wanted: str | None) -> list[tuple[str, "Description"]]:
     """Names and descriptions of what the catalog has, or of the one that is wanted."""
     from tgvdp.formats import describe_file
-    from tgvdp.formats.typed import suggestion
+    from tgvdp.formats.syntax.typed import suggestion
     from tgvdp.model import catalog
 
     known = [(kind, name) for kind in catalog.KINDS for name in catalog.names(kind)]

@@ -33,7 +33,7 @@ def command(instance: str, encoding: Any, penalty: Any, target: str, layers: int
     and labels, node-link JSON, an OpenQASM 3 circuit whose angles are a ramp); lp and mps hold the linear program,
     cqm (dimod's file) the constrained quadratic model, which is the only format of demand problems.
     """
-    from tgvdp.formulations.instances import read_instance
+    from tgvdp.formulations.problem.instances import read_instance
     from tgvdp.report.files import write_files
     from tgvdp.solvers.exchange import exported
 

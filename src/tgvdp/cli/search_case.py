@@ -132,7 +132,7 @@ def merged(held: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
 
 def arguments_of(options: Mapping[str, Any]) -> dict[str, Any]:
     """Turn options in the units of people into arguments of the search, in SI; what is absent keeps its default."""
-    from tgvdp.formats.targets import parse_targets
+    from tgvdp.formats.native.points import parse_targets
 
     arguments: dict[str, Any] = {}
     for name, value in options.items():

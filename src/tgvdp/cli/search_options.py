@@ -40,7 +40,7 @@ _JOURNEY_HELP = "From the journey's section N (default: 1): origin, destination,
 
 def _targets(_: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
     """Check what --at asks for."""
-    from tgvdp.formats.targets import parse_targets
+    from tgvdp.formats.native.points import parse_targets
 
     if text is not None:
         try:

@@ -7,12 +7,12 @@ import click
 
 from tgvdp.cli.numbers import number
 from tgvdp.errors import BudgetExceededError
-from tgvdp.solvers.options import Options
+from tgvdp.solvers.allowance import Options
 from tgvdp.solvers.registry import ENCODINGS, SOLVERS
 
 if TYPE_CHECKING:
-    from tgvdp.formulations.encoding import Solution
-    from tgvdp.formulations.instances import Instance
+    from tgvdp.formulations.problem.encoding import Solution
+    from tgvdp.formulations.problem.instances import Instance
 
 SCHEMA = "tgvdp.solve/1"
 
@@ -71,7 +71,7 @@ def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bo
     The objective is in the model's own unit: (m/s)², that is J per kg of train, for the binary model, J for the demand
     model. The exit code is 4 when nothing satisfies all constraints, and 5 when a heuristic found nothing that does.
     """
-    from tgvdp.formulations.instances import read_instance
+    from tgvdp.formulations.problem.instances import read_instance
     from tgvdp.solvers.registry import solve
 
     problem = read_instance(instance)
@@ -89,7 +89,7 @@ def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bo
 
 def solution_object(problem: "Instance", solution: "Solution") -> dict[str, Any]:
     """Object of schema tgvdp.solve/1."""
-    from tgvdp.formulations.instances import BinaryInstance
+    from tgvdp.formulations.problem.instances import BinaryInstance
     from tgvdp.report.plain import plain
 
     schedule = solution.schedule
@@ -118,7 +118,7 @@ def solution_object(problem: "Instance", solution: "Solution") -> dict[str, Any]
 
 def table(problem: "Instance", solution: "Solution") -> str:
     """What people read: result, constraints, replay."""
-    from tgvdp.formulations.instances import BinaryInstance
+    from tgvdp.formulations.problem.instances import BinaryInstance
 
     schedule, replayed = solution.schedule, solution.replay
     binary = isinstance(problem, BinaryInstance)

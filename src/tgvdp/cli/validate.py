@@ -24,7 +24,7 @@ def command(files: tuple[str, ...], verbose: bool) -> int:
     All files are read. The exit code is 3 when any of them is wrong; a value that is unusual is a warning only.
     """
     from tgvdp.formats import describe_file
-    from tgvdp.formats.plausibility import review_file
+    from tgvdp.formats.review.plausibility import review_file
 
     exit_code = 0
     for file in files:

@@ -1,6 +1,5 @@
 """Files in: the native scenario, TTOBench, railtoolkit, OSRD; told apart by content, SI from here on."""
 
-from tgvdp.formats.describe import Description, describe_file
 from tgvdp.formats.detect import (
     Scenario,
     input_digest,
@@ -11,6 +10,7 @@ from tgvdp.formats.detect import (
     load_track,
     load_train,
 )
+from tgvdp.formats.review.describe import Description, describe_file
 
 __all__ = [
     "Description",

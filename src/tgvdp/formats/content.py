@@ -6,7 +6,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from tgvdp.formats.reading import bad, shown
+from tgvdp.formats.syntax.reading import bad, shown
 from tgvdp.model.journey import Journey
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train

@@ -7,10 +7,14 @@ from pathlib import Path
 from typing import Any, cast, get_args
 
 from tgvdp.errors import InputError
-from tgvdp.formats import native, osrd, railml, railtoolkit, ttobench
 from tgvdp.formats.content import Content, Kind
-from tgvdp.formats.reading import Document, bad, errors_named, read_bytes, read_document
+from tgvdp.formats.native import reader as native
+from tgvdp.formats.osrd import stock as osrd
+from tgvdp.formats.railml import reader as railml
+from tgvdp.formats.railtoolkit import reader as railtoolkit
 from tgvdp.formats.sources import Source, Target, label, locate, source_path
+from tgvdp.formats.syntax.reading import Document, bad, errors_named, read_bytes, read_document
+from tgvdp.formats.ttobench import reader as ttobench
 from tgvdp.model import catalog
 from tgvdp.model.energy import EnergyMap
 from tgvdp.model.journey import Journey, Section

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tgvdp.errors import InputError
-from tgvdp.formats.reading import shown
+from tgvdp.formats.syntax.reading import shown
 from tgvdp.model import catalog
 
 Source = str | os.PathLike[str]

@@ -10,9 +10,9 @@ from typing import Any, Literal, get_args
 
 from tgvdp.errors import InputError
 from tgvdp.formats.detect import Scenario, read_scenario
-from tgvdp.formats.reading import parse_document, shown
-from tgvdp.formats.write_native import SYNTAXES, as_json, native_tree, same_effort
-from tgvdp.formats.write_ttobench import ttobench_tree
+from tgvdp.formats.native.write import SYNTAXES, as_json, native_tree, same_effort
+from tgvdp.formats.syntax.reading import parse_document, shown
+from tgvdp.formats.ttobench.write import ttobench_tree
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.journey import Journey
 from tgvdp.model.track import Track

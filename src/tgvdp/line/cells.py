@@ -1,12 +1,12 @@
-"""Cut a trip into cells in which resistance, drag, speed limit and current are constant (see `physics.resolved`)."""
+"""Cut a trip into cells in which resistance, drag, speed limit and current are constant (see `line.resolved`)."""
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.line.resolved import resolve
 from tgvdp.model.trip import Trip
-from tgvdp.physics.resolved import resolve
 
 
 class Cells(NamedTuple):
@@ -25,7 +25,7 @@ class Cells(NamedTuple):
     limit_w : (K,)
         Squared speed limit (line and train), m²/s²; may be infinite.
     supply : (K,) int8
-        Current: one of POWERED, NEUTRAL, LOWERED of `physics.resolved`.
+        Current: one of POWERED, NEUTRAL, LOWERED of `line.resolved`.
     """
 
     station_m: NDArray[np.float64]

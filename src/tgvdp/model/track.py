@@ -11,6 +11,9 @@ from tgvdp.model.checks import SUM_RTOL, require_increasing, require_notes, requ
 #: Above this a "gradient" is a unit slip, not a railway.
 VERTICAL_PERMIL = 1000.0
 
+#: Current on a stretch: traction and all; neither traction nor dynamic brake; no auxiliaries either.
+POWERED, NEUTRAL, LOWERED = range(3)
+
 
 class SpeedLimit(NamedTuple):
     """A speed limit that holds from a position to the next one."""

@@ -1,1 +1,9 @@
-"""Forces, the one arc function, and the independent replay. Kernels take arrays, scalars and named tuples in SI."""
+"""Forces on a train, and what one stretch of constant acceleration or of one regime does. Kernels, in SI.
+
+Knows forces at a speed and their means (`forces`), ONE arc function, two speeds and a length → feasible?, duration,
+work (`arc`), motion under full traction, coasting and full braking (`motion`), and what an arc is charged for
+(`energy`).
+
+Invariants: the state is w = v², linear in the position along a row of constant acceleration, so that duration and
+work are in closed form, also from standstill; kernels make no arrays. Start reading at `arc`.
+"""

@@ -8,21 +8,21 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tgvdp.report.files import check_writable as check_writable
-    from tgvdp.report.fronts import plot_front as plot_front
-    from tgvdp.report.fronts import plot_metric as plot_metric
+    from tgvdp.report.front_plots import plot_front as plot_front
+    from tgvdp.report.front_plots import plot_metric as plot_metric
+    from tgvdp.report.profile_plots import plot_profile as plot_profile
+    from tgvdp.report.profile_plots import plot_speed_curve as plot_speed_curve
     from tgvdp.report.provenance import make_provenance as make_provenance
     from tgvdp.report.results import write_results as write_results
-    from tgvdp.report.runs import plot_profile as plot_profile
-    from tgvdp.report.runs import plot_speed_curve as plot_speed_curve
     from tgvdp.report.tables import result_object as result_object
 
 _HOME = {
     "check_writable": "files",
     "make_provenance": "provenance",
-    "plot_front": "fronts",
-    "plot_metric": "fronts",
-    "plot_profile": "runs",
-    "plot_speed_curve": "runs",
+    "plot_front": "front_plots",
+    "plot_metric": "front_plots",
+    "plot_profile": "profile_plots",
+    "plot_speed_curve": "profile_plots",
     "result_object": "tables",
     "write_results": "results",
 }

@@ -13,7 +13,7 @@ from tgvdp.report.tables import FASTEST_ID, PROFILE_COLUMNS, profiles_csv
 if TYPE_CHECKING:
     from tgvdp.api import SearchResult
     from tgvdp.model.train import Train
-    from tgvdp.physics.profile import Profile
+    from tgvdp.runs.profile import Profile
 
 #: Columns of TrainRuns.jl's driving course in SI, after the id of the run: resistances are means up to the next row.
 COURSE_COLUMNS = (

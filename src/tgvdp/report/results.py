@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tgvdp.api import SearchResult
-    from tgvdp.front.certificate import Certificate
-    from tgvdp.physics.replay import Verdict
+    from tgvdp.certificate.front import Certificate
+    from tgvdp.referee.replay import Verdict
 
 #: Effort of zlib: the usual 6 takes 1.5 times as long for files that are 8 % smaller.
 _COMPRESSION = 3
@@ -85,13 +85,13 @@ def _pictures(
     result: "SearchResult", provenance: Mapping[str, Any], certificate: "Certificate | None"
 ) -> dict[str, bytes]:
     # Here, so that whoever wants no picture does not wait for matplotlib.
-    from tgvdp.report import fronts, runs
+    from tgvdp.report import front_plots, profile_plots
 
     figures = {
-        "front.png": fronts.plot_front(result, None if certificate is None else certificate.lower_bound_j),
-        "profile.png": runs.plot_profile(result),
-        "speed_curve.png": runs.plot_speed_curve(result),
-        "metric.png": fronts.plot_metric(result),
+        "front.png": front_plots.plot_front(result, None if certificate is None else certificate.lower_bound_j),
+        "profile.png": profile_plots.plot_profile(result),
+        "speed_curve.png": profile_plots.plot_speed_curve(result),
+        "metric.png": front_plots.plot_metric(result),
     }
     return {name: png(figure, provenance) for name, figure in figures.items()}
 

@@ -6,15 +6,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from tgvdp.model.energy import violations
-from tgvdp.physics.ride import ride_of
 from tgvdp.report.plain import plain
+from tgvdp.runs.comfort import ride_of
 from tgvdp.units import KILO, joule_to_kwh, mps_to_kmh
 
 if TYPE_CHECKING:
     from tgvdp.api import SearchResult
-    from tgvdp.front.certificate import Certificate
-    from tgvdp.physics.profile import Profile
-    from tgvdp.physics.replay import Verdict
+    from tgvdp.certificate.front import Certificate
+    from tgvdp.referee.replay import Verdict
+    from tgvdp.runs.profile import Profile
 
 SCHEMA = "tgvdp.search/1"
 VERDICT_FIELDS = ("time_error_pct", "energy_error_pct", "overspeed_mps", "effort_excess_pct", "ok")
@@ -22,9 +22,9 @@ FRONT_COLUMNS = (
     "id", "time_s", "delay_s", "margin_pct", "energy_kwh", "saved_pct", "price_kwh_per_min", "lower_bound_kwh",
     "gap_pct",
 )  # fmt: skip
-#: Where the energy goes, whichever model was minimised; see `tgvdp.physics.profile.EnergyBalance`.
+#: Where the energy goes, whichever model was minimised; see `tgvdp.runs.profile.EnergyBalance`.
 BALANCE_FIELDS = ("wheel_kwh", "pantograph_kwh", "regenerated_kwh", "auxiliary_kwh", "braking_losses_kwh")
-#: Accelerations and jerk; see `tgvdp.physics.ride.Ride`.
+#: Accelerations and jerk; see `tgvdp.runs.comfort.Ride`.
 RIDE_FIELDS = ("acceleration_mps2", "deceleration_mps2", "jerk_mps3")
 PROFILE_COLUMNS = ("id", "position_m", "speed_mps", "time_s", "force_n", "energy_j", "regime")
 #: Id of the fastest run in ``profiles.csv``; the points of the front have integer ids from 0.

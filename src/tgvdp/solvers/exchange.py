@@ -5,17 +5,17 @@ import json
 import numpy as np
 
 from tgvdp.errors import InputError
-from tgvdp.formulations.encoding import Encoding
-from tgvdp.formulations.encodings import PenaltyRule, encode
-from tgvdp.formulations.instances import BinaryInstance, Instance
-from tgvdp.formulations.ising import ising_of
-from tgvdp.formulations.program import binary_program
-from tgvdp.formulations.program_files import lp_text, mps_text
-from tgvdp.formulations.qaoa import energy_scale, qaoa_circuit, qasm3, ramp_angles
-from tgvdp.formulations.qubo import Qubo
-from tgvdp.graph.couplers import coupler_graph, node_link
-from tgvdp.solvers.bqm import bqm_of
-from tgvdp.solvers.cqm import cqm_of
+from tgvdp.formulations.circuit.qaoa import energy_scale, qaoa_circuit, qasm3, ramp_angles
+from tgvdp.formulations.problem.encoding import Encoding
+from tgvdp.formulations.problem.instances import BinaryInstance, Instance
+from tgvdp.formulations.program.binary import binary_program
+from tgvdp.formulations.program.files import lp_text, mps_text
+from tgvdp.formulations.qubo.couplers import coupler_graph, node_link
+from tgvdp.formulations.qubo.encodings import PenaltyRule, encode
+from tgvdp.formulations.qubo.ising import ising_of
+from tgvdp.formulations.qubo.qubo import Qubo
+from tgvdp.solvers.programs.cqm import cqm_of
+from tgvdp.solvers.samplers.bqm import bqm_of
 
 #: Angle of a whole layer of the ramp in OpenQASM files, rad.
 QASM_TIME_STEP = 0.75

@@ -4,12 +4,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tgvdp.errors import InputError
-from tgvdp.solvers.options import Options
+from tgvdp.solvers.allowance import Options
 
 if TYPE_CHECKING:
-    from tgvdp.formulations.encoding import Encoding, Solution
-    from tgvdp.formulations.encodings import PenaltyRule
-    from tgvdp.formulations.instances import Instance
+    from tgvdp.formulations.problem.encoding import Encoding, Solution
+    from tgvdp.formulations.problem.instances import Instance
+    from tgvdp.formulations.qubo.encodings import PenaltyRule
 
 
 class Solver(NamedTuple):
@@ -18,7 +18,8 @@ class Solver(NamedTuple):
     Attributes
     ----------
     module, function : str
-        ``function(instance, options)``, or ``function(encoded, options)`` where it solves a QUBO; returns a `Solution`.
+        Module below `tgvdp.solvers`, and in it ``function(instance, options)``, or ``function(encoded, options)`` where
+        it solves a QUBO; returns a `Solution`.
     kinds : tuple of str
         Of the instances it solves: ``binary``, ``demand``.
     qubo : bool
@@ -34,7 +35,7 @@ class Solver(NamedTuple):
     uses: tuple[str, ...] = ()
 
 
-#: Names of the encodings of the binary model as a QUBO (`tgvdp.formulations.encoding`, which loads numpy).
+#: Names of the encodings of the binary model as a QUBO (`tgvdp.formulations.problem.encoding`, which loads numpy).
 ENCODINGS = ("bits", "bits+slack", "unary")
 
 _BOTH = ("binary", "demand")
@@ -42,21 +43,21 @@ _SAMPLER = ("reads", "seed")
 _QAOA = ("layers", "angles", "starts", "backend", *_SAMPLER)
 
 SOLVERS: dict[str, Solver] = {
-    "dp": Solver("exact", "solve_dp", _BOTH),
-    "brute": Solver("exact", "solve_brute", _BOTH),
-    "closed": Solver("exact", "solve_closed"),
-    "milp": Solver("milp", "solve_milp", uses=("time_limit_s",)),
-    "scip": Solver("scip", "solve_scip", _BOTH, uses=("time_limit_s",)),
-    "cqm": Solver("cqm", "solve_cqm"),
-    "leap": Solver("cqm", "solve_leap", _BOTH, uses=("time_limit_s",)),
-    "sa": Solver("annealing", "solve_sa", qubo=True, uses=("sweeps", *_SAMPLER)),
-    "tabu": Solver("annealing", "solve_tabu", qubo=True, uses=("sweeps", *_SAMPLER)),
-    "descent": Solver("annealing", "solve_descent", qubo=True, uses=_SAMPLER),
-    "random": Solver("coin_tosses", "solve_random", qubo=True, uses=_SAMPLER),
-    "tree": Solver("annealing", "solve_tree", qubo=True),
-    "exact-qubo": Solver("annealing", "solve_exact_qubo", qubo=True),
-    "qaoa": Solver("qaoa", "solve_qaoa", qubo=True, uses=_QAOA),
-    "dwave": Solver("cloud", "solve_dwave", qubo=True, uses=("backend", *_SAMPLER)),
+    "dp": Solver("exact.solve", "solve_dp", _BOTH),
+    "brute": Solver("exact.solve", "solve_brute", _BOTH),
+    "closed": Solver("exact.solve", "solve_closed"),
+    "milp": Solver("programs.milp", "solve_milp", uses=("time_limit_s",)),
+    "scip": Solver("programs.scip", "solve_scip", _BOTH, uses=("time_limit_s",)),
+    "cqm": Solver("programs.cqm", "solve_cqm"),
+    "leap": Solver("programs.cqm", "solve_leap", _BOTH, uses=("time_limit_s",)),
+    "sa": Solver("samplers.annealing", "solve_sa", qubo=True, uses=("sweeps", *_SAMPLER)),
+    "tabu": Solver("samplers.annealing", "solve_tabu", qubo=True, uses=("sweeps", *_SAMPLER)),
+    "descent": Solver("samplers.annealing", "solve_descent", qubo=True, uses=_SAMPLER),
+    "random": Solver("samplers.coin_tosses", "solve_random", qubo=True, uses=_SAMPLER),
+    "tree": Solver("samplers.annealing", "solve_tree", qubo=True),
+    "exact-qubo": Solver("samplers.annealing", "solve_exact_qubo", qubo=True),
+    "qaoa": Solver("circuit.angles", "solve_qaoa", qubo=True, uses=_QAOA),
+    "dwave": Solver("samplers.cloud", "solve_dwave", qubo=True, uses=("backend", *_SAMPLER)),
 }
 
 
@@ -78,7 +79,7 @@ def solve(
         For solvers of a QUBO; by default ``unary`` where the steps are equal, else ``bits+slack``: both hold all
         constraints.
     penalty : "seed", "sufficient" or float, optional
-        For solvers of a QUBO; see `tgvdp.formulations.encodings.encode`.
+        For solvers of a QUBO; see `tgvdp.formulations.qubo.encodings.encode`.
     options : Options, optional
 
     Raises
@@ -88,9 +89,9 @@ def solve(
     InfeasibleError
         When it proves that nothing satisfies all constraints.
     """
-    from tgvdp.formulations.binary import warn_of_oddities
-    from tgvdp.formulations.encodings import encode
-    from tgvdp.formulations.instances import BinaryInstance
+    from tgvdp.formulations.problem.binary import warn_of_oddities
+    from tgvdp.formulations.problem.instances import BinaryInstance
+    from tgvdp.formulations.qubo.encodings import encode
 
     entry = SOLVERS[solver]
     kind = "binary" if isinstance(instance, BinaryInstance) else "demand"

@@ -1,0 +1,185 @@
+"""The lower bound for given costates: least values of the Hamiltonian, summed over cells.
+
+For fixed speed and effort H is linear in s within a cell (`certificate.hamiltonian`), so its minimum over them is
+concave in s, and the trapezoid of its values at the ends of the cell bounds the integral. Where the ceiling rises
+within the cell (`certificate.speed_bound`), runs at its start are slower than at its end: with w ≤ U(s), U linear, and
+any μ ≥ 0
+
+    H ≥ H + μ·(w − U(s))     for speeds between the ends of U, and H itself for slower ones,
+
+each of which has a concave minimum, and so has the lesser of the two. The derivation and what is proven stand in
+docs/certificate.md.
+"""
+
+import math
+
+from tgvdp._jit import kernel
+from tgvdp.certificate.efforts import largest_effort, merge_tables
+from tgvdp.certificate.hamiltonian import ROUNDINGS, least_hamiltonian
+from tgvdp.certificate.regimes import is_standstill
+
+UNIT_ROUNDOFF = 2.0**-53
+#: What the rise of the ceiling within a cell may gain at most, relative to λ/v, below which it is not worth the time.
+_RISE_GAIN = 1e-6
+
+
+@kernel
+def standstill_cell(pieces, n, load0, load1, load2, start, length, price, slope, end_w, top_w, worth):
+    """Lower bound of time and energy in a cell at whose one end w is (nearly) 0, plus slope·w at the other end.
+
+    The gain of w per metre is at most 2g, g = sup(M − load) after a stop, sup(B + load) before one (``start`` False).
+    So w ≤ end_w + 2·g·x, and the time is at least 2d/(√end_w + √(end_w + 2gd)). The energy is at least ``worth`` times
+    the work, ½(w − end_w) + d·load(0) of starting and ½(end_w − w) + d·load(0) of stopping: a and η are the slopes of a
+    convex e(f).
+    """
+    w = end_w + 4.0 * length * (max(largest_effort(pieces, n, 0.0, 0.0), 0.0) + abs(load0))
+    gain = 0.0
+    while True:
+        w = min(w, top_w)
+        v = math.sqrt(w)
+        gain = largest_effort(pieces, n, 0.0, v)
+        gain += -load0 if start else load0 + v * (load1 + v * load2)
+        gain = max(gain, 0.0)
+        if end_w + 2.0 * gain * length <= w or w >= top_w:
+            break
+        w *= 2.0
+    reach = end_w + 2.0 * gain * length
+    w = min(w, reach)
+    least = price * 2.0 * length / (math.sqrt(end_w) + math.sqrt(reach)) if reach > 0.0 else 0.0
+    sign = 0.5 * worth if start else -0.5 * worth
+    return least + min(0.0, (sign + slope) * w) - sign * end_w + worth * load0 * length
+
+
+@kernel
+def cell_kernel(
+    pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p0, p1, length, top_v, start_w, end_w
+):
+    """Lower bound of the mean of H over a cell, and a bound of its rounding error in units of 2⁻⁵³.
+
+    ``p0``, ``p1`` are the costates at its ends, and w is at most linear between ``start_w`` and ``end_w``, and at most
+    ``top_v``². See `least_hamiltonian` for the others.
+    """
+    slope = (p1 - p0) / length
+    low_w = max(min(start_w, end_w), 0.0)
+    low_v = min(math.sqrt(low_w), top_v)
+    mean = 0.0
+    tilted_mean = 0.0
+    size = 0.0
+    tilt = 0.0
+    if (
+        low_v < top_v
+    ):  # μ is the mean fall of H from the slowest to the fastest of the speeds that not all runs may have
+        fall = 0.0
+        for part in range(4):
+            p = p0 if part < 2 else p1
+            v = low_v if part % 2 == 0 else top_v
+            value, _, _ = least_hamiltonian(
+                pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope, v, v
+            )
+            fall += 0.5 * value if part % 2 == 0 else -0.5 * value
+        if fall > _RISE_GAIN * price / top_v:
+            tilt = fall / (top_v * top_v - low_w)
+    for end in range(2):
+        p = p1 if end == 1 else p0
+        least, least_size, _ = least_hamiltonian(
+            pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope, 0.0, low_v
+        )
+        tilted = least
+        if low_v < top_v:
+            faster, faster_size, _ = least_hamiltonian(
+                pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope, low_v, top_v
+            )
+            least = min(least, faster)
+            least_size = max(least_size, faster_size)
+        if tilt > 0.0:
+            shift = tilt * (end_w if end == 1 else start_w)
+            faster, faster_size, _ = least_hamiltonian(
+                pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope + tilt, low_v, top_v
+            )
+            tilted = min(tilted, faster - shift)
+            least_size = max(least_size, faster_size + ROUNDINGS * shift)
+        mean += 0.5 * least
+        tilted_mean += 0.5 * tilted
+        size += 0.5 * least_size
+    return max(mean, tilted_mean) if tilt > 0.0 else mean, size
+
+
+@kernel
+def bound_kernel(
+    train, tables, length, grade, air, cap, node_cap, rise, w, price, left, right, top_v, pieces, wanted, bound, doubt
+):
+    """Lower bounds of E + λT cell by cell, per unit of inertia.
+
+    Parameters
+    ----------
+    train : KernelTrain
+    tables : EnergyTables
+        Of a kind without a map. Auxiliary power is part of the price.
+    length, grade, air : (K,) float64
+        Cells: length in m, grade force in N, coefficient of v² in N/(m/s)².
+    cap, node_cap : (K,), (K + 1,) float64
+        Squared speed that no run passes in the cell, and at its ends, m²/s².
+    rise : (K, 2) float64
+        Squared speeds at the two ends of each cell between which a linear one is passed by no run, m²/s².
+    w : (K + 1,) float64
+        Squared speeds of the run that the costates belong to, m²/s²: of use are those at the two ends, and whether
+        the cells there are cells of a standstill.
+    price : float
+        λ per unit of inertia.
+    left, right : (K,) float64
+        Costate p at the two ends of each cell.
+    top_v : float
+        Largest speed of all, m/s.
+    pieces : (3, 2n, 6) float64
+        Scratch for the pieces of the effort curves.
+    wanted : (K,) bool
+        Cells whose bounds are wanted.
+    bound : (K,) float64, modified in place
+        Lower bound of ∫H over each of them, with the jump of p at its left end and the terms of the trip's ends.
+    doubt : (K,) float64, modified in place
+        Bounds of their rounding errors, in units of 2⁻⁵³.
+    """
+    count = length.shape[0]
+    last = count - 1
+    mass = train.inertia_kg
+    worth = tables.traction
+    back = tables.regeneration
+    r1 = train.davis_b / mass
+    first_stands = is_standstill(w[0], w[1])
+    last_stands = is_standstill(w[count], w[last])
+    pulls = 0
+    brakes = 0
+    dynamics = 0
+    merged = -1
+    for k in range(count):
+        if not wanted[k]:
+            continue
+        d = length[k]
+        r0 = (train.davis_a_n + grade[k]) / mass
+        r2 = air[k] / mass
+        if merged < 0 or grade[k] != grade[merged] or air[k] != air[merged]:
+            merged = k
+            pulls, brakes, dynamics = merge_tables(train, r0, r1, r2, top_v, pieces)
+        if k == 0 and first_stands:
+            bound[k] = standstill_cell(pieces[0], pulls, r0, r1, r2, True, d, price, left[1], w[0], cap[k], worth)
+            doubt[k] = ROUNDINGS * (abs(bound[k]) + worth * (w[0] + abs(r0) * d))
+        elif k == last and last_stands:
+            bound[k] = standstill_cell(
+                pieces[1], brakes, r0, r1, r2, False, d, price, -right[k - 1], w[count], cap[k], back
+            )
+            doubt[k] = ROUNDINGS * (abs(bound[k]) + back * (w[count] + abs(r0) * d))
+        else:
+            arrival = 0.0  # with the jump of p at the start of the cell, or the start of the trip
+            if k == 0:
+                arrival = left[0] * w[0]
+            elif k > 1 or not first_stands:
+                arrival = min(0.0, left[k] - right[k - 1]) * node_cap[k]
+            leaving = -right[k] * w[count] if k == last else 0.0
+            load = (train.davis_a_n + abs(grade[k])) / mass
+            cell_v = min(math.sqrt(cap[k]) * (1.0 + 4.0 * UNIT_ROUNDOFF), top_v)
+            mean, size = cell_kernel(
+                pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, left[k], right[k], d, cell_v,
+                rise[k, 0], rise[k, 1],
+            )  # fmt: skip
+            bound[k] = d * mean + arrival + leaving
+            doubt[k] = d * size + ROUNDINGS * (abs(arrival) + abs(leaving))

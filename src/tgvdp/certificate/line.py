@@ -1,0 +1,255 @@
+"""A trip prepared for lower bounds, and one bound with all that it is made of."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.certificate.cell_bounds import UNIT_ROUNDOFF, bound_kernel
+from tgvdp.certificate.cells import count_cells, cut_rows, split_cells, thin_rows
+from tgvdp.certificate.costates import run_costates
+from tgvdp.certificate.costates_at_bound import raise_costates
+from tgvdp.certificate.efforts import PIECE_COLUMNS
+from tgvdp.certificate.regimes import row_efforts
+from tgvdp.certificate.speed_bound import ceiling, lower_caps
+from tgvdp.line.cells import Cells, cells_of
+from tgvdp.model.track import LOWERED
+from tgvdp.model.trip import Trip
+from tgvdp.physics.energy import EnergyTables, energy_tables
+from tgvdp.physics.forces import KernelTrain, kernel_train
+from tgvdp.runs.fastest import reachable_w
+
+_Floats = NDArray[np.float64]
+
+#: Cells of a bound per trip at least.
+_CELLS_PER_TRIP = 300
+#: Largest change of ln w within a cell, and of the costate relative to its distance from the levels.
+_LOG_STEP = 0.08
+_COSTATE_STEP = 0.06
+#: Rows of a run that are nearer to each other than this share of the trip, or to a break of the line, are one.
+_SAME_PLACE = 1e-8
+#: Phases shorter than this share of the trip are rounding errors.
+_SLIVER = 1e-6
+#: Squared speed inside a trip, relative to the top, below which a costate is not integrated.
+_SLOWEST = 1e-8
+#: More than the rounding error of a sum over the cells of a line, relative to it.
+_ROUNDING = 1e-10
+
+
+class Ledger(NamedTuple):
+    """How one bound came about, per unit of inertia: E + λT ≥ inertia·(total − error).
+
+    Attributes
+    ----------
+    bound : (K,) float64
+        Lower bound of each cell.
+    doubt : (K,) float64
+        Bounds of their rounding errors, in units of 2⁻⁵³.
+    left, right : (K,) float64
+        Costate at the two ends of each cell.
+    cells : Cells
+        The cells; ``limit_w`` is the squared speed that no run passes.
+    caps : tuple of float64
+        The same below the ceilings: in cells, (K,), at their ends, (K + 1,), and at the two ends of each cell so that a
+        linear one between them is passed by no run, (K, 2).
+    w : (K + 1,) float64
+        Squared speeds of the run that the costate comes from, m²/s².
+    label : (K,) int8
+        Its regimes (`certificate.regimes`).
+    """
+
+    bound: _Floats
+    doubt: _Floats
+    left: _Floats
+    right: _Floats
+    cells: Cells
+    caps: tuple[_Floats, _Floats, _Floats]
+    w: _Floats
+    label: NDArray[np.int8]
+
+    @property
+    def total(self) -> float:
+        """The bound: the sum over the cells."""
+        return float(self.bound.sum())
+
+    @property
+    def error(self) -> float:
+        """Bound of its rounding error."""
+        adding = (len(self.bound) + 4.0) * float(np.abs(self.bound).sum())
+        return (float(self.doubt.sum()) + adding) * UNIT_ROUNDOFF
+
+
+class BoundingProblem:
+    """A trip prepared for lower bounds of E + λT, E as the trip's energy model has it (but for maps)."""
+
+    def __init__(self, trip: Trip) -> None:
+        self.trip = trip
+        self.train: KernelTrain = kernel_train(trip.train)
+        self.energy: EnergyTables = energy_tables(trip.train, trip.energy)
+        cells = cells_of(trip)
+        self.cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
+        #: What auxiliaries draw at least, where they do not draw all the time: elsewhere they are part of the price.
+        self._auxiliary_j = 0.0
+        if LOWERED in cells.supply:
+            draws_s = np.where(cells.supply == LOWERED, 0.0, cells.length_m / np.sqrt(self.cells.limit_w))
+            self._auxiliary_j = self.energy.auxiliary_w * float(draws_s.sum()) * (1.0 - _ROUNDING)
+            self.energy = self.energy._replace(auxiliary_w=0.0)
+        self.top_mps = math.sqrt(float(self.cells.limit_w.max())) * (1.0 + 1e-15)
+        self.train = self._with_rates()
+        size = 2 * max(len(self.train.traction), len(self.train.braking))
+        self._pieces = np.empty((3, size, PIECE_COLUMNS))
+        self._ceilings = self._ceiling(True), self._ceiling(False)
+
+    def _with_rates(self) -> KernelTrain:
+        """The train with its braking rates as bounds of the deceleration: kept unless the load alone slows more."""
+        train, top_mps = self.train, self.top_mps
+        if len(train.rates) == 0:
+            return train
+        rolling_n = train.davis_a_n + train.davis_b * top_mps + self.cells.air * top_mps**2
+        rates = train.rates.copy()
+        rates[:, 2] = np.maximum(rates[:, 2], float((self.cells.grade_n + rolling_n).max()))
+        from_mps = np.union1d(train.braking[:, 0], rates[:, 0])
+        braking = train.braking[np.searchsorted(train.braking[:, 0], from_mps, side="right") - 1]
+        braking[:, 0] = from_mps
+        return train._replace(rates=rates, braking=braking)
+
+    def _ceiling(self, forward: bool) -> tuple[_Floats, _Floats]:
+        """Rows of an outer bound of the fastest run: by traction from the origin, or by braking to the destination."""
+        end_mps = self.trip.start_speed_mps if forward else self.trip.end_speed_mps
+        size = 16384 + 4 * len(self.cells.length_m)
+        while True:
+            xs, ws = np.empty(size), np.empty(size)
+            n = ceiling(self.train, forward, *self.cells[1:5], end_mps**2, self._pieces[0], xs, ws)
+            if n >= 0:
+                return xs[:n].copy(), ws[:n].copy()
+            size *= 2
+
+    @property
+    def least_energy_j(self) -> float:
+        """Energy below which no run of any duration goes, J: effort never returns more than η of its work."""
+        work_j = 0.5 * self.train.inertia_kg * (self.trip.end_speed_mps**2 - self.trip.start_speed_mps**2)
+        work_j += float((self.train.davis_a_n + self.cells.grade_n) @ self.cells.length_m)
+        return max(self.energy.traction * work_j, self.energy.regeneration * work_j) + self._auxiliary_j
+
+    def line(self, x_m: _Floats, w: _Floats, price_j_per_s: float, fineness: float = 1.0) -> float:
+        """Lower bound of E + λT of every run, J, with the costate of the run of rows ``x_m``, ``w``."""
+        ledger = self.ledger(x_m, w, price_j_per_s, fineness)
+        return self.train.inertia_kg * (ledger.total - ledger.error) + self._auxiliary_j
+
+    def ledger(self, x_m: _Floats, w: _Floats, price_j_per_s: float, fineness: float = 1.0) -> Ledger:
+        """Bound of E + λT cell by cell.
+
+        Parameters
+        ----------
+        x_m, w : (n,) float64
+            Rows of a run that suggests the costate: positions from the origin, m, and squared speeds, m²/s². The bound
+            holds for every run of the trip, whatever the rows.
+        price_j_per_s : float
+            Multiplier λ, above 0.
+        fineness : float
+            How many times more cells than usual there are where speed or costate change.
+        """
+        x_m, w = self._with_breaks(x_m, w)
+        price = (price_j_per_s + self.energy.auxiliary_w) / self.train.inertia_kg
+        longest_m, log_step = self.trip.distance_m / _CELLS_PER_TRIP, _LOG_STEP / fineness
+        count = count_cells(x_m, w, longest_m, log_step)
+        node_m, node_w, row = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
+        cut_rows(x_m, w, longest_m, log_step, node_m, node_w, row)
+        phases = self._costates(x_m, w, node_m, node_w, row, price)
+        nodes = (node_m, node_w, row, phases.left, phases.right, price, _COSTATE_STEP / fineness)
+        nothing = np.empty(0)
+        count = split_cells(*nodes, nothing, nothing, np.empty(0, dtype=np.int64))
+        if count > len(row):
+            made = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
+            split_cells(*nodes, *made)
+            phases = self._costates(x_m, w, *made, price)
+        return self._raised(self.evaluate(phases, price, phases.left, phases.right), price)
+
+    def _raised(self, found: Ledger, price: float) -> Ledger:
+        """The bound with costates that go along the ceiling in each phase in which that is better."""
+        left, right = found.left.copy(), found.right.copy()
+        raise_costates(
+            self.train, self.energy.traction, price, -0.5 * self.energy.traction, *found.cells[1:4],
+            found.caps[0], found.w, found.label, self.top_mps, self._pieces, left, right,
+        )  # fmt: skip
+        changed = (left != found.left) | (right != found.right)
+        changed[1:] |= right[:-1] != found.right[:-1]  # the jump at the start of a cell is part of its bound
+        changed[0] |= changed[1]  # a cell of a standstill has the costate of its neighbour
+        raised = self.evaluate(found, price, left, right, changed)
+        first = np.flatnonzero(np.diff(changed, prepend=not changed[0]))  # phases by turns changed and not
+        better = np.add.reduceat(raised.bound - found.bound, first) > 0.0
+        better = np.repeat(better, np.diff(first, append=len(changed)))
+        return found._replace(
+            bound=np.where(better, raised.bound, found.bound),
+            doubt=np.where(better, raised.doubt, found.doubt),
+            left=np.where(better, left, found.left),
+            right=np.where(better, right, found.right),
+        )
+
+    def _costates(
+        self, x_m: _Floats, w: _Floats, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], price: float
+    ) -> Ledger:
+        """Costates along a run for given cells, not yet bounded."""
+        row_cell = np.searchsorted(self.cells.station_m, 0.5 * (x_m[:-1] + x_m[1:]), side="right") - 1
+        grade_n, air = self.cells.grade_n[row_cell], self.cells.air[row_cell]
+        row_effort = np.empty(len(row_cell))
+        row_efforts(self.train, x_m, w, grade_n, air, row_effort)
+        effort = row_effort[row]
+        limit_w = self.cells.limit_w[row_cell][row]
+        cells = Cells(node_m, np.diff(node_m), grade_n[row], air[row], limit_w, self.cells.supply[row_cell][row])
+        count = len(row)
+        label, source, growth = np.empty(count, dtype=np.int8), np.zeros((count, 4)), np.zeros((count, 4))
+        left, right, caps = np.zeros(count), np.zeros(count), self._caps(cells)
+        run_costates(
+            self.train, self.energy, *cells[1:5], caps[0], node_w, effort, price, _SLIVER * self.trip.distance_m,
+            self.top_mps, self._pieces, label, source, growth, left, right, np.empty(count + 1), np.empty(count + 1),
+        )  # fmt: skip
+        lost = ~(np.isfinite(left) & np.isfinite(right))  # rows that are no run at all may make p overflow
+        left[lost] = right[lost] = 0.0
+        return Ledger(np.empty(count), np.empty(count), left, right, cells, caps, node_w, label)
+
+    def _caps(self, cells: Cells) -> tuple[_Floats, _Floats, _Floats]:
+        """Squared speeds that no run passes, as a ledger has them."""
+        cap = cells.limit_w.copy()
+        node_cap = np.minimum(np.append(cap, np.inf), np.append(np.inf, cap))
+        rise = np.empty((len(cap), 2))
+        lower_caps(self.trip.distance_m, cells.station_m, *self._ceilings[0], *self._ceilings[1], cap, node_cap, rise)
+        return cap, node_cap, rise
+
+    def evaluate(
+        self,
+        phases: Ledger,
+        price: float,
+        left: _Floats,
+        right: _Floats,
+        wanted: NDArray[np.bool_] | None = None,
+    ) -> Ledger:
+        """Bound on the cells of a ledger for given costates, all per unit of inertia; any finite costates will do.
+
+        Of cells that are not ``wanted``, whose costates and those of their neighbours must be as they were, the bound
+        stays.
+        """
+        bound, doubt = phases.bound.copy(), phases.doubt.copy()
+        wanted = np.ones(len(bound), dtype=np.bool_) if wanted is None else wanted
+        bound_kernel(
+            self.train, self.energy, *phases.cells[1:4], *phases.caps, phases.w, price, left, right, self.top_mps,
+            self._pieces, wanted, bound, doubt,
+        )  # fmt: skip
+        return phases._replace(bound=bound, doubt=doubt, left=left, right=right)
+
+    def _with_breaks(self, x_m: _Floats, w: _Floats) -> tuple[_Floats, _Floats]:
+        """Rows from end to end of the trip with every break of the line among them."""
+        breaks_m = self.cells.station_m
+        gap_m = _SAME_PLACE * self.trip.distance_m
+        near = np.searchsorted(x_m, breaks_m).clip(1, len(x_m) - 1)
+        near -= np.abs(x_m[near - 1] - breaks_m) < np.abs(x_m[near] - breaks_m)
+        found = np.abs(x_m[near] - breaks_m) <= gap_m
+        rows_m = x_m.copy()
+        rows_m[near[found]] = breaks_m[found]
+        x_m = np.union1d(rows_m, breaks_m)
+        w = np.interp(x_m, rows_m, w)
+        w = np.maximum(w, _SLOWEST * w.max())
+        w[0], w[-1] = self.trip.start_speed_mps**2, self.trip.end_speed_mps**2
+        count = thin_rows(x_m, w, np.isin(x_m, breaks_m), gap_m)
+        return x_m[:count], w[:count]

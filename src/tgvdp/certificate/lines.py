@@ -1,0 +1,229 @@
+"""Lines under a front: for which multipliers, and from which runs, they are worth the time.
+
+Every line holds for all runs, whatever multiplier and run it comes from (`certificate.line`); these only decide how
+close it comes. A line is best at the running time of the optimal run of its multiplier. A first one is made for each
+multiplier of the front; where they leave a gap that better ones might close, more are made with more care.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.certificate.line import BoundingProblem
+from tgvdp.errors import TgvdpError
+from tgvdp.methods.budget import Clock
+from tgvdp.methods.costate.mesh import Mesh
+from tgvdp.model.trip import Trip
+from tgvdp.runs.profile import Profile
+
+_Floats = NDArray[np.float64]
+
+#: Energy below this share of the kinetic energy at the top speed is a rounding error of none.
+NO_ENERGY = 1e-9
+#: The pilots of a certificate are solved on a mesh this much finer than the front's.
+_FINENESS = 4.0
+#: Multipliers of a front's certificate at most, before refinement.
+_MOST_LINES = 64
+#: Further ones, relative to the largest: next to the fastest run a line is good only near its own point.
+_LARGER = (1.15, 1.35, 1.8)
+#: Between multipliers further apart than this factor another one is solved: a line may be poor where T(λ) jumps.
+_APART = 1.1
+#: Refined lines: mesh of their pilots against the front's, cells of their costates against the usual ones.
+_REFINED_MESH, _REFINED_CELLS = 16.0, 4.0
+#: Cells of all pilots of refined lines at most: the work that they may be.
+_MOST_CELLS = 160_000
+#: A gap that needs no refinement, and a promise that is not worth it: relative to the energy, and to the gap.
+_ENOUGH, _PROMISE, _PROMISED_SHARE = 5e-4, 2e-4, 0.1
+#: Refined lines for one point at most.
+_TRIES = 2
+#: Multipliers for the fastest run itself grow by this factor until they do not help; from there on more precise lines
+#: grow by a smaller one. The losses of a line grow with its multiplier, so that it needs this many times more cells.
+_STEEPER, _STEEPER_YET = 4.0, 1.5
+_STEEP_CELLS, _STEEPEST_CELLS = 16.0, 64.0
+_STEEPEST = 3e4
+#: Two running times that are nearer, relative to the fastest one, are one.
+_SAME_TIME = 1e-7
+#: Least of these multipliers, relative to energy over running time of the fastest run.
+_STEEP = 30.0
+
+
+def top_j(trip: Trip, profile: Profile) -> float:
+    """Kinetic energy at the top speed of a run, J: the scale of energies."""
+    return 0.5 * trip.train.inertia_kg * float(profile.speed_mps.max()) ** 2
+
+
+class Line(NamedTuple):
+    """E ≥ line_j − price_j_per_s·T for every run, and the run that suggested the costate: its T and its E + λT."""
+
+    price_j_per_s: float
+    line_j: float
+    time_s: float
+    cost_j: float
+
+
+def level_line(problem: BoundingProblem) -> Line:
+    """The line of λ = 0, which no run suggests."""
+    return Line(0.0, problem.least_energy_j, math.inf, problem.least_energy_j)
+
+
+def own_line(problem: BoundingProblem, profile: Profile, price: float, fineness: float = 1.0) -> Line:
+    """The line that a profile suggests for a multiplier, J/s."""
+    x_m, w = profile.position_m - problem.trip.origin_m, profile.speed_mps**2
+    cost_j = profile.total_energy_j + price * profile.duration_s
+    return Line(price, problem.line(x_m, w, price, fineness), profile.duration_s, cost_j)
+
+
+def all_lines(
+    problem: BoundingProblem,
+    fastest: Profile,
+    time_s: _Floats,
+    energy_j: _Floats,
+    price_j_per_s: _Floats,
+    clock: Clock,
+) -> tuple[list[Line], bool]:
+    """All lines for points at given running times and energies; see `front.certificate.certify_front`.
+
+    Returns
+    -------
+    lines : list of Line
+    reached : bool
+        False when the time ended before there was a line for each multiplier: flatter ones are missing.
+    """
+    mesh = Mesh.of(problem.trip, fastest, _FINENESS)
+    prices = _multipliers(price_j_per_s, mesh.usual_price)
+    lines = [level_line(problem), *_pilot_lines(problem, mesh, prices, clock)]
+    reached = not clock.expired
+    lines += steep_lines(problem, fastest, float(prices[0]), clock)
+    if not clock.expired:
+        slower = time_s > fastest.duration_s * (1.0 + _SAME_TIME)
+        lines += _refined_lines(problem, fastest, lines, time_s[slower], energy_j[slower], clock)
+    return lines, reached
+
+
+def _multipliers(price_j_per_s: _Floats, usual_price: float) -> _Floats:
+    """Multipliers to solve, decreasing: those given, thinned out and filled up; the usual one where none is given."""
+    prices = np.unique(price_j_per_s[np.isfinite(price_j_per_s) & (price_j_per_s > 0.0)])
+    if len(prices) == 0:
+        prices = np.array([usual_price])
+    if len(prices) > _MOST_LINES:
+        prices = prices[np.linspace(0, len(prices) - 1, _MOST_LINES).round().astype(np.int64)]
+    between = np.sqrt(prices[1:] * prices[:-1])[prices[1:] > _APART * prices[:-1]]
+    return np.sort(np.concatenate((prices, between, prices[-1] * np.array(_LARGER))))[::-1]
+
+
+def _pilot_lines(
+    problem: BoundingProblem, mesh: Mesh, prices: _Floats, clock: Clock, fineness: float = 1.0
+) -> Iterator[Line]:
+    """Lines from the optimal runs of multipliers, J/s, until the time is up.
+
+    A mesh knows no auxiliaries: their power is part of its multipliers.
+    """
+    counters = {"pilots": 0, "runs": 0, "costates": 0}
+    auxiliary_w = problem.energy.auxiliary_w
+    for price in prices.tolist():
+        if clock.expired:
+            return
+        try:
+            pilot = mesh.pilot(price + auxiliary_w, counters)
+        except TgvdpError:
+            continue  # one line less: the certificate is only looser
+        n, time_s, energy_j = mesh.drive(pilot.switch, pilot.switch, 0.0, counters)
+        line_j = problem.line(mesh.rows[0][:n], mesh.rows[1][:n], price, fineness)
+        yield Line(price, line_j, time_s, energy_j + (price + auxiliary_w) * time_s)
+
+
+def _refined_lines(
+    problem: BoundingProblem, fastest: Profile, lines: list[Line], time_s: _Floats, energy_j: _Floats, clock: Clock
+) -> Iterator[Line]:
+    """Lines on a finer mesh for multipliers between the others, where they promise most."""
+    lines = list(lines)
+    mesh = None
+    tries = np.zeros(len(time_s), dtype=np.int64)
+    size_j = np.maximum(np.abs(energy_j), NO_ENERGY * top_j(problem.trip, fastest))
+    cells = 0
+    while True:
+        gap_j, promise_j, target = _promises(np.array(lines), time_s, energy_j, tries)
+        promise_j[(tries >= _TRIES) | (gap_j <= _ENOUGH * size_j)] = 0.0
+        promise_j[promise_j <= np.maximum(_PROMISE * size_j, _PROMISED_SHARE * gap_j)] = 0.0
+        if clock.expired or not promise_j.any():
+            return
+        mesh = mesh or Mesh.of(problem.trip, fastest, _REFINED_MESH)
+        cells += len(mesh.cells.length_m)
+        if cells > _MOST_CELLS:
+            return
+        chosen = int(np.argmax(promise_j / size_j))
+        tries[chosen] += 1
+        for line in _pilot_lines(problem, mesh, target[chosen : chosen + 1], clock, _REFINED_CELLS):
+            lines.append(line)
+            yield line
+
+
+def _promises(
+    lines: _Floats, time_s: _Floats, energy_j: _Floats, tries: NDArray[np.int64]
+) -> tuple[_Floats, _Floats, _Floats]:
+    """Gap at each point, J, how much of it a refined line might close, J, and the multiplier of that line, J/s.
+
+    Lines from optimal costates are at most as high as their runs cost; the difference is what finer cells may gain.
+    Half the product of the differences in time and multiplier is what another multiplier may gain. Where the point
+    itself is not optimal neither closes the gap, and nothing is promised.
+    """
+    price, line_j, line_s, cost_j = lines.T
+    value_j = line_j[:, None] - price[:, None] * time_s
+    best = np.argmax(value_j, axis=0)
+    lower_j = np.max(value_j, axis=0)
+    finer_j = np.max(cost_j[:, None] - price[:, None] * time_s, axis=0) - lower_j
+    target = _multipliers_at(time_s, price[1:], line_s[1:])
+    other_j = 0.5 * np.abs((target - price[best]) * (line_s[best] - time_s))
+    gap_j = energy_j - lower_j
+    return gap_j, np.minimum(np.where(tries == 0, finer_j, 0.0) + other_j, gap_j), target
+
+
+def _multipliers_at(time_s: _Floats, price: _Floats, line_s: _Floats) -> _Floats:
+    """Multipliers whose optimal runs take given times, between those of lines."""
+    order = np.argsort(-price)
+    return np.exp(np.interp(time_s, np.maximum.accumulate(line_s[order]), np.log(price[order])))
+
+
+def steep_lines(problem: BoundingProblem, fastest: Profile, above: float, clock: Clock) -> Iterator[Line]:
+    """Lines for the fastest run, whose own multiplier is infinite.
+
+    Next to it the least energy falls as c·√(T − T_min): a line of multiplier λ is c²/(4λ) too low there, and its own
+    losses grow with λ. In between is a best one; the costates of all are taken from the fastest run.
+    """
+    least = max(fastest.total_energy_j, 1e-3 * top_j(problem.trip, fastest)) / fastest.duration_s
+    price = max(above, _STEEP * least)
+    most = max(price, _STEEPEST * least)
+    coarse = list(_climb(problem, fastest, price, _STEEPER, most, _STEEP_CELLS, clock))
+    yield from coarse
+    if coarse:
+        yield from _climb(problem, fastest, _best_price(coarse), _STEEPER_YET, most, _STEEPEST_CELLS, clock)
+
+
+def _climb(
+    problem: BoundingProblem, fastest: Profile, price: float, factor: float, most: float, cells: float, clock: Clock
+) -> Iterator[Line]:
+    """Lines for the fastest run of multipliers that grow by a factor, up to the first that does not help."""
+    highest_j = -math.inf
+    while price <= most and not clock.expired:
+        line = own_line(problem, fastest, price, cells)
+        value_j = line.line_j - price * fastest.duration_s
+        if value_j > fastest.total_energy_j:
+            return  # its losses are below the precision of the run, and so is what a steeper line could tell
+        yield line
+        if value_j <= highest_j:
+            return
+        highest_j = value_j
+        price *= factor
+
+
+def _best_price(lines: list[Line]) -> float:
+    """Multiplier of the highest line at the time of its run: of the last three, as far off as A/λ + B·λ + C."""
+    price, line_j, time_s, cost_j = np.array(lines[-3:]).T
+    if len(price) == 3:
+        falling, rising, _ = np.linalg.solve(np.column_stack((1.0 / price, price, np.ones(3))), cost_j - line_j)
+        if falling > 0.0 and rising > 0.0:
+            return float(np.clip(math.sqrt(falling / rising), price[0], price[-1]))
+    return float(price[np.argmax(line_j - price * time_s)])

@@ -1,0 +1,175 @@
+"""The native format: a train, a track, an energy map and run options as TOML tables, or the same structure as JSON.
+
+Each field has one unit, which its name ends in. See docs/formats.md for an example.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from msgspec import UNSET, UnsetType, structs
+
+from tgvdp.constants import CONVENTION_NAMES, CURVE_FORMULAS, HEURISTICS, LIMIT_RULES, MASS_MODELS, METHODS
+from tgvdp.formats.native.energy_map import MapSpec, make_map
+from tgvdp.formats.native.points import parse_targets
+from tgvdp.formats.native.specs import CurveSpec, EffortSpec, FileSpec, PolynomialSpec, RunSpec, TrackSpec, TrainSpec
+from tgvdp.formats.syntax.reading import Document, bad, errors_named, shown
+from tgvdp.formats.syntax.typed import decode, suggestion
+from tgvdp.model.adhesion import Adhesion
+from tgvdp.model.checks import require_text
+from tgvdp.model.effort import EffortCurve, EffortPiece
+from tgvdp.model.energy import ENERGY_KINDS, EnergyMap
+from tgvdp.model.track import Curve, Gradient, NeutralSection, SpeedLimit, Track, Tunnel
+from tgvdp.model.train import BrakingRate, Train, TunnelDrag
+from tgvdp.units import KILO, kmh_to_mps, per_kmh_to_per_mps
+
+_STRAIGHT = "infinity"
+
+#: Run options that are one of a few names.
+_CHOICES = {
+    "energy": ENERGY_KINDS,
+    "convention": CONVENTION_NAMES,
+    "mass_model": MASS_MODELS,
+    "limits": LIMIT_RULES,
+    "curves": CURVE_FORMULAS,
+    "method": METHODS,
+    "heuristic": HEURISTICS,
+}
+
+
+@dataclass(frozen=True)
+class NativeFile:
+    """What a native file holds: a train, track or map made, a reference to one (text), or none; and run options."""
+
+    name: str
+    train: Train | str | None
+    track: Track | str | None
+    map: EnergyMap | str | None
+    options: dict[str, Any]
+
+
+def read_native(document: Document) -> NativeFile:
+    """Make what a native document holds; references stay unresolved.
+
+    Raises
+    ------
+    InputError
+        When a field is missing, unknown, mistyped or out of range.
+    """
+    path = document.path
+    file = decode(path, document.tree, FileSpec)
+    name = path.stem if file.name is UNSET else file.name
+    with errors_named(path):
+        return NativeFile(
+            require_text("file", "name", name),
+            _train(path, file.train, name) if isinstance(file.train, TrainSpec) else _reference(file.train),
+            _track(path, file.track, name) if isinstance(file.track, TrackSpec) else _reference(file.track),
+            make_map(file.map, name) if isinstance(file.map, MapSpec) else _reference(file.map),
+            _options(path, file.run) if file.run else {},
+        )
+
+
+def _reference(given: str | UnsetType) -> str | None:
+    return None if given is UNSET else given
+
+
+def _train(path: Path, spec: TrainSpec, name: str) -> Train:
+    limits: dict[str, Any] = {
+        field: value
+        for field in ("max_acceleration_mps2", "max_deceleration_mps2")
+        if (value := getattr(spec, field)) is not UNSET
+    }
+    if spec.braking:
+        limits["braking"] = _effort(path, "train.braking", spec.braking)
+    if spec.adhesion:
+        given = spec.adhesion.coefficient
+        limits["adhesion"] = Adhesion(spec.adhesion.adhesive_mass_t * KILO, None if given is UNSET else given)
+    return Train(
+        name=name if spec.name is UNSET else spec.name,
+        mass_kg=spec.mass_t * KILO,
+        rotating_mass_factor=spec.rotating_mass_factor,
+        length_m=spec.length_m,
+        traction=_effort(path, "train.traction", spec.traction),
+        friction_brake_n=spec.friction_brake_kn * KILO,
+        davis_a_n=spec.davis_a_n,
+        davis_b_n_per_mps=per_kmh_to_per_mps(spec.davis_b_n_per_kmh, 1),
+        davis_c_n_per_mps2=per_kmh_to_per_mps(spec.davis_c_n_per_kmh2, 2),
+        max_speed_mps=kmh_to_mps(spec.max_speed_kmh),
+        traction_efficiency=spec.traction_efficiency_pct / 100.0,
+        regeneration_efficiency=spec.regeneration_efficiency_pct / 100.0,
+        auxiliary_power_w=spec.auxiliary_power_kw * KILO,
+        tunnel_drag=tuple(
+            TunnelDrag(row.cross_section_m2, per_kmh_to_per_mps(row.davis_c_n_per_kmh2, 2)) for row in spec.tunnel_drag
+        ),
+        braking_rates=tuple(BrakingRate(kmh_to_mps(row.from_kmh), row.deceleration_mps2) for row in spec.braking_rates),
+        notes=tuple(spec.notes),
+        **limits,
+    )
+
+
+def _effort(path: Path, place: str, spec: EffortSpec) -> EffortCurve:
+    given = [field for field in ("force_kn", "points", "polynomials") if getattr(spec, field) is not UNSET]
+    if len(given) != 1 or (spec.power_kw and given != ["force_kn"]):
+        got = [field for field in spec.__struct_fields__ if getattr(spec, field) is not UNSET]
+        raise bad(
+            path,
+            f"{place}: must hold exactly one of force_kn (with power_kw or without), points, polynomials, "
+            f"got {', '.join(got) or 'none'}",
+        )
+    with errors_named(path, place):
+        if spec.points is not UNSET:
+            return EffortCurve.from_points([(kmh_to_mps(p.speed_kmh), p.effort_kn * KILO) for p in spec.points])
+        if spec.polynomials is not UNSET:
+            return EffortCurve(tuple(_pieces(spec.polynomials)))
+        assert spec.force_kn is not UNSET
+        power = {"power_w": spec.power_kw * KILO} if spec.power_kw else {}
+        return EffortCurve.from_caps(spec.force_kn * KILO, **power)
+
+
+def _pieces(polynomials: list[PolynomialSpec]) -> Iterator[EffortPiece]:
+    for one in polynomials:
+        si = (per_kmh_to_per_mps(value, power) for power, value in enumerate(one.coefficients_n_kmh))
+        yield EffortPiece(kmh_to_mps(one.from_kmh), 0.0, *si)
+
+
+def _track(path: Path, spec: TrackSpec, name: str) -> Track:
+    return Track(
+        name=name if spec.name is UNSET else spec.name,
+        length_m=spec.length_m,
+        speed_limits=tuple(SpeedLimit(row.from_m, kmh_to_mps(row.speed_kmh)) for row in spec.speed_limits),
+        gradients=tuple(Gradient(row.from_m, row.gradient_permil) for row in spec.gradients),
+        stops_m=tuple(spec.stops_m),
+        curves=tuple(_curves(path, spec.curves)),
+        tunnels=tuple(Tunnel(*structs.astuple(row)) for row in spec.tunnels),
+        neutral_sections=tuple(NeutralSection(*structs.astuple(row)) for row in spec.neutral_sections),
+        altitude_m=spec.altitude_m,
+        notes=tuple(spec.notes),
+    )
+
+
+def _curves(path: Path, rows: list[CurveSpec]) -> Iterator[Curve]:
+    for index, row in enumerate(rows):
+        for field in ("radius_start_m", "radius_end_m"):
+            radius = getattr(row, field)
+            if isinstance(radius, str) and radius != _STRAIGHT:
+                place = f"track.curves[{index}].{field}"
+                raise bad(path, f"{place}: must be a number or {_STRAIGHT!r}, got {shown(radius)}")
+        yield Curve(row.from_m, float(row.radius_start_m), float(row.radius_end_m))
+
+
+def _options(path: Path, run: RunSpec) -> dict[str, Any]:
+    options = {field: value for field, value in structs.asdict(run).items() if value is not UNSET}
+    for field, known in _CHOICES.items():
+        name = options.get(field, known[0])
+        if name not in known:
+            raise bad(path, f"run.{field}: unknown {field} {shown(name)}{suggestion(name, known)}")
+    if run.at is not UNSET:
+        even = [field for field in ("points", "max_margin_pct") if field in options]
+        if even:
+            raise bad(path, f"run.at: cannot stand beside {' and '.join(even)}")
+        with errors_named(path, "run"):
+            parse_targets(run.at)
+    if run.from_m is not UNSET and run.to_m is not UNSET and not run.from_m < run.to_m:
+        raise bad(path, f"run.to_m: must lie after run.from_m, got {run.to_m:g} m after {run.from_m:g} m")
+    return options

@@ -1,0 +1,171 @@
+"""Tables of the native format, as msgspec decodes them: names, units and ranges of all fields."""
+
+from typing import Annotated
+
+from msgspec import UNSET, Meta, Struct, UnsetType
+
+from tgvdp.formats.native.energy_map import MapSpec
+
+Positive = Annotated[float, Meta(gt=0.0)]
+NotNegative = Annotated[float, Meta(ge=0.0)]
+Count = Annotated[int, Meta(ge=1)]
+Several = Annotated[int, Meta(ge=2)]
+
+
+class PointSpec(Struct, forbid_unknown_fields=True):
+    """One point of an effort table."""
+
+    speed_kmh: NotNegative
+    effort_kn: NotNegative
+
+
+class PolynomialSpec(Struct, forbid_unknown_fields=True):
+    """Effort in N = Σ coefficient[k] · V**k with V in km/h, from a speed up to the next polynomial's."""
+
+    from_kmh: NotNegative
+    coefficients_n_kmh: Annotated[list[float], Meta(min_length=1, max_length=4)]
+
+
+class EffortSpec(Struct, forbid_unknown_fields=True):
+    """Exactly one of: force (and power), points, polynomials."""
+
+    force_kn: NotNegative | UnsetType = UNSET
+    power_kw: Positive | UnsetType = UNSET
+    points: list[PointSpec] | UnsetType = UNSET
+    polynomials: list[PolynomialSpec] | UnsetType = UNSET
+
+
+class TunnelDragSpec(Struct, forbid_unknown_fields=True):
+    """Additional drag in tunnels of one cross section."""
+
+    cross_section_m2: Positive
+    davis_c_n_per_kmh2: NotNegative
+
+
+class BrakingRateSpec(Struct, forbid_unknown_fields=True):
+    """Deceleration of full braking from a speed up to the next row's."""
+
+    from_kmh: NotNegative
+    deceleration_mps2: Positive
+
+
+class AdhesionSpec(Struct, forbid_unknown_fields=True):
+    """Mass on the driven axles; without a coefficient that of dry rail by Curtius and Kniffler."""
+
+    adhesive_mass_t: Positive
+    coefficient: Positive | UnsetType = UNSET
+
+
+class TrainSpec(Struct, forbid_unknown_fields=True):
+    """A train."""
+
+    mass_t: Positive
+    traction: EffortSpec
+    max_speed_kmh: Positive
+    davis_a_n: NotNegative
+    davis_b_n_per_kmh: NotNegative
+    davis_c_n_per_kmh2: NotNegative
+    braking: EffortSpec | UnsetType = UNSET
+    adhesion: AdhesionSpec | UnsetType = UNSET
+    friction_brake_kn: NotNegative = 0.0
+    rotating_mass_factor: Annotated[float, Meta(ge=1.0)] = 1.0
+    length_m: NotNegative = 0.0
+    max_acceleration_mps2: Positive | UnsetType = UNSET
+    max_deceleration_mps2: Positive | UnsetType = UNSET
+    traction_efficiency_pct: Annotated[float, Meta(gt=0.0, le=100.0)] = 100.0
+    regeneration_efficiency_pct: Annotated[float, Meta(ge=0.0, le=100.0)] = 0.0
+    auxiliary_power_kw: NotNegative = 0.0
+    tunnel_drag: list[TunnelDragSpec] = []
+    braking_rates: list[BrakingRateSpec] = []
+    name: str | UnsetType = UNSET
+    notes: list[str] = []
+
+
+class LimitSpec(Struct, forbid_unknown_fields=True):
+    """A speed limit that holds until the next row."""
+
+    from_m: NotNegative
+    speed_kmh: Positive
+
+
+class GradientSpec(Struct, forbid_unknown_fields=True):
+    """A gradient that holds until the next row."""
+
+    from_m: NotNegative
+    gradient_permil: float
+
+
+class CurveSpec(Struct, forbid_unknown_fields=True):
+    """A curve up to the next row; a radius may be "infinity"."""
+
+    from_m: NotNegative
+    radius_start_m: float | str
+    radius_end_m: float | str
+
+
+class TunnelSpec(Struct, forbid_unknown_fields=True):
+    """A tunnel."""
+
+    from_m: NotNegative
+    length_m: NotNegative
+    cross_section_m2: Positive
+
+
+class NeutralSectionSpec(Struct, forbid_unknown_fields=True):
+    """A stretch without current."""
+
+    from_m: NotNegative
+    length_m: NotNegative
+    lowered_pantograph: bool = False
+
+
+class TrackSpec(Struct, forbid_unknown_fields=True):
+    """A line."""
+
+    length_m: Positive
+    speed_limits: list[LimitSpec]
+    gradients: list[GradientSpec] = []
+    stops_m: list[float] = []
+    curves: list[CurveSpec] = []
+    tunnels: list[TunnelSpec] = []
+    neutral_sections: list[NeutralSectionSpec] = []
+    altitude_m: float = 0.0
+    name: str | UnsetType = UNSET
+    notes: list[str] = []
+
+
+class RunSpec(Struct, forbid_unknown_fields=True):
+    """Options of ``tgvdp search`` by their names there; what is absent takes the search's own default."""
+
+    from_m: NotNegative | UnsetType = UNSET
+    to_m: NotNegative | UnsetType = UNSET
+    start_speed_kmh: NotNegative | UnsetType = UNSET
+    end_speed_kmh: NotNegative | UnsetType = UNSET
+    energy: str | UnsetType = UNSET
+    convention: str | UnsetType = UNSET
+    mass_model: str | UnsetType = UNSET
+    limits: str | UnsetType = UNSET
+    curves: str | UnsetType = UNSET
+    tunnels: bool | UnsetType = UNSET
+    method: str | UnsetType = UNSET
+    points: Several | UnsetType = UNSET
+    max_margin_pct: Positive | UnsetType = UNSET
+    at: str | UnsetType = UNSET
+    paths: Count | UnsetType = UNSET
+    heuristic: str | UnsetType = UNSET
+    segment_m: Positive | UnsetType = UNSET
+    speeds: Several | UnsetType = UNSET
+    max_labels: Count | UnsetType = UNSET
+    time_limit_s: Positive | UnsetType = UNSET
+    dominance: bool | UnsetType = UNSET
+    bounds: bool | UnsetType = UNSET
+
+
+class FileSpec(Struct, forbid_unknown_fields=True):
+    """The tables of a file; text in place of one refers to another file or to the catalog."""
+
+    train: TrainSpec | str | UnsetType = UNSET
+    track: TrackSpec | str | UnsetType = UNSET
+    map: MapSpec | str | UnsetType = UNSET
+    run: RunSpec | UnsetType = UNSET
+    name: str | UnsetType = UNSET

@@ -1,0 +1,1 @@
+"""OSRD: rolling stock as RailJSON, in SI units. Start at `stock`."""

@@ -1,0 +1,169 @@
+"""A run over the net elements of railML 3: where stretches and spots on them lie on it.
+
+Positions on a net element are read from ``pos`` (m from its start), else from ``intrinsicCoord`` (share of its length),
+else from ``linearCoordinate`` by the net element's own positioning system. Source: the published documentation of the
+schema.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from tgvdp.formats.railml.rows import SLACK_M
+from tgvdp.formats.syntax.reading import shown
+from tgvdp.formats.syntax.xml import Node
+
+DIRECTIONS = ("normal", "reverse")
+_APPLICATIONS = (*DIRECTIONS, "both")
+
+
+class _Part(NamedTuple):
+    """A net element of a path: the stretch of it that the run uses, and where on the run that starts."""
+
+    from_m: float
+    to_m: float
+    forward: bool
+    offset_m: float
+
+
+class Stretch(NamedTuple):
+    """A part of the run that an element describes; ``forward`` when the element looks the way that the train runs."""
+
+    from_m: float
+    to_m: float
+    node: Node
+    forward: bool
+
+
+class NetPath:
+    """Net elements one after the other, as a run meets them."""
+
+    def __init__(self, root: Node, owner: Node, direction: str) -> None:
+        self._elements = _net_elements(root)
+        self.parts: dict[str, _Part] = {}
+        self.length_m = 0.0
+        places = sorted(_associated(_location(owner)), key=lambda place: place.number("sequence", "-") or 0.0)
+        run_forward = direction == DIRECTIONS[0]
+        for place in places if run_forward else places[::-1]:
+            ref, from_m, to_m = self.extent(place)
+            if ref in self.parts:
+                raise place.bad(f"net element {shown(ref)} is passed twice", "netElementRef")
+            along = place.flag("keepsOrientation") is not False
+            self.parts[ref] = _Part(min(from_m, to_m), max(from_m, to_m), along == run_forward, self.length_m)
+            self.length_m += abs(to_m - from_m)
+        if not self.length_m > 0.0:
+            raise owner.bad("has no length: its linearLocation covers nothing")
+
+    def extent(self, place: Node) -> tuple[str, float, float]:
+        """Net element and the two positions on it, m, of an ``associatedNetElement``."""
+        ref = place.required_text("netElementRef")
+        element, length_m = self._element(place, ref)
+        ends = []
+        for side, default in (("Begin", 0.0), ("End", length_m)):
+            coordinate = place.child(f"linearCoordinate{side}")
+            at_m = self._position_m(place, element, length_m, (f"pos{side}", f"intrinsicCoord{side}"), coordinate)
+            ends.append(default if at_m is None else at_m)
+        return ref, ends[0], ends[1]
+
+    def spot(self, place: Node) -> float | None:
+        """Distance on the run of a ``spotLocation``, m; None when it lies elsewhere."""
+        ref = place.required_text("netElementRef")
+        part = self.parts.get(ref)
+        if part is None:
+            return None
+        element, length_m = self._element(place, ref)
+        at_m = self._position_m(place, element, length_m, ("pos", "intrinsicCoord"), place.child("linearCoordinate"))
+        if at_m is None:
+            raise place.bad("missing pos, intrinsicCoord or linearCoordinate")
+        inside = part.from_m - SLACK_M <= at_m <= part.to_m + SLACK_M
+        return _on_run(part, min(max(at_m, part.from_m), part.to_m)) if inside else None
+
+    def stretches(self, nodes: list[Node]) -> list[Stretch]:
+        """Parts of the run that elements describe, in its direction, in the order of the run."""
+        found: list[Stretch] = []
+        for node in nodes:
+            here = list(self._stretches(node))
+            if not here:
+                node.dismiss()
+            found += here
+        return sorted(found, key=lambda stretch: (stretch.from_m, stretch.to_m))
+
+    def _stretches(self, node: Node) -> Iterator[Stretch]:
+        for location in node.children("linearLocation"):
+            application = location.choice("applicationDirection", _APPLICATIONS) or "both"
+            for place in _associated(location):
+                part = self.parts.get(place.required_text("netElementRef"))
+                if part is None:
+                    continue
+                _, first_m, last_m = self.extent(place)
+                # A location looks along its net element, or against it; where its two ends are swapped as well.
+                forward = (place.flag("keepsOrientation") is not False) == part.forward
+                if application != "both" and (application == DIRECTIONS[0]) != forward:
+                    continue
+                low_m, high_m = max(min(first_m, last_m), part.from_m), min(max(first_m, last_m), part.to_m)
+                if high_m - low_m > SLACK_M:
+                    one_m, other_m = _on_run(part, low_m), _on_run(part, high_m)
+                    yield Stretch(min(one_m, other_m), max(one_m, other_m), node, forward)
+
+    def _element(self, place: Node, ref: str) -> tuple[Node, float]:
+        element = self._elements.get(ref)
+        if element is None:
+            raise place.bad(f"no net element {shown(ref)} in this file", "netElementRef")
+        return element, element.required_number("length", "m", above=0.0)
+
+    def _position_m(
+        self, place: Node, element: Node, length_m: float, names: tuple[str, str], coordinate: Node | None
+    ) -> float | None:
+        pos, intrinsic = names
+        at_m, name = place.number(pos, "m"), pos
+        share = place.number(intrinsic, "-", at_least=0.0)
+        if at_m is None and share is not None:
+            at_m, name = share * length_m, intrinsic
+        if at_m is None and coordinate is not None:
+            at_m, place, name = _measured_m(coordinate, element, length_m), coordinate, "measure"
+        if at_m is not None and not -SLACK_M <= at_m <= length_m + SLACK_M:
+            raise place.bad(f"must lie on the net element of {length_m:.12g} m, got {at_m:.12g} m", name)
+        return None if at_m is None else min(max(at_m, 0.0), length_m)
+
+
+def _on_run(part: _Part, at_m: float) -> float:
+    return part.offset_m + (at_m - part.from_m if part.forward else part.to_m - at_m)
+
+
+def _measured_m(coordinate: Node, element: Node, length_m: float) -> float:
+    """Position on a net element of a measure in one of its positioning systems, m; linear between its two ends."""
+    system = coordinate.text("positioningSystemRef")
+    measure = coordinate.required_number("measure", "m")
+    known = []
+    for associated in element.children("associatedPositioningSystem"):
+        for intrinsic in associated.children("intrinsicCoordinate"):
+            for linear in intrinsic.children("linearCoordinate"):
+                if system is None or linear.text("positioningSystemRef") in (None, system):
+                    share = intrinsic.required_number("intrinsicCoord", "-", at_least=0.0)
+                    known.append((share, linear.required_number("measure", "m")))
+    known.sort()
+    if not known or not known[-1][0] > known[0][0] or known[-1][1] == known[0][1]:
+        raise coordinate.bad(f"its net element has no two coordinates in the positioning system {shown(system)}")
+    (first, first_m), (last, last_m) = known[0], known[-1]
+    return length_m * (first + (last - first) * (measure - first_m) / (last_m - first_m))
+
+
+def _net_elements(root: Node) -> dict[str, Node]:
+    elements = root.below("infrastructure", "topology", "netElements", "netElement")
+    return {element.text("id") or "": element for element in elements}
+
+
+def _location(owner: Node) -> Node:
+    """Return the first linear location; others describe the same on another level of the network."""
+    locations = owner.children("linearLocation")
+    if not locations:
+        raise owner.bad("missing element linearLocation")
+    return locations[0]
+
+
+def _associated(location: Node) -> list[Node]:
+    places = location.children("associatedNetElement")
+    if not places:
+        raise location.bad("missing element associatedNetElement")
+    for place in places:
+        place.text("sequence")  # of use where the order matters
+    return places

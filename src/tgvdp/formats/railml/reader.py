@@ -1,0 +1,179 @@
+"""railML 2.2 to 2.5 and 3.1 to 3.2: the infrastructure that one run needs, and rolling stock with effort tables.
+
+A file may hold many tracks, directions, speed profiles, trains and propulsions. Names behind ``FILE#`` choose:
+``ID``, ``ID:DIRECTION``, ``ID:DIRECTION:PROFILE`` for a track, several joined by ``+`` for a line of tracks one after
+the other; ``ID`` or ``ID:PROPULSION`` for a train. What is not said must be unique. See docs/formats.md.
+"""
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from tgvdp.errors import InputError
+from tgvdp.formats.content import Content, Item, Kind
+from tgvdp.formats.railml import line2, line3, stock
+from tgvdp.formats.railml.rows import Piece, join
+from tgvdp.formats.syntax.reading import Document, bad, shown
+from tgvdp.formats.syntax.typed import suggestion
+from tgvdp.formats.syntax.xml import Node, parse_xml
+from tgvdp.model.track import Track
+from tgvdp.model.train import Train
+
+FORMAT = "railML"
+_VERSIONS = ("2.2", "2.3", "2.4", "2.5", "3.1", "3.2")
+_ROOTS = ("railml", "railML")  # 2.x and 3.x
+_MOST_NAMES = 12
+
+
+@dataclass(frozen=True, kw_only=True)
+class RailmlContent(Content):
+    """Tracks and trains of a railML file; a track may be several that join."""
+
+    file: "_File"
+
+    def has(self, kind: Kind, part: str) -> bool:
+        """Whether the first of the joined names is one of that kind."""
+        return self.file.knows(kind, _owner(part.partition("+")[0]))
+
+    def choose(self, path: Path, kind: Kind, part: str | None) -> Item:
+        """Return the item that the text behind ``#`` means, or the only one."""
+        if part is None:
+            return super().choose(path, kind, part)
+        make = self.file.make_track if kind == "track" else self.file.make_train
+        return Item(part, lambda: make(part)[0])
+
+
+def open_document(document: Document) -> Content | None:
+    """Return what a railML document holds; None when it is no XML.
+
+    Raises
+    ------
+    InputError
+        When it is not well formed, another kind of XML, or of an unknown version.
+    """
+    if document.syntax != "XML":
+        return None
+    file = _File(document.path, document.data)
+    items: dict[Kind, tuple[Item, ...]] = {
+        "train": tuple(Item(name, partial(_first, file.make_train, name)) for name in file.train_names()),
+        "track": tuple(Item(name, partial(_first, file.make_track, name)) for name in file.track_names()),
+    }
+    items = {kind: some for kind, some in items.items() if some}
+    if not items:
+        raise bad(document.path, "holds no track and no train: tracks with limits, formations or vehicles with engine")
+    return RailmlContent(format=f"{FORMAT} {file.version}", items=items, file=file)
+
+
+def lines_of(document: Document, kind: Kind, part: str | None) -> dict[str, int]:
+    """Line of the file of each field of a chosen track or train, as far as it stands there."""
+    file = _File(document.path, document.data)
+    names = file.train_names() if kind == "train" else file.track_names()
+    chosen = names[0] if part is None else part
+    return (file.make_train(chosen) if kind == "train" else file.make_track(chosen))[1]
+
+
+def _first(make: Callable[[str], tuple[Train, object] | tuple[Track, object]], name: str) -> Train | Track:
+    return make(name)[0]
+
+
+class _File:
+    """A parsed file, by version."""
+
+    def __init__(self, path: Path, data: bytes) -> None:
+        self.path = path
+        self.root = parse_xml(path, data)
+        if self.root.name not in _ROOTS:
+            raise bad(path, f"holds XML, but no railML: its root is {shown(self.root.name)}")
+        self.version = self.root.required_text("version")
+        if not re.match(rf"({'|'.join(map(re.escape, _VERSIONS))})(\D|$)", self.version):
+            raise self.root.bad(f"must be one of {', '.join(_VERSIONS)}, got {shown(self.version)}", "version")
+        self._old = self.version.startswith("2")
+        self._line = line2 if self._old else line3
+
+    def track_names(self) -> list[str]:
+        """All tracks, with the directions and profiles that they can be run in where there are several."""
+        return [name for track in self._line.tracks(self.root) for name in self._ways(track)]
+
+    def train_names(self) -> list[str]:
+        """All trains, with their propulsions where there are several."""
+        names = []
+        for train in stock.trains(self.root):
+            modes = stock.modes(self.root, train)
+            names += [f"{_id(train)}:{mode}" for mode in modes] if modes else [_id(train)]
+        return names
+
+    def knows(self, kind: Kind, name: str) -> bool:
+        """Whether there is a track or train of that id or name."""
+        nodes = stock.trains(self.root) if kind == "train" else self._line.tracks(self.root)
+        return any(name in (_id(node), node.text("name")) for node in nodes)
+
+    def make_track(self, part: str) -> tuple[Track, dict[str, int]]:
+        """Make the track, or the tracks one after the other, that a text means."""
+        self.root = self.root.fresh()
+        chosen = [self._chosen_way(one) for one in part.split("+")]
+        pieces = [self._piece(*one) for one in chosen]
+        return join(chosen[0][0], pieces)
+
+    def make_train(self, part: str) -> tuple[Train, dict[str, int]]:
+        """Make the train that a text means."""
+        self.root = self.root.fresh()
+        train, (mode, *more) = self._named(part, "train", stock.trains(self.root), 1)
+        modes = stock.modes(self.root, train)
+        if more or (mode and mode not in modes) or (modes and not mode):
+            raise self._choose("train", part, [name for name in self.train_names() if _owner(name) == _id(train)])
+        return stock.read_train(self.root, train, mode)
+
+    def _piece(self, track: Node, direction: str, profile: str) -> Piece:
+        if self._old:
+            return line2.read_piece(self.root, track, direction, profile)
+        return line3.read_piece(self.root, track, direction)
+
+    def _directions(self, track: Node) -> tuple[str, ...]:
+        return line2.directions(track) if self._old else line3.directions(self.root, track)
+
+    def _profiles(self, track: Node) -> tuple[str, ...]:
+        return line2.profiles(track) if self._old else ("",)
+
+    def _ways(self, track: Node) -> Iterator[str]:
+        """Names of the ways to run over a track, as short as they are unique."""
+        directions, profiles = self._directions(track), self._profiles(track)
+        for direction in directions:
+            for profile in profiles:
+                short = len(directions) == 1 and not profile
+                yield _id(track) + ("" if short else f":{direction}") + (f":{profile}" if profile else "")
+
+    def _chosen_way(self, part: str) -> tuple[Node, str, str]:
+        """Track, direction and profile that one name means."""
+        track, words = self._named(part, "track", self._line.tracks(self.root), 2)
+        directions, profiles = self._directions(track), self._profiles(track)
+        direction = next((word for word in words if word in self._line.DIRECTIONS), "")
+        given = [word for word in words if word and word != direction]
+        profile = given[0] if given else ("" if "" in profiles else profiles[0])
+        ambiguous = (not direction and len(directions) > 1) or (not given and "" not in profiles and len(profiles) > 1)
+        if ambiguous or len(given) > 1 or profile not in (*profiles, *(("",) if not profiles else ())):
+            raise self._choose("track", part, list(self._ways(track)))
+        return track, direction or directions[0], profile
+
+    def _named(self, part: str, kind: str, nodes: list[Node], words: int) -> tuple[Node, list[str]]:
+        """Element of an id or name, and the words behind it."""
+        name, *given = part.split(":")
+        for node in nodes:
+            if name in (_id(node), node.text("name")):
+                return node, [*given, *[""] * (words - len(given))]
+        ids = [_id(node) for node in nodes]
+        hint = suggestion(name, ids) or f"; it holds: {', '.join(ids[:_MOST_NAMES])}, …"
+        raise bad(self.path, f"holds no {kind} {shown(name)}{hint}")
+
+    def _choose(self, kind: str, part: str, names: list[str]) -> InputError:
+        listed = ", ".join(names[:_MOST_NAMES]) + (", …" if len(names) > _MOST_NAMES else "")
+        return bad(self.path, f"{kind} {shown(part)} can be run in several ways, choose one as FILE#NAME: {listed}")
+
+
+def _id(node: Node) -> str:
+    return node.text("id") or node.text("name") or f"line-{node.line}"
+
+
+def _owner(name: str) -> str:
+    return name.partition(":")[0]

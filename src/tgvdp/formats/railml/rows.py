@@ -1,0 +1,163 @@
+"""What railML 2.x and 3.x tracks have in common: rows along a run, pieces of line, and how pieces join."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import NamedTuple
+
+from tgvdp.errors import InputError
+from tgvdp.formats.syntax.xml import Node
+from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track, Tunnel
+from tgvdp.units import KILO, kmh_to_mps
+
+#: What railML 2 wrote for "no limit" before it had ``vMax="end"``; no train reaches it.
+NO_LIMIT_KMH = 999.9
+
+#: Positions are written with millimetres at best.
+SLACK_M = 1e-3
+
+#: Longest note, so that it stays one line that can be read.
+_LONGEST_NOTE = 400
+
+
+class Row(NamedTuple):
+    """A value that holds from a position of the run to the next row, and the line of the file it comes from."""
+
+    position_m: float
+    value: float
+    line: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Piece:
+    """A stretch of line as one track or path of net elements describes it; positions count from its start.
+
+    Rows of limits are in km/h and need not start at 0 m; those of gradients (‰, + uphill in the direction of the run)
+    do, unless there are none.
+    """
+
+    name: str
+    length_m: float
+    line: int
+    limits_kmh: list[Row]
+    gradients_permil: list[Row] = field(default_factory=list)
+    curves: list[tuple[Curve, int]] = field(default_factory=list)
+    tunnels: list[tuple[Tunnel, int]] = field(default_factory=list)
+    stops_m: list[float] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+
+def filled(rows: list[Row], value: float) -> list[Row]:
+    """Rows that start at 0 m: with a value of their own where the first one does not."""
+    if rows and rows[0].position_m > 0.0:
+        return [Row(0.0, value, rows[0].line), *rows]
+    return rows
+
+
+def turned(rows: list[Row], length_m: float) -> list[Row]:
+    """Rows from 0 m as the opposite direction meets them; values stay as they are."""
+    ends_m = [*(row.position_m for row in rows[1:]), length_m]
+    return [Row(length_m - end_m, row.value, row.line) for row, end_m in zip(rows[::-1], ends_m[::-1], strict=True)]
+
+
+def one_at_each_place(rows: Iterable[tuple[Row, Node]], length_m: float) -> list[Row]:
+    """Rows in the order of the run, without those at its very end; two at one place are an error.
+
+    Raises
+    ------
+    InputError
+        When two rows share a position, or one lies off the piece.
+    """
+    ordered = sorted(rows, key=lambda row: row[0].position_m)
+    for (before, _), (row, node) in pairwise(ordered):
+        if row.position_m - before.position_m < SLACK_M:
+            raise node.bad(f"a second {node.name} at the position of line {before.line}", "pos")
+    return [row for row, _ in ordered if row.position_m < length_m - SLACK_M]
+
+
+def unused_notes(names: list[str]) -> list[str]:
+    """Say what a file holds that was not used, in lines of a bearable length."""
+    notes: list[str] = []
+    for name in names:
+        if notes and len(notes[-1]) + len(name) < _LONGEST_NOTE:
+            notes[-1] += f", {name}"
+        else:
+            notes.append(f"not used: {name}"[:_LONGEST_NOTE])
+    return notes
+
+
+def join(node: Node, pieces: list[Piece]) -> tuple[Track, dict[str, int]]:
+    """Put pieces one after the other and make a track of them.
+
+    Limits and gradients go on from piece to piece where a piece does not start with its own.
+
+    Returns
+    -------
+    track : Track
+    lines : dict of str to int
+        Line of the file by field of the track: ``speed_limits[3]``.
+
+    Raises
+    ------
+    InputError
+        When there is no limit at the start, or the model refuses the values.
+    """
+    limits: list[Row] = []
+    gradients: list[Row] = []
+    curves: list[tuple[Curve, int]] = []
+    tunnels: list[tuple[Tunnel, int]] = []
+    stops_m: set[float] = set()
+    offset_m = 0.0
+    for piece in pieces:
+        limits += (row._replace(position_m=offset_m + row.position_m) for row in piece.limits_kmh)
+        gradients += (row._replace(position_m=offset_m + row.position_m) for row in _started(piece, bool(gradients)))
+        straight = [] if piece.curves else [(Curve(0.0, float("inf"), float("inf")), piece.line)]
+        for curve, line in piece.curves or straight:
+            curves.append((curve._replace(position_m=offset_m + curve.position_m), line))
+        tunnels += ((t._replace(position_m=offset_m + t.position_m), line) for t, line in piece.tunnels)
+        stops_m |= {offset_m + stop_m for stop_m in piece.stops_m}
+        offset_m += piece.length_m
+    first = pieces[0]
+    if not limits or limits[0].position_m > SLACK_M:
+        until_m = limits[0].position_m if limits else offset_m
+        raise node.bad(f"no speed limit from 0 m to {until_m:.12g} m of {first.name}")
+    if gradients and gradients[0].position_m > 0.0:
+        gradients = filled(gradients, 0.0)
+    if all(curve[1:] == (float("inf"), float("inf")) for curve, _ in curves):
+        curves = []
+    lines = {"length_m": first.line}
+    lines |= {f"speed_limits[{i}]": row.line for i, row in enumerate(limits)}
+    lines |= {f"gradients[{i}]": row.line for i, row in enumerate(gradients)}
+    lines |= {f"curves[{i}]": line for i, (_, line) in enumerate(curves)}
+    lines |= {f"tunnels[{i}]": line for i, (_, line) in enumerate(tunnels)}
+    try:
+        track = Track(
+            name=" + ".join(piece.name for piece in pieces),
+            length_m=offset_m,
+            speed_limits=tuple(SpeedLimit(max(row.position_m, 0.0), kmh_to_mps(row.value)) for row in limits),
+            gradients=tuple(Gradient(row.position_m, row.value) for row in gradients),
+            stops_m=_stops(stops_m, offset_m),
+            curves=tuple(curve for curve, _ in curves),
+            tunnels=tuple(tunnel for tunnel, _ in tunnels),
+            notes=tuple(dict.fromkeys(note for piece in pieces for note in piece.notes)),
+        )
+    except InputError as error:
+        raise node.bad(str(error)) from None
+    return track, lines
+
+
+def _started(piece: Piece, after_another: bool) -> list[Row]:
+    """Gradients of a piece; a piece without any is level, also after a piece that was not."""
+    return piece.gradients_permil or ([Row(0.0, 0.0, piece.line)] if after_another else [])
+
+
+def _stops(given_m: set[float], length_m: float) -> tuple[float, ...]:
+    """Stops in order, the two ends among them; what lies at an end is the end."""
+    inner = sorted(stop_m for stop_m in given_m if SLACK_M < stop_m < length_m - SLACK_M)
+    apart = [stop_m for i, stop_m in enumerate(inner) if i == 0 or stop_m - inner[i - 1] > SLACK_M]
+    return (0.0, *apart, length_m)
+
+
+def uncovered_note(what: str, uncovered_m: float, instead: str) -> list[str]:
+    """Say that something is not described everywhere."""
+    return [f"{what} are not given on {uncovered_m:.6g} m ({uncovered_m / KILO:.4g} km): taken as {instead}"]

@@ -1,0 +1,45 @@
+"""What the files of TTOBench have in common: metadata, quantities with a unit, names of fields."""
+
+import math
+from pathlib import Path
+
+from msgspec import UNSET, Struct, UnsetType
+
+from tgvdp.formats.syntax.reading import errors_named
+from tgvdp.units import to_si
+
+
+def spaced(name: str) -> str:
+    """Name of a field in a file."""
+    return name.replace("_", " ")
+
+
+class Metadata(Struct, rename=spaced):
+    """The README requires these two; other keys are free text."""
+
+    id: str
+    library_version: str
+
+
+class Quantity(Struct, forbid_unknown_fields=True):
+    """A number and its unit."""
+
+    unit: str
+    value: float
+
+
+def unused(file: Struct, names: tuple[str, ...]) -> tuple[str, ...]:
+    """Say which of some fields are there and not used yet."""
+    labels = dict(zip(file.__struct_fields__, file.__struct_encode_fields__, strict=True))
+    return tuple(f"{labels[name]} is not used yet" for name in names if getattr(file, name) is not UNSET)
+
+
+def number_si(path: Path, name: str, given: Quantity | UnsetType, quantity: str, *, default: float = math.nan) -> float:
+    """Return a quantity in SI, or the default where an optional field is absent."""
+    return value_si(path, name, given.value, given.unit, quantity) if given else default
+
+
+def value_si(path: Path, place: str, value: float, unit: str, quantity: str) -> float:
+    """Return a value in SI; errors name the file and the place."""
+    with errors_named(path, place):
+        return to_si(value, unit, quantity)

@@ -1,0 +1,92 @@
+"""TTOBench journeys: rows of position, earliest and latest time, lowest and highest speed; null means free."""
+
+import math
+from pathlib import Path
+
+from msgspec import Struct
+
+from tgvdp.formats.syntax.reading import Document, bad, errors_named
+from tgvdp.formats.syntax.typed import decode
+from tgvdp.model.journey import Journey, TimingPoint
+from tgvdp.units import to_si
+
+
+def _spaced(name: str) -> str:
+    return name.replace("_", " ")
+
+
+class _Metadata(Struct, rename=_spaced):
+    """The README requires these three; other keys are free text."""
+
+    id: str
+    library_version: str
+    associated_track: str
+
+
+class _Units(Struct, forbid_unknown_fields=True, rename=_spaced):
+    position: str
+    lower_time_constraint: str
+    upper_time_constraint: str
+    lower_speed_constraint: str
+    upper_speed_constraint: str
+
+
+_Row = tuple[float, float | None, float | None, float | None, float | None]
+
+
+class _TimingPoints(Struct, forbid_unknown_fields=True):
+    units: _Units
+    values: list[_Row]
+
+
+class _File(Struct, forbid_unknown_fields=True, rename=_spaced):
+    metadata: _Metadata
+    timing_points: _TimingPoints
+
+
+#: Quantity and value of an open window, by column.
+_COLUMNS = (
+    ("position", "length", math.nan),
+    ("lower time constraint", "time", -math.inf),
+    ("upper time constraint", "time", math.inf),
+    ("lower speed constraint", "speed", 0.0),
+    ("upper speed constraint", "speed", math.inf),
+)
+
+
+def read_journey(document: Document) -> Journey:
+    """Make a `Journey` from a TTOBench journey.
+
+    Raises
+    ------
+    InputError
+        When a field is missing, unknown, mistyped or out of range, has an unknown unit, or a rule of the format's
+        README is broken.
+    """
+    path = document.path
+    file = decode(path, document.tree, _File)
+    about = file.metadata
+    if not about.id.startswith(f"{about.associated_track}_"):
+        raise bad(path, f"metadata.id: must start with '{about.associated_track}_', got {about.id!r:.60}")
+    units, rows = file.timing_points.units, file.timing_points.values
+    points = tuple(_point(path, index, row, units) for index, row in enumerate(rows))
+    with errors_named(path):
+        return Journey(name=about.id, track=about.associated_track, points=points)
+
+
+def _point(path: Path, index: int, row: _Row, units: _Units) -> TimingPoint:
+    lowest, highest = row[3:]
+    stop = lowest == 0.0 and highest == 0.0
+    place = f"timing points.values[{index}]"
+    if not stop and 0.0 in (lowest, highest):
+        raise bad(path, f"{place}: both speeds must be 0 at a stop, and above 0 or null elsewhere, "
+                        f"got {_text(lowest)} and {_text(highest)}")  # fmt: skip
+    values = []
+    for (name, quantity, free), value in zip(_COLUMNS, row, strict=True):
+        with errors_named(path, f"timing points.units.{name}"):
+            values.append(free if value is None else to_si(value, getattr(units, name.replace(" ", "_")), quantity))
+    return TimingPoint(*values)
+
+
+def _text(value: float | None) -> str:
+    return "null" if value is None else f"{value:g}"

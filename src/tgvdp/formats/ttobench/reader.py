@@ -1,0 +1,190 @@
+"""TTOBench tracks, trains and journeys (JSON, library versions 1.1 to 1.5; Kouzoupis et al., BSD-2-Clause).
+
+Every field names its unit, and every unit is read. Entries of a track hold until the next one; the last stop is the
+length of the track. Read but not used yet: ETCS braking data, numbers of seats and coaches.
+"""
+
+from collections.abc import Callable, Collection, Iterator
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from msgspec import UNSET, Struct, UnsetType, field
+
+from tgvdp.formats.content import Content, Item, Kind
+from tgvdp.formats.syntax.reading import Document, bad, errors_named, shown
+from tgvdp.formats.syntax.typed import decode
+from tgvdp.formats.ttobench.fields import Metadata, Quantity, number_si, spaced, unused, value_si
+from tgvdp.formats.ttobench.journey import read_journey
+from tgvdp.formats.ttobench.train import TrainFile, read_train
+from tgvdp.model.journey import Journey
+from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track, Tunnel
+from tgvdp.model.train import Train
+
+_STRAIGHT = "infinity"
+_FEWEST_STOPS = 2
+
+
+class _Stops(Struct, forbid_unknown_fields=True):
+    unit: str
+    values: list[float]
+
+
+class _LimitUnits(Struct, forbid_unknown_fields=True):
+    position: str
+    velocity: str
+
+
+class _Limits(Struct, forbid_unknown_fields=True):
+    units: _LimitUnits
+    values: list[tuple[float, float]]
+
+
+class _GradientUnits(Struct, forbid_unknown_fields=True):
+    position: str
+    slope: str
+
+
+class _Gradients(Struct, forbid_unknown_fields=True):
+    units: _GradientUnits
+    values: list[tuple[float, float]]
+
+
+class _CurveUnits(Struct, forbid_unknown_fields=True, rename=spaced):
+    position: str
+    radius_at_start: str
+    radius_at_end: str
+
+
+class _Curves(Struct, forbid_unknown_fields=True):
+    units: _CurveUnits
+    values: list[tuple[float, float | str, float | str]]
+
+
+class _TunnelUnits(Struct, forbid_unknown_fields=True, rename=spaced):
+    position: str
+    length: str
+    cross_section: str
+
+
+class _Tunnels(Struct, forbid_unknown_fields=True):
+    units: _TunnelUnits
+    values: list[tuple[float, float, float]]
+
+
+class _TrackFile(Struct, forbid_unknown_fields=True, rename=spaced):
+    metadata: Metadata
+    stops: _Stops
+    speed_limits: _Limits
+    altitude: Quantity | UnsetType = UNSET
+    gradients: _Gradients | UnsetType = UNSET
+    curvatures: _Curves | UnsetType = UNSET
+    tunnels: _Tunnels | UnsetType = UNSET
+    etcs_braking_data: Any = field(default=UNSET, name="ETCS braking data")
+
+
+#: Fields by which content is recognised; metadata is common to all three kinds.
+_TRACK_FIELDS = frozenset(_TrackFile.__struct_encode_fields__) - {"metadata", "ETCS braking data"}
+_TRAIN_FIELDS = frozenset(TrainFile.__struct_encode_fields__) - {"metadata", "ETCS braking data", "length"}
+_JOURNEY_FIELDS = frozenset({"timing points"})
+_ENOUGH_FIELDS = 2
+
+
+def kind_of(fields: Collection[str]) -> Kind | None:
+    """Tell by its fields which kind of TTOBench file this is; None when it is none.
+
+    Without metadata one field alone is no proof: other formats have a mass as well.
+    """
+    if not _JOURNEY_FIELDS.isdisjoint(fields):
+        return "journey"
+    trains, tracks = len(_TRAIN_FIELDS.intersection(fields)), len(_TRACK_FIELDS.intersection(fields))
+    if max(trains, tracks) < (1 if "metadata" in fields else _ENOUGH_FIELDS):
+        return None
+    return "train" if trains > tracks else "track"
+
+
+def open_document(document: Document) -> Content | None:
+    """Tell what a document holds; None when it is of another format."""
+    readers: dict[Kind, Callable[[Document], Train | Track | Journey]] = {
+        "train": read_train,
+        "track": read_track,
+        "journey": read_journey,
+    }
+    kind = kind_of(document.tree)
+    if kind is None:
+        return None
+    item = Item(document.path.stem, partial(readers[kind], document))
+    return Content(format="TTOBench", items={kind: (item,)})
+
+
+def read_track(document: Document) -> Track:
+    """Make a `Track` from a TTOBench track.
+
+    Raises
+    ------
+    InputError
+        When a field is missing, unknown, mistyped or out of range, or has an unknown unit.
+    """
+    path = document.path
+    file = decode(path, document.tree, _TrackFile)
+    unit = file.stops.unit
+    stops_m = [value_si(path, "stops.unit", stop, unit, "length") for stop in file.stops.values]
+    if len(stops_m) < _FEWEST_STOPS or stops_m[0] != 0.0:
+        raise bad(path, f"stops: must begin at 0 and end at the track's length, got {shown(file.stops.values)}")
+    for index, (before, stop) in enumerate(pairwise(file.stops.values), start=1):
+        if not stop > before:
+            raise bad(path, f"stops.values[{index}]: must increase, got {stop:.12g} {unit} after {before:.12g} {unit}")
+    with errors_named(path):
+        return Track(
+            name=file.metadata.id,
+            length_m=stops_m[-1],
+            stops_m=tuple(stops_m),
+            speed_limits=tuple(_speed_limits(path, file.speed_limits)),
+            gradients=tuple(_gradients(path, file.gradients)) if file.gradients else (),
+            curves=tuple(_curves(path, file.curvatures)) if file.curvatures else (),
+            tunnels=tuple(_tunnels(path, file.tunnels)) if file.tunnels else (),
+            altitude_m=number_si(path, "altitude", file.altitude, "length", default=0.0),
+            notes=unused(file, ("etcs_braking_data",)),
+        )
+
+
+def _speed_limits(path: Path, table: _Limits) -> Iterator[SpeedLimit]:
+    for index, (position, speed) in enumerate(table.values):
+        if not speed > 0.0:
+            unit = table.units.velocity
+            raise bad(path, f"speed limits.values[{index}]: velocity must be above 0 {unit}, got {speed:g} {unit}")
+        yield SpeedLimit(
+            value_si(path, "speed limits.units.position", position, table.units.position, "length"),
+            value_si(path, "speed limits.units.velocity", speed, table.units.velocity, "speed"),
+        )
+
+
+def _gradients(path: Path, table: _Gradients) -> Iterator[Gradient]:
+    for position, slope in table.values:
+        yield Gradient(
+            value_si(path, "gradients.units.position", position, table.units.position, "length"),
+            value_si(path, "gradients.units.slope", slope, table.units.slope, "gradient"),
+        )
+
+
+def _curves(path: Path, table: _Curves) -> Iterator[Curve]:
+    units = (table.units.radius_at_start, table.units.radius_at_end)
+    for index, (position, *radii) in enumerate(table.values):
+        radii_m = []
+        for radius, unit, name in zip(radii, units, ("radius at start", "radius at end"), strict=True):
+            if isinstance(radius, str) and radius != _STRAIGHT:
+                raise bad(
+                    path, f"curvatures.values[{index}]: {name} must be a number or {_STRAIGHT!r}, got {shown(radius)}"
+                )
+            radii_m.append(value_si(path, f"curvatures.units.{name}", float(radius), unit, "length"))
+        yield Curve(value_si(path, "curvatures.units.position", position, table.units.position, "length"), *radii_m)
+
+
+def _tunnels(path: Path, table: _Tunnels) -> Iterator[Tunnel]:
+    for position, length, cross_section in table.values:
+        yield Tunnel(
+            value_si(path, "tunnels.units.position", position, table.units.position, "length"),
+            value_si(path, "tunnels.units.length", length, table.units.length, "length"),
+            value_si(path, "tunnels.units.cross section", cross_section, table.units.cross_section, "area"),
+        )

@@ -1,0 +1,117 @@
+"""TTOBench trains; see `ttobench`."""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from msgspec import UNSET, Struct, UnsetType, field
+
+from tgvdp.formats.syntax.reading import Document, bad, errors_named
+from tgvdp.formats.syntax.typed import decode
+from tgvdp.formats.ttobench.fields import Metadata, Quantity, number_si, spaced, unused
+from tgvdp.model.effort import EffortCurve
+from tgvdp.model.train import Train, TunnelDrag
+
+_MOST_ROTATING_MASS = 0.5  # a locomotive has about 0.3; more is a slip of unit
+
+
+class TrainFile(Struct, forbid_unknown_fields=True, rename=spaced):
+    """Fields of a train."""
+
+    metadata: Metadata
+    mass: Quantity
+    max_traction_power: Quantity
+    max_reg_braking_power: Quantity
+    max_traction_force: Quantity
+    max_reg_braking_force: Quantity
+    max_speed: Quantity
+    rolling_resistance_r0: Quantity
+    rolling_resistance_r1: Quantity
+    rolling_resistance_r2: Quantity
+    length: Quantity | UnsetType = UNSET
+    rho: Quantity | UnsetType = UNSET
+    max_pn_braking_force: Quantity | UnsetType = UNSET
+    max_acceleration: Quantity | UnsetType = UNSET
+    max_deceleration: Quantity | UnsetType = UNSET
+    efficiency_traction: Quantity | UnsetType = UNSET
+    efficiency_reg_brake: Quantity | UnsetType = UNSET
+    num_seats: Any = UNSET
+    num_coaches: Any = UNSET
+    tunnel_resistance: dict[str, Quantity] | UnsetType = UNSET
+    etcs_braking_data: Any = field(default=UNSET, name="ETCS braking data")
+
+
+def read_train(document: Document) -> Train:
+    """Make a `Train` from a TTOBench train, as published: known slips of the data are not repaired.
+
+    Raises
+    ------
+    InputError
+        When a field is missing, unknown, mistyped or out of range, or has an unknown unit.
+    """
+    path = document.path
+    file = decode(path, document.tree, TrainFile)
+
+    def number(name: str, quantity: str, default: float = math.nan, *, zero_ok: bool = True) -> float:
+        given: Quantity | UnsetType = getattr(file, name)
+        if given and (given.value < 0.0 or (given.value == 0.0 and not zero_ok)):
+            bound = "at least" if zero_ok else "above"
+            raise bad(path, f"{spaced(name)}: must be {bound} 0 {given.unit}, got {given.value:g} {given.unit}")
+        return number_si(path, spaced(name), given, quantity, default=default)
+
+    braking_power_w = number("max_reg_braking_power", "power")
+    braking_force_n = number("max_reg_braking_force", "force")
+    with errors_named(path):
+        return Train(
+            name=file.metadata.id,
+            mass_kg=number("mass", "mass", zero_ok=False),
+            rotating_mass_factor=_rotating_mass_factor(path, file.rho),
+            length_m=number("length", "length", 0.0),
+            traction=EffortCurve.from_caps(
+                number("max_traction_force", "force", zero_ok=False),
+                number("max_traction_power", "power", zero_ok=False),
+            ),
+            # Without power the electric brake has no effort at any speed, whatever its force.
+            braking=EffortCurve.from_caps(braking_force_n if braking_power_w else 0.0, braking_power_w),
+            friction_brake_n=number("max_pn_braking_force", "force", 0.0),
+            max_acceleration_mps2=number("max_acceleration", "acceleration", math.inf, zero_ok=False),
+            max_deceleration_mps2=number("max_deceleration", "acceleration", math.inf, zero_ok=False),
+            max_speed_mps=number("max_speed", "speed", zero_ok=False),
+            davis_a_n=number("rolling_resistance_r0", "force"),
+            davis_b_n_per_mps=number("rolling_resistance_r1", "force per speed"),
+            davis_c_n_per_mps2=number("rolling_resistance_r2", "force per squared speed"),
+            traction_efficiency=number("efficiency_traction", "ratio", 1.0, zero_ok=False),
+            regeneration_efficiency=number("efficiency_reg_brake", "ratio", 0.0),
+            tunnel_drag=tuple(_tunnel_drag(path, file.tunnel_resistance)) if file.tunnel_resistance else (),
+            notes=(*unused(file, ("etcs_braking_data",)), *_odd_efficiencies(file)),
+        )
+
+
+def _rotating_mass_factor(path: Path, rho: Quantity | UnsetType) -> float:
+    """Read rho, of which three spellings occur: 6 %, 0.06 and 1.06 all mean a factor of 1.06."""
+    if not rho:
+        return 1.0
+    extra = number_si(path, "rho", rho, "ratio")
+    if rho.unit == "-" and extra >= 1.0:
+        extra -= 1.0
+    if not 0.0 <= extra <= _MOST_ROTATING_MASS:
+        raise bad(path, f"rho: must be 0..50 %, or 0..0.5 or 1..1.5 without unit, got {rho.value:g} {rho.unit}")
+    return 1.0 + extra
+
+
+def _tunnel_drag(path: Path, table: dict[str, Quantity]) -> Iterator[TunnelDrag]:
+    """Coefficients by the cross section of the tunnel, m²."""
+    for area, coefficient in table.items():
+        place = f"tunnel resistance.{area}"
+        try:
+            area_m2 = float(area)
+        except ValueError:
+            raise bad(path, f"{place}: must be named by a cross section in m²") from None
+        yield TunnelDrag(area_m2, number_si(path, place, coefficient, "force per squared speed"))
+
+
+def _odd_efficiencies(file: TrainFile) -> Iterator[str]:
+    for name, given in (("traction", file.efficiency_traction), ("reg brake", file.efficiency_reg_brake)):
+        if given and given.unit == "%" and 0.0 < given.value <= 1.0:
+            yield f"efficiency {name} is {given.value:g} %, read as published: was {100 * given.value:g} % meant?"

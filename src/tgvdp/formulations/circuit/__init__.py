@@ -1,0 +1,1 @@
+"""QAOA: angles, gates and OpenQASM as plain data (`qaoa`), and its exact simulation (`statevector`)."""

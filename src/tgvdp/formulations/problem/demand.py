@@ -1,0 +1,102 @@
+"""The demand model: in each step a part of the available traction or braking force, on the true curves.
+
+(Seed "Modelising the acceleration", "Constraints"; formulations page, section 7.) One step from speed v, all forces
+taken at its start:
+
+    γ = (F(v, d) − A − B·v − C·v²)/(k·M),   v' = max(0, v + γ·Δt),   s' = s + Δt·(v + v')/2.
+
+The resistance slows the train when it brakes, too (one seed adds it). The speed limit is a constraint; the seed's
+v' = min(v_max, …) would be a brake that costs nothing. The cost of a step is the map at its mean speed, times Δt.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tgvdp.formulations.problem.alstom import Floats, force_n, power_w
+from tgvdp.formulations.problem.encoding import Check, Schedule
+from tgvdp.formulations.problem.instances import DemandInstance
+
+#: Rounding that a speed or a distance may exceed its limit by, relative to the limit.
+_ROUNDING = 1e-9
+
+
+class Step(NamedTuple):
+    """What one step leads to: (...) speed in m/s, distance gone in m, cost in J."""
+
+    speed_mps: Floats
+    distance_m: Floats
+    cost_j: Floats
+
+
+def acceleration_mps2(instance: DemandInstance, speed_mps: ArrayLike, demand: ArrayLike) -> Floats:
+    """γ(v, d): (...) → (...) m/s²; at standstill the resistance is not yet subtracted away."""
+    v = np.asarray(speed_mps, dtype=np.float64)
+    a, b, c = instance.davis
+    gamma: Floats = (force_n(v, demand) - a - b * v - c * v * v) / (instance.rotating_factor * instance.mass_kg)
+    return gamma
+
+
+def step(instance: DemandInstance, speed_mps: ArrayLike, demand: ArrayLike) -> Step:
+    """One step of the discrete model from (...) speeds with (...) demands."""
+    v = np.asarray(speed_mps, dtype=np.float64)
+    after = np.maximum(0.0, v + acceleration_mps2(instance, v, demand) * instance.dt_s)
+    mean = 0.5 * (v + after)
+    power = power_w(mean, demand, instance.p_max_w, instance.cost_ref_mps, instance.alpha)
+    return Step(after, mean * instance.dt_s, power * instance.dt_s)
+
+
+class Motion(NamedTuple):
+    """A plan's motion: (..., N+1) speeds in m/s, (...) distance in m, (...) cost in J."""
+
+    speed_mps: Floats
+    distance_m: Floats
+    cost_j: Floats
+
+
+def drive(instance: DemandInstance, demand: ArrayLike) -> Motion:
+    """Drive (..., N) demands from standstill by the discrete model."""
+    d = np.asarray(demand, dtype=np.float64)
+    speeds = np.zeros((*d.shape[:-1], d.shape[-1] + 1))
+    distance, cost = np.zeros(d.shape[:-1]), np.zeros(d.shape[:-1])
+    for i in range(d.shape[-1]):
+        done = step(instance, speeds[..., i], d[..., i])
+        speeds[..., i + 1] = done.speed_mps
+        distance = distance + done.distance_m
+        cost = cost + done.cost_j
+    return Motion(speeds, distance, cost)
+
+
+def demand_schedule(instance: DemandInstance, demand: ArrayLike) -> Schedule:
+    """Schedule of (N,) demands: speeds, distance, cost, and the violation of each constraint."""
+    d = np.asarray(demand, dtype=np.float64)
+    motion = drive(instance, d)
+    off = abs(float(motion.distance_m) - instance.distance_m) - instance.tol_m
+    end = float(motion.speed_mps[-1]) - instance.end_speed_max_mps
+    over = float(motion.speed_mps.max()) - instance.vmax_mps
+    checks = (
+        Check("demand allowed", float(count_forbidden(instance, d)), "steps"),
+        Check("distance", _beyond(off, instance.distance_m), "m"),
+        Check("end speed", _beyond(end, instance.vmax_mps), "m/s"),
+        Check("speed limit", _beyond(over, instance.vmax_mps), "m/s"),
+    )
+    return Schedule(
+        speeds=tuple(motion.speed_mps.tolist()),
+        controls=tuple(d.tolist()),
+        distance=float(motion.distance_m),
+        objective=float(motion.cost_j),
+        checks=checks,
+    )
+
+
+def count_forbidden(instance: DemandInstance, demand: Floats) -> int:
+    """Number of demands that are no allowed level, or beyond full traction or braking."""
+    if instance.levels is None:
+        return int(np.count_nonzero(np.abs(demand) > 1.0 + _ROUNDING))
+    nearest = np.abs(demand[:, None] - np.array(instance.levels)).min(axis=1)
+    return int(np.count_nonzero(nearest > _ROUNDING))
+
+
+def _beyond(excess: float, scale: float) -> float:
+    return excess if excess > _ROUNDING * scale else 0.0

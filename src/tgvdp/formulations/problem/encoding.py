@@ -1,0 +1,152 @@
+"""What every encoding and every solver hands over: an encoded problem, a decoded schedule, a solution.
+
+An `Encoded` is an instance written as a QUBO. Its ``decode`` turns any bit string, feasible or not, into a `Schedule`
+that says how far each constraint is violated; the QUBO's energy of a string without violation is the schedule's
+objective, in the same unit. A `Solution` is what a solver found, replayed on the true physics.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.formulations.problem.instances import BinaryInstance
+
+if TYPE_CHECKING:
+    from tgvdp.formulations.qubo.qubo import Qubo
+
+Encoding: TypeAlias = Literal["bits", "bits+slack", "unary"]
+#: Names of the encodings of the binary model as a QUBO.
+ENCODINGS: tuple[Encoding, ...] = ("bits", "bits+slack", "unary")
+
+Bits: TypeAlias = NDArray[np.integer[Any]]
+
+
+@dataclass(frozen=True)
+class Check:
+    """One constraint and by how much a schedule violates it.
+
+    Attributes
+    ----------
+    name : str
+    violation : float
+        0 where the constraint holds, in ``unit``.
+    unit : str
+    """
+
+    name: str
+    violation: float
+    unit: str
+
+    @property
+    def satisfied(self) -> bool:
+        """Whether the constraint holds."""
+        return self.violation == 0.0
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """A decoded solution in the model's own terms.
+
+    Attributes
+    ----------
+    speeds : tuple of float
+        v_0..v_N, whole multiples of Δv for the binary model (units of Δv), m/s for the demand model.
+    controls : tuple of float
+        The N controls: change of speed u_i in Δv for the binary model, demand d_i for the demand model.
+    distance : float
+        In Δv·Δt (binary, trapezoid) or m (demand).
+    objective : float
+        In the model's own unit: (m/s)², that is J per kg of train, for the binary model; J for the demand model.
+    checks : tuple of Check
+        Every constraint, satisfied or not.
+    """
+
+    speeds: tuple[float, ...]
+    controls: tuple[float, ...]
+    distance: float
+    objective: float
+    checks: tuple[Check, ...]
+
+    @property
+    def feasible(self) -> bool:
+        """Whether all constraints hold."""
+        return all(check.satisfied for check in self.checks)
+
+
+@dataclass(frozen=True)
+class Encoded:
+    """An instance as a QUBO.
+
+    Attributes
+    ----------
+    qubo : Qubo
+        In the objective's unit: of a string that violates nothing, its energy is the schedule's objective.
+    instance : BinaryInstance
+    encoding : str
+        One of `ENCODINGS`.
+    penalty : float
+        λ, weight of a squared violation of 1, in the objective's unit.
+    decode : callable
+        (n,) bits → Schedule; its checks are those of the instance and, where its bits mean nothing otherwise, those of
+        the encoding. Slack bits are not checked: a schedule may keep a limit that its slack register misstates.
+    objective, violation : Qubo
+        The two parts: qubo = objective + λ · violation, and a violation of 0 where nothing is violated, else ≥ 1 (but
+        for the weights of the seed's rule).
+    complete : bool
+        Whether every feasible schedule has a string that violates nothing. The seed's speed limits forbid some.
+    """
+
+    qubo: "Qubo"
+    instance: BinaryInstance
+    encoding: Encoding
+    penalty: float
+    decode: Callable[[Bits], Schedule] = field(repr=False)
+    objective: "Qubo" = field(repr=False)
+    violation: "Qubo" = field(repr=False)
+    complete: bool = True
+
+
+@dataclass(frozen=True)
+class Solution:
+    """What a solver found.
+
+    Attributes
+    ----------
+    solver : str
+    schedule : Schedule
+    optimal : bool
+        Whether optimality is proved. A heuristic that happens to be right says False.
+    n_optimal : int or None
+        Exact number of optimal schedules (for a solver of a QUBO that counts: of its ground states); None where the
+        solver does not count.
+    replay : mapping
+        As the replay on the true physics reports it (`tgvdp.formulations.problem.replay`).
+    elapsed_s : float
+        Duration of the solver alone, s.
+    qubo : mapping or None
+        ``variables``, ``couplers``, ``coefficient_range`` and ``minimum`` (lowest energy found) where a QUBO was used.
+    details : mapping
+        What else a solver wants to tell: bound, runs, sweeps, seeds, labels of what was proved.
+    """
+
+    solver: str
+    schedule: Schedule
+    optimal: bool
+    n_optimal: int | None
+    replay: Mapping[str, Any]
+    elapsed_s: float
+    qubo: Mapping[str, Any] | None = None
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def objective(self) -> float:
+        """Objective of the schedule, in the model's own unit."""
+        return self.schedule.objective
+
+    @property
+    def feasible(self) -> bool:
+        """Whether the schedule satisfies all constraints of the instance."""
+        return self.schedule.feasible

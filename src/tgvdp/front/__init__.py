@@ -1,1 +1,0 @@
-"""Pareto fronts of running time against energy: what a search returns, whatever its method."""

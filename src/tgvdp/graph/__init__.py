@@ -1,1 +1,0 @@
-"""The small explicit graph that searches run on, as CSR arrays, and its networkx view, for drawing and testing."""

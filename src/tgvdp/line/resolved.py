@@ -1,0 +1,187 @@
+"""The line as one train meets it: resistance, drag, speed limit and current, resolved once for a trip.
+
+Where the resistance varies with the position, searches see it as steps: each has the mean of the resistance over it,
+so that work and climb are exact from one break to the next. Inside a step a run that follows the true resistance with
+the same effort differs by a known amount of kinetic energy, which `runs.resistance_correction` adds.
+"""
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.line.piecewise import Floats, Piecewise
+from tgvdp.line.resistance import curve_permil, gradient_permil, tunnel_drag
+from tgvdp.model.track import LOWERED, NEUTRAL, POWERED
+from tgvdp.model.train import Train
+from tgvdp.model.trip import Trip
+
+#: Breaks nearer to each other than this share of the distance are one: no acceleration can be told on less.
+SAME_POSITION = 1e-9
+#: Largest change of the resistance within a step, as a share of the starting effort, but no more than so many steps
+#: for the whole range of the resistance. Running time and energy are right to 2e-5 then (tests/test_resolved.py).
+_STEP_SHARE = 0.005
+_MOST_STEPS = 400
+#: Largest product of that change and the step's length, as a share of twice the kinetic energy at top speed: within a
+#: step, w may be off by an eighth of that share before `runs.resistance_correction` puts it right.
+_WORK_SHARE = 4e-5
+
+
+class ResolvedLine(NamedTuple):
+    """A line for one trip, in K steps; positions are those of the head and count from the trip's origin.
+
+    Attributes
+    ----------
+    break_m : (K + 1,) float64
+        Ends of the steps, from 0 to the trip's distance.
+    grade_n : (K,) float64
+        Mean force of gradients and curves, N.
+    air : (K,) float64
+        Mean coefficient of v² in the running resistance, N/(m/s)².
+    limit_mps : (K,) float64
+        Speed limit of line and train; may be infinite.
+    supply : (K,) int8
+        POWERED, NEUTRAL or LOWERED.
+    force, drag : Piecewise
+        What the means are taken of.
+    force_nm, drag_nm : (K + 1,) float64
+        Integrals of force and drag up to each break.
+    even : bool
+        Whether resistance and drag are constant within each step.
+    inertia_kg : float
+    """
+
+    break_m: Floats
+    grade_n: Floats
+    air: Floats
+    limit_mps: Floats
+    supply: NDArray[np.int8]
+    force: Piecewise
+    drag: Piecewise
+    force_nm: Floats
+    drag_nm: Floats
+    even: bool
+    inertia_kg: float
+
+    def step_at(self, x_m: Floats) -> NDArray[np.int64]:
+        """Step that holds each position, at a break the one that starts there."""
+        index = np.searchsorted(self.break_m, x_m, side="right") - 1
+        return np.asarray(index.clip(0, len(self.grade_n) - 1))
+
+    def supply_between(self, x_m: Floats) -> NDArray[np.int8]:
+        """Current between rows at given positions, (n − 1,)."""
+        return np.asarray(self.supply[self.step_at(0.5 * (x_m[:-1] + x_m[1:]))])
+
+    def means(self, x_m: Floats) -> tuple[Floats, Floats]:
+        """Exact means of force, N, and drag, N/(m/s)², between rows at given positions, (n − 1,) each."""
+        if self.even:
+            step = self.step_at(0.5 * (x_m[:-1] + x_m[1:]))
+            return self.grade_n[step], self.air[step]
+        force, drag = (np.diff(function.integral_to(x_m)) / np.diff(x_m) for function in (self.force, self.drag))
+        return force, drag
+
+
+@lru_cache(maxsize=16)
+def resolve(trip: Trip) -> ResolvedLine:
+    """Resolve the line of a trip by its convention.
+
+    Raises
+    ------
+    InputError
+        When a curve is too tight for the formula, or the train's drag in a tunnel is not known.
+    """
+    train, origin_m, distance_m = trip.train, trip.origin_m, trip.distance_m
+    force, drag = _resistance(trip)
+    limits = np.array(trip.track.speed_limits, dtype=np.float64)
+    reach_m = train.length_m if trip.convention.limits == "tail" else 0.0
+    top_mps = min(float(limits[:, 1].max()), train.max_speed_mps)
+    rises = np.diff(limits[:, 1]) > 0.0
+    changes_m = limits[1:, 0] + np.where(rises, reach_m, 0.0) - origin_m
+    breaks = [*_steps(trip, force, drag, top_mps), changes_m]
+    stretches = np.array(trip.track.neutral_sections, dtype=np.float64).reshape(-1, 3)
+    stretches[:, 0] -= origin_m
+    breaks += [stretches[:, 0], stretches[:, 0] + stretches[:, 1]]
+
+    def limit_of(at_m: Floats) -> Floats:
+        return np.minimum(_limit_mps(limits, origin_m + at_m, reach_m), train.max_speed_mps)
+
+    even = all(bool((function.coefficient[:, 1:] == 0.0).all()) for function in (force, drag))
+    break_m = _merged(np.unique(np.concatenate(breaks)), distance_m)
+    if not even:
+        break_m = _merged(np.union1d(break_m, _turns(train, force, drag, break_m, limit_of)), distance_m)
+    middle_m = 0.5 * (break_m[:-1] + break_m[1:])
+    grade_n, air = (
+        function.on(function.piece_at(middle_m), middle_m) if even else function.mean(break_m[:-1], break_m[1:])
+        for function in (force, drag)
+    )
+    return ResolvedLine(
+        break_m, grade_n, air, limit_of(middle_m), _supply(stretches, middle_m), force, drag,
+        force.integral_to(break_m), drag.integral_to(break_m), even, train.inertia_kg,
+    )  # fmt: skip
+
+
+def _resistance(trip: Trip) -> tuple[Piecewise, Piecewise]:
+    """Force of gradients and curves, N, and coefficient of v², N/(m/s)², over the head's position from the origin."""
+    train, track, convention = trip.train, trip.track, trip.convention
+    permil = gradient_permil(track)
+    if convention.curves != "none":
+        permil = permil.plus(curve_permil(track, convention.curves))
+    force = permil.scaled(train.mass_kg * convention.gravity_mps2 / 1000.0)
+    drag = Piecewise.constant(train.davis_c_n_per_mps2, track.length_m)
+    if convention.tunnels and track.tunnels:
+        drag = drag.plus(tunnel_drag(train, track))
+    if convention.mass_model == "strip" and train.length_m > 0.0:
+        force, drag = force.mean_behind(train.length_m), drag.mean_behind(train.length_m)
+    return force.between(trip.origin_m, trip.destination_m), drag.between(trip.origin_m, trip.destination_m)
+
+
+def _steps(trip: Trip, force: Piecewise, drag: Piecewise, top_mps: float) -> list[Floats]:
+    """Ends of steps in which the resistance at speeds up to the top speed hardly changes."""
+    effort_n, inertia_kg = trip.train.traction_limit.effort_n(0.0), trip.train.inertia_kg
+    top_w = min(top_mps**2, trip.start_speed_mps**2 + 2.0 * effort_n * trip.distance_m / inertia_kg)
+    found = []
+    for function, unit in ((force, 1.0), (drag, 1.0 / top_w)):
+        range_ = float(np.ptp(np.concatenate(function.ends())))
+        step = max(_STEP_SHARE * effort_n * unit, range_ / _MOST_STEPS)
+        found.append(function.steps(step, _WORK_SHARE * inertia_kg * top_w * unit))
+    return found
+
+
+def _turns(
+    train: Train, force: Piecewise, drag: Piecewise, break_m: Floats, limit_of: Callable[[Floats], Floats]
+) -> Floats:
+    """Positions at which holding the speed limit turns from traction to braking: no mean may hide one by the other."""
+    found = [break_m[:0]]
+    for limit_mps in np.unique(limit_of(0.5 * (break_m[:-1] + break_m[1:]))).tolist():
+        if limit_mps < math.inf:
+            rolling_n = Piecewise.constant(train.davis_a_n + train.davis_b_n_per_mps * limit_mps, float(break_m[-1]))
+            at_m = force.plus(drag.scaled(limit_mps**2)).plus(rolling_n).roots()
+            found.append(at_m[limit_of(at_m) == limit_mps])
+    return np.concatenate(found)
+
+
+def _merged(break_m: Floats, distance_m: float) -> Floats:
+    """Breaks within the trip and its two ends, those that are one in rounding only once."""
+    gap_m = SAME_POSITION * distance_m
+    inside_m = np.concatenate(([0.0], break_m[(break_m > 0.0) & (break_m < distance_m - gap_m)]))
+    return np.append(inside_m[np.diff(inside_m, prepend=-np.inf) > gap_m], distance_m)
+
+
+def _limit_mps(limits: Floats, at_m: Floats, reach_m: float) -> Floats:
+    """Smallest speed limit of the line between each position and ``reach_m`` behind it; before the line its first."""
+    last = np.searchsorted(limits[:, 0], at_m, side="right")
+    if reach_m == 0.0:
+        return np.asarray(limits[last - 1, 1])
+    first = np.maximum(np.searchsorted(limits[:, 0], at_m - reach_m, side="right") - 1, 0)
+    return np.array([limits[i:j, 1].min() for i, j in zip(first, last, strict=True)])
+
+
+def _supply(stretches: Floats, at_m: Floats) -> NDArray[np.int8]:
+    """Current at each position; rows of a stretch are position, length, and whether the pantograph is lowered."""
+    supply = np.full(len(at_m), POWERED, dtype=np.int8)
+    for from_m, length_m, lowered in stretches:
+        supply[(at_m > from_m) & (at_m < from_m + length_m)] = LOWERED if lowered else NEUTRAL
+    return supply

@@ -1,0 +1,194 @@
+"""The front method: the whole Pareto front from a few multipliers (docs/front-method.md).
+
+Pilots are solved by the costate program for chosen multipliers. Each point of the front drives a blend of the
+switching speeds of the two pilots around it that meets its running time; where the blend drives worse than the cubic
+through the pilots' (T, E, slope −λ) promises, a pilot is added between them.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.line.resolved import resolve
+from tgvdp.methods.budget import Clock, SearchBudget
+from tgvdp.methods.costate.mesh import Mesh, Run
+from tgvdp.methods.costate.prices import OutOfTime, PilotFront
+from tgvdp.model.trip import Trip
+from tgvdp.physics.energy import energy_tables
+from tgvdp.runs.profile import Profile
+from tgvdp.runs.resistance_correction import follow
+
+#: How well a point meets its running time by default: a share of the step to the next point.
+_STEP_TOL = 0.05
+#: Relative difference below which running times are the same.
+_SAME = 1e-9
+#: The first mesh, in cells of the usual size; the factor between meshes, and the last one.
+_COARSEST = 0.25
+_REFINEMENT = 2.0
+_FINEST = 16.0
+
+
+@dataclass
+class OptimalRuns:
+    """Runs of the front method, in the order of their target times.
+
+    Attributes
+    ----------
+    duration_s, energy_j : (n,) float64
+        Running time, and energy by the trip's model.
+    price_j_per_s : (n,) float64
+        Multiplier λ of each run: energy saved per second more; infinite for the fastest run.
+    complete : bool
+        False when the time limit ended the search: the targets before that are met.
+    exhausted : bool
+        True when running longer saves nothing: the last run is the thriftiest, faster than the last targets.
+    counters : dict of str to int
+        Cells of the mesh that was fine enough, and work done on all meshes: pilots, runs, costates.
+    missed_s : tuple of float
+        Targets that no run meets, as running times jump over them: a faster run stands for each, or none.
+    """
+
+    duration_s: NDArray[np.float64]
+    energy_j: NDArray[np.float64]
+    price_j_per_s: NDArray[np.float64]
+    complete: bool
+    exhausted: bool
+    counters: dict[str, int]
+    _rows: list[tuple[NDArray[np.float64], NDArray[np.float64]]]
+    missed_s: tuple[float, ...] = ()
+
+    def rows(self, index: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Rows of one run: positions from the origin, m, and squared speeds, m²/s²."""
+        return self._rows[index]
+
+
+def optimal_front(
+    trip: Trip,
+    fastest: Profile,
+    target_s: NDArray[np.float64],
+    budget: SearchBudget,
+    tolerance_s: float | None = None,
+) -> OptimalRuns:
+    """Least energy of the continuous problem at given running times.
+
+    Parameters
+    ----------
+    trip : Trip
+    fastest : Profile
+        Its fastest run, which is the point for every target that it meets.
+    target_s : (n,) float64
+        Increasing running times, s.
+    budget : SearchBudget
+    tolerance_s : float, optional
+        How well running times are met, s; by default a small share of the smallest step between them.
+
+    Returns
+    -------
+    OptimalRuns
+        One run for each target, or for those before the budget ended; none is later than its target. Where running
+        times jump over a target, and no blend meets it, a faster run stands for it, or none, and `missed_s` names it.
+        Where no slower run saves energy any more, the front ends with the thriftiest run.
+
+    Raises
+    ------
+    TgvdpError
+        When the costate program fails; it never returns a wrong front in silence.
+    """
+    clock = budget.start()
+    line = resolve(trip)
+    counters = {"cells": 0, "pilots": 0, "runs": 0, "costates": 0}
+    slower = target_s > fastest.duration_s * (1.0 + _SAME)
+    if tolerance_s is None:
+        steps_s = np.diff(target_s[slower], prepend=fastest.duration_s)
+        tolerance_s = _STEP_TOL * float(steps_s.min(initial=math.inf))
+    auxiliary_w = energy_tables(trip.train, trip.energy).auxiliary_w
+    traction_j = fastest.total_energy_j - auxiliary_w * fastest.duration_s
+    # No point is later than its target: a timetable allows for no more.
+    half_s = 0.5 * tolerance_s
+    aims_s = target_s[slower] - half_s
+    search = _Search(trip, fastest, aims_s, half_s, auxiliary_w, counters, clock)
+    runs, complete, saves = search.runs() if slower.any() else _Found([], True, True)
+    rows = fastest.position_m - trip.origin_m, fastest.speed_mps**2
+    met = int(np.sum(~slower))
+    found = [Run(fastest.duration_s, traction_j, math.inf, *rows)] * met
+    missed_s: list[float] = []
+    for aim_s, run in zip(aims_s.tolist(), runs, strict=False):
+        if abs(run.time_s - aim_s) > half_s * (1.0 + _SAME) and (saves or run is not runs[-1]):
+            missed_s.append(aim_s + half_s)
+        # A run that is no slower than the last one is among the points already.
+        if run.time_s <= (aim_s + half_s) * (1.0 + _SAME) and (
+            not found or run.time_s > found[-1].time_s * (1.0 + _SAME)
+        ):
+            found.append(run)
+    duration, energy, prices = (np.array([run[column] for run in found], dtype=np.float64) for column in range(3))
+    return OptimalRuns(
+        duration, energy + auxiliary_w * duration, np.maximum(prices - auxiliary_w, 0.0), complete, not saves,
+        counters, [rows] * met + [follow(trip.train, line, run.x_m, run.w) for run in found[met:]], tuple(missed_s),
+    )  # fmt: skip
+
+
+class _Found(NamedTuple):
+    """Runs in the order of their times, whether that is all, and whether running longer saves until the last time."""
+
+    runs: list[Run]
+    complete: bool
+    saves: bool
+
+
+@dataclass
+class _Search:
+    """The search for the runs that take given times, on a mesh that is fine enough."""
+
+    trip: Trip
+    fastest: Profile
+    aims_s: NDArray[np.float64]
+    tolerance_s: float
+    least_price: float
+    counters: dict[str, int]
+    clock: Clock
+
+    def runs(self) -> _Found:
+        """Runs on a mesh that is fine enough.
+
+        Cells are halved until runs on a mesh of half as many are hardly dearer, and no pilot is dearer, at its own
+        multiplier, than another run that was found.
+        """
+        found: _Found | None = None
+        fineness = _COARSEST
+        try:
+            front = self._marched(fineness)
+            coarser = self._marched(fineness / _REFINEMENT)
+            while True:
+                last = fineness >= _FINEST
+                if last or front.agrees(coarser):
+                    driven = self._driven(front)
+                    if found is None or driven.complete:
+                        self.counters["cells"] = len(front.mesh.cells.length_m)
+                        found = driven
+                    if last or not driven.complete or front.stands(driven.runs):
+                        return found
+                fineness *= _REFINEMENT
+                front, coarser = self._marched(fineness), front
+        except OutOfTime:
+            return found or _Found([], False, True)
+
+    def _marched(self, fineness: float) -> PilotFront:
+        mesh = Mesh.of(self.trip, self.fastest, fineness)
+        front = PilotFront(mesh, self.tolerance_s, self.least_price, self.counters, self.clock)
+        front.reach(float(self.aims_s[0]), float(self.aims_s[-1]))
+        return front
+
+    def _driven(self, front: PilotFront) -> _Found:
+        reached = int(np.sum(self.aims_s <= front.pilots[-1].time_s + self.tolerance_s))
+        saves = reached == len(self.aims_s)
+        runs: list[Run] = []
+        try:
+            runs.extend(front.points(self.aims_s[:reached]))
+            if not saves:
+                runs.append(front.thriftiest())
+        except OutOfTime:
+            return _Found(runs, False, saves)
+        return _Found(runs, True, saves)

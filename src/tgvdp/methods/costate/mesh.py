@@ -1,0 +1,216 @@
+"""The mesh of the front method: multipliers are solved by the costate program on it, and runs are driven."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.errors import TgvdpError
+from tgvdp.line.cells import Cells, cells_of
+from tgvdp.methods.costate import backward as costate
+from tgvdp.methods.costate.extremal import Pilot, ends_of
+from tgvdp.methods.costate.forward import FAST, LENGTH, LIMIT, LOW, STATION, Course
+from tgvdp.methods.costate.interpolate import DONE, NO_ROOM, NOT_MET, RUN_COLUMNS, SAMPLES, drive
+from tgvdp.methods.costate.stations import graded_stations
+from tgvdp.model.trip import Trip
+from tgvdp.physics.energy import energy_tables
+from tgvdp.physics.forces import KernelTrain, kernel_train
+from tgvdp.runs.fastest import envelope_of, reachable_w
+from tgvdp.runs.profile import Profile
+
+#: Cells per trip at least, and cells within the distance over which starting effort would reach the top speed.
+_CELLS_PER_TRIP = 100
+_CELLS_PER_START = 4
+#: Thinning tolerance of the costate polyline, per cell; smaller where the price of time is below E/T of the fastest
+#: run, because the costates of coasting shrink with it.
+_TOLERANCE = 2e-5
+#: Squared speed below which costates are not carried, relative to the trip's top.
+_FLOOR = 1e-4
+_NO_ENDS = np.full(6, np.inf)
+_NO_TARGET = np.full(1, np.nan)
+
+
+def _per_kilogram(train: KernelTrain) -> KernelTrain:
+    """The same train with all forces per unit of inertia."""
+    per_kg = 1.0 / train.inertia_kg
+    scale = np.array([1.0, *(per_kg,) * 5])
+    return train._replace(
+        inertia_kg=1.0,
+        davis_a_n=train.davis_a_n * per_kg,
+        davis_b=train.davis_b * per_kg,
+        traction=train.traction * scale,
+        braking=train.braking * scale,
+        friction_n=train.friction_n * per_kg,
+        rates=train.rates * scale,
+    )
+
+
+class Run(NamedTuple):
+    """A run that is kept: running time in s, energy in J, price in J/s; its rows, from the origin, (n,)."""
+
+    time_s: float
+    energy_j: float
+    price: float
+    x_m: NDArray[np.float64]
+    w: NDArray[np.float64]
+
+
+class Interval:
+    """Two neighbouring pilots, and the blends of them that were driven: shares and running times, in order."""
+
+    def __init__(self, before: Pilot, after: Pilot) -> None:
+        self.before = before
+        self.after = after
+        self.ends = ends_of(before, after)
+        self.samples = np.empty((SAMPLES, 2))
+        self.samples[:2] = (0.0, before.time_s), (1.0, after.time_s)
+        self.known = 2
+        #: Shares between which the running time jumps, where it does.
+        self.bracket = (0.0, 1.0)
+
+
+@dataclass
+class Mesh:
+    """Cells of a trip with the envelope of feasible speeds and room for the rows of one run.
+
+    Energies and prices are without auxiliaries: their power only adds to the price of time. The usual price is the
+    energy for traction over the running time of the fastest run, J/s: the scale of multipliers.
+    """
+
+    trip: Trip
+    train: KernelTrain
+    cells: Cells
+    low: NDArray[np.float64]
+    fast: NDArray[np.float64]
+    fastest_rows: tuple[NDArray[np.float64], NDArray[np.float64]]
+    typical_m: float
+    usual_price: float
+
+    def __post_init__(self) -> None:
+        inertia_kg = self.train.inertia_kg
+        self.unit_train = _per_kilogram(self.train)
+        self.unit_grade, self.unit_air = self.cells.grade_n / inertia_kg, self.cells.air / inertia_kg
+        self.top_w = float(self.fast.max())
+        self.flat_out = np.column_stack((self.fast,) * 3)
+        tables = energy_tables(self.trip.train, self.trip.energy)
+        brakes = bool(self.train.braking[:, 1:].any())
+        self.drawn, self.returned = tables.traction, tables.regeneration if brakes else 0.0
+        self.size = 24 * len(self.cells.length_m) + 8192
+        self.rows = np.empty((2, self.size))
+        self.kept, self.stored = np.empty((2, 0)), 0
+        self.scratch = np.empty((2, 4096))
+        self.samples = np.empty((SAMPLES, 2))
+        self.runs = np.empty((1, RUN_COLUMNS))
+        self.room = np.empty((4, costate.ROOM))
+
+    @classmethod
+    def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0) -> "Mesh":
+        """Mesh for a trip whose fastest run is known, its cells ``fineness`` times as fine as usual."""
+        train = kernel_train(trip.train)
+        cell_m = _cell_size(trip, fastest) / fineness
+        cells = cells_of(trip, graded_stations(trip, fastest, cell_m))
+        low, fast, *fastest_rows = envelope_of(trip, cells, train)
+        cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
+        # A run downhill may need no energy at all.
+        least_j = 5e-4 * train.inertia_kg * float(fastest.speed_mps.max()) ** 2
+        balance = fastest.balance
+        drawn_j = balance.wheel_j
+        if trip.energy.kind != "wheel":
+            drawn_j = balance.pantograph_j + balance.regenerated_j - balance.auxiliary_j
+        usual_price = max(drawn_j, least_j) / fastest.duration_s
+        return cls(trip, train, cells, low, fast, (fastest_rows[0], fastest_rows[1]), cell_m, usual_price)
+
+    def _switching_speeds(self, price: float, counters: dict[str, int]) -> NDArray[np.float64]:
+        """Optimal squared switching speeds, (K + 1, 3), for a multiplier in J/s."""
+        cells = self.cells
+        switch = np.empty_like(self.flat_out)
+        tolerance = _TOLERANCE * min(1.0, price / self.usual_price)
+        status, points = costate.switching_speeds(
+            self.unit_train, self.returned / self.drawn, cells.length_m, self.unit_grade, self.unit_air, self.low,
+            self.fast, self.trip.end_speed_mps**2, price / (self.drawn * self.train.inertia_kg), tolerance,
+            self.typical_m, _FLOOR * self.top_w, switch, self.room,
+        )  # fmt: skip
+        counters["pilots"] += 1
+        counters["costates"] += points
+        if status != costate.DONE:
+            raise TgvdpError(f"the costate program lost its way at λ = {price:g} J/s (status {status}); please report")
+        return switch
+
+    @cached_property
+    def course(self) -> Course:
+        """What the kernel needs to drive, made once; the kernel adds the rides when it first drives."""
+        station_m, *others = self.cells[:5]
+        count = len(station_m) - 1
+        cells = np.zeros((7, count + 1))
+        cells[STATION], cells[LOW], cells[FAST] = station_m, self.low, self.fast
+        cells[LENGTH : LIMIT + 1, :count] = others
+        row = np.searchsorted(self.fastest_rows[0], station_m)
+        return Course(cells, np.array(self.fastest_rows), row, np.full(count, -1))
+
+    def drive(
+        self, first: NDArray[np.float64], second: NDArray[np.float64], share: float, counters: dict[str, int]
+    ) -> tuple[int, float, float]:
+        """Drive a blend of two policies into `rows`; returns rows, running time in s, energy in J."""
+        self.samples[0, 0] = share
+        while True:
+            _, status, _, driven = drive(
+                self.train, self.drawn, self.returned, self.course, self.trip.start_speed_mps**2, first, second,
+                _NO_ENDS, math.inf, 0.0, self.samples, 1, _NO_TARGET, 0.0, self.rows, 0, self.scratch, self.runs,
+            )  # fmt: skip
+            counters["runs"] += driven
+            if status == DONE:
+                return int(self.runs[0, 1]), self.runs[0, 2], self.runs[0, 3]
+            self.rows = np.empty((2, 2 * self.rows.shape[1]))
+
+    def meet(
+        self,
+        interval: Interval,
+        target_s: NDArray[np.float64],
+        tolerance_s: float,
+        loss: float,
+        least_loss_j: float,
+        counters: dict[str, int],
+    ) -> tuple[list[Run], int]:
+        """Drive blends of two pilots that take given times; returns them, and why they end before the last, or DONE.
+
+        ``loss`` and ``least_loss_j`` are those of `blends.drive`.
+        """
+        found: list[Run] = []
+        runs = np.empty((len(target_s), RUN_COLUMNS))
+        while True:
+            rows = self.kept
+            done, status, interval.known, driven = drive(
+                self.train, self.drawn, self.returned, self.course, self.trip.start_speed_mps**2,
+                interval.before.switch, interval.after.switch, interval.ends, loss, least_loss_j, interval.samples,
+                interval.known, target_s[len(found) :], tolerance_s, rows, self.stored, self.scratch, runs,
+            )  # fmt: skip
+            counters["runs"] += driven
+            for first, last, time_s, energy_j, price, *_ in runs[:done].tolist():
+                x_m, w = rows[:, int(first) : int(last)]
+                found.append(Run(time_s, energy_j, price, x_m, w))
+                self.stored = int(last)
+            if status != NO_ROOM:
+                if status == NOT_MET:
+                    interval.bracket = (runs[done, 5], runs[done, 6])
+                return found, status
+            if not done:
+                self.size *= 2
+            self.kept, self.stored = np.empty((2, self.size)), 0
+
+    def pilot(self, price: float, counters: dict[str, int]) -> Pilot:
+        """Solve and drive one multiplier, J/s; infinite is the fastest run, full traction up to the envelope."""
+        switch = self.flat_out if math.isinf(price) else self._switching_speeds(price, counters)
+        _, time_s, energy_j = self.drive(switch, switch, 0.0, counters)
+        if not math.isfinite(time_s):
+            raise TgvdpError(f"the train of the costate program stalls at λ = {price:g} J/s; please report")
+        return Pilot(price, switch, time_s, energy_j)
+
+
+def _cell_size(trip: Trip, fastest: Profile) -> float:
+    """Cell size from the trip's own scales, m: its length, and how fast the train gains speed."""
+    top_w = float(fastest.speed_mps.max()) ** 2
+    start_m = 0.5 * trip.train.inertia_kg * top_w / trip.train.traction_limit.effort_n(0.0)
+    return min(trip.distance_m / _CELLS_PER_TRIP, start_m / _CELLS_PER_START)

@@ -1,0 +1,228 @@
+"""Regions of the costate polyline: which points are carried back by which regime, and what lies between and beyond.
+
+Full traction keeps p ≤ −½ within the cell, coasting p ≥ −½ (and p ≤ −r/2), dynamic braking p ≥ −r/2: images that do not
+are dropped. Between two regimes runs change from one to the other within the cell, or hold a speed, and p is
+interpolated. Beyond the last image runs meet the wall within the cell.
+"""
+
+import math
+
+from tgvdp._jit import kernel, part
+from tgvdp.methods.costate.characteristics import LOST, coast_back, coast_image, saturated_back, saturated_image
+from tgvdp.methods.costate.polyline import insert
+from tgvdp.physics.forces import mean_effort, mean_resistance
+from tgvdp.physics.motion import DYNAMIC, TRACTION
+
+#: Neighbouring images are no further apart than this factor of w, below this share of the envelope.
+_SPREAD = 2.0
+_SLOW_SHARE = 0.1
+#: Runs that meet the wall within a cell have costates at so many points per relative change of the wall, at most, ...
+_WALL_PIECES = 40.0
+_MOST_WALL_PIECES = 8.0
+#: ... down to this share of it before the cell.
+LEAST_WALL = 1e-3
+#: Rows of braking curves keep to the brake's effort to this share.
+_ROUNDING = 0.01
+
+
+@part
+def drive_region(train, length, load, air, price, bottom, w, p, last, x, y):
+    """Images under full traction of the points up to ``last`` that lie above ``bottom`` and keep p ≤ −½.
+
+    They are made from the last one down. Of those lost below ``bottom`` one remains, at ``bottom``: p is so low there
+    that the regime is clear. Returns their number, and the speed after the cell of the last one.
+    """
+    first = last + 1
+    edge = last
+    switch = w[last]
+    above_w = 0.0
+    above_p = 0.0
+    for i in range(last, -1, -1):
+        w0, p0 = saturated_back(train, TRACTION, 1.0, length, load, air, price, bottom, w[i], p[i])
+        if w0 < bottom:
+            if first <= last:
+                share = (bottom - w0) / (x[first] - w0)
+                edge_w = w[i] + share * (w[first] - w[i])
+                edge_p = p[i] + share * (p[first] - p[i])
+                edge_w, edge_p = saturated_image(train, TRACTION, 1.0, length, load, air, price, bottom, edge_w, edge_p)
+                if edge_w > LOST * bottom and edge_p <= y[first]:
+                    first -= 1
+                    x[first] = bottom
+                    y[first] = edge_p
+            break
+        if p0 > -0.5 and first > last:
+            edge = i - 1
+        elif i == edge < last:
+            share = (-0.5 - p0) / (above_p - p0)
+            switch = w[i] + share * (w[i + 1] - w[i])
+            edge = i + 1
+            x[edge] = w0 + share * (above_w - w0)
+            y[edge] = -0.5
+            first = i
+        else:
+            first = i
+        x[i] = w0
+        y[i] = p0
+        above_w = w0
+        above_p = p0
+    for i in range(first, edge + 1):
+        x[i - first] = x[i]
+        y[i - first] = y[i]
+    return edge + 1 - first if edge >= first else 0, switch
+
+
+@kernel
+def _coast_all(davis_b, length, load, air, price, floor, w, p, x, y):
+    """Images (x, y) under coasting of all points (w, p): indices from 0, so that the loop becomes one of vectors."""
+    for i in range(w.shape[0]):
+        x[i], y[i] = coast_back(davis_b, length, load, air, price, floor, w[i], p[i])
+
+
+@part
+def coast_region(davis_b, length, load, air, price, bottom, top, w, p, first, last, x, y, m):
+    """Append the images under coasting of the points ``first`` .. ``last``.
+
+    Next to standstill p varies as 1/v, which no straight line follows: gaps between neighbouring images are filled
+    there, from the edge at ``bottom`` on, with points interpolated before the cell.
+    """
+    slow = _SLOW_SHARE * top
+    image = 0.0
+    lost = False
+    i = first
+    while i <= last:
+        w0, p0 = coast_image(davis_b, length, load, air, price, bottom, w[i], p[i])
+        if w0 < bottom:
+            lost = True
+        else:
+            target = bottom if lost else _SPREAD * image
+            while i > first and target < min(w0, slow) and m + last + 8 < x.shape[0]:
+                share = (target - image) / (w0 - image)
+                fill_w = w[i - 1] + share * (w[i] - w[i - 1])
+                fill_p = p[i - 1] + share * (p[i] - p[i - 1])
+                fill_w, fill_p = coast_image(davis_b, length, load, air, price, bottom, fill_w, fill_p)
+                if fill_w > LOST * bottom and fill_p <= p0:
+                    x[m] = bottom if target == bottom else fill_w
+                    y[m] = fill_p
+                    m += 1
+                target *= _SPREAD
+            lost = False
+            x[m] = w0
+            y[m] = p0
+            m += 1
+        image = w0
+        i += 1
+        if w0 >= slow and not lost:
+            break
+    _coast_all(davis_b, length, load, air, price, bottom, w[i : last + 1], p[i : last + 1], x[m:], y[m:])
+    return m + last + 1 - i
+
+
+@part
+def brake_region(train, returned, length, load, air, price, held_w, bottom, top, w, p, first, last, x, y, start, m):
+    """Append images under full dynamic braking of the points ``first`` .. ``last`` that keep p ≥ −r/2.
+
+    Of the images under coasting from ``start`` on those remain that keep p ≤ −r/2. Returns the number of images.
+    """
+    level = -0.5 * returned
+    while m > start + 1 and y[m - 1] > level:
+        m -= 1
+    before = m
+    for i in range(first, last + 1):
+        w0, p0 = saturated_image(train, DYNAMIC, returned, length, load, air, price, bottom, w[i], p[i])
+        if w0 >= bottom:
+            x[m] = w0
+            y[m] = p0
+            m += 1
+            if w0 > top:
+                if m == before + 1:  # the envelope is held
+                    x[before] = top
+                    y[before] = level
+                break
+    if m == before:
+        return m
+    beyond = x[m - 1]
+    m = drop_below(level, x, y, before, m)
+    if m > before:
+        return hold(held_w, level, before, m, x, y)
+    x[m] = beyond  # below the level up to the wall
+    y[m] = level
+    return m + 1
+
+
+@part
+def dynamic_suffices(train, length, load, air, top, wall):
+    """Whether the dynamic brake alone brakes along the wall from ``top`` on, within a rounding of its rows."""
+    v0 = math.sqrt(top)
+    v1 = math.sqrt(wall)
+    work = 0.5 * (wall - top) + length * (load - train.davis_a_n + mean_resistance(train, air, v0, v1))
+    return -work <= (1.0 + _ROUNDING) * length * mean_effort(train.braking, v0, v1)
+
+
+@part
+def _wall_image(train, regime, returned, rest, length, load, air, price, bottom, top, wall):
+    """Image of the wall's point a share ``rest`` of the cell after its start."""
+    w1 = max(top + rest * (wall - top), LEAST_WALL * top)
+    if regime == DYNAMIC:
+        return saturated_image(train, DYNAMIC, returned, rest * length, load, air, price, bottom, w1, 0.0)
+    return coast_image(train.davis_b, rest * length, load, air, price, bottom, w1, -0.5 * returned)
+
+
+@part
+def wall_region(train, regime, returned, length, load, air, price, bottom, top, wall, x, y, m):
+    """Append costates of runs that meet the wall within the cell, from ``top`` to ``wall``, and brake along it.
+
+    They come to it by coasting, p = −r/2 there, where the dynamic brake alone follows it; else by that brake, p = 0.
+    On a steep descent only a part of the wall is met from ``bottom`` on: an edge is put there.
+    """
+    pieces = math.ceil(min(max(_WALL_PIECES * (1.0 - wall / top), 1.0), _MOST_WALL_PIECES))
+    lost_w = bottom
+    for i in range(pieces + 1):
+        rest = 1.0 - i / pieces
+        w0, p0 = _wall_image(train, regime, returned, rest, length, load, air, price, bottom, top, wall)
+        if w0 < bottom:
+            lost_w = w0
+            continue
+        if lost_w < bottom:
+            edge = rest + (w0 - bottom) / (w0 - lost_w) / pieces
+            y[m] = min(_wall_image(train, regime, returned, edge, length, load, air, price, bottom, top, wall)[1], 0.0)
+            x[m] = bottom
+            m += 1
+            lost_w = bottom
+        x[m] = min(w0, top)
+        y[m] = min(p0, 0.0)
+        m += 1
+    return m
+
+
+@part
+def hold(held, level, first, m, x, y):
+    """Make the speed that is held a point of the images, if it lies before the ``first`` one; their new number."""
+    if not x[first - 1] < held < x[first] or y[first] < level:
+        return m
+    if y[first - 1] >= level:  # an edge, from which a run would switch to that speed only to hold it
+        x[first - 1] = held
+        return m
+    return insert(x, y, m, first, held, level)
+
+
+@part
+def drop_below(level, x, y, first, m):
+    """Drop the images from ``first`` on that lie below a level, but for an edge at the level; returns what is left.
+
+    Where no image reaches the level, nothing is left.
+    """
+    i = first
+    while i < m and y[i] < level:
+        i += 1
+    if i == m:
+        return first
+    if i == first:
+        return m
+    share = (level - y[i - 1]) / (y[i] - y[i - 1])
+    x[i - 1] += share * (x[i] - x[i - 1])
+    y[i - 1] = level
+    dropped = i - 1 - first
+    for j in range(first, m - dropped):
+        x[j] = x[j + dropped]
+        y[j] = y[j + dropped]
+    return m - dropped

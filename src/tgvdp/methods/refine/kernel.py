@@ -1,0 +1,193 @@
+"""Kernels of the generic refinement: discrete differential dynamic programming, blends.
+
+Everything here works on one arc of constant acceleration per cell, so that a run is one squared speed per station and
+any run in which each arc passes the one feasibility test is a run that the train can drive.
+"""
+
+import math
+
+from tgvdp._jit import kernel, leaf
+from tgvdp.model.track import LOWERED, POWERED
+from tgvdp.physics.arc import OK, OVER_ACCELERATION, OVER_BRAKE, OVER_DECELERATION, OVER_TRACTION, arc
+from tgvdp.physics.energy import arc_energy
+from tgvdp.physics.forces import unpowered
+from tgvdp.physics.motion import BRAKING, TRACTION, land
+
+#: A landing that rounding has put outside the limits is moved in by this share of w first, and four times more each
+#: time after that, so often at most.
+_NUDGE = 1e-14
+_NUDGES = 16
+#: Gain of a pass, as a share of E + λT, above which the next pass keeps its step; so many passes at most for a step.
+_GAIN = 1e-5
+_PASSES = 60
+#: From one step to the next finer one.
+_SHRINK = 0.4
+
+
+@kernel
+def measure(train, tables, length, grade, air, supply, w):
+    """Running time in s and energy in J of a run, and whether each of its arcs is feasible."""
+    time = 0.0
+    energy = 0.0
+    feasible = True
+    dark = unpowered(train)
+    for k in range(length.shape[0]):
+        here = train if supply[k] == POWERED else dark
+        status, duration, work = arc(here, length[k], grade[k], air[k], w[k], w[k + 1])
+        feasible = feasible and status == OK
+        time += duration
+        if supply[k] != LOWERED:
+            energy += arc_energy(here, tables, length[k], duration, work, w[k], w[k + 1])
+    return time, energy, feasible
+
+
+@kernel
+def _landed(train, regime, length, grade, air, w):
+    """Largest squared speed after the cell from w (traction), or before the cell to reach w (braking), by one arc."""
+    sign = 1.0 if regime == TRACTION else -1.0
+    x = land(train, regime, sign, length, grade, air, w)
+    nudge = _NUDGE
+    for _ in range(_NUDGES):
+        w0, w1 = (w, x) if regime == TRACTION else (x, w)
+        if arc(train, length, grade, air, w0, w1)[0] == OK:
+            break
+        x *= 1.0 - nudge
+        nudge *= 4.0
+    return x
+
+
+@kernel
+def envelope_kernel(train, length, grade, air, supply, limit, start_w, end_w, low, fast):
+    """Slowest and fastest squared speed at each station with one arc per cell; ``low``, ``fast`` (K + 1,) in place."""
+    count = length.shape[0]
+    dark = unpowered(train)
+    fast[count] = min(end_w, limit[count - 1])
+    for k in range(count - 1, -1, -1):
+        here = train if supply[k] == POWERED else dark
+        top = limit[k] if k == 0 else min(limit[k], limit[k - 1])
+        fast[k] = min(top, _landed(here, BRAKING, length[k], grade[k], air[k], fast[k + 1]))
+    fast[0] = min(fast[0], start_w)
+    for k in range(count):
+        here = train if supply[k] == POWERED else dark
+        fast[k + 1] = min(fast[k + 1], _landed(here, TRACTION, length[k], grade[k], air[k], fast[k]))
+    low[count] = fast[count]
+    for k in range(count - 1, 0, -1):
+        here = train if supply[k] == POWERED else dark
+        low[k] = min(land(here, TRACTION, -1.0, length[k], grade[k], air[k], low[k + 1]), fast[k])
+    low[0] = fast[0]
+
+
+@leaf
+def _choices(w, low, fast, step, half, choices):
+    """Speeds to choose from around w, increasing, within low..fast; returns how many, and which of them is w."""
+    below = min(half, math.ceil((w - low) / step))
+    above = min(half, math.ceil((fast - w) / step))
+    for j in range(-below, above + 1):
+        choices[below + j] = min(max(w + j * step, low), fast)
+    return below + above + 1, below
+
+
+@kernel
+def _sweep(train, tables, length, grade, air, supply, low, fast, price, half, step, w, choices, best, value):
+    """Replace w by the best run among all combinations of the speeds around it; returns its E + λT."""
+    count = length.shape[0]
+    dark = unpowered(train)
+    size, now = _choices(w[count], low[count], fast[count], step, half, choices[count])
+    value[1, 0] = 0.0
+    for k in range(count - 1, -1, -1):
+        after = size
+        kept = now
+        here = train if supply[k] == POWERED else dark
+        size, now = _choices(w[k], low[k], fast[k], step, half, choices[k])
+        for i in range(size):
+            w0 = choices[k, i]
+            least = math.inf
+            for j in range(after):
+                w1 = choices[k + 1, j]
+                status, duration, work = arc(here, length[k], grade[k], air[k], w0, w1)
+                if status == OK:
+                    energy = 0.0
+                    if supply[k] != LOWERED:
+                        energy = arc_energy(here, tables, length[k], duration, work, w0, w1)
+                    cost = price * duration + energy + value[1, j]
+                    if cost < least:
+                        least = cost
+                        best[k, i] = j
+                elif j > kept and (status in (OVER_TRACTION, OVER_ACCELERATION)):
+                    break  # as do the speeds above; the incumbent's own arc has been looked at
+            value[0, i] = least
+        for i in range(size):
+            value[1, i] = value[0, i]
+    i = 0
+    for k in range(count):
+        i = best[k, i]
+        w[k + 1] = choices[k + 1, i]
+    return value[1, 0]
+
+
+@kernel
+def descend(train, tables, length, grade, air, supply, low, fast, price, half, first, last, w, choices, best, value):
+    """Improve a run by sweeps with ever smaller steps, each until it is stationary.
+
+    Parameters
+    ----------
+    train : KernelTrain
+    tables : EnergyTables
+    length, grade, air, supply
+        Arrays of `Cells`, (K,) each.
+    low, fast : (K + 1,) float64
+        Slowest and fastest feasible squared speed at each station, m²/s²; equal at both ends.
+    price : float
+        Multiplier λ, J/s.
+    half : int
+        Speeds to try above and below that of the incumbent, at each station.
+    first, last : float
+        The first step between these speeds, and the smallest one that is of interest, m²/s².
+    w : (K + 1,) float64, modified in place
+        The run, which must be feasible; it stays so.
+    choices, best, value
+        Scratch: (K + 1, n) float64, (K + 1, n) int16 and (2, n) float64, with n > 2·half.
+
+    Returns
+    -------
+    int
+        Number of sweeps.
+    """
+    sweeps = 0
+    step = first
+    cost = math.inf
+    while True:
+        for _ in range(_PASSES):
+            before = cost
+            cost = _sweep(
+                train, tables, length, grade, air, supply, low, fast, price, half, step, w, choices, best, value
+            )
+            sweeps += 1
+            if before - cost <= _GAIN * abs(cost):
+                break
+        step *= _SHRINK
+        if step < last:
+            return sweeps
+
+
+@kernel
+def blend(train, length, grade, air, supply, low, fast, first, second, share, w):
+    """Blend two runs into w: (1 − share)·first + share·second, cut where full effort does not suffice for it.
+
+    The effort limits of a power-limited train are not convex in w, so that a blend of two runs at full effort asks for
+    a little more than that. Cutting never takes it below the slower of the two.
+    """
+    count = length.shape[0]
+    dark = unpowered(train)
+    for k in range(count + 1):
+        w[k] = max(min(first[k] + share * (second[k] - first[k]), fast[k]), low[k])
+    for k in range(count - 1, 0, -1):
+        here = train if supply[k] == POWERED else dark
+        status = arc(here, length[k], grade[k], air[k], w[k], w[k + 1])[0]
+        if status in (OVER_BRAKE, OVER_DECELERATION):
+            w[k] = min(w[k], _landed(here, BRAKING, length[k], grade[k], air[k], w[k + 1]))
+    for k in range(count - 1):
+        here = train if supply[k] == POWERED else dark
+        status = arc(here, length[k], grade[k], air[k], w[k], w[k + 1])[0]
+        if status in (OVER_TRACTION, OVER_ACCELERATION):
+            w[k + 1] = min(w[k + 1], _landed(here, TRACTION, length[k], grade[k], air[k], w[k]))

@@ -1,0 +1,104 @@
+"""One mesh of the generic refinement: cells, the envelope of feasible runs, and the improvement of runs on it."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.line.cells import Cells, breaks_of, cells_of
+from tgvdp.methods.costate.mesh import Mesh
+from tgvdp.methods.refine.kernel import blend, descend, envelope_kernel, measure
+from tgvdp.methods.refine.pulse_and_glide import switch
+from tgvdp.model.trip import Trip
+from tgvdp.physics.energy import EnergyTables
+from tgvdp.physics.forces import KernelTrain
+from tgvdp.runs.profile import Profile
+
+#: Speeds above and below the incumbent in the first program of a run, from standstill to the fastest run.
+WIDEST = 24
+#: A coarser level keeps every so many stations, and all breaks of the line.
+_COARSENING = 4
+#: Rows nearer to a station than this share of its cell make no station.
+_SLIVER = 1e-3
+
+
+def mesh_for(trip: Trip, fastest: Profile, fineness: float) -> Mesh:
+    """Mesh of the front method; its first and last cells are cut at the rows of the fastest run.
+
+    Next to standstill the duration of a cell hangs on small changes of effort, which those rows follow.
+    """
+    mesh = Mesh.of(trip, fastest, fineness)
+    station_m, rows_m = mesh.cells.station_m, fastest.position_m - trip.origin_m
+    at = np.searchsorted(station_m, rows_m).clip(1, len(station_m) - 1)
+    share = (rows_m - station_m[at - 1]) / mesh.cells.length_m[at - 1]
+    inside = ((at == 1) | (at == len(station_m) - 1)) & (share > _SLIVER) & (share < 1.0 - _SLIVER)
+    cells = cells_of(trip, np.union1d(station_m, rows_m[inside]))
+    return replace(mesh, cells=cells._replace(limit_w=np.minimum(cells.limit_w, 4.0 * float(mesh.fast.max()))))
+
+
+class Level:
+    """A mesh on which a run is one squared speed per station, with one arc per cell.
+
+    Attributes
+    ----------
+    cells : Cells
+    low, fast : (K + 1,) float64
+        Slowest and fastest feasible squared speeds, runs themselves.
+    top_w : float
+        Largest of them.
+    """
+
+    def __init__(self, trip: Trip, train: KernelTrain, cells: Cells) -> None:
+        self.trip, self.train, self.cells = trip, train, cells
+        self._arrays = (cells.length_m, cells.grade_n, cells.air, cells.supply)
+        n = len(cells.station_m)
+        self.low, self.fast = np.empty(n), np.empty(n)
+        ends_w = trip.start_speed_mps**2, trip.end_speed_mps**2
+        envelope_kernel(train, *self._arrays, cells.limit_w, *ends_w, self.low, self.fast)
+        self.top_w = float(self.fast.max())
+        width = 2 * WIDEST + 1
+        self._scratch = (np.empty((n, width)), np.empty((n, width), np.int16), np.empty((2, width)))
+
+    def measured(self, tables: EnergyTables, w: NDArray[np.float64]) -> tuple[float, float]:
+        """Time in s and energy in J of a run; an infinite energy where it is not feasible."""
+        time_s, energy_j, feasible = measure(self.train, tables, *self._arrays, w)
+        return time_s, energy_j if feasible else math.inf
+
+    def switched(
+        self, tables: EnergyTables, relaxed: EnergyTables, w: NDArray[np.float64]
+    ) -> tuple[float, float, NDArray[np.float64], NDArray[np.float64]]:
+        """Drive a run of the relaxed problem by the map's own efforts: time, energy, and its rows (position, v²)."""
+        xs, ws = np.empty(2 * len(w)), np.empty(2 * len(w))
+        n, time_s, energy_j = switch(self.train, tables, relaxed, self.cells.station_m, *self._arrays, w, xs, ws)
+        return time_s, energy_j, xs[:n], ws[:n]
+
+    def descend(
+        self, tables: EnergyTables, price: float, w: NDArray[np.float64], half: int, first: float, last: float
+    ) -> int:
+        """Improve a run in place with steps from ``first`` to ``last``, shares of the largest v²; returns sweeps."""
+        return int(
+            descend(
+                self.train, tables, *self._arrays, self.low, self.fast, price, half,
+                first * self.top_w, last * self.top_w, w, *self._scratch,
+            )
+        )  # fmt: skip
+
+    def blend(self, first: NDArray[np.float64], second: NDArray[np.float64], share: float) -> NDArray[np.float64]:
+        """Run between two runs, cut to what is feasible."""
+        w = np.empty_like(self.fast)
+        blend(self.train, *self._arrays, self.low, self.fast, first, second, share, w)
+        return w
+
+    def carried(self, other: "Level", w: NDArray[np.float64]) -> NDArray[np.float64]:
+        """A run of another level on the stations of this one: v² is linear along an arc."""
+        here = np.interp(self.cells.station_m, other.cells.station_m, w)
+        return self.blend(here, here, 0.0)
+
+    def coarser(self, tables: EnergyTables) -> "Level | None":
+        """The same trip in longer cells; None where the fastest run is not feasible in them."""
+        kept_m = np.union1d(breaks_of(self.trip), self.cells.station_m[::_COARSENING])
+        cells = cells_of(self.trip, kept_m)
+        top_w = float(self.cells.limit_w.max())
+        level = Level(self.trip, self.train, cells._replace(limit_w=np.minimum(cells.limit_w, top_w)))
+        return level if math.isfinite(level.measured(tables, level.fast)[1]) else None

@@ -1,0 +1,204 @@
+"""The line as the referee sees it: looked up in the track itself, and summed up in a way of its own.
+
+Nothing is shared with `line.resolved`. Resistance and drag are added up along the track in small parts, and a train
+of some length meets the difference of two sums over its length.
+"""
+
+import math
+from functools import lru_cache
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp._jit import kernel, leaf
+from tgvdp.model.track import LOWERED, NEUTRAL, POWERED, Curve
+from tgvdp.model.trip import Trip
+
+_Floats = NDArray[np.float64]
+
+#: Parts of each curve in which its radius changes, and the longest one, m.
+_PARTS = 256
+_LONGEST_M = 20.0
+#: Radius at which Röckl's formula jumps.
+_JUMP_M = 300.0
+#: Where both sides of a break are looked at, as a share of the distance between breaks.
+_BESIDE = 1e-3
+#: Jumps of the gradient below this share of the starting effort, or of the steepest gradient, are rounding.
+_SAME_FORCE = 1e-6
+
+
+class SeenLine(NamedTuple):
+    """The track in n parts, and sums along it; float64.
+
+    Attributes
+    ----------
+    at_m : (n + 1,)
+        Ends of the parts on the track, increasing.
+    force_n, slope : (n,)
+        Force of gradients and curves at the start of each part, and its change per metre, N/m.
+    air : (n,)
+        Coefficient of v² in each part.
+    force_nm, drag : (n + 1,)
+        Sums up to each end of the force, and of the coefficient of v².
+    length_m : float
+        Length over which the train meets their mean; 0 where it meets them at its head.
+    """
+
+    at_m: _Floats
+    force_n: _Floats
+    slope: _Floats
+    air: _Floats
+    force_nm: _Floats
+    drag: _Floats
+    length_m: float
+
+
+@leaf
+def _part(at, x):
+    lo = 0
+    hi = at.shape[0] - 1
+    while hi - lo > 1:
+        middle = (lo + hi) // 2
+        if at[middle] <= x:
+            lo = middle
+        else:
+            hi = middle
+    return lo
+
+
+@leaf
+def _ahead(at, i, x):
+    while i + 2 < at.shape[0] and at[i + 1] <= x:
+        i += 1
+    return i
+
+
+@kernel
+def parts_at(line, x):
+    """Parts of the track in which the head is at x and the tail behind it, from which `met` looks ahead."""
+    return _part(line.at_m, x), _part(line.at_m, x - line.length_m)
+
+
+@leaf
+def met(line, parts, x):
+    """Force of gradients and curves in N, and coefficient of v², that the train meets with its head at x.
+
+    ``parts`` are those at a position that is not after x.
+    """
+    i = _ahead(line.at_m, parts[0], x)
+    past = x - line.at_m[i]
+    if line.length_m == 0.0:
+        return line.force_n[i] + past * line.slope[i], line.air[i]
+    tail = x - line.length_m
+    j = _ahead(line.at_m, parts[1], tail)
+    behind = tail - line.at_m[j]
+    head_force = line.force_nm[i] + past * (line.force_n[i] + 0.5 * past * line.slope[i])
+    back_force = line.force_nm[j] + behind * (line.force_n[j] + 0.5 * behind * line.slope[j])
+    drag = line.drag[i] + past * line.air[i] - line.drag[j] - behind * line.air[j]
+    return (head_force - back_force) / line.length_m, drag / line.length_m
+
+
+def _curve_permil(formula: str, row: Curve, share: float) -> float:
+    """Resistance at a share of the way through a curve, ‰."""
+    bend = abs((1.0 - share) / row.radius_start_m + share / row.radius_end_m)
+    if formula == "none" or bend == 0.0:
+        return 0.0
+    radius_m = 1.0 / bend
+    if formula == "800/R":
+        return 800.0 / radius_m
+    return 650.0 / (radius_m - 55.0) if radius_m >= _JUMP_M else 500.0 / (radius_m - 30.0)
+
+
+@lru_cache(maxsize=16)
+def see_line(trip: Trip) -> SeenLine:
+    """Add up the track of a trip."""
+    track, train, convention = trip.track, trip.train, trip.convention
+    ends_m = {0.0, track.length_m}
+    ends_m |= {row.position_m for row in track.gradients} | {row.position_m for row in track.curves}
+    for tunnel in track.tunnels:
+        ends_m |= {tunnel.position_m, min(tunnel.position_m + tunnel.length_m, track.length_m)}
+    curves = track.curves if convention.curves != "none" else ()
+    curve_end_m = [*(row.position_m for row in curves[1:]), track.length_m]
+    for row, end_m in zip(curves, curve_end_m, strict=False):
+        if row.radius_start_m != row.radius_end_m:
+            parts = max(_PARTS, math.ceil((end_m - row.position_m) / _LONGEST_M))
+            ends_m |= set(np.linspace(row.position_m, end_m, parts + 1).tolist())
+            bend, turn = 1.0 / row.radius_start_m, 1.0 / row.radius_end_m - 1.0 / row.radius_start_m
+            shares = ((side / _JUMP_M - bend) / turn for side in (-1.0, 0.0, 1.0))
+            ends_m |= {row.position_m + share * (end_m - row.position_m) for share in shares if 0.0 < share < 1.0}
+    length_m = train.length_m if convention.mass_model == "strip" else 0.0
+    # What the track begins with was there before it.
+    at_m = np.array(sorted(ends_m | {-length_m}))
+    middle_m = np.maximum(0.5 * (at_m[:-1] + at_m[1:]), _BESIDE * _BESIDE * at_m[at_m > 0.0].min())
+    span_m = np.diff(at_m)
+    permil, permil_per_m = np.zeros_like(middle_m), np.zeros_like(middle_m)
+    for position_m, gradient_permil in track.gradients:
+        permil[middle_m > position_m] = gradient_permil
+    for row, end_m in zip(curves, curve_end_m, strict=False):
+        for i in np.flatnonzero((middle_m > row.position_m) & (middle_m < end_m)):
+            beside_m = 0.25 * span_m[i] if at_m[i] >= 0.0 else 0.0
+            first, last = (
+                _curve_permil(convention.curves, row, float((at - row.position_m) / (end_m - row.position_m)))
+                for at in (middle_m[i] - beside_m, middle_m[i] + beside_m)
+            )
+            permil[i] += 0.5 * (first + last)
+            permil_per_m[i] = 2.0 * (last - first) / span_m[i]
+    air = np.full_like(middle_m, train.davis_c_n_per_mps2)
+    for tunnel in track.tunnels if convention.tunnels else ():
+        inside = (middle_m > tunnel.position_m) & (middle_m < tunnel.position_m + tunnel.length_m)
+        air[inside] += next(
+            row.davis_c_n_per_mps2 for row in train.tunnel_drag if row.cross_section_m2 == tunnel.cross_section_m2
+        )
+    mean_n, slope = (train.mass_kg * value / 1000.0 * convention.gravity_mps2 for value in (permil, permil_per_m))
+    force_nm, drag = (np.concatenate(([0.0], np.cumsum(span_m * value))) for value in (mean_n, air))
+    return SeenLine(at_m, mean_n - 0.5 * span_m * slope, slope, air, force_nm, drag, length_m)
+
+
+def limits_seen(trip: Trip, at_m: _Floats) -> _Floats:
+    """Speed limit at positions of the head, m/s: a limit holds until the tail has left it, or the head (convention)."""
+    track = trip.track
+    behind_m = trip.train.length_m if trip.convention.limits == "tail" else 0.0
+    limit_mps = np.full(len(at_m), trip.train.max_speed_mps)
+    ends_m = [*(row.position_m for row in track.speed_limits[1:]), math.inf]
+    for row, end_m in zip(track.speed_limits, ends_m, strict=True):
+        held = (at_m >= row.position_m) & (at_m < end_m + behind_m)
+        limit_mps[held] = np.minimum(limit_mps[held], row.speed_mps)
+    return limit_mps
+
+
+def supply_seen(trip: Trip, at_m: _Floats) -> NDArray[np.int8]:
+    """Current at positions of the head, (n,): POWERED, NEUTRAL or LOWERED."""
+    supply = np.full(len(at_m), POWERED, dtype=np.int8)
+    for position_m, length_m, lowered in trip.track.neutral_sections:
+        supply[(at_m >= position_m) & (at_m < position_m + length_m)] = LOWERED if lowered else NEUTRAL
+    return supply
+
+
+@lru_cache(maxsize=16)
+def breaks_seen(trip: Trip) -> _Floats:
+    """Positions within the trip at which its limit or its current changes, or the gradient met at the head, m."""
+    track, convention = trip.track, trip.convention
+    found = {row.position_m for row in track.speed_limits}
+    if convention.limits == "tail":
+        found |= {position_m + trip.train.length_m for position_m in found}
+    for position_m, length_m, _ in track.neutral_sections:
+        found |= {position_m, position_m + length_m}
+    at_m = np.array(sorted(x for x in found if trip.origin_m < x < trip.destination_m))
+    gaps_m = _BESIDE * np.diff(np.concatenate(([trip.origin_m], at_m, [trip.destination_m])))
+    before_m, after_m = at_m - gaps_m[:-1], at_m + gaps_m[1:]
+    changes = limits_seen(trip, before_m) != limits_seen(trip, after_m)
+    changes |= supply_seen(trip, before_m) != supply_seen(trip, after_m)
+    if convention.mass_model == "strip" and trip.train.length_m > 0.0:
+        return at_m[changes]
+    weight_n = trip.train.mass_kg * convention.gravity_mps2 / 1000.0
+    least_permil = _SAME_FORCE * trip.train.traction_limit.effort_n(0.0) / weight_n
+    least_permil = max([least_permil, *(_SAME_FORCE * abs(row.gradient_permil) for row in track.gradients)])
+    jumps_m = [
+        row.position_m
+        for before, row in pairwise(track.gradients)
+        if abs(before.gradient_permil - row.gradient_permil) > least_permil
+        and trip.origin_m < row.position_m < trip.destination_m
+    ]
+    return np.union1d(at_m[changes], jumps_m)

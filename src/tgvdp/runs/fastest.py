@@ -1,0 +1,234 @@
+"""The fastest run: the reference with zero delay, exact up to the rows of `physics.motion`.
+
+In a uniform cell the fastest run is the lower envelope of three curves: full traction from the speed at its start,
+the speed limit, and full braking backwards from the largest speed at its end. A backward sweep finds that largest
+speed (`cap`) at every station, a forward sweep drives; the point where traction or holding meets braking is solved
+for inside the cell, so that no mesh is needed (Howlett & Pudney, Energy-Efficient Train Control, 1995, ch. 2).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp._jit import kernel, part
+from tgvdp.constants import FEASIBILITY_RTOL
+from tgvdp.errors import InfeasibleError
+from tgvdp.line.cells import Cells, cells_of
+from tgvdp.line.resolved import resolve
+from tgvdp.model.track import POWERED
+from tgvdp.model.trip import Trip
+from tgvdp.physics.forces import KernelTrain, kernel_train, unpowered
+from tgvdp.physics.motion import BRAKING, TRACTION, march, net_force
+from tgvdp.runs.braking_point import braked_w, drive_then_brake, driven_w, drop_slivers, emit_driven
+from tgvdp.runs.profile import Profile, profile_of
+from tgvdp.runs.resistance_correction import follow
+from tgvdp.units import mps_to_kmh
+
+#: Rows of the fastest run itself, per usual one. Near it the least energy falls with the square root of the time that
+#: is spent: 1e-5 of the running time is worth 0.5 % of the energy, so that it must be right to 1e-7.
+_FINE_ROWS = 10.0
+#: Rows of one march at most.
+_SCRATCH = 32768
+#: Share of w that the slowest run keeps in hand, so that rounding and rows of other lengths do not stall it.
+_SPARE = 2e-3
+
+DONE = 0
+FULL = 1  # the row buffers are too small
+NO_BRAKE = 2  # no speed at this station lets the train obey what comes after
+TOO_FAST = 3  # the start speed is too high for what comes after it
+STALLED = 4  # full traction does not carry the train over this cell
+
+
+@part
+def _find_caps(train, dark, length, grade, air, limit, supply, end_w, cap, xs, ws):
+    """Largest squared speed at each station that still obeys all that follows; ``cap`` (K + 1,) in place."""
+    count = length.shape[0]
+    cap[count] = end_w
+    for k in range(count - 1, -1, -1):
+        if cap[k + 1] > limit[k]:
+            cap[k + 1] = limit[k]
+        here = train if supply[k] == POWERED else dark
+        w = braked_w(here, BRAKING, grade[k], air[k], cap[k + 1], limit[k], length[k], xs, ws)
+        cap[k] = w
+        if w <= 0.0:
+            return NO_BRAKE, k
+    return DONE, 0
+
+
+@part
+def _drive_fastest(train, dark, station, length, grade, air, limit, supply, start_w, cap, fast, bx, bw, xs, ws):
+    """Drive the fastest run; ``fast`` (K + 1,) and the rows ``xs``, ``ws`` in place; returns status, cell, rows."""
+    count = length.shape[0]
+    fast[0] = start_w
+    xs[0] = 0.0
+    ws[0] = start_w
+    n = 1
+    for k in range(count):
+        if n + _SCRATCH > xs.shape[0]:
+            return FULL, k, n
+        d = length[k]
+        w0 = fast[k]
+        w1 = cap[k + 1]
+        first = n
+        here = train if supply[k] == POWERED else dark
+        landed = driven_w(here, TRACTION, grade[k], air[k], w0, limit[k], d, bx, bw)
+        if landed > w1 or (
+            landed >= limit[k] and net_force(here, BRAKING, grade[k], air[k], np.sqrt(w1), np.sqrt(w1)) > 0.0
+        ):
+            landed = w1
+            n = drive_then_brake(
+                here, TRACTION, BRAKING, station[k], station[k + 1], d, grade[k], air[k], limit[k], w0, w1, bx, bw,
+                xs, ws, n,
+            )  # fmt: skip
+        elif landed <= 0.0:
+            return STALLED, k, n
+        else:
+            n = emit_driven(here, TRACTION, station[k], d, grade[k], air[k], w0, limit[k], xs, ws, n)
+            ws[n - 1] = landed
+            xs[n - 1] = station[k + 1]
+        fast[k + 1] = landed
+        n = drop_slivers(xs, ws, first, n, d)
+    return DONE, 0, n
+
+
+@part
+def _find_slowest(train, dark, length, grade, air, supply, fast, end_w, low, xs, ws):
+    """Slowest squared speed at each station from which full traction still reaches the end; ``low`` in place."""
+    count = length.shape[0]
+    low[count] = end_w
+    for k in range(count - 1, -1, -1):
+        here = train if supply[k] == POWERED else dark
+        w = march(here, TRACTION, -1.0, length[k], grade[k], air[k], low[k + 1], 0.0, xs, ws, 0)[1]
+        low[k] = min(w * (1.0 + _SPARE), fast[k])
+
+
+@kernel
+def envelope_kernel(train, station, length, grade, air, limit, supply, start_w, end_w, cap, low, fast, xs, ws, bx, bw):
+    """Caps, fastest run and slowest speeds; the arrays of `Envelope` in place; returns status, cell, rows.
+
+    ``bx`` and ``bw`` are scratch of `_SCRATCH` rows.
+    """
+    dark = unpowered(train)
+    status, cell = _find_caps(train, dark, length, grade, air, limit, supply, end_w, cap, bx, bw)
+    if status != DONE:
+        return status, cell, 0
+    if start_w > cap[0] * (1.0 + FEASIBILITY_RTOL):
+        return TOO_FAST, 0, 0
+    start_w = min(start_w, cap[0])
+    status, cell, n = _drive_fastest(
+        train, dark, station, length, grade, air, limit, supply, start_w, cap, fast, bx, bw, xs, ws
+    )
+    if status == DONE:
+        _find_slowest(train, dark, length, grade, air, supply, fast, end_w, low, bx, bw)
+    return status, cell, n
+
+
+def _explain(status: int, trip: Trip, cells: Cells, cell: int, cap_w: float) -> InfeasibleError:
+    where = f"at {trip.origin_m + float(cells.station_m[cell]):.6g} m"
+    if status == NO_BRAKE:
+        name = trip.train.name
+        return InfeasibleError(f"the brakes of train {name} cannot hold it {where}: the descent outruns them")
+    if status == TOO_FAST:
+        return InfeasibleError(
+            f"start speed {mps_to_kmh(trip.start_speed_mps):.4g} km/h is too high: "
+            f"what follows allows {mps_to_kmh(float(np.sqrt(cap_w))):.4g} km/h at most"
+        )
+    if cells.supply[cell] != POWERED:
+        return InfeasibleError(f"train {trip.train.name} stalls {where}: it cannot coast through the neutral section")
+    return InfeasibleError(f"train {trip.train.name} stalls {where}: full traction does not carry it over the climb")
+
+
+class Envelope(NamedTuple):
+    """Feasible speeds of a trip over given cells, float64.
+
+    Attributes
+    ----------
+    low, fast : (K + 1,)
+        Squared speeds at the stations of the slowest run that can still reach the end, and of the fastest, m²/s².
+    x_m, w : (n,)
+        Rows of the fastest run: positions from the origin and squared speeds.
+    """
+
+    low: NDArray[np.float64]
+    fast: NDArray[np.float64]
+    x_m: NDArray[np.float64]
+    w: NDArray[np.float64]
+
+
+def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
+    """Fastest run and slowest feasible speeds over given cells.
+
+    Parameters
+    ----------
+    trip : Trip
+    cells : Cells
+    train : KernelTrain
+
+    Returns
+    -------
+    Envelope
+
+    Raises
+    ------
+    InfeasibleError
+        When the train stalls, cannot brake, or cannot meet its start or end speed.
+    """
+    count = len(cells.length_m)
+    limit_w = np.minimum(cells.limit_w, reachable_w(trip, cells))
+    for speed_mps, cell, label in ((trip.start_speed_mps, 0, "start"), (trip.end_speed_mps, -1, "end")):
+        if speed_mps**2 > cells.limit_w[cell] * (1.0 + FEASIBILITY_RTOL):
+            raise InfeasibleError(
+                f"{label} speed {mps_to_kmh(speed_mps):.4g} km/h is above the limit there, "
+                f"{mps_to_kmh(float(np.sqrt(cells.limit_w[cell]))):.4g} km/h"
+            )
+    cap, low, fast = np.empty(count + 1), np.empty(count + 1), np.empty(count + 1)
+    start_w, end_w = trip.start_speed_mps**2, trip.end_speed_mps**2
+    size = 16 * count + 2 * _SCRATCH
+    while True:
+        xs, ws = np.empty(size), np.empty(size)
+        status, cell, n = envelope_kernel(
+            train, cells.station_m, cells.length_m, cells.grade_n, cells.air, limit_w, cells.supply, start_w, end_w,
+            cap, low, fast, xs, ws, *np.empty((2, _SCRATCH)),
+        )  # fmt: skip
+        if status != FULL:
+            break
+        size *= 2
+    if status != DONE:
+        raise _explain(status, trip, cells, cell, cap[cell])
+    if fast[-1] < end_w * (1.0 - FEASIBILITY_RTOL):
+        raise InfeasibleError(
+            f"end speed {mps_to_kmh(trip.end_speed_mps):.4g} km/h cannot be reached: "
+            f"full traction gives {mps_to_kmh(float(np.sqrt(fast[-1]))):.4g} km/h"
+        )
+    return Envelope(low, fast, xs[:n], ws[:n])
+
+
+def reachable_w(trip: Trip, cells: Cells) -> float:
+    """Squared speed that no run passes: what the largest effort below it gives over the whole distance, m²/s².
+
+    Infinite when that is above all limits.
+    """
+    pull_n = max(0.0, -float(cells.grade_n.min()))
+    per_newton = 2.0 * trip.distance_m / trip.train.inertia_kg
+    w = trip.start_speed_mps**2 + per_newton * (trip.train.traction_limit.effort_n(0.0) + pull_n)
+    while w < float(cells.limit_w.max()):
+        effort_n = trip.train.traction_limit.largest_n(math.sqrt(w)) + pull_n
+        if trip.start_speed_mps**2 + per_newton * effort_n <= w:
+            return w * (1.0 + FEASIBILITY_RTOL)
+        w *= 2.0
+    return math.inf
+
+
+def fastest_run(trip: Trip) -> Profile:
+    """Profile of the fastest run of a trip.
+
+    Raises
+    ------
+    InfeasibleError
+        When no run obeys all limits.
+    """
+    train = kernel_train(trip.train)._replace(rows=_FINE_ROWS)
+    envelope = envelope_of(trip, cells_of(trip), train)
+    return profile_of(trip, *follow(trip.train, resolve(trip), envelope.x_m, envelope.w))

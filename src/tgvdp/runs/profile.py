@@ -1,0 +1,185 @@
+"""Speed profiles: what a run looks like, row by row.
+
+Between two rows the acceleration is constant, so v² is linear in position; limit and current are constant because
+every break of the line is a row, and resistance and drag are exact means.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp._jit import kernel
+from tgvdp.line.resolved import resolve
+from tgvdp.model.energy import PANTOGRAPH
+from tgvdp.model.track import LOWERED, POWERED
+from tgvdp.model.trip import Trip
+from tgvdp.physics.arc import duration_and_work
+from tgvdp.physics.energy import arc_energy, energy_tables
+from tgvdp.physics.forces import KernelTrain, kernel_train, mean_brake, mean_effort, mean_resistance, unpowered
+
+#: Driving regimes; a profile stores the index.
+REGIMES = ("traction", "cruising", "coasting", "braking")
+TRACTION, CRUISING, COASTING, BRAKING = range(4)
+
+#: An effort below this share of the starting effort counts as none (coasting).
+_COASTING_SHARE = 1e-4
+#: An acceleration below this share of what the starting effort gives counts as none (cruising).
+_CRUISING_SHARE = 0.03
+
+
+class EnergyBalance(NamedTuple):
+    """Where the energy of a run goes, J.
+
+    Attributes
+    ----------
+    wheel_j : float
+        Traction work at the wheel.
+    pantograph_j : float
+        Drawn from the line less what is returned, auxiliaries included: by the trip's map, or by the train's
+        efficiencies when the trip has none.
+    regenerated_j : float
+        Returned to the line.
+    auxiliary_j : float
+        Drawn by everything but traction.
+    braking_losses_j : float
+        Work of all brakes less what is returned: turned into heat.
+    """
+
+    wheel_j: float
+    pantograph_j: float
+    regenerated_j: float
+    auxiliary_j: float
+    braking_losses_j: float
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """A run as rows; all arrays have shape (n,) and are read-only.
+
+    Attributes
+    ----------
+    position_m : float64
+        Position on the track, m.
+    speed_mps : float64
+        Speed, m/s.
+    time_s : float64
+        Time since departure, s.
+    force_n : float64
+        Mean effort at the wheel between this row and the next, N; positive traction, negative braking; the last is 0.
+    energy_j : float64
+        Energy since departure by the trip's energy model, J.
+    regime : int8
+        Index into `REGIMES` of the regime between this row and the next; the last repeats.
+    balance : EnergyBalance
+    """
+
+    position_m: NDArray[np.float64]
+    speed_mps: NDArray[np.float64]
+    time_s: NDArray[np.float64]
+    force_n: NDArray[np.float64]
+    energy_j: NDArray[np.float64]
+    regime: NDArray[np.int8]
+    balance: EnergyBalance
+
+    def __post_init__(self) -> None:
+        for column in vars(self).values():
+            if isinstance(column, np.ndarray):
+                column.setflags(write=False)
+
+    @property
+    def duration_s(self) -> float:
+        """Running time, s."""
+        return float(self.time_s[-1])
+
+    @property
+    def total_energy_j(self) -> float:
+        """Energy of the whole run by the trip's energy model, J."""
+        return float(self.energy_j[-1])
+
+    @property
+    def regime_names(self) -> list[str]:
+        """Regime of each row by name."""
+        return [REGIMES[code] for code in self.regime]
+
+
+@kernel
+def _measure(train, tables, at_wheel, x, w, grade, air, supply, time, force, energy, regime):
+    """Fill time, force, energy, regime of rows (x, w); ``grade``, ``air``, ``supply`` belong to the row that starts.
+
+    Returns the traction work, the braking work, what is drawn and returned by the tables, auxiliaries aside, and what
+    these draw, J.
+    """
+    dark = unpowered(train)
+    wheel = 0.0
+    braking = 0.0
+    drawn = 0.0
+    returned = 0.0
+    auxiliary = 0.0
+    n = x.shape[0]
+    start_effort = mean_effort(train.traction, 0.0, 0.0)
+    time[0] = 0.0
+    energy[0] = 0.0
+    for i in range(n - 1):
+        d = x[i + 1] - x[i]
+        here = train if supply[i] == POWERED else dark
+        duration, work, _, _ = duration_and_work(here, d, grade[i], air[i], w[i], w[i + 1])
+        effort = work / d
+        v0 = np.sqrt(w[i])
+        v1 = np.sqrt(w[i + 1])
+        acceleration = 0.5 * (w[i + 1] - w[i]) / d
+        time[i + 1] = time[i] + duration
+        row = 0.0
+        if supply[i] != LOWERED:
+            row = arc_energy(here, tables, d, duration, work, w[i], w[i + 1])
+            auxiliary += tables.auxiliary_w * duration
+        energy[i + 1] = energy[i] + (max(work, 0.0) if at_wheel else row)
+        if supply[i] != LOWERED:
+            row -= tables.auxiliary_w * duration
+        wheel += max(work, 0.0)
+        braking += max(-work, 0.0)
+        drawn += max(row, 0.0)
+        returned += max(-row, 0.0)
+        force[i] = effort
+        load = mean_resistance(train, air[i], v0, v1) + grade[i]
+        limit = mean_effort(here.traction, v0, v1) if effort > 0.0 else mean_brake(here, load, v0, v1)
+        if abs(effort) <= _COASTING_SHARE * start_effort:
+            regime[i] = COASTING
+        elif abs(acceleration) * train.inertia_kg <= _CRUISING_SHARE * start_effort and abs(effort) < 0.95 * limit:
+            regime[i] = CRUISING
+        else:
+            regime[i] = TRACTION if effort > 0.0 else BRAKING
+    force[n - 1] = 0.0
+    regime[n - 1] = regime[n - 2]
+    return wheel, braking, drawn, returned, auxiliary
+
+
+def profile_of(trip: Trip, x_m: NDArray[np.float64], w: NDArray[np.float64]) -> Profile:
+    """Make a profile from rows.
+
+    Parameters
+    ----------
+    trip : Trip
+    x_m : (n,) float64
+        Strictly increasing positions from the origin, m; every break of the line must be among them.
+    w : (n,) float64
+        Squared speeds, m²/s².
+
+    Returns
+    -------
+    Profile
+    """
+    train: KernelTrain = kernel_train(trip.train)
+    line = resolve(trip)
+    grade_n, air = line.means(x_m)
+    n = len(x_m)
+    time, force, energy = np.empty(n), np.empty(n), np.empty(n)
+    regime = np.empty(n, dtype=np.int8)
+    at_wheel = trip.energy.kind == "wheel"
+    tables = energy_tables(trip.train, PANTOGRAPH if at_wheel else trip.energy)
+    wheel, braking, drawn, returned, auxiliary = _measure(
+        train, tables, at_wheel, x_m, w, grade_n, air, line.supply_between(x_m), time, force, energy, regime
+    )
+    balance = EnergyBalance(wheel, drawn - returned + auxiliary, returned, auxiliary, braking - returned)
+    return Profile(trip.origin_m + x_m, np.sqrt(w), time, force, energy, regime, balance)

@@ -1,0 +1,220 @@
+"""Kernels of `runs.resistance_correction`: one walk along the rows of a run and the pieces of the line beside them."""
+
+import math
+
+from tgvdp._jit import kernel, leaf, part
+from tgvdp.line.walk import piece_from, sum_to
+from tgvdp.physics.energy import FULL_EFFORT
+from tgvdp.physics.forces import brake_at, effort_at, mean_brake, mean_effort, mean_rate, mean_resistance
+from tgvdp.physics.motion import BELOW_DROP
+from tgvdp.runs.resistance_correction_effort import MOST_TAKEN, bounds_of_change, find_needed, keep_within_effort
+
+#: An acceleration within this share of its limit is at the limit.
+_AT_LIMIT = 1e-6
+#: A speed is held by choice where the effort is below this share of its limit.
+_SPARE_EFFORT = 0.98
+#: ... and above this share of the starting effort: less is coasting at the balancing speed.
+_COASTING_SHARE = 1e-4
+#: Relative difference of squared speeds that are one.
+_SAME_W = 1e-8
+#: Largest bend of the difference along a row, as a share of w, and the rows that one is cut into at most.
+_BEND = 1e-5
+_MOST_PARTS = 64
+
+
+@leaf
+def _gain_at(line, at, x, w):
+    """What w differs by at x where the resistance is the true one and the effort the same as on the steps.
+
+    ``at`` are the indices of the step, and of the pieces of force and drag.
+    """
+    step = at[0]
+    past = x - line.break_m[step]
+    if past <= 0.0 or x >= line.break_m[-1]:
+        return 0.0
+    force_j = line.grade_n[step] * past - (sum_to(line.force, at[1], x) - line.force_nm[step])
+    drag_j = line.air[step] * past - (sum_to(line.drag, at[2], x) - line.drag_nm[step])
+    return 2.0 / line.inertia_kg * (force_j + drag_j * w)
+
+
+@leaf
+def _walk(line, at, x):
+    """Indices at x, from those before it."""
+    return (
+        piece_from(line.break_m, at[0], x),
+        piece_from(line.force.knot_m, at[1], x),
+        piece_from(line.drag.knot_m, at[2], x),
+    )
+
+
+@kernel
+def count_parts(line, x, w, parts):
+    """Into how many parts each row is to be cut, so that the difference is nearly linear along each; returns the sum.
+
+    ``parts`` (n − 1,) in place.
+    """
+    total = 0
+    at = (0, 0, 0)
+    gain0 = 0.0
+    for k in range(x.shape[0] - 1):
+        bend = 0.0
+        first = at
+        end = _walk(line, at, x[k + 1])
+        gain1 = _gain_at(line, end, x[k + 1], w[k + 1])
+        at = first
+        for quarter in range(1, 4):
+            share = 0.25 * quarter
+            here_m = x[k] + share * (x[k + 1] - x[k])
+            here_w = w[k] + share * (w[k + 1] - w[k])
+            at = _walk(line, at, here_m)
+            gain = _gain_at(line, at, here_m, here_w)
+            bend = max(bend, abs(gain - gain0 - share * (gain1 - gain0)) / here_w)
+        parts[k] = min(max(math.ceil(math.sqrt(bend / _BEND)), 1), _MOST_PARTS)
+        total += parts[k]
+        at = end
+        gain0 = gain1
+    return total
+
+
+@kernel
+def cut_rows(train, line, x, w, parts, cut_x, cut_w):
+    """Cut rows into parts: the effort keeps its share of the limit if it is full, its value if not."""
+    step = 0
+    n = 0
+    for k in range(x.shape[0] - 1):
+        d = x[k + 1] - x[k]
+        step = piece_from(line.break_m, step, 0.5 * (x[k] + x[k + 1]))
+        grade = line.grade_n[step]
+        air = line.air[step]
+        acceleration = 0.5 * (w[k + 1] - w[k]) / d
+        v0 = math.sqrt(w[k])
+        v1 = math.sqrt(w[k + 1])
+        resistance = mean_resistance(train, air, v0, v1)
+        effort = train.inertia_kg * acceleration + resistance + grade
+        kept = acceleration >= (1.0 - _AT_LIMIT) * train.max_acceleration
+        kept = kept or -acceleration >= (1.0 - _AT_LIMIT) * train.max_deceleration
+        limit = 0.0
+        if effort >= 0.0:
+            limit = mean_effort(train.traction, v0, v1)
+        elif train.rates.shape[0] == 0:
+            limit = mean_brake(train, 0.0, v0, v1)
+        else:
+            kept = kept or -acceleration * train.inertia_kg >= (1.0 - _AT_LIMIT) * mean_rate(train.rates, v0, v1)
+        for j in range(parts[k]):
+            share = j / parts[k]
+            cut_x[n] = x[k] + share * d
+            cut_w[n] = w[k] + share * (w[k + 1] - w[k])
+            if j > 0 and not kept:
+                v = math.sqrt(cut_w[n])
+                change = resistance - mean_resistance(train, air, v0, v)
+                if abs(effort) >= FULL_EFFORT * limit and limit > 0.0:
+                    before = mean_effort(train.traction, v0, v) if effort >= 0.0 else mean_brake(train, 0.0, v0, v)
+                    change += effort * (before / limit - 1.0)
+                cut_w[n] += 2.0 / train.inertia_kg * share * d * change
+            n += 1
+    cut_x[n] = x[-1]
+    cut_w[n] = w[-1]
+
+
+@part
+def _is_bound(train, gain, v):
+    """Whether an acceleration is at a comfort limit or at a braking rate, at a mean speed."""
+    if abs(gain / train.max_acceleration - 1.0) <= _AT_LIMIT or abs(gain / train.max_deceleration + 1.0) <= _AT_LIMIT:
+        return True
+    return train.rates.shape[0] > 0 and abs(gain * train.inertia_kg / effort_at(train.rates, v) + 1.0) <= _AT_LIMIT
+
+
+@part
+def _is_held(train, least, effort, v):
+    """Whether a speed that stays the same is held by choice."""
+    if abs(effort) <= least:
+        return False
+    if effort < 0.0 and train.rates.shape[0] > 0:
+        return True
+    limit = effort_at(train.traction, v) if effort >= 0.0 else brake_at(train, 0.0, v)
+    return abs(effort) <= _SPARE_EFFORT * limit
+
+
+@part
+def _at_rate_break(train, w):
+    for i in range(1, train.rates.shape[0]):
+        break_w = train.rates[i, 0] * train.rates[i, 0]
+        if abs(w - break_w) <= _SAME_W * break_w:
+            return True
+    return False
+
+
+@part
+def _look(train, line, x, w, gain, top, effort, sums, bound, held):
+    """Gain, speed limit and integrals of force and drag, (n,), effort and what is kept between rows, (n − 1,)."""
+    at = (0, 0, 0)
+    least = _COASTING_SHARE * effort_at(train.traction, 0.0)
+    between = 0
+    limit_before = math.inf
+    for k in range(x.shape[0]):
+        at = _walk(line, at, x[k])
+        gain[k] = _gain_at(line, at, x[k], w[k])
+        sums[0, k] = sum_to(line.force, at[1], x[k])
+        sums[1, k] = sum_to(line.drag, at[2], x[k])
+        limit_mps = line.limit_mps[at[0]]
+        top[k] = max(min(limit_mps, limit_before) ** 2, w[k])
+        limit_before = limit_mps
+        if k + 1 == x.shape[0]:
+            break
+        d = x[k + 1] - x[k]
+        between = piece_from(line.break_m, between, 0.5 * (x[k] + x[k + 1]))
+        mean_w = 0.5 * (w[k] + w[k + 1])
+        v = math.sqrt(mean_w)
+        resistance = train.davis_a_n + train.davis_b * v + line.air[between] * mean_w
+        effort[k] = train.inertia_kg * 0.5 * (w[k + 1] - w[k]) / d + resistance + line.grade_n[between]
+        bound[k] = _is_bound(train, 0.5 * (w[k + 1] - w[k]) / d, v)
+        held[k] = abs(w[k + 1] - w[k]) <= _SAME_W * w[k + 1] and _is_held(train, least, effort[k], v)
+
+
+@part
+def _kept_gain(train, x, w, gain, bound, held, kept):
+    """Gain where something else than the effort is given: linear between rows that are free; ``kept`` in place."""
+    last = x.shape[0] - 1
+    before = 0
+    kept[0] = gain[0]
+    for k in range(1, last + 1):
+        inner = 0 < k < last
+        fixed = inner and bound[k - 1] and bound[k] and _at_rate_break(train, w[k])
+        kept[k] = 0.0 if fixed else gain[k]
+        if inner and not fixed and (bound[k - 1] or held[k - 1]) and (bound[k] or held[k]):
+            continue
+        slope = (kept[k] - kept[before]) / (x[k] - x[before])
+        for i in range(before + 1, k):
+            kept[i] = slope * (x[i] - x[before]) + kept[before]
+        before = k
+
+
+@part
+def _cap_at_drops(drops, w, effort, followed):
+    """Carry no run under traction past a drop of the effort curve; ``followed`` in place."""
+    for k in range(w.shape[0]):
+        near = (k > 0 and effort[k - 1] > 0.0) or (k + 1 < w.shape[0] and effort[k] > 0.0)
+        if not near:
+            continue
+        for i in range(drops.shape[0]):
+            drop_w = drops[i] ** 2
+            if w[k] <= drop_w * (1.0 + _SAME_W) and followed[k] > drop_w:
+                followed[k] = max(w[k], drop_w * (1.0 - BELOW_DROP))
+
+
+@kernel
+def follow_rows(train, line, drops, x, w, followed, scratch, bound, held):
+    """Squared speeds of the run that follows the true resistance; ``followed`` (n,) in place.
+
+    ``scratch`` (7, n) float64, ``bound`` and ``held`` (n − 1,) bool are room to work in.
+    """
+    gain, kept, effort, rise, fall = scratch[0], scratch[1], scratch[2, :-1], scratch[3, :-1], scratch[4, :-1]
+    sums = scratch[5:]
+    _look(train, line, x, w, gain, followed, effort, sums, bound, held)
+    _kept_gain(train, x, w, gain, bound, held, kept)
+    for k in range(x.shape[0]):
+        followed[k] = min(max(w[k] + kept[k], (1.0 - MOST_TAKEN) * w[k]), followed[k])
+    _cap_at_drops(drops, w, effort, followed)
+    bounds_of_change(train, x, w, gain, effort, bound, held, rise, fall)
+    find_needed(w, rise, kept)
+    keep_within_effort(train, line, x, w, sums, effort, held, rise, fall, kept, followed)

@@ -1,0 +1,171 @@
+"""QAOA on a statevector: angles by optimisation or as a ramp, shots, and the exact probability of success.
+
+Angles minimise the expected energy, from p = 1 upwards: BFGS with the exact gradient, from the best angles of one layer
+less, interpolated, from the best ramp, and from random starts. The cost of a layer is measured in units of the energy's
+spread over all strings, so that starting angles fit every instance.
+"""
+
+import time
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.errors import InputError
+from tgvdp.formulations.circuit.qaoa import (
+    Angles,
+    checked_angles,
+    energy_scale,
+    interpolated,
+    qaoa_circuit,
+    ramp_angles,
+)
+from tgvdp.formulations.circuit.statevector import MAX_QUBITS, evaluate, sample, statevector
+from tgvdp.formulations.problem.encoding import Encoded, Solution
+from tgvdp.formulations.qubo.ising import ising_of
+from tgvdp.formulations.qubo.qubo import bits_of
+from tgvdp.solvers.allowance import Options
+from tgvdp.solvers.extras import extra
+from tgvdp.solvers.samplers.sampling import Samples, lowest, sampled_solution
+
+#: Angles of a whole layer of a ramp, rad, of which the best one is taken.
+RAMP_STEPS = tuple(np.geomspace(0.1, 3.0, 16).tolist())
+
+#: Iterations of BFGS at most, per start and number of layers.
+MAX_ITERATIONS = 100
+
+
+class Found(NamedTuple):
+    """Angles, and how many evaluations of the expected energy they took."""
+
+    angles: Angles
+    evaluations: int
+
+
+def solve_qaoa(encoded: Encoded, options: Options) -> Solution:
+    """Sample the state of QAOA; uses ``layers``, ``angles``, ``starts``, ``reads`` (shots), ``seed`` and ``backend``.
+
+    The solution is the best of the shots. ``success_probability`` in its details is that of one shot, exact (without
+    noise), to give a string that violates nothing and reaches the constrained optimum; ``random_probability`` is that
+    of drawing bits by tossing coins. ``setup_s`` is the time before the first shot: energies, angles, state.
+
+    Raises
+    ------
+    InputError
+        When there are more than `MAX_QUBITS` bits, or the backend cannot be used.
+    """
+    qubo = encoded.qubo
+    if not 1 <= qubo.n <= MAX_QUBITS:
+        raise InputError(f"solver qaoa: {qubo.n} bits, but 1 to {MAX_QUBITS} qubits are simulated")
+    start = time.perf_counter()
+    energies = qubo.all_energies()
+    ising = ising_of(qubo, -1)
+    scale = energy_scale(ising) or 1.0
+    if options.angles == "ramp":
+        found = best_ramp(energies, scale, options.layers)
+    else:
+        found = optimised_angles(energies, scale, options.layers, options.starts, options.seed)
+    state = statevector(energies, found.angles)
+    setup_s = time.perf_counter() - start
+    machine: dict[str, Any] = {"backend": None}
+    if options.backend is None:
+        drawn = sample(state, options.reads, np.random.default_rng(options.seed))
+        samples = Samples(bits_of(drawn, qubo.n), np.ones(options.reads, dtype=np.int64))
+    else:
+        from tgvdp.solvers.circuit.qiskit import run_circuit
+
+        circuit = qaoa_circuit(ising, found.angles)
+        samples, ran = run_circuit(circuit, options.backend, options.reads, options.seed)
+        machine |= ran
+    elapsed_s = time.perf_counter() - start
+    details = {
+        "layers": options.layers,
+        "angles": options.angles,
+        "gamma": found.angles.gamma.tolist(),
+        "beta": found.angles.beta.tolist(),
+        "evaluations": found.evaluations,
+        "setup_s": setup_s,
+        "seed": options.seed,
+        **machine,
+        **probabilities(encoded, energies, np.abs(state) ** 2),
+    }
+    return sampled_solution("qaoa", encoded, samples, elapsed_s, details)
+
+
+def best_ramp(energies: NDArray[np.float64], scale: float, layers: int) -> Found:
+    """Ramp of the lowest expected energy among those of `RAMP_STEPS`."""
+
+    def expected(angles: Angles) -> float:
+        return float(np.sum(np.abs(statevector(energies, angles)) ** 2 * energies))
+
+    ramps = [ramp_angles(layers, step, scale) for step in RAMP_STEPS]
+    return Found(min(ramps, key=expected), len(ramps))
+
+
+def optimised_angles(energies: NDArray[np.float64], scale: float, layers: int, starts: int, seed: int) -> Found:
+    """Angles of the lowest expected energy that the search of the module's docstring finds."""
+    minimize = extra("scipy.optimize", "solver qaoa").minimize
+    mean = float(energies.mean())
+    evaluations = 0
+
+    def scaled(point: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+        nonlocal evaluations
+        evaluations += 1
+        p = len(point) // 2
+        value = evaluate(energies, Angles(point[:p] / scale, point[p:]))
+        return (value.energy - mean) / scale, np.concatenate((value.gamma / scale, value.beta)) / scale
+
+    def descended(start: Angles) -> tuple[float, Angles]:
+        point = np.concatenate((start.gamma * scale, start.beta))
+        result = minimize(scaled, point, jac=True, method="BFGS", options={"maxiter": MAX_ITERATIONS, "gtol": 1e-6})
+        p = len(start.gamma)
+        return float(result.fun), checked_angles(result.x[:p] / scale, result.x[p:])
+
+    rng = np.random.default_rng(seed)
+    known: list[Angles] = []
+    for p in range(1, layers + 1):
+        random = [
+            Angles(rng.uniform(0.0, 2.0, p) / scale, rng.uniform(-np.pi / 2, np.pi / 2, p)) for _ in range(starts)
+        ]
+        candidates = [*known, best_ramp(energies, scale, p).angles, *random]
+        best = min(map(descended, candidates), key=lambda pair: pair[0])[1]
+        known = [interpolated(best)]
+    return Found(best, evaluations + layers * len(RAMP_STEPS))
+
+
+def probabilities(
+    encoded: Encoded, energies: NDArray[np.float64], chance: NDArray[np.float64]
+) -> dict[str, float | None]:
+    """Exact probabilities of one shot: of success, of a ground state, of no violation, and the expected energy.
+
+    Success is a string without violation whose schedule is feasible and reaches the least objective of all such
+    strings; None where there is none.
+
+    Parameters
+    ----------
+    energies, chance : (2**n,) float64
+    """
+    unbroken = encoded.violation.all_energies() < 0.5  # whole numbers, and rounding
+    optima = _optima(encoded, energies, np.flatnonzero(unbroken))
+    ground = lowest(energies, encoded.qubo)
+    return {
+        "expected_energy": float(np.sum(chance * energies)),
+        "success_probability": float(chance[optima].sum()) if optima.size else None,
+        "random_probability": optima.size / chance.size if optima.size else None,
+        "ground_state_probability": float(chance[ground].sum()),
+        "unviolated_probability": float(chance[unbroken].sum()),
+    }
+
+
+def _optima(encoded: Encoded, energies: NDArray[np.float64], unbroken: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Strings that are feasible and of the least objective, among those whose QUBO part is unviolated."""
+    order = unbroken[np.argsort(energies[unbroken], kind="stable")]
+    best, found = None, []
+    for z in order.tolist():
+        schedule = encoded.decode(bits_of(z, encoded.qubo.n))
+        if best is not None and schedule.objective != best and energies[z] > energies[found[-1]]:
+            break
+        if schedule.feasible:
+            best = schedule.objective
+            found.append(z)
+    return np.array(found, dtype=np.int64)

@@ -1,0 +1,1 @@
+"""Solvers of mixed-integer programs: HiGHS (`milp`), SCIP (`scip`), constrained quadratic models of dimod (`cqm`)."""

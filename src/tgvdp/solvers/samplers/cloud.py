@@ -1,0 +1,82 @@
+"""D-Wave's annealers: a QUBO embedded in the graph of a machine, with the account of its standard file."""
+
+import time
+from collections.abc import Mapping
+from typing import Any
+
+from tgvdp.errors import InputError, UnavailableError
+from tgvdp.formulations.problem.encoding import Encoded, Solution
+from tgvdp.solvers.allowance import Options
+from tgvdp.solvers.extras import extra
+from tgvdp.solvers.samplers.bqm import bqm_of
+from tgvdp.solvers.samplers.sampling import sampled_solution, samples_of
+
+
+def solve_dwave(encoded: Encoded, options: Options) -> Solution:
+    """Sample on a quantum annealer; uses ``reads`` and ``backend``. The clock includes embedding, network and queue.
+
+    Raises
+    ------
+    UnavailableError
+        When there is no account or no such machine.
+    InputError
+        When the problem does not fit it.
+    """
+    chosen = {} if options.backend is None else {"solver": options.backend}
+    machine = connected("dwave", "machine", "DWaveSampler", **chosen)
+    return embedded_solution(machine, encoded, options)
+
+
+def connected(solver: str, what: str, sampler: str, **options: Any) -> Any:
+    """Sampler of the cloud, by the name of its class in ``dwave.system``.
+
+    Raises
+    ------
+    UnavailableError
+        When there is no account, or not what is asked for.
+    """
+    system = extra("dwave.system", f"solver {solver}")
+    try:
+        return getattr(system, sampler)(**options)
+    except Exception as error:  # the cloud client has many of its own, for accounts, machines, services and networks
+        raise UnavailableError(
+            f"solver {solver}: no {what}: {error} (an account is set up by: dwave config create)"
+        ) from None
+
+
+def embedded_solution(machine: Any, encoded: Encoded, options: Options) -> Solution:
+    """Sample on a machine, or on a ``MockDWaveSampler``, through an embedding by minorminer.
+
+    Raises
+    ------
+    InputError
+        When no embedding is found.
+    """
+    composite = extra("dwave.system", "solver dwave").EmbeddingComposite(machine)
+    bqm = bqm_of(encoded.qubo)
+    start = time.perf_counter()
+    try:
+        sampleset = composite.sample(
+            bqm,
+            num_reads=options.reads,
+            return_embedding=True,
+            embedding_parameters={"random_seed": options.seed},
+        )
+    except ValueError as error:
+        raise InputError(f"solver dwave: {encoded.qubo.n} bits do not fit the machine: {error}") from None
+    samples = samples_of(sampleset, encoded.qubo)
+    elapsed_s = time.perf_counter() - start
+    chains = sampleset.info["embedding_context"]["embedding"].values()
+    details = {
+        "qubits": sum(map(len, chains)),
+        "longest_chain": max(map(len, chains)),
+        "seed": options.seed,
+        "qpu_s": qpu_time_s(sampleset.info.get("timing", {})),
+    }
+    return sampled_solution("dwave", encoded, samples, elapsed_s, details)
+
+
+def qpu_time_s(timing: Mapping[str, Any]) -> float | None:
+    """Time on the quantum processor that an answer of the cloud reports, s; None where it does not."""
+    access_us = timing.get("qpu_access_time")
+    return None if access_us is None else 1e-6 * float(access_us)

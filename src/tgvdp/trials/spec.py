@@ -1,0 +1,139 @@
+"""What to run: a solver, its encoding and penalty, and its budget, as one word of the command line.
+
+``NAME[:ENCODING][:KEY=VALUE ...]``, such as ``dp``, ``sa:unary:sweeps=3000`` or ``qaoa:bits:layers=2:runs=1``.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+from tgvdp.errors import InputError
+from tgvdp.formulations.problem.encoding import Encoding
+from tgvdp.formulations.qubo.encodings import PenaltyRule
+from tgvdp.solvers.allowance import Options
+from tgvdp.solvers.registry import ENCODINGS, SOLVERS
+
+
+def _penalty(text: str) -> PenaltyRule:
+    if text == "seed" or text == "sufficient":
+        return cast(PenaltyRule, text)
+    weight = float(text)
+    if not 0.0 < weight < 1e30:
+        raise ValueError
+    return weight
+
+
+def _count(text: str) -> int:
+    count = int(text)
+    if count < 1:
+        raise ValueError
+    return count
+
+
+def _shown(value: object) -> str:
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
+
+
+#: Keys of a solver's budget, the field of `Options` that they set, and how they are read.
+_BUDGET: Mapping[str, tuple[str, Callable[[str], Any]]] = {
+    "reads": ("reads", int),
+    "sweeps": ("sweeps", int),
+    "layers": ("layers", int),
+    "angles": ("angles", str),
+    "starts": ("starts", int),
+    "time-limit": ("time_limit_s", float),
+    "backend": ("backend", str),
+}
+
+
+@dataclass(frozen=True)
+class SolverSpec:
+    """A solver as the benchmark runs it.
+
+    Attributes
+    ----------
+    solver : str
+        One of `tgvdp.solvers.registry.SOLVERS`.
+    encoding : str or None
+        Of solvers of a QUBO; ``unary`` where none is given.
+    penalty : "seed", "sufficient", float or None
+        As `tgvdp.formulations.qubo.encodings.encode` takes it.
+    budget : mapping
+        Fields of `Options` that differ from their defaults.
+    runs : int or None
+        Own number of runs, for solvers that always do the same or take long.
+    """
+
+    solver: str
+    encoding: Encoding | None = None
+    penalty: PenaltyRule | None = None
+    budget: Mapping[str, Any] = field(default_factory=dict)
+    runs: int | None = None
+
+    @property
+    def label(self) -> str:
+        """The word for it, in one order of its parts; ``runs`` does not change what a run does and is left out."""
+        keys = {name: key for key, (name, _) in _BUDGET.items()}
+        parts = [self.solver, *([self.encoding] if self.encoding else [])]
+        parts += [f"penalty={_shown(self.penalty)}"] if self.penalty is not None else []
+        return ":".join(parts + [f"{keys[name]}={_shown(value)}" for name, value in sorted(self.budget.items())])
+
+    @property
+    def draws(self) -> bool:
+        """Whether runs differ: the solver draws random numbers."""
+        return "seed" in SOLVERS[self.solver].uses
+
+    def options(self, seed: int) -> Options:
+        """Options of one run."""
+        return Options(**({"seed": seed} if self.draws else {}) | dict(self.budget))
+
+
+def parse_spec(text: str) -> SolverSpec:
+    """Read one word.
+
+    Raises
+    ------
+    InputError
+        When the solver is unknown, or a part is not one that it uses.
+    """
+    name, *parts = text.strip().split(":")
+    if name not in SOLVERS:
+        raise InputError(f"solvers: there is no {name!r}; there are {', '.join(SOLVERS)}")
+    entry = SOLVERS[name]
+    encoding: Encoding | None = "unary" if entry.qubo else None
+    found: dict[str, Any] = {}
+    for part in parts:
+        key, equals, value = part.partition("=")
+        if not equals and part in ENCODINGS and entry.qubo:
+            encoding = cast(Encoding, part)
+            continue
+        usable = {key: rule for key, rule in _BUDGET.items() if rule[0] in entry.uses} | {"runs": ("runs", _count)}
+        usable |= {"penalty": ("penalty", _penalty)} if entry.qubo else {}
+        if not equals or key not in usable:
+            others = " or ".join([*(["an encoding"] if entry.qubo else []), *(f"{one}=…" for one in sorted(usable))])
+            raise InputError(f"solvers: {text!r}: {name} takes {others}, not {part!r}")
+        target, read = usable[key]
+        try:
+            found[target] = read(value)
+        except ValueError:
+            raise InputError(f"solvers: {text!r}: {value!r} is no value of {key}") from None
+    penalty, runs = found.pop("penalty", None), found.pop("runs", None)
+    spec = SolverSpec(name, encoding, penalty, found, runs)
+    spec.options(1)  # refuses what is out of range
+    return spec
+
+
+def parse_specs(text: str) -> list[SolverSpec]:
+    """Read a list with commas; no two of them may be the same.
+
+    Raises
+    ------
+    InputError
+        As `parse_spec`, or when the list is empty or names a solver twice.
+    """
+    specs = [parse_spec(word) for word in text.split(",") if word.strip()]
+    labels = [spec.label for spec in specs]
+    if not labels or len(set(labels)) < len(labels):
+        twice = next((label for label in labels if labels.count(label) > 1), None)
+        raise InputError(f"solvers: {twice!r} is given twice" if twice else "solvers: none is given")
+    return specs

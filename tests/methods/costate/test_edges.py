@@ -1,0 +1,110 @@
+"""Trips at the edge of what a train can do, on which fronts once failed: brakes that barely hold, climbs that slow a
+train down by more than comfort allows, rows of rounding errors, and prices far above the usual ones."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.methods.costate.test_front import front_to
+from tests.runs.test_fastest import commuter, trip_on
+
+from tgvdp.methods.costate.mesh import Mesh
+from tgvdp.model.effort import EffortCurve
+from tgvdp.model.energy import PANTOGRAPH
+from tgvdp.referee.replay import replay
+from tgvdp.runs.braking_point import drop_slivers
+from tgvdp.runs.fastest import fastest_run
+from tgvdp.runs.profile import profile_of
+
+NO_DYNAMIC_BRAKE = EffortCurve.from_caps(0.0)
+
+
+def failing(trip, found):
+    return [i for i in range(len(found.duration_s)) if not replay(trip, profile_of(trip, *found.rows(i))).ok]
+
+
+@pytest.mark.parametrize("permil", [20.0, 30.0, 38.0])
+@pytest.mark.parametrize("excess", [1.005, 1.05])
+def test_brakes_that_barely_hold_on_a_descent(permil, excess):
+    """Coasting there gains so much speed that most of the braking curve is met by no run from below it."""
+    holds_n = 3e5 * 9.81 * 0.024
+    train = commuter(friction_brake_n=excess * holds_n, braking=NO_DYNAMIC_BRAKE, davis_a_n=0.0)
+    gradients = [(0, 0), (1000, permil), (5200, 12), (7400, -24)]
+    trip = trip_on([(0, 20)], gradients, length_m=8500.0, train=train)
+    fastest, found = front_to(trip, 0.25, 24)
+    assert not failing(trip, found)
+    mesh, counters = Mesh.of(trip, fastest), {"pilots": 0, "runs": 0, "costates": 0}
+    for price in mesh.usual_price * np.array([1.0, 0.1, 0.01]):
+        assert np.isfinite(mesh.pilot(price, counters).switch).all()
+
+
+@pytest.mark.parametrize("permil", [55.0, 60.0])
+def test_a_climb_slows_down_no_more_than_comfort_allows(permil):
+    train = commuter(max_deceleration_mps2=0.5)
+    trip = trip_on([(0, 28)], [(0, 0), (2000, permil), (2600, 0), (6000, permil), (6300, 0)], train=train)
+    _, found = front_to(trip, 0.25, 24)
+    assert not failing(trip, found)
+    for index in range(len(found.duration_s)):
+        profile = profile_of(trip, *found.rows(index))
+        gains = np.diff(profile.speed_mps**2) / (2.0 * np.diff(profile.position_m))
+        assert gains.min() >= -0.5 * (1.0 + 1e-6)
+
+
+def test_braking_at_the_comfort_limit_against_linear_resistance_alone():
+    train = commuter(
+        davis_a_n=0.0, davis_b_n_per_mps=210.0, davis_c_n_per_mps2=0.0, max_deceleration_mps2=0.5,
+        braking=NO_DYNAMIC_BRAKE, friction_brake_n=2.5e5,
+    )  # fmt: skip
+    trip = trip_on([(0, 35)], length_m=20e3, train=train)
+    assert replay(trip, fastest_run(trip)).ok
+
+
+@pytest.mark.parametrize(
+    ("row_m", "w", "kept"),
+    [
+        (1e-10, 99.0, False),  # rounding, whatever it claims
+        (5e-7, 100.0 * (1.0 - 1e-8), False),  # too short to say what the effort is
+        (5e-7, 99.0, True),  # short, but it changes the speed that is held afterwards
+        (5e-6, 100.0 * (1.0 - 1e-8), True),
+    ],
+)
+def test_rows_of_rounding_errors_are_merged(row_m, w, kept):
+    xs, ws = np.array([0.0, 0.5, 0.5 + row_m, 1.0]), np.array([100.0, 100.0, w, 98.0])
+    n = drop_slivers(xs, ws, 1, 4, 1.0)
+    assert n == (4 if kept else 3)
+    assert (xs[n - 1], ws[n - 1]) == (1.0, 98.0)
+
+
+def test_the_mesh_is_fine_enough_for_prices_far_above_the_usual():
+    """The first point of this front costs seven times the usual price of a second."""
+    train = commuter(
+        mass_kg=2.6e5, davis_a_n=5900.0, davis_b_n_per_mps=110.0, davis_c_n_per_mps2=9.3, max_speed_mps=math.inf,
+        traction=EffortCurve.from_points([(0, 8.2e4), (12, 6.5e4), (36, 2.45e4), (120, 6.5e3)]),
+        braking=EffortCurve.from_points([(0, 4.1e4), (12, 7.3e4), (120, 8e3)]), friction_brake_n=1.4e5,
+        traction_efficiency=0.78, regeneration_efficiency=0.5,
+    )  # fmt: skip
+    limits = [(0, 22), (1750, 36), (2600, 18), (3800, 25), (5100, 40)]
+    trip = trip_on(limits, [(0, 10), (2000, -10), (4000, 5)], length_m=6400.0, train=train)
+    trip = replace(trip, energy=PANTOGRAPH)
+    fastest, found = front_to(trip, 0.25, 24)
+    mesh, counters = Mesh.of(trip, fastest, 8.0), {"pilots": 0, "runs": 0, "costates": 0}
+    price = float(found.price_j_per_s[1])
+    cost_j = found.energy_j[1] + price * found.duration_s[1]
+    assert cost_j - mesh.pilot(price, counters).cost_j(price) <= 5e-4 * found.energy_j[1]
+
+
+@pytest.mark.parametrize("fineness", [0.125, 0.25, 0.5])
+def test_a_strong_train_is_not_slow_to_start_on_a_coarse_mesh(fineness):
+    """After a rise of the limit it needs a fraction of a cell; where nothing resists, holding is coasting."""
+    train = commuter(
+        mass_kg=3.3e4, davis_a_n=0.0, davis_b_n_per_mps=0.0, davis_c_n_per_mps2=0.0, braking=NO_DYNAMIC_BRAKE,
+        traction=EffortCurve.from_caps(9.5e4, 2.5e6), friction_brake_n=1.6e4,
+    )  # fmt: skip
+    trip = trip_on([(0, 40), (120, 14), (530, 5), (1920, 44)], length_m=2084.0, train=train)
+    fastest = fastest_run(trip)
+    counters = {"pilots": 0, "runs": 0, "costates": 0}
+    mesh, fine = (Mesh.of(trip, fastest, cells) for cells in (fineness, 8.0))
+    price = 5.0 * mesh.usual_price
+    reference = fine.pilot(price, counters)
+    assert mesh.pilot(price, counters).cost_j(price) - reference.cost_j(price) <= 1e-3 * reference.energy_j

@@ -1,0 +1,141 @@
+"""Maps that are not convex: the hull, runs that switch between efforts, and no grid program that does better."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.helpers.twins.running import arc as twin_arc
+from tests.helpers.twins.running import mean_over_distance
+from tests.methods.refine.test_refine import EFFICIENT_HILLS, HILLS
+
+import tgvdp
+from tgvdp.line.cells import cells_of
+from tgvdp.methods.budget import SearchBudget
+from tgvdp.methods.refine.convex_map import relaxed_tables
+from tgvdp.methods.refine.front import refine_front
+from tgvdp.model.energy import EnergyMap, EnergyModel
+from tgvdp.physics.energy import energy_tables
+from tgvdp.referee.replay import replay
+from tgvdp.runs.fastest import fastest_run
+from tgvdp.runs.profile import profile_of
+
+SEED_MAP = tgvdp.load_energy_map("alstom-map")
+
+
+def with_map(trip, energy_map):
+    return replace(trip, energy=EnergyModel("map", energy_map))
+
+
+def hull_by_lines(x, y):
+    """Lower hull at x as the largest line below all points: slow, and nothing like the kernel's."""
+    values = []
+    for i in range(len(x)):
+        chords = [y[i]]
+        for a in range(i):
+            for b in range(i + 1, len(x)):
+                chords.append(y[a] + (y[b] - y[a]) * (x[i] - x[a]) / (x[b] - x[a]))
+        values.append(min(chords))
+    return np.array(values)
+
+
+@pytest.mark.parametrize("row", [0, 1, 5, 12, 22])
+def test_the_hull_is_taken_over_the_effort(row):
+    train = EFFICIENT_HILLS.train
+    tables = energy_tables(train, EnergyModel("map", SEED_MAP))
+    relaxed = relaxed_tables(train, tables)
+    v = float(tables.speed_mps[row])
+    effort = [d * (train.traction if d >= 0.0 else train.braking).effort_n(v) for d in tables.demand.tolist()]
+    assert relaxed.power_w[row] == pytest.approx(hull_by_lines(effort, tables.power_w[row]), rel=1e-9, abs=1e-3)
+    assert (relaxed.power_w[row] <= tables.power_w[row] + 1e-6).all()
+
+
+def test_a_convex_map_stays_as_it_is():
+    rows = tuple((0.0, 1e4 * v, 5e4 * v) for v in (0.0, 10.0, 40.0))
+    tables = energy_tables(
+        HILLS.train, EnergyModel("map", EnergyMap(speed_mps=(0.0, 10.0, 40.0), demand=(0.0, 0.5, 1.0), power_w=rows))
+    )
+    assert relaxed_tables(HILLS.train, tables) is tables
+    wheel = energy_tables(HILLS.train, HILLS.energy)
+    assert relaxed_tables(HILLS.train, wheel) is wheel
+
+
+def test_runs_switch_and_meet_their_times():
+    trip = with_map(EFFICIENT_HILLS, SEED_MAP)
+    fastest = fastest_run(trip)
+    wanted = fastest.duration_s * np.linspace(1.0, 1.25, 30)
+    found = refine_front(trip, fastest, wanted, SearchBudget())
+    assert len(found.duration_s) == 30
+    assert np.abs(found.duration_s - wanted)[:-1].max() <= 0.03 * (wanted[1] - wanted[0]) * (1.0 + 1e-9)
+    assert (np.diff(found.energy_j) < 0.0).all()
+    partial = 0
+    for index in range(1, 30):
+        profile = profile_of(trip, *found.rows(index))
+        verdict = replay(trip, profile)
+        # A cell in which the power limit bends has one acceleration: on a short hilly trip that is all of the error.
+        assert abs(verdict.energy_error_pct) <= 0.1
+        assert verdict.effort_excess_pct <= 0.1
+        assert verdict.overspeed_mps == 0.0
+        assert profile.total_energy_j == pytest.approx(found.energy_j[index], rel=1e-6)
+        v = profile.speed_mps[:-1]
+        limit = np.array([trip.train.traction.effort_n(speed) for speed in v.tolist()])
+        share = profile.force_n[:-1] / limit
+        partial += int(((share > 0.03) & (share < 0.9)).sum())
+    assert partial <= 60  # of about 10 000 rows: where effort switches it is none or nearly all
+
+
+def grid_cost(trip, fastest, price, stations, levels):
+    """Least E + λT on a plain grid, the map looked up at the mean speed and the mean demand of an arc."""
+    x = np.union1d(np.linspace(0.0, trip.distance_m, stations + 1), cells_of(trip).station_m)
+    cells = cells_of(trip, x)
+    top = np.interp(cells.station_m, fastest.position_m - trip.origin_m, fastest.speed_mps) * (1.0 - 1e-9)
+    speeds = top[:, None] * np.linspace(0.0, 1.0, levels)
+    the_map = trip.energy.map
+    to_go = np.array([0.0] + [math.inf] * (levels - 1))
+    for k in range(len(cells.length_m) - 1, -1, -1):
+        best = np.full(levels, math.inf)
+        for i, v0 in enumerate(speeds[k].tolist()):
+            for j, v1 in enumerate(speeds[k + 1].tolist()):
+                if to_go[j] == math.inf or v0 + v1 == 0.0:
+                    continue
+                slope = cells.grade_n[k] / (trip.train.mass_kg * 9.81) * 1000.0
+                seconds, work = twin_arc(trip.train, float(cells.length_m[k]), slope, v0, v1)[:2]
+                curve = trip.train.traction if work >= 0.0 else trip.train.braking
+                limit = mean_over_distance(curve.effort_n, v0, v1) * cells.length_m[k]
+                spare = trip.train.friction_brake_n * cells.length_m[k] if work < 0.0 else 0.0
+                if abs(work) > (limit + spare) * (1.0 + 1e-9):
+                    continue
+                power = looked_up(the_map, 0.5 * (v0 + v1), max(work / limit, -1.0) if limit > 0.0 else 0.0)
+                best[i] = min(best[i], seconds * (power + price) + to_go[j])
+        to_go = best
+    return float(to_go[0])
+
+
+def looked_up(the_map, v, demand):
+    rows = [np.interp(demand, the_map.demand, row) for row in the_map.power_w]
+    return float(np.interp(v, the_map.speed_mps, rows))
+
+
+@pytest.mark.slow
+def test_no_plain_grid_is_better():
+    """A grid program of its own, which may switch from cell to cell as it likes."""
+    trip = with_map(replace(HILLS, destination_m=2500.0), SEED_MAP)
+    fastest = fastest_run(trip)
+    found = refine_front(trip, fastest, fastest.duration_s * np.linspace(1.0, 1.5, 40), SearchBudget())
+    for factor in (1.0, 0.3):
+        price = factor * found.energy_j[0] / found.duration_s[0]
+        ours = float((found.energy_j + price * found.duration_s).min())
+        assert ours <= grid_cost(trip, fastest, price, 25, 24) * 1.002
+
+
+@pytest.mark.parametrize("seed", [8, 20, 33, 40])
+def test_short_hilly_trips_replay_by_the_map(seed):
+    """Below 20 km/h the dynamic brake fades with the speed: within a row friction takes over what it no longer does."""
+    rng = np.random.default_rng(seed)
+    length_m = rng.uniform(800, 4000)
+    places_m = np.sort(rng.uniform(0, length_m, 6)).tolist()
+    gradients = [(x, rng.uniform(-25, 25)) for x in [0.0, *places_m]]
+    limits = [(0.0, rng.uniform(12, 33)), (length_m * rng.uniform(0.3, 0.7), rng.uniform(10, 33))]
+    track = tgvdp.Track(length_m=length_m, speed_limits=tuple(limits), gradients=tuple(gradients))
+    result = tgvdp.search(tgvdp.load_train("alstom-emu"), track, energy="map", points=8)
+    assert all(verdict.ok for verdict in result.verify())

@@ -1,0 +1,193 @@
+"""Mean forces, the arc and marching against quadrature, closed forms and independent integration."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.helpers.twins import running
+
+from tgvdp.model.effort import EffortCurve, EffortPiece
+from tgvdp.model.train import Train
+from tgvdp.physics import arc as arcs
+from tgvdp.physics.arc import arc, within_effort_at
+from tgvdp.physics.forces import kernel_train, mean_brake, mean_effort, mean_resistance
+from tgvdp.physics.motion import BRAKING, COASTING, TRACTION, march
+
+CURVES = {
+    "constant": EffortCurve.from_caps(2e5),
+    "power": EffortCurve.from_caps(2e5, 3e6),
+    "table": EffortCurve.from_points([(0, 2e5), (10, 1.8e5), (30, 6e4), (60, 2e4)]),
+    "drops": EffortCurve.from_points([(0, 2e5), (10, 2e5), (10, 1.2e5), (25, 9e4), (25, 4e4), (60, 3e4)]),
+    "rise": EffortCurve.from_points([(0, 1e5), (12, 1e5), (12, 1.5e5), (60, 8e4)]),
+    "polynomial": EffortCurve(
+        (EffortPiece(0.0, c0_n=2e5, c1=-1e3, c2=-40.0, c3=0.5), EffortPiece(20.0, power_w=3e6, c0_n=-1e4, c2=2.0))
+    ),
+}
+SPEEDS = [(0.0, 5.0), (0.0, 40.0), (40.0, 0.0), (3.0, 3.0), (9.0, 11.0), (11.0, 9.0), (8.0, 45.0), (10.0, 25.0)]
+SPEEDS += [(20.0, 20.0 + 1e-9), (25.0, 10.0), (59.9, 70.0), (1e-6, 2e-6)]
+REGIMES = {"traction": TRACTION, "coasting": COASTING, "braking": BRAKING}
+speeds = st.floats(0.0, 70.0)
+
+
+def railcar(curve="power", **changes):
+    values = {
+        "mass_kg": 3e5,
+        "traction": CURVES[curve],
+        "braking": CURVES[curve],
+        "friction_brake_n": 5e4,
+        "rotating_mass_factor": 1.07,
+        "davis_a_n": 3e3,
+        "davis_b_n_per_mps": 40.0,
+        "davis_c_n_per_mps2": 7.0,
+    }
+    return Train(**(values | changes))
+
+
+def drive(train, regime, length_m, permil, v0, sign=1.0, target_mps=0.0):
+    """Rows of a march: distances and speeds, the start included."""
+    xs, ws = np.empty(4096), np.empty(4096)
+    grade = running.grade_n(train, permil)
+    air = train.davis_c_n_per_mps2
+    n = march(kernel_train(train), regime, sign, length_m, grade, air, v0**2, target_mps**2, xs, ws, 0)[2]
+    assert 0 < n < 4096
+    return np.concatenate(([0.0], xs[:n])), np.sqrt(np.concatenate(([v0 * v0], ws[:n])))
+
+
+def duration_s(x, v):
+    return float(np.sum(2.0 * np.diff(x) / (v[1:] + v[:-1])))
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize("name", CURVES)
+@pytest.mark.parametrize(("v0", "v1"), SPEEDS)
+def test_mean_effort_is_the_mean_over_distance(name, v0, v1):
+    curve = CURVES[name]
+    expected = running.mean_over_distance(curve.effort_n, v0, v1, running.breaks_of(curve))
+    assert mean_effort(curve.table, v0, v1) == pytest.approx(expected, rel=1e-6 if abs(v1 - v0) < 1e-6 else 1e-11)
+
+
+def test_mean_effort_has_closed_forms():
+    assert mean_effort(CURVES["constant"].table, 3.0, 30.0) == 2e5
+    assert mean_effort(CURVES["power"].table, 20.0, 30.0) == pytest.approx(3e6 * 2 / 50, rel=1e-15)
+    # 15 m/s is the corner of 200 kN and 3 MW: distance weights are differences of v².
+    expected = (2e5 * (15**2 - 10**2) + 3e6 * 2 * (25 - 15)) / (25**2 - 10**2)
+    assert mean_effort(CURVES["power"].table, 10.0, 25.0) == pytest.approx(expected, rel=1e-14)
+    assert mean_effort(CURVES["power"].table, 0.0, 0.0) == 2e5
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize(("v0", "v1"), SPEEDS)
+def test_mean_resistance_and_brake(v0, v1):
+    train = railcar()
+    kernel = kernel_train(train)
+    rel = 1e-6 if abs(v1 - v0) < 1e-6 else 1e-11
+    expected = running.mean_over_distance(train.resistance_n, v0, v1)
+    assert mean_resistance(kernel, train.davis_c_n_per_mps2, v0, v1) == pytest.approx(expected, rel=rel)
+    brakes = running.mean_over_distance(lambda v: running.brake_n(train, v), v0, v1, running.breaks_of(train.braking))
+    assert mean_brake(kernel, 0.0, v0, v1) == pytest.approx(brakes, rel=rel)
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(st.sampled_from(sorted(CURVES)), speeds, speeds, st.floats(0.1, 5e4), st.floats(-40.0, 40.0))
+def test_arc_agrees_with_its_definition(name, v0, v1, length_m, permil):
+    train = railcar(name, max_acceleration_mps2=0.9, max_deceleration_mps2=1.1)
+    if v0 + v1 < 1e-3:
+        return
+    status, seconds, work = arc(
+        kernel_train(train), length_m, running.grade_n(train, permil), train.davis_c_n_per_mps2, v0**2, v1**2
+    )
+    expected_s, expected_j = running.arc(train, length_m, permil, v0, v1)
+    scale = train.inertia_kg * (v0**2 + v1**2) + length_m * 1e4
+    assert seconds == pytest.approx(expected_s, rel=1e-6)
+    assert work == pytest.approx(expected_j, rel=1e-9, abs=1e-9 * scale)
+    assert (status == arcs.OK) == running.arc_fits(train, length_m, permil, v0, v1)
+
+
+def test_arc_from_standstill_and_at_standstill():
+    train = kernel_train(railcar())
+    status, seconds, work = arc(train, 100.0, 0.0, 7.0, 0.0, 9.0)
+    assert (status, seconds) == (arcs.OK, pytest.approx(200.0 / 3.0))
+    assert work > 0.5 * train.inertia_kg * 9.0
+    assert arc(train, 100.0, 0.0, 7.0, 0.0, 0.0)[0] == arcs.STANDSTILL
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_on_short_segments_the_mean_limit_is_the_pointwise_limit(name):
+    train = railcar(name)
+    kernel = kernel_train(train)
+    for v in np.linspace(0.5, 55.0, 40):
+        if any(abs(v - at) < 0.1 for at in running.breaks_of(train.traction)):
+            continue
+        for share, fits in ((0.995, True), (1.005, False)):
+            acceleration = (share * train.traction.effort_n(v) - train.resistance_n(v)) / train.inertia_kg
+            after = v * v + 2.0 * acceleration * 0.05
+            assert (arc(kernel, 0.05, 0.0, 7.0, v * v, after)[0] == arcs.OK) == fits
+            assert within_effort_at(kernel, 0.0, 7.0, acceleration, v) == fits
+
+
+CASES = [
+    ("traction", "constant", 800.0, 0.0, 0.0),
+    ("traction", "power", 3000.0, 0.0, 0.0),
+    ("traction", "power", 60000.0, 5.0, 0.0),  # approaches the balancing speed
+    ("traction", "table", 2000.0, -4.0, 0.0),
+    ("traction", "polynomial", 2000.0, 2.0, 1.0),
+    ("traction", "rise", 1500.0, 0.0, 0.0),
+    ("traction", "power", 4000.0, 38.0, 33.0),  # slows down on a climb
+    ("coasting", "power", 5000.0, 0.0, 30.0),
+    ("coasting", "power", 3000.0, -12.0, 0.0),  # rolls off downhill
+    ("braking", "constant", 900.0, 0.0, 40.0),
+    ("braking", "table", 400.0, -20.0, 30.0),
+    ("braking", "power", 300.0, 10.0, 25.0),
+]
+
+
+@pytest.mark.parametrize(("regime", "curve", "length_m", "permil", "v0"), CASES)
+@pytest.mark.parametrize("comfort", [math.inf, 0.45])
+def test_march_follows_the_equation_of_motion(regime, curve, length_m, permil, v0, comfort):
+    train = railcar(curve, max_acceleration_mps2=comfort, max_deceleration_mps2=comfort)
+    x, v = drive(train, REGIMES[regime], length_m, permil, v0)
+    speed, seconds = running.follow(train, regime, length_m, permil, v0)
+    assert x[-1] == length_m
+    assert v[-1] == pytest.approx(speed, rel=3e-4)
+    assert duration_s(x, v) == pytest.approx(seconds, rel=2e-4)
+    assert (np.diff(x) > 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("regime", "curve", "length_m", "permil", "v0"),
+    [case for case in CASES if case[2] < 1e4],  # backwards the balancing speed repels: 60 km cannot be undone
+)
+def test_march_backwards_returns(regime, curve, length_m, permil, v0):
+    train = railcar(curve)
+    v0 = max(v0, 2.0)
+    _, v = drive(train, REGIMES[regime], length_m, permil, v0)
+    _, back = drive(train, REGIMES[regime], length_m, permil, v[-1], sign=-1.0)
+    assert back[-1] ** 2 == pytest.approx(v0**2, abs=3e-4 * v.max() ** 2)
+
+
+def test_march_stops_at_its_target_and_where_the_train_stalls():
+    train = railcar()
+    x, v = drive(train, TRACTION, 5000.0, 0.0, 0.0, target_mps=20.0)
+    assert v[-1] == 20.0
+    assert x[-1] < 5000.0
+    x, v = drive(train, TRACTION, 5000.0, 100.0, 5.0)
+    assert v[-1] == 0.0
+
+
+def test_march_holds_at_a_drop_of_the_effort():
+    """Above 10 m/s this train has 120 kN, below 200 kN, and the climb takes 160 kN: it stays at 10 m/s."""
+    train = railcar("drops")
+    permil = 1000.0 * (160e3 - train.resistance_n(10.0)) / (train.mass_kg * 9.81)
+    for v0 in (0.0, 9.9999, 10.0, 10.0 * (1.0 - 1e-10), 14.0):
+        _x, v = drive(train, TRACTION, 20000.0, permil, v0)
+        assert v[-1] == pytest.approx(10.0, rel=1e-8)
+        assert len(v) < 120
+
+
+def test_march_over_a_thousand_kilometres_is_short():
+    x, v = drive(railcar(), TRACTION, 1e6, 0.0, 0.0)
+    power_n = 3e6 / v[-1]
+    assert power_n == pytest.approx(railcar().resistance_n(v[-1]), rel=1e-6)
+    assert len(x) < 400

@@ -1,0 +1,181 @@
+"""The results folder: what is in it, whole or not at all, and where each file comes from."""
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import matplotlib.image
+import pytest
+from tests.helpers.report_case import PROVENANCE, VERDICT, make_result, railway_trip, toy_trip
+
+from tgvdp.errors import InputError
+from tgvdp.report import check_writable, make_provenance, write_results
+from tgvdp.report.files import write_files
+
+NAMES = {
+    "result.json",
+    "front.csv",
+    "profiles.csv",
+    "front.png",
+    "profile.png",
+    "speed_curve.png",
+    "metric.png",
+    "provenance.json",
+}
+
+
+@pytest.fixture(scope="module")
+def result():
+    return make_result(railway_trip(), [24.0, 20.0, 16.0])
+
+
+@pytest.fixture(scope="module")
+def folder(result, tmp_path_factory):
+    home = tmp_path_factory.mktemp("results") / "new" / "folder"
+    write_results(result, home, PROVENANCE, [VERDICT] * 3)
+    return home
+
+
+def test_folder_holds_the_files_and_nothing_else(folder):
+    assert {path.name for path in folder.iterdir()} == NAMES
+
+
+def test_result_json_is_one_object_with_provenance(folder):
+    content = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    assert content["schema"] == "tgvdp.search/1"
+    assert content["provenance"] == PROVENANCE
+
+
+def test_every_file_is_tied_to_its_provenance_by_hash(folder):
+    ledger = json.loads((folder / "provenance.json").read_text(encoding="utf-8"))
+    assert ledger["options"] == PROVENANCE["options"]
+    assert set(ledger["files"]) == NAMES - {"provenance.json"}
+    for name, digest in ledger["files"].items():
+        assert hashlib.sha256((folder / name).read_bytes()).hexdigest() == digest
+
+
+@pytest.mark.parametrize("name", sorted(name for name in NAMES if name.endswith(".png")))
+def test_pictures_are_readable_and_carry_provenance(folder, name):
+    from PIL import Image
+
+    with Image.open(folder / name) as picture:
+        assert json.loads(picture.text["Comment"]) == PROVENANCE
+    assert matplotlib.image.imread(folder / name).shape[1] > 1000
+
+
+def test_verdicts_come_from_the_result_unless_given(result, tmp_path):
+    write_results(result, tmp_path, PROVENANCE)
+    content = json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))
+    assert [point["replay"]["time_error_pct"] for point in content["front"]] == [
+        verdict.time_error_pct for verdict in result.verify()
+    ]
+
+
+def test_a_toy_and_a_single_point_are_written_too(tmp_path):
+    write_results(make_result(toy_trip(), [0.6]), tmp_path, PROVENANCE, [VERDICT])
+    assert {path.name for path in tmp_path.iterdir()} == NAMES
+
+
+def test_failed_drawing_leaves_the_folder_as_it_was(result, tmp_path):
+    broken = replace(result, _found=None)
+    with pytest.raises(AttributeError):
+        write_results(broken, tmp_path / "out", PROVENANCE, [VERDICT] * 3)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_full_disk_leaves_old_files_and_no_drafts(tmp_path, monkeypatch):
+    (tmp_path / "a").write_bytes(b"old")
+    write_bytes = Path.write_bytes
+
+    def full_disk(self, data):
+        if ".b." in self.name:
+            write_bytes(self, data[:1])
+            raise OSError(28, "No space left on device")
+        return write_bytes(self, data)
+
+    monkeypatch.setattr(Path, "write_bytes", full_disk)
+    with pytest.raises(InputError, match="No space left on device"):
+        write_files(tmp_path, {"a": b"new", "b": b"new"})
+    assert [path.name for path in tmp_path.iterdir()] == ["a"]
+    assert (tmp_path / "a").read_bytes() == b"old"
+
+
+def test_interruption_leaves_no_drafts(tmp_path, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "replace", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_files(tmp_path, {"a": b"new"})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_out_dir_that_cannot_be_a_folder(result, tmp_path):
+    (tmp_path / "file").write_text("text")
+    for target in (tmp_path / "file", tmp_path / "file" / "sub"):
+        with pytest.raises(InputError, match="cannot be written") as caught:
+            write_results(result, target, PROVENANCE, [VERDICT] * 3)
+        assert str(target) in str(caught.value)
+        with pytest.raises(InputError, match="is not a folder"):
+            check_writable(target)
+
+
+def test_check_writable_accepts_a_new_folder_and_leaves_no_trace(tmp_path):
+    check_writable(tmp_path / "a" / "b")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_check_writable_without_permission(tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    with pytest.raises(InputError, match="no permission"):
+        check_writable(tmp_path)
+
+
+def test_provenance_says_where_a_result_comes_from(tmp_path):
+    source = tmp_path / "line.json"
+    source.write_bytes(b"{}")
+    trip = railway_trip()
+    about = make_provenance(
+        {"points": 60, "limit": float("inf"), "out": tmp_path}, {"track": source, "train": trip.train}, 1.5
+    )
+    json.dumps(about, allow_nan=False)
+    assert about["options"] == {"points": 60, "limit": None, "out": str(tmp_path)}
+    assert about["inputs"]["track"] == {"file": "line.json", "sha256": hashlib.sha256(b"{}").hexdigest()}
+    assert about["inputs"]["train"]["name"] == "Test train"
+    assert set(about["machine"]) == {"platform", "processor", "cores"}
+    assert about["machine"]["cores"] >= 1
+    assert about["elapsed_s"] == 1.5
+    assert about["utc"].endswith("+00:00")
+    assert {"tgvdp", "python", "numpy", "numba"} <= set(about)
+
+
+def test_hash_of_a_model_changes_with_its_values():
+    train = railway_trip().train
+    hashes = {
+        make_provenance({}, {"train": one}, 0.0)["inputs"]["train"]["sha256"]
+        for one in (train, replace(train), replace(train, mass_kg=1.0))
+    }
+    assert len(hashes) == 2
+
+
+def test_provenance_of_a_missing_file_names_it(tmp_path):
+    with pytest.raises(InputError, match=r"gone\.json: cannot be read"):
+        make_provenance({}, {"track": tmp_path / "gone.json"}, 0.0)
+
+
+def test_importing_the_report_is_cheap():
+    code = "import tgvdp.report, sys; print(sorted({'matplotlib', 'numba', 'numpy'} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_unknown_names_of_the_report():
+    import tgvdp.report
+
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = tgvdp.report.nothing
+    assert set(tgvdp.report.__all__) == {name for name in tgvdp.report.__all__ if getattr(tgvdp.report, name)}

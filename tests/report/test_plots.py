@@ -1,0 +1,229 @@
+"""What was drawn: the data of lines, bands and labels, not pixels."""
+
+import sys
+from dataclasses import replace
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection, PathCollection, PolyCollection
+from matplotlib.colors import to_rgba
+from tests.helpers.report_case import Found, make_result, railway_trip, toy_trip
+
+from tgvdp.errors import InputError
+from tgvdp.pareto import ParetoFront
+from tgvdp.report import plot_front, plot_metric, plot_profile, plot_speed_curve, style
+from tgvdp.report.front_plots import best_index
+from tgvdp.report.profile_plots import altitude_of, speed_curve, speed_limits_of
+
+
+@pytest.fixture(scope="module")
+def result():
+    return make_result(railway_trip(), [24.0, 20.0, 18.0, 16.0])
+
+
+@pytest.fixture(scope="module")
+def toy():
+    return make_result(toy_trip(), [0.6, 0.5])
+
+
+def line_named(axes, label):
+    return next(line for line in axes.lines if line.get_label() == label)
+
+
+def collections(axes, kind):
+    return [item for item in axes.collections if isinstance(item, kind)]
+
+
+def texts(axes):
+    return [text.get_text() for text in axes.texts]
+
+
+def test_front_draws_delay_on_x_and_saving_on_y(result):
+    axes = plot_front(result).axes[0]
+    line = line_named(axes, "Pareto front")
+    np.testing.assert_allclose(line.get_xdata(), result.front.time_s - result.fastest.time_s)
+    np.testing.assert_allclose(line.get_ydata(), 100 * (1 - result.front.energy_j / result.fastest.energy_j))
+    fastest = line_named(axes, "fastest run")
+    assert (list(fastest.get_xdata()), list(fastest.get_ydata())) == ([0.0], [0.0])
+    assert axes.get_xlabel().startswith("Delay (s)")
+    assert axes.get_ylabel() == "Energy saved (%)"
+    assert "top left is better" in axes.get_title(loc="left")
+    assert "Test train on Test line, 4 km" in texts(axes)
+
+
+def test_names_are_not_read_as_mathematics(result):
+    odd = replace(result.trip, track=replace(result.trip.track, name=r"$\nonsense$ {50 %}"))
+    figure = plot_front(replace(result, trip=odd))
+    figure.draw_without_rendering()
+    assert r"Test train on $\nonsense$ {50 %}, 4 km" in texts(figure.axes[0])
+
+
+def test_front_labels_a_few_margins_that_are_points_of_it(result):
+    axes = plot_front(result).axes[0]
+    margins = 100 * (result.front.time_s / result.fastest.time_s - 1)
+    labels = [text for text in texts(axes) if "% time" in text]
+    assert 1 <= len(labels) <= 6
+    assert {f"+{margin:.1f} % time" for margin in margins} >= set(labels)
+
+
+def test_right_axis_shows_the_energy(result):
+    figure = plot_front(result)
+    figure.draw_without_rendering()
+    (right,) = figure.axes[0].child_axes
+    assert right.get_ylabel() == "Energy at the wheel (kWh)"
+    low, high = figure.axes[0].get_ylim()
+    whole = result.fastest.energy_j / 3.6e6
+    assert sorted(right.get_ylim()) == pytest.approx([whole * (1 - high / 100), whole * (1 - low / 100)])
+
+
+def test_band_of_the_lower_bound_lies_above_the_front(result):
+    bound_j = 0.98 * result.front.energy_j
+    (band,) = collections(plot_front(result, bound_j).axes[0], PolyCollection)
+    top = band.get_paths()[0].vertices[:, 1].max()
+    assert top == pytest.approx(100 * (1 - bound_j[-1] / result.fastest.energy_j))
+    assert not collections(plot_front(result).axes[0], PolyCollection)
+    with pytest.raises(InputError, match="4 values, got 1"):
+        plot_front(result, [1.0])
+
+
+def test_delays_of_ten_minutes_are_drawn_in_minutes():
+    result = make_result(railway_trip(), [24.0, 4.0])
+    axes = plot_front(result).axes[0]
+    assert axes.get_xlabel().startswith("Delay (min)")
+    delay = line_named(axes, "Pareto front").get_xdata()
+    np.testing.assert_allclose(delay, (result.front.time_s - result.fastest.time_s) / 60)
+
+
+def test_single_point_and_free_run_still_have_axes():
+    result = make_result(railway_trip(), [24.0])
+    low, high = plot_front(result).axes[0].get_xlim()
+    assert low < 0.0 < high
+    plot_metric(result).draw_without_rendering()
+
+
+def test_profile_draws_fastest_middle_and_thriftiest(result):
+    figure = plot_profile(result)
+    axes = figure.axes[0]
+    runs = collections(axes, LineCollection)
+    drawn = [np.concatenate(run.get_segments())[:, 1].max() for run in runs]
+    assert drawn == pytest.approx([24.0 * 3.6, 20.0 * 3.6, 16.0 * 3.6])
+    for run in runs:
+        x = np.concatenate(run.get_segments())[:, 0]
+        assert (x[0], x[-1]) == pytest.approx((1.0, 5.0))
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels[0].startswith("fastest, ")
+    assert len(labels) == 3
+    assert all("% time" in label and "−" in label for label in labels[1:])
+
+
+def test_regimes_are_in_colour_and_named(result):
+    figure = plot_profile(result)
+    profile = result.fastest.profile
+    fastest = collections(figure.axes[0], LineCollection)[0]
+    changes = np.flatnonzero(np.diff(profile.regime)) + 1
+    expected = [style.REGIME_COLORS[profile.regime_names[row]] for row in (0, *changes)]
+    assert [tuple(color) for color in fastest.get_colors()] == [to_rgba(color) for color in expected]
+    starts = [segment[0, 0] for segment in fastest.get_segments()]
+    np.testing.assert_allclose(starts, profile.position_m[[0, *changes]] / 1e3)
+    shown = {text.get_text() for text in figure.axes[0].get_legend().get_texts()}
+    assert {"traction", "braking", "speed limit"} <= shown
+
+
+def test_speed_limits_are_those_of_line_and_train(result):
+    position_m, limit_mps = speed_limits_of(result.trip)
+    np.testing.assert_allclose(position_m, [1000.0, 2000.0, 4500.0, 5000.0])
+    np.testing.assert_allclose(limit_mps, [30.0, 40.0, 25.0, 25.0])
+    line = line_named(plot_profile(result).axes[0], "speed limit")
+    np.testing.assert_allclose(line.get_xdata(), position_m / 1e3)
+    np.testing.assert_allclose(line.get_ydata(), limit_mps * 3.6)
+    assert line.get_drawstyle() == "steps-post"
+
+
+def test_terrain_is_drawn_below_with_shared_x(result):
+    position_m, altitude_m = altitude_of(result.trip)
+    np.testing.assert_allclose(position_m, [1000.0, 2000.0, 3000.0, 5000.0])
+    np.testing.assert_allclose(altitude_m, [500.0, 500.0, 510.0, 500.0])
+    upper, lower = plot_profile(result).axes
+    assert upper.get_shared_x_axes().joined(upper, lower)
+    assert lower.get_ylabel() == "Altitude (m)"
+    assert lower.get_xlabel() == "Position on the line (km)"
+    np.testing.assert_allclose(lower.lines[0].get_ydata(), altitude_m)
+
+
+def test_toy_is_drawn_in_metres_without_terrain(toy):
+    assert altitude_of(toy.trip) is None
+    (axes,) = plot_profile(toy).axes
+    assert axes.get_xlabel() == "Position on the line (m)"
+    assert axes.get_ylabel() == "Speed (m/s)"
+    assert axes.get_xlim() == (0.0, 2.0)
+    # Its limit of 10 m/s would flatten the curves.
+    assert axes.get_ylim()[1] < 1.0
+    assert "speed limit" not in [text.get_text() for text in axes.get_legend().get_texts()]
+    figure = plot_front(toy)
+    assert figure.axes[0].child_axes[0].get_ylabel() == "Energy at the wheel (J)"
+
+
+def test_speed_curve_is_smooth_and_follows_v_squared(toy):
+    profile = toy.fastest.profile
+    position_m, speed_mps, row = speed_curve(profile)
+    assert np.abs(np.diff(speed_mps)).max() < 0.1 * speed_mps.max()
+    np.testing.assert_allclose(
+        speed_mps**2, np.interp(position_m, profile.position_m, profile.speed_mps**2), atol=1e-12
+    )
+    assert np.all(np.diff(position_m) > 0)
+    assert np.all(profile.position_m[row] <= position_m)
+
+
+def test_best_path_is_the_knee_of_the_front(result):
+    assert best_index(make_result(railway_trip(), [24.0])) == 0
+    assert best_index(make_result(railway_trip(), [24.0, 20.0])) == 1
+    front = ParetoFront.of([0.0, 1.0, 2.0, 10.0], [10.0, 4.0, 1.0, 0.0])
+    assert best_index(replace(result, front=front)) == 2
+
+
+def test_seed_pictures_show_the_same_path(result):
+    best = best_index(result)
+    curve = plot_speed_curve(result)
+    assert curve.axes[0].get_title(loc="left") == "Optimized speed curve"
+    (run,) = collections(curve.axes[0], LineCollection)
+    top = np.concatenate(run.get_segments())[:, 1].max()
+    assert top == pytest.approx(3.6 * result.profile(best).speed_mps.max())
+    metric = plot_metric(result)
+    assert metric.axes[0].get_title(loc="left") == "One of the metrics tested (top left is better)"
+    mark = line_named(metric.axes[0], "path of the speed curve")
+    assert float(np.squeeze(mark.get_xdata())) == pytest.approx(result.front.time_s[best] - result.fastest.time_s)
+
+
+def test_metric_shows_every_terminal_by_its_ratio(result):
+    time_s = result.fastest.time_s + np.array([-0.0, 10.0, 20.0, 30.0])
+    energy_j = result.fastest.energy_j * np.array([1.0, 0.9, 0.7, 1.1])
+    found = replace(result, _found=Found(time_s, energy_j, result._found.rows))
+    unrated, rated = collections(plot_metric(found).axes[0], PathCollection)
+    np.testing.assert_allclose(rated.get_offsets(), [(10.0, 10.0), (20.0, 30.0)])
+    np.testing.assert_allclose(rated.get_array(), [1.0, 1.5])
+    np.testing.assert_allclose(unrated.get_offsets(), [(0.0, 0.0), (30.0, -10.0)], atol=1e-12)
+
+
+def test_pictures_leave_global_settings_alone(result, monkeypatch):
+    monkeypatch.delitem(sys.modules, "matplotlib.pyplot", raising=False)
+    before = matplotlib.rcParams.copy()
+    for plot in (plot_front, plot_metric, plot_profile, plot_speed_curve):
+        plot(result).draw_without_rendering()
+    assert matplotlib.rcParams.copy() == before
+    assert "matplotlib.pyplot" not in sys.modules
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(1.23456, "1.235 s"), (59.9, "59.9 s"), (245.4, "4:05 min"), (3723.0, "1:02:03 h")]
+)
+def test_clock(seconds, text):
+    assert style.clock(seconds) == text
+
+
+@pytest.mark.parametrize("regimes", [tuple(style.REGIME_COLORS)])
+def test_every_regime_has_its_own_colour(regimes):
+    from tgvdp.runs.profile import REGIMES
+
+    assert regimes == REGIMES
+    assert len(set(style.REGIME_COLORS.values())) == len(REGIMES)

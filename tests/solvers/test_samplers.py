@@ -1,0 +1,200 @@
+"""Samplers and exact solvers of a QUBO, against the dynamic program."""
+
+import importlib.abc
+import sys
+
+import numpy as np
+import pytest
+from tests.helpers.instance_case import binary_instance, random_instance
+
+from tgvdp.errors import InfeasibleError, InputError, MissingExtraError
+from tgvdp.formulations.qubo.bits import BitsForm, encode_bits
+from tgvdp.formulations.qubo.encodings import encode
+from tgvdp.formulations.qubo.qubo import QuboBuilder
+from tgvdp.solvers.allowance import Options
+from tgvdp.solvers.registry import SOLVERS, solve
+
+pytestmark = pytest.mark.filterwarnings("ignore::tgvdp.formulations.problem.binary.FormulationWarning")
+
+SAMPLERS = ("sa", "tabu", "descent")
+
+
+@pytest.mark.parametrize("encoding", ["bits", "bits+slack", "unary"])
+@pytest.mark.parametrize("solver", SAMPLERS)
+def test_samplers_find_a_small_optimum_and_repeat_it(solver, encoding):
+    pytest.importorskip("dwave.samplers")
+    instance = binary_instance(4)
+    found, again = (solve(instance, solver, encoding, options=Options(reads=50, sweeps=200)) for _ in range(2))
+    assert found.objective == solve(instance, "dp").objective
+    assert found.feasible
+    assert not found.optimal  # a heuristic proves nothing
+    assert found.n_optimal is None
+    assert found.qubo["minimum"] == pytest.approx(found.objective)
+    assert found.details["reads"] == 50
+    assert 0 < found.details["best_reads"] <= found.details["feasible_reads"] <= 50
+    assert (found.schedule, found.details) == (again.schedule, again.details)
+
+
+@pytest.mark.parametrize("solver", SAMPLERS)
+def test_seeds_and_budgets_change_what_is_drawn(solver):
+    pytest.importorskip("dwave.samplers")
+    instance = binary_instance(8)
+
+    def drawn(**changes):
+        details = solve(instance, solver, "bits", options=Options(**{"reads": 200, "sweeps": 20} | changes)).details
+        return details["best_reads"], details["feasible_reads"]
+
+    assert drawn(seed=1) != drawn(seed=2)
+    if solver != "descent":
+        assert drawn(sweeps=1) < drawn(sweeps=2000)
+
+
+def test_tabu_with_its_own_tenure_fails_where_ours_succeeds():
+    pytest.importorskip("dwave.samplers")
+    from dwave.samplers import TabuSampler
+
+    from tgvdp.solvers.samplers.bqm import bqm_of
+    from tgvdp.solvers.samplers.sampling import best_of, samples_of
+
+    instance = binary_instance(8, distance_units=10.0)
+    encoded = encode(instance, "bits")
+    own = TabuSampler().sample(bqm_of(encoded.qubo), num_reads=50, seed=1, timeout=None, num_restarts=5)
+    default = best_of(encoded, samples_of(own, encoded.qubo))
+    ours = solve(instance, "tabu", "bits", options=Options(reads=50))
+    assert ours.details["tenure"] == 8
+    assert ours.details["best_reads"] == 50
+    assert default.best_reads < 10
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_exact_qubo_and_tree_equal_the_dynamic_program(seed):
+    pytest.importorskip("dwave.samplers")
+    rng = np.random.default_rng(seed)
+    for _ in range(8):
+        instance = random_instance(rng, 5)
+        encoding = "unary" if instance.acc_units == instance.dec_units else "bits"
+        try:
+            best = solve(instance, "dp")
+        except InfeasibleError:
+            best = None
+        for solver in ("exact-qubo", "tree"):
+            found = solve(instance, solver, encoding)
+            if best is None or (encoding == "bits" and not found.feasible):
+                assert not found.optimal
+                continue
+            assert found.optimal
+            assert found.objective == pytest.approx(best.objective, rel=1e-12)
+            # Slack registers of a tolerance may write one schedule several ways.
+            if solver == "exact-qubo" and encoding == "unary" and not instance.tol_units:
+                assert found.n_optimal == best.n_optimal
+
+
+def test_a_ground_state_that_breaks_a_constraint_is_no_optimum():
+    pytest.importorskip("dimod")
+    found = solve(binary_instance(6), "exact-qubo", "bits", penalty=1e-3)
+    assert not found.optimal
+    assert not found.feasible
+    assert found.n_optimal is None
+
+
+def test_the_seeds_speed_limit_proves_nothing_about_what_it_forbids():
+    pytest.importorskip("dimod")
+    from tgvdp.solvers.samplers.annealing import solve_exact_qubo
+
+    # 1 0 1 0: two accelerations below a cap of 1, which the seed's Σx ≤ 1 forbids.
+    instance = binary_instance(4, cap_units=1, distance_units=2.0)
+    encoded = encode_bits(instance, 10.0, BitsForm(limits="seed"))
+    found = solve_exact_qubo(encoded, Options())
+    assert not encoded.complete
+    assert found.feasible
+    assert not found.optimal
+
+
+@pytest.mark.parametrize("solver", [*SAMPLERS, "tree", "exact-qubo"])
+def test_no_bits_have_one_string(solver):
+    pytest.importorskip("dwave.samplers")
+    found = solve(binary_instance(1, distance_units=0.0), solver, "unary")
+    assert found.schedule.speeds == (0, 0)
+    assert found.feasible
+    assert found.qubo["variables"] == 0
+    assert found.optimal == (solver not in SAMPLERS)
+
+
+def test_wide_and_long_problems_are_refused():
+    pytest.importorskip("dwave.samplers")
+    from tgvdp.solvers.samplers.annealing import elimination_order
+
+    with pytest.raises(InputError, match="too many to enumerate"):
+        solve(binary_instance(12), "exact-qubo", "bits")
+    with pytest.raises(InputError, match="width above"):
+        solve(binary_instance(12), "tree", "bits")
+    with pytest.raises(InputError, match="bits are more than"):
+        elimination_order(QuboBuilder(str(i) for i in range(5001)).build())
+
+
+def test_elimination_of_a_chain_and_of_a_ring():
+    from tgvdp.solvers.samplers.annealing import elimination_order
+
+    builder = QuboBuilder(str(i) for i in range(40))
+    for i in range(39):
+        builder.add_quadratic(i, i + 1, 1.0)
+    assert elimination_order(builder.build())[1] == 1
+    builder.add_quadratic(39, 0, 1.0)
+    order, width = elimination_order(builder.build())
+    assert (sorted(order), width) == (list(range(40)), 2)
+
+
+class Blocked(importlib.abc.MetaPathFinder):
+    """Makes packages look as if they were not installed."""
+
+    packages = ("dimod", "dwave", "minorminer", "qiskit", "qiskit_aer", "qiskit_ibm_runtime", "pyscipopt", "scipy")
+
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in self.packages:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+        return None
+
+
+@pytest.fixture
+def no_extra(monkeypatch):
+    """An installation without the extra."""
+    for name in list(sys.modules):
+        if name.partition(".")[0] in Blocked.packages:
+            monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setattr(sys, "meta_path", [Blocked(), *sys.meta_path])
+
+
+@pytest.mark.parametrize(
+    "solver", [name for name, entry in SOLVERS.items() if entry.module not in ("exact", "coin_tosses")]
+)
+def test_a_missing_extra_is_one_line_that_says_what_to_install(solver, no_extra):
+    with pytest.raises(MissingExtraError) as caught:
+        solve(binary_instance(4), solver)
+    message = str(caught.value)
+    assert message.startswith(f"solver {solver} needs the package ")
+    assert message.endswith("pip install 'tgvdp[quantum]'")
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    "solver", [name for name, entry in SOLVERS.items() if entry.module in ("exact", "coin_tosses")]
+)
+def test_exact_solvers_need_no_extra(solver, no_extra):
+    assert solve(binary_instance(4), solver).optimal == (solver != "random")
+
+
+@pytest.mark.parametrize(
+    ("changes", "part"),
+    [
+        ({"seed": -1}, "seed"),
+        ({"reads": 0}, "reads"),
+        ({"sweeps": 0}, "sweeps"),
+        ({"layers": 0}, "layers"),
+        ({"starts": -1}, "starts"),
+        ({"angles": "best"}, "angles"),
+        ({"time_limit_s": 0.0}, "time limit"),
+    ],
+)
+def test_wrong_options_are_refused(changes, part):
+    with pytest.raises(InputError, match=part):
+        Options(**changes)
