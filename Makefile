@@ -1,5 +1,6 @@
 # make run    the main job: a Pareto front for the built-in train on the built-in line, into out/
 # make test   everything that CI checks
+# make hooks  the checks that stand before the tests, before every commit
 # make bench  all benchmarks, into results/benchmarks/; wants a quiet machine and about 15 minutes
 # Both create .venv on first use. Another Python: make run PYTHON=python3.13
 PYTHON ?= python3
@@ -7,7 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run test bench clean distclean
+.PHONY: run test hooks bench clean distclean
 
 run: $(VENV)/.installed
 	$(BIN)/python -m tgvdp search --out out
@@ -20,6 +21,9 @@ test: $(VENV)/.installed-dev
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -m nojit
 	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest -m nojit
 	$(BIN)/python -m pytest
+
+hooks: $(VENV)/.installed-dev
+	$(BIN)/pre-commit install
 
 bench: $(VENV)/.installed-peers
 	$(BIN)/python -m benchmarks

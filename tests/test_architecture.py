@@ -266,3 +266,21 @@ def test_start_up_is_measured(arguments):
     command = [sys.executable, "-c", code, *arguments]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
     print(f"{' '.join(arguments)}: median {1e3 * statistics.median(map(float, done.stdout.split())):.0f} ms")
+
+
+TESTS = Path(__file__).resolve().parent
+
+
+def test_tests_mirror_the_rooms():
+    folders = {path.name for path in TESTS.iterdir() if any(path.glob("**/test_*.py"))}
+    assert folders <= set(MAY_IMPORT) | {"benchmarks"}  # which is no part of the package, but tested
+
+
+def test_no_test_imports_a_test():
+    found = [
+        f"{path.relative_to(TESTS)}:{node.lineno}"
+        for path in TESTS.rglob("test_*.py")
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.ImportFrom) and str(node.module).rpartition(".")[2].startswith("test_")
+    ]
+    assert found == []

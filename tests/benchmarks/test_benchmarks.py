@@ -5,14 +5,14 @@ import math
 
 import numpy as np
 import pytest
+
+import tgvdp
+from benchmarks import accuracy, peer_boa, peer_ipopt, phases, scaling, summary
 from benchmarks.__main__ import BENCHMARKS
 from benchmarks.inside import finer_cells, mesh_of, phases_of
 from benchmarks.instances import reference_instances, synthetic_instance
 from benchmarks.ipopt_nlp import caps_of
 from benchmarks.output import Report, markdown_table, read_reports, write_report
-
-import tgvdp
-from benchmarks import accuracy, peer_boa, peer_ipopt, phases, scaling, summary
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate import backward, mesh
 from tgvdp.methods.grid.exact import exact_paths

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from tests.certificate.test_supply import TRAIN as METRO
 
 import tgvdp
+from tests.helpers.metro_case import TRAIN as METRO
 from tgvdp import Track
 from tgvdp.certificate import lines
 from tgvdp.certificate.line import BoundingProblem

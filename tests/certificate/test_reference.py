@@ -5,9 +5,9 @@ from collections import defaultdict
 
 import numpy as np
 import pytest
-from benchmarks.instances import synthetic_track, synthetic_train
 
 import tgvdp
+from benchmarks.instances import synthetic_track, synthetic_train
 
 #: A bound may pass a reference, itself a discretisation, by this share of its energy at most.
 _ROUNDING = 1e-4

@@ -4,8 +4,8 @@ import json
 import tomllib
 
 import pytest
-from tests.helpers.format_case import SCENARIO, TTOBENCH_TRACK, TTOBENCH_TRAIN, write_json
 
+from tests.helpers.format_case import SCENARIO, TTOBENCH_TRACK, TTOBENCH_TRAIN, write_json
 from tgvdp.cli import main
 from tgvdp.formats import load_scenario, load_track, load_train
 

@@ -3,8 +3,8 @@
 import json
 
 import pytest
-from tests.helpers.format_case import JOURNEY, TTOBENCH_TRACK, TTOBENCH_TRAIN, changed, write_json
 
+from tests.helpers.format_case import JOURNEY, TTOBENCH_TRACK, TTOBENCH_TRAIN, changed, write_json
 from tgvdp.cli import main
 
 LONG = changed(JOURNEY, ("timing points", "values", 5, 2), 1500)

@@ -8,11 +8,11 @@ import pytest
 import yaml
 from hypothesis import given
 from hypothesis import strategies as st
+
 from tests.helpers.format_case import JOURNEY, SCENARIO, TTOBENCH_TRACK, TTOBENCH_TRAIN
 from tests.helpers.osrd_case import OSRD_TRAIN
 from tests.helpers.railtoolkit_case import PATHS, PATHS_2024, ROLLING_STOCK
 from tests.helpers.settings import SHARED, fuzz
-
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file
 from tgvdp.formats.syntax.reading import LARGEST_BYTES, field_text

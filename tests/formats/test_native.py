@@ -6,8 +6,8 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from tests.helpers.format_case import SCENARIO, TTOBENCH_TRACK, TTOBENCH_TRAIN, changed, write_json
 
+from tests.helpers.format_case import SCENARIO, TTOBENCH_TRACK, TTOBENCH_TRAIN, changed, write_json
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file, input_digest, load_scenario, load_track, load_train
 from tgvdp.model.track import Curve, Gradient, SpeedLimit, Tunnel

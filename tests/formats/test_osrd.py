@@ -1,9 +1,9 @@
 """OSRD rolling stock: both spellings of braking, both units of resistance, modes, and what is refused."""
 
 import pytest
+
 from tests.helpers.format_case import changed, write_json
 from tests.helpers.osrd_case import OSRD_TRAIN
-
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file, load_track, load_train
 from tgvdp.model.train import BrakingRate

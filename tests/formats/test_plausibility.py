@@ -5,9 +5,9 @@ import re
 from dataclasses import replace
 
 import pytest
+
 from tests.helpers.format_case import SCENARIO, TTOBENCH_TRACK, TTOBENCH_TRAIN, changed, write_json
 from tests.helpers.railml_case import LINE_2, STOCK_2
-
 from tgvdp.cli import main
 from tgvdp.formats import load_track, load_train
 from tgvdp.formats.review.plausibility import balancing_speed_mps, check_track, check_train, review_file

@@ -3,8 +3,8 @@
 import math
 
 import pytest
-from tests.helpers.railml_case import LINE_2, LINE_3, SAMPLES, STOCK_2, STOCK_3
 
+from tests.helpers.railml_case import LINE_2, LINE_3, SAMPLES, STOCK_2, STOCK_3
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file, load_scenario, load_track, load_train
 from tgvdp.formats.railml.reader import lines_of

@@ -5,9 +5,9 @@ import re
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from tests.helpers.railml_case import SAMPLES
 from tests.helpers.settings import fuzz
-
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file
 

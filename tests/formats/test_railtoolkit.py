@@ -4,9 +4,9 @@ import copy
 
 import pytest
 import yaml
+
 from tests.helpers.format_case import changed, write_json
 from tests.helpers.railtoolkit_case import PATHS, PATHS_2024, ROLLING_STOCK, vehicle_changed
-
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file, load_scenario, load_track, load_train
 from tgvdp.model.track import Gradient, SpeedLimit

@@ -4,8 +4,8 @@ import json
 import math
 
 import pytest
-from tests.helpers.format_case import TTOBENCH_TRACK, TTOBENCH_TRAIN, changed, quantity, write_json
 
+from tests.helpers.format_case import TTOBENCH_TRACK, TTOBENCH_TRAIN, changed, quantity, write_json
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file, load_track, load_train
 from tgvdp.model.track import Curve, Gradient, SpeedLimit, Tunnel

@@ -9,8 +9,8 @@ from random import Random
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.helpers.settings import fuzz
 
+from tests.helpers.settings import fuzz
 from tgvdp.errors import InputError
 from tgvdp.formats import load_scenario
 from tgvdp.formats.detect import Scenario

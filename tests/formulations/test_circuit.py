@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 from hypothesis import given
-from tests.helpers.qubo_case import qubos, random_qubo
 
+from tests.helpers.qubo_case import qubos, random_qubo
 from tgvdp.errors import InputError
 from tgvdp.formulations.circuit.qaoa import (
     Angles,

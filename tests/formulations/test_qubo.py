@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.helpers.qubo_case import NUMBERS, qubos
 
+from tests.helpers.qubo_case import NUMBERS, qubos
 from tgvdp.errors import InputError
 from tgvdp.formulations.qubo.qubo import MAX_ENUMERATED, Qubo, QuboBuilder, bits_of
 

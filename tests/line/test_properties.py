@@ -5,16 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.helpers.twins.brute_force import least_costs
-from tests.helpers.twins.trips import random_switches, random_trip, with_jumping_rates, with_line, with_rates
 
 import tgvdp
+from tests.helpers.line_case import TRACK, TRAIN
+from tests.helpers.twins.brute_force import least_costs
+from tests.helpers.twins.trips import random_switches, random_trip, with_jumping_rates, with_line, with_rates
 from tgvdp.errors import InfeasibleError, TgvdpError
 from tgvdp.model.convention import CONVENTIONS, Convention
-from tgvdp.model.effort import EffortCurve
 from tgvdp.model.energy import PANTOGRAPH, WHEEL
 from tgvdp.model.track import Track
-from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
 from tgvdp.referee.replay import replay
 from tgvdp.runs.fastest import fastest_run
@@ -157,28 +156,6 @@ def test_fronts_across_jumping_rates_replay(first, monkeypatch):
     assert count > 25
 
 
-TRAIN = Train(
-    mass_kg=2e5,
-    traction=EffortCurve.from_caps(1.8e5, 2.5e6),
-    braking=EffortCurve.from_caps(1.2e5, 2e6),
-    friction_brake_n=5e4,
-    rotating_mass_factor=1.06,
-    length_m=150.0,
-    davis_a_n=2e3,
-    davis_b_n_per_mps=40.0,
-    davis_c_n_per_mps2=7.0,
-    tunnel_drag=((30.0, 6.0),),
-    traction_efficiency=0.85,
-    regeneration_efficiency=0.7,
-    auxiliary_power_w=1e5,
-)
-TRACK = Track(
-    length_m=6000.0,
-    speed_limits=((0.0, 32.0), (2500.0, 20.0), (3100.0, 30.0)),
-    gradients=((0.0, 0.0), (1000.0, 12.0), (2200.0, -15.0), (4000.0, 3.0)),
-    curves=((0.0, math.inf, math.inf), (600.0, math.inf, 400.0), (800.0, 400.0, 400.0), (1500.0, math.inf, math.inf)),
-    tunnels=((1800.0, 900.0, 30.0),),
-)
 POINT = Convention(name="point")
 FULL = Convention(name="full", mass_model="strip", limits="tail", curves="roeckl", tunnels=True)
 NEUTRAL = replace(TRACK, neutral_sections=((1600.0, 120.0, False), (4300.0, 200.0, True)))

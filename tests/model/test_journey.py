@@ -4,8 +4,8 @@ import json
 import math
 
 import pytest
-from tests.helpers.format_case import JOURNEY, changed, write_json
 
+from tests.helpers.format_case import JOURNEY, changed, write_json
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file, load_journey, load_scenario, load_section, load_train
 from tgvdp.model.journey import Journey, TimingPoint

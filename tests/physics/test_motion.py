@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.helpers.twins import running
 
+from tests.helpers.twins import running
 from tgvdp.model.effort import EffortCurve, EffortPiece
 from tgvdp.model.train import Train
 from tgvdp.physics import arc as arcs

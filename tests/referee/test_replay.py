@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.helpers.twins.trips import level_trip
 
 import tgvdp.referee.drive as drive
 import tgvdp.referee.replay as referee
+from tests.helpers.twins.trips import level_trip
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train

@@ -6,8 +6,8 @@ import sys
 
 import numpy as np
 import pytest
-from tests.helpers.report_case import PROVENANCE, VERDICT, make_result, railway_trip
 
+from tests.helpers.report_case import PROVENANCE, VERDICT, make_result, railway_trip
 from tgvdp.cli.search_options import PROFILE_FORMATS
 from tgvdp.errors import MissingExtraError
 from tgvdp.report import write_results

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import matplotlib.image
 import pytest
-from tests.helpers.report_case import PROVENANCE, VERDICT, make_result, railway_trip, toy_trip
 
+from tests.helpers.report_case import PROVENANCE, VERDICT, make_result, railway_trip, toy_trip
 from tgvdp.errors import InputError
 from tgvdp.report import check_writable, make_provenance, write_results
 from tgvdp.report.files import write_files

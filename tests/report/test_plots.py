@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from matplotlib.collections import LineCollection, PathCollection, PolyCollection
 from matplotlib.colors import to_rgba
-from tests.helpers.report_case import Found, make_result, railway_trip, toy_trip
 
+from tests.helpers.report_case import Found, make_result, railway_trip, toy_trip
 from tgvdp.errors import InputError
 from tgvdp.pareto import ParetoFront
 from tgvdp.report import plot_front, plot_metric, plot_profile, plot_speed_curve, style

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.helpers.report_case import PROVENANCE, VERDICT, Found, make_result, railway_trip, toy_trip
 
+from tests.helpers.report_case import PROVENANCE, VERDICT, Found, make_result, railway_trip, toy_trip
 from tgvdp.certificate.front import Certificate
 from tgvdp.report.tables import BALANCE_FIELDS, FRONT_COLUMNS, front_csv, profiles_csv, result_object
 from tgvdp.runs.profile import REGIMES

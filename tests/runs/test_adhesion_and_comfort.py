@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.line.test_properties import TRACK, TRAIN
 
+from tests.helpers.line_case import TRACK, TRAIN
 from tgvdp.errors import InputError
 from tgvdp.model.adhesion import Adhesion
 from tgvdp.model.effort import EffortCurve, EffortPiece

@@ -1,17 +1,16 @@
 """The fastest run: published optima, an independent simulation, odd lines, and impossible trips."""
 
-import csv
 import math
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from tests.helpers.trips import commuter, reference_cases, reference_trip, trip_on
 from tests.helpers.twins.running import fastest_s
 from tests.helpers.twins.trips import level_trip, random_trip
-
 from tgvdp.errors import InfeasibleError
-from tgvdp.formats import load_track, load_train
 from tgvdp.model.effort import EffortCurve, EffortPiece
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
@@ -29,47 +28,6 @@ REGRESSIONS = {
     "the brakes cannot hold the limit": [592],
     "replay stiff on rows of many kilometres": [75, 186, 271, 467],
 }
-
-
-def commuter(**changes):
-    values = {
-        "mass_kg": 3e5,
-        "traction": EffortCurve.from_caps(2.5e5, 3.5e6),
-        "braking": EffortCurve.from_caps(1.5e5, 3e6),
-        "friction_brake_n": 1e5,
-        "rotating_mass_factor": 1.06,
-        "davis_a_n": 3e3,
-        "davis_b_n_per_mps": 30.0,
-        "davis_c_n_per_mps2": 6.0,
-        "max_speed_mps": 44.0,
-        "name": "commuter",
-    }
-    return Train(**(values | changes))
-
-
-def trip_on(limits, gradients=(), length_m=10e3, train=None, **speeds):
-    track = Track(length_m=length_m, speed_limits=tuple(limits), gradients=tuple(gradients))
-    values = {"origin_m": 0.0, "destination_m": length_m} | speeds
-    return Trip(train=train or commuter(), track=track, **values)
-
-
-def reference_cases(shared):
-    """Rows of the reference for wheel energy, one per trip."""
-    with open(shared / "reference" / "optimum.csv", encoding="utf-8") as file:
-        rows = {
-            (row["track"], row["train"], row["from_stop_m"], row["to_stop_m"]): row
-            for row in csv.DictReader(file)
-            if row["variant"] == "A"
-        }
-    return list(rows.values())
-
-
-def reference_trip(shared, row):
-    folder = shared / "ttobench"
-    track = load_track(folder / "tracks" / f"{row['track']}.json")
-    train = load_train(folder / "trains" / f"{row['train']}.json")
-    ends = {"origin_m": float(row["from_stop_m"]), "destination_m": float(row["to_stop_m"])}
-    return Trip(train=train, track=track, **ends)
 
 
 def test_meets_every_reference(shared):

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.helpers.twins.trips import level_trip
 
+from tests.helpers.twins.trips import level_trip
 from tgvdp.line.resolved import resolve
 from tgvdp.model.convention import Convention
 from tgvdp.model.effort import EffortCurve

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from tests.helpers.instance_case import binary_instance
 
+from tests.helpers.instance_case import binary_instance
 from tgvdp.errors import InputError
 from tgvdp.formulations.circuit.qaoa import energy_scale
 from tgvdp.formulations.circuit.statevector import evaluate

@@ -1,8 +1,8 @@
 """The annealer's adapter on a machine that is simulated offline."""
 
 import pytest
-from tests.helpers.instance_case import binary_instance
 
+from tests.helpers.instance_case import binary_instance
 from tgvdp.errors import InputError
 from tgvdp.formulations.qubo.encodings import encode
 from tgvdp.solvers.allowance import Options

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.helpers.instance_case import binary_instance, random_instance
 
+from tests.helpers.instance_case import binary_instance, random_instance
 from tgvdp.errors import InfeasibleError, InputError
 from tgvdp.formulations.problem.demand import drive
 from tgvdp.formulations.problem.instances import DemandInstance

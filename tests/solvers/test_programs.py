@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.helpers.instance_case import binary_instance, random_instance
 
+from tests.helpers.instance_case import binary_instance, random_instance
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.formulations.problem.instances import DemandInstance
 from tgvdp.formulations.program.approximations import split_fits

@@ -5,8 +5,8 @@ import sys
 
 import numpy as np
 import pytest
-from tests.helpers.instance_case import binary_instance, random_instance
 
+from tests.helpers.instance_case import binary_instance, random_instance
 from tgvdp.errors import InfeasibleError, InputError, MissingExtraError
 from tgvdp.formulations.qubo.bits import BitsForm, encode_bits
 from tgvdp.formulations.qubo.encodings import encode

@@ -6,8 +6,8 @@ import json
 import warnings
 
 import pytest
-from benchmarks.library import COLUMNS, FOLDER, INDEX, certified, entries
 
+from benchmarks.library import COLUMNS, FOLDER, INDEX, certified, entries
 from tgvdp.formulations.problem.binary import FormulationWarning
 from tgvdp.formulations.problem.instances import BinaryInstance, read_instance
 from tgvdp.solvers.registry import solve

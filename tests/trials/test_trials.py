@@ -13,8 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.helpers.instance_case import binary_instance
 
+from tests.helpers.instance_case import binary_instance
 from tgvdp.cli import main
 from tgvdp.errors import InputError
 from tgvdp.formulations.problem.instances import DemandInstance

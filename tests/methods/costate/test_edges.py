@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.methods.costate.test_front import front_to
-from tests.runs.test_fastest import commuter, trip_on
 
+from tests.helpers.fronts import front_to
+from tests.helpers.trips import commuter, trip_on
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.energy import PANTOGRAPH

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.methods.costate.test_front import cheapest_above_grid, check_front, front_at, front_to
-from tests.methods.costate.test_properties import feasible_seeds, feasible_trip
-from tests.methods.refine.test_refine import references
-from tests.runs.test_fastest import commuter, trip_on
 
+from tests.helpers.fronts import cheapest_above_grid, check_front, feasible_seeds, feasible_trip, front_at, front_to
+from tests.helpers.trips import commuter, references, trip_on
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate.front import optimal_front
 from tgvdp.methods.costate.mesh import Mesh

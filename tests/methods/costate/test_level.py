@@ -4,10 +4,10 @@ import math
 from dataclasses import replace
 
 import pytest
+
+from tests.helpers.fronts import front_at, front_to
 from tests.helpers.twins.level import optimal_run
 from tests.helpers.twins.trips import level_trip
-from tests.methods.costate.test_front import front_at, front_to
-
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.train import Train

@@ -8,9 +8,9 @@ import time
 
 import numpy as np
 import pytest
-from tests.helpers.twins.trips import random_trip
 
 import tgvdp
+from tests.helpers.twins.trips import random_trip
 from tgvdp.errors import InfeasibleError, TgvdpError
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate import backward as costate

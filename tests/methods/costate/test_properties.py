@@ -3,24 +3,8 @@
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.helpers.twins.trips import random_trip
-from tests.methods.costate.test_front import cheapest_above_grid, check_front
 
-from tgvdp.errors import InfeasibleError
-from tgvdp.runs.fastest import fastest_run
-
-feasible_seeds = st.integers(10_000, 10**9)
-
-
-def feasible_trip(seed):
-    trip = random_trip(seed)
-    if trip is None:
-        return None
-    try:
-        fastest_run(trip)
-    except InfeasibleError:
-        return None
-    return trip
+from tests.helpers.fronts import cheapest_above_grid, check_front, feasible_seeds, feasible_trip
 
 
 @settings(max_examples=60, deadline=None, derandomize=True)

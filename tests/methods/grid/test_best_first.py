@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 import pytest
+
 from tests.helpers.grid_case import (
     FAR,
     all_paths,
@@ -14,7 +15,6 @@ from tests.helpers.grid_case import (
     random_graph,
     toy_trip,
 )
-
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.grid.best_first import HEURISTICS, Options, best_first, best_first_paths

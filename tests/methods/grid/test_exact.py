@@ -5,6 +5,7 @@ import time
 import networkx
 import numpy as np
 import pytest
+
 from tests.helpers.grid_case import (
     FAR,
     all_paths,
@@ -15,7 +16,6 @@ from tests.helpers.grid_case import (
     random_graph,
     toy_trip,
 )
-
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.grid.exact import exact_front, exact_paths

@@ -4,8 +4,8 @@ import itertools
 
 import numpy as np
 import pytest
-from tests.helpers.grid_case import FAR, all_paths, brute_front, random_graph
 
+from tests.helpers.grid_case import FAR, all_paths, brute_front, random_graph
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.grid.exact import exact_paths
 from tgvdp.methods.grid.exact_bounds import CELLS, find_bounds

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.helpers.grid_case import all_paths, points_of, toy_trip
 
+from tests.helpers.grid_case import all_paths, points_of, toy_trip
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.formats import load_track, load_train
 from tgvdp.line.cells import breaks_of, cells_of

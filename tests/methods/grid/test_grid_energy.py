@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.helpers.grid_case import all_paths, front_of
-from tests.physics.test_energy import TRACK, TRAIN, perfect_map
 
 import tgvdp
+from tests.helpers.energy_case import TRACK, TRAIN, perfect_map
+from tests.helpers.grid_case import all_paths, front_of
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.grid.best_first import best_first
 from tgvdp.methods.grid.exact import exact_front

@@ -3,8 +3,8 @@
 import networkx
 import numpy as np
 import pytest
-from tests.helpers.grid_case import all_paths, random_graph, toy_trip
 
+from tests.helpers.grid_case import all_paths, random_graph, toy_trip
 from tgvdp.errors import InputError
 from tgvdp.methods.grid.grid import build_grid
 from tgvdp.methods.grid.layered import layered_graph

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.helpers.twins.running import arc as twin_arc
-from tests.helpers.twins.running import mean_over_distance
-from tests.methods.refine.test_refine import EFFICIENT_HILLS, HILLS
 
 import tgvdp
+from tests.helpers.trips import EFFICIENT_HILLS, HILLS
+from tests.helpers.twins.running import arc as twin_arc
+from tests.helpers.twins.running import mean_over_distance
 from tgvdp.line.cells import cells_of
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.refine.convex_map import relaxed_tables

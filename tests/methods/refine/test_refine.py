@@ -1,18 +1,17 @@
 """The generic refinement: published optima at wheel and pantograph, the front method, maps, and trips of every kind."""
 
-import csv
 import functools
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+
+from tests.helpers.trips import EFFICIENT, EFFICIENT_HILLS, HILLS, references
 from tests.helpers.twins.brute_force import least_costs
 from tests.helpers.twins.running import arc as twin_arc
 from tests.helpers.twins.running import mean_over_distance
 from tests.helpers.twins.trips import random_trip
-from tests.runs.test_fastest import commuter, reference_trip, trip_on
-
 from tgvdp.line.cells import cells_of
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate.front import optimal_front
@@ -21,10 +20,6 @@ from tgvdp.model.energy import PANTOGRAPH, WHEEL, EnergyMap, EnergyModel
 from tgvdp.referee.replay import replay
 from tgvdp.runs.fastest import fastest_run
 from tgvdp.runs.profile import profile_of
-
-HILLS = trip_on([(0, 35), (6000, 22)], [(0, 0), (2000, 12), (4000, -9), (8000, 3)])
-EFFICIENT = commuter(traction_efficiency=0.85, regeneration_efficiency=0.75)
-EFFICIENT_HILLS = trip_on([(0, 35), (6000, 22)], [(0, 0), (2000, 12), (4000, -9), (8000, 3)], train=EFFICIENT)
 
 
 def refined(trip, target_s, energy=WHEEL):
@@ -40,21 +35,6 @@ def map_of(speeds_mps, demand, power_w):
 def with_efficiencies(traction, regeneration):
     train = replace(EFFICIENT, traction_efficiency=traction, regeneration_efficiency=regeneration)
     return replace(EFFICIENT_HILLS, train=train)
-
-
-def references(shared, variant):
-    """Trips of the reference with running times and energies in J, by increasing time."""
-    with open(shared / "reference" / "optimum.csv", encoding="utf-8") as file:
-        rows = sorted(csv.DictReader(file), key=lambda row: float(row["T_s"]))
-    trips = {}
-    for row in rows:
-        if row["variant"] == variant:
-            key = tuple(row[name] for name in ("track", "train", "from_stop_m", "to_stop_m"))
-            trips.setdefault(key, []).append(row)
-    for mine in trips.values():
-        seconds = np.array([float(row["T_s"]) for row in mine])
-        joules = 3.6e6 * np.array([float(row["E_ref_kWh"]) for row in mine])
-        yield reference_trip(shared, mine[0]), seconds, joules
 
 
 @pytest.mark.slow
