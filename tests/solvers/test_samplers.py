@@ -165,7 +165,7 @@ def no_extra(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "solver", [name for name, entry in SOLVERS.items() if entry.module not in ("exact", "coin_tosses")]
+    "solver", [name for name, entry in SOLVERS.items() if entry.module not in ("exact.solve", "samplers.coin_tosses")]
 )
 def test_a_missing_extra_is_one_line_that_says_what_to_install(solver, no_extra):
     with pytest.raises(MissingExtraError) as caught:
@@ -177,7 +177,7 @@ def test_a_missing_extra_is_one_line_that_says_what_to_install(solver, no_extra)
 
 
 @pytest.mark.parametrize(
-    "solver", [name for name, entry in SOLVERS.items() if entry.module in ("exact", "coin_tosses")]
+    "solver", [name for name, entry in SOLVERS.items() if entry.module in ("exact.solve", "samplers.coin_tosses")]
 )
 def test_exact_solvers_need_no_extra(solver, no_extra):
     assert solve(binary_instance(4), solver).optimal == (solver != "random")
