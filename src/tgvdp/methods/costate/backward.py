@@ -28,7 +28,7 @@ from tgvdp.methods.costate.characteristics import coast_image, holding_costate, 
 from tgvdp.methods.costate.polyline import insert, make_monotone, thin
 from tgvdp.methods.costate.step import transport
 from tgvdp.methods.costate.step_regions import LEAST_WALL, dynamic_suffices, wall_region
-from tgvdp.physics.motion import COASTING, DYNAMIC
+from tgvdp.physics.codes import COASTING, CROWDED, DYNAMIC, OK
 
 #: Room for points of the polyline.
 ROOM = 4096
@@ -37,9 +37,6 @@ _MANY_POINTS = 300
 _GROWTH = 6
 #: Points of partial effort before the last cell.
 _LAST_POINTS = 12
-
-DONE = 0
-CROWDED = 1  # too many points
 
 
 @part
@@ -104,7 +101,7 @@ def _last_cell(train, returned, length, load, air, price, bottom, top, end_w, w,
 
 @kernel
 def switching_speeds(
-    train, returned, length, grade, air, low, fast, end_w, price, tolerance, typical_m, floor_w, policy, room
+    train, returned, cells, low, fast, end_w, price, tolerance, typical_m, floor_w, policy, room
 ):
     """Backward pass: the optimal switching speeds a, a' and b for one multiplier.
 
@@ -117,8 +114,8 @@ def switching_speeds(
     train : KernelTrain
     returned : float
         Energy that the dynamic brake returns per joule of its work, below 1. If it is 0, b is the envelope.
-    length, grade, air
-        Lengths, grade forces and drag of the cells, (K,) float64.
+    cells : Cells
+        Grade forces and drag per unit of inertia.
     low, fast : (K + 1,) float64
         Slowest and fastest feasible squared speed at each station, m²/s².
     end_w : float
@@ -139,7 +136,7 @@ def switching_speeds(
     Returns
     -------
     status : int
-        DONE or CROWDED.
+        OK or CROWDED.
     points : int
         Points carried in all, the work done.
     """
@@ -152,7 +149,7 @@ def switching_speeds(
     policy[0] = fast[0]
     points = 0
     if count == 1:
-        return DONE, points
+        return OK, points
     k = count - 1
     bottom = max(low[k], min(floor_w, 0.1 * fast[k]))
     load = train.davis_a_n + grade[k]
@@ -205,4 +202,4 @@ def switching_speeds(
             loosen = max(1.0, loosen / 1.2)
         if n > room.shape[1] // 2 - 64:
             return CROWDED, points
-    return DONE, points
+    return OK, points

@@ -9,7 +9,7 @@ rule w0 = φ(w1), and its costate by the derivative of the cost of the arc along
 import math
 
 from tgvdp._jit import leaf, part
-from tgvdp.physics.motion import TRACTION
+from tgvdp.physics.codes import TRACTION
 
 #: An image below this share of the floor has no costate: it is taken to be there.
 LOST = 0.25

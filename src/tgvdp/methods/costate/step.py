@@ -11,7 +11,7 @@ from tgvdp.methods.costate.step_regions import (
     hold,
     wall_region,
 )
-from tgvdp.physics.motion import COASTING, DYNAMIC
+from tgvdp.physics.codes import COASTING, DYNAMIC
 
 #: A switching speed beyond the wall is at most this multiple of it.
 _BEYOND = 4.0

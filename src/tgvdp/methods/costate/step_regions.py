@@ -10,8 +10,8 @@ import math
 from tgvdp._jit import kernel, part
 from tgvdp.methods.costate.characteristics import LOST, coast_back, coast_image, saturated_back, saturated_image
 from tgvdp.methods.costate.polyline import insert
+from tgvdp.physics.codes import DYNAMIC, TRACTION
 from tgvdp.physics.forces import mean_effort, mean_resistance
-from tgvdp.physics.motion import DYNAMIC, TRACTION
 
 #: Neighbouring images are no further apart than this factor of w, below this share of the envelope.
 _SPREAD = 2.0
