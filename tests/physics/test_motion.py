@@ -10,10 +10,12 @@ from hypothesis import strategies as st
 from tests.helpers.twins import running
 from tgvdp.model.effort import EffortCurve, EffortPiece
 from tgvdp.model.train import Train
-from tgvdp.physics import arc as arcs
+from tgvdp.physics import codes
 from tgvdp.physics.arc import arc, within_effort_at
+from tgvdp.physics.cell import Cell, Rows
+from tgvdp.physics.codes import BRAKING, COASTING, TRACTION
 from tgvdp.physics.forces import kernel_train, mean_brake, mean_effort, mean_resistance
-from tgvdp.physics.motion import BRAKING, COASTING, TRACTION, march
+from tgvdp.physics.motion import march
 
 CURVES = {
     "constant": EffortCurve.from_caps(2e5),
@@ -47,12 +49,12 @@ def railcar(curve="power", **changes):
 
 def drive(train, regime, length_m, permil, v0, sign=1.0, target_mps=0.0):
     """Rows of a march: distances and speeds, the start included."""
-    xs, ws = np.empty(4096), np.empty(4096)
+    rows = Rows(*np.empty((2, 4096)))
     grade = running.grade_n(train, permil)
-    air = train.davis_c_n_per_mps2
-    n = march(kernel_train(train), regime, sign, length_m, grade, air, v0**2, target_mps**2, xs, ws, 0)[2]
+    cell = Cell(0.0, length_m, length_m, grade, train.davis_c_n_per_mps2, math.inf)
+    n = march(kernel_train(train), regime, sign, cell, length_m, v0**2, target_mps**2, rows, 0)[2]
     assert 0 < n < 4096
-    return np.concatenate(([0.0], xs[:n])), np.sqrt(np.concatenate(([v0 * v0], ws[:n])))
+    return np.concatenate(([0.0], rows.x[:n])), np.sqrt(np.concatenate(([v0 * v0], rows.w[:n])))
 
 
 def duration_s(x, v):
@@ -102,15 +104,15 @@ def test_arc_agrees_with_its_definition(name, v0, v1, length_m, permil):
     scale = train.inertia_kg * (v0**2 + v1**2) + length_m * 1e4
     assert seconds == pytest.approx(expected_s, rel=1e-6)
     assert work == pytest.approx(expected_j, rel=1e-9, abs=1e-9 * scale)
-    assert (status == arcs.OK) == running.arc_fits(train, length_m, permil, v0, v1)
+    assert (status == codes.OK) == running.arc_fits(train, length_m, permil, v0, v1)
 
 
 def test_arc_from_standstill_and_at_standstill():
     train = kernel_train(railcar())
     status, seconds, work = arc(train, 100.0, 0.0, 7.0, 0.0, 9.0)
-    assert (status, seconds) == (arcs.OK, pytest.approx(200.0 / 3.0))
+    assert (status, seconds) == (codes.OK, pytest.approx(200.0 / 3.0))
     assert work > 0.5 * train.inertia_kg * 9.0
-    assert arc(train, 100.0, 0.0, 7.0, 0.0, 0.0)[0] == arcs.STANDSTILL
+    assert arc(train, 100.0, 0.0, 7.0, 0.0, 0.0)[0] == codes.STANDSTILL
 
 
 @pytest.mark.parametrize("name", CURVES)
@@ -123,7 +125,7 @@ def test_on_short_segments_the_mean_limit_is_the_pointwise_limit(name):
         for share, fits in ((0.995, True), (1.005, False)):
             acceleration = (share * train.traction.effort_n(v) - train.resistance_n(v)) / train.inertia_kg
             after = v * v + 2.0 * acceleration * 0.05
-            assert (arc(kernel, 0.05, 0.0, 7.0, v * v, after)[0] == arcs.OK) == fits
+            assert (arc(kernel, 0.05, 0.0, 7.0, v * v, after)[0] == codes.OK) == fits
             assert within_effort_at(kernel, 0.0, 7.0, acceleration, v) == fits
 
 

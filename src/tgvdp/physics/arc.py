@@ -14,14 +14,8 @@ import math
 
 from tgvdp._jit import leaf
 from tgvdp.constants import FEASIBILITY_RTOL
+from tgvdp.physics.codes import OK, OVER_ACCELERATION, OVER_BRAKE, OVER_DECELERATION, OVER_TRACTION, STANDSTILL
 from tgvdp.physics.forces import brake_at, effort_at, mean_brake, mean_effort, mean_resistance, resistance_at
-
-OK = 0
-OVER_TRACTION = 1
-OVER_BRAKE = 2
-OVER_ACCELERATION = 3
-OVER_DECELERATION = 4
-STANDSTILL = 5
 
 
 @leaf

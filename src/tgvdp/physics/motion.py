@@ -15,12 +15,8 @@ The same function drives backwards (sign = −1), which is how braking curves ar
 import math
 
 from tgvdp._jit import kernel, leaf
+from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, TRACTION
 from tgvdp.physics.forces import effort_and_slope, mean_brake, mean_effort, mean_resistance
-
-TRACTION = 0
-COASTING = 1
-BRAKING = 2
-DYNAMIC = 3  # the dynamic brake alone
 
 #: Largest relative change of the effort limit within a row; halved, it bounds the pointwise excess over the limit.
 STEP = 0.03
@@ -38,9 +34,9 @@ BELOW_DROP = 1e-9
 
 
 @leaf
-def net_force(train, regime, grade_n, air, v0, v1):
+def net_force(train, regime, cell, v0, v1):
     """Mean net force in N between two speeds under a saturated regime, within the comfort limits."""
-    load = mean_resistance(train, air, v0, v1) + grade_n
+    load = mean_resistance(train, cell.air, v0, v1) + cell.grade_n
     up = train.inertia_kg * train.max_acceleration
     down = -train.inertia_kg * train.max_deceleration
     if regime == TRACTION:
@@ -56,7 +52,7 @@ def net_force(train, regime, grade_n, air, v0, v1):
 
 
 @kernel
-def land(train, regime, sign, length_m, grade_n, air, w):
+def land(train, regime, sign, cell, length_m, w):
     """Squared speed after one row of the given length (sign = −1: before it); 0 if the train stalls.
 
     Solves x = w + sign·2·d/m_eff·net(w, x) by Newton's rule with the slope of the resistance alone: the right side
@@ -65,10 +61,10 @@ def land(train, regime, sign, length_m, grade_n, air, w):
     v = math.sqrt(w)
     factor = sign * 2.0 * length_m / train.inertia_kg
     linear = 0.25 * train.davis_b / v if v > 0.0 else 0.0
-    damping = 1.0 / max(1.0 + factor * (0.5 * air + linear), 0.5)
-    x = max(w + factor * damping * net_force(train, regime, grade_n, air, v, v), 0.0)
+    damping = 1.0 / max(1.0 + factor * (0.5 * cell.air + linear), 0.5)
+    x = max(w + factor * damping * net_force(train, regime, cell, v, v), 0.0)
     for _ in range(40):
-        step = damping * (w + factor * net_force(train, regime, grade_n, air, v, math.sqrt(x)) - x)
+        step = damping * (w + factor * net_force(train, regime, cell, v, math.sqrt(x)) - x)
         x = max(x + step, 0.0)
         if abs(step) <= 1e-7 * x or x == 0.0:
             break
@@ -135,8 +131,8 @@ def _row_end(table, extra, v, rising, rows):
 
 
 @kernel
-def march(train, regime, sign, length_m, grade_n, air, w, target_w, xs, ws, n):
-    """Drive through a uniform cell until its end or a target speed.
+def march(train, regime, sign, cell, length_m, w, target_w, rows, n):
+    """Drive through a uniform cell, for a length or until a target speed.
 
     Parameters
     ----------
@@ -145,11 +141,12 @@ def march(train, regime, sign, length_m, grade_n, air, w, target_w, xs, ws, n):
         TRACTION, COASTING, BRAKING or DYNAMIC.
     sign : float
         1.0 drives forwards, −1.0 backwards.
-    length_m, grade_n, air : float
-        The cell: length in m, grade force in N, coefficient of v² in N/(m/s)².
+    cell : Cell
+    length_m : float
+        How far at most, m.
     w, target_w : float
         Squared speed at the start, and where to stop if it is met, m²/s².
-    xs, ws : (size,) float64, modified in place
+    rows : Rows, modified in place
         Ends of rows are appended from index ``n`` on: distance from the start of the march, squared speed.
     n : int
 
@@ -161,11 +158,13 @@ def march(train, regime, sign, length_m, grade_n, air, w, target_w, xs, ws, n):
         New number of entries; −1 when the buffers are full.
     """
     x = 0.0
+    xs = rows.x
+    ws = rows.w
     while True:
         if n < 0 or n >= xs.shape[0]:
             return x, w, -1
         v = math.sqrt(w)
-        net = net_force(train, regime, grade_n, air, v, v)
+        net = net_force(train, regime, cell, v, v)
         rising = sign * net > 0.0
         end = math.inf if rising else 0.0
         if regime == TRACTION:
@@ -176,15 +175,15 @@ def march(train, regime, sign, length_m, grade_n, air, w, target_w, xs, ws, n):
             if train.rates.shape[0] > 0:
                 other = _row_end(train.rates, 0.0, v, rising, train.rows)
                 end = min(end, other) if rising else max(end, other)
-        slope = _net_slope(train, regime, air, v, net, rising)
+        slope = _net_slope(train, regime, cell.air, v, net, rising)
         balanced = sign * slope < 0.0 and abs(net) <= -sign * slope * BALANCED * v
         if rising and regime == TRACTION and sign > 0.0 and w >= end * end * (1.0 - 2.0 * BELOW_DROP):
-            balanced = net_force(train, regime, grade_n, air, end, end) <= 0.0
+            balanced = net_force(train, regime, cell, end, end) <= 0.0
         if balanced:
             xs[n] = length_m
             ws[n] = w
             return length_m, w, n + 1
-        step = _speed_step(slope, air, v, net, train.rows)
+        step = _speed_step(slope, cell.air, v, net, train.rows)
         end = min(end, v + step) if rising else max(end, v - step)
         next_w = end * end
         if rising and w < target_w:
@@ -193,7 +192,7 @@ def march(train, regime, sign, length_m, grade_n, air, w, target_w, xs, ws, n):
             next_w = max(next_w, target_w)
         row_m = math.inf
         if next_w != w and next_w < math.inf:
-            mean = sign * net_force(train, regime, grade_n, air, v, math.sqrt(next_w))
+            mean = sign * net_force(train, regime, cell, v, math.sqrt(next_w))
             if mean * (next_w - w) > 0.0:
                 row_m = 0.5 * train.inertia_kg * (next_w - w) / mean
             elif regime == TRACTION and sign > 0.0 and not rising:
@@ -205,7 +204,7 @@ def march(train, regime, sign, length_m, grade_n, air, w, target_w, xs, ws, n):
             x += row_m
             w = next_w
         else:
-            landed = land(train, regime, sign, length_m - x, grade_n, air, w)
+            landed = land(train, regime, sign, cell, length_m - x, w)
             w = min(landed, next_w) if rising else max(landed, next_w)
             x = length_m
         xs[n] = x

@@ -8,6 +8,7 @@ import math
 
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.physics.motion import march, net_force
+from tgvdp.physics.roots import Bracket, narrowed, secant
 
 #: Rows shorter than this share of their cell are rounding errors.
 _SLIVER = 1e-9
@@ -19,115 +20,106 @@ _ON_CURVE = 1e-8
 
 
 @kernel
-def _at_limit(train, regime, sign, grade, air, w, limit):
+def _at_limit(train, regime, sign, cell, w):
     """Whether a train at the limit stays there: driving forwards (sign 1), or backwards (−1), it would pass it."""
-    if w < limit:
+    if w < cell.limit_w:
         return False
     v = math.sqrt(w)
-    return sign * net_force(train, regime, grade, air, v, v) >= 0.0
+    return sign * net_force(train, regime, cell, v, v) >= 0.0
 
 
 @kernel
-def driven_w(train, regime, grade, air, w0, limit, x, xs, ws):
-    """Squared speed at x of driving from w0 under a regime, held at the limit; ``xs``, ``ws`` are scratch."""
-    if _at_limit(train, regime, 1.0, grade, air, w0, limit):
-        return limit
-    return min(march(train, regime, 1.0, x, grade, air, w0, limit, xs, ws, 0)[1], limit)
+def driven_w(train, regime, cell, w0, x, scratch):
+    """Squared speed at x of driving from w0 under a regime, held at the limit."""
+    if _at_limit(train, regime, 1.0, cell, w0):
+        return cell.limit_w
+    return min(march(train, regime, 1.0, cell, x, w0, cell.limit_w, scratch, 0)[1], cell.limit_w)
 
 
 @kernel
-def braked_w(train, brakes, grade, air, w1, limit, x, xs, ws):
+def braked_w(train, brakes, cell, w1, x, scratch):
     """Squared speed at x before the cell's end from which braking leads to w1, held at the limit."""
-    if _at_limit(train, brakes, -1.0, grade, air, w1, limit):
-        return limit
-    return min(march(train, brakes, -1.0, x, grade, air, w1, limit, xs, ws, 0)[1], limit)
+    if _at_limit(train, brakes, -1.0, cell, w1):
+        return cell.limit_w
+    return min(march(train, brakes, -1.0, cell, x, w1, cell.limit_w, scratch, 0)[1], cell.limit_w)
 
 
 @part
-def _meeting_point(train, regime, brakes, length, grade, air, limit, w0, w1, xs, ws):
+def _meeting_point(train, regime, brakes, cell, w0, w1, scratch):
     """Position in the cell where driving from w0 meets braking to w1 (regula falsi, Illinois variant).
 
     It is never so close to an end of the cell that a row would be lost in rounding.
     """
+    length = cell.length_m
+    limit = cell.limit_w
     hi = length
     # Where braking is held at the limit driving cannot be above it: they meet after that stretch.
-    braked_m, braked = march(train, brakes, -1.0, length, grade, air, w1, limit, xs, ws, 0)[:2]
+    braked_m, braked = march(train, brakes, -1.0, cell, length, w1, limit, scratch, 0)[:2]
     lo = length - braked_m if braked >= limit else 0.0
-    f_lo = driven_w(train, regime, grade, air, w0, limit, lo, xs, ws) - min(braked, limit)
-    f_hi = driven_w(train, regime, grade, air, w0, limit, length, xs, ws) - w1
+    f_lo = driven_w(train, regime, cell, w0, lo, scratch) - min(braked, limit)
+    f_hi = driven_w(train, regime, cell, w0, length, scratch) - w1
     if f_hi == 0.0 and w0 < limit:
         # The limit itself is reached, but on a steep descent the brakes cannot hold it to the end.
-        hi = march(train, regime, 1.0, length, grade, air, w0, limit, xs, ws, 0)[0]
-        f_hi = limit - braked_w(train, brakes, grade, air, w1, limit, length - hi, xs, ws)
+        hi = march(train, regime, 1.0, cell, length, w0, limit, scratch, 0)[0]
+        f_hi = limit - braked_w(train, brakes, cell, w1, length - hi, scratch)
     if f_lo >= -_ON_CURVE * limit:
         return lo if lo >= _SLIVER * length else 0.0
     if f_hi <= 0.0:
         return length
-    side = 0
+    bracket = Bracket(lo, hi, f_lo, f_hi, 0)
     x = 0.0
     for _ in range(60):
-        x = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
-        if not lo < x < hi:
-            x = 0.5 * (lo + hi)
-        driven = driven_w(train, regime, grade, air, w0, limit, x, xs, ws)
-        f = driven - braked_w(train, brakes, grade, air, w1, limit, length - x, xs, ws)
-        if abs(f) <= 1e-11 * limit or hi - lo <= 1e-12 * length:
+        x = secant(bracket)
+        if not bracket.lo < x < bracket.hi:
+            x = 0.5 * (bracket.lo + bracket.hi)
+        driven = driven_w(train, regime, cell, w0, x, scratch)
+        f = driven - braked_w(train, brakes, cell, w1, length - x, scratch)
+        if abs(f) <= 1e-11 * limit or bracket.hi - bracket.lo <= 1e-12 * length:
             break
-        if f < 0.0:
-            lo = x
-            f_lo = f
-            if side == -1:
-                f_hi *= 0.5
-            side = -1
-        else:
-            hi = x
-            f_hi = f
-            if side == 1:
-                f_lo *= 0.5
-            side = 1
+        bracket = narrowed(bracket, x, f)
     if x < _SLIVER * length:
         return 0.0
     return x if x < (1.0 - _SLIVER) * length else length
 
 
 @part
-def emit_driven(train, regime, start, x, grade, air, w0, limit, xs, ws, n):
-    """Append the rows of driving over x metres from w0; positions count from ``start``."""
+def emit_driven(train, regime, cell, x, w0, rows, n):
+    """Append the rows of driving over the first x metres of a cell from w0."""
     if x <= 0.0:
         return n
     reached = 0.0
-    if not _at_limit(train, regime, 1.0, grade, air, w0, limit):
+    if not _at_limit(train, regime, 1.0, cell, w0):
         first = n
-        reached, _, n = march(train, regime, 1.0, x, grade, air, w0, limit, xs, ws, n)
+        reached, _, n = march(train, regime, 1.0, cell, x, w0, cell.limit_w, rows, n)
         for i in range(first, n):
-            xs[i] += start
+            rows.x[i] += cell.start_m
     if reached < x:
-        xs[n] = start + x
-        ws[n] = limit
+        rows.x[n] = cell.start_m + x
+        rows.w[n] = cell.limit_w
         n += 1
     return n
 
 
 @part
-def _emit_braked(train, brakes, end, x, grade, air, w1, limit, bx, bw, xs, ws, n):
-    """Append the rows of braking over the last x metres to w1 at position ``end``; ``bx``, ``bw`` are scratch."""
+def _emit_braked(train, brakes, cell, x, w1, scratch, rows, n):
+    """Append the rows of braking over the last x metres of a cell to w1."""
     reached = 0.0
     m = 0
-    if not _at_limit(train, brakes, -1.0, grade, air, w1, limit):
-        reached, _, m = march(train, brakes, -1.0, x, grade, air, w1, limit, bx, bw, 0)
+    if not _at_limit(train, brakes, -1.0, cell, w1):
+        reached, _, m = march(train, brakes, -1.0, cell, x, w1, cell.limit_w, scratch, 0)
     if reached >= x:
         m -= 1  # its last row ends where the driven rows ended
     for i in range(m - 1, -1, -1):
-        xs[n] = end - bx[i]
-        ws[n] = bw[i]
+        rows.x[n] = cell.end_m - scratch.x[i]
+        rows.w[n] = scratch.w[i]
         n += 1
-    xs[n] = end
-    ws[n] = w1
+    rows.x[n] = cell.end_m
+    rows.w[n] = w1
     return n + 1
 
 
 @kernel
-def drive_then_brake(train, regime, brakes, start, end, length, grade, air, limit, w0, w1, bx, bw, xs, ws, n):
+def drive_then_brake(train, regime, brakes, cell, w0, w1, scratch, rows, n):
     """Append the rows of a cell: driving from w0, then braking as late as possible to end at w1.
 
     Parameters
@@ -137,27 +129,25 @@ def drive_then_brake(train, regime, brakes, start, end, length, grade, air, limi
         TRACTION, COASTING or DYNAMIC, held at the limit where it would pass it.
     brakes : int
         BRAKING or DYNAMIC.
-    start, end, length, grade, air, limit : float
-        The cell: positions in m, grade force in N, coefficient of v² in N/(m/s)², squared speed limit.
+    cell : Cell
     w0, w1 : float
         Squared speeds at its ends.
-    bx, bw : (size,) float64
-        Scratch.
-    xs, ws : (size,) float64, modified in place
-        Rows are appended from index ``n`` on: positions, squared speeds.
+    scratch : Rows
+    rows : Rows, modified in place
+        Rows are appended from index ``n`` on.
     n : int
 
     Returns
     -------
     n : int
-        New number of rows; the last one is at ``end``.
+        New number of rows; the last one is at the end of the cell.
     """
-    x = _meeting_point(train, regime, brakes, length, grade, air, limit, w0, w1, bx, bw)
-    n = emit_driven(train, regime, start, x, grade, air, w0, limit, xs, ws, n)
-    if x < length:
-        return _emit_braked(train, brakes, end, length - x, grade, air, w1, limit, bx, bw, xs, ws, n)
-    xs[n - 1] = end
-    ws[n - 1] = w1
+    x = _meeting_point(train, regime, brakes, cell, w0, w1, scratch)
+    n = emit_driven(train, regime, cell, x, w0, rows, n)
+    if x < cell.length_m:
+        return _emit_braked(train, brakes, cell, cell.length_m - x, w1, scratch, rows, n)
+    rows.x[n - 1] = cell.end_m
+    rows.w[n - 1] = w1
     return n
 
 
@@ -168,19 +158,19 @@ def _is_sliver(length, d, w0, w1):
 
 
 @kernel
-def drop_slivers(xs, ws, first, n, length):
+def drop_slivers(rows, first, n, length):
     """Drop slivers from the rows ``first`` .. ``n`` of a cell of the given length; returns the new number of rows.
 
     They come from rounding at meeting points; the end of the cell, the last row, stays.
     """
     kept = first
     for i in range(first, n):
-        sliver = _is_sliver(length, xs[i] - xs[kept - 1], ws[kept - 1], ws[i])
+        sliver = _is_sliver(length, rows.x[i] - rows.x[kept - 1], rows.w[kept - 1], rows.w[i])
         if sliver and i < n - 1:
             continue
         if sliver and kept > first:
             kept -= 1
-        xs[kept] = xs[i]
-        ws[kept] = ws[i]
+        rows.x[kept] = rows.x[i]
+        rows.w[kept] = rows.w[i]
         kept += 1
     return kept

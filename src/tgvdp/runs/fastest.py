@@ -19,8 +19,10 @@ from tgvdp.line.cells import Cells, cells_of
 from tgvdp.line.resolved import resolve
 from tgvdp.model.track import POWERED
 from tgvdp.model.trip import Trip
+from tgvdp.physics.cell import Rows, cell_at
+from tgvdp.physics.codes import BRAKING, NO_BRAKE, NO_ROOM, OK, STALLED, TOO_FAST, TRACTION
 from tgvdp.physics.forces import KernelTrain, kernel_train, unpowered
-from tgvdp.physics.motion import BRAKING, TRACTION, march, net_force
+from tgvdp.physics.motion import march, net_force
 from tgvdp.runs.braking_point import braked_w, drive_then_brake, driven_w, drop_slivers, emit_driven
 from tgvdp.runs.profile import Profile, profile_of
 from tgvdp.runs.resistance_correction import follow
@@ -34,94 +36,79 @@ _SCRATCH = 32768
 #: Share of w that the slowest run keeps in hand, so that rounding and rows of other lengths do not stall it.
 _SPARE = 2e-3
 
-DONE = 0
-FULL = 1  # the row buffers are too small
-NO_BRAKE = 2  # no speed at this station lets the train obey what comes after
-TOO_FAST = 3  # the start speed is too high for what comes after it
-STALLED = 4  # full traction does not carry the train over this cell
-
 
 @part
-def _find_caps(train, dark, length, grade, air, limit, supply, end_w, cap, xs, ws):
+def _find_caps(train, dark, cells, end_w, cap, scratch):
     """Largest squared speed at each station that still obeys all that follows; ``cap`` (K + 1,) in place."""
-    count = length.shape[0]
+    count = cells.length_m.shape[0]
     cap[count] = end_w
     for k in range(count - 1, -1, -1):
-        if cap[k + 1] > limit[k]:
-            cap[k + 1] = limit[k]
-        here = train if supply[k] == POWERED else dark
-        w = braked_w(here, BRAKING, grade[k], air[k], cap[k + 1], limit[k], length[k], xs, ws)
-        cap[k] = w
-        if w <= 0.0:
+        cell = cell_at(cells, k)
+        if cap[k + 1] > cell.limit_w:
+            cap[k + 1] = cell.limit_w
+        here = train if cells.supply[k] == POWERED else dark
+        cap[k] = braked_w(here, BRAKING, cell, cap[k + 1], cell.length_m, scratch)
+        if cap[k] <= 0.0:
             return NO_BRAKE, k
-    return DONE, 0
+    return OK, 0
 
 
 @part
-def _drive_fastest(train, dark, station, length, grade, air, limit, supply, start_w, cap, fast, bx, bw, xs, ws):
-    """Drive the fastest run; ``fast`` (K + 1,) and the rows ``xs``, ``ws`` in place; returns status, cell, rows."""
-    count = length.shape[0]
+def _drive_fastest(train, dark, cells, start_w, cap, fast, scratch, rows):
+    """Drive the fastest run; ``fast`` (K + 1,) and the rows in place; returns status, cell, rows."""
     fast[0] = start_w
-    xs[0] = 0.0
-    ws[0] = start_w
+    rows.x[0] = 0.0
+    rows.w[0] = start_w
     n = 1
-    for k in range(count):
-        if n + _SCRATCH > xs.shape[0]:
-            return FULL, k, n
-        d = length[k]
+    for k in range(cells.length_m.shape[0]):
+        if n + _SCRATCH > rows.x.shape[0]:
+            return NO_ROOM, k, n
+        cell = cell_at(cells, k)
         w0 = fast[k]
         w1 = cap[k + 1]
         first = n
-        here = train if supply[k] == POWERED else dark
-        landed = driven_w(here, TRACTION, grade[k], air[k], w0, limit[k], d, bx, bw)
-        if landed > w1 or (
-            landed >= limit[k] and net_force(here, BRAKING, grade[k], air[k], np.sqrt(w1), np.sqrt(w1)) > 0.0
-        ):
+        here = train if cells.supply[k] == POWERED else dark
+        landed = driven_w(here, TRACTION, cell, w0, cell.length_m, scratch)
+        if landed > w1 or (landed >= cell.limit_w and net_force(here, BRAKING, cell, np.sqrt(w1), np.sqrt(w1)) > 0.0):
             landed = w1
-            n = drive_then_brake(
-                here, TRACTION, BRAKING, station[k], station[k + 1], d, grade[k], air[k], limit[k], w0, w1, bx, bw,
-                xs, ws, n,
-            )  # fmt: skip
+            n = drive_then_brake(here, TRACTION, BRAKING, cell, w0, w1, scratch, rows, n)
         elif landed <= 0.0:
             return STALLED, k, n
         else:
-            n = emit_driven(here, TRACTION, station[k], d, grade[k], air[k], w0, limit[k], xs, ws, n)
-            ws[n - 1] = landed
-            xs[n - 1] = station[k + 1]
+            n = emit_driven(here, TRACTION, cell, cell.length_m, w0, rows, n)
+            rows.w[n - 1] = landed
+            rows.x[n - 1] = cell.end_m
         fast[k + 1] = landed
-        n = drop_slivers(xs, ws, first, n, d)
-    return DONE, 0, n
+        n = drop_slivers(rows, first, n, cell.length_m)
+    return OK, 0, n
 
 
 @part
-def _find_slowest(train, dark, length, grade, air, supply, fast, end_w, low, xs, ws):
+def _find_slowest(train, dark, cells, fast, end_w, low, scratch):
     """Slowest squared speed at each station from which full traction still reaches the end; ``low`` in place."""
-    count = length.shape[0]
+    count = cells.length_m.shape[0]
     low[count] = end_w
     for k in range(count - 1, -1, -1):
-        here = train if supply[k] == POWERED else dark
-        w = march(here, TRACTION, -1.0, length[k], grade[k], air[k], low[k + 1], 0.0, xs, ws, 0)[1]
+        here = train if cells.supply[k] == POWERED else dark
+        w = march(here, TRACTION, -1.0, cell_at(cells, k), cells.length_m[k], low[k + 1], 0.0, scratch, 0)[1]
         low[k] = min(w * (1.0 + _SPARE), fast[k])
 
 
 @kernel
-def envelope_kernel(train, station, length, grade, air, limit, supply, start_w, end_w, cap, low, fast, xs, ws, bx, bw):
+def envelope_kernel(train, cells, start_w, end_w, cap, low, fast, scratch, rows):
     """Caps, fastest run and slowest speeds; the arrays of `Envelope` in place; returns status, cell, rows.
 
-    ``bx`` and ``bw`` are scratch of `_SCRATCH` rows.
+    ``scratch`` is `Rows` of `_SCRATCH`.
     """
     dark = unpowered(train)
-    status, cell = _find_caps(train, dark, length, grade, air, limit, supply, end_w, cap, bx, bw)
-    if status != DONE:
+    status, cell = _find_caps(train, dark, cells, end_w, cap, scratch)
+    if status != OK:
         return status, cell, 0
     if start_w > cap[0] * (1.0 + FEASIBILITY_RTOL):
         return TOO_FAST, 0, 0
-    start_w = min(start_w, cap[0])
-    status, cell, n = _drive_fastest(
-        train, dark, station, length, grade, air, limit, supply, start_w, cap, fast, bx, bw, xs, ws
-    )
-    if status == DONE:
-        _find_slowest(train, dark, length, grade, air, supply, fast, end_w, low, bx, bw)
+    status, cell, n = _drive_fastest(train, dark, cells, min(start_w, cap[0]), cap, fast, scratch, rows)
+    if status == OK:
+        _find_slowest(train, dark, cells, fast, end_w, low, scratch)
     return status, cell, n
 
 
@@ -176,7 +163,7 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
         When the train stalls, cannot brake, or cannot meet its start or end speed.
     """
     count = len(cells.length_m)
-    limit_w = np.minimum(cells.limit_w, reachable_w(trip, cells))
+    reachable = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
     for speed_mps, cell, label in ((trip.start_speed_mps, 0, "start"), (trip.end_speed_mps, -1, "end")):
         if speed_mps**2 > cells.limit_w[cell] * (1.0 + FEASIBILITY_RTOL):
             raise InfeasibleError(
@@ -187,22 +174,20 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
     start_w, end_w = trip.start_speed_mps**2, trip.end_speed_mps**2
     size = 16 * count + 2 * _SCRATCH
     while True:
-        xs, ws = np.empty(size), np.empty(size)
-        status, cell, n = envelope_kernel(
-            train, cells.station_m, cells.length_m, cells.grade_n, cells.air, limit_w, cells.supply, start_w, end_w,
-            cap, low, fast, xs, ws, *np.empty((2, _SCRATCH)),
-        )  # fmt: skip
-        if status != FULL:
+        rows = Rows(*np.empty((2, size)))
+        scratch = Rows(*np.empty((2, _SCRATCH)))
+        status, cell, n = envelope_kernel(train, reachable, start_w, end_w, cap, low, fast, scratch, rows)
+        if status != NO_ROOM:
             break
         size *= 2
-    if status != DONE:
+    if status != OK:
         raise _explain(status, trip, cells, cell, cap[cell])
     if fast[-1] < end_w * (1.0 - FEASIBILITY_RTOL):
         raise InfeasibleError(
             f"end speed {mps_to_kmh(trip.end_speed_mps):.4g} km/h cannot be reached: "
             f"full traction gives {mps_to_kmh(float(np.sqrt(fast[-1]))):.4g} km/h"
         )
-    return Envelope(low, fast, xs[:n], ws[:n])
+    return Envelope(low, fast, rows.x[:n], rows.w[:n])
 
 
 def reachable_w(trip: Trip, cells: Cells) -> float:

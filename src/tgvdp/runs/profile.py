@@ -16,12 +16,12 @@ from tgvdp.model.energy import PANTOGRAPH
 from tgvdp.model.track import LOWERED, POWERED
 from tgvdp.model.trip import Trip
 from tgvdp.physics.arc import duration_and_work
+from tgvdp.physics.codes import BRAKING, COASTING, HOLDING, TRACTION
 from tgvdp.physics.energy import arc_energy, energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train, mean_brake, mean_effort, mean_resistance, unpowered
 
-#: Driving regimes; a profile stores the index.
+#: Driving regimes of a profile, by their number (`physics.codes`); holding by brakes is cruising, too.
 REGIMES = ("traction", "cruising", "coasting", "braking")
-TRACTION, CRUISING, COASTING, BRAKING = range(4)
 
 #: An effort below this share of the starting effort counts as none (coasting).
 _COASTING_SHARE = 1e-4
@@ -147,7 +147,7 @@ def _measure(train, tables, at_wheel, x, w, grade, air, supply, time, force, ene
         if abs(effort) <= _COASTING_SHARE * start_effort:
             regime[i] = COASTING
         elif abs(acceleration) * train.inertia_kg <= _CRUISING_SHARE * start_effort and abs(effort) < 0.95 * limit:
-            regime[i] = CRUISING
+            regime[i] = HOLDING
         else:
             regime[i] = TRACTION if effort > 0.0 else BRAKING
     force[n - 1] = 0.0

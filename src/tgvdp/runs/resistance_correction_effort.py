@@ -6,6 +6,7 @@ from tgvdp._jit import leaf, part
 from tgvdp.line.walk import piece_from
 from tgvdp.model.track import POWERED
 from tgvdp.physics.forces import effort_at, mean_brake, mean_effort, mean_rate, mean_resistance, unpowered
+from tgvdp.physics.roots import Bracket, narrowed, secant
 from tgvdp.runs.effort_jumps import NO_EFFORT
 
 #: No more than this share of w is taken from a run: it is next to standstill there.
@@ -51,23 +52,14 @@ def _within_limit(train, none, pulls, d, grade, air, w, low, high):
     f_lo = _excess_n(train, none, pulls, d, grade, air, w if pulls else lo, lo if pulls else w)
     if f_lo >= 0.0:
         return lo
-    side = 0
+    bracket = Bracket(lo, hi, f_lo, f_hi, 0)
     for _ in range(_SEARCHES):
-        x = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
+        x = secant(bracket)
         f = _excess_n(train, none, pulls, d, grade, air, w if pulls else x, x if pulls else w)
-        if f <= 0.0:
-            lo = x
-            f_lo = f
-            f_hi *= 0.5 if side < 0 else 1.0
-            side = -1
-        else:
-            hi = x
-            f_hi = f
-            f_lo *= 0.5 if side > 0 else 1.0
-            side = 1
-        if hi - lo <= _SAME_PLACE * hi:
+        bracket = narrowed(bracket, x, f)
+        if bracket.hi - bracket.lo <= _SAME_PLACE * bracket.hi:
             break
-    return lo
+    return bracket.lo
 
 
 @part

@@ -12,6 +12,7 @@ from tests.helpers.trips import commuter, trip_on
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.energy import PANTOGRAPH
+from tgvdp.physics.cell import Rows
 from tgvdp.referee.replay import replay
 from tgvdp.runs.braking_point import drop_slivers
 from tgvdp.runs.fastest import fastest_run
@@ -71,7 +72,7 @@ def test_braking_at_the_comfort_limit_against_linear_resistance_alone():
 )
 def test_rows_of_rounding_errors_are_merged(row_m, w, kept):
     xs, ws = np.array([0.0, 0.5, 0.5 + row_m, 1.0]), np.array([100.0, 100.0, w, 98.0])
-    n = drop_slivers(xs, ws, 1, 4, 1.0)
+    n = drop_slivers(Rows(xs, ws), 1, 4, 1.0)
     assert n == (4 if kept else 3)
     assert (xs[n - 1], ws[n - 1]) == (1.0, 98.0)
 

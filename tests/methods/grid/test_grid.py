@@ -12,14 +12,14 @@ from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.formats import load_track, load_train
 from tgvdp.line.cells import breaks_of, cells_of
 from tgvdp.methods.budget import SearchBudget
-from tgvdp.methods.grid.arcs import OVER_EFFORT_AT_POINT, OVER_LIMIT, LongCells, drive
+from tgvdp.methods.grid.arcs import drive
 from tgvdp.methods.grid.exact import exact_front
 from tgvdp.methods.grid.grid import build_grid
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.track import SpeedLimit, Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
-from tgvdp.physics.arc import OK, OVER_TRACTION
+from tgvdp.physics.codes import OK, OVER_EFFORT_AT_POINT, OVER_LIMIT, OVER_TRACTION
 from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import kernel_train
 from tgvdp.referee.replay import replay
@@ -41,9 +41,8 @@ def tram(limits, length_m=1000.0, **trip):
 
 def drive_on(trip, w0, w1):
     cells = cells_of(trip)
-    long_cells = LongCells(cells.station_m, *cells[2:])
     return drive(
-        kernel_train(trip.train), energy_tables(trip.train, trip.energy), long_cells, 0, len(cells.length_m), w0, w1
+        kernel_train(trip.train), energy_tables(trip.train, trip.energy), cells, 0, len(cells.length_m), w0, w1
     )
 
 

@@ -17,18 +17,18 @@ w0 = φ(w1) by the explicit midpoint rule, and since V_k(w0) = E + λT + V_{k+1}
 
     p0 = (∂E/∂w1 + λ·∂T/∂w1 + p1) / φ'(w1),     ∂T/∂w1 = −d/(v0+v1)²·(φ'/v0 + 1/v1).
 
-What lies between the images of two regimes, and between the last one and the wall, is in `regions`. The derivation
+What lies between the images of two regimes, and between the last one and the wall, is in `step_regions`. The derivation
 is in docs/front-method.md.
 """
 
 import math
 
-from tgvdp._jit import kernel, part
-from tgvdp.methods.costate.characteristics import coast_image, holding_costate, holding_w, saturated_image
-from tgvdp.methods.costate.polyline import insert, make_monotone, thin
+from tgvdp._jit import kernel, leaf, part
+from tgvdp.methods.costate.characteristics import Step, coast_image, holding_costate, holding_w, saturated_image
+from tgvdp.methods.costate.polyline import Polyline, insert, make_monotone, thin
 from tgvdp.methods.costate.step import transport
 from tgvdp.methods.costate.step_regions import LEAST_WALL, dynamic_suffices, wall_region
-from tgvdp.physics.motion import COASTING, DYNAMIC
+from tgvdp.physics.codes import COASTING, CROWDED, DYNAMIC, OK
 
 #: Room for points of the polyline.
 ROOM = 4096
@@ -38,16 +38,14 @@ _GROWTH = 6
 #: Points of partial effort before the last cell.
 _LAST_POINTS = 12
 
-DONE = 0
-CROWDED = 1  # too many points
-
 
 @part
-def _crossing(level, w, p, n, first):
+def _crossing(level, line, n, first):
     """Where the polyline crosses a level, from ``first`` on: first index above it, and w there.
 
     Its two ends are vertical walls.
     """
+    w, p = line
     i = first
     while i < n and p[i] < level:
         i += 1
@@ -60,11 +58,12 @@ def _crossing(level, w, p, n, first):
 
 
 @part
-def _snapped(held, slack, level, w, p, n, at, cross_w):
+def _snapped(held, slack, level, line, n, at, cross_w):
     """A crossing, moved to the speed that is held if p is at the level there, within the error of the polyline.
 
     Next to that speed p hardly changes: thinning alone would move the crossing about.
     """
+    w, p = line
     if not w[0] < held < w[n - 1]:
         return at, cross_w
     i = at if at < n else n - 1
@@ -77,35 +76,45 @@ def _snapped(held, slack, level, w, p, n, at, cross_w):
 
 
 @part
-def _last_cell(train, returned, length, load, air, price, bottom, top, end_w, w, p):
-    """Costates before the last cell, whose end speed is given.
+def _last_cell(train, step, line):
+    """Costates before the last cell, whose end speed, the wall of this step, is given.
 
     Partial effort up to the speed from which the train coasts there, then coasting until braking begins, dynamically as
     long as that suffices.
     """
-    some_w = max(end_w, LEAST_WALL * top)
-    coasts = min(max(coast_image(train.davis_b, length, load, air, price, bottom, some_w, 0.0)[0], bottom), top)
+    bottom = step.bottom
+    top = step.top
+    some_w = max(step.wall, LEAST_WALL * top)
+    coasts = min(max(coast_image(train, step, step.length, some_w, 0.0)[0], bottom), top)
     ratio = (coasts / bottom) ** (1.0 / (_LAST_POINTS - 1))
     w0 = bottom
     for n in range(_LAST_POINTS):
-        w[n] = w0
+        line.w[n] = w0
         w0 *= ratio
-        p[n] = holding_costate(train.davis_b, length, air, 1.0, price, w[n], end_w)
+        line.p[n] = holding_costate(train, step, line.w[n], step.wall)
     n = _LAST_POINTS
     regime = COASTING
-    if returned > 0.0 and not dynamic_suffices(train, length, load, air, top, end_w):
+    if step.returned > 0.0 and not dynamic_suffices(train, step):
         regime = DYNAMIC
-        brakes = saturated_image(train, DYNAMIC, returned, length, load, air, price, bottom, some_w, 0.0)[0]
-        w[n] = min(max(brakes, coasts), top)
-        p[n] = -0.5 * returned
+        brakes = saturated_image(train, DYNAMIC, step, step.length, some_w, 0.0)[0]
+        line.w[n] = min(max(brakes, coasts), top)
+        line.p[n] = -0.5 * step.returned
         n += 1
-    return wall_region(train, regime, returned, length, load, air, price, bottom, top, end_w, w, p, n)
+    return wall_region(train, regime, step, line, n)
+
+
+@leaf
+def _step(train, returned, cells, k, multiplier, held_w, held_brake_w, low, fast, floor_w, wall):
+    """The step over cell k."""
+    bottom = max(low[k], min(floor_w, 0.1 * fast[k]))
+    load = train.davis_a_n + cells.grade_n[k]
+    return Step(
+        cells.length_m[k], load, cells.air[k], multiplier, returned, held_w, held_brake_w, bottom, fast[k], wall
+    )
 
 
 @kernel
-def switching_speeds(
-    train, returned, length, grade, air, low, fast, end_w, price, tolerance, typical_m, floor_w, policy, room
-):
+def switching_speeds(train, returned, cells, low, fast, end_w, multiplier, tolerance, typical_m, floor_w, policy, room):
     """Backward pass: the optimal switching speeds a, a' and b for one multiplier.
 
     Full traction below the line of switching, which ends each cell at a; coasting above it, from the cell's start on to
@@ -117,14 +126,14 @@ def switching_speeds(
     train : KernelTrain
     returned : float
         Energy that the dynamic brake returns per joule of its work, below 1. If it is 0, b is the envelope.
-    length, grade, air
-        Lengths, grade forces and drag of the cells, (K,) float64.
+    cells : Cells
+        Grade forces and drag per unit of inertia.
     low, fast : (K + 1,) float64
         Slowest and fastest feasible squared speed at each station, m²/s².
     end_w : float
         Squared speed at the destination.
-    price : float
-        Multiplier λ per unit of inertia, J/(s·kg).
+    multiplier : float
+        λ per unit of inertia, J/(s·kg).
     tolerance : float
         Error of p allowed by thinning in a cell of ``typical_m``.
     typical_m : float
@@ -139,65 +148,55 @@ def switching_speeds(
     Returns
     -------
     status : int
-        DONE or CROWDED.
+        OK or CROWDED.
     points : int
         Points carried in all, the work done.
     """
-    count = length.shape[0]
-    w = room[0]
-    p = room[1]
-    x = room[2]
-    y = room[3]
+    count = cells.length_m.shape[0]
+    line = Polyline(room[0], room[1])
+    images = Polyline(room[2], room[3])
     policy[count] = end_w
     policy[0] = fast[0]
     points = 0
     if count == 1:
-        return DONE, points
+        return OK, points
     k = count - 1
-    bottom = max(low[k], min(floor_w, 0.1 * fast[k]))
-    load = train.davis_a_n + grade[k]
-    n = _last_cell(train, returned, length[k], load, air[k], price, bottom, fast[k], end_w, w, p)
-    n = make_monotone(w, p, n, fast[k])
+    step = _step(train, returned, cells, k, multiplier, math.inf, math.inf, low, fast, floor_w, end_w)
+    n = make_monotone(line, _last_cell(train, step, line), fast[k])
     loosen = 1.0
     thinned = n
     held_air = -1.0
     held_w = math.inf
     held_brake_w = math.inf
     for k in range(count - 2, -1, -1):
-        d = length[k]
-        if air[k] != held_air:
-            held_air = air[k]
-            held_w = holding_w(train.davis_b, held_air, price)
-            held_brake_w = holding_w(train.davis_b, held_air, price / returned) if returned > 0.0 else math.inf
-        slack = tolerance * loosen * d / typical_m
-        drives, a = _crossing(-0.5, w, p, n, 0)
-        drives, a = _snapped(held_w, slack, -0.5, w, p, n, drives, a)
-        n = insert(w, p, n, drives, a, -0.5)
+        if cells.air[k] != held_air:
+            held_air = cells.air[k]
+            held_w = holding_w(train.davis_b, held_air, multiplier)
+            held_brake_w = holding_w(train.davis_b, held_air, multiplier / returned) if returned > 0.0 else math.inf
+        slack = tolerance * loosen * cells.length_m[k] / typical_m
+        drives, a = _crossing(-0.5, line, n, 0)
+        drives, a = _snapped(held_w, slack, -0.5, line, n, drives, a)
+        n = insert(line, n, drives, a, -0.5)
         coasts = n - 1
         b = fast[k + 1]
         if returned > 0.0:
-            coasts, b = _crossing(-0.5 * returned, w, p, n, drives)
-            n = insert(w, p, n, coasts, b, -0.5 * returned)
+            coasts, b = _crossing(-0.5 * returned, line, n, drives)
+            n = insert(line, n, coasts, b, -0.5 * returned)
         policy[k + 1, 0] = a
         policy[k + 1, 1] = a
         policy[k + 1, 2] = b
         if k == 0:
             break
         points += n
-        bottom = max(low[k], min(floor_w, 0.1 * fast[k]))
-        load = train.davis_a_n + grade[k]
-        m, coast_w = transport(
-            train, returned, d, load, held_air, price, held_w, held_brake_w, bottom, fast[k], fast[k + 1], w, p, n,
-            drives, coasts, x, y,
-        )  # fmt: skip
+        step = _step(train, returned, cells, k, multiplier, held_w, held_brake_w, low, fast, floor_w, fast[k + 1])
+        m, coast_w = transport(train, step, line, n, drives, coasts, images)
         policy[k + 1, 1] = coast_w
-        m = make_monotone(x, y, m, fast[k])
+        m = make_monotone(images, m, fast[k])
         if m <= thinned + _GROWTH:
-            w, x = x, w
-            p, y = y, p
+            line, images = images, line
             n = m
             continue
-        n = thin(x, y, m, -0.5 * returned, slack, w, p)
+        n = thin(images, m, -0.5 * returned, slack, line)
         thinned = n
         if n > _MANY_POINTS:
             loosen *= 1.5
@@ -205,4 +204,4 @@ def switching_speeds(
             loosen = max(1.0, loosen / 1.2)
         if n > room.shape[1] // 2 - 64:
             return CROWDED, points
-    return DONE, points
+    return OK, points

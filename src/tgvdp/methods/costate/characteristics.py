@@ -7,52 +7,83 @@ rule w0 = φ(w1), and its costate by the derivative of the cost of the arc along
 """
 
 import math
+from typing import NamedTuple
 
 from tgvdp._jit import leaf, part
-from tgvdp.physics.motion import TRACTION
+from tgvdp.physics.codes import TRACTION
 
 #: An image below this share of the floor has no costate: it is taken to be there.
 LOST = 0.25
 
 
+class Step(NamedTuple):
+    """One step of the backward pass, over one cell; forces per unit of inertia, traction work costs 1.
+
+    Attributes
+    ----------
+    length, load, air : float
+        The cell: length, m, resistance A and grade force, m/s², and coefficient of v², 1/m.
+    multiplier : float
+        λ, J/(s·kg).
+    returned : float
+        Energy that the dynamic brake returns per joule of its work, below 1.
+    held_w, held_brake_w : float
+        Squared speeds that are held by traction and by the dynamic brake (`holding_w`).
+    bottom, top, wall : float
+        Squared speeds: the slowest and fastest of the images, and the fastest after the cell.
+    """
+
+    length: float
+    load: float
+    air: float
+    multiplier: float
+    returned: float
+    held_w: float
+    held_brake_w: float
+    bottom: float
+    top: float
+    wall: float
+
+
 @leaf
-def holding_costate(davis_b, length, air, effort_price, price, w0, w1):
-    """Costate at w0 of partial effort towards a fixed w1: derivative of X·e + λT by w0."""
+def holding_costate(train, step, w0, w1):
+    """Costate at w0 of partial traction towards a fixed w1: derivative of X + λT by w0."""
     v0 = math.sqrt(w0)
     v1 = math.sqrt(w1)
     s = v0 + v1
     linear = 0.0
-    if davis_b != 0.0:
+    if train.davis_b != 0.0:
         mean_v_w = (2.0 / 3.0) * ((1.0 + 0.5 * v1 / v0) * s - (w0 + w1 + v0 * v1) * 0.5 / v0) / (s * s)
-        linear = davis_b * mean_v_w
-    work_w = -0.5 + length * (0.5 * air + linear)
-    return effort_price * work_w - price * length / (s * s * v0)
+        linear = train.davis_b * mean_v_w
+    work_w = -0.5 + step.length * (0.5 * step.air + linear)
+    return work_w - step.multiplier * step.length / (s * s * v0)
 
 
 @leaf
-def _costate_before(length, price, lost, v1, w0, image_w, work_w, p1):
+def _costate_before(step, length, v1, w0, image_w, work_w, p1):
     """Costate at the image w0 of v1², whose derivative is ``image_w``; ``work_w`` is that of the effort's work."""
+    lost = LOST * step.bottom
     v0 = math.sqrt(w0 if w0 > lost else lost)
     s = v0 + v1
     span = s * s * v0 * v1
-    return ((length * work_w + p1) * span - price * length * (image_w * v1 + v0)) / (span * image_w)
+    return ((length * work_w + p1) * span - step.multiplier * length * (image_w * v1 + v0)) / (span * image_w)
 
 
 @leaf
-def coast_back(davis_b, length, load, air, price, floor, w1, p1):
-    """Image of a point under coasting; its p means nothing where the image is below `LOST` of the floor.
+def coast_back(train, step, length, w1, p1):
+    """Image of a point under coasting over a length; its p means nothing where that is below `LOST` of the bottom.
 
     No branch and no call is in here: the loop over the polyline runs in vector registers.
     """
     v1 = math.sqrt(w1)
-    middle = w1 + length * (load + davis_b * v1 + air * w1)
-    middle = middle if middle > floor else floor
+    middle = w1 + length * (step.load + train.davis_b * v1 + step.air * w1)
+    middle = middle if middle > step.bottom else step.bottom
     middle_v = math.sqrt(middle)
-    per_v = 0.5 * davis_b / (v1 * middle_v)
-    middle_w = 1.0 + length * (per_v * middle_v + air)
-    w0 = w1 + 2.0 * length * (load + davis_b * middle_v + air * middle)
-    image_w = 1.0 + 2.0 * length * (per_v * v1 + air) * middle_w
-    return w0, _costate_before(length, price, LOST * floor, v1, w0, image_w, 0.0, p1)
+    per_v = 0.5 * train.davis_b / (v1 * middle_v)
+    middle_w = 1.0 + length * (per_v * middle_v + step.air)
+    w0 = w1 + 2.0 * length * (step.load + train.davis_b * middle_v + step.air * middle)
+    image_w = 1.0 + 2.0 * length * (per_v * v1 + step.air) * middle_w
+    return w0, _costate_before(step, length, v1, w0, image_w, 0.0, p1)
 
 
 @leaf
@@ -81,51 +112,52 @@ def _saturated_slope(train, regime, load, air, v):
 
 
 @leaf
-def saturated_back(train, regime, effort_price, length, load, air, price, floor, w1, p1):
-    """Image of a point under full traction or full dynamic braking."""
+def saturated_back(train, regime, step, length, w1, p1):
+    """Image of a point under full traction or full dynamic braking over a length."""
     v1 = math.sqrt(w1)
-    g, g_w, _ = _saturated_slope(train, regime, load, air, v1)
-    middle_v = math.sqrt(max(w1 - 0.5 * length * g, floor))
+    g, g_w, _ = _saturated_slope(train, regime, step.load, step.air, v1)
+    middle_v = math.sqrt(max(w1 - 0.5 * length * g, step.bottom))
     middle_w = 1.0 - 0.5 * length * g_w
-    g, g_w, effort_w = _saturated_slope(train, regime, load, air, middle_v)
+    g, g_w, effort_w = _saturated_slope(train, regime, step.load, step.air, middle_v)
     w0 = w1 - length * g
     image_w = max(1.0 - length * g_w * middle_w, 1e-3)
-    return w0, _costate_before(length, price, LOST * floor, v1, w0, image_w, effort_price * effort_w * middle_w, p1)
+    per_joule = 1.0 if regime == TRACTION else step.returned
+    return w0, _costate_before(step, length, v1, w0, image_w, per_joule * effort_w * middle_w, p1)
 
 
 @part
-def coast_image(davis_b, length, load, air, price, floor, w1, p1):
+def coast_image(train, step, length, w1, p1):
     """`coast_back`, but not inlined: half of the compilation where it is no inner loop."""
-    return coast_back(davis_b, length, load, air, price, floor, w1, p1)
+    return coast_back(train, step, length, w1, p1)
 
 
 @part
-def saturated_image(train, regime, effort_price, length, load, air, price, floor, w1, p1):
+def saturated_image(train, regime, step, length, w1, p1):
     """`saturated_back`, but not inlined."""
-    return saturated_back(train, regime, effort_price, length, load, air, price, floor, w1, p1)
+    return saturated_back(train, regime, step, length, w1, p1)
 
 
 @leaf
-def coast_on(davis_b, length, load, air, w0):
+def coast_on(train, step, w0):
     """Squared speed after coasting through a cell, by the midpoint rule."""
-    middle = max(w0 - length * (load + davis_b * math.sqrt(w0) + air * w0), 0.0)
-    return max(w0 - 2.0 * length * (load + davis_b * math.sqrt(middle) + air * middle), 0.0)
+    middle = max(w0 - step.length * (step.load + train.davis_b * math.sqrt(w0) + step.air * w0), 0.0)
+    return max(w0 - 2.0 * step.length * (step.load + train.davis_b * math.sqrt(middle) + step.air * middle), 0.0)
 
 
 @part
-def holding_w(davis_b, air, price):
-    """Squared speed V² that is held for a price of time in units of that of work: price = V²·R'(V); may be infinite.
+def holding_w(davis_b, air, multiplier):
+    """Squared speed V² that is held for a multiplier in units of the price of work: λ = V²·R'(V); may be infinite.
 
     Newton's rule from above, where the derivative rises.
     """
     v = math.inf
     if air > 0.0:
-        v = (0.5 * price / air) ** (1.0 / 3.0) * (1.0 + 1e-12)
+        v = (0.5 * multiplier / air) ** (1.0 / 3.0) * (1.0 + 1e-12)
     if davis_b > 0.0:
-        v = min(v, math.sqrt(price / davis_b))
+        v = min(v, math.sqrt(multiplier / davis_b))
     if davis_b > 0.0 and air > 0.0:
         for _ in range(20):
-            step = (v * v * (davis_b + 2.0 * air * v) - price) / (v * (2.0 * davis_b + 6.0 * air * v))
+            step = (v * v * (davis_b + 2.0 * air * v) - multiplier) / (v * (2.0 * davis_b + 6.0 * air * v))
             v -= step
             if step <= 1e-15 * v:
                 break

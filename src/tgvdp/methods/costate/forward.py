@@ -15,11 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import leaf, part
+from tgvdp.line.cells import Cells
 from tgvdp.methods.costate.forward_cell import ON_CURVE, coast, drive_cell
 from tgvdp.physics.arc import duration_and_work
+from tgvdp.physics.cell import Rows, cell_at
+from tgvdp.physics.codes import DYNAMIC
 from tgvdp.physics.energy import regenerated
 from tgvdp.physics.forces import mean_effort, resistance_at
-from tgvdp.physics.motion import DYNAMIC, land
+from tgvdp.physics.motion import land
 from tgvdp.runs.braking_point import drop_slivers
 
 #: Rows that one cell may take.
@@ -29,59 +32,55 @@ _LEAVES = 0
 _AIMS_THERE = 1
 _COASTS_THERE = 2
 _BRAKES_THERE = 3
-#: Rows of `Course.cells`.
-STATION, LENGTH, GRADE, AIR, LIMIT, LOW, FAST = range(7)
 
 
 class Course(NamedTuple):
     """Cells with the envelope of feasible speeds, and the fastest run within each of them, for the kernel.
 
-    Few large arrays: each one costs a tenth of a microsecond per call.
-
     Attributes
     ----------
-    cells : (7, K + 1) float64
-        Stations in m, lengths in m, grade forces in N, drag in N/(m/s)² and squared limits of the K cells, as in
-        `Cells`; slowest and fastest feasible squared speed at each station, m²/s².
-    fastest : (2, n) float64
-        Rows of the fastest run: positions and squared speeds.
+    cells : Cells
+    low, fast : (K + 1,) float64
+        Slowest and fastest feasible squared speed at each station, m²/s².
+    fastest : Rows
+        Rows of the fastest run.
     row : (K + 1,) int64
         Its rows at the stations.
     stays : (K,) int64
         Whether a run on the envelope stays there; negative until the course is first driven.
     """
 
-    cells: NDArray[np.float64]
-    fastest: NDArray[np.float64]
+    cells: Cells
+    low: NDArray[np.float64]
+    fast: NDArray[np.float64]
+    fastest: Rows
     row: NDArray[np.int64]
     stays: NDArray[np.int64]
 
 
 @leaf
-def _energy(train, drawn, returned, length, work, w0, w1):
-    """Energy in J of an arc, from its work: drawn per joule of traction, returned per joule of the dynamic brake."""
+def _energy(train, tables, length, work, w0, w1):
+    """Energy in J of an arc, from its work, without auxiliaries."""
     if work >= 0.0:
-        return drawn * work
-    if returned == 0.0:
+        return tables.traction * work
+    if tables.regeneration == 0.0:
         return 0.0
-    return -returned * length * regenerated(train, -work / length, math.sqrt(w0), math.sqrt(w1))
+    return -tables.regeneration * length * regenerated(train, -work / length, math.sqrt(w0), math.sqrt(w1))
 
 
 @part
 def find_rides(train, course):
     """Fill in ``stays`` of a course."""
-    cells = course.cells
-    x = course.fastest[0]
-    w = course.fastest[1]
+    x = course.fastest.x
+    w = course.fastest.w
     for k in range(course.stays.shape[0]):
-        grade = cells[GRADE, k]
-        air = cells[AIR, k]
+        cell = cell_at(course.cells, k)
         driven = True
         braked = True
         rises = True
         falls = True
         for i in range(course.row[k], course.row[k + 1]):
-            work = duration_and_work(train, x[i + 1] - x[i], grade, air, w[i], w[i + 1])[1]
+            work = duration_and_work(train, x[i + 1] - x[i], cell.grade_n, cell.air, w[i], w[i + 1])[1]
             driven &= work >= 0.0
             braked &= work <= 0.0
             rises &= w[i + 1] >= w[i]
@@ -89,10 +88,11 @@ def find_rides(train, course):
         course.stays[k] = _LEAVES
         if driven and (rises or falls):
             course.stays[k] = _AIMS_THERE
-        top = cells[FAST, k + 1]
-        if braked and falls and coast(train, cells[LENGTH, k], grade, air, cells[FAST, k]) > top:
+        start = course.fast[k]
+        top = course.fast[k + 1]
+        if braked and falls and coast(train, cell, cell.length_m, start) > top:
             course.stays[k] = _COASTS_THERE
-            if land(train, DYNAMIC, 1.0, cells[LENGTH, k], grade, air, cells[FAST, k]) > top * (1.0 + ON_CURVE):
+            if land(train, DYNAMIC, 1.0, cell, cell.length_m, start) > top * (1.0 + ON_CURVE):
                 course.stays[k] = _BRAKES_THERE
 
 
@@ -103,31 +103,30 @@ def _rides(stays, a, b, top):
 
 
 @leaf
-def _holds(train, grade, air, w):
+def _holds(train, cell, w):
     """Whether traction alone holds a speed."""
     v = math.sqrt(w)
-    load = resistance_at(train, air, v) + grade
+    load = resistance_at(train, cell.air, v) + cell.grade_n
     return 0.0 <= load <= mean_effort(train.traction, v, v)
 
 
 @part
-def drive_blend(train, drawn, returned, course, first_policy, second_policy, share, xs, ws, bx, bw):
+def drive_blend(train, tables, course, first_policy, second_policy, share, scratch, rows):
     """Drive the whole trip by a blend of two policies, from the first row on, which is there.
 
     Parameters
     ----------
     train : KernelTrain
-    drawn, returned : float
-        Energy drawn per joule of traction work, and returned per joule of work of the dynamic brake.
+    tables : EnergyTables
+        Of which only the two factors count.
     course : Course
     first_policy, second_policy : (K + 1, 3) float64
         As of `costate.switching_speeds`.
     share : float
         Weight of the second policy.
-    xs, ws : (size,) float64, modified in place
+    scratch : Rows
+    rows : Rows, modified in place
         Rows of the run: positions from the origin, squared speeds.
-    bx, bw : (size,) float64
-        Scratch.
 
     Returns
     -------
@@ -136,44 +135,39 @@ def drive_blend(train, drawn, returned, course, first_policy, second_policy, sha
     time_s, energy_j : float
         Running time and energy, without auxiliaries.
     """
-    cells = course.cells
     n = 1
     time = 0.0
     energy = 0.0
     for k in range(course.stays.shape[0]):
-        if n + _MOST_ROWS > xs.shape[0]:
+        if n + _MOST_ROWS > rows.x.shape[0]:
             return -1, time, energy
-        w = ws[n - 1]
-        top = cells[FAST, k + 1]
-        bottom = cells[LOW, k + 1]
+        w = rows.w[n - 1]
+        top = course.fast[k + 1]
+        bottom = course.low[k + 1]
         a = first_policy[k + 1, 0] + share * (second_policy[k + 1, 0] - first_policy[k + 1, 0])
         coasts = first_policy[k + 1, 1] + share * (second_policy[k + 1, 1] - first_policy[k + 1, 1])
         b = first_policy[k + 1, 2] + share * (second_policy[k + 1, 2] - first_policy[k + 1, 2])
-        length = cells[LENGTH, k]
-        grade = cells[GRADE, k]
-        air = cells[AIR, k]
+        cell = cell_at(course.cells, k)
         first = n
-        if w == cells[FAST, k] and _rides(course.stays[k], a, b, top):
+        if w == course.fast[k] and _rides(course.stays[k], a, b, top):
             for i in range(course.row[k] + 1, course.row[k + 1] + 1):
-                xs[n] = course.fastest[0, i]
-                ws[n] = course.fastest[1, i]
+                rows.x[n] = course.fastest.x[i]
+                rows.w[n] = course.fastest.w[i]
                 n += 1
-        elif w == a and a == coasts <= top and _holds(train, grade, air, w):  # most cells of a long line
-            xs[n] = cells[STATION, k + 1]
-            ws[n] = w
+        elif w == a and a == coasts <= top and _holds(train, cell, w):  # most cells of a long line
+            rows.x[n] = cell.end_m
+            rows.w[n] = w
             n += 1
         else:
             a = max(min(a, top), bottom)
-            n = drive_cell(
-                train, returned > 0.0, cells[STATION, k], cells[STATION, k + 1], length, grade, air, cells[LIMIT, k],
-                w, a, max(coasts, bottom), max(a, b), top, bx, bw, xs, ws, n,
-            )  # fmt: skip
+            regenerates = tables.regeneration > 0.0
+            n = drive_cell(train, regenerates, cell, w, a, max(coasts, bottom), max(a, b), top, scratch, rows, n)
             if n > first + 1:
-                n = drop_slivers(xs, ws, first, n, length)
-            ws[n - 1] = max(min(ws[n - 1], top), bottom)
+                n = drop_slivers(rows, first, n, cell.length_m)
+            rows.w[n - 1] = max(min(rows.w[n - 1], top), bottom)
         for i in range(first, n):
-            d = xs[i] - xs[i - 1]
-            duration, work, _, _ = duration_and_work(train, d, grade, air, ws[i - 1], ws[i])
+            d = rows.x[i] - rows.x[i - 1]
+            duration, work, _, _ = duration_and_work(train, d, cell.grade_n, cell.air, rows.w[i - 1], rows.w[i])
             time += duration
-            energy += _energy(train, drawn, returned, d, work, ws[i - 1], ws[i])
+            energy += _energy(train, tables, d, work, rows.w[i - 1], rows.w[i])
     return n, time, energy

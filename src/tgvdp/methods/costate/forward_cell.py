@@ -4,9 +4,11 @@ import math
 
 from tgvdp._jit import leaf, part
 from tgvdp.constants import FEASIBILITY_RTOL
-from tgvdp.physics.arc import OK, arc, duration_and_work
+from tgvdp.physics.arc import arc, duration_and_work
+from tgvdp.physics.cell import Cell, rest_of
+from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK, TRACTION
 from tgvdp.physics.forces import mean_effort, mean_resistance, resistance_at
-from tgvdp.physics.motion import BRAKING, COASTING, DYNAMIC, TRACTION, land, march
+from tgvdp.physics.motion import land, march
 from tgvdp.runs.braking_point import braked_w, drive_then_brake
 
 #: Where full effort would take less than this share of a cell, a change of speed is spread over the cell: it is a drift
@@ -27,14 +29,15 @@ _SAME_PLACE = 1e-12
 
 
 @leaf
-def _pull(train, length, grade, air, w0, w1):
+def _pull(train, cell, w0, w1):
     """Share of full traction that takes the train from w0 to w1; infinite beyond its limits.
 
     Negative if it must brake, or would slow down on a climb by more than comfort allows.
     """
     if w0 + w1 <= 0.0:  # a train at a stand must be driven, if only by a hair
         return math.inf
-    work = duration_and_work(train, length, grade, air, w0, w1)[1]
+    length = cell.length_m
+    work = duration_and_work(train, length, cell.grade_n, cell.air, w0, w1)[1]
     slack = 1.0 + FEASIBILITY_RTOL
     if work < 0.0 or w0 - w1 > 2.0 * length * train.max_deceleration * slack:
         return -1.0
@@ -45,124 +48,121 @@ def _pull(train, length, grade, air, w0, w1):
 
 
 @part
-def _append(x, w, xs, ws, n):
-    xs[n] = x
-    ws[n] = w
+def _append(x, w, rows, n):
+    rows.x[n] = x
+    rows.w[n] = w
     return n + 1
 
 
 @part
-def coast(train, length, grade, air, w):
+def coast(train, cell, length, w):
     """`land` under coasting, without its generality: the resistance is nearly linear in w1, three sweeps solve it."""
     v = math.sqrt(w)
     factor = 2.0 * length / train.inertia_kg
-    slope = 0.5 * air
+    slope = 0.5 * cell.air
     if v > 0.0:
         slope += 0.25 * train.davis_b / v
     damping = 1.0 / (1.0 + factor * slope)
-    x = max(w - factor * damping * (resistance_at(train, air, v) + grade), 0.0)
+    x = max(w - factor * damping * (resistance_at(train, cell.air, v) + cell.grade_n), 0.0)
     if train.davis_b > 0.0:
         for _ in range(2):
-            load = mean_resistance(train, air, v, math.sqrt(x)) + grade
+            load = mean_resistance(train, cell.air, v, math.sqrt(x)) + cell.grade_n
             x = max(x + damping * (w - factor * load - x), 0.0)
     gain = 0.5 * (x - w) / length
     if gain > train.max_acceleration or -gain > train.max_deceleration:
-        return land(train, COASTING, 1.0, length, grade, air, w)
+        return land(train, COASTING, 1.0, cell, length, w)
     return x
 
 
 @part
-def _saturated(train, regime, start, rest, end, grade, air, w, target, xs, ws, n):
-    """Append the rows of one regime through the rest of a cell, or until a target speed is met."""
+def _saturated(train, regime, cell, w, target, rows, n):
+    """Append the rows of one regime through a cell, or until a target speed is met; returns what is left of it."""
     first = n
-    used, w, n = march(train, regime, 1.0, rest, grade, air, w, target, xs, ws, n)
+    used, w, n = march(train, regime, 1.0, cell, cell.length_m, w, target, rows, n)
     for i in range(first, n):
-        xs[i] += start
-    if used >= rest * (1.0 - _SAME_PLACE):
-        xs[n - 1] = end
-        used = rest
-    return rest - used, w, n
+        rows.x[i] += cell.start_m
+    if used >= cell.length_m * (1.0 - _SAME_PLACE):
+        rows.x[n - 1] = cell.end_m
+        used = cell.length_m
+    return cell.length_m - used, w, n
 
 
 @part
-def _brake_late(train, regime, start, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, n):
+def _brake_late(train, regime, cell, w, top, scratch, rows, n):
     """Drive in a regime from w and brake as late as possible to end at ``top``, where the regime would end above it."""
-    braked = braked_w(train, BRAKING, grade, air, top, limit, rest, bx, bw)
-    if w > braked * (1.0 + ON_CURVE):
-        return _saturated(train, BRAKING, start, rest, end, grade, air, w, top, xs, ws, n)[2]
-    return drive_then_brake(train, regime, BRAKING, start, end, rest, grade, air, limit, w, top, bx, bw, xs, ws, n)
+    if w > braked_w(train, BRAKING, cell, top, cell.length_m, scratch) * (1.0 + ON_CURVE):
+        return _saturated(train, BRAKING, cell, w, top, rows, n)[2]
+    return drive_then_brake(train, regime, BRAKING, cell, w, top, scratch, rows, n)
 
 
 @part
-def _regenerate(train, start, rest, end, grade, air, limit, w, b, top, bx, bw, xs, ws, n):
+def _regenerate(train, cell, w, b, top, scratch, rows, n):
     """Slow down to b, or to the envelope if that is lower, where coasting would end above it: by the dynamic brake.
 
     All brakes only where that one would leave the envelope.
     """
     target = min(b, top)
-    status, _, work = arc(train, rest, grade, air, w, target)
+    status, _, work = arc(train, cell.length_m, cell.grade_n, cell.air, w, target)
     limit_n = mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
-    if status == OK and -work <= _GENTLE_SHARE * rest * limit_n:
-        return _append(end, target, xs, ws, n)
+    if status == OK and -work <= _GENTLE_SHARE * cell.length_m * limit_n:
+        return _append(cell.end_m, target, rows, n)
     if w < target:  # the descent accelerates the train to b, where the dynamic brake holds it if it can
-        left, w, n = _saturated(train, COASTING, start, rest, end, grade, air, w, target, xs, ws, n)
-        start = end - left
-        rest = left
-        if rest <= 0.0:
+        left, w, n = _saturated(train, COASTING, cell, w, target, rows, n)
+        cell = rest_of(cell, cell.end_m - left, left)
+        if left <= 0.0:
             return n
-    braked = braked_w(train, DYNAMIC, grade, air, target, limit, rest, bx, bw)
-    if w <= braked * (1.0 + ON_CURVE):
-        return drive_then_brake(
-            train, COASTING, DYNAMIC, start, end, rest, grade, air, max(w, target), w, target, bx, bw, xs, ws, n
-        )
+    if w <= braked_w(train, DYNAMIC, cell, target, cell.length_m, scratch) * (1.0 + ON_CURVE):
+        held = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, target))
+        return drive_then_brake(train, COASTING, DYNAMIC, held, w, target, scratch, rows, n)
     first = n
-    landed, n = _saturated(train, DYNAMIC, start, rest, end, grade, air, w, target, xs, ws, n)[1:]
+    landed, n = _saturated(train, DYNAMIC, cell, w, target, rows, n)[1:]
     if landed <= top * (1.0 + ON_CURVE):
-        xs[n - 1] = end  # its rows may meet the target a hair before the braking curve does
+        rows.x[n - 1] = cell.end_m  # its rows may meet the target a hair before the braking curve does
         return n
-    return _brake_late(train, DYNAMIC, start, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, first)
+    return _brake_late(train, DYNAMIC, cell, w, top, scratch, rows, first)
 
 
 @part
-def _hold_to_line(train, start, length, end, grade, air, w, line, slope, top, xs, ws, n):
+def _hold_to_line(train, cell, w, line, slope, top, rows, n):
     """Append holding w until the line of switching has fallen to it, or to the end of the cell.
 
     Not where holding takes brakes, nor where the envelope falls below w. Returns as `_drive_to_line`.
     """
+    length = cell.length_m
     rest = length
     held = length if slope >= 0.0 else min((w - line) / slope, length)
-    if 0.0 <= _pull(train, length, grade, air, w, w) < math.inf and top >= w * (1.0 - ON_CURVE) and held > 0.0:
+    if 0.0 <= _pull(train, cell, w, w) < math.inf and top >= w * (1.0 - ON_CURVE) and held > 0.0:
         rest = length - held if held < length * (1.0 - _SAME_PLACE) else 0.0
-        n = _append(end - rest, w, xs, ws, n)
+        n = _append(cell.end_m - rest, w, rows, n)
     return rest, w, n
 
 
 @part
-def _drive_to_line(train, start, length, end, grade, air, limit, w, line, slope, top, xs, ws, n):
+def _drive_to_line(train, cell, w, line, slope, top, rows, n):
     """Append full traction, and holding at the speed limit, from w up to the line of switching.
 
     Returns the rest of the cell, the squared speed and the number of rows.
     """
-    if w >= limit * (1.0 - ON_CURVE):
-        return _hold_to_line(train, start, length, end, grade, air, w, line, slope, top, xs, ws, n)
-    most = min(limit, max(line, line + slope * length))
-    left, landed, last = _saturated(train, TRACTION, start, length, end, grade, air, w, most, xs, ws, n)
-    x0 = start
+    if w >= cell.limit_w * (1.0 - ON_CURVE):
+        return _hold_to_line(train, cell, w, line, slope, top, rows, n)
+    most = min(cell.limit_w, max(line, line + slope * cell.length_m))
+    left, landed, last = _saturated(train, TRACTION, cell, w, most, rows, n)
+    x0 = cell.start_m
     below = line - w
     for i in range(n, last):
-        excess = ws[i] - line - slope * (xs[i] - start)
+        excess = rows.w[i] - line - slope * (rows.x[i] - cell.start_m)
         if excess >= 0.0:
-            met = line + slope * (x0 + (xs[i] - x0) * below / (below + excess) - start)
-            return _saturated(train, TRACTION, start, length, end, grade, air, w, met, xs, ws, n)
-        x0 = xs[i]
+            met = line + slope * (x0 + (rows.x[i] - x0) * below / (below + excess) - cell.start_m)
+            return _saturated(train, TRACTION, cell, w, met, rows, n)
+        x0 = rows.x[i]
         below = -excess
     if left <= 0.0:
         return left, landed, last
-    return _hold_to_line(train, x0, left, end, grade, air, landed, landed + below, slope, top, xs, ws, last)
+    return _hold_to_line(train, rest_of(cell, x0, left), landed, landed + below, slope, top, rows, last)
 
 
 @part
-def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, coasts, b, top, bx, bw, xs, ws, n):
+def drive_cell(train, regenerates, cell, w, a, coasts, b, top, scratch, rows, n):
     """Append the rows of one cell from w.
 
     The line of switching between traction and coasting ends at a; a run that coasts from its start on ends at
@@ -171,40 +171,41 @@ def drive_cell(train, regenerates, start, end, length, grade, air, limit, w, a, 
     if coasts < a:
         a = 0.5 * (a + coasts)
         coasts = a
+    length = cell.length_m
     drop = 0.0
-    if coasts > a * (1.0 + _HELD) or grade < 0.0:
-        drop = 2.0 * length / train.inertia_kg * (resistance_at(train, air, math.sqrt(coasts)) + grade)
+    if coasts > a * (1.0 + _HELD) or cell.grade_n < 0.0:
+        drop = 2.0 * length / train.inertia_kg * (resistance_at(train, cell.air, math.sqrt(coasts)) + cell.grade_n)
     # What the line falls by more than the end speed does: all that coasting loses, or nothing where a speed is held.
     steep = min(drop, coasts - a)
     line = coasts + steep
     rest = length
     aim = coasts
     if w < line * (1.0 - ON_CURVE):
-        if 0.0 <= steep <= 0.5 * drop and line <= limit and w >= (1.0 - _DRIFT) * coasts:
-            share = _pull(train, length, grade, air, w, coasts)
+        if 0.0 <= steep <= 0.5 * drop and line <= cell.limit_w and w >= (1.0 - _DRIFT) * coasts:
+            share = _pull(train, cell, w, coasts)
             if 0.0 <= share < _GENTLE_SHARE:
-                return _append(end, coasts + share * (a - coasts), xs, ws, n)
+                return _append(cell.end_m, coasts + share * (a - coasts), rows, n)
         slope = (a - line) / length
-        rest, w, n = _drive_to_line(train, start, length, end, grade, air, limit, w, line, slope, top, xs, ws, n)
+        rest, w, n = _drive_to_line(train, cell, w, line, slope, top, rows, n)
         if rest <= 0.0:
             return n
         aim = a + rest / length * (coasts - a)
-    start = end - rest
-    share = _pull(train, rest, grade, air, w, aim)
+    cell = rest_of(cell, cell.end_m - rest, rest)
+    share = _pull(train, cell, w, aim)
     if 0.0 <= share < math.inf:
-        return _append(end, aim, xs, ws, n)
+        return _append(cell.end_m, aim, rows, n)
     if share > 0.0:
-        return _saturated(train, TRACTION, start, rest, end, grade, air, w, math.inf, xs, ws, n)[2]
-    landed = coast(train, rest, grade, air, w)
+        return _saturated(train, TRACTION, cell, w, math.inf, rows, n)[2]
+    landed = coast(train, cell, rest, w)
     if landed <= min(b, top) * (1.0 + ON_CURVE):
-        rows = int(min(1.0 + _COAST_ROWS * abs(w - landed) / (w + landed), _MOST_COAST_ROWS))
-        for i in range(1, rows + 1):
-            w = landed if rows == 1 else coast(train, rest / rows, grade, air, w)
-            xs[n] = start + i * rest / rows if i < rows else end
-            ws[n] = w
+        parts = int(min(1.0 + _COAST_ROWS * abs(w - landed) / (w + landed), _MOST_COAST_ROWS))
+        for i in range(1, parts + 1):
+            w = landed if parts == 1 else coast(train, cell, rest / parts, w)
+            rows.x[n] = cell.start_m + i * rest / parts if i < parts else cell.end_m
+            rows.w[n] = w
             n += 1
-        ws[n - 1] = min(w, b, top)  # a rounding error above, and braking would be a sliver
+        rows.w[n - 1] = min(w, b, top)  # a rounding error above, and braking would be a sliver
         return n
     if regenerates:
-        return _regenerate(train, start, rest, end, grade, air, limit, w, b, top, bx, bw, xs, ws, n)
-    return _brake_late(train, COASTING, start, rest, end, grade, air, limit, w, top, bx, bw, xs, ws, n)
+        return _regenerate(train, cell, w, b, top, scratch, rows, n)
+    return _brake_late(train, COASTING, cell, w, top, scratch, rows, n)

@@ -8,11 +8,9 @@ import math
 
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.methods.costate.forward import drive_blend, find_rides
-
-DONE = 0
-NO_ROOM = 1  # for the rows of the next run
-NOT_MET = 2  # no blend takes the time: it jumps
-NOT_KEPT = 3  # the blend is worse than the cubic promises
+from tgvdp.physics.cell import Rows
+from tgvdp.physics.codes import NO_ROOM, NOT_KEPT, NOT_MET, OK
+from tgvdp.physics.roots import Bracket, narrowed, secant
 
 #: Columns of the runs that `drive` returns: rows from .. to, running time, energy, price, and the bracket of shares.
 RUN_COLUMNS = 7
@@ -78,9 +76,8 @@ def _first_share(samples, known, at, time_s):
 
 @part
 def _meet(
-    train, drawn, returned, course, first_policy, second_policy, samples, known, target_s, tolerance_s, xs, ws, bx, bw,
-    run,
-):  # fmt: skip
+    train, tables, course, first_policy, second_policy, samples, known, target_s, tolerance_s, scratch, rows, run
+):
     """Drive blends until one takes the target time (Illinois rule); returns its rows, known samples and runs.
 
     ``run`` gets running time, energy, and the bracket of shares that is left, from its third entry on.
@@ -89,38 +86,22 @@ def _meet(
     while at < known - 1 and samples[at, 1] < target_s:
         at += 1
     share = _first_share(samples, known, at, target_s)
-    lo = samples[at - 1, 0]
-    hi = samples[at, 0]
-    f_lo = samples[at - 1, 1] - target_s
-    f_hi = samples[at, 1] - target_s
-    bracketed = f_lo < 0.0 < f_hi
+    bracket = Bracket(samples[at - 1, 0], samples[at, 0], samples[at - 1, 1] - target_s, samples[at, 1] - target_s, 0)
+    bracketed = bracket.f_lo < 0.0 < bracket.f_hi
     runs = 0
-    side = 0
     while True:
-        n, time, energy = drive_blend(
-            train, drawn, returned, course, first_policy, second_policy, share, xs, ws, bx, bw
-        )
+        n, time, energy = drive_blend(train, tables, course, first_policy, second_policy, share, scratch, rows)
         runs += 1
         f = time - target_s
-        if n < 0 or not bracketed or abs(f) <= tolerance_s or hi - lo < _SAME_SHARE or runs >= _MOST_RUNS:
+        close = abs(f) <= tolerance_s or bracket.hi - bracket.lo < _SAME_SHARE
+        if n < 0 or not bracketed or close or runs >= _MOST_RUNS:
             break
-        if f < 0.0:
-            lo = share
-            f_lo = f
-            if side == -1:
-                f_hi *= 0.5
-            side = -1
-        else:
-            hi = share
-            f_hi = f
-            if side == 1:
-                f_lo *= 0.5
-            side = 1
-        share = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
+        bracket = narrowed(bracket, share, f)
+        share = secant(bracket)
     run[2] = time
     run[3] = energy
-    run[5] = lo
-    run[6] = hi
+    run[5] = bracket.lo
+    run[6] = bracket.hi
     if n > 0 and known < samples.shape[0] and samples[at - 1, 1] < time < samples[at, 1]:
         for i in range(known, at, -1):
             samples[i, 0] = samples[i - 1, 0]
@@ -133,16 +114,16 @@ def _meet(
 
 @kernel
 def drive(
-    train, drawn, returned, course, start_w, first_policy, second_policy, ends, loss, least_loss_j, samples, known,
-    targets, tolerance_s, rows, stored, scratch, runs,
+    train, tables, course, start_w, first_policy, second_policy, ends, loss, least_loss_j, samples, known, targets,
+    tolerance_s, rows, stored, scratch, runs,
 ):  # fmt: skip
     """Drive blends of two policies through the whole trip that take given times, one after the other.
 
     Parameters
     ----------
     train : KernelTrain
-    drawn, returned : float
-        Energy drawn per joule of traction work, and returned per joule of work of the dynamic brake.
+    tables : EnergyTables
+        Of which only the two factors count.
     course : Course
     start_w : float
         Squared speed at the origin.
@@ -161,11 +142,11 @@ def drive(
         Running times that are wanted, s.
     tolerance_s : float
         How well.
-    rows : (2, size) float64, modified in place
+    rows : Rows, modified in place
         Rows of the runs: positions from the origin, squared speeds.
     stored : int
         Rows that are taken already.
-    scratch : (2, size) float64
+    scratch : Rows
     runs : (n, 7) float64, modified in place
         `RUN_COLUMNS` of each target's run; of a time that is not met, the run next to it.
 
@@ -174,7 +155,7 @@ def drive(
     done : int
         Targets done before the kernel ended.
     status : int
-        DONE, or why it ended at the next one: NO_ROOM, NOT_MET or NOT_KEPT.
+        OK, or why it ended at the next one: NO_ROOM, NOT_MET or NOT_KEPT.
     known : int
         Number of samples now.
     driven : int
@@ -182,27 +163,24 @@ def drive(
     """
     if course.stays[0] < 0:
         find_rides(train, course)
-    bx = scratch[0]
-    bw = scratch[1]
     driven = 0
     for i in range(targets.shape[0]):
-        if stored >= rows.shape[1]:
+        if stored >= rows.x.shape[0]:
             return i, NO_ROOM, known, driven
-        x = rows[0, stored:]
-        w = rows[1, stored:]
-        x[0] = 0.0
-        w[0] = start_w
+        free = Rows(rows.x[stored:], rows.w[stored:])
+        free.x[0] = 0.0
+        free.w[0] = start_w
         run = runs[i]
         met = True
         if known == 1:
             n, run[2], run[3] = drive_blend(
-                train, drawn, returned, course, first_policy, second_policy, samples[0, 0], x, w, bx, bw
+                train, tables, course, first_policy, second_policy, samples[0, 0], scratch, free
             )
             driven += 1
         else:
             n, known, tried, met = _meet(
-                train, drawn, returned, course, first_policy, second_policy, samples, known, targets[i], tolerance_s,
-                x, w, bx, bw, run,
+                train, tables, course, first_policy, second_policy, samples, known, targets[i], tolerance_s, scratch,
+                free, run,
             )  # fmt: skip
             driven += tried
         if n < 0:
@@ -218,4 +196,4 @@ def drive(
         run[0] = stored
         stored += n
         run[1] = stored
-    return targets.shape[0], DONE, known, driven
+    return targets.shape[0], OK, known, driven

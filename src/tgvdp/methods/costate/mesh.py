@@ -12,10 +12,12 @@ from tgvdp.errors import TgvdpError
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.methods.costate import backward as costate
 from tgvdp.methods.costate.extremal import Pilot, ends_of
-from tgvdp.methods.costate.forward import FAST, LENGTH, LIMIT, LOW, STATION, Course
-from tgvdp.methods.costate.interpolate import DONE, NO_ROOM, NOT_MET, RUN_COLUMNS, SAMPLES, drive
+from tgvdp.methods.costate.forward import Course
+from tgvdp.methods.costate.interpolate import RUN_COLUMNS, SAMPLES, drive
 from tgvdp.methods.costate.stations import graded_stations
 from tgvdp.model.trip import Trip
+from tgvdp.physics.cell import Rows
+from tgvdp.physics.codes import NO_ROOM, NOT_MET, OK
 from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train
 from tgvdp.runs.fastest import envelope_of, reachable_w
@@ -92,16 +94,16 @@ class Mesh:
     def __post_init__(self) -> None:
         inertia_kg = self.train.inertia_kg
         self.unit_train = _per_kilogram(self.train)
-        self.unit_grade, self.unit_air = self.cells.grade_n / inertia_kg, self.cells.air / inertia_kg
+        self.unit_cells = self.cells._replace(grade_n=self.cells.grade_n / inertia_kg, air=self.cells.air / inertia_kg)
         self.top_w = float(self.fast.max())
         self.flat_out = np.column_stack((self.fast,) * 3)
-        tables = energy_tables(self.trip.train, self.trip.energy)
-        brakes = bool(self.train.braking[:, 1:].any())
-        self.drawn, self.returned = tables.traction, tables.regeneration if brakes else 0.0
+        self.tables = energy_tables(self.trip.train, self.trip.energy)
+        if not self.train.braking[:, 1:].any():
+            self.tables = self.tables._replace(regeneration=0.0)
         self.size = 24 * len(self.cells.length_m) + 8192
-        self.rows = np.empty((2, self.size))
-        self.kept, self.stored = np.empty((2, 0)), 0
-        self.scratch = np.empty((2, 4096))
+        self.rows = Rows(*np.empty((2, self.size)))
+        self.kept, self.stored = Rows(*np.empty((2, 0))), 0
+        self.scratch = Rows(*np.empty((2, 4096)))
         self.samples = np.empty((SAMPLES, 2))
         self.runs = np.empty((1, RUN_COLUMNS))
         self.room = np.empty((4, costate.ROOM))
@@ -125,30 +127,26 @@ class Mesh:
 
     def _switching_speeds(self, price: float, counters: dict[str, int]) -> NDArray[np.float64]:
         """Optimal squared switching speeds, (K + 1, 3), for a multiplier in J/s."""
-        cells = self.cells
+        inertia_kg = self.train.inertia_kg
         switch = np.empty_like(self.flat_out)
         tolerance = _TOLERANCE * min(1.0, price / self.usual_price)
         status, points = costate.switching_speeds(
-            self.unit_train, self.returned / self.drawn, cells.length_m, self.unit_grade, self.unit_air, self.low,
-            self.fast, self.trip.end_speed_mps**2, price / (self.drawn * self.train.inertia_kg), tolerance,
-            self.typical_m, _FLOOR * self.top_w, switch, self.room,
+            self.unit_train, self.tables.regeneration / self.tables.traction, self.unit_cells, self.low, self.fast,
+            self.trip.end_speed_mps**2, price / (self.tables.traction * inertia_kg), tolerance, self.typical_m,
+            _FLOOR * self.top_w, switch, self.room,
         )  # fmt: skip
         counters["pilots"] += 1
         counters["costates"] += points
-        if status != costate.DONE:
+        if status != OK:
             raise TgvdpError(f"the costate program lost its way at λ = {price:g} J/s (status {status}); please report")
         return switch
 
     @cached_property
     def course(self) -> Course:
         """What the kernel needs to drive, made once; the kernel adds the rides when it first drives."""
-        station_m, *others = self.cells[:5]
-        count = len(station_m) - 1
-        cells = np.zeros((7, count + 1))
-        cells[STATION], cells[LOW], cells[FAST] = station_m, self.low, self.fast
-        cells[LENGTH : LIMIT + 1, :count] = others
-        row = np.searchsorted(self.fastest_rows[0], station_m)
-        return Course(cells, np.array(self.fastest_rows), row, np.full(count, -1))
+        row = np.searchsorted(self.fastest_rows[0], self.cells.station_m)
+        fastest = Rows(*np.array(self.fastest_rows))
+        return Course(self.cells, self.low, self.fast, fastest, row, np.full(len(self.cells.length_m), -1))
 
     def drive(
         self, first: NDArray[np.float64], second: NDArray[np.float64], share: float, counters: dict[str, int]
@@ -157,13 +155,13 @@ class Mesh:
         self.samples[0, 0] = share
         while True:
             _, status, _, driven = drive(
-                self.train, self.drawn, self.returned, self.course, self.trip.start_speed_mps**2, first, second,
+                self.train, self.tables, self.course, self.trip.start_speed_mps**2, first, second,
                 _NO_ENDS, math.inf, 0.0, self.samples, 1, _NO_TARGET, 0.0, self.rows, 0, self.scratch, self.runs,
             )  # fmt: skip
             counters["runs"] += driven
-            if status == DONE:
+            if status == OK:
                 return int(self.runs[0, 1]), self.runs[0, 2], self.runs[0, 3]
-            self.rows = np.empty((2, 2 * self.rows.shape[1]))
+            self.rows = Rows(*np.empty((2, 2 * len(self.rows.x))))
 
     def meet(
         self,
@@ -174,7 +172,7 @@ class Mesh:
         least_loss_j: float,
         counters: dict[str, int],
     ) -> tuple[list[Run], int]:
-        """Drive blends of two pilots that take given times; returns them, and why they end before the last, or DONE.
+        """Drive blends of two pilots that take given times; returns them, and why they end before the last, or OK.
 
         ``loss`` and ``least_loss_j`` are those of `blends.drive`.
         """
@@ -183,14 +181,14 @@ class Mesh:
         while True:
             rows = self.kept
             done, status, interval.known, driven = drive(
-                self.train, self.drawn, self.returned, self.course, self.trip.start_speed_mps**2,
+                self.train, self.tables, self.course, self.trip.start_speed_mps**2,
                 interval.before.switch, interval.after.switch, interval.ends, loss, least_loss_j, interval.samples,
                 interval.known, target_s[len(found) :], tolerance_s, rows, self.stored, self.scratch, runs,
             )  # fmt: skip
             counters["runs"] += driven
             for first, last, time_s, energy_j, price, *_ in runs[:done].tolist():
-                x_m, w = rows[:, int(first) : int(last)]
-                found.append(Run(time_s, energy_j, price, x_m, w))
+                kept = slice(int(first), int(last))
+                found.append(Run(time_s, energy_j, price, rows.x[kept], rows.w[kept]))
                 self.stored = int(last)
             if status != NO_ROOM:
                 if status == NOT_MET:
@@ -198,7 +196,7 @@ class Mesh:
                 return found, status
             if not done:
                 self.size *= 2
-            self.kept, self.stored = np.empty((2, self.size)), 0
+            self.kept, self.stored = Rows(*np.empty((2, self.size))), 0
 
     def pilot(self, price: float, counters: dict[str, int]) -> Pilot:
         """Solve and drive one multiplier, J/s; infinite is the fastest run, full traction up to the envelope."""

@@ -1,6 +1,10 @@
 """The costate polyline: points (w, p) of rising w and p, kept monotone, cut at the envelope, and thinned."""
 
 import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from tgvdp._jit import leaf, part
 
@@ -10,20 +14,29 @@ _FAR = 400.0
 _NEAR_LEVEL = 0.005
 
 
+class Polyline(NamedTuple):
+    """Room for points: squared speeds, m²/s², and costates, (size,) float64 each."""
+
+    w: NDArray[np.float64]
+    p: NDArray[np.float64]
+
+
 @part
-def insert(w, p, n, at, new_w, new_p):
-    """Make (new_w, new_p) the point ``at`` of the polyline; returns its new number of points."""
+def insert(line, n, at, w, p):
+    """Make (w, p) the point ``at`` of the polyline; returns its new number of points."""
     for i in range(n, at, -1):
-        w[i] = w[i - 1]
-        p[i] = p[i - 1]
-    w[at] = new_w
-    p[at] = new_p
+        line.w[i] = line.w[i - 1]
+        line.p[i] = line.p[i - 1]
+    line.w[at] = w
+    line.p[at] = p
     return n + 1
 
 
 @part
-def make_monotone(x, y, m, top):
+def make_monotone(line, m, top):
     """Running maximum in both coordinates, p ≤ 0, cut at ``top``; returns the number of points left."""
+    x = line.w
+    y = line.p
     last_x = x[0]
     last_y = min(y[0], 0.0)
     y[0] = last_y
@@ -55,8 +68,12 @@ def _slack(p, level, near):
 
 
 @part
-def thin(x, y, m, level, near, w, p):
-    """Swinging-door thinning of (x, y) into (w, p), within ``near`` where p is −½, ``level`` or 0."""
+def thin(line, m, level, near, thinned):
+    """Swinging-door thinning of a polyline into another, within ``near`` where p is −½, ``level`` or 0."""
+    x = line.w
+    y = line.p
+    w = thinned.w
+    p = thinned.p
     door_x = x[0]
     door_y = y[0]
     w[0] = door_x

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from tgvdp.methods.budget import Clock
 from tgvdp.methods.costate.extremal import Pilot, blend, energy_between, price_between, tangent_gap
-from tgvdp.methods.costate.interpolate import NOT_KEPT, NOT_MET
 from tgvdp.methods.costate.mesh import Interval, Mesh, Run
+from tgvdp.physics.codes import NOT_KEPT, NOT_MET
 
 #: A blend of two pilots may cost this share of energy more than the cubic through them promises.
 _BLEND_LOSS = 2e-4

@@ -11,17 +11,15 @@ from tgvdp.methods.costate.step_regions import (
     hold,
     wall_region,
 )
-from tgvdp.physics.motion import COASTING, DYNAMIC
+from tgvdp.physics.codes import COASTING, DYNAMIC
 
 #: A switching speed beyond the wall is at most this multiple of it.
 _BEYOND = 4.0
 
 
 @kernel
-def transport(
-    train, returned, length, load, air, price, held_w, held_brake_w, bottom, top, wall, w, p, n, drives, coasts, x, y
-):
-    """Images (x, y) of the polyline one cell back.
+def transport(train, step, line, n, drives, coasts, images):
+    """Images of the polyline one cell back.
 
     Full traction keeps p ≤ −½ within the cell, coasting p ≥ −½ (and p ≤ −r/2, dynamic braking p ≥ −r/2): images that do
     not are dropped. Where p rises along the cell, as it does below the holding speed, runs between the two regimes
@@ -30,20 +28,13 @@ def transport(
     Parameters
     ----------
     train : KernelTrain
-        Per unit of inertia, as are ``load`` (resistance A and grade force) and ``air``.
-    returned : float
-        Energy that the dynamic brake returns per joule of its work.
-    length, load, air, price : float
-        The cell, and the multiplier.
-    held_w, held_brake_w : float
-        Squared speeds that are held by traction and by the dynamic brake (`holding_w`).
-    bottom, top, wall : float
-        Squared speeds: the slowest and fastest of the images, and the fastest after the cell.
-    w, p : (size,) float64
-        The polyline, of ``n`` points, the crossings of its levels among them.
+        Per unit of inertia.
+    step : Step
+    line : Polyline
+        Of ``n`` points, the crossings of its levels among them.
     n, drives, coasts : int
         Points up to the crossing ``drives`` drive, from there up to ``coasts`` they coast, the others brake.
-    x, y : (size,) float64, modified in place
+    images : Polyline, modified in place
 
     Returns
     -------
@@ -52,49 +43,48 @@ def transport(
     coasts : float
         Squared speed after the cell of a run with p = −½ before it and one regime throughout.
     """
-    davis_b = train.davis_b
-    a = w[drives]
-    m, switch = drive_region(train, length, load, air, price, bottom, w, p, drives, x, y)
+    x, y = images
+    top = step.top
+    wall = step.wall
+    a = line.w[drives]
+    m, switch = drive_region(train, step, line, drives, images)
     while m > 1 and x[m - 2] > top:
         m -= 1
     if m > 0 and x[m - 1] > top:
         return m, a
     driven = m > 0
     if not driven:
-        x[0] = bottom
-        y[0] = min(holding_costate(davis_b, length, air, 1.0, price, bottom, a), -0.5)
+        x[0] = step.bottom
+        y[0] = min(holding_costate(train, step, step.bottom, a), -0.5)
         m = 1
     first = m
-    m = coast_region(davis_b, length, load, air, price, bottom, top, w, p, drives, coasts, x, y, m)
-    if not driven and m > first and x[first] <= bottom:  # coasting alone covers everything
+    m = coast_region(train, step, line, drives, coasts, images, m)
+    if not driven and m > first and x[first] <= step.bottom:  # coasting alone covers everything
         x[0] = x[first]
         y[0] = y[first]
     if x[m - 1] < top:
         regime = COASTING
-        if returned > 0.0:
-            if not dynamic_suffices(train, length, load, air, top, wall):
+        if step.returned > 0.0:
+            if not dynamic_suffices(train, step):
                 regime = DYNAMIC
             if regime == DYNAMIC or coasts < n - 1:
-                m = brake_region(
-                    train, returned, length, load, air, price, held_brake_w, bottom, top, w, p, coasts, n - 1,
-                    x, y, first, m,
-                )  # fmt: skip
+                m = brake_region(train, step, line, coasts, n - 1, images, first, m)
         if x[m - 1] < top:
-            m = wall_region(train, regime, returned, length, load, air, price, bottom, top, wall, x, y, m)
+            m = wall_region(train, regime, step, images, m)
     if m == first:
         return m, switch
     if y[first] >= -0.5:
-        return hold(held_w, -0.5, first, m, x, y), switch
+        return hold(step.held_w, -0.5, first, m, images), switch
     lowest = y[first]
     highest = y[m - 1]
-    m = drop_below(-0.5, x, y, first, m)
+    m = drop_below(-0.5, images, first, m)
     if m > first:
-        switch = min(coast_on(davis_b, length, load, air, x[first]), wall)
-        return hold(held_w, -0.5, first, m, x, y), switch
+        switch = min(coast_on(train, step, x[first]), wall)
+        return hold(step.held_w, -0.5, first, m, images), switch
     # Below −½ up to the wall: only from beyond it would a run coast throughout.
     switch = wall
     if a < wall and highest > lowest:
         switch = min(a + (wall - a) * (-0.5 - lowest) / (highest - lowest), _BEYOND * wall)
-    x[m] = coast_image(davis_b, length, load, air, price, bottom, switch, -0.5)[0]
+    x[m] = coast_image(train, step, step.length, switch, -0.5)[0]
     y[m] = -0.5
     return m + 1, switch

@@ -10,8 +10,8 @@ import math
 from tgvdp._jit import kernel, part
 from tgvdp.methods.costate.characteristics import LOST, coast_back, coast_image, saturated_back, saturated_image
 from tgvdp.methods.costate.polyline import insert
+from tgvdp.physics.codes import DYNAMIC, TRACTION
 from tgvdp.physics.forces import mean_effort, mean_resistance
-from tgvdp.physics.motion import DYNAMIC, TRACTION
 
 #: Neighbouring images are no further apart than this factor of w, below this share of the envelope.
 _SPREAD = 2.0
@@ -26,25 +26,28 @@ _ROUNDING = 0.01
 
 
 @part
-def drive_region(train, length, load, air, price, bottom, w, p, last, x, y):
+def drive_region(train, step, line, last, images):
     """Images under full traction of the points up to ``last`` that lie above ``bottom`` and keep p ≤ −½.
 
     They are made from the last one down. Of those lost below ``bottom`` one remains, at ``bottom``: p is so low there
     that the regime is clear. Returns their number, and the speed after the cell of the last one.
     """
+    w, p = line
+    x, y = images
+    bottom = step.bottom
     first = last + 1
     edge = last
     switch = w[last]
     above_w = 0.0
     above_p = 0.0
     for i in range(last, -1, -1):
-        w0, p0 = saturated_back(train, TRACTION, 1.0, length, load, air, price, bottom, w[i], p[i])
+        w0, p0 = saturated_back(train, TRACTION, step, step.length, w[i], p[i])
         if w0 < bottom:
             if first <= last:
                 share = (bottom - w0) / (x[first] - w0)
                 edge_w = w[i] + share * (w[first] - w[i])
                 edge_p = p[i] + share * (p[first] - p[i])
-                edge_w, edge_p = saturated_image(train, TRACTION, 1.0, length, load, air, price, bottom, edge_w, edge_p)
+                edge_w, edge_p = saturated_image(train, TRACTION, step, step.length, edge_w, edge_p)
                 if edge_w > LOST * bottom and edge_p <= y[first]:
                     first -= 1
                     x[first] = bottom
@@ -72,25 +75,28 @@ def drive_region(train, length, load, air, price, bottom, w, p, last, x, y):
 
 
 @kernel
-def _coast_all(davis_b, length, load, air, price, floor, w, p, x, y):
+def _coast_all(train, step, w, p, x, y):
     """Images (x, y) under coasting of all points (w, p): indices from 0, so that the loop becomes one of vectors."""
     for i in range(w.shape[0]):
-        x[i], y[i] = coast_back(davis_b, length, load, air, price, floor, w[i], p[i])
+        x[i], y[i] = coast_back(train, step, step.length, w[i], p[i])
 
 
 @part
-def coast_region(davis_b, length, load, air, price, bottom, top, w, p, first, last, x, y, m):
+def coast_region(train, step, line, first, last, images, m):
     """Append the images under coasting of the points ``first`` .. ``last``.
 
     Next to standstill p varies as 1/v, which no straight line follows: gaps between neighbouring images are filled
     there, from the edge at ``bottom`` on, with points interpolated before the cell.
     """
-    slow = _SLOW_SHARE * top
+    w, p = line
+    x, y = images
+    bottom = step.bottom
+    slow = _SLOW_SHARE * step.top
     image = 0.0
     lost = False
     i = first
     while i <= last:
-        w0, p0 = coast_image(davis_b, length, load, air, price, bottom, w[i], p[i])
+        w0, p0 = coast_image(train, step, step.length, w[i], p[i])
         if w0 < bottom:
             lost = True
         else:
@@ -99,7 +105,7 @@ def coast_region(davis_b, length, load, air, price, bottom, top, w, p, first, la
                 share = (target - image) / (w0 - image)
                 fill_w = w[i - 1] + share * (w[i] - w[i - 1])
                 fill_p = p[i - 1] + share * (p[i] - p[i - 1])
-                fill_w, fill_p = coast_image(davis_b, length, load, air, price, bottom, fill_w, fill_p)
+                fill_w, fill_p = coast_image(train, step, step.length, fill_w, fill_p)
                 if fill_w > LOST * bottom and fill_p <= p0:
                     x[m] = bottom if target == bottom else fill_w
                     y[m] = fill_p
@@ -113,104 +119,110 @@ def coast_region(davis_b, length, load, air, price, bottom, top, w, p, first, la
         i += 1
         if w0 >= slow and not lost:
             break
-    _coast_all(davis_b, length, load, air, price, bottom, w[i : last + 1], p[i : last + 1], x[m:], y[m:])
+    _coast_all(train, step, w[i : last + 1], p[i : last + 1], x[m:], y[m:])
     return m + last + 1 - i
 
 
 @part
-def brake_region(train, returned, length, load, air, price, held_w, bottom, top, w, p, first, last, x, y, start, m):
+def brake_region(train, step, line, first, last, images, start, m):
     """Append images under full dynamic braking of the points ``first`` .. ``last`` that keep p ≥ −r/2.
 
     Of the images under coasting from ``start`` on those remain that keep p ≤ −r/2. Returns the number of images.
     """
-    level = -0.5 * returned
+    x, y = images
+    level = -0.5 * step.returned
     while m > start + 1 and y[m - 1] > level:
         m -= 1
     before = m
     for i in range(first, last + 1):
-        w0, p0 = saturated_image(train, DYNAMIC, returned, length, load, air, price, bottom, w[i], p[i])
-        if w0 >= bottom:
+        w0, p0 = saturated_image(train, DYNAMIC, step, step.length, line.w[i], line.p[i])
+        if w0 >= step.bottom:
             x[m] = w0
             y[m] = p0
             m += 1
-            if w0 > top:
+            if w0 > step.top:
                 if m == before + 1:  # the envelope is held
-                    x[before] = top
+                    x[before] = step.top
                     y[before] = level
                 break
     if m == before:
         return m
     beyond = x[m - 1]
-    m = drop_below(level, x, y, before, m)
+    m = drop_below(level, images, before, m)
     if m > before:
-        return hold(held_w, level, before, m, x, y)
+        return hold(step.held_brake_w, level, before, m, images)
     x[m] = beyond  # below the level up to the wall
     y[m] = level
     return m + 1
 
 
 @part
-def dynamic_suffices(train, length, load, air, top, wall):
+def dynamic_suffices(train, step):
     """Whether the dynamic brake alone brakes along the wall from ``top`` on, within a rounding of its rows."""
-    v0 = math.sqrt(top)
-    v1 = math.sqrt(wall)
-    work = 0.5 * (wall - top) + length * (load - train.davis_a_n + mean_resistance(train, air, v0, v1))
-    return -work <= (1.0 + _ROUNDING) * length * mean_effort(train.braking, v0, v1)
+    v0 = math.sqrt(step.top)
+    v1 = math.sqrt(step.wall)
+    resistance = step.load - train.davis_a_n + mean_resistance(train, step.air, v0, v1)
+    work = 0.5 * (step.wall - step.top) + step.length * resistance
+    return -work <= (1.0 + _ROUNDING) * step.length * mean_effort(train.braking, v0, v1)
 
 
 @part
-def _wall_image(train, regime, returned, rest, length, load, air, price, bottom, top, wall):
+def _wall_image(train, regime, step, rest):
     """Image of the wall's point a share ``rest`` of the cell after its start."""
-    w1 = max(top + rest * (wall - top), LEAST_WALL * top)
+    w1 = max(step.top + rest * (step.wall - step.top), LEAST_WALL * step.top)
     if regime == DYNAMIC:
-        return saturated_image(train, DYNAMIC, returned, rest * length, load, air, price, bottom, w1, 0.0)
-    return coast_image(train.davis_b, rest * length, load, air, price, bottom, w1, -0.5 * returned)
+        return saturated_image(train, DYNAMIC, step, rest * step.length, w1, 0.0)
+    return coast_image(train, step, rest * step.length, w1, -0.5 * step.returned)
 
 
 @part
-def wall_region(train, regime, returned, length, load, air, price, bottom, top, wall, x, y, m):
+def wall_region(train, regime, step, images, m):
     """Append costates of runs that meet the wall within the cell, from ``top`` to ``wall``, and brake along it.
 
     They come to it by coasting, p = −r/2 there, where the dynamic brake alone follows it; else by that brake, p = 0.
     On a steep descent only a part of the wall is met from ``bottom`` on: an edge is put there.
     """
-    pieces = math.ceil(min(max(_WALL_PIECES * (1.0 - wall / top), 1.0), _MOST_WALL_PIECES))
+    pieces = math.ceil(min(max(_WALL_PIECES * (1.0 - step.wall / step.top), 1.0), _MOST_WALL_PIECES))
+    x, y = images
+    bottom = step.bottom
     lost_w = bottom
     for i in range(pieces + 1):
         rest = 1.0 - i / pieces
-        w0, p0 = _wall_image(train, regime, returned, rest, length, load, air, price, bottom, top, wall)
+        w0, p0 = _wall_image(train, regime, step, rest)
         if w0 < bottom:
             lost_w = w0
             continue
         if lost_w < bottom:
             edge = rest + (w0 - bottom) / (w0 - lost_w) / pieces
-            y[m] = min(_wall_image(train, regime, returned, edge, length, load, air, price, bottom, top, wall)[1], 0.0)
+            y[m] = min(_wall_image(train, regime, step, edge)[1], 0.0)
             x[m] = bottom
             m += 1
             lost_w = bottom
-        x[m] = min(w0, top)
+        x[m] = min(w0, step.top)
         y[m] = min(p0, 0.0)
         m += 1
     return m
 
 
 @part
-def hold(held, level, first, m, x, y):
+def hold(held, level, first, m, images):
     """Make the speed that is held a point of the images, if it lies before the ``first`` one; their new number."""
+    x, y = images
     if not x[first - 1] < held < x[first] or y[first] < level:
         return m
     if y[first - 1] >= level:  # an edge, from which a run would switch to that speed only to hold it
         x[first - 1] = held
         return m
-    return insert(x, y, m, first, held, level)
+    return insert(images, m, first, held, level)
 
 
 @part
-def drop_below(level, x, y, first, m):
+def drop_below(level, images, first, m):
     """Drop the images from ``first`` on that lie below a level, but for an edge at the level; returns what is left.
 
     Where no image reaches the level, nothing is left.
     """
+    x, y = images
     i = first
     while i < m and y[i] < level:
         i += 1

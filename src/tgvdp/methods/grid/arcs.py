@@ -8,21 +8,14 @@ path: both walk through `next_cut`, which is why a profile made of these rows ha
 """
 
 import math
-from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
 
 from tgvdp._jit import kernel, leaf
 from tgvdp.constants import FEASIBILITY_RTOL
 from tgvdp.model.track import LOWERED, POWERED
-from tgvdp.physics.arc import OK, STANDSTILL, arc, within_effort_at
+from tgvdp.physics.arc import arc, within_effort_at
+from tgvdp.physics.codes import OK, OVER_EFFORT_AT_POINT, OVER_LIMIT
 from tgvdp.physics.energy import arc_energy
 from tgvdp.physics.forces import unpowered
-
-#: Statuses beyond those of `physics.arc`.
-OVER_EFFORT_AT_POINT = STANDSTILL + 1
-OVER_LIMIT = STANDSTILL + 2
 
 #: Largest ratio of the squared speeds at the ends of a row: 2 % in speed.
 ROW_RATIO_W = 1.02**2
@@ -31,16 +24,6 @@ ROW_RATIO_W = 1.02**2
 ROW_FLOOR_W = 0.2**2
 #: A cut closer than this to the next one, relative in squared speed, is left out: rows need some length.
 _ROW_SLIVER = 1e-3
-
-
-class LongCells(NamedTuple):
-    """What the kernels know of the line: K cells between K + 1 cell stations, SI, float64 (see `line.cells.Cells`)."""
-
-    station_m: NDArray[np.float64]
-    grade_n: NDArray[np.float64]
-    air: NDArray[np.float64]
-    limit_w: NDArray[np.float64]
-    supply: NDArray[np.int8]
 
 
 @leaf
@@ -90,7 +73,7 @@ def drive(train, tables, cells, first, last, w0, w1):
     ----------
     train : KernelTrain
     tables : EnergyTables
-    cells : LongCells
+    cells : Cells
     first, last : int
         Cell stations at the ends of the arc.
     w0, w1 : float
@@ -99,7 +82,7 @@ def drive(train, tables, cells, first, last, w0, w1):
     Returns
     -------
     status : int
-        ``OK`` or the first limit that is broken, a code of `physics.arc` or of this module.
+        ``OK`` or the first limit that is broken, a code of `physics.codes`.
     duration_s, energy_j : float
         Running time, and energy drawn by the tables, negative if returned; partial sums unless the status is ``OK``.
     """
@@ -160,7 +143,7 @@ def path_rows(train, cells, station_cell, station_w, x_m, w_row):
     Parameters
     ----------
     train : KernelTrain
-    cells : LongCells
+    cells : Cells
     station_cell : (n_stations,) int64
         Cell station of each grid station.
     station_w : (n_stations,) float64

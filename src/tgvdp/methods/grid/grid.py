@@ -2,7 +2,7 @@
 
 Stations are the trip's ends, the breaks of the speed limit, points evenly between them, and some more next to a stop.
 The speeds ("levels") are evenly spaced, plus those of the limits and of the trip's ends; standstill exists only at the
-ends. An arc exists where `long_arc.drive` finds a run that obeys all limits, and is kept where it lies on some path
+ends. An arc exists where `arcs.drive` finds a run that obeys all limits, and is kept where it lies on some path
 from the root to the terminal. Searches see the grid as a `LayeredGraph`, in which a layer is a station.
 """
 
@@ -19,13 +19,22 @@ from tgvdp.errors import BudgetExceededError, InfeasibleError
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.line.resolved import resolve
 from tgvdp.methods.budget import Clock, SearchBudget
-from tgvdp.methods.grid.arcs import OVER_EFFORT_AT_POINT, OVER_LIMIT, LongCells, drive_all, path_rows
+from tgvdp.methods.grid.arcs import drive_all, path_rows
 from tgvdp.methods.grid.layered import Incoming, LayeredGraph, layered_graph
 from tgvdp.methods.grid.points import DEFAULT_SPEEDS, grid_levels, grid_stations
 from tgvdp.model.trip import Trip
-from tgvdp.physics.arc import OK, OVER_ACCELERATION, OVER_BRAKE, OVER_DECELERATION, OVER_TRACTION, STANDSTILL
+from tgvdp.physics.codes import (
+    OK,
+    OVER_ACCELERATION,
+    OVER_BRAKE,
+    OVER_DECELERATION,
+    OVER_EFFORT_AT_POINT,
+    OVER_LIMIT,
+    OVER_TRACTION,
+    STANDSTILL,
+)
 from tgvdp.physics.energy import energy_tables
-from tgvdp.physics.forces import KernelTrain, kernel_train
+from tgvdp.physics.forces import kernel_train
 from tgvdp.runs.resistance_correction import follow
 
 _CHUNK_ARCS = 20_000
@@ -100,13 +109,13 @@ class Grid:
             the speed changes by 2 % at most, except close to standstill, and the effort does not change sign.
         """
         cells = cells_of(self.trip, self.station_m)
-        train, long_cells = _kernel_arguments(self.trip, cells)
+        train = kernel_train(self.trip.train)
         station_cell = np.searchsorted(cells.station_m, self.station_m)
         station_w = self.level_mps[levels] ** 2
         none = np.empty(0)
-        count = path_rows(train, long_cells, station_cell, station_w, none, none)
+        count = path_rows(train, cells, station_cell, station_w, none, none)
         x_m, w = np.empty(count), np.empty(count)
-        path_rows(train, long_cells, station_cell, station_w, x_m, w)
+        path_rows(train, cells, station_cell, station_w, x_m, w)
         return follow(self.trip.train, resolve(self.trip), x_m, w)
 
 
@@ -158,10 +167,6 @@ def _allowed_levels(
     return [np.array([start]), *inner, np.array([end])]
 
 
-def _kernel_arguments(trip: Trip, cells: Cells) -> tuple[KernelTrain, LongCells]:
-    return kernel_train(trip.train), LongCells(cells.station_m, *cells[2:])
-
-
 @dataclass(frozen=True, eq=False)
 class _Segment:
     """Feasible arcs of one segment, by speed index, and the number of infeasible ones from each start."""
@@ -182,7 +187,7 @@ def _arcs_by_segment(
     """Evaluate arcs forward, from reachable speeds only."""
     cells = cells_of(trip, station_m)
     allowed = _allowed_levels(trip, station_m, cells, level_mps)
-    train, long_cells = _kernel_arguments(trip, cells)
+    train = kernel_train(trip.train)
     tables = energy_tables(trip.train, trip.energy)
     station_cell = np.searchsorted(cells.station_m, station_m)
     level_w = level_mps**2
@@ -196,7 +201,7 @@ def _arcs_by_segment(
         for i in range(0, len(reachable), n_rows):
             part = slice(i, i + n_rows)
             drive_all(
-                train, tables, long_cells, station_cell[k], station_cell[k + 1], level_w[reachable[part]],
+                train, tables, cells, station_cell[k], station_cell[k + 1], level_w[reachable[part]],
                 level_w[target], status[part], duration_s[part], energy_j[part],
             )  # fmt: skip
             _look_at(clock, k, len(allowed) - 1)

@@ -8,10 +8,20 @@ import math
 
 from tgvdp._jit import kernel, leaf
 from tgvdp.model.track import LOWERED, POWERED
-from tgvdp.physics.arc import OK, OVER_ACCELERATION, OVER_BRAKE, OVER_DECELERATION, OVER_TRACTION, arc
+from tgvdp.physics.arc import arc
+from tgvdp.physics.cell import cell_at
+from tgvdp.physics.codes import (
+    BRAKING,
+    OK,
+    OVER_ACCELERATION,
+    OVER_BRAKE,
+    OVER_DECELERATION,
+    OVER_TRACTION,
+    TRACTION,
+)
 from tgvdp.physics.energy import arc_energy
 from tgvdp.physics.forces import unpowered
-from tgvdp.physics.motion import BRAKING, TRACTION, land
+from tgvdp.physics.motion import land
 
 #: A landing that rounding has put outside the limits is moved in by this share of w first, and four times more each
 #: time after that, so often at most.
@@ -25,31 +35,31 @@ _SHRINK = 0.4
 
 
 @kernel
-def measure(train, tables, length, grade, air, supply, w):
+def measure(train, tables, cells, w):
     """Running time in s and energy in J of a run, and whether each of its arcs is feasible."""
     time = 0.0
     energy = 0.0
     feasible = True
     dark = unpowered(train)
-    for k in range(length.shape[0]):
-        here = train if supply[k] == POWERED else dark
-        status, duration, work = arc(here, length[k], grade[k], air[k], w[k], w[k + 1])
+    for k in range(cells.length_m.shape[0]):
+        here = train if cells.supply[k] == POWERED else dark
+        status, duration, work = arc(here, cells.length_m[k], cells.grade_n[k], cells.air[k], w[k], w[k + 1])
         feasible = feasible and status == OK
         time += duration
-        if supply[k] != LOWERED:
-            energy += arc_energy(here, tables, length[k], duration, work, w[k], w[k + 1])
+        if cells.supply[k] != LOWERED:
+            energy += arc_energy(here, tables, cells.length_m[k], duration, work, w[k], w[k + 1])
     return time, energy, feasible
 
 
 @kernel
-def _landed(train, regime, length, grade, air, w):
+def _landed(train, regime, cell, w):
     """Largest squared speed after the cell from w (traction), or before the cell to reach w (braking), by one arc."""
     sign = 1.0 if regime == TRACTION else -1.0
-    x = land(train, regime, sign, length, grade, air, w)
+    x = land(train, regime, sign, cell, cell.length_m, w)
     nudge = _NUDGE
     for _ in range(_NUDGES):
         w0, w1 = (w, x) if regime == TRACTION else (x, w)
-        if arc(train, length, grade, air, w0, w1)[0] == OK:
+        if arc(train, cell.length_m, cell.grade_n, cell.air, w0, w1)[0] == OK:
             break
         x *= 1.0 - nudge
         nudge *= 4.0
@@ -57,23 +67,23 @@ def _landed(train, regime, length, grade, air, w):
 
 
 @kernel
-def envelope_kernel(train, length, grade, air, supply, limit, start_w, end_w, low, fast):
+def envelope_kernel(train, cells, start_w, end_w, low, fast):
     """Slowest and fastest squared speed at each station with one arc per cell; ``low``, ``fast`` (K + 1,) in place."""
-    count = length.shape[0]
+    count = cells.length_m.shape[0]
     dark = unpowered(train)
-    fast[count] = min(end_w, limit[count - 1])
+    fast[count] = min(end_w, cells.limit_w[count - 1])
     for k in range(count - 1, -1, -1):
-        here = train if supply[k] == POWERED else dark
-        top = limit[k] if k == 0 else min(limit[k], limit[k - 1])
-        fast[k] = min(top, _landed(here, BRAKING, length[k], grade[k], air[k], fast[k + 1]))
+        here = train if cells.supply[k] == POWERED else dark
+        top = cells.limit_w[k] if k == 0 else min(cells.limit_w[k], cells.limit_w[k - 1])
+        fast[k] = min(top, _landed(here, BRAKING, cell_at(cells, k), fast[k + 1]))
     fast[0] = min(fast[0], start_w)
     for k in range(count):
-        here = train if supply[k] == POWERED else dark
-        fast[k + 1] = min(fast[k + 1], _landed(here, TRACTION, length[k], grade[k], air[k], fast[k]))
+        here = train if cells.supply[k] == POWERED else dark
+        fast[k + 1] = min(fast[k + 1], _landed(here, TRACTION, cell_at(cells, k), fast[k]))
     low[count] = fast[count]
     for k in range(count - 1, 0, -1):
-        here = train if supply[k] == POWERED else dark
-        low[k] = min(land(here, TRACTION, -1.0, length[k], grade[k], air[k], low[k + 1]), fast[k])
+        here = train if cells.supply[k] == POWERED else dark
+        low[k] = min(land(here, TRACTION, -1.0, cell_at(cells, k), cells.length_m[k], low[k + 1]), fast[k])
     low[0] = fast[0]
 
 
@@ -88,27 +98,27 @@ def _choices(w, low, fast, step, half, choices):
 
 
 @kernel
-def _sweep(train, tables, length, grade, air, supply, low, fast, price, half, step, w, choices, best, value):
+def _sweep(train, tables, cells, low, fast, price, half, step, w, choices, best, value):
     """Replace w by the best run among all combinations of the speeds around it; returns its E + λT."""
-    count = length.shape[0]
+    count = cells.length_m.shape[0]
     dark = unpowered(train)
     size, now = _choices(w[count], low[count], fast[count], step, half, choices[count])
     value[1, 0] = 0.0
     for k in range(count - 1, -1, -1):
         after = size
         kept = now
-        here = train if supply[k] == POWERED else dark
+        here = train if cells.supply[k] == POWERED else dark
         size, now = _choices(w[k], low[k], fast[k], step, half, choices[k])
         for i in range(size):
             w0 = choices[k, i]
             least = math.inf
             for j in range(after):
                 w1 = choices[k + 1, j]
-                status, duration, work = arc(here, length[k], grade[k], air[k], w0, w1)
+                status, duration, work = arc(here, cells.length_m[k], cells.grade_n[k], cells.air[k], w0, w1)
                 if status == OK:
                     energy = 0.0
-                    if supply[k] != LOWERED:
-                        energy = arc_energy(here, tables, length[k], duration, work, w0, w1)
+                    if cells.supply[k] != LOWERED:
+                        energy = arc_energy(here, tables, cells.length_m[k], duration, work, w0, w1)
                     cost = price * duration + energy + value[1, j]
                     if cost < least:
                         least = cost
@@ -126,15 +136,14 @@ def _sweep(train, tables, length, grade, air, supply, low, fast, price, half, st
 
 
 @kernel
-def descend(train, tables, length, grade, air, supply, low, fast, price, half, first, last, w, choices, best, value):
+def descend(train, tables, cells, low, fast, price, half, first, last, w, choices, best, value):
     """Improve a run by sweeps with ever smaller steps, each until it is stationary.
 
     Parameters
     ----------
     train : KernelTrain
     tables : EnergyTables
-    length, grade, air, supply
-        Arrays of `Cells`, (K,) each.
+    cells : Cells
     low, fast : (K + 1,) float64
         Slowest and fastest feasible squared speed at each station, m²/s²; equal at both ends.
     price : float
@@ -159,9 +168,7 @@ def descend(train, tables, length, grade, air, supply, low, fast, price, half, f
     while True:
         for _ in range(_PASSES):
             before = cost
-            cost = _sweep(
-                train, tables, length, grade, air, supply, low, fast, price, half, step, w, choices, best, value
-            )
+            cost = _sweep(train, tables, cells, low, fast, price, half, step, w, choices, best, value)
             sweeps += 1
             if before - cost <= _GAIN * abs(cost):
                 break
@@ -171,23 +178,23 @@ def descend(train, tables, length, grade, air, supply, low, fast, price, half, f
 
 
 @kernel
-def blend(train, length, grade, air, supply, low, fast, first, second, share, w):
+def blend(train, cells, low, fast, first, second, share, w):
     """Blend two runs into w: (1 − share)·first + share·second, cut where full effort does not suffice for it.
 
     The effort limits of a power-limited train are not convex in w, so that a blend of two runs at full effort asks for
     a little more than that. Cutting never takes it below the slower of the two.
     """
-    count = length.shape[0]
+    count = cells.length_m.shape[0]
     dark = unpowered(train)
     for k in range(count + 1):
         w[k] = max(min(first[k] + share * (second[k] - first[k]), fast[k]), low[k])
     for k in range(count - 1, 0, -1):
-        here = train if supply[k] == POWERED else dark
-        status = arc(here, length[k], grade[k], air[k], w[k], w[k + 1])[0]
+        here = train if cells.supply[k] == POWERED else dark
+        status = arc(here, cells.length_m[k], cells.grade_n[k], cells.air[k], w[k], w[k + 1])[0]
         if status in (OVER_BRAKE, OVER_DECELERATION):
-            w[k] = min(w[k], _landed(here, BRAKING, length[k], grade[k], air[k], w[k + 1]))
+            w[k] = min(w[k], _landed(here, BRAKING, cell_at(cells, k), w[k + 1]))
     for k in range(count - 1):
-        here = train if supply[k] == POWERED else dark
-        status = arc(here, length[k], grade[k], air[k], w[k], w[k + 1])[0]
+        here = train if cells.supply[k] == POWERED else dark
+        status = arc(here, cells.length_m[k], cells.grade_n[k], cells.air[k], w[k], w[k + 1])[0]
         if status in (OVER_TRACTION, OVER_ACCELERATION):
-            w[k + 1] = min(w[k + 1], _landed(here, TRACTION, length[k], grade[k], air[k], w[k]))
+            w[k + 1] = min(w[k + 1], _landed(here, TRACTION, cell_at(cells, k), w[k]))

@@ -11,6 +11,7 @@ from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.methods.refine.kernel import blend, descend, envelope_kernel, measure
 from tgvdp.methods.refine.pulse_and_glide import switch
 from tgvdp.model.trip import Trip
+from tgvdp.physics.cell import Rows
 from tgvdp.physics.energy import EnergyTables
 from tgvdp.physics.forces import KernelTrain
 from tgvdp.runs.profile import Profile
@@ -51,27 +52,26 @@ class Level:
 
     def __init__(self, trip: Trip, train: KernelTrain, cells: Cells) -> None:
         self.trip, self.train, self.cells = trip, train, cells
-        self._arrays = (cells.length_m, cells.grade_n, cells.air, cells.supply)
         n = len(cells.station_m)
         self.low, self.fast = np.empty(n), np.empty(n)
         ends_w = trip.start_speed_mps**2, trip.end_speed_mps**2
-        envelope_kernel(train, *self._arrays, cells.limit_w, *ends_w, self.low, self.fast)
+        envelope_kernel(train, cells, *ends_w, self.low, self.fast)
         self.top_w = float(self.fast.max())
         width = 2 * WIDEST + 1
         self._scratch = (np.empty((n, width)), np.empty((n, width), np.int16), np.empty((2, width)))
 
     def measured(self, tables: EnergyTables, w: NDArray[np.float64]) -> tuple[float, float]:
         """Time in s and energy in J of a run; an infinite energy where it is not feasible."""
-        time_s, energy_j, feasible = measure(self.train, tables, *self._arrays, w)
+        time_s, energy_j, feasible = measure(self.train, tables, self.cells, w)
         return time_s, energy_j if feasible else math.inf
 
     def switched(
         self, tables: EnergyTables, relaxed: EnergyTables, w: NDArray[np.float64]
     ) -> tuple[float, float, NDArray[np.float64], NDArray[np.float64]]:
         """Drive a run of the relaxed problem by the map's own efforts: time, energy, and its rows (position, v²)."""
-        xs, ws = np.empty(2 * len(w)), np.empty(2 * len(w))
-        n, time_s, energy_j = switch(self.train, tables, relaxed, self.cells.station_m, *self._arrays, w, xs, ws)
-        return time_s, energy_j, xs[:n], ws[:n]
+        rows = Rows(*np.empty((2, 2 * len(w))))
+        n, time_s, energy_j = switch(self.train, tables, relaxed, self.cells, w, rows)
+        return time_s, energy_j, rows.x[:n], rows.w[:n]
 
     def descend(
         self, tables: EnergyTables, price: float, w: NDArray[np.float64], half: int, first: float, last: float
@@ -79,7 +79,7 @@ class Level:
         """Improve a run in place with steps from ``first`` to ``last``, shares of the largest v²; returns sweeps."""
         return int(
             descend(
-                self.train, tables, *self._arrays, self.low, self.fast, price, half,
+                self.train, tables, self.cells, self.low, self.fast, price, half,
                 first * self.top_w, last * self.top_w, w, *self._scratch,
             )
         )  # fmt: skip
@@ -87,7 +87,7 @@ class Level:
     def blend(self, first: NDArray[np.float64], second: NDArray[np.float64], share: float) -> NDArray[np.float64]:
         """Run between two runs, cut to what is feasible."""
         w = np.empty_like(self.fast)
-        blend(self.train, *self._arrays, self.low, self.fast, first, second, share, w)
+        blend(self.train, self.cells, self.low, self.fast, first, second, share, w)
         return w
 
     def carried(self, other: "Level", w: NDArray[np.float64]) -> NDArray[np.float64]:

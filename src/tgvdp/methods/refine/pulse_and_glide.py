@@ -10,7 +10,9 @@ import math
 
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.model.track import LOWERED, POWERED
-from tgvdp.physics.arc import OK, arc, duration_and_work
+from tgvdp.physics.arc import arc, duration_and_work
+from tgvdp.physics.cell import cell_at
+from tgvdp.physics.codes import OK
 from tgvdp.physics.energy import arc_energy, map_power
 from tgvdp.physics.forces import mean_effort, mean_resistance, unpowered
 
@@ -46,23 +48,24 @@ def _neighbours(tables, relaxed, v, demand):
 
 
 @leaf
-def _gain(train, grade, air, demand, v0, v1):
+def _gain(train, cell, demand, v0, v1):
     """Slope of v² over distance at a demand, between two speeds."""
     effort = demand * mean_effort(train.traction if demand >= 0.0 else train.braking, v0, v1)
-    return 2.0 * (effort - mean_resistance(train, air, v0, v1) - grade) / train.inertia_kg
+    return 2.0 * (effort - mean_resistance(train, cell.air, v0, v1) - cell.grade_n) / train.inertia_kg
 
 
 @part
-def _switching_point(train, length, grade, air, w0, w1, lower, upper):
+def _switching_point(train, cell, w0, w1, lower, upper):
     """Where to change from the lower to the upper demand to come from w0 to w1, and the squared speed there."""
+    length = cell.length_m
     v0 = math.sqrt(w0)
     v1 = math.sqrt(w1)
     x = 0.0
     middle = w0
     for _ in range(_SWEEPS):
         v = math.sqrt(middle)
-        down = _gain(train, grade, air, lower, v0, v)
-        up = _gain(train, grade, air, upper, v, v1)
+        down = _gain(train, cell, lower, v0, v)
+        up = _gain(train, cell, upper, v, v1)
         if up <= down:
             return 0.0, w0
         x = min(max((w0 + up * length - w1) / (up - down), 0.0), length)
@@ -71,16 +74,16 @@ def _switching_point(train, length, grade, air, w0, w1, lower, upper):
 
 
 @part
-def _append(train, tables, d, grade, air, x, w0, w1, xs, ws, n):
+def _append(train, tables, cell, d, x, w0, w1, rows, n):
     """Append a row; returns its duration and its energy."""
-    duration, work, _, _ = duration_and_work(train, d, grade, air, w0, w1)
-    xs[n] = x
-    ws[n] = w1
+    duration, work, _, _ = duration_and_work(train, d, cell.grade_n, cell.air, w0, w1)
+    rows.x[n] = x
+    rows.w[n] = w1
     return duration, arc_energy(train, tables, d, duration, work, w0, w1)
 
 
 @kernel
-def switch(train, tables, relaxed, station, length, grade, air, supply, w, xs, ws):
+def switch(train, tables, relaxed, cells, w, rows):
     """Follow a run of the relaxed problem with efforts at which the map touches its hull.
 
     Parameters
@@ -88,11 +91,10 @@ def switch(train, tables, relaxed, station, length, grade, air, supply, w, xs, w
     train : KernelTrain
     tables, relaxed : EnergyTables
         The map, and its convex hull over the effort.
-    station, length, grade, air, supply
-        Arrays of `Cells`.
+    cells : Cells
     w : (K + 1,) float64
         The relaxed run.
-    xs, ws : (2·K + 1,) float64, modified in place
+    rows : Rows of 2·K + 1, modified in place
         Rows of the run: positions from the origin, squared speeds.
 
     Returns
@@ -101,37 +103,38 @@ def switch(train, tables, relaxed, station, length, grade, air, supply, w, xs, w
         Number of rows.
     time_s, energy_j : float
     """
-    xs[0] = station[0]
-    ws[0] = w[0]
+    rows.x[0] = cells.station_m[0]
+    rows.w[0] = w[0]
     n = 1
     time = 0.0
     energy = 0.0
     dark = unpowered(train)
-    for k in range(length.shape[0]):
-        here = train if supply[k] == POWERED else dark
-        d = length[k]
+    for k in range(cells.length_m.shape[0]):
+        here = train if cells.supply[k] == POWERED else dark
+        cell = cell_at(cells, k)
+        d = cell.length_m
         v0 = math.sqrt(w[k])
         v1 = math.sqrt(w[k + 1])
         v = 0.5 * (v0 + v1)
-        work = duration_and_work(here, d, grade[k], air[k], w[k], w[k + 1])[1]
+        work = duration_and_work(here, d, cell.grade_n, cell.air, w[k], w[k + 1])[1]
         limit = d * mean_effort(here.traction if work >= 0.0 else here.braking, v0, v1)
         demand = min(max(work / limit, -1.0), 1.0) if limit > 0.0 else 0.0
-        if supply[k] == POWERED and not _touches(tables, relaxed, v, demand):
+        if cells.supply[k] == POWERED and not _touches(tables, relaxed, v, demand):
             lower, upper = _neighbours(tables, relaxed, v, demand)
-            x, middle = _switching_point(train, d, grade[k], air[k], w[k], w[k + 1], lower, upper)
+            x, middle = _switching_point(train, cell, w[k], w[k + 1], lower, upper)
             if (
                 _SLIVER * d < x < (1.0 - _SLIVER) * d
-                and arc(train, x, grade[k], air[k], w[k], middle)[0] == OK
-                and arc(train, d - x, grade[k], air[k], middle, w[k + 1])[0] == OK
+                and arc(train, x, cell.grade_n, cell.air, w[k], middle)[0] == OK
+                and arc(train, d - x, cell.grade_n, cell.air, middle, w[k + 1])[0] == OK
             ):
-                seconds, joules = _append(train, tables, x, grade[k], air[k], station[k] + x, w[k], middle, xs, ws, n)
+                seconds, joules = _append(train, tables, cell, x, cell.start_m + x, w[k], middle, rows, n)
                 time += seconds
                 energy += joules
                 n += 1
                 d -= x
-        seconds, joules = _append(here, tables, d, grade[k], air[k], station[k + 1], ws[n - 1], w[k + 1], xs, ws, n)
+        seconds, joules = _append(here, tables, cell, d, cell.end_m, rows.w[n - 1], w[k + 1], rows, n)
         time += seconds
-        if supply[k] != LOWERED:
+        if cells.supply[k] != LOWERED:
             energy += joules
         n += 1
     return n, time, energy

@@ -1,0 +1,52 @@
+"""A uniform stretch of the line, and the rows of a run along it, as kernels take them."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp._jit import leaf
+
+
+class Cell(NamedTuple):
+    """One cell of the line, or the rest of one.
+
+    Attributes
+    ----------
+    start_m, end_m, length_m : float
+        Where it is, and its length, which is not the rounded difference of the two, m.
+    grade_n : float
+        Force of gradients and curves, N, positive uphill.
+    air : float
+        Coefficient of v² in the running resistance, N/(m/s)².
+    limit_w : float
+        Squared speed limit, m²/s².
+    """
+
+    start_m: float
+    end_m: float
+    length_m: float
+    grade_n: float
+    air: float
+    limit_w: float
+
+
+class Rows(NamedTuple):
+    """Room for rows of a run, (size,) float64 each: positions, m, and squared speeds, m²/s²."""
+
+    x: NDArray[np.float64]
+    w: NDArray[np.float64]
+
+
+@leaf
+def cell_at(cells, k):
+    """One of the cells of `line.cells.Cells`."""
+    return Cell(
+        cells.station_m[k], cells.station_m[k + 1], cells.length_m[k], cells.grade_n[k], cells.air[k], cells.limit_w[k]
+    )
+
+
+@leaf
+def rest_of(cell, start, length):
+    """What is left of a cell from ``start`` on."""
+    return Cell(start, cell.end_m, length, cell.grade_n, cell.air, cell.limit_w)
