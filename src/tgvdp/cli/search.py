@@ -11,9 +11,10 @@ import click
 from tgvdp.cli.groups import GroupedCommand
 from tgvdp.cli.journeys import read_section
 from tgvdp.cli.screen import Screen, energy_table, front_table
-from tgvdp.cli.search_case import arguments_of, merged, read_case, read_map, suited
+from tgvdp.cli.search_case import merged, read_case, read_map, suited
 from tgvdp.cli.search_options import search_options
 from tgvdp.errors import BudgetExceededError
+from tgvdp.options.search import arguments_of
 
 _EXAMPLES = """
 \b

@@ -1,51 +1,19 @@
-"""What ``tgvdp search`` is asked for: the case from files and names, and options as arguments of the search."""
+"""What ``tgvdp search`` is asked for: the case from files and names, and its options beside the command line's."""
 
-from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
 from tgvdp.cli.search_options import DEFAULT_TRACK, DEFAULT_TRAIN
-from tgvdp.constants import METHOD_OPTIONS, METHODS
+from tgvdp.constants import METHODS
 from tgvdp.errors import InputError
-from tgvdp.units import kmh_to_mps
+from tgvdp.options.search import BY_FIELD, excluded_by
 
 if TYPE_CHECKING:
     from tgvdp.model.energy import EnergyMap
     from tgvdp.model.track import Track
     from tgvdp.model.train import Train
     from tgvdp.report.provenance import Input
-
-
-def _percent_to_fraction(percent: float) -> float:
-    return percent / 100.0
-
-
-#: Option of the command line and of scenario files → argument of `tgvdp.search` and how its unit changes.
-_ARGUMENTS: dict[str, tuple[str, Callable[[Any], Any] | None]] = {
-    "from_m": ("origin_m", None),
-    "to_m": ("destination_m", None),
-    "start_speed_kmh": ("start_speed_mps", kmh_to_mps),
-    "end_speed_kmh": ("end_speed_mps", kmh_to_mps),
-    "energy": ("energy", None),
-    "convention": ("convention", None),
-    "mass_model": ("mass_model", None),
-    "limits": ("limits", None),
-    "curves": ("curves", None),
-    "tunnels": ("tunnels", None),
-    "method": ("method", None),
-    "points": ("points", None),
-    "max_margin_pct": ("max_margin", _percent_to_fraction),
-    "max_time_s": ("max_time_s", None),
-    "paths": ("paths", None),
-    "heuristic": ("heuristic", None),
-    "segment_m": ("segment_m", None),
-    "speeds": ("speeds", None),
-    "dominance": ("dominance", None),
-    "bounds": ("bounds", None),
-    "max_labels": ("max_labels", None),
-    "time_limit_s": ("time_limit_s", None),
-}
 
 
 class Case(NamedTuple):
@@ -99,46 +67,27 @@ def read_map(options: dict[str, Any], case: Case) -> None:
 def suited(held: dict[str, Any], given: dict[str, Any], scenario: str | None) -> dict[str, Any]:
     """Options of a scenario that the method has; others are an error, unless the command line chose another method."""
     method = given.get("method", held.get("method", METHODS[0]))
-    foreign = {name: owners for name in {**held, **given} if method not in (owners := _owners(name))}
-    context = click.get_current_context()
-    for name, owners in foreign.items():
+    foreign = [name for name in {**held, **given} if method not in BY_FIELD[name].methods]
+    for name in foreign:
+        belongs = f"belongs to method {' and '.join(BY_FIELD[name].methods)}, not to {method}"
         if name in given:
-            flag = next(parameter.opts[0] for parameter in context.command.params if parameter.name == name)
-            raise click.UsageError(f"{flag} belongs to method {' and '.join(owners)}, not to {method}", context)
+            raise click.UsageError(f"{BY_FIELD[name].flag} {belongs}", click.get_current_context())
         if "method" not in given:
-            raise InputError(f"{scenario}: run.{name}: belongs to method {' and '.join(owners)}, not to {method}")
+            raise InputError(f"{scenario}: run.{name}: {belongs}")
     return {name: value for name, value in held.items() if name not in foreign}
 
 
-def _owners(option: str) -> tuple[str, ...]:
-    """Methods that have an option."""
-    argument = "at_s" if option == "at" else _ARGUMENTS[option][0]
-    return METHOD_OPTIONS.get(argument, METHODS)
-
-
 def merged(held: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
-    """Options of a scenario and of the command line, which wins; --at and an even front exclude each other."""
-    even = ("points", "max_margin_pct")
-    if "at" in given:
-        for name in even:
-            if name in given:
-                option = name.removesuffix("_pct").replace("_", "-")
-                raise click.UsageError(f"--at and --{option} exclude each other", click.get_current_context())
-        held = {name: value for name, value in held.items() if name not in even}
-    elif any(name in given for name in even):
-        held = {name: value for name, value in held.items() if name != "at"}
-    return held | given
+    """Options of a scenario and of the command line, which wins; some exclude each other."""
+    for name in given:
+        for other in excluded_by(BY_FIELD[name]):
+            if other.field in given:
+                raise click.UsageError(
+                    f"{BY_FIELD[name].flag} and {other.flag} exclude each other", click.get_current_context()
+                )
 
+    def ousted(name: str) -> bool:
+        rivals = {one.field for one in excluded_by(BY_FIELD[name])}
+        return bool(rivals & set(given)) or any(BY_FIELD[name] in excluded_by(BY_FIELD[one]) for one in given)
 
-def arguments_of(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Turn options in the units of people into arguments of the search, in SI; what is absent keeps its default."""
-    from tgvdp.formats.native.points import parse_targets
-
-    arguments: dict[str, Any] = {}
-    for name, value in options.items():
-        if name == "at":
-            arguments["at_margin"], arguments["at_s"] = parse_targets(value)
-            continue
-        argument, convert = _ARGUMENTS[name]
-        arguments[argument] = value if convert is None else convert(value)
-    return arguments
+    return {name: value for name, value in held.items() if not ousted(name)} | given
