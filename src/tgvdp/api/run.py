@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from tgvdp.api.methods import Fastest, find, warnings_of
 from tgvdp.api.result import SearchResult
 from tgvdp.api.targets import margin_of
-from tgvdp.constants import ENERGY_KINDS
-from tgvdp.errors import BudgetExceededError, InputError
-from tgvdp.formats import load_energy_map
+from tgvdp.api.trip import trip_of
+from tgvdp.errors import BudgetExceededError
+from tgvdp.formats.sources import Source
 from tgvdp.methods.budget import DEFAULT_TIME_S, SearchBudget
-from tgvdp.model.convention import TTOBENCH, convention_of
-from tgvdp.model.energy import BUILT_IN_MAP, EnergyMap, EnergyModel
+from tgvdp.model.energy import EnergyMap
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
-from tgvdp.model.trip import Trip
 from tgvdp.options.search import SearchOptions
 from tgvdp.pareto import ParetoFront
 from tgvdp.runs.fastest import fastest_run
@@ -22,19 +20,22 @@ from tgvdp.runs.stepped import stepped_time_s
 
 
 def search(
-    train: Train,
-    track: Track,
+    train: Train | Source,
+    track: Track | Source,
     *,
     origin_m: float = 0.0,
     destination_m: float | None = None,
     start_speed_mps: float = 0.0,
     end_speed_mps: float = 0.0,
+    reverse: bool = False,
+    speed_restrictions: Sequence[tuple[float, float, float]] = (),
     energy: str | EnergyMap = "wheel",
-    convention: str = TTOBENCH.name,
+    convention: str = "ttobench",
     mass_model: str | None = None,
     limits: str | None = None,
     curves: str | None = None,
     tunnels: bool | None = None,
+    wind_mps: float = 0.0,
     method: str = "front",
     points: int = 60,
     max_margin: float = 0.25,
@@ -54,12 +55,19 @@ def search(
 
     Parameters
     ----------
-    train : Train
-    track : Track
+    train : Train or str or path
+        A train, a name of the catalog, or a file that holds one.
+    track : Track or str or path
+        A line, likewise.
     origin_m, destination_m : float
         Positions on the track, m; by default its whole length. Stops in between are passed.
     start_speed_mps, end_speed_mps : float
         Speeds at the two ends, m/s.
+    reverse : bool
+        The line in the other direction: gradients change their sign, everything is mirrored, and all positions count
+        from what was its end.
+    speed_restrictions : sequence of (from_m, to_m, speed_mps)
+        Where the speed limit is lowered, in the direction of the run.
     energy : {"wheel", "pantograph", "map"} or str or EnergyMap
         What is minimised, and what all energies of the result count: traction work at the wheel; what is drawn from the
         line by the train's efficiencies, its regeneration and its auxiliary power; or the same by a map: one of the
@@ -74,6 +82,9 @@ def search(
         Formula of curve resistance.
     tunnels : bool, optional
         Whether the train's additional drag in tunnels counts.
+    wind_mps : float
+        Head wind, negative for a tail wind, m/s: it adds to the train's speed in the quadratic term of the running
+        resistance; see `tgvdp.model.variants`.
     method : {"front", "exact", "best-first"}
         ``front`` aims at the continuous optimum, ``exact`` returns all Pareto-optimal paths of an explicit grid,
         ``best-first`` searches that grid by a queue that a heuristic orders, and stops after `paths` paths.
@@ -112,12 +123,15 @@ def search(
         destination_m=destination_m,
         start_speed_mps=start_speed_mps,
         end_speed_mps=end_speed_mps,
+        reverse=reverse,
+        speed_restrictions=speed_restrictions,
         energy=energy,
         convention=convention,
         mass_model=mass_model,
         limits=limits,
         curves=curves,
         tunnels=tunnels,
+        wind_mps=wind_mps,
         method=method,
         points=points,
         max_margin=max_margin,
@@ -136,30 +150,14 @@ def search(
     return run_search(train, track, options)
 
 
-def run_search(train: Train, track: Track, options: SearchOptions) -> SearchResult:
+def run_search(train: Train | Source, track: Track | Source, options: SearchOptions) -> SearchResult:
     """Do what `search` is asked for."""
-    model = energy_model(options.energy)
     started = time.perf_counter()
     budget = SearchBudget(
         max_labels=options.max_labels,
         time_limit_s=DEFAULT_TIME_S if options.time_limit_s is None else options.time_limit_s,
     )
-    trip = Trip(
-        train=train,
-        track=track,
-        origin_m=options.origin_m,
-        destination_m=track.length_m if options.destination_m is None else options.destination_m,
-        start_speed_mps=options.start_speed_mps,
-        end_speed_mps=options.end_speed_mps,
-        energy=model,
-        convention=convention_of(
-            options.convention,
-            mass_model=options.mass_model,
-            limits=options.limits,
-            curves=options.curves,
-            tunnels=options.tunnels,
-        ),
-    )
+    trip = trip_of(train, track, options)
     profile = fastest_run(trip)
     step_m = trip.convention.step_m
     stepped_s = None if step_m is None else stepped_time_s(trip, step_m)
@@ -179,7 +177,7 @@ def run_search(train: Train, track: Track, options: SearchOptions) -> SearchResu
         | {
             "max_margin": max_margin,
             "destination_m": trip.destination_m,
-            "energy": model.kind if model.map is None else model.map.name,
+            "energy": trip.energy.kind if trip.energy.map is None else trip.energy.map.name,
             "mass_model": trip.convention.mass_model,
             "limits": trip.convention.limits,
             "curves": trip.convention.curves,
@@ -190,14 +188,3 @@ def run_search(train: Train, track: Track, options: SearchOptions) -> SearchResu
         _found=found,
         warnings=warnings_of(found),
     )
-
-
-def energy_model(energy: str | EnergyMap) -> EnergyModel:
-    """Make the energy model that an argument names."""
-    if isinstance(energy, EnergyMap):
-        return EnergyModel("map", energy)
-    if not isinstance(energy, str):
-        raise InputError(f"search: energy must be one of {', '.join(ENERGY_KINDS)} or a map, got {energy!r:.60}")
-    if energy in ("wheel", "pantograph"):
-        return EnergyModel(energy)
-    return EnergyModel("map", load_energy_map(BUILT_IN_MAP if energy == "map" else energy))

@@ -46,11 +46,12 @@ def _declared(one: Option) -> Decorator:
     if one.kind is bool:
         return heading(one.heading)(f"{one.flag}/--no-{one.name}", one.field, default=None, **settings)
     if one.read is not None:
-        settings["callback"] = _readable(one.read)
+        settings |= {"callback": _readable(one.read), "multiple": one.repeatable}
     elif one.open:
+        settings |= {"callback": lambda _, __, text: None if text is None else one.choice(text)}
         settings["shell_complete"] = _complete
     elif one.choices:
-        settings["type"] = click.Choice(one.choices)
+        settings["type"] = click.Choice(one.choices, case_sensitive=False)
     elif one.kind is int:
         settings["type"] = click.IntRange(min=None if one.at_least is None else int(one.at_least))
     else:
@@ -58,16 +59,16 @@ def _declared(one: Option) -> Decorator:
     return heading(one.heading)(one.flag, one.field, **settings)
 
 
-def _readable(read: Callable[[str], Any]) -> Callable[[click.Context, click.Parameter, str | None], str | None]:
-    """Check a text of its own grammar, and leave it as it is."""
+def _readable(read: Callable[[Any], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
+    """Check a text of its own grammar, or several, and leave them as they are."""
 
-    def check(_: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
-        if text is not None:
+    def check(_: click.Context, parameter: click.Parameter, text: Any) -> Any:
+        if text:
             try:
                 read(text)
             except InputError as error:
                 raise click.BadParameter(str(error).removeprefix(f"{parameter.name}: ")) from None
-        return text
+        return text or None
 
     return check
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, get_args, get_origin
 
 from tgvdp.constants import METHODS
 from tgvdp.errors import InputError
-from tgvdp.model.checks import require_number
+from tgvdp.model.checks import require_number, require_rows
 from tgvdp.units import from_si, to_si
 
 
@@ -37,7 +37,7 @@ class Option:
     argument : str
         Name in Python, of `tgvdp.search` and `SearchOptions`; in SI.
     kind : type
-        float, int, bool, str, or tuple for several floats.
+        float, int, bool, str, or tuple for several floats or rows.
     default : object
         In Python. None means that the trip, the convention or the method decides.
     name : str
@@ -58,8 +58,12 @@ class Option:
         Methods that have it.
     excludes : tuple of str
         Arguments that have no effect beside it.
+    rows : type, optional
+        Named tuple that each row of several is.
     read : callable, optional
-        From a text of its own grammar to the arguments that it sets; raises `InputError`.
+        From a text of its own grammar, or a list of such, to the arguments that it sets; raises `InputError`.
+    repeatable : bool
+        Whether it may be given several times, a list in files.
     metavar : str
         Stands for the value on the help page.
     shown_default : str
@@ -81,7 +85,9 @@ class Option:
     open: bool = False
     methods: tuple[str, ...] = METHODS
     excludes: tuple[str, ...] = ()
-    read: Callable[[str], Mapping[str, Any]] | None = None
+    rows: type[Any] | None = None
+    read: Callable[[Any], Mapping[str, Any]] | None = None
+    repeatable: bool = False
     metavar: str = ""
     shown_default: str = ""
 
@@ -134,9 +140,11 @@ class Option:
         if self.kind is bool:
             return self._truth(value)
         if self.kind is str:
-            return self._choice(value)
+            return self._name(value)
         if self.kind is not tuple:
             return self._number(value)
+        if self.rows is not None:
+            return require_rows("search", self.argument, value, self.rows)
         # An array has a length too, and numpy is not loaded for this.
         if isinstance(value, str | bytes | Mapping) or not (hasattr(value, "__len__") and hasattr(value, "__iter__")):
             raise InputError(f"search: {self.argument} must be a sequence of numbers, got {value!r:.60}")
@@ -147,7 +155,12 @@ class Option:
             raise InputError(f"search: {self.argument} must be True or False, got {value!r:.60}")
         return value
 
-    def _choice(self, value: Any) -> Any:
+    def choice(self, text: str) -> str:
+        """Return the choice that a text means, in upper case or lower; any other text as it is."""
+        return next((choice for choice in self.choices if choice.lower() == text.lower()), text)
+
+    def _name(self, value: Any) -> Any:
+        value = self.choice(value) if isinstance(value, str) else value
         if not self.open and value not in self.choices:
             raise InputError(f"search: {self.argument} must be one of {', '.join(self.choices)}, got {value!r:.60}")
         return value

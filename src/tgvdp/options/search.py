@@ -14,8 +14,9 @@ from tgvdp.constants import (
     METHODS,
 )
 from tgvdp.errors import InputError
+from tgvdp.model.track import SpeedRestriction
 from tgvdp.options.option import Option, option, options_of
-from tgvdp.options.texts import parse_targets
+from tgvdp.options.texts import parse_restriction, parse_targets
 
 if TYPE_CHECKING:
     from tgvdp.model.energy import EnergyMap
@@ -32,6 +33,10 @@ BUDGET = "Budget"
 def _targets(text: str) -> Mapping[str, Any]:
     margin, time_s = parse_targets(text)
     return {"at_margin": margin, "at_s": time_s}
+
+
+def _restrictions(texts: Sequence[str]) -> Mapping[str, Any]:
+    return {"speed_restrictions": tuple(map(parse_restriction, texts))}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,6 +59,22 @@ class SearchOptions:
     )
     start_speed_mps: float = option(0.0, name="start-speed", heading=TRIP, unit="km/h", at_least=0.0, metavar="KMH")
     end_speed_mps: float = option(0.0, name="end-speed", heading=TRIP, unit="km/h", at_least=0.0, metavar="KMH")
+    reverse: bool = option(
+        False,
+        "The line in the other direction: all positions count from what is its end in the file.",
+        name="reverse",
+        heading=TRIP,
+    )
+    speed_restrictions: Sequence[tuple[float, float, float]] = option(
+        (),
+        "Lower the speed limit there; may be given several times.",
+        name="speed-restriction",
+        heading=TRIP,
+        rows=SpeedRestriction,
+        read=_restrictions,
+        repeatable=True,
+        metavar="FROM:TO:KMH",
+    )
     energy: "str | EnergyMap" = option(  # noqa: RUF009  (a field, as the others are)
         "wheel",
         "What is minimised: wheel, pantograph, or a map of the power drawn: a file, a name of the catalog, or map for"
@@ -90,6 +111,9 @@ class SearchOptions:
         None, "Formula of curve resistance.", name="curves", heading=PHYSICS, choices=CURVE_FORMULAS
     )
     tunnels: bool | None = option(None, "Count the train's drag in tunnels.", name="tunnels", heading=PHYSICS)
+    wind_mps: float = option(
+        0.0, "Head wind, negative for a tail wind.", name="wind", heading=PHYSICS, unit="km/h", metavar="KMH"
+    )
     method: str = option("front", "How to search.", name="method", heading=SEARCH, choices=METHODS)
     points: int = option(
         60, "number of points.", name="points", heading=SEARCH, methods=_FRONT, at_least=2, metavar="N"

@@ -1,11 +1,12 @@
-"""What people write: quantities (``20km``), and where they want points on a front (``3%, 5%, 1050s, 17:30``)."""
+"""What people write: quantities (``20km``), speed restrictions, and where they want points (``3%, 1050s, 17:30``)."""
 
 import math
 import re
 from typing import NamedTuple
 
 from tgvdp.errors import InputError
-from tgvdp.units import SECONDS_PER_MINUTE, converted
+from tgvdp.model.track import SpeedRestriction
+from tgvdp.units import SECONDS_PER_MINUTE, converted, kmh_to_mps
 
 _NUMBER = r"\d+(?:\.\d*)?|\.\d+"
 _MARGIN = re.compile(rf"({_NUMBER})\s*%")
@@ -35,6 +36,24 @@ def parse_quantity(text: str, unit: str) -> float:
     if value is None:
         raise InputError(f"must be a number of {unit}, got {text!r:.60}")
     return value
+
+
+def parse_restriction(text: str) -> SpeedRestriction:
+    """Read a temporary speed restriction, ``FROM:TO:SPEED`` in m, m and km/h or with units: ``50km:52km:80``.
+
+    Raises
+    ------
+    InputError
+        When it is none.
+    """
+    parts = text.split(":")
+    if len(parts) != len(SpeedRestriction._fields):
+        raise InputError(f"must be FROM:TO:KMH such as 50km:52km:80, got {text!r:.60}")
+    from_m, to_m = (parse_quantity(part, "m") for part in parts[:2])
+    speed_kmh = parse_quantity(parts[2], "km/h")
+    if not (0.0 <= from_m < to_m < math.inf and 0.0 < speed_kmh < math.inf):
+        raise InputError(f"must be FROM:TO:KMH with 0 <= FROM < TO and a speed above 0 km/h, got {text!r:.60}")
+    return SpeedRestriction(from_m, to_m, kmh_to_mps(speed_kmh))
 
 
 class Targets(NamedTuple):

@@ -137,7 +137,9 @@ class TrackSpec(Struct, forbid_unknown_fields=True):
 def _run_field(one: Option) -> tuple[str, Any, Any]:
     """One field of the table ``run``, as its option is declared."""
     if one.read is not None:
-        return one.field, str | UnsetType, UNSET
+        return one.field, (list[str] if one.repeatable else str) | UnsetType, UNSET
+    if one.kind in (bool, str):
+        return one.field, one.kind | UnsetType, UNSET
     meta = Meta(gt=one.above) if one.at_least is None else Meta(ge=one.at_least, le=one.at_most)
     return one.field, Annotated[one.kind, meta] | UnsetType, UNSET
 
