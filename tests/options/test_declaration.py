@@ -42,6 +42,8 @@ def other_than_default(one):
         return one.choices[-1]
     if one.kind is bool:
         return not one.default
+    if one.rows is not None:
+        return ((1.0, 2.0, 3.0),)
     return (0.5,) if one.kind is tuple else 7 if one.kind is int else 7.5
 
 

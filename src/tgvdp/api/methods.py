@@ -22,6 +22,9 @@ from tgvdp.runs.profile import Profile
 #: What a search on a grid has left when building the grid took all the time, s.
 _LEAST_TIME_S = 1e-3
 
+#: Running times that a warning spells out.
+_SHOWN = 5
+
 
 @dataclass(frozen=True)
 class Fastest:
@@ -89,12 +92,15 @@ def find(
 def warnings_of(found: OptimalRuns | GridPaths) -> tuple[str, ...]:
     """Say where a front is less than was asked for."""
     if not found.complete:
-        return ("the search ended by its budget: better paths than these may exist",)
+        what = found.ended_by if isinstance(found, GridPaths) else "the time limit"
+        return (f"{what} ended the search: better paths than these may exist",)
     if not isinstance(found, OptimalRuns):
         return ()
     warnings = []
     if found.missed_s:
-        times = ", ".join(f"{time_s:.6g} s" for time_s in found.missed_s)
+        times = ", ".join(f"{time_s:.6g} s" for time_s in found.missed_s[:_SHOWN])
+        if len(found.missed_s) > _SHOWN:
+            times += f" and {len(found.missed_s) - _SHOWN} more times"
         warnings.append(
             f"no run takes {times} to the tolerance: running times jump there, and a faster run stands for it"
         )

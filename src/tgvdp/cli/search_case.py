@@ -1,6 +1,7 @@
 """What ``tgvdp search`` is asked for: the case from files and names, and its options beside the command line's."""
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import click
 
@@ -23,35 +24,45 @@ class Case(NamedTuple):
     track: "Track"
     map: "EnergyMap | None"
     options: dict[str, Any]
-    inputs: dict[str, "Input"]  # by role: what was read from a file of its own, or the values
+    inputs: dict[str, "Input"]  # by role: the fingerprint of a file of its own, or the values
+    changed: dict[str, Any]  # for the provenance: which fields were set after reading
+
+    def with_fields(self, assignments: Sequence[str]) -> "Case":
+        """Set fields of train and line, as ``--set`` says."""
+        from tgvdp.formats.native.changes import changed
+
+        if not assignments:
+            return self
+        train, track = changed(self.train, self.track, assignments)
+        return self._replace(train=train, track=track, changed={"set": list(assignments)})
 
 
 def read_case(train: str | None, track: str | None, scenario: str | None) -> Case:
-    """Read what the command line names, then what the scenario holds, then the defaults."""
-    from tgvdp.formats import Scenario, load_scenario, load_track, load_train
-    from tgvdp.formats.sources import locate
+    """Read what the command line names, then what the scenario holds, then the defaults; each file once."""
+    from tgvdp.formats import Scenario, read_source
 
-    held = Scenario(name="", format="") if scenario is None else load_scenario(scenario)
-    inputs: dict[str, Input] = {} if scenario is None else {"scenario": locate(scenario)}
-    if train is None and held.train is not None:
-        the_train = inputs["train"] = held.train
-    else:
-        train = DEFAULT_TRAIN if train is None else train
-        inputs["train"] = locate(train, "train")
-        the_train = load_train(train)
-    if track is None and held.track is not None:
-        the_track = inputs["track"] = held.track
-    else:
-        track = DEFAULT_TRACK if track is None else track
-        inputs["track"] = locate(track, "track")
-        the_track = load_track(track)
-    return Case(the_train, the_track, held.map, held.options, inputs)
+    held = Scenario(name="", format="")
+    inputs: dict[str, Input] = {}
+    if scenario is not None:
+        read = read_source(scenario)
+        held, inputs["scenario"] = read.value, read.fingerprint
+
+    def part(kind: Literal["train", "track"], given: str | None, default: str) -> Any:
+        made = getattr(held, kind)
+        if given is None and made is not None:
+            inputs[kind] = made
+            return made
+        read = read_source(default if given is None else given, kind)
+        inputs[kind] = read.fingerprint
+        return read.value
+
+    the_train, the_track = part("train", train, DEFAULT_TRAIN), part("track", track, DEFAULT_TRACK)
+    return Case(the_train, the_track, held.map, held.options, inputs, {})
 
 
 def read_map(options: dict[str, Any], case: Case) -> None:
     """Put the energy map that is asked for in place of its name: the scenario's own, one of the catalog, or a file."""
-    from tgvdp.formats import load_energy_map
-    from tgvdp.formats.sources import source_path
+    from tgvdp.formats import read_source
     from tgvdp.model.energy import BUILT_IN_MAP
 
     name = options.get("energy", "wheel")
@@ -60,8 +71,8 @@ def read_map(options: dict[str, Any], case: Case) -> None:
     if name == "map" and case.map is not None:
         options["energy"] = case.inputs["map"] = case.map
         return
-    path = case.inputs["map"] = source_path(BUILT_IN_MAP if name == "map" else name, "map")
-    options["energy"] = load_energy_map(path)
+    read = read_source(BUILT_IN_MAP if name == "map" else name, "map")
+    options["energy"], case.inputs["map"] = read.value, read.fingerprint
 
 
 def suited(held: dict[str, Any], given: dict[str, Any], scenario: str | None) -> dict[str, Any]:

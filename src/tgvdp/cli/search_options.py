@@ -23,6 +23,10 @@ PROFILE_FORMATS = ("csv", "parquet", "railtoolkit")
 _PROFILES_HELP = "Format of the speed profiles; railtoolkit is the driving course that TrainRuns.jl prints."
 _TRAIN_HELP = f"Train: a file, or a name of the catalog.  [default: {DEFAULT_TRAIN}]"
 _TRACK_HELP = f"Line: a file, or a name of the catalog.  [default: {DEFAULT_TRACK}]"
+_SET_HELP = (
+    "Set a field of the train or line, by its name and unit in the native format, such as train.mass_t=450; may be"
+    " given several times."
+)
 _JOURNEY_HELP = "From the journey's section N (default: 1): origin, destination, and the longest running time."
 
 
@@ -40,6 +44,15 @@ def _complete(_: click.Context, parameter: click.Parameter, incomplete: str) -> 
     return [*items, CompletionItem(incomplete, type="file")]
 
 
+def _complete_fields(_: click.Context, __: click.Parameter, incomplete: str) -> "list[CompletionItem]":
+    """Complete the fields of trains and lines."""
+    from click.shell_completion import CompletionItem
+
+    from tgvdp.formats.native.changes import fields
+
+    return [CompletionItem(f"{name}=") for name in fields() if name.startswith(incomplete)]
+
+
 def _declared(one: Option) -> Decorator:
     """Option of the command line, as it is declared."""
     settings: dict[str, Any] = {"help": one.summary or None, "metavar": one.metavar or None}
@@ -53,7 +66,8 @@ def _declared(one: Option) -> Decorator:
     elif one.choices:
         settings["type"] = click.Choice(one.choices, case_sensitive=False)
     elif one.kind is int:
-        settings["type"] = click.IntRange(min=None if one.at_least is None else int(one.at_least))
+        low, high = (None if limit is None else int(limit) for limit in (one.at_least, one.at_most))
+        settings["type"] = click.IntRange(min=low, max=high)
     else:
         settings["type"] = number(one.unit, above=one.above, at_least=one.at_least)
     return heading(one.heading)(one.flag, one.field, **settings)
@@ -87,10 +101,12 @@ _OPTIONS = [
         help="Train, line and options in one file; the command line wins over it.",
     ),
     _trip("--journey", metavar="FILE[#N]", shell_complete=_complete, help=_JOURNEY_HELP),
+    _trip("--set", "changes", metavar="FIELD=VALUE", multiple=True, shell_complete=_complete_fields, help=_SET_HELP),
     *map(_declared, BY_FIELD.values()),
     _output("--certify/--no-certify", default=True, show_default=True, help="Prove how far the optimum can be."),
     _output("--profiles", type=click.Choice(PROFILE_FORMATS), default="csv", show_default=True, help=_PROFILES_HELP),
     _output("--out", metavar="DIR", default="out", show_default=True, help="Folder of the results."),
+    _output("--force", is_flag=True, help="Write into a folder that holds files of others."),
     _output("--json", "as_json", is_flag=True, help="Print one JSON object on stdout, everything else on stderr."),
     _output("--quiet", is_flag=True, help="Print nothing but errors and what --json asks for."),
 ]

@@ -116,7 +116,7 @@ class SearchOptions:
     )
     method: str = option("front", "How to search.", name="method", heading=SEARCH, choices=METHODS)
     points: int = option(
-        60, "number of points.", name="points", heading=SEARCH, methods=_FRONT, at_least=2, metavar="N"
+        60, "number of points.", name="points", heading=SEARCH, methods=_FRONT, at_least=2, at_most=1000, metavar="N"
     )
     max_margin: float = option(
         0.25,
