@@ -1,12 +1,14 @@
 """What ``tgvdp search`` is asked for: the case from files and names, and its options beside the command line's."""
 
+import os
 from collections.abc import Sequence
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import click
 
 from tgvdp.cli.search_options import DEFAULT_TRACK, DEFAULT_TRAIN
-from tgvdp.constants import METHODS
+from tgvdp.constants import ENERGY_KINDS, METHODS
 from tgvdp.errors import InputError
 from tgvdp.options.search import BY_FIELD, excluded_by
 
@@ -71,6 +73,9 @@ def read_map(options: dict[str, Any], case: Case) -> None:
     if name == "map" and case.map is not None:
         options["energy"] = case.inputs["map"] = case.map
         return
+    near = get_close_matches(name.lower(), ENERGY_KINDS, n=1)
+    if near and name.isalpha() and name != "map" and not os.path.exists(name):  # no name of the catalog is one word
+        raise InputError(f"unknown energy {name!r}, did you mean {near[0]!r}?")
     read = read_source(BUILT_IN_MAP if name == "map" else name, "map")
     options["energy"], case.inputs["map"] = read.value, read.fingerprint
 

@@ -252,7 +252,8 @@ def _nothing_found(options: Options, ended_by: str, counters: dict[str, int]) ->
     lacking = [name for name in ("bounds", "dominance") if not getattr(options, name)]
     advice = f"switch on {' and '.join(lacking)}" if lacking else "use fewer speeds, longer segments or a larger budget"
     return BudgetExceededError(
-        f"best-first: {ended_by} ended the search before the first path was found ({counters['labels']:,} labels, {counters['expanded']:,} expanded); {advice}"
+        f"best-first: {ended_by} ended the search "
+        f"before the first path was found ({counters['labels']:,} labels, {counters['expanded']:,} expanded); {advice}"
     )
 
 
