@@ -24,7 +24,8 @@ MAY_IMPORT = {
     "pareto": set(),
     "_jit": set(),
     "model": set(),
-    "formats": {"model"},
+    "options": {"model"},
+    "formats": {"model", "options"},
     "line": {"model", "_jit"},
     "physics": {"model", "_jit"},
     "runs": {"model", "line", "physics", "_jit"},
@@ -35,8 +36,8 @@ MAY_IMPORT = {
     "solvers": {"model", "formulations", "_jit"},
     "report": {"model", "runs"},
     "trials": {"model", "formulations", "solvers", "report", "api"},
-    "api": {"model", "formats", "line", "runs", "methods", "certificate", "referee", "pareto"},
-    "cli": {"model", "formats", "report", "api", "formulations", "solvers", "trials", ""},
+    "api": {"model", "options", "formats", "line", "runs", "methods", "certificate", "referee", "pareto"},
+    "cli": {"model", "options", "formats", "report", "api", "formulations", "solvers", "trials", ""},
     "__main__": {"cli"},
     "": {"model", "formats", "runs", "referee", "pareto", "api"},  # the package itself: public names
 }

@@ -22,20 +22,9 @@ REPLAY_SPEED_RTOL = 0.01
 #: Names of the search methods and of the queue orders of best-first, as the command line and scenario files spell them.
 METHODS = ("front", "exact", "best-first")
 HEURISTICS = ("ratio", "time", "energy", "weighted")
-#: Options of a search that some methods only have, as `tgvdp.search` names them; all methods have the others.
-METHOD_OPTIONS = {
-    "points": ("front",),
-    "at_s": ("front",),
-    "at_margin": ("front",),
-    "paths": ("best-first",),
-    "heuristic": ("best-first",),
-    "dominance": ("best-first",),
-    "bounds": ("best-first",),
-    "segment_m": ("exact", "best-first"),
-    "speeds": ("exact", "best-first"),
-    "max_labels": ("exact", "best-first"),
-}
 
+#: What can be minimised, spelled likewise (see `tgvdp.model.energy`).
+ENERGY_KINDS = ("wheel", "pantograph", "map")
 #: Names of the conventions and of their switches, spelled likewise (see `tgvdp.model.convention`).
 CONVENTION_NAMES = ("ttobench", "osrd", "trainruns")
 MASS_MODELS = ("point", "strip")

@@ -59,6 +59,20 @@ def to_si(value: float, unit: str, quantity: str) -> float:
     return value * factors[0] / factors[1]
 
 
+def from_si(value: float, unit: str, quantity: str) -> float:
+    """Convert a value to a unit; the inverse of `to_si`."""
+    factors = _TO_SI[quantity][unit]
+    return value * factors[1] / factors[0]
+
+
+def converted(value: float, unit: str, wanted: str) -> float | None:
+    """Convert a value to another unit of the same quantity; None where the two have none in common."""
+    for quantity, known in _TO_SI.items():
+        if unit in known and wanted in known:
+            return value if unit == wanted else from_si(to_si(value, unit, quantity), wanted, quantity)
+    return None
+
+
 def kmh_to_mps(speed_kmh: float) -> float:
     """Convert km/h to m/s."""
     return speed_kmh / KMH_PER_MPS

@@ -12,10 +12,11 @@ import pytest
 
 import tgvdp
 from tgvdp import api
-from tgvdp.api.targets import asked_targets, check_targets
+from tgvdp.api.targets import asked_targets
 from tgvdp.cli import main
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
-from tgvdp.formats.native.points import parse_targets
+from tgvdp.options.search import SearchOptions
+from tgvdp.options.texts import parse_targets
 
 TRIP = {"destination_m": 6000.0, "end_speed_mps": 5.0}
 
@@ -129,7 +130,7 @@ def test_slower_than_the_thriftiest_run_ends_with_it():
 def test_bad_targets_are_bad_input(arguments):
     with pytest.raises(InputError, match="at_"):
         search(**arguments)
-    assert check_targets("front", np.array([5.0]), ()) == ((5.0,), ())
+    assert SearchOptions(at_s=np.array([5.0])).at_s == (5.0,)
 
 
 def run(out, *arguments):

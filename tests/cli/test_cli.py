@@ -71,7 +71,7 @@ def test_version(capsys):
         (["search", "--max-margin", "nan"], "must be finite, got nan %"),
         (["search", "--from", "-1"], "at least 0 m, got -1 m"),
         (["search", "--to", "inf"], "must be finite, got inf m"),
-        (["search", "--to", "12 km"], "must be a number of m, got '12 km'"),
+        (["search", "--to", "12 h"], "must be a number of m, got '12 h'"),
         (["search", "--start-speed", "-3"], "at least 0 km/h"),
         (["search", "--time-limit", "0"], "above 0 s, got 0 s"),
         (["search", "--speeds", "1"], "x>=2"),

@@ -9,7 +9,8 @@ import pytest
 import tgvdp
 from tgvdp import api
 from tgvdp.cli import main, search_options
-from tgvdp.constants import METHOD_OPTIONS, METHODS
+from tgvdp.constants import METHODS
+from tgvdp.options.search import OPTIONS
 
 SHORT = ("--track", "flat-100km", "--to", "3000", "--points", "6", "--max-margin", "10")
 
@@ -41,7 +42,7 @@ def test_defaults_are_left_to_the_search_and_help_tells_them(capsys):
     assert f"the fastest run's. [default: {100 * defaults['max_margin']:g}]" in text
     assert f"How to search. [default: {defaults['method']}]" in text
     assert f"what orders the queue. [default: {defaults['heuristic']}]" in text
-    assert f"so many complete paths. [default: {defaults['paths']}]" in text
+    assert f"so many complete paths, 0: find all. [default: {defaults['paths']}]" in text
     assert f"[default: {search_options.DEFAULT_TRAIN}]" in text
     assert f"[default: {search_options.DEFAULT_TRACK}]" in text
     assert defaults["dominance"] is defaults["bounds"] is True
@@ -105,12 +106,15 @@ FOREIGN = {
 }
 
 
-@pytest.mark.parametrize("option", METHOD_OPTIONS)
+OWNERS = {one.argument: one.methods for one in OPTIONS if one.methods != METHODS}
+
+
+@pytest.mark.parametrize("option", OWNERS)
 def test_options_that_the_method_does_not_have_are_refused(option, tmp_path, capsys):
     flag, line, value = FOREIGN[option]
     trip = ("--train", "alstom-emu", "--track", "flat-100km", "--to", "3000")
     train, track = tgvdp.load_train("alstom-emu"), tgvdp.load_track("flat-100km")
-    for method in set(METHODS) - set(METHOD_OPTIONS[option]):
+    for method in set(METHODS) - set(OWNERS[option]):
         assert search(tmp_path / "out", *trip, "--method", method, *flag.split()) == 2
         assert flag.split()[0].replace("--no-", "--") in capsys.readouterr().err
         scenario = tmp_path / "trip.toml"

@@ -1,7 +1,6 @@
 """Dispatch to the methods, and what a search of each is told about its result."""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +16,14 @@ from tgvdp.methods.grid.paths import GridPaths
 from tgvdp.methods.refine.front import refine_front
 from tgvdp.model.track import POWERED
 from tgvdp.model.trip import Trip
+from tgvdp.options.search import SearchOptions
 from tgvdp.runs.profile import Profile
 
 #: What a search on a grid has left when building the grid took all the time, s.
 _LEAST_TIME_S = 1e-3
+
+#: Running times that a warning spells out.
+_SHOWN = 5
 
 
 @dataclass(frozen=True)
@@ -52,17 +55,19 @@ def continuous_front(
     return find(trip, fastest, target_s, budget, tolerance_s)
 
 
-def find(trip: Trip, fastest: Fastest, budget: SearchBudget, options: dict[str, Any]) -> OptimalRuns | GridPaths:
-    """Dispatch to the method."""
-    if options["method"] == "front":
-        if options["at_s"] or options["at_margin"]:
-            target_s, tolerance_s = asked_targets(fastest.time_s, options["at_s"], options["at_margin"])
+def find(
+    trip: Trip, fastest: Fastest, budget: SearchBudget, options: SearchOptions, max_margin: float
+) -> OptimalRuns | GridPaths:
+    """Dispatch to the method; the margin is that of the options, or what their longest time leaves."""
+    if options.method == "front":
+        if options.at_s or options.at_margin:
+            target_s, tolerance_s = asked_targets(fastest.time_s, options.at_s, options.at_margin)
             return continuous_front(trip, fastest.profile, target_s, budget, tolerance_s)
-        target_s = fastest.time_s * np.linspace(1.0, 1.0 + options["max_margin"], options["points"])
+        target_s = fastest.time_s * np.linspace(1.0, 1.0 + max_margin, options.points)
         return continuous_front(trip, fastest.profile, target_s, budget)
-    max_time_s = fastest.time_s * (1.0 + options["max_margin"])
-    segment_m, speeds = options["segment_m"], options["speeds"]
-    exact = options["method"] == "exact"
+    max_time_s = fastest.time_s * (1.0 + max_margin)
+    segment_m, speeds = options.segment_m, options.speeds
+    exact = options.method == "exact"
     if not exact:
         segment_m = trip.distance_m / DEFAULT_SEGMENTS if segment_m is None else segment_m
         speeds = DEFAULT_SPEEDS if speeds is None else speeds
@@ -75,10 +80,10 @@ def find(trip: Trip, fastest: Fastest, budget: SearchBudget, options: dict[str, 
         grid,
         max_time_s,
         budget,
-        heuristic=options["heuristic"],
-        paths=options["paths"],
-        dominance=options["dominance"],
-        bounds=options["bounds"],
+        heuristic=options.heuristic,
+        paths=options.paths,
+        dominance=options.dominance,
+        bounds=options.bounds,
         reference_time_s=fastest.time_s,
         reference_energy_j=fastest.energy_j,
     )
@@ -87,12 +92,15 @@ def find(trip: Trip, fastest: Fastest, budget: SearchBudget, options: dict[str, 
 def warnings_of(found: OptimalRuns | GridPaths) -> tuple[str, ...]:
     """Say where a front is less than was asked for."""
     if not found.complete:
-        return ("the search ended by its budget: better paths than these may exist",)
+        what = found.ended_by if isinstance(found, GridPaths) else "the time limit"
+        return (f"{what} ended the search: better paths than these may exist",)
     if not isinstance(found, OptimalRuns):
         return ()
     warnings = []
     if found.missed_s:
-        times = ", ".join(f"{time_s:.6g} s" for time_s in found.missed_s)
+        times = ", ".join(f"{time_s:.6g} s" for time_s in found.missed_s[:_SHOWN])
+        if len(found.missed_s) > _SHOWN:
+            times += f" and {len(found.missed_s) - _SHOWN} more times"
         warnings.append(
             f"no run takes {times} to the tolerance: running times jump there, and a faster run stands for it"
         )

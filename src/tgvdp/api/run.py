@@ -1,39 +1,41 @@
 """The search itself: it connects model, line, search and front and holds no algorithm."""
 
-import inspect
 import time
 from collections.abc import Sequence
 
 from tgvdp.api.methods import Fastest, find, warnings_of
-from tgvdp.api.options import check_effect, check_options, energy_model, margin_of
 from tgvdp.api.result import SearchResult
-from tgvdp.api.targets import check_targets
+from tgvdp.api.targets import margin_of
+from tgvdp.api.trip import trip_of
 from tgvdp.errors import BudgetExceededError
+from tgvdp.formats.sources import Source
 from tgvdp.methods.budget import DEFAULT_TIME_S, SearchBudget
-from tgvdp.model.convention import TTOBENCH, convention_of
 from tgvdp.model.energy import EnergyMap
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
-from tgvdp.model.trip import Trip
+from tgvdp.options.search import SearchOptions
 from tgvdp.pareto import ParetoFront
 from tgvdp.runs.fastest import fastest_run
 from tgvdp.runs.stepped import stepped_time_s
 
 
 def search(
-    train: Train,
-    track: Track,
+    train: Train | Source,
+    track: Track | Source,
     *,
     origin_m: float = 0.0,
     destination_m: float | None = None,
     start_speed_mps: float = 0.0,
     end_speed_mps: float = 0.0,
+    reverse: bool = False,
+    speed_restrictions: Sequence[tuple[float, float, float]] = (),
     energy: str | EnergyMap = "wheel",
-    convention: str = TTOBENCH.name,
+    convention: str = "ttobench",
     mass_model: str | None = None,
     limits: str | None = None,
     curves: str | None = None,
     tunnels: bool | None = None,
+    wind_mps: float = 0.0,
     method: str = "front",
     points: int = 60,
     max_margin: float = 0.25,
@@ -53,12 +55,19 @@ def search(
 
     Parameters
     ----------
-    train : Train
-    track : Track
+    train : Train or str or path
+        A train, a name of the catalog, or a file that holds one.
+    track : Track or str or path
+        A line, likewise.
     origin_m, destination_m : float
         Positions on the track, m; by default its whole length. Stops in between are passed.
     start_speed_mps, end_speed_mps : float
         Speeds at the two ends, m/s.
+    reverse : bool
+        The line in the other direction: gradients change their sign, everything is mirrored, and all positions count
+        from what was its end.
+    speed_restrictions : sequence of (from_m, to_m, speed_mps)
+        Where the speed limit is lowered, in the direction of the run.
     energy : {"wheel", "pantograph", "map"} or str or EnergyMap
         What is minimised, and what all energies of the result count: traction work at the wheel; what is drawn from the
         line by the train's efficiencies, its regeneration and its auxiliary power; or the same by a map: one of the
@@ -73,9 +82,12 @@ def search(
         Formula of curve resistance.
     tunnels : bool, optional
         Whether the train's additional drag in tunnels counts.
+    wind_mps : float
+        Head wind, negative for a tail wind, m/s: it adds to the train's speed in the quadratic term of the running
+        resistance; see `tgvdp.model.variants`.
     method : {"front", "exact", "best-first"}
         ``front`` aims at the continuous optimum, ``exact`` returns all Pareto-optimal paths of an explicit grid,
-        ``best-first`` is the graph search of the seed on that grid.
+        ``best-first`` searches that grid by a queue that a heuristic orders, and stops after `paths` paths.
     points : int
         Number of points of the front (method ``front``), evenly in time, the fastest run included.
     max_margin : float
@@ -106,57 +118,73 @@ def search(
     BudgetExceededError
         When a budget ended before there was anything to return.
     """
-    options = {key: value for key, value in locals().items() if key not in ("train", "track")}
-    model = energy_model(energy)
-    started = time.perf_counter()
-    check_options(method, points, max_margin, paths, heuristic)
-    at_s, at_margin = check_targets(method, at_s, at_margin)
-    check_effect(options | {"at_s": at_s, "at_margin": at_margin}, _DEFAULTS)
-    budget = SearchBudget(
-        max_labels=max_labels,
-        time_limit_s=DEFAULT_TIME_S if time_limit_s is None else time_limit_s,
-    )
-    trip = Trip(
-        train=train,
-        track=track,
+    options = SearchOptions(
         origin_m=origin_m,
-        destination_m=track.length_m if destination_m is None else destination_m,
+        destination_m=destination_m,
         start_speed_mps=start_speed_mps,
         end_speed_mps=end_speed_mps,
-        energy=model,
-        convention=convention_of(convention, mass_model=mass_model, limits=limits, curves=curves, tunnels=tunnels),
+        reverse=reverse,
+        speed_restrictions=speed_restrictions,
+        energy=energy,
+        convention=convention,
+        mass_model=mass_model,
+        limits=limits,
+        curves=curves,
+        tunnels=tunnels,
+        wind_mps=wind_mps,
+        method=method,
+        points=points,
+        max_margin=max_margin,
+        max_time_s=max_time_s,
+        at_s=at_s,
+        at_margin=at_margin,
+        paths=paths,
+        heuristic=heuristic,
+        segment_m=segment_m,
+        speeds=speeds,
+        max_labels=max_labels,
+        time_limit_s=time_limit_s,
+        dominance=dominance,
+        bounds=bounds,
     )
+    return run_search(train, track, options)
+
+
+def run_search(train: Train | Source, track: Track | Source, options: SearchOptions) -> SearchResult:
+    """Do what `search` is asked for."""
+    started = time.perf_counter()
+    budget = SearchBudget(
+        max_labels=options.max_labels,
+        time_limit_s=DEFAULT_TIME_S if options.time_limit_s is None else options.time_limit_s,
+    )
+    trip = trip_of(train, track, options)
     profile = fastest_run(trip)
     step_m = trip.convention.step_m
     stepped_s = None if step_m is None else stepped_time_s(trip, step_m)
     fastest = Fastest(profile.duration_s, profile.total_energy_j, profile, stepped_s)
-    options |= {
-        "max_margin": margin_of(fastest.time_s, max_margin, max_time_s),
-        "destination_m": trip.destination_m,
-        "energy": model.kind if model.map is None else model.map.name,
-        "mass_model": trip.convention.mass_model,
-        "limits": trip.convention.limits,
-        "curves": trip.convention.curves,
-        "tunnels": trip.convention.tunnels,
-        "time_limit_s": budget.time_limit_s,
-        "at_s": at_s,
-        "at_margin": at_margin,
-    }
-    found = find(trip, fastest, budget, options)
+    max_margin = margin_of(fastest.time_s, options.max_margin, options.max_time_s)
+    found = find(trip, fastest, budget, options, max_margin)
     if len(found.duration_s) == 0:
         raise BudgetExceededError("the budget ended before the first path was found: raise the label or time limit")
     return SearchResult(
         trip=trip,
-        method=method,
+        method=options.method,
         fastest=fastest,
         front=ParetoFront.of(found.duration_s, found.energy_j),
         counters=found.counters,
         complete=found.complete,
-        options=options,
+        options=options.as_dict()
+        | {
+            "max_margin": max_margin,
+            "destination_m": trip.destination_m,
+            "energy": trip.energy.kind if trip.energy.map is None else trip.energy.map.name,
+            "mass_model": trip.convention.mass_model,
+            "limits": trip.convention.limits,
+            "curves": trip.convention.curves,
+            "tunnels": trip.convention.tunnels,
+            "time_limit_s": budget.time_limit_s,
+        },
         elapsed_s=time.perf_counter() - started,
         _found=found,
         warnings=warnings_of(found),
     )
-
-
-_DEFAULTS = {name: parameter.default for name, parameter in inspect.signature(search).parameters.items()}

@@ -1,13 +1,11 @@
-"""Running times at which somebody asks for points of the front."""
+"""Running times that somebody asks for: points of the front, and how long it is."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.errors import InfeasibleError, InputError
-from tgvdp.model.checks import require_number
+from tgvdp.errors import InfeasibleError
 
 #: A point may miss its running time by this much, s, or by this share of the fastest running time on short trips ...
 _MET_S, _MET_SHARE = 0.025, 1e-5
@@ -19,26 +17,13 @@ _PRINTED_S, _PRINTED_SHARE = 0.05, 1e-3
 _SAME_TIME = 1e-7
 
 
-def check_targets(method: str, at_s: Any, at_margin: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return running times, s, and margins, as shares of the fastest running time, as tuples of floats.
-
-    Raises
-    ------
-    InputError
-        Unless they are sequences of numbers in range, and empty if the method is not ``front``.
-    """
-    for name, values in (("at_s", at_s), ("at_margin", at_margin)):
-        if not isinstance(values, Sequence | np.ndarray) or isinstance(values, str):
-            raise InputError(f"search: {name} must be a sequence of numbers, got {values!r:.60}")
-        if len(values) and method != "front":
-            raise InputError(f"search: {name} needs method 'front', got {method!r}")
-    return (
-        tuple(require_number("search", "at_s", time_s, "s", above=0.0) for time_s in at_s),
-        tuple(
-            require_number("search", "at_margin", margin, "of the fastest running time", at_least=0.0)
-            for margin in at_margin
-        ),
-    )
+def margin_of(fastest_s: float, max_margin: float, max_time_s: float | None) -> float:
+    """Largest supplement, as a share of the fastest running time."""
+    if max_time_s is None:
+        return max_margin
+    if max_time_s < fastest_s:
+        raise InfeasibleError(f"no run takes {max_time_s:.6g} s or less: the fastest one takes {fastest_s:.6g} s")
+    return max_time_s / fastest_s - 1.0
 
 
 def asked_targets(

@@ -5,8 +5,10 @@ single place where an error becomes one line on stderr and an exit code (see `tg
 """
 
 import importlib
+import sys
 import warnings
 from collections.abc import Sequence
+from difflib import get_close_matches
 from typing import Any
 
 import click
@@ -31,6 +33,16 @@ Examples:
 """
 
 
+_GREETING = f"""\
+Usage: {PROGRAM} COMMAND [OPTIONS]
+
+The Pareto front of delay against energy for a train on a line.
+
+  {PROGRAM} search             search it, for the built-in train on the built-in line
+  {PROGRAM} COMMAND --help     options and examples of {", ".join(_COMMANDS[:-1])} or {_COMMANDS[-1]}
+  {PROGRAM} --help             what each of them does"""
+
+
 class _LazyGroup(click.Group):
     """Imports the module of a subcommand when somebody asks for it."""
 
@@ -42,6 +54,17 @@ class _LazyGroup(click.Group):
             return None
         command: click.Command = importlib.import_module(f"tgvdp.cli.{cmd_name}").command
         return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the subcommand, or say which one may have been meant."""
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError:
+            near = get_close_matches(args[0].lower(), _COMMANDS, n=1)
+            hint = f", did you mean {near[0]!r}?" if near else f"; there are {', '.join(_COMMANDS)}"
+            raise click.UsageError(f"unknown command {args[0]!r:.60}{hint}", ctx) from None
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -90,6 +113,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with warnings.catch_warnings():
         warnings.showwarning = _show_warning  # type: ignore[assignment]
         try:
+            if not (sys.argv[1:] if arguments is None else arguments):
+                return _greet()
             code = cli.main(args=arguments, prog_name=PROGRAM, standalone_mode=False)
         except click.UsageError as error:
             hint = f" (see {error.ctx.command_path} --help)" if error.ctx else ""
@@ -104,6 +129,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
             where = f"{error.filename}: " if error.filename is not None else ""
             return _fail(f"{where}{error.strerror or error}", InputError.exit_code)
     return int(code or 0)
+
+
+def _greet() -> int:
+    """What a user reads who typed the program's name alone."""
+    click.echo(_GREETING, err=True)
+    return EXIT_USAGE
 
 
 def _fail(message: str, exit_code: int) -> int:

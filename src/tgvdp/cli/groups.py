@@ -1,5 +1,6 @@
 """Options under headings, so that a long help page says what belongs together."""
 
+from collections import Counter
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -18,7 +19,18 @@ class GroupedOption(click.Option):
 
 
 class GroupedCommand(click.Command):
-    """A command whose help lists its options by their headings, in the order of their first options."""
+    """A command whose help lists its options by their headings, in the order of their first options.
+
+    Each option is given once, unless it is made to be given several times.
+    """
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Refuse an option that is given twice: its last value would win in silence."""
+        _, _, order = self.make_parser(ctx).parse_args(args=list(args))
+        for parameter, count in Counter(order).items():
+            if isinstance(parameter, click.Option) and count > 1 and not (parameter.multiple or parameter.count):
+                raise click.UsageError(f"{parameter.opts[0]} is given {count} times, it takes one value", ctx)
+        return super().parse_args(ctx, args)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the headings and their options; those without one come last."""

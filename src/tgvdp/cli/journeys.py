@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from tgvdp.errors import InputError
+from tgvdp.options.search import BY_FIELD
 from tgvdp.units import mps_to_kmh
 
 if TYPE_CHECKING:
@@ -14,14 +15,8 @@ if TYPE_CHECKING:
     from tgvdp.model.track import Track
     from tgvdp.report.provenance import Input
 
-#: What a journey decides instead, by option of the command line.
-_DECIDED = {
-    "from_m": "--from",
-    "to_m": "--to",
-    "start_speed_kmh": "--start-speed",
-    "end_speed_kmh": "--end-speed",
-    "max_margin_pct": "--max-margin",
-}
+#: What a journey decides instead.
+_DECIDED = ("from_m", "to_m", "start_speed_kmh", "end_speed_kmh", "max_margin_pct", "reverse")
 _SHOWN = 3  # windows that a warning spells out
 
 
@@ -63,14 +58,15 @@ def read_section(
     InputError
         When the file is wrong, or the section does not lie on the track.
     """
-    from tgvdp.formats import load_section
-    from tgvdp.formats.sources import locate
+    from tgvdp.formats import read_source, section_of
 
-    for name, option in _DECIDED.items():
+    for name in _DECIDED:
         if given[name] is not None:
-            raise click.UsageError(f"--journey and {option} exclude each other", click.get_current_context())
-    timetable, section = load_section(journey)
-    inputs["journey"] = locate(journey)
+            flag = BY_FIELD[name].flag
+            raise click.UsageError(f"--journey and {flag} exclude each other", click.get_current_context())
+    read = read_source(journey, "journey")
+    timetable, section = read.value, section_of(read)
+    inputs["journey"] = read.fingerprint
     if section.destination_m > track.length_m:
         raise InputError(
             f"journey {timetable.name}: section {section.number} ends at {section.destination_m:.12g} m, "

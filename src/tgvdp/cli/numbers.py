@@ -1,24 +1,27 @@
-"""Option types: numbers that are finite and in range. click's own ranges let NaN pass."""
+"""Option types: numbers that are finite and in range, with a unit behind them if need be."""
 
 import math
 from collections.abc import Callable
 
 import click
 
+from tgvdp.errors import InputError
+from tgvdp.options.texts import parse_quantity
 
-def number(unit: str, *, above: float = -math.inf, at_least: float = -math.inf) -> Callable[[str], float]:
+
+def number(unit: str, *, above: float | None = None, at_least: float | None = None) -> Callable[[str], float]:
     """Make the type of an option that takes a finite number of a unit, with a lower bound."""
 
     def convert(text: str) -> float:
         try:
-            value = float(text)
-        except ValueError:
-            raise click.BadParameter(f"must be a number of {unit}, got {text!r}") from None
-        if not math.isfinite(value):
+            value = parse_quantity(text, unit)
+        except InputError as error:
+            raise click.BadParameter(str(error)) from None
+        if not math.isfinite(value):  # click's own ranges let NaN pass
             raise click.BadParameter(f"must be finite, got {value} {unit}")
-        if not value > above:
+        if above is not None and not value > above:
             raise click.BadParameter(f"must be above {above:g} {unit}, got {value:g} {unit}")
-        if not value >= at_least:
+        if at_least is not None and not value >= at_least:
             raise click.BadParameter(f"must be at least {at_least:g} {unit}, got {value:g} {unit}")
         return value
 

@@ -1,5 +1,6 @@
 """What people see of a search: a line of progress, and a short table."""
 
+import math
 import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -7,6 +8,8 @@ from typing import Any
 import click
 
 ROWS = 12
+#: Numbers that are smaller than so many decimals show are written with an exponent.
+_MOST_DECIMALS = 4
 _CLEAR_LINE = "\r\x1b[K"
 
 
@@ -14,12 +17,18 @@ class Screen:
     """A line of progress on stderr, at a terminal only."""
 
     def __init__(self, *, quiet: bool) -> None:
+        self._quiet = quiet
         self._live = not quiet and sys.stderr.isatty()
 
     def progress(self, text: str) -> None:
         """Say what is being done, in place of what was being done before."""
         if self._live:
             click.echo(f"{_CLEAR_LINE}{text} …", err=True, nl=False)
+
+    def note(self, text: str) -> None:
+        """Say something that stays, on stderr."""
+        if not self._quiet:
+            click.echo(f"{_CLEAR_LINE * self._live}tgvdp: note: {text}", err=True)
 
     def __enter__(self) -> "Screen":
         return self
@@ -33,23 +42,25 @@ class Screen:
 def front_table(content: Mapping[str, Any]) -> str:
     """A dozen rows of the front at most, its two ends included, of an object of schema tgvdp.search/1."""
     front = content["front"]
+    rows = [front[index] for index in spread(len(front), ROWS)]
+    columns = [
+        _column("margin", "%", 8, [f"{point['margin_pct']:.2f}" for point in rows]),
+        _column("time", "", 9, [duration(point["time_s"]) for point in rows]),
+        _column("delay", "s", 7, aligned([point["delay_s"] for point in rows], 4)),
+        _column("energy", "kWh", 8, aligned([point["energy_kwh"] for point in rows], 5)),
+        _column("saved", "%", 6, [f"{point['saved_pct']:.2f}" for point in rows]),
+    ]
     # Figures that no point has get no column: prices of the methods on a grid, gaps without a certificate.
-    priced, certified = (any(point[name] is not None for point in front) for name in ("price_kwh_per_min", "gap_pct"))
-    head = f"{'margin':>8}  {'time':>12}  {'delay':>10}  {'energy':>14}  {'saved':>8}"
-    lines = [head + "   kWh/min" * priced + f"  {'bound':>14}  {'gap':>8}" * certified]
-    for index in spread(len(front), ROWS):
-        point = front[index]
-        row = (
-            f"{point['margin_pct']:6.2f} %  {duration(point['time_s']):>12}  {point['delay_s']:8.5g} s"
-            f"  {point['energy_kwh']:10.5g} kWh  {point['saved_pct']:6.2f} %"
-        )
-        if priced:
-            price = point["price_kwh_per_min"]
-            row += f"  {'–' if price is None else format(price, '.4g'):>8}"  # the fastest run has no price
-        if certified:
-            bound, gap = point["lower_bound_kwh"], point["gap_pct"]  # none where the time was up
-            row += f"  {'–':>14}  {'–':>8}" if gap is None else f"  {bound:10.5g} kWh  {gap:6.3f} %"
-        lines.append(row)
+    if any(point["price_kwh_per_min"] is not None for point in rows):  # the fastest run has none
+        columns.append(_column("price", "kWh/min", 7, aligned([point["price_kwh_per_min"] for point in rows], 4)))
+    if any(point["gap_pct"] is not None for point in rows):  # none where the time was up
+        gaps_kwh = [
+            None if point["lower_bound_kwh"] is None else point["energy_kwh"] - point["lower_bound_kwh"]
+            for point in rows
+        ]
+        gaps_pct = ["–" if point["gap_pct"] is None else f"{point['gap_pct']:.3f}" for point in rows]
+        columns += [_column("gap", "%", 6, gaps_pct), _column("gap", "kWh", 6, aligned(gaps_kwh, 3))]
+    lines = ["  ".join(cells) for cells in zip(*columns, strict=True)]
     fastest = content["fastest"]
     lines.append(
         f"fastest run {duration(fastest['time_s'])}, {fastest['energy_kwh']:.5g} kWh;"
@@ -60,6 +71,23 @@ def front_table(content: Mapping[str, Any]) -> str:
             f"  by the explicit steps of the convention {stepped_s:.2f} s, converged {fastest['time_s']:.2f} s"
         )
     return "\n".join(lines)
+
+
+def _column(head: str, unit: str, width: int, cells: Sequence[str]) -> list[str]:
+    """Cells of one width, right-aligned below their head and unit."""
+    column = [head, unit, *cells]
+    width = max(width, *map(len, column))
+    return [f"{cell:>{width}}" for cell in column]
+
+
+def aligned(values: Sequence[float | None], digits: int) -> list[str]:
+    """Numbers with the same number of decimals, so many digits in the largest; a dash for None."""
+    largest = max((abs(value) for value in values if value is not None), default=0.0)
+    exponent = math.floor(math.log10(largest)) if largest > 0.0 else 0
+    if exponent < -_MOST_DECIMALS:  # a toy
+        return ["–" if value is None else f"{value:.{digits - 1}e}" for value in values]
+    decimals = min(max(digits - 1 - exponent, 0), _MOST_DECIMALS + digits)
+    return ["–" if value is None else f"{value:.{decimals}f}" for value in values]
 
 
 _MODELS = {"wheel": "at the wheel", "pantograph": "at the pantograph"}
@@ -76,9 +104,12 @@ def energy_table(content: Mapping[str, Any]) -> str:
         return ""
     heads = [name.removesuffix("_kwh").replace("_", " ") for name in next(iter(runs.values()))]
     lines = [f"energy {_MODELS.get(model['model']) or 'by map ' + model['map']}; where it goes, kWh:"]
-    lines.append(f"{'':>12}" + "".join(f"  {head:>14}" for head in heads))
-    for name, balance in runs.items():
-        lines.append(f"{name:>12}" + "".join(f"  {value:14.5g}" for value in balance.values()))
+    table = [value for balance in runs.values() for value in balance.values()]
+    cells = iter(aligned(table, 5))
+    columns = [_column("", "", 11, list(runs))[1:]]
+    rows = [[next(cells) for _ in heads] for _ in runs]
+    columns += [_column("", head, 9, [row[index] for row in rows])[1:] for index, head in enumerate(heads)]
+    lines += ["  ".join(line) for line in zip(*columns, strict=True)]
     faults = model.get("violations", ())
     if faults:
         worst = faults[0]

@@ -2,18 +2,26 @@
 
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand
 from tgvdp.cli.journeys import read_section
+from tgvdp.cli.notes import idle, large_gaps, unusual
 from tgvdp.cli.screen import Screen, energy_table, front_table
-from tgvdp.cli.search_case import arguments_of, merged, read_case, read_map, suited
+from tgvdp.cli.search_case import merged, read_case, read_map, suited
 from tgvdp.cli.search_options import search_options
 from tgvdp.errors import BudgetExceededError
+from tgvdp.options.search import arguments_of
+
+if TYPE_CHECKING:
+    from tgvdp.api import SearchResult
+    from tgvdp.certificate.front import Certificate
+    from tgvdp.referee.replay import Verdict
 
 _EXAMPLES = """
 \b
@@ -27,6 +35,8 @@ Examples:
   tgvdp search --track flat-100km --at 26:00,27:30
   tgvdp search --method exact --segment 1000 --speeds 30
   tgvdp search --method best-first --paths 10 --heuristic ratio --time-limit 10
+  tgvdp search --from 20km --to 41.5km --speed-restriction 30km:32km:80 --wind 30
+  tgvdp search --reverse --set train.mass_t=450 --set train.auxiliary_power_kw=300
   tgvdp search --json --quiet > result.json
 """
 
@@ -43,6 +53,8 @@ def command(
     out: str,
     as_json: bool,
     quiet: bool,
+    force: bool,
+    changes: tuple[str, ...],
     **given: Any,
 ) -> int:
     """Search the Pareto front of delay against energy for one trip.
@@ -51,47 +63,72 @@ def command(
     belong to these methods; the last two search a grid. A search that ends by its budget writes what it has, labelled
     as partial, and exits with code 5.
     """
-    from tgvdp.report import check_writable, make_provenance, result_object, write_results
+    from tgvdp.report import make_provenance, result_object, write_results
 
     if journey is not None and track is None and scenario is None:
         raise click.UsageError("--journey needs the --track that it belongs to", click.get_current_context())
-    check_writable(out)
+    folder = OutFolder(out, force=force)
     with Screen(quiet=quiet) as screen:
         case = read_case(train, track, scenario)
         asked = {name: value for name, value in given.items() if value is not None}
         options = merged(suited(case.options, asked, scenario), asked)
+        case = case.with_fields(changes)
         read_map(options, case)
         section = None if journey is None else read_section(journey, case.track, case.inputs, options, given)
         screen.progress(f"searching: {case.train.name} on {case.track.name}")
         from tgvdp import api  # brings numba: neither --help nor an error in the input waits for it
+        from tgvdp.api.trip import trip_of
+        from tgvdp.options.search import SearchOptions
 
-        result = api.search(case.train, case.track, **arguments_of(options))
+        arguments = arguments_of(options)
+        if not quiet:
+            trip = trip_of(case.train, case.track, SearchOptions(**arguments))
+            for text in (*unusual(case.train, case.track), *idle(trip)):
+                screen.note(text)
+        result = api.search(case.train, case.track, **arguments)
         if section is not None:
             result = replace(result, warnings=(*result.warnings, *section.broken_by(result.fastest.time_s)))
-        screen.progress("replaying")
-        replaying_s = time.perf_counter()
-        verdicts = result.verify()
-        checks_s = {"verify": time.perf_counter() - replaying_s}
-        certificate = None
-        if certify:
-            screen.progress("proving")
-            proving_s = time.perf_counter()
-            certificate = result.certify()
-            checks_s["certify"] = time.perf_counter() - proving_s
+        verdicts, certificate, checks_s = _checked(result, certify, screen)
         screen.progress("drawing and writing")
-        provenance = make_provenance(result.options, case.inputs, result.elapsed_s, checks_s)
+        provenance = make_provenance(result.options | case.changed, case.inputs, result.elapsed_s, checks_s)
         files = write_results(result, out, provenance, verdicts, certificate, profiles)
+        folder.drop_earlier(files)
 
     content = result_object(result, verdicts, provenance, certificate)
     if as_json:
         click.echo(json.dumps(content, ensure_ascii=False, allow_nan=False))
     if not quiet:
-        click.echo(f"{case.train.name} on {case.track.name}", err=as_json)
+        click.echo(_title(result, changes), err=as_json)
         click.echo(front_table(content), err=as_json)
         if where := energy_table(content):
             click.echo(where, err=as_json)
         click.echo(f"in {out}: {', '.join(file.name for file in files)}", err=as_json)
+        for text in large_gaps(content):
+            click.echo(f"tgvdp: note: {text}", err=True)
     return _judge(content, quiet)
+
+
+def _checked(
+    result: "SearchResult", certify: bool, screen: Screen
+) -> "tuple[list[Verdict], Certificate | None, dict[str, float]]":
+    """Replay a result and, if asked for, prove it; with how long each took, s."""
+    screen.progress("replaying")
+    started_s = time.perf_counter()
+    verdicts = result.verify()
+    checks_s = {"verify": time.perf_counter() - started_s}
+    if not certify:
+        return verdicts, None, checks_s
+    screen.progress("proving")
+    started_s = time.perf_counter()
+    certificate = result.certify()
+    checks_s["certify"] = time.perf_counter() - started_s
+    return verdicts, certificate, checks_s
+
+
+def _title(result: "SearchResult", changes: Sequence[str]) -> str:
+    """What ran where, and what was set."""
+    title = f"{result.trip.train.name} on {result.trip.track.name}"
+    return f"{title}, with {', '.join(changes)}" if changes else title
 
 
 def _judge(content: Mapping[str, Any], quiet: bool) -> int:

@@ -9,6 +9,8 @@ from tgvdp.formats.detect import (
     load_section,
     load_track,
     load_train,
+    read_source,
+    section_of,
 )
 from tgvdp.formats.review.describe import Description, describe_file
 
@@ -23,4 +25,6 @@ __all__ = [
     "load_section",
     "load_track",
     "load_train",
+    "read_source",
+    "section_of",
 ]

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, cast, get_args
+from typing import Any, NamedTuple, cast, get_args
 
 from tgvdp.errors import InputError
 from tgvdp.formats.content import Content, Kind
@@ -59,6 +59,40 @@ class Scenario:
     inputs: dict[str, str] = field(default_factory=dict)
 
 
+class Read(NamedTuple):
+    """What was read from a file: a train, a track, a map, a journey or a whole scenario, and the bytes it was made of.
+
+    ``part`` is what was chosen in the file, ``sha256`` that of its bytes, in hexadecimal.
+    """
+
+    value: Any
+    path: Path
+    part: str | None
+    sha256: str
+
+    @property
+    def fingerprint(self) -> dict[str, str]:
+        """The file without its folder, what was chosen in it, and the hash of what was read."""
+        chosen = {} if self.part is None else {"part": self.part}
+        return {"file": self.path.name, **chosen, "sha256": self.sha256}
+
+
+def read_source(source: Source, kind: Kind | None = None) -> Read:
+    """Locate and read a train, track, map or journey, or everything that a file holds, ONCE: value and fingerprint.
+
+    Raises
+    ------
+    InputError
+        When there is no such name or file, or when it holds nothing valid of that kind.
+    """
+    target = locate(source, None if kind == "journey" else kind)
+    document = read_document(target.path)
+    part = None if kind == "journey" else target.part  # there it chooses a section
+    scenario = _scenario(document, _open(document), part, KINDS if kind is None else (kind,))
+    value = scenario if kind is None else getattr(scenario, kind)
+    return Read(value, target.path, target.part, document.digest)
+
+
 def load_train(path_or_name: Source) -> Train:
     """Load a train from the catalog or from a file.
 
@@ -73,7 +107,7 @@ def load_train(path_or_name: Source) -> Train:
     InputError
         When there is no such name or file, or when it holds no valid train.
     """
-    return cast(Train, _read(locate(path_or_name, "train"), ("train",)).train)
+    return cast(Train, read_source(path_or_name, "train").value)
 
 
 def load_track(path_or_name: Source) -> Track:
@@ -90,7 +124,7 @@ def load_track(path_or_name: Source) -> Track:
     InputError
         When there is no such name or file, or when it holds no valid track.
     """
-    return cast(Track, _read(locate(path_or_name, "track"), ("track",)).track)
+    return cast(Track, read_source(path_or_name, "track").value)
 
 
 def load_journey(path: Source) -> Journey:
@@ -101,25 +135,30 @@ def load_journey(path: Source) -> Journey:
     InputError
         When there is no such file, or when it holds no valid journey.
     """
-    return cast(Journey, _read(locate(path)._replace(part=None), ("journey",)).journey)
+    return cast(Journey, read_source(path, "journey").value)
 
 
 def load_section(path: Source) -> tuple[Journey, Section]:
-    """Load a journey and choose a run from stop to stop: the first one, or as ``FILE#2`` says.
+    """Load a journey and choose a section; see `section_of`."""
+    read = read_source(path, "journey")
+    return read.value, section_of(read)
+
+
+def section_of(read: Read) -> Section:
+    """Choose a run from stop to stop of a journey that was read: the first one, or as ``FILE#2`` says.
 
     Raises
     ------
     InputError
-        When there is no such file, no valid journey in it, or no section of that number.
+        When there is no section of that number.
     """
-    target = locate(path)
-    journey = load_journey(path)
-    sections = journey.sections
+    sections = read.value.sections
     known = {str(section.number): section for section in sections}
-    part = "1" if target.part is None else target.part
+    part = "1" if read.part is None else read.part
     if part not in known:
-        raise bad(target.path, f"has sections 1 to {len(sections)}, got {part!r:.40}")
-    return journey, known[part]
+        raise bad(read.path, f"has sections 1 to {len(sections)}, got {part!r:.40}")
+    section: Section = known[part]
+    return section
 
 
 def load_energy_map(path_or_name: Source) -> EnergyMap:
@@ -135,7 +174,7 @@ def load_energy_map(path_or_name: Source) -> EnergyMap:
     InputError
         When there is no such name or file, or when it holds no valid map.
     """
-    return cast(EnergyMap, _read(locate(path_or_name, "map"), ("map",)).map)
+    return cast(EnergyMap, read_source(path_or_name, "map").value)
 
 
 def load_scenario(path: Source) -> Scenario:
@@ -147,7 +186,7 @@ def load_scenario(path: Source) -> Scenario:
         When the file or one that it references is missing or wrong, or when it holds several trains or tracks and
         none is chosen by ``FILE#NAME``.
     """
-    return _read(locate(path), KINDS)
+    return cast(Scenario, read_source(path).value)
 
 
 def read_scenario(document: Document) -> Scenario:

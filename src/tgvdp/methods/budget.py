@@ -40,6 +40,10 @@ class SearchBudget:
                 raise InputError(f"budget: max_labels must be at most {MOST_LABELS:,}, got {self.max_labels:,}")
         require_number("budget", "time_limit_s", self.time_limit_s, "s", above=0.0, infinite_ok=True)
 
+    def text(self, *, full: bool, most_labels: int) -> str:
+        """Name the part of the budget that ended a search: its labels where these were full, else its time."""
+        return f"the budget of {most_labels:,} labels" if full else f"the time limit of {self.time_limit_s:.3g} s"
+
     def start(self) -> "Clock":
         """Start the clock."""
         return Clock(time.perf_counter(), self.time_limit_s)

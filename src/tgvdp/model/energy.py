@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.constants import ENERGY_KINDS
 from tgvdp.errors import InputError
 from tgvdp.model.checks import require_notes, require_number, require_text
 from tgvdp.model.train import Train
 
-ENERGY_KINDS = ("wheel", "pantograph", "map")
 #: Name in the catalog of the map that is meant where none is named.
 BUILT_IN_MAP = "alstom-map"
 

@@ -56,6 +56,14 @@ class NeutralSection(NamedTuple):
     lowered_pantograph: bool = False
 
 
+class SpeedRestriction(NamedTuple):
+    """A speed that is not exceeded from one position to another, whatever the limit there."""
+
+    from_m: float
+    to_m: float
+    speed_mps: float
+
+
 @dataclass(frozen=True, kw_only=True)
 class Track:
     """A line in SI units, checked when it is made.

@@ -18,8 +18,8 @@ from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.report.plain import plain
 
-#: What was read: a file, a file and the part of it that was chosen, or values.
-Input = str | os.PathLike[str] | tuple[Path, str | None] | Train | Track | EnergyMap
+#: What was read: a file, values, or the fingerprint that was taken when a file was read.
+Input = str | os.PathLike[str] | Mapping[str, str] | Train | Track | EnergyMap
 
 
 def make_provenance(
@@ -34,10 +34,10 @@ def make_provenance(
     ----------
     options : mapping
         Every option of the run, defaults included.
-    inputs : mapping of str to path, (path, part), Train, Track or EnergyMap
-        What was read, by role (``"train"``, ``"track"``). A file is hashed byte by byte and named without its folder,
-        with the name of the part that was taken from it, where it was chosen; a train or track that was built in memory
-        or came from the catalog is hashed by its values.
+    inputs : mapping of str to path, fingerprint, Train, Track or EnergyMap
+        What was read, by role (``"train"``, ``"track"``). A file is hashed byte by byte and named without its folder; a
+        fingerprint (``file``, ``part`` where one was chosen, ``sha256``) stands as it is; a train or track that was
+        built in memory is hashed by its values.
     elapsed_s : float
         Duration of the search, s.
     checks_s : mapping of str to float, optional
@@ -74,14 +74,14 @@ def _fingerprint(source: Input) -> dict[str, str]:
     if isinstance(source, Train | Track | EnergyMap):
         content = json.dumps(asdict(source), sort_keys=True).encode()
         return {"name": source.name, "sha256": hashlib.sha256(content).hexdigest()}
-    place, part = source if isinstance(source, tuple) else (source, None)
-    path = Path(place)
+    if isinstance(source, Mapping):
+        return dict(source)
+    path = Path(source)
     try:
         content = path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from error
-    named = {"file": path.name} if part is None else {"file": path.name, "part": part}
-    return {**named, "sha256": hashlib.sha256(content).hexdigest()}
+    return {"file": path.name, "sha256": hashlib.sha256(content).hexdigest()}
 
 
 def _processor() -> str:

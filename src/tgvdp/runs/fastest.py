@@ -115,8 +115,10 @@ def envelope_kernel(train, cells, start_w, end_w, cap, low, fast, scratch, rows)
 def _explain(status: int, trip: Trip, cells: Cells, cell: int, cap_w: float) -> InfeasibleError:
     where = f"at {trip.origin_m + float(cells.station_m[cell]):.6g} m"
     if status == NO_BRAKE:
-        name = trip.train.name
-        return InfeasibleError(f"the brakes of train {name} cannot hold it {where}: the descent outruns them")
+        train = trip.train
+        if not (train.friction_brake_n or train.braking_rates or train.braking.effort_n(0.0)):
+            return InfeasibleError(f"train {train.name} has no brakes: it cannot keep its speed down {where}")
+        return InfeasibleError(f"the brakes of train {train.name} cannot hold it {where}: the descent outruns them")
     if status == TOO_FAST:
         return InfeasibleError(
             f"start speed {mps_to_kmh(trip.start_speed_mps):.4g} km/h is too high: "

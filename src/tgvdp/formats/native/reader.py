@@ -3,39 +3,28 @@
 Each field has one unit, which its name ends in. See docs/formats.md for an example.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from msgspec import UNSET, UnsetType, structs
 
-from tgvdp.constants import CONVENTION_NAMES, CURVE_FORMULAS, HEURISTICS, LIMIT_RULES, MASS_MODELS, METHODS
 from tgvdp.formats.native.energy_map import MapSpec, make_map
-from tgvdp.formats.native.points import parse_targets
 from tgvdp.formats.native.specs import CurveSpec, EffortSpec, FileSpec, PolynomialSpec, RunSpec, TrackSpec, TrainSpec
 from tgvdp.formats.syntax.reading import Document, bad, errors_named, shown
 from tgvdp.formats.syntax.typed import decode, suggestion
 from tgvdp.model.adhesion import Adhesion
 from tgvdp.model.checks import require_text
 from tgvdp.model.effort import EffortCurve, EffortPiece
-from tgvdp.model.energy import ENERGY_KINDS, EnergyMap
+from tgvdp.model.energy import EnergyMap
 from tgvdp.model.track import Curve, Gradient, NeutralSection, SpeedLimit, Track, Tunnel
 from tgvdp.model.train import BrakingRate, Train, TunnelDrag
+from tgvdp.options.option import Option
+from tgvdp.options.search import BY_FIELD, excluded_by
 from tgvdp.units import KILO, kmh_to_mps, per_kmh_to_per_mps
 
 _STRAIGHT = "infinity"
-
-#: Run options that are one of a few names.
-_CHOICES = {
-    "energy": ENERGY_KINDS,
-    "convention": CONVENTION_NAMES,
-    "mass_model": MASS_MODELS,
-    "limits": LIMIT_RULES,
-    "curves": CURVE_FORMULAS,
-    "method": METHODS,
-    "heuristic": HEURISTICS,
-}
 
 
 @dataclass(frozen=True)
@@ -66,7 +55,7 @@ def read_native(document: Document) -> NativeFile:
             _train(path, file.train, name) if isinstance(file.train, TrainSpec) else _reference(file.train),
             _track(path, file.track, name) if isinstance(file.track, TrackSpec) else _reference(file.track),
             make_map(file.map, name) if isinstance(file.map, MapSpec) else _reference(file.map),
-            _options(path, file.run) if file.run else {},
+            {} if file.run is UNSET else _options(path, file.run),
         )
 
 
@@ -158,18 +147,23 @@ def _curves(path: Path, rows: list[CurveSpec]) -> Iterator[Curve]:
         yield Curve(row.from_m, float(row.radius_start_m), float(row.radius_end_m))
 
 
-def _options(path: Path, run: RunSpec) -> dict[str, Any]:
-    options = {field: value for field, value in structs.asdict(run).items() if value is not UNSET}
-    for field, known in _CHOICES.items():
-        name = options.get(field, known[0])
-        if name not in known:
-            raise bad(path, f"run.{field}: unknown {field} {shown(name)}{suggestion(name, known)}")
-    if run.at is not UNSET:
-        even = [field for field in ("points", "max_margin_pct") if field in options]
-        if even:
-            raise bad(path, f"run.at: cannot stand beside {' and '.join(even)}")
-        with errors_named(path, "run"):
-            parse_targets(run.at)
-    if run.from_m is not UNSET and run.to_m is not UNSET and not run.from_m < run.to_m:
-        raise bad(path, f"run.to_m: must lie after run.from_m, got {run.to_m:g} m after {run.from_m:g} m")
+def _options(path: Path, run: dict[str, Any]) -> dict[str, Any]:
+    fields = structs.asdict(decode(path, run, RunSpec, ("run",)))
+    options = {field: value for field, value in fields.items() if value is not UNSET}
+    for field, value in options.items():
+        _check_option(path, BY_FIELD[field], value, options)
+    if "from_m" in options and "to_m" in options and not options["from_m"] < options["to_m"]:
+        raise bad(path, f"run.to_m: must lie after run.from_m, got {options['to_m']:g} m after {options['from_m']:g} m")
     return options
+
+
+def _check_option(path: Path, one: Option, value: Any, options: Mapping[str, Any]) -> None:
+    """Refuse what types let pass: unknown names, texts that cannot be read, options without effect."""
+    if one.choices and value not in one.choices:
+        raise bad(path, f"run.{one.field}: unknown {one.field} {shown(value)}{suggestion(value, one.choices)}")
+    idle = [other.field for other in excluded_by(one) if other.field in options]
+    if idle:
+        raise bad(path, f"run.{one.field}: cannot stand beside {' and '.join(idle)}")
+    if one.read is not None:
+        with errors_named(path, "run"):
+            one.read(value)

@@ -1,15 +1,15 @@
 """Tables of the native format, as msgspec decodes them: names, units and ranges of all fields."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
-from msgspec import UNSET, Meta, Struct, UnsetType
+from msgspec import UNSET, Meta, Struct, UnsetType, defstruct
 
 from tgvdp.formats.native.energy_map import MapSpec
+from tgvdp.options.option import Option
+from tgvdp.options.search import BY_FIELD
 
 Positive = Annotated[float, Meta(gt=0.0)]
 NotNegative = Annotated[float, Meta(ge=0.0)]
-Count = Annotated[int, Meta(ge=1)]
-Several = Annotated[int, Meta(ge=2)]
 
 
 class PointSpec(Struct, forbid_unknown_fields=True):
@@ -134,31 +134,18 @@ class TrackSpec(Struct, forbid_unknown_fields=True):
     notes: list[str] = []
 
 
-class RunSpec(Struct, forbid_unknown_fields=True):
-    """Options of ``tgvdp search`` by their names there; what is absent takes the search's own default."""
+def _run_field(one: Option) -> tuple[str, Any, Any]:
+    """One field of the table ``run``, as its option is declared."""
+    if one.read is not None:
+        return one.field, (list[str] if one.repeatable else str) | UnsetType, UNSET
+    if one.kind in (bool, str):
+        return one.field, one.kind | UnsetType, UNSET
+    meta = Meta(gt=one.above) if one.at_least is None else Meta(ge=one.at_least, le=one.at_most)
+    return one.field, Annotated[one.kind, meta] | UnsetType, UNSET
 
-    from_m: NotNegative | UnsetType = UNSET
-    to_m: NotNegative | UnsetType = UNSET
-    start_speed_kmh: NotNegative | UnsetType = UNSET
-    end_speed_kmh: NotNegative | UnsetType = UNSET
-    energy: str | UnsetType = UNSET
-    convention: str | UnsetType = UNSET
-    mass_model: str | UnsetType = UNSET
-    limits: str | UnsetType = UNSET
-    curves: str | UnsetType = UNSET
-    tunnels: bool | UnsetType = UNSET
-    method: str | UnsetType = UNSET
-    points: Several | UnsetType = UNSET
-    max_margin_pct: Positive | UnsetType = UNSET
-    at: str | UnsetType = UNSET
-    paths: Count | UnsetType = UNSET
-    heuristic: str | UnsetType = UNSET
-    segment_m: Positive | UnsetType = UNSET
-    speeds: Several | UnsetType = UNSET
-    max_labels: Count | UnsetType = UNSET
-    time_limit_s: Positive | UnsetType = UNSET
-    dominance: bool | UnsetType = UNSET
-    bounds: bool | UnsetType = UNSET
+
+#: Options of ``tgvdp search`` by their names there; what is absent takes the search's own default.
+RunSpec = defstruct("RunSpec", [_run_field(one) for one in BY_FIELD.values()], forbid_unknown_fields=True)
 
 
 class FileSpec(Struct, forbid_unknown_fields=True):
@@ -167,5 +154,5 @@ class FileSpec(Struct, forbid_unknown_fields=True):
     train: TrainSpec | str | UnsetType = UNSET
     track: TrackSpec | str | UnsetType = UNSET
     map: MapSpec | str | UnsetType = UNSET
-    run: RunSpec | UnsetType = UNSET
+    run: dict[str, Any] | UnsetType = UNSET  # a RunSpec, which the reader makes
     name: str | UnsetType = UNSET

@@ -231,27 +231,28 @@ def best_first_paths(
             pool = _pool(min(most_labels, 2 * len(pool.node)), pool)
             status = CHUNK_DONE
     complete = status not in (FULL, CHUNK_DONE)
+    ended_by = "" if complete else budget.text(full=status == FULL, most_labels=most_labels)
     counters = {name: int(state[entry]) for name, entry in _COUNTERS.items()}
     counters["bytes"] = sum(column.nbytes for column in (*pool, *lists))
     counters["terminals"] = int(state[FOUND])
     if counters["terminals"] == 0:
         if complete:
             raise too_slow(float(least_to_go(graph, 1.0, 0.0)[0]), max_time_s)
-        raise _nothing_found(options, budget, counters)
+        raise _nothing_found(options, ended_by, counters)
     found = pool.found[: counters["terminals"]].astype(np.int64)
     nodes = np.empty((len(found), graph.n_layers), dtype=np.int32)
     label = found
     for k in range(graph.n_layers - 1, -1, -1):
         nodes[:, k] = pool.node[label]
         label = pool.parent[label].astype(np.int64)
-    return GraphPaths(pool.duration_s[found], pool.energy_j[found], nodes, complete, counters)
+    return GraphPaths(pool.duration_s[found], pool.energy_j[found], nodes, complete, counters, ended_by)
 
 
-def _nothing_found(options: Options, budget: SearchBudget, counters: dict[str, int]) -> BudgetExceededError:
+def _nothing_found(options: Options, ended_by: str, counters: dict[str, int]) -> BudgetExceededError:
     lacking = [name for name in ("bounds", "dominance") if not getattr(options, name)]
     advice = f"switch on {' and '.join(lacking)}" if lacking else "use fewer speeds, longer segments or a larger budget"
     return BudgetExceededError(
-        f"best-first: the budget of {budget.max_labels or DEFAULT_LABELS:,} labels and {budget.time_limit_s:g} s ended "
+        f"best-first: {ended_by} ended the search "
         f"before the first path was found ({counters['labels']:,} labels, {counters['expanded']:,} expanded); {advice}"
     )
 

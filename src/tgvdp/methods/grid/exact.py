@@ -148,9 +148,10 @@ def exact_paths(graph: LayeredGraph, max_time_s: float, budget: SearchBudget) ->
     sweep = _Sweep(graph, incoming, bounds)
     for k in range(1, graph.n_layers):
         if not sweep.merge_station(most_labels, clock):
+            ended_by = budget.text(full=not clock.expired, most_labels=most_labels)
             raise BudgetExceededError(
-                f"exact: the budget of {most_labels:,} labels and {budget.time_limit_s:g} s ended at station {k} "
-                f"of {graph.n_layers - 1}; use fewer speeds, longer segments, less delay or a larger budget"
+                f"exact: {ended_by} ended the search at station {k} of {graph.n_layers - 1}; use fewer speeds, longer "
+                "segments, less delay or a larger budget"
             )
     labels = sweep.labels
     if labels.ptr[-1] == 0:

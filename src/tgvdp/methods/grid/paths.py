@@ -26,6 +26,8 @@ class GraphPaths:
         False when a budget ended the search.
     counters : dict of str to int
         Work done, by kind.
+    ended_by : str
+        What ended a search that is not complete.
     """
 
     duration_s: NDArray[np.float64]
@@ -33,6 +35,7 @@ class GraphPaths:
     nodes: NDArray[np.int32]
     complete: bool
     counters: dict[str, int]
+    ended_by: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +53,8 @@ class GridPaths:
         False when a budget ended the search.
     counters : dict of str to int
         Work done, by kind.
+    ended_by : str
+        What ended a search that is not complete.
     """
 
     grid: Grid
@@ -58,6 +63,7 @@ class GridPaths:
     path_levels: NDArray[np.int16]
     complete: bool
     counters: dict[str, int]
+    ended_by: str = ""
 
     def __len__(self) -> int:
         return len(self.duration_s)
@@ -93,7 +99,7 @@ def grid_paths(grid: Grid, paths: GraphPaths) -> GridPaths:
     """Paths of a grid's graph as paths of the grid."""
     levels = grid.level[paths.nodes].astype(np.int16)
     energy_j = paths.energy_j + float(grid.floor_j.sum())
-    return GridPaths(grid, paths.duration_s, energy_j, levels, paths.complete, paths.counters)
+    return GridPaths(grid, paths.duration_s, energy_j, levels, paths.complete, paths.counters, paths.ended_by)
 
 
 def require_limit(max_time_s: float) -> None:

@@ -1,17 +1,59 @@
-"""Where people want points on a front: ``3%, 5%, 1050s, 17:30``."""
+"""What people write: quantities (``20km``), speed restrictions, and where they want points (``3%, 1050s, 17:30``)."""
 
 import math
 import re
 from typing import NamedTuple
 
 from tgvdp.errors import InputError
-from tgvdp.units import SECONDS_PER_MINUTE
+from tgvdp.model.track import SpeedRestriction
+from tgvdp.units import SECONDS_PER_MINUTE, converted, kmh_to_mps
 
 _NUMBER = r"\d+(?:\.\d*)?|\.\d+"
 _MARGIN = re.compile(rf"({_NUMBER})\s*%")
 _SECONDS = re.compile(rf"({_NUMBER})\s*s")
 _CLOCK = re.compile(r"(?:(\d+):)?(\d+):(\d{2}(?:\.\d*)?)")
 _GRAMMAR = "a margin such as 5%, or a running time such as 1050s, 17:30 (min:s) or 1:07:30 (h:min:s)"
+
+
+_QUANTITY = re.compile(rf"([-+]?(?:{_NUMBER})(?:[eE][-+]?\d+)?)\s*(\D\S*)")
+
+
+def parse_quantity(text: str, unit: str) -> float:
+    """Read a number of a unit: plain, or with that unit or another of the same quantity behind it.
+
+    ``20km``, ``20 km`` and ``20000`` are the same where the unit is m.
+
+    Raises
+    ------
+    InputError
+        When it is no number, or of another quantity. NaN and infinities pass.
+    """
+    try:
+        return float(text)
+    except ValueError:
+        match = _QUANTITY.fullmatch(text.strip())
+    value = None if match is None else converted(float(match[1]), match[2], unit)
+    if value is None:
+        raise InputError(f"must be a number of {unit}, got {text!r:.60}")
+    return value
+
+
+def parse_restriction(text: str) -> SpeedRestriction:
+    """Read a temporary speed restriction, ``FROM:TO:SPEED`` in m, m and km/h or with units: ``50km:52km:80``.
+
+    Raises
+    ------
+    InputError
+        When it is none.
+    """
+    parts = text.split(":")
+    if len(parts) != len(SpeedRestriction._fields):
+        raise InputError(f"must be FROM:TO:KMH such as 50km:52km:80, got {text!r:.60}")
+    from_m, to_m = (parse_quantity(part, "m") for part in parts[:2])
+    speed_kmh = parse_quantity(parts[2], "km/h")
+    if not (0.0 <= from_m < to_m < math.inf and 0.0 < speed_kmh < math.inf):
+        raise InputError(f"must be FROM:TO:KMH with 0 <= FROM < TO and a speed above 0 km/h, got {text!r:.60}")
+    return SpeedRestriction(from_m, to_m, kmh_to_mps(speed_kmh))
 
 
 class Targets(NamedTuple):
@@ -22,7 +64,7 @@ class Targets(NamedTuple):
 
 
 def parse_targets(text: str) -> Targets:
-    """Read a list of targets with commas between them.
+    """Read a list of points with commas between them.
 
     Each is a margin over the fastest run in percent (``5%``), or a running time in seconds (``1050s``) or on the clock
     (``17:30`` min:s, ``1:07:30`` h:min:s, decimals of the seconds allowed).

@@ -1,0 +1,64 @@
+"""What ``tgvdp search`` says about its input and result, a line each: what does not act, and what looks like a slip."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from tgvdp.model.track import Track
+    from tgvdp.model.train import Train
+    from tgvdp.model.trip import Trip
+
+#: From this gap on, in percent, a point is not as good as proven.
+_LARGE_GAP_PCT = 0.1
+
+
+def unusual(train: "Train", track: "Track") -> Iterator[str]:
+    """Figures outside the ranges that they usually lie in."""
+    from tgvdp.formats.review.plausibility import check_track, check_train
+
+    for kind, owner, checks in (("train", train, check_train(train)), ("track", track, check_track(track))):
+        for check in checks:
+            if not check.ok:
+                yield f"{kind} {owner.name}: {str(check).removeprefix('warning  ')}"
+
+
+def idle(trip: "Trip") -> Iterator[str]:
+    """What the line holds between origin and destination and the search passes over."""
+    track, convention = trip.track, trip.convention
+
+    def on_the_way(from_m: float, to_m: float) -> bool:
+        return from_m < trip.destination_m and to_m > trip.origin_m
+
+    stops = sum(trip.origin_m < stop_m < trip.destination_m for stop_m in track.stops_m)
+    if stops:
+        yield f"{_counted(stops, 'stop')} between origin and destination {'is' if stops == 1 else 'are'} passed"
+    ends_m = [*(row.position_m for row in track.curves[1:]), track.length_m]
+    curves = sum(
+        on_the_way(row.position_m, end_m) and not math.isinf(min(abs(row.radius_start_m), abs(row.radius_end_m)))
+        for row, end_m in zip(track.curves, ends_m if track.curves else (), strict=True)
+    )
+    if curves and convention.curves == "none":
+        yield f"{_counted(curves, 'curve')} of the line count nothing: --curves is none"
+    tunnels = sum(on_the_way(row.position_m, row.position_m + row.length_m) for row in track.tunnels)
+    if tunnels and not convention.tunnels:
+        yield f"{_counted(tunnels, 'tunnel')} of the line count nothing without --tunnels"
+    elif tunnels and not trip.train.tunnel_drag:
+        yield f"{_counted(tunnels, 'tunnel')} of the line count nothing: train {trip.train.name} has no tunnel drag"
+
+
+def large_gaps(content: Mapping[str, Any]) -> Iterator[str]:
+    """Points that may be far from the optimum, of an object of schema tgvdp.search/1."""
+    front = content["front"]
+    large = [point for point in front if point["gap_pct"] is not None and point["gap_pct"] > _LARGE_GAP_PCT]
+    if large:
+        worst = max(large, key=lambda point: float(point["gap_pct"]))
+        energy_kwh = worst["energy_kwh"] - worst["lower_bound_kwh"]
+        yield (
+            f"{len(large)} of {_counted(len(front), 'point')} may be more than {_LARGE_GAP_PCT:g} % above the optimum, "
+            f"at most {worst['gap_pct']:.3g} % ({energy_kwh:.3g} kWh) at margin {worst['margin_pct']:.2f} %"
+        )
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}{'' if count == 1 else 's'}"

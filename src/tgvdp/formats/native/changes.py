@@ -1,0 +1,98 @@
+"""Single fields of a train or line, set by their names in the native format: ``train.mass_t=450``.
+
+The train or line is written as native tables, the field is put there, and the tables are read back: names, units,
+ranges and errors are those of the format.
+"""
+
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from msgspec import Struct, structs
+
+from tgvdp.errors import InputError
+from tgvdp.formats.detect import Scenario, read_scenario
+from tgvdp.formats.native.specs import TrackSpec, TrainSpec
+from tgvdp.formats.native.write import native_tree
+from tgvdp.formats.syntax.reading import Document, shown
+from tgvdp.formats.syntax.typed import suggestion
+from tgvdp.model.track import Track
+from tgvdp.model.train import Train
+
+_SPECS: dict[str, type[Struct]] = {"train": TrainSpec, "track": TrackSpec}
+_STEP = re.compile(r"(\w+)((?:\[\d+\])*)")
+#: Stands for the path of a file in errors.
+_OWNER = Path("--set")
+
+
+def fields() -> list[str]:
+    """Fields of a train and a line, without those deeper inside."""
+    return [f"{part}.{field.encode_name}" for part, spec in _SPECS.items() for field in structs.fields(spec)]
+
+
+def changed(train: Train, track: Track, assignments: Sequence[str]) -> tuple[Train, Track]:
+    """Return train and track with fields set, each as ``train.FIELD=VALUE`` or ``track.FIELD=VALUE``.
+
+    A field may lie deeper (``train.traction.force_kn``) or in a row (``track.speed_limits[2].speed_kmh``); a value is
+    written as in TOML, and what TOML cannot read is text.
+
+    Raises
+    ------
+    InputError
+        When there is no such field, or the value is wrong there.
+    """
+    parts: dict[str, Any] = {"train": train, "track": track}
+    by_part: dict[str, list[tuple[list[str | int], Any]]] = {}
+    for assignment in assignments:
+        steps, value = _parsed(assignment)
+        by_part.setdefault(str(steps[0]), []).append((steps, value))
+    for part, fields in by_part.items():
+        tree = native_tree(Scenario(name=parts[part].name, format="native", **{part: parts[part]}))
+        for steps, value in fields:
+            _put(tree, steps, value)
+        parts[part] = getattr(read_scenario(Document(_OWNER, "", "TOML", tree, b"")), part)
+    return parts["train"], parts["track"]
+
+
+def _parsed(assignment: str) -> tuple[list[str | int], Any]:
+    """Steps to a field, and the value it gets."""
+    place, equals, text = assignment.partition("=")
+    matches = [_STEP.fullmatch(step) for step in place.strip().split(".")]
+    if not equals or len(matches) < 2 or not all(matches):
+        raise InputError(f"--set: must be train.FIELD=VALUE or track.FIELD=VALUE, got {shown(assignment)}")
+    steps: list[str | int] = []
+    for match in filter(None, matches):
+        steps += [match[1], *(int(index) for index in re.findall(r"\d+", match[2]))]
+    part, name = str(steps[0]), str(steps[1])
+    if part not in _SPECS:
+        raise InputError(f"--set: {part}: must be train or track, got {shown(part)}{suggestion(part, list(_SPECS))}")
+    known = [field.encode_name for field in structs.fields(_SPECS[part])]
+    if name not in known:
+        raise InputError(
+            f"--set: {part}.{name}: unknown field {shown(name)}{suggestion(name, known)} (known: {', '.join(known)})"
+        )
+    return steps, _value(text.strip())
+
+
+def _value(text: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def _put(tree: Any, steps: Sequence[str | int], value: Any, at: str = "") -> None:
+    """Set a field of a tree in place; tables on the way are made where they are absent, rows are not."""
+    step, *below = steps
+    kind: Any = list if isinstance(step, int) else dict
+    if not isinstance(tree, kind):
+        raise InputError(f"--set: {at}: holds no {'rows' if isinstance(step, int) else 'fields'}")
+    if isinstance(step, int) and step >= len(tree):
+        raise InputError(f"--set: {at}: has rows [0] to [{len(tree) - 1}], got [{step}]")
+    if not below:
+        tree[step] = value
+        return
+    inner = tree[step] if isinstance(step, int) else tree.setdefault(step, {})
+    _put(inner, below, value, f"{at}[{step}]" if isinstance(step, int) else f"{at}.{step}".lstrip("."))
