@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.helpers.format_case import write_json
-from tests.helpers.railtoolkit_case import INTERCITY_2
 
 import tgvdp
+from tests.helpers.format_case import write_json
+from tests.helpers.railtoolkit_case import INTERCITY_2
 from tgvdp.cli import main
 from tgvdp.errors import InputError
 from tgvdp.formats import load_track, load_train
