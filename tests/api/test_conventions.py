@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import tgvdp
+from tests.helpers.format_case import write_json
+from tests.helpers.railtoolkit_case import INTERCITY_2
 from tgvdp.cli import main
 from tgvdp.errors import InputError
 from tgvdp.formats import load_track, load_train
@@ -45,16 +47,26 @@ def test_osrd_brakes_and_accelerates_where_it_says(origin_m, destination_m, time
     assert found_m == pytest.approx(np.array(switches_m), abs=2.0)
 
 
-@pytest.mark.parametrize("name", ["const", "slope", "speed"])
-def test_trainruns_running_times(shared, name):
+@pytest.mark.parametrize("path", ["const", "slope", "speed"])
+@pytest.mark.parametrize(("name", "longer"), [("local", 1.005), ("freight", 1.0042)])
+def test_trainruns_running_times(shared, name, longer, path):
     """To 0.05 s by its own steps; what these converge to stands beside it."""
     folder = shared / "railtoolkit"
-    published_s = float((folder / "snapshots" / f"local_{name}.csv").read_text().split()[1])
-    train, track = load_train(folder / "trains" / "local.yaml"), load_track(folder / "paths" / f"{name}.yaml")
+    published_s = float((folder / "snapshots" / f"{name}_{path}.csv").read_text().split()[1])
+    train, track = load_train(folder / "trains" / f"{name}.yaml"), load_track(folder / "paths" / f"{path}.yaml")
     result = tgvdp.search(train, track, convention="trainruns", points=2)
     assert result.fastest.stepped_time_s == pytest.approx(published_s, abs=0.05)
-    assert 1.004 < result.fastest.time_s / published_s < 1.006
+    assert result.fastest.time_s / published_s == pytest.approx(longer, abs=0.001)
     assert all(verdict.ok for verdict in result.verify())
+
+
+@pytest.mark.parametrize(("path", "published_s"), [("const", 330.746), ("slope", 331.609), ("speed", 501.021)])
+def test_trainruns_running_times_of_a_locomotive_with_coaches(shared, tmp_path, path, published_s):
+    """Published in test/snapshots/default/longdistance_*.csv of TrainRuns.jl."""
+    train = load_train(write_json(tmp_path / "train.json", INTERCITY_2))
+    track = load_track(shared / "railtoolkit" / "paths" / f"{path}.yaml")
+    result = tgvdp.search(train, track, convention="trainruns", points=2)
+    assert result.fastest.stepped_time_s == pytest.approx(published_s, abs=0.05)
 
 
 @pytest.mark.parametrize("convention", ["ttobench", "osrd"])

@@ -9,7 +9,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.helpers.format_case import JOURNEY, SCENARIO, TTOBENCH_TRACK, TTOBENCH_TRAIN
+from tests.helpers.format_case import JOURNEY, SCENARIO, TTOBENCH_TRACK, TTOBENCH_TRAIN, TTOBENCH_TRAIN_14
 from tests.helpers.osrd_case import OSRD_TRAIN
 from tests.helpers.railtoolkit_case import PATHS, PATHS_2024, ROLLING_STOCK
 from tests.helpers.settings import SHARED, fuzz
@@ -19,6 +19,7 @@ from tgvdp.formats.syntax.reading import LARGEST_BYTES, field_text
 
 TREES = {
     "train": TTOBENCH_TRAIN,
+    "train 1.4": TTOBENCH_TRAIN_14,
     "track": TTOBENCH_TRACK,
     "journey": JOURNEY,
     "scenario": tomllib.loads(SCENARIO),

@@ -2,14 +2,15 @@
 
 import json
 import math
+from dataclasses import replace
 
 import pytest
 
-from tests.helpers.format_case import TTOBENCH_TRACK, TTOBENCH_TRAIN, changed, quantity, write_json
+from tests.helpers.format_case import TTOBENCH_TRACK, TTOBENCH_TRAIN, TTOBENCH_TRAIN_14, changed, quantity, write_json
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file, load_track, load_train
 from tgvdp.model.track import Curve, Gradient, SpeedLimit, Tunnel
-from tgvdp.model.train import TunnelDrag
+from tgvdp.model.train import BrakingRate, TunnelDrag
 
 TRACKS = [
     "00_reference",
@@ -246,23 +247,69 @@ def test_a_train_without_electric_brake(tmp_path):
 
 def test_what_is_read_but_not_used_is_said(tmp_path):
     track = track_of(tmp_path, "ETCS braking data", {"M_NVAVADH": 0.5})
-    assert "ETCS braking data is not used yet" in str(describe_file(tmp_path / "track.json"))
-    assert track.notes == ("ETCS braking data is not used yet",)
+    assert "ETCS braking data does not act" in str(describe_file(tmp_path / "track.json"))
+    assert track.notes == ("ETCS braking data does not act",)
+
+
+def train_14(tmp_path, *path_and_value, part=""):
+    *path, value = path_and_value or ["metadata", "id", "toy"]
+    return load_train(f"{write_json(tmp_path / 'train.json', changed(TTOBENCH_TRAIN_14, path, value))}{part}")
 
 
 def test_tunnel_resistance_by_cross_section(tmp_path):
-    train = train_of(
-        tmp_path, "tunnel resistance", {"40": quantity(1e-4, "kN/(km/h)^2"), "22.5": quantity(2, "N/(m/s)^2")}
+    assert train_14(tmp_path).tunnel_drag == (
+        TunnelDrag(22.5, pytest.approx(0.0011 * 12960)),
+        TunnelDrag(40.0, pytest.approx(0.0005 * 12960)),
     )
-    assert train.tunnel_drag == (TunnelDrag(40.0, pytest.approx(1.296)), TunnelDrag(22.5, 2.0))
-    for wrong, message in (
-        ({"wide": quantity(1, "N/(m/s)^2")}, "tunnel resistance.wide: must be named by a cross section in m²"),
-        ({"40": quantity(1, "kN")}, "tunnel resistance.40"),
-        ({"40": 1.0}, r"tunnel resistance"),
-        ({"40": quantity(-1, "N/(m/s)^2")}, "tunnel_drag"),
-    ):
-        with pytest.raises(InputError, match=message):
-            train_of(tmp_path, "tunnel resistance", wrong)
+    train = train_14(tmp_path, "tunnel resistance", "units", "coefficient", "kg/m")
+    assert train.tunnel_drag[0] == TunnelDrag(22.5, 0.0011)
+
+
+def test_etcs_data_do_not_act_unless_the_service_brake_is_asked_for(tmp_path):
+    silent = train_14(tmp_path)
+    assert silent.braking_rates == ()
+    assert silent.notes == ("ETCS braking data does not act; FILE#A_brake_service brakes by its service brake",)
+    asked = train_14(tmp_path, part="#A_brake_service")
+    assert asked.braking_rates == (BrakingRate(0.0, 0.7), BrakingRate(20.0, 0.6))
+    assert "the rest of it does not act" in asked.notes[0]
+    assert replace(asked, braking_rates=()) == silent == train_14(tmp_path, part="#train")
+    assert "0.6 to 0.7 m/s²" in str(describe_file(f"{tmp_path / 'train.json'}#A_brake_service"))
+    with pytest.raises(InputError, match=r"holds no train 'A_brake', did you mean 'A_brake_service'\?"):
+        train_14(tmp_path, part="#A_brake")
+    with pytest.raises(InputError, match="holds no train 'A_brake_service'"):
+        load_train(f"{write_json(tmp_path / 'plain.json', TTOBENCH_TRAIN)}#A_brake_service")
+
+
+ETCS = "ETCS braking data"
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        (
+            ["tunnel resistance"],
+            {"40": quantity(1, "kN")},
+            "tunnel resistance: unknown field '40'; known: units, values",
+        ),
+        (["tunnel resistance", "units", "coefficient"], "kN", "tunnel resistance.units.coefficient: unknown unit 'kN'"),
+        (["tunnel resistance", "units", "cross section"], "m", "tunnel resistance.units.cross section: unknown unit"),
+        (["tunnel resistance", "values", 1], [22.5, 1.0], "tunnel_drag[1] repeats the cross section 22.5 m²"),
+        (["tunnel resistance", "values", 1], [22.5], "tunnel resistance.values[1]: must be a list of length 2, got 1"),
+        ([ETCS, "A_brake_service"], ..., f"{ETCS}: missing field 'A_brake_service'"),
+        ([ETCS, "T_traction"], ..., f"{ETCS}: missing field 'T_traction'"),
+        ([ETCS, "T_brake"], quantity(1, "s"), f"{ETCS}: unknown field 'T_brake'; known: A_brake_emergency, A"),
+        ([ETCS, "T_be", "unit"], "m", f"{ETCS}.T_be: unknown unit 'm' of time"),
+        ([ETCS, "K_dry_rst", "unit"], "s", f"{ETCS}.K_dry_rst: unknown unit 's' of ratio"),
+        ([ETCS, "A_brake_emergency", "values"], [], f"{ETCS}.A_brake_emergency.values: must be a list of length >= 1"),
+        ([ETCS, "A_brake_emergency", "values", 1, 0], 0, f"{ETCS}.A_brake_emergency.values[1]: velocity must increase"),
+        ([ETCS, "A_brake_service", "values", 0, 1], 0, f"{ETCS}.A_brake_service.values[0][1]: must be a number > 0.0"),
+        ([ETCS, "A_brake_service", "units", "velocity"], "kn", f"{ETCS}.A_brake_service.units.velocity: unknown unit"),
+    ],
+)
+def test_bad_trains_of_version_14(tmp_path, path, value, message):
+    with pytest.raises(InputError) as caught:
+        train_14(tmp_path, *path, value)
+    assert message in str(caught.value)
 
 
 def test_an_efficiency_of_one_percent_is_kept_and_remarked(tmp_path):

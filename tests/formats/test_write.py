@@ -10,7 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.helpers.format_case import TTOBENCH_TRAIN_14, write_json
 from tests.helpers.settings import fuzz
+from tgvdp.cli import main
 from tgvdp.errors import InputError
 from tgvdp.formats import load_scenario
 from tgvdp.formats.detect import Scenario
@@ -200,6 +202,23 @@ def test_published_files_survive(shared, tmp_path, folder):
         after, losses = read_back(before, "ttobench", tmp_path)
         assert losses == ()
         assert (after.train, after.track, after.journey) == (before.train, before.track, before.journey)
+
+
+def test_what_does_not_act_is_kept_and_said_to_be_lost(tmp_path):
+    path = write_json(tmp_path / "toy.json", TTOBENCH_TRAIN_14)
+    train = load_scenario(path)
+    again, losses = read_back(train, "ttobench", tmp_path)
+    assert losses == ()
+    assert (again.train, again.kept) == (train.train, train.kept)
+    assert again.kept["train"].keys() == {"num seats", "ETCS braking data"}
+    assert read_back(train, "toml", tmp_path)[1] == (
+        "train toy: ETCS braking data: not held by this format",
+        "train toy: num seats: not held by this format",
+    )
+    (tmp_path / "trip.toml").write_text('train = "toy.json"\ntrack = "flat-100km"\n')
+    out = tmp_path / "out.json"
+    assert main(["convert", "--only", "train", str(tmp_path / "trip.toml"), str(out)]) == 0
+    assert json.loads(out.read_text())["ETCS braking data"] == TTOBENCH_TRAIN_14["ETCS braking data"]
 
 
 def test_a_journey_survives(tmp_path):

@@ -29,6 +29,27 @@ TTOBENCH_TRAIN = {
     "efficiency traction": quantity(90, "%"),
 }
 
+#: With what published trains of version 1.4 have, as the library's own check of trains wants it.
+TTOBENCH_TRAIN_14 = TTOBENCH_TRAIN | {
+    "tunnel resistance": {
+        "units": {"cross section": "m^2", "coefficient": "kN/(km/h)^2"},
+        "values": [[22.5, 0.0011], [40, 0.0005]],
+    },
+    "ETCS braking data": {
+        "A_brake_emergency": {
+            "units": {"velocity": "km/h", "deceleration": "m/s^2"},
+            "values": [[0, 1.0], [72, 0.9]],
+        },
+        "A_brake_service": {"units": {"velocity": "m/s", "deceleration": "m/s^2"}, "values": [[0, 0.7], [20, 0.6]]},
+        "K_dry_rst": quantity(0.8, "-"),
+        "K_wet_rst": quantity(0.7, "-"),
+        "T_traction": quantity(1.5, "s"),
+        "T_be": quantity(3, "s"),
+        "T_bs": quantity(4, "s"),
+        "v_uncertainty": quantity(2, "%"),
+    },
+}
+
 TTOBENCH_TRACK = {
     "metadata": METADATA,
     "altitude": quantity(100, "m"),

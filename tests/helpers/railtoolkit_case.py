@@ -69,6 +69,29 @@ ROLLING_STOCK = {
     ],
 }
 
+#: The Intercity 2 of TrainRuns.jl (test/data/trains/longdistance.yaml, ISC) in figures: 300 kN up to 19.95 MN·km/h.
+INTERCITY_2 = {
+    "schema": "https://railtoolkit.org/schema/rolling-stock.json",
+    "schema_version": "2022.05",
+    "trains": [{"id": "IC2", "formation": ["loco", *["coach"] * 4, "control car"]}],
+    "vehicles": [
+        {
+            "id": name, "vehicle_type": "passenger", "length": length, "mass": mass, "load_limit": 20.0,
+            "speed_limit": 160, "rotation_mass": 1.06, "base_resistance": 2.0, "rolling_resistance": 0.715,
+            "air_resistance": 3.64,
+        }
+        for name, length, mass in (("control car", 27.27, 58.0), ("coach", 26.8, 50.0))
+    ] + [
+        {
+            "id": "loco", "vehicle_type": "traction unit", "length": 18.9, "mass": 85, "mass_traction": 85,
+            "speed_limit": 160, "rotation_mass": 1.09, "base_resistance": 2.5, "air_resistance": 6.0,
+            "tractive_effort": [
+                [float(kmh), min(300_000, round(19.95e6 / max(kmh, 1), -1))] for kmh in range(161)
+            ],
+        }
+    ],
+}  # fmt: skip
+
 PATHS = {
     "schema": "https://railtoolkit.org/schema/running-path.json",
     "schema_version": "2022.05",

@@ -1,6 +1,7 @@
 """``tgvdp convert``: a train, a line, a journey or a scenario from one format into another."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -70,4 +71,4 @@ def _part(scenario: "Scenario", source: str, only: str | None) -> "Scenario":
     part = getattr(scenario, only)
     if part is None:
         raise InputError(f"{source}: holds no {only}")
-    return scenario_of(part)
+    return replace(scenario_of(part), kept=scenario.kept)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from tgvdp.formats.syntax.reading import bad, shown
 from tgvdp.model.journey import Journey
@@ -17,11 +17,12 @@ _MOST_NAMES = 12
 
 
 class Item(NamedTuple):
-    """One thing in a file: its identifier there, another name of it, and how to make it."""
+    """One thing in a file: its identifier there, how to make it, another name, and its fields that no run uses."""
 
     id: str
     make: Callable[[], Train | Track | Journey]
     name: str = ""
+    kept: Mapping[str, Any] = {}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,5 +1,6 @@
 """From a name or a path to trains, tracks, maps, journeys and scenarios; the format is told by content, not suffix."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from hashlib import sha256
@@ -45,6 +46,8 @@ class Scenario:
     options : dict
         Search options by their names on the command line, with ``_`` for ``-`` and the unit at the end (``from_m``,
         ``start_speed_kmh``, ``max_margin_pct``, ...); those that the file does not give are absent.
+    kept : dict
+        By kind: fields of a TTOBench file that no run uses, as they stand there, for a file that is written again.
     inputs : dict
         SHA-256 of every file that was read, by its path or as ``catalog:name``.
     """
@@ -56,6 +59,7 @@ class Scenario:
     map: EnergyMap | None = None
     journey: Journey | None = None
     options: dict[str, Any] = field(default_factory=dict)
+    kept: dict[str, Mapping[str, Any]] = field(default_factory=dict)
     inputs: dict[str, str] = field(default_factory=dict)
 
 
@@ -258,12 +262,15 @@ def _scenario(
 def _held(document: Document, content: Content, parts: dict[Kind, str | None]) -> Scenario:
     """Make the chosen things of a foreign document."""
     made: dict[str, Any] = {}
+    kept: dict[str, Mapping[str, Any]] = {}
     for kind, part in parts.items():
         item = content.choose(document.path, kind, part)
         with errors_named(document.path):
             made[kind] = item.make()
+        kept[kind] = item.kept
     name = next(iter(made.values())).name
-    return Scenario(name=name, format=content.format, inputs={label(document.path): document.digest}, **made)
+    inputs = {label(document.path): document.digest}
+    return Scenario(name=name, format=content.format, inputs=inputs, kept=kept, **made)
 
 
 def _native(document: Document, kinds: tuple[Kind, ...], chain: tuple[Path, ...]) -> Scenario:
@@ -274,13 +281,15 @@ def _native(document: Document, kinds: tuple[Kind, ...], chain: tuple[Path, ...]
     _require_kind(path, f"a {' and a '.join(held)}" if held else "run options", kinds, held)
     inputs = {label(path): document.digest}
     found: dict[str, Any] = {}
+    kept: dict[str, Mapping[str, Any]] = {}
     for kind in (kind for kind in catalog.KINDS if kind in kinds):
         found[kind] = getattr(file, kind)
         if isinstance(found[kind], str):
             target = _follow(path, kind, found[kind], (*chain, path))
             found[kind] = getattr(target, kind)
             inputs |= target.inputs
-    scenario = Scenario(name=file.name, format=NATIVE, options=file.options, inputs=inputs, **found)
+            kept |= target.kept
+    scenario = Scenario(name=file.name, format=NATIVE, options=file.options, inputs=inputs, kept=kept, **found)
     _require_run_on_track(path, scenario)
     return scenario
 

@@ -66,7 +66,8 @@ def write_bytes(part: Train | Track | Journey | Scenario, target: Target) -> Wri
         if len(held) != 1:
             kinds = " and ".join(kind for kind in PARTS if getattr(scenario, kind) is not None) or "run options"
             raise InputError(f"{scenario.name}: a TTOBench file holds one of train, track and journey, got {kinds}")
-        text = as_json(ttobench_tree(held[0]))
+        kind = type(held[0]).__name__.lower()
+        text = as_json(ttobench_tree(held[0]) | dict(scenario.kept.get(kind, {})))
     else:
         if not (scenario.train or scenario.track or scenario.map or scenario.options):
             raise InputError(f"{scenario.name}: the native format holds no journey; TTOBench does")
@@ -83,6 +84,8 @@ def _losses(before: Scenario, after: Scenario, target: Target) -> Iterator[str]:
             yield f"{kind} {one.name}: not held by this format"
         elif one is not None:
             yield from (f"{kind} {one.name}: {loss}" for loss in _lost_fields(one, other, target))
+            lost = before.kept.get(kind, {}).keys() - after.kept.get(kind, {}).keys()
+            yield from (f"{kind} {one.name}: {name}: not held by this format" for name in sorted(lost))
     for name in before.options.keys() - after.options.keys():
         yield f"run option {name}: not held by this format"
 

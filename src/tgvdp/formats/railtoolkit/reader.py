@@ -1,9 +1,10 @@
-"""railtoolkit running paths and rolling stock (YAML or JSON, schemas 2022.05 and 2024.07, as TrainRuns.jl reads them).
+"""railtoolkit running paths (schemas 2022.05 and 2024.07) and rolling stock (2022.05), YAML or JSON.
 
 A path is a list of sections: position in m, speed limit in km/h, and resistance in ‰, which lumps gradients, curves and
 all else; its last row only marks the end. A train is a formation of vehicles; how that becomes one train is said in
-`railtoolkit_train`.
-Source: railtoolkit/schema (Kannenberg, TU Dresden, ISC) and its reading by TrainRuns.jl.
+`railtoolkit.train`.
+Source: railtoolkit/schema (Kannenberg, TU Dresden, ISC) and its reading by TrainRuns.jl. Rolling stock of 2024.07 is a
+draft that has changed under that number, with nested tables and units of its own, and that no tool reads: refused.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -21,7 +22,8 @@ from tgvdp.formats.syntax.typed import decode, extensions
 from tgvdp.model.track import VERTICAL_PERMIL, Gradient, SpeedLimit, Track
 from tgvdp.units import kmh_to_mps
 
-VERSIONS = ("2022.05", "2024.07")
+STOCK_VERSIONS = ("2022.05",)
+PATH_VERSIONS = ("2022.05", "2024.07")
 _SITE = "railtoolkit.org"
 _FEWEST_ROWS = 2
 
@@ -41,6 +43,7 @@ class _Path(Struct):
     id: str | int
     characteristic_sections: Annotated[list[tuple[float, Kmh, Permil] | _Section], Meta(min_length=_FEWEST_ROWS)]
     name: str | int | UnsetType = UNSET
+    description: Any = UNSET
     UUID: Any = UNSET
     points_of_interest: Any = UNSET
 
@@ -48,7 +51,7 @@ class _Path(Struct):
 class _Paths(Struct):
     paths: Annotated[list[_Path], Meta(min_length=1)]
     schema: str = ""
-    schema_version: str | float = VERSIONS[0]
+    schema_version: str | float = PATH_VERSIONS[0]
 
 
 def open_document(document: Document) -> Content | None:
@@ -63,7 +66,7 @@ def open_document(document: Document) -> Content | None:
     ours = _SITE in str(tree.get("schema", ""))
     if "vehicles" in tree and (ours or "trains" in tree):
         stock = decode(path, tree, RollingStock)
-        _require_version(path, stock.schema_version)
+        _require_version(path, stock.schema_version, STOCK_VERSIONS, "rolling stock")
         notes = extensions(path, tree, RollingStock)
         trains = (
             Item(str(one.id), partial(train_of, path, stock, index, notes), _text(one.name))
@@ -72,7 +75,7 @@ def open_document(document: Document) -> Content | None:
         return _content(path, "trains", "train", trains)
     if "paths" in tree:
         file = decode(path, tree, _Paths)
-        _require_version(path, file.schema_version)
+        _require_version(path, file.schema_version, PATH_VERSIONS, "running paths")
         notes = extensions(path, tree, _Paths)
         tracks = (
             Item(str(one.id), partial(_track, path, index, one, notes), _text(one.name))
@@ -97,11 +100,11 @@ def _text(name: str | int | UnsetType) -> str:
     return "" if name is UNSET else str(name)
 
 
-def _require_version(path: Path, version: str | float) -> None:
+def _require_version(path: Path, version: str | float, known: tuple[str, ...], what: str) -> None:
     """The version is text, but 2022.05 without quotes is a number."""
     text = version if isinstance(version, str) else f"{version:.2f}"
-    if text not in VERSIONS:
-        raise bad(path, f"schema_version: must be one of {', '.join(VERSIONS)}, got {shown(version)}")
+    if text not in known:
+        raise bad(path, f"schema_version: {what} must be of {' or '.join(known)}, got {shown(version)}")
 
 
 def _track(path: Path, index: int, given: _Path, notes: tuple[str, ...]) -> Track:

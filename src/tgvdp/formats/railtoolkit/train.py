@@ -1,18 +1,21 @@
-"""A railtoolkit formation of vehicles as one train.
+"""A railtoolkit formation of vehicles as one train, as TrainRuns.jl makes it, which is the format's reference.
 
-Each vehicle resists with a share of its weight, in ‰, g = 9.80665 m/s², V in km/h (Wende, Fahrdynamik des
-Schienenverkehrs, 2003, p. 151; TrainRuns.jl):
+The resistance is a share of the weight, in ‰, g = 9.80665 m/s², V in km/h (Wende, Fahrdynamik des Schienenverkehrs,
+2003, pp. 151 and 153; TrainRuns.jl, src/constructors.jl and src/formulary.jl):
 
-    traction unit, multiple unit  base·m_driven + roll·m_carrying + air·m·((V + 15)/100)²     empty masses
-    passenger car                 m·(base + roll·V/100 + air·((V + 15)/100)²)                 loaded mass
-    freight car                   m·(base + air·(V/100)²)                                     loaded mass
+    traction unit, multiple unit  base·m_driven + roll·m_carrying + air·m·((V + 15)/100)²     empty mass
+    cars of a passenger train     m·(base + roll·V/100 + air·((V + 15)/100)²)                 loaded mass
+    cars of a freight train       m·(base + air·(V/100)²)                                     loaded mass
 
-where 15 km/h is the wind. Expanded in v these are the train's Davis coefficients, exactly. What accelerates and climbs
-is the loaded mass; each loaded mass carries its own share of rotating mass.
+where 15 km/h is the wind, and the coefficients of the cars are the mean over all cars, light or heavy. Expanded in v
+these are the train's Davis coefficients, exactly. What accelerates and climbs is the loaded mass; its factor of
+rotating mass is the mean over empty masses. The first powered vehicle alone drives and brakes the train.
 """
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from statistics import fmean
 from typing import Annotated, Any
 
 from msgspec import UNSET, Meta, Struct, UnsetType
@@ -20,17 +23,22 @@ from msgspec import UNSET, Meta, Struct, UnsetType
 from tgvdp.constants import STANDARD_GRAVITY_MPS2
 from tgvdp.formats.syntax.reading import bad, errors_named, shown
 from tgvdp.formats.syntax.typed import suggestion
-from tgvdp.model.effort import EffortCurve, EffortPiece
+from tgvdp.model.effort import EffortCurve
 from tgvdp.model.train import BrakingRate, Train
-from tgvdp.units import KILO, kmh_to_mps, per_kmh_to_per_mps
+from tgvdp.units import KILO, kmh_to_mps, mps_to_kmh, per_kmh_to_per_mps
 
 POWERED = ("traction unit", "multiple unit")
 PASSENGER = ("passenger", "passenger car")
 FREIGHT = ("freight", "freight car")
 
-#: Decelerations where no vehicle gives one, m/s² (TrainRuns.jl).
+#: What TrainRuns.jl takes where a file says nothing: decelerations, m/s²; factors of rotating mass; the coefficient of
+#: friction that limits the effort of the driven mass; top speed, m/s.
 PASSENGER_BRAKING_MPS2 = 0.375
 FREIGHT_BRAKING_MPS2 = 0.225
+POWERED_ROTATION = 1.09
+CAR_ROTATION = 1.06
+FRICTION = 0.2
+TOP_SPEED_MPS = 140.0
 
 _WIND_KMH = 15.0
 _REFERENCE_KMH = 100.0
@@ -46,9 +54,9 @@ class Vehicle(Struct):
     vehicle_type: str
     length: NotNegative
     mass: Positive
-    base_resistance: NotNegative
-    air_resistance: NotNegative
-    rolling_resistance: NotNegative | UnsetType = UNSET
+    base_resistance: NotNegative = 0.0
+    air_resistance: NotNegative = 0.0
+    rolling_resistance: NotNegative = 0.0
     rotation_mass: Annotated[float, Meta(ge=1.0)] | UnsetType = UNSET
     load_limit: NotNegative = 0.0
     mass_traction: NotNegative | UnsetType = UNSET
@@ -61,9 +69,19 @@ class Vehicle(Struct):
     power_type: Any = UNSET
 
     @property
-    def loaded_kg(self) -> float:
-        """Mass with its load."""
-        return (self.mass + self.load_limit) * KILO
+    def is_powered(self) -> bool:
+        """Whether it can drive a train."""
+        return self.vehicle_type in POWERED
+
+    @property
+    def rotation(self) -> float:
+        """Factor of rotating mass."""
+        return self.rotation_mass or (POWERED_ROTATION if self.is_powered else CAR_ROTATION)
+
+    @property
+    def driven_t(self) -> float:
+        """Mass on driven axles; without `mass_traction` all axles of a powered vehicle are driven."""
+        return self.mass if self.mass_traction is UNSET else self.mass_traction
 
 
 class Formation(Struct):
@@ -90,30 +108,34 @@ def train_of(path: Path, stock: RollingStock, index: int, notes: tuple[str, ...]
     Raises
     ------
     InputError
-        When a vehicle is unknown, of an unknown type, or lacks what its type needs, or when no vehicle has traction.
+        When a vehicle is unknown, of an unknown type, or holds what its type cannot have, or when none is powered.
     """
     given = stock.trains[index]
     place = f"trains[{index}]"
     vehicles = list(_vehicles(path, place, stock, given))
-    limits_kmh = [one.speed_limit for one in vehicles if one.speed_limit is not UNSET]
-    if not limits_kmh:
-        raise bad(path, f"{place}: no vehicle of its formation has a speed_limit")
-    mass_kg = sum(one.loaded_kg for one in vehicles)
-    rotating_kg = sum(one.loaded_kg * (one.rotation_mass or 1.0) for one in vehicles)
-    a_n, b_n_per_kmh, c_n_per_kmh2 = (sum(terms) for terms in zip(*map(_davis, vehicles), strict=True))
-    braking_mps2, braking_note = _braking(vehicles)
+    powered = [one for one in vehicles if one.is_powered]
+    if not powered:
+        raise bad(path, f"{place}.formation: holds no vehicle of type {' or '.join(POWERED)}")
+    leading = powered[0]
+    freight = all(one.vehicle_type not in (*PASSENGER, "multiple unit") for one in vehicles)
+    usual_mps2 = FREIGHT_BRAKING_MPS2 if freight else PASSENGER_BRAKING_MPS2
+    braking_mps2 = usual_mps2 if leading.a_braking is UNSET else -leading.a_braking
+    limits_mps = [kmh_to_mps(one.speed_limit) for one in vehicles if one.speed_limit is not UNSET]
+    empty_t = sum(one.mass for one in vehicles)
+    parts = [*map(_powered_davis, powered), _cars_davis([one for one in vehicles if not one.is_powered], freight)]
+    a_n, b_n_per_kmh, c_n_per_kmh2 = (sum(terms) for terms in zip(*parts, strict=True))
     return Train(
         name=str(given.id),
-        mass_kg=mass_kg,
-        rotating_mass_factor=rotating_kg / mass_kg,
+        mass_kg=(empty_t + sum(one.load_limit for one in vehicles)) * KILO,
+        rotating_mass_factor=sum(one.rotation * one.mass for one in vehicles) / empty_t,
         length_m=sum(one.length for one in vehicles),
-        max_speed_mps=kmh_to_mps(min(limits_kmh)),
-        traction=_traction(path, place, vehicles),
+        max_speed_mps=min([TOP_SPEED_MPS, *limits_mps]),
+        traction=_traction(leading),
         braking_rates=(BrakingRate(0.0, braking_mps2),),
         davis_a_n=a_n,
         davis_b_n_per_mps=per_kmh_to_per_mps(b_n_per_kmh, 1),
         davis_c_n_per_mps2=per_kmh_to_per_mps(c_n_per_kmh2, 2),
-        notes=(*_notes(given, vehicles), *braking_note, *notes),
+        notes=(*_notes(given, vehicles, leading, usual_mps2), *notes),
     )
 
 
@@ -138,16 +160,8 @@ def _check(path: Path, place: str, vehicle: Vehicle) -> None:
     if vehicle.vehicle_type not in known:
         hint = suggestion(vehicle.vehicle_type, known)
         raise bad(path, f"{place}.vehicle_type: unknown type {shown(vehicle.vehicle_type)}{hint}")
-    powered = vehicle.vehicle_type in POWERED
-    needed = {
-        "rolling_resistance": vehicle.vehicle_type not in FREIGHT,
-        "tractive_effort": powered,
-    }
-    for name, is_needed in needed.items():
-        if is_needed and getattr(vehicle, name) is UNSET:
-            raise bad(path, f"{place}: missing field {name!r}, which a {vehicle.vehicle_type} needs")
     for name in ("tractive_effort", "mass_traction"):
-        if not powered and getattr(vehicle, name) is not UNSET:
+        if not vehicle.is_powered and getattr(vehicle, name) is not UNSET:
             raise bad(path, f"{place}.{name}: a {vehicle.vehicle_type} vehicle has no traction")
     if vehicle.tractive_effort is not UNSET:
         with errors_named(path, f"{place}.tractive_effort"):
@@ -160,69 +174,64 @@ def _check(path: Path, place: str, vehicle: Vehicle) -> None:
         )
 
 
-def _davis(vehicle: Vehicle) -> tuple[float, float, float]:
-    """Resistance of a vehicle as N, N/(km/h), N/(km/h)²."""
-    roll = vehicle.rolling_resistance or 0.0
-    base, air = vehicle.base_resistance, vehicle.air_resistance
-    wind_kmh = 0.0 if vehicle.vehicle_type in FREIGHT else _WIND_KMH
-    if vehicle.vehicle_type in POWERED:
-        mass_kg = vehicle.mass * KILO
-        driven = 1.0 if vehicle.mass_traction is UNSET else vehicle.mass_traction / vehicle.mass
-        still, by_speed = base * driven + roll * (1.0 - driven), 0.0
-    else:
-        mass_kg = vehicle.loaded_kg
-        still, by_speed = base, 0.0 if vehicle.vehicle_type in FREIGHT else roll / _REFERENCE_KMH
-    per_permil_n = mass_kg * STANDARD_GRAVITY_MPS2 / KILO
+def _powered_davis(vehicle: Vehicle) -> tuple[float, float, float]:
+    """Resistance of a powered vehicle as N, N/(km/h), N/(km/h)²."""
+    axles = vehicle.base_resistance * vehicle.driven_t + vehicle.rolling_resistance * (vehicle.mass - vehicle.driven_t)
+    return _davis(vehicle.mass, axles / vehicle.mass, 0.0, vehicle.air_resistance, _WIND_KMH)
+
+
+def _cars_davis(cars: Sequence[Vehicle], freight: bool) -> tuple[float, float, float]:
+    """Resistance of all cars together as N, N/(km/h), N/(km/h)²."""
+    if not cars:
+        return 0.0, 0.0, 0.0
+    base, roll, air = (fmean(getattr(one, f"{name}_resistance") for one in cars) for name in ("base", "rolling", "air"))
+    loaded_t = sum(one.mass + one.load_limit for one in cars)
+    return _davis(loaded_t, base, 0.0 if freight else roll, air, 0.0 if freight else _WIND_KMH)
+
+
+def _davis(mass_t: float, base: float, roll: float, air: float, wind_kmh: float) -> tuple[float, float, float]:
+    """Expand ``m·g·(base + roll·V/100 + air·((V + wind)/100)²)``, coefficients in ‰: N, N/(km/h), N/(km/h)²."""
+    per_permil_n = mass_t * STANDARD_GRAVITY_MPS2
     by_square = air / _REFERENCE_KMH**2
     return (
-        per_permil_n * (still + by_square * wind_kmh**2),
-        per_permil_n * (by_speed + by_square * 2.0 * wind_kmh),
+        per_permil_n * (base + by_square * wind_kmh**2),
+        per_permil_n * (roll / _REFERENCE_KMH + by_square * 2.0 * wind_kmh),
         per_permil_n * by_square,
     )
 
 
-def _traction(path: Path, place: str, vehicles: Sequence[Vehicle]) -> EffortCurve:
-    """Sum of the effort curves of all vehicles: piece by piece, so that jumps stay jumps."""
-    curves = [
-        EffortCurve.from_points([(kmh_to_mps(kmh), effort_n) for kmh, effort_n in vehicle.tractive_effort])
-        for vehicle in vehicles
-        if vehicle.tractive_effort is not UNSET
-    ]
-    if not curves:
-        raise bad(path, f"{place}.formation: holds no vehicle with tractive_effort")
-    starts_mps = sorted({piece.from_mps for curve in curves for piece in curve.pieces})
-    return EffortCurve(tuple(_sum_at(curves, from_mps) for from_mps in starts_mps))
+def _traction(vehicle: Vehicle) -> EffortCurve:
+    if vehicle.tractive_effort is UNSET:
+        return EffortCurve.from_caps(FRICTION * STANDARD_GRAVITY_MPS2 * vehicle.driven_t * KILO)
+    return EffortCurve.from_points([(kmh_to_mps(kmh), effort_n) for kmh, effort_n in vehicle.tractive_effort])
 
 
-def _sum_at(curves: Sequence[EffortCurve], from_mps: float) -> EffortPiece:
-    active = [max(piece for piece in curve.pieces if piece.from_mps <= from_mps) for curve in curves]
-    return EffortPiece(from_mps, c0_n=sum(piece.c0_n for piece in active), c1=sum(piece.c1 for piece in active))
-
-
-def _braking(vehicles: Sequence[Vehicle]) -> tuple[float, tuple[str, ...]]:
-    """Deceleration of full braking: the least of the vehicles', or the usual one, and a note on that."""
-    given_mps2 = [-one.a_braking for one in vehicles if one.a_braking is not UNSET]
-    if given_mps2:
-        return min(given_mps2), ()
-    freight = any(one.vehicle_type in FREIGHT for one in vehicles)
-    usual_mps2 = FREIGHT_BRAKING_MPS2 if freight else PASSENGER_BRAKING_MPS2
-    kind = "freight" if freight else "passenger"
-    return usual_mps2, (f"a_braking is absent, taken as {-usual_mps2:g} m/s², as of a {kind} train",)
-
-
-def _notes(given: Formation, vehicles: Sequence[Vehicle]) -> Iterator[str]:
-    names = dict.fromkeys(str(one.id) for one in vehicles)
-    counts = [f"{sum(str(one.id) == name for one in vehicles)} × {name}" for name in names]
+def _notes(given: Formation, vehicles: Sequence[Vehicle], leading: Vehicle, usual_mps2: float) -> Iterator[str]:
     title = "" if given.name is UNSET else f"{given.name}: "
-    yield f"{title}{', '.join(counts)}"
+    yield title + _counted(vehicles)
     load_t = sum(one.load_limit for one in vehicles)
     if load_t:
         yield f"mass is with the full load of {load_t:.6g} t"
-    for field, meaning in (("rotation_mass", "1"), ("mass_traction", "the whole mass")):
-        lacking = dict.fromkeys(
-            str(one.id)
-            for one in vehicles
-            if getattr(one, field) is UNSET and (field != "mass_traction" or one.vehicle_type in POWERED)
-        )
+    hauled = [one for one in vehicles if one.is_powered]
+    hauled.remove(leading)
+    if hauled:
+        yield f"driven by one {leading.id} alone, as TrainRuns.jl does; hauled without traction: {_counted(hauled)}"
+    powered = [one for one in vehicles if one.is_powered]
+    absent = (
+        ("rotation_mass", vehicles, f"{POWERED_ROTATION:g} of powered vehicles, {CAR_ROTATION:g} of cars"),
+        ("mass_traction", powered, "the whole mass"),
+        ("tractive_effort", [leading], f"{FRICTION:g} of the weight on driven axles"),
+        ("a_braking", [leading], f"{-usual_mps2:g} m/s²"),
+    )
+    for field, owners, meaning in absent:
+        lacking = [one for one in owners if getattr(one, field) is UNSET]
         if lacking:
-            yield f"{field} is absent, taken as {meaning}: {', '.join(lacking)}"
+            yield f"{field} is absent, taken as {meaning}: {', '.join(dict.fromkeys(str(one.id) for one in lacking))}"
+    if any(not one.base_resistance for one in vehicles):
+        yield f"base_resistance is 0 ‰: {_counted([one for one in vehicles if not one.base_resistance])}"
+    if all(one.speed_limit is UNSET for one in vehicles):
+        yield f"speed_limit is absent, taken as {mps_to_kmh(TOP_SPEED_MPS):g} km/h"
+
+
+def _counted(vehicles: Sequence[Vehicle]) -> str:
+    return ", ".join(f"{count} × {name}" for name, count in Counter(str(one.id) for one in vehicles).items())

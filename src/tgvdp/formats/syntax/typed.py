@@ -110,7 +110,7 @@ def suggestion(name: str, known: Sequence[str]) -> str:
     near = get_close_matches(name.lower(), known, n=1, cutoff=0.6)
     if near:
         return f", did you mean {near[0]!r}?"
-    return f"; known: {', '.join(known)}" if len(known) <= _FEW else ""
+    return f"; known: {', '.join(known)}" if 0 < len(known) <= _FEW else ""
 
 
 def _explain(text: str, at: tuple[str | int, ...], value: Any, known: list[str]) -> str:

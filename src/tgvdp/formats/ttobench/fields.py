@@ -1,9 +1,11 @@
 """What the files of TTOBench have in common: metadata, quantities with a unit, names of fields."""
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from msgspec import UNSET, Struct, UnsetType
+from msgspec import Struct, UnsetType
 
 from tgvdp.formats.syntax.reading import errors_named
 from tgvdp.units import to_si
@@ -28,10 +30,12 @@ class Quantity(Struct, forbid_unknown_fields=True):
     value: float
 
 
-def unused(file: Struct, names: tuple[str, ...]) -> tuple[str, ...]:
-    """Say which of some fields are there and not used yet."""
-    labels = dict(zip(file.__struct_fields__, file.__struct_encode_fields__, strict=True))
-    return tuple(f"{labels[name]} is not used yet" for name in names if getattr(file, name) is not UNSET)
+ETCS = "ETCS braking data"
+
+
+def kept(tree: Mapping[str, Any]) -> dict[str, Any]:
+    """Fields of a train or track that no run uses, for a file that is written again."""
+    return {name: tree[name] for name in ("num seats", "num coaches", ETCS) if name in tree}
 
 
 def number_si(path: Path, name: str, given: Quantity | UnsetType, quantity: str, *, default: float = math.nan) -> float:

@@ -1,7 +1,8 @@
 """TTOBench tracks, trains and journeys (JSON, library versions 1.1 to 1.5; Kouzoupis et al., BSD-2-Clause).
 
 Every field names its unit, and every unit is read. Entries of a track hold until the next one; the last stop is the
-length of the track. Read but not used yet: ETCS braking data, numbers of seats and coaches.
+length of the track. ETCS braking data, numbers of seats and coaches are read, do not act, and are kept for a file that
+is written again; ``FILE#A_brake_service`` is the train with the service brake of its ETCS data.
 """
 
 from collections.abc import Callable, Collection, Iterator
@@ -15,9 +16,9 @@ from msgspec import UNSET, Struct, UnsetType, field
 from tgvdp.formats.content import Content, Item, Kind
 from tgvdp.formats.syntax.reading import Document, bad, errors_named, shown
 from tgvdp.formats.syntax.typed import decode
-from tgvdp.formats.ttobench.fields import Metadata, Quantity, number_si, spaced, unused, value_si
+from tgvdp.formats.ttobench.fields import ETCS, Metadata, Quantity, kept, number_si, spaced, value_si
 from tgvdp.formats.ttobench.journey import read_journey
-from tgvdp.formats.ttobench.train import TrainFile, read_train
+from tgvdp.formats.ttobench.train import SERVICE_BRAKE, TrainFile, read_train
 from tgvdp.model.journey import Journey
 from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track, Tunnel
 from tgvdp.model.train import Train
@@ -81,12 +82,12 @@ class _TrackFile(Struct, forbid_unknown_fields=True, rename=spaced):
     gradients: _Gradients | UnsetType = UNSET
     curvatures: _Curves | UnsetType = UNSET
     tunnels: _Tunnels | UnsetType = UNSET
-    etcs_braking_data: Any = field(default=UNSET, name="ETCS braking data")
+    etcs_braking_data: Any = field(default=UNSET, name=ETCS)
 
 
 #: Fields by which content is recognised; metadata is common to all three kinds.
-_TRACK_FIELDS = frozenset(_TrackFile.__struct_encode_fields__) - {"metadata", "ETCS braking data"}
-_TRAIN_FIELDS = frozenset(TrainFile.__struct_encode_fields__) - {"metadata", "ETCS braking data", "length"}
+_TRACK_FIELDS = frozenset(_TrackFile.__struct_encode_fields__) - {"metadata", ETCS}
+_TRAIN_FIELDS = frozenset(TrainFile.__struct_encode_fields__) - {"metadata", ETCS, "length"}
 _JOURNEY_FIELDS = frozenset({"timing points"})
 _ENOUGH_FIELDS = 2
 
@@ -114,8 +115,10 @@ def open_document(document: Document) -> Content | None:
     kind = kind_of(document.tree)
     if kind is None:
         return None
-    item = Item(document.path.stem, partial(readers[kind], document))
-    return Content(format="TTOBench", items={kind: (item,)})
+    items = [Item(document.path.stem, partial(readers[kind], document), kept=kept(document.tree))]
+    if kind == "train" and ETCS in document.tree:
+        items.append(Item(SERVICE_BRAKE, partial(read_train, document, brake=SERVICE_BRAKE), kept=items[0].kept))
+    return Content(format="TTOBench", items={kind: tuple(items)}, default=items[0].id)
 
 
 def read_track(document: Document) -> Track:
@@ -145,7 +148,7 @@ def read_track(document: Document) -> Track:
             curves=tuple(_curves(path, file.curvatures)) if file.curvatures else (),
             tunnels=tuple(_tunnels(path, file.tunnels)) if file.tunnels else (),
             altitude_m=number_si(path, "altitude", file.altitude, "length", default=0.0),
-            notes=unused(file, ("etcs_braking_data",)),
+            notes=(f"{ETCS} does not act",) if file.etcs_braking_data is not UNSET else (),
         )
 
 

@@ -1,19 +1,61 @@
-"""TTOBench trains; see `ttobench`."""
+"""TTOBench trains; see `ttobench.reader`."""
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from msgspec import UNSET, Struct, UnsetType, field
+from msgspec import UNSET, Meta, Struct, UnsetType, field
 
 from tgvdp.formats.syntax.reading import Document, bad, errors_named
 from tgvdp.formats.syntax.typed import decode
-from tgvdp.formats.ttobench.fields import Metadata, Quantity, number_si, spaced, unused
+from tgvdp.formats.ttobench.fields import ETCS, Metadata, Quantity, number_si, spaced, value_si
 from tgvdp.model.effort import EffortCurve
-from tgvdp.model.train import Train, TunnelDrag
+from tgvdp.model.train import BrakingRate, Train, TunnelDrag
 
 _MOST_ROTATING_MASS = 0.5  # a locomotive has about 0.3; more is a slip of unit
+
+#: Table of ETCS braking data, which a train brakes by where ``FILE#A_brake_service`` asks for it.
+SERVICE_BRAKE = "A_brake_service"
+
+Positive = Annotated[float, Meta(gt=0.0)]
+NotNegative = Annotated[float, Meta(ge=0.0)]
+
+
+class _TunnelUnits(Struct, forbid_unknown_fields=True, rename=spaced):
+    cross_section: str
+    coefficient: str
+
+
+class _TunnelResistance(Struct, forbid_unknown_fields=True):
+    units: _TunnelUnits
+    values: list[tuple[float, float]]
+
+
+class _BrakeUnits(Struct, forbid_unknown_fields=True):
+    velocity: str
+    deceleration: str
+
+
+class _Brake(Struct, forbid_unknown_fields=True):
+    """Deceleration by speed, each up to the next row's."""
+
+    units: _BrakeUnits
+    values: Annotated[list[tuple[NotNegative, Positive]], Meta(min_length=1)]
+
+
+class _EtcsData(Struct, forbid_unknown_fields=True):
+    """Two braking curves; correction factors, times and an uncertainty that nothing here uses."""
+
+    A_brake_emergency: _Brake
+    A_brake_service: _Brake
+    K_dry_rst: Quantity
+    K_wet_rst: Quantity
+    T_traction: Quantity
+    T_be: Quantity
+    v_uncertainty: Quantity
+    T_bs: Quantity | UnsetType = UNSET
 
 
 class TrainFile(Struct, forbid_unknown_fields=True, rename=spaced):
@@ -38,12 +80,18 @@ class TrainFile(Struct, forbid_unknown_fields=True, rename=spaced):
     efficiency_reg_brake: Quantity | UnsetType = UNSET
     num_seats: Any = UNSET
     num_coaches: Any = UNSET
-    tunnel_resistance: dict[str, Quantity] | UnsetType = UNSET
-    etcs_braking_data: Any = field(default=UNSET, name="ETCS braking data")
+    tunnel_resistance: _TunnelResistance | UnsetType = UNSET
+    etcs_braking_data: _EtcsData | UnsetType = field(default=UNSET, name=ETCS)
 
 
-def read_train(document: Document) -> Train:
+def read_train(document: Document, brake: str = "") -> Train:
     """Make a `Train` from a TTOBench train, as published: known slips of the data are not repaired.
+
+    Parameters
+    ----------
+    document : Document
+    brake : {"", "A_brake_service"}
+        Whether full braking is by the forces of the train or by that table of its ETCS data.
 
     Raises
     ------
@@ -60,6 +108,7 @@ def read_train(document: Document) -> Train:
             raise bad(path, f"{spaced(name)}: must be {bound} 0 {given.unit}, got {given.value:g} {given.unit}")
         return number_si(path, spaced(name), given, quantity, default=default)
 
+    etcs = _braking_curves(path, file.etcs_braking_data) if file.etcs_braking_data else {}
     braking_power_w = number("max_reg_braking_power", "power")
     braking_force_n = number("max_reg_braking_force", "force")
     with errors_named(path):
@@ -84,7 +133,8 @@ def read_train(document: Document) -> Train:
             traction_efficiency=number("efficiency_traction", "ratio", 1.0, zero_ok=False),
             regeneration_efficiency=number("efficiency_reg_brake", "ratio", 0.0),
             tunnel_drag=tuple(_tunnel_drag(path, file.tunnel_resistance)) if file.tunnel_resistance else (),
-            notes=(*unused(file, ("etcs_braking_data",)), *_odd_efficiencies(file)),
+            braking_rates=etcs[brake] if brake else (),
+            notes=(*_etcs_notes(etcs, brake), *_odd_efficiencies(file)),
         )
 
 
@@ -100,15 +150,44 @@ def _rotating_mass_factor(path: Path, rho: Quantity | UnsetType) -> float:
     return 1.0 + extra
 
 
-def _tunnel_drag(path: Path, table: dict[str, Quantity]) -> Iterator[TunnelDrag]:
+def _tunnel_drag(path: Path, table: _TunnelResistance) -> Iterator[TunnelDrag]:
     """Coefficients by the cross section of the tunnel, m²."""
-    for area, coefficient in table.items():
-        place = f"tunnel resistance.{area}"
-        try:
-            area_m2 = float(area)
-        except ValueError:
-            raise bad(path, f"{place}: must be named by a cross section in m²") from None
-        yield TunnelDrag(area_m2, number_si(path, place, coefficient, "force per squared speed"))
+    place = "tunnel resistance.units"
+    for area, coefficient in table.values:
+        yield TunnelDrag(
+            value_si(path, f"{place}.cross section", area, table.units.cross_section, "area"),
+            value_si(path, f"{place}.coefficient", coefficient, table.units.coefficient, "force per squared speed"),
+        )
+
+
+def _braking_curves(path: Path, data: _EtcsData) -> dict[str, tuple[BrakingRate, ...]]:
+    """Both tables of ETCS braking data; that its other fields have known units is checked, and no more."""
+    curves = {}
+    for name in ("A_brake_emergency", SERVICE_BRAKE):
+        units, rows = getattr(data, name).units, getattr(data, name).values
+        place = f"{ETCS}.{name}"
+        for index, ((before, _), (speed, _)) in enumerate(pairwise(rows), start=1):
+            if not speed > before:
+                raise bad(path, f"{place}.values[{index}]: velocity must increase, got {speed:g} after {before:g}")
+        curves[name] = tuple(
+            BrakingRate(
+                value_si(path, f"{place}.units.velocity", speed, units.velocity, "speed"),
+                value_si(path, f"{place}.units.deceleration", rate, units.deceleration, "acceleration"),
+            )
+            for speed, rate in rows
+        )
+    for name in ("K_dry_rst", "K_wet_rst", "v_uncertainty"):
+        number_si(path, f"{ETCS}.{name}", getattr(data, name), "ratio")
+    for name in ("T_traction", "T_be", "T_bs"):
+        number_si(path, f"{ETCS}.{name}", getattr(data, name), "time")
+    return curves
+
+
+def _etcs_notes(curves: dict[str, tuple[BrakingRate, ...]], brake: str) -> Iterator[str]:
+    if brake:
+        yield f"brakes by {brake} of {ETCS}, whatever gradient; the rest of it does not act"
+    elif curves:
+        yield f"{ETCS} does not act; FILE#{SERVICE_BRAKE} brakes by its service brake"
 
 
 def _odd_efficiencies(file: TrainFile) -> Iterator[str]:

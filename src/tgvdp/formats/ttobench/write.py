@@ -17,6 +17,7 @@ _LIBRARY = "TTOBench v1.5"
 _STRAIGHT = "infinity"
 _MOST_ROTATING_MASS = 1.5
 _SPEED = ("km/h", "m/s")
+_SQUARED = ("kN/(km/h)^2", "N/(km/h)^2", "N/(m/s)^2")
 
 #: Fields of a train: attribute, name in the file, quantity, and units in the order of preference.
 _TRAIN = (
@@ -28,8 +29,7 @@ _TRAIN = (
     ("max_speed_mps", "max speed", "speed", _SPEED),
     ("davis_a_n", "rolling resistance r0", "force", ("kN", "N")),
     ("davis_b_n_per_mps", "rolling resistance r1", "force per speed", ("kN/(km/h)", "N/(km/h)", "N/(m/s)")),
-    ("davis_c_n_per_mps2", "rolling resistance r2", "force per squared speed",
-     ("kN/(km/h)^2", "N/(km/h)^2", "N/(m/s)^2")),
+    ("davis_c_n_per_mps2", "rolling resistance r2", "force per squared speed", _SQUARED),
     ("traction_efficiency", "efficiency traction", "ratio", ("%", "-")),
     ("regeneration_efficiency", "efficiency reg brake", "ratio", ("%", "-")),
 )  # fmt: skip
@@ -78,10 +78,11 @@ def _train(train: Train) -> dict[str, Any]:
             tree[name] = _quantity(value, quantity, units)
     tree["rho"] = _rho(train.rotating_mass_factor)
     if train.tunnel_drag:
-        units = ("kN/(km/h)^2", "N/(km/h)^2", "N/(m/s)^2")
+        areas_m2, drags = zip(*train.tunnel_drag, strict=True)
+        unit, coefficients = in_unit(drags, "force per squared speed", _SQUARED)
         tree["tunnel resistance"] = {
-            f"{tidy(row.cross_section_m2)}": _quantity(row.davis_c_n_per_mps2, "force per squared speed", units)
-            for row in train.tunnel_drag
+            "units": {"cross section": "m^2", "coefficient": unit},
+            "values": list(zip(areas_m2, coefficients, strict=True)),
         }
     for name, curve in (("traction", train.traction), ("reg braking", train.braking)):
         force_n, power_w = _caps(f"{owner}: {name}", curve, train.max_speed_mps)
