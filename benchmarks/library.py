@@ -23,7 +23,7 @@ from tgvdp.formulations.problem.binary import FormulationWarning
 from tgvdp.formulations.problem.demand import drive
 from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, Instance, parse_instance
 from tgvdp.report.files import write_files
-from tgvdp.solvers.allowance import Options
+from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.exact.brute_force import MOST_STEPS
 from tgvdp.solvers.registry import solve
 
@@ -99,7 +99,7 @@ def kinetic() -> Iterator[Entry]:
 
 
 def efficiency() -> Iterator[Entry]:
-    """The seed's efficiency function, which at a fixed distance only maximises the sum of v²."""
+    """The efficiency function, which at a fixed distance only maximises the sum of v²."""
     for steps in (6, 10, 20, 40, 60):
         yield _binary(
             "efficiency", steps, steps * steps // 8, model="efficiency", alpha=0.0, eta0=0.9, deta=0.8 / (steps // 2)
@@ -141,7 +141,7 @@ def tolerance() -> Iterator[Entry]:
 
 
 def fine() -> Iterator[Entry]:
-    """Δv = 0.1 m/s, where the seed's rule for the penalty picks a wrong minimum."""
+    """Δv = 0.1 m/s, where the rule of thumb for the penalty picks a wrong minimum."""
     for steps in (5, 8, 20):
         yield _binary("fine", steps, steps * steps // 6, dv_mps=0.1)
 
@@ -199,7 +199,9 @@ def certified(entry: Entry) -> dict[str, Any]:
     closed, confirmed = None, []
     for solver in _others(instance):
         try:
-            other = solve(instance, solver, options=Options(time_limit_s=MILP_LIMIT_S if solver == "milp" else None))
+            other = solve(
+                instance, solver, allowance=Allowance(time_limit_s=MILP_LIMIT_S if solver == "milp" else None)
+            )
         except TgvdpError:
             continue  # not for such instances
         if not other.optimal:

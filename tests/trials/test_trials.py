@@ -53,7 +53,7 @@ def table(out):
         (" sa:bits:sweeps=10:penalty=0.5 ", "sa:bits:penalty=0.5:sweeps=10"),
         ("qaoa:bits+slack:layers=2:runs=1", "qaoa:bits+slack:layers=2"),
         ("milp:time-limit=5", "milp:time-limit=5"),
-        ("tabu:unary:penalty=seed", "tabu:unary:penalty=seed"),
+        ("tabu:unary:penalty=tenfold", "tabu:unary:penalty=tenfold"),
     ],
 )
 def test_words_of_solvers(text, label):

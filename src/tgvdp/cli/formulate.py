@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from tgvdp.cli.solve import Penalty
-from tgvdp.solvers.registry import ENCODINGS
+from tgvdp.formulations.qubo.names import ENCODINGS
 
 TARGETS = ("bqm", "coo", "lp", "mps", "qasm3", "graph", "cqm")
 

@@ -1,4 +1,4 @@
-"""``tgvdp solve``: solve one instance of the seeds' formulations and replay what comes out."""
+"""``tgvdp solve``: solve one instance of the formulations and replay what comes out."""
 
 import json
 from typing import TYPE_CHECKING, Any
@@ -7,12 +7,13 @@ import click
 
 from tgvdp.cli.numbers import number
 from tgvdp.errors import BudgetExceededError
-from tgvdp.solvers.allowance import Options
-from tgvdp.solvers.registry import ENCODINGS, SOLVERS
+from tgvdp.formulations.qubo.names import ENCODINGS, PENALTIES, PenaltyRule, parse_penalty
+from tgvdp.solvers.allowance import ANGLES, Allowance
+from tgvdp.solvers.registry import SOLVERS
 
 if TYPE_CHECKING:
-    from tgvdp.formulations.problem.encoding import Solution
     from tgvdp.formulations.problem.instances import Instance
+    from tgvdp.formulations.problem.schedule import Solution
 
 SCHEMA = "tgvdp.solve/1"
 
@@ -24,22 +25,17 @@ Examples:
 """
 
 
-class Penalty(click.ParamType[str | float]):
-    """``seed``, ``sufficient`` or a positive number."""
+class Penalty(click.ParamType[PenaltyRule]):
+    """A rule for the penalty, or a positive number."""
 
-    name = "seed|sufficient|NUMBER"
+    name = "|".join((*PENALTIES, "NUMBER"))
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> PenaltyRule:
         """Keep a rule's name, turn anything else into a number."""
-        if value in ("seed", "sufficient"):
-            return value
         try:
-            weight = float(value)
+            return parse_penalty(str(value))
         except ValueError:
-            weight = 0.0
-        if not 0.0 < weight < 1e30:
-            self.fail(f"{value!r} is neither 'seed' nor 'sufficient' nor a positive number", param, ctx)
-        return weight
+            self.fail(f"{value!r} is neither {' nor '.join(map(repr, PENALTIES))} nor a positive number", param, ctx)
 
 
 @click.command("solve", epilog=_EXAMPLES)
@@ -59,7 +55,7 @@ class Penalty(click.ParamType[str | float]):
 @click.option("--reads", type=click.IntRange(1, 1_000_000), help="Reads of a sampler, shots of qaoa.  [default: 100]")
 @click.option("--sweeps", type=click.IntRange(1, 100_000_000), help="sa, tabu: updates per bit.  [default: 1000]")
 @click.option("--layers", type=click.IntRange(1, 100), help="qaoa: layers.  [default: 3]")
-@click.option("--angles", type=click.Choice(("optimised", "ramp")), help="qaoa: how angles are found.")
+@click.option("--angles", type=click.Choice(ANGLES), help="qaoa: how angles are found.")
 @click.option("--backend", metavar="NAME", help="qaoa, dwave: machine, such as fake_manila.  [default: simulated]")
 @click.option(
     "--time-limit", "time_limit_s", type=number("s", above=0.0), metavar="S", help="milp, scip, leap: end then."
@@ -80,8 +76,7 @@ def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bo
         flag = next(option.opts[0] for option in click.get_current_context().command.params if option.name == name)
         users = ", ".join(other for other, entry in SOLVERS.items() if name in entry.uses)
         raise click.UsageError(f"solver {solver} does not use {flag}; {users} do", click.get_current_context())
-    options = Options(**given)
-    solution = solve(problem, solver, encoding, penalty, options)
+    solution = solve(problem, solver, encoding, penalty, Allowance(**given))
     content = solution_object(problem, solution)
     click.echo(json.dumps(content) if as_json else table(problem, solution))
     return 0 if solution.feasible else BudgetExceededError.exit_code

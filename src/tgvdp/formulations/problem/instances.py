@@ -1,4 +1,4 @@
-"""Benchmark instances: what one problem of the seeds consists of, and its strict JSON form.
+"""Instances: what one problem of the binary or the demand formulation consists of, and its strict JSON form.
 
 Instances are small JSON files, ``{"id": ..., "params": {"kind": "binary" | "demand", ...}}``. A field that is not
 known, is given twice, has the wrong type or is out of range is an `InputError` of one line that names the file.
@@ -53,7 +53,7 @@ class BinaryInstance:
     ----------
     id : str
     model : str
-        Objective: ``constant``, ``kinetic`` or ``efficiency`` (formulations page, section 2).
+        Objective: ``constant``, ``kinetic`` or ``efficiency`` (docs/formulations.md).
     steps : int
         N, number of controls.
     dt_s, dv_mps : float
