@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.output import markdown_table
 from benchmarks.timing import ROOT
 from tgvdp.formulations.problem.alstom import braking_n, energy_faults, power_w, traction_n
 from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance
@@ -17,6 +16,7 @@ from tgvdp.formulations.program.approximations import Fit, joint_fits, phantom_d
 from tgvdp.report import make_provenance
 from tgvdp.report.files import write_files
 from tgvdp.report.formulation_plots import Curve, plot_curves, schedule_curve
+from tgvdp.report.plain import markdown_table
 from tgvdp.solvers.registry import solve
 
 DISTANCE_M, TIME_S = 100e3, 1800.0

@@ -20,7 +20,7 @@ SCHEMA = "tgvdp.solve/1"
 _EXAMPLES = """
 \b
 Examples:
-  tgvdp solve trip.json --solver dp
+  tgvdp solve easy-n008 --solver dp
   tgvdp solve trip.json --solver sa --encoding unary --penalty sufficient --json
 """
 
@@ -62,15 +62,16 @@ class Penalty(click.ParamType[PenaltyRule]):
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of a table.")
 def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bool, **budget: Any) -> int:
-    """Solve INSTANCE, a JSON file of a binary or a demand problem, and replay the solution on the true physics.
+    """Solve INSTANCE, a binary or a demand problem by its built-in name or as a JSON file, and replay the solution.
 
     The objective is in the model's own unit: (m/s)², that is J per kg of train, for the binary model, J for the demand
     model. The exit code is 4 when nothing satisfies all constraints, and 5 when a heuristic found nothing that does.
     """
+    from tgvdp import instances
     from tgvdp.formulations.problem.instances import read_instance
     from tgvdp.solvers.registry import solve
 
-    problem = read_instance(instance)
+    problem = read_instance(instances.find(instance))
     given = {name: value for name, value in budget.items() if value is not None}
     for name in given.keys() - set(SOLVERS[solver].uses):
         flag = next(option.opts[0] for option in click.get_current_context().command.params if option.name == name)
