@@ -64,8 +64,9 @@ class Penalty(click.ParamType[PenaltyRule]):
 def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bool, **budget: Any) -> int:
     """Solve INSTANCE, a binary or a demand problem by its built-in name or as a JSON file, and replay the solution.
 
-    The objective is in the model's own unit: (m/s)², that is J per kg of train, for the binary model, J for the demand
-    model. The exit code is 4 when nothing satisfies all constraints, and 5 when a heuristic found nothing that does.
+    The objective is what the model minimises. It is an energy for the kinetic model (J per kg of train) and by the cost
+    map of the demand model (J); for the constant and the efficiency model, in (m/s)², it is none. The energy by replay
+    always is one. The exit code is 4 when nothing satisfies all constraints, and 5 when none was found that does.
     """
     from tgvdp import instances
     from tgvdp.formulations.problem.instances import read_instance
@@ -95,6 +96,7 @@ def solution_object(problem: "Instance", solution: "Solution") -> dict[str, Any]
         "id": problem.id,
         "solver": solution.solver,
         "objective": solution.objective,
+        "objective_unit": problem.objective_unit,
         "optimal": solution.optimal,
         "n_optimal": solution.n_optimal,
         "feasible": solution.feasible,
@@ -112,15 +114,23 @@ def solution_object(problem: "Instance", solution: "Solution") -> dict[str, Any]
     return plain_content
 
 
+def _meaning(problem: "Instance") -> str:
+    """What an objective is of, so that nobody takes it for an energy where it is none."""
+    from tgvdp.formulations.problem.instances import BinaryInstance
+
+    if not isinstance(problem, BinaryInstance):
+        return "by the cost map"
+    return f"of the {problem.model} model" + ("" if problem.model == "kinetic" else ", not an energy")
+
+
 def table(problem: "Instance", solution: "Solution") -> str:
     """What people read: result, constraints, replay."""
     from tgvdp.formulations.problem.instances import BinaryInstance
 
     schedule, replayed = solution.schedule, solution.replay
     binary = isinstance(problem, BinaryInstance)
-    unit, distance_unit = ("(m/s)²", "Δv·Δt") if binary else ("J", "m")
     proof = "optimal, proved" if solution.optimal else "best found" if solution.feasible else "no feasible plan found"
-    rows = [("objective", f"{solution.objective:.9g} {unit}  ({proof})")]
+    rows = [("objective", f"{solution.objective:.9g} {problem.objective_unit} {_meaning(problem)}  ({proof})")]
     if solution.n_optimal is not None:
         rows.append(("optima", f"{solution.n_optimal}"))
     if binary:
@@ -128,19 +138,17 @@ def table(problem: "Instance", solution: "Solution") -> str:
     else:
         rows.append(("demand", " ".join(f"{d:g}" for d in schedule.controls)))
         rows.append(("speeds", " ".join(f"{v:.4g}" for v in schedule.speeds) + " m/s"))
-    rows.append(("distance", f"{schedule.distance:.9g} {distance_unit}"))
+    rows.append(("distance", f"{schedule.distance:.9g} {'Δv·Δt' if binary else 'm'}"))
     rows += [
         (check.name, "holds" if check.satisfied else f"violated by {check.violation:.6g} {check.unit}")
         for check in schedule.checks
     ]
-    rows.append(
-        (
-            "replay",
-            f"{'feasible' if replayed['feasible'] else 'NOT feasible'}, {replayed['energy']:.6g} "
-            f"{replayed['energy_unit']}, distance {replayed['distance_error_m']:+.4g} m, "
-            f"end speed {replayed['end_speed_error_mps']:+.4g} m/s",
-        )
-    )
+    errors = f"distance {replayed['distance_error_m']:+.4g} m, end speed {replayed['end_speed_error_mps']:+.4g} m/s"
+    rows.append(("replay", f"{'feasible' if replayed['feasible'] else 'NOT feasible'}, {errors}"))
+    energy = f"{replayed['energy']:.6g} {replayed['energy_unit']}"
+    if not binary:
+        energy += f" by the cost map, {replayed['mechanical_j']:.6g} J of traction at the wheel"
+    rows.append(("energy by replay", energy))
     if solution.qubo is not None:
         rows.append(("QUBO", f"{solution.qubo['variables']} variables, {solution.qubo['couplers']} couplers"))
     rows.append((solution.solver, f"{solution.elapsed_s:.4g} s"))

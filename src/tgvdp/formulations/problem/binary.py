@@ -68,7 +68,7 @@ class Features(NamedTuple):
     ----------
     first, second : (...) int64
     p, q : Fraction
-        The objective is Δv²·(p·first − q·second), in (m/s)² = J/kg.
+        The objective is Δv²·(p·first − q·second), in (m/s)².
     """
 
     first: Ints

@@ -88,6 +88,11 @@ class BinaryInstance:
     lambda_uniform: float | None = None
 
     @property
+    def objective_unit(self) -> str:
+        """J/kg where the objective is an energy, that of the kinetic model; (m/s)² where it only ranks plans."""
+        return "J/kg" if self.model == "kinetic" else "(m/s)²"
+
+    @property
     def distance_range(self) -> tuple[int, int]:
         """Smallest and largest distance within the tolerance, in Δv·Δt; the first exceeds the second where none is.
 
@@ -142,6 +147,11 @@ class DemandInstance:
     p_max_w: float
     cost_ref_mps: float
     alpha: float = 0.0
+
+    @property
+    def objective_unit(self) -> str:
+        """J, by the cost map."""
+        return "J"
 
 
 Instance: TypeAlias = BinaryInstance | DemandInstance

@@ -40,7 +40,8 @@ class Schedule:
     distance : float
         In Δv·Δt (binary, trapezoid) or m (demand).
     objective : float
-        In the model's own unit: (m/s)², that is J per kg of train, for the binary model; J for the demand model.
+        In the unit that the instance's ``objective_unit`` names. Of the constant and the efficiency model it is no
+        energy: what a schedule takes, its replay says.
     checks : tuple of Check
         Every constraint, satisfied or not.
     """

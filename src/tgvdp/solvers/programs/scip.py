@@ -47,9 +47,9 @@ def solve_scip(instance: Instance, allowance: Allowance) -> Solution:
     Raises
     ------
     InfeasibleError
-        When no plan obeys all constraints of the program.
+        When no plan obeys all constraints; of a binary instance only.
     BudgetExceededError
-        When the time limit ends before there is a plan.
+        When the time limit ends before there is a plan, or the approximation of a demand instance has none.
     """
     start = time.perf_counter()
     if isinstance(instance, DemandInstance):
@@ -65,7 +65,13 @@ def _solve_demand(instance: DemandInstance, allowance: Allowance, start: float) 
     from tgvdp.formulations.program.demand import demand_program
 
     written = demand_program(instance)
-    solved = optimise(written.program, allowance.time_limit_s)
+    try:
+        solved = optimise(written.program, allowance.time_limit_s)
+    except InfeasibleError:
+        raise BudgetExceededError(
+            f"{instance.id}: SCIP found no plan: its quadratic approximation has none, which proves nothing about the "
+            "demand model itself (solver dp searches that)"
+        ) from None
     elapsed_s = time.perf_counter() - start
     schedule = demand_schedule(instance, written.demands(solved.values))
     return Solution(
