@@ -1,1 +1,1 @@
-"""Benchmarks of tgvdp: ``python -m benchmarks`` runs them all; docs/benchmarks.md says what they measure and how."""
+"""Benchmarks of tgvdp: ``python -m benchmarks`` runs them all; docs/speed.md says what they measure and how."""

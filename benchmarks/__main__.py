@@ -57,7 +57,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _measure(name: str, options: argparse.Namespace) -> None:
-    from benchmarks.output import markdown_table, write_report
+    from benchmarks.output import write_report
+    from tgvdp.report.plain import markdown_table
 
     module, need = BENCHMARKS[name]
     run: Callable = import_module(f"benchmarks.{module}").run

@@ -1,4 +1,4 @@
-"""The seeds' own examples: ``python -m benchmarks formulations`` writes results/formulations."""
+"""The examples of the formulations: ``python -m benchmarks formulations`` writes results/formulations."""
 
 import io
 import json
@@ -8,15 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.output import markdown_table
 from benchmarks.timing import ROOT
 from tgvdp.formulations.problem.alstom import braking_n, energy_faults, power_w, traction_n
 from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance
 from tgvdp.formulations.problem.three_phase import three_phase_run
-from tgvdp.formulations.program.approximations import Fit, phantom_drag_n, seed_fits, split_fits
+from tgvdp.formulations.program.approximations import Fit, joint_fits, phantom_drag_n, split_fits
 from tgvdp.report import make_provenance
 from tgvdp.report.files import write_files
 from tgvdp.report.formulation_plots import Curve, plot_curves, schedule_curve
+from tgvdp.report.plain import markdown_table
 from tgvdp.solvers.registry import solve
 
 DISTANCE_M, TIME_S = 100e3, 1800.0
@@ -85,7 +85,7 @@ def demand():
 
 def fits():
     v = np.linspace(0.0, DEMAND.vmax_mps, 400)
-    split, seed = split_fits(DEMAND), seed_fits(DEMAND)
+    split, joint = split_fits(DEMAND), joint_fits(DEMAND)
     kmh = 3.6 * v
     (t0, t1), (b0, b1), (c1, c2) = split.traction.coefficients, split.braking.coefficients, split.cost.coefficients
     pictures = {
@@ -107,7 +107,7 @@ def fits():
         figures[f"{fit.name}_fit"] = plot_curves(
             pictures[fit.name], "Speed (km/h)", units[fit.name], f"Approximation: {fit.name}", detail
         )
-    return figures, [fit_row("split", fit) for fit in split] + [fit_row("seed", fit) for fit in seed], seed
+    return figures, [fit_row("split", fit) for fit in split] + [fit_row("joint", fit) for fit in joint], joint
 
 
 def fit_row(form: str, fit: Fit) -> dict[str, object]:
@@ -123,13 +123,13 @@ def main(folder: Path) -> None:
     figures["three_phase"], run = three_phase()
     figures["binary"], rows = binary()
     figures["demand"], solved = demand()
-    more, fit_rows, seed = fits()
+    more, fit_rows, joint = fits()
     figures |= more
     faults = energy_faults(DEMAND.p_max_w, DEMAND.cost_ref_mps, DEMAND.alpha, DEMAND.vmax_mps, DEMAND.levels)
     replayed, fine = solved.replay, solved.replay["fine"]
     options = {"distance_m": DISTANCE_M, "time_s": TIME_S, "steps": STEPS}
     provenance = make_provenance(options, {}, time.perf_counter() - started)
-    page = f"""# The seeds' own examples
+    page = f"""# The examples of the formulations
 
 Made by `python -m benchmarks formulations` with tgvdp {provenance["tgvdp"]}, {provenance["utc"]}.
 
@@ -162,7 +162,7 @@ The map draws less than the wheels get on {100 * faults.traction_part:.0f} % of 
 ## Approximations
 
 {markdown_table(fit_rows)}
-The seed's force polynomial fitted up to 160 km/h drags with {phantom_drag_n(seed, 100 / 3.6) / 1e3:.1f} kN
+The joint force polynomial fitted up to 160 km/h drags with {phantom_drag_n(joint, 100 / 3.6) / 1e3:.1f} kN
 at 100 km/h and zero demand (6.5 kN where it is fitted up to 220 km/h).
 
 ![traction](traction_fit.png)

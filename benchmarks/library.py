@@ -1,13 +1,11 @@
-"""The published instances: ``python -m benchmarks.library`` writes benchmarks/instances, the same every time.
+"""The published instances: ``python -m benchmarks.library`` writes src/tgvdp/instances, the same every time.
 
 Each instance is one JSON file with the fields that `tgvdp.formulations.problem.instances` names and no others. What is
 known about it stands beside, in ``optima.csv``: the certified optimum, the number of optimal plans, the closed form
 where one exists, the solver that proves the optimum and the ones that confirm it by other means.
 """
 
-import csv
 import hashlib
-import io
 import json
 import sys
 import warnings
@@ -17,22 +15,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.timing import ROOT
 from tgvdp.errors import TgvdpError
 from tgvdp.formulations.problem.binary import FormulationWarning
 from tgvdp.formulations.problem.demand import drive
 from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, Instance, parse_instance
+from tgvdp.instances import FOLDER, INDEX
 from tgvdp.report.files import write_files
-from tgvdp.solvers.allowance import Options
+from tgvdp.report.plain import csv_text
+from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.exact.brute_force import MOST_STEPS
 from tgvdp.solvers.registry import solve
-
-FOLDER = ROOT / "benchmarks" / "instances"
-INDEX = "optima.csv"
-COLUMNS = (
-    "file", "sha256", "id", "family", "kind", "model", "N", "objective", "unit", "n_optimal", "closed_form",
-    "certified_by", "confirmed_by",
-)  # fmt: skip
 
 #: Steps up to which HiGHS and SCIP confirm an optimum within a minute; the constant model is easier than the others.
 MILP_STEPS = {"constant": 200, "kinetic": 40, "efficiency": 20}
@@ -99,7 +91,7 @@ def kinetic() -> Iterator[Entry]:
 
 
 def efficiency() -> Iterator[Entry]:
-    """The seed's efficiency function, which at a fixed distance only maximises the sum of v²."""
+    """The efficiency function, which at a fixed distance only maximises the sum of v²."""
     for steps in (6, 10, 20, 40, 60):
         yield _binary(
             "efficiency", steps, steps * steps // 8, model="efficiency", alpha=0.0, eta0=0.9, deta=0.8 / (steps // 2)
@@ -141,7 +133,7 @@ def tolerance() -> Iterator[Entry]:
 
 
 def fine() -> Iterator[Entry]:
-    """Δv = 0.1 m/s, where the seed's rule for the penalty picks a wrong minimum."""
+    """Δv = 0.1 m/s, where the rule of thumb for the penalty picks a wrong minimum."""
     for steps in (5, 8, 20):
         yield _binary("fine", steps, steps * steps // 6, dv_mps=0.1)
 
@@ -199,7 +191,9 @@ def certified(entry: Entry) -> dict[str, Any]:
     closed, confirmed = None, []
     for solver in _others(instance):
         try:
-            other = solve(instance, solver, options=Options(time_limit_s=MILP_LIMIT_S if solver == "milp" else None))
+            other = solve(
+                instance, solver, allowance=Allowance(time_limit_s=MILP_LIMIT_S if solver == "milp" else None)
+            )
         except TgvdpError:
             continue  # not for such instances
         if not other.optimal:
@@ -244,15 +238,6 @@ def _same(one: float, other: float) -> bool:
     return bool(np.isclose(one, other, rtol=1e-12, atol=0.0))
 
 
-def index_text(rows: list[dict[str, Any]]) -> bytes:
-    """The index as CSV."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue().encode()
-
-
 def main(folder: Path) -> None:
     """Write all instances and the index."""
     warnings.simplefilter("ignore", FormulationWarning)
@@ -261,7 +246,7 @@ def main(folder: Path) -> None:
         rows.append(certified(entry))
         print(*(rows[-1][key] for key in ("id", "objective", "n_optimal", "confirmed_by")), flush=True)
     files = {f"{entry.name}.json": entry.content for entry in entries()}
-    write_files(folder, {**files, INDEX: index_text(rows)})
+    write_files(folder, {**files, INDEX: csv_text(rows)})
 
 
 if __name__ == "__main__":

@@ -1,17 +1,15 @@
 """Files of a benchmark: JSON with provenance, CSV, a Markdown table and a picture."""
 
-import csv
 import io
 import json
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tgvdp.report import make_provenance
 from tgvdp.report.files import write_files
-from tgvdp.report.plain import plain
+from tgvdp.report.plain import csv_text, markdown_table, plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,27 +47,6 @@ class Report:
     plot: "Figure | None" = None
 
 
-def shown(value: Any) -> str:
-    """One cell of a table: four significant digits."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if value is None or (isinstance(value, float) and math.isnan(value)):
-        return "–"
-    if isinstance(value, float):
-        return f"{value:.0f}" if abs(value) >= 1e4 else f"{value:.4g}"
-    return str(value)
-
-
-def markdown_table(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Rows as a Markdown table; words to the left, numbers to the right."""
-    if not rows:
-        return ""
-    columns = list(rows[0])
-    aligned = ["---" if isinstance(rows[0][name], str) else "---:" for name in columns]
-    lines = [columns, aligned, *([shown(row[name]) for name in columns] for row in rows)]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
-
-
 def write_report(report: Report, folder: Path, elapsed_s: float) -> None:
     """Write the files of a benchmark into a folder."""
     content = {
@@ -81,13 +58,9 @@ def write_report(report: Report, folder: Path, elapsed_s: float) -> None:
         "notes": report.notes,
         "provenance": make_provenance(report.options, report.inputs, elapsed_s),
     }
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(report.rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(plain(report.rows))
     files = {
         f"{report.name}.json": json.dumps(content, indent=1, ensure_ascii=False).encode() + b"\n",
-        f"{report.name}.csv": text.getvalue().encode(),
+        f"{report.name}.csv": csv_text(plain(report.rows)),
         f"{report.name}.md": _page(report, content["provenance"]).encode(),
     }
     if report.plot is not None:

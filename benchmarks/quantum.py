@@ -1,7 +1,7 @@
 """The published runs of `tgvdp bench`: ``python -m benchmarks quantum`` fills results/quantum and goes on where it was.
 
 Penalties and sweeps were tuned for the shortest TTS99 on easy-n010, easy-n014 and easy-n024, none of which is reported
-(docs/benchmark.md has the grid). QAOA starts from a ramp, the angles of one layer less, and one random point.
+(docs/quantum-benchmark.md has the grid). QAOA starts from a ramp, the angles of one layer less, and one random point.
 """
 
 import sys
@@ -9,8 +9,6 @@ from pathlib import Path
 
 from benchmarks.timing import ROOT
 from tgvdp.cli import main as tgvdp
-
-INSTANCES = ROOT / "benchmarks" / "instances"
 
 #: N = 4..60: constant energy without and with slow zones.
 REPORTED = (
@@ -38,13 +36,11 @@ EXACT = ("dp", "milp:time-limit=10:runs=1", "closed")
 
 def runs(folder: Path) -> list[list[str]]:
     """Arguments of the commands."""
-    files = [str(INSTANCES / f"{name}.json") for name in REPORTED]
-    embedded = [str(INSTANCES / f"{name}.json") for name in EMBEDDED]
     drawn = "random:bits:reads=100:runs=1,random:unary:reads=100:runs=1"
     return [
-        [*files, "--solvers", ",".join(SOLVERS), "--runs", "5", "--out", str(folder)],
-        [*embedded, "--solvers", drawn, "--embed", "pegasus,zephyr", "--out", str(folder / "embeddings")],
-        [str(INSTANCES), "--solvers", ",".join(EXACT), "--runs", "3", "--out", str(folder / "exact")],
+        [*REPORTED, "--solvers", ",".join(SOLVERS), "--runs", "5", "--out", str(folder)],
+        [*EMBEDDED, "--solvers", drawn, "--embed", "pegasus,zephyr", "--out", str(folder / "embeddings")],
+        ["--up-to", "200", "--solvers", ",".join(EXACT), "--runs", "3", "--out", str(folder / "exact")],
     ]
 
 

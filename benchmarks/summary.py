@@ -4,7 +4,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from benchmarks.output import read_reports, shown
+from benchmarks.output import read_reports
+from tgvdp.report.plain import shown
 
 BEGIN, END = "<!-- benchmarks: begin (python -m benchmarks summary) -->", "<!-- benchmarks: end -->"
 

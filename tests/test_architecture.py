@@ -25,6 +25,7 @@ MAY_IMPORT = {
     "_jit": set(),
     "model": set(),
     "options": {"model"},
+    "instances": set(),
     "formats": {"model", "options"},
     "line": {"model", "_jit"},
     "physics": {"model", "_jit"},
@@ -35,11 +36,21 @@ MAY_IMPORT = {
     "formulations": {"model", "formats"},  # formats: instances are files
     "solvers": {"model", "formulations", "_jit"},
     "report": {"model", "runs"},
-    "trials": {"model", "formulations", "solvers", "report", "api"},
+    "trials": {"model", "formulations", "instances", "solvers", "report", "api"},
     "api": {"model", "options", "formats", "line", "runs", "methods", "certificate", "referee", "pareto"},
-    "cli": {"model", "options", "formats", "report", "api", "formulations", "solvers", "trials", ""},
+    "cli": {
+        *("model", "options", "formats", "report", "api", "formulations", "instances", "solvers", "trials", ""),
+    },
     "__main__": {"cli"},
     "": {"model", "formats", "runs", "referee", "pareto", "api"},  # the package itself: public names
+}
+
+#: Room within `formulations` → the others that it may import, for types or not.
+FORMULATIONS_MAY_IMPORT = {
+    "problem": set(),
+    "qubo": {"problem"},
+    "program": {"problem"},
+    "circuit": {"problem", "qubo"},
 }
 
 #: What the referee may use of physics: a judge shares no way of making runs with those whom it judges.
@@ -164,6 +175,21 @@ def test_the_referee_shares_nothing_with_those_it_judges():
     assert list(referee_faults(IMPORTS)) == []
 
 
+def formulation_faults(imports):
+    for one in imports:
+        if one.room != "formulations" or target_room(one) != "formulations":
+            continue
+        inner, target = one.path.relative_to(PACKAGE).parts[1], one.target.split(".")[2]
+        if inner in FORMULATIONS_MAY_IMPORT and target not in {inner, *FORMULATIONS_MAY_IMPORT[inner]}:
+            yield str(one)
+
+
+def test_a_problem_knows_none_of_its_forms_and_forms_flow_into_circuits():
+    rooms = {path.parent.name for path in SOURCES if path.parent.parent == PACKAGE / "formulations"}
+    assert rooms == set(FORMULATIONS_MAY_IMPORT)
+    assert list(formulation_faults(IMPORTS)) == []
+
+
 def module_of(path):
     return ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__")
 
@@ -209,6 +235,10 @@ def test_rooms_that_compute_neither_print_nor_touch_files():
     [
         ("methods/a.py", "from tgvdp.formulations.qubo.qubo import build"),
         ("formulations/a.py", "import tgvdp.methods.grid.exact"),
+        ("formulations/problem/a.py", "if TYPE_CHECKING:\n    from tgvdp.formulations.qubo.qubo import Qubo"),
+        ("formulations/qubo/a.py", "from tgvdp.formulations.program.files import lp_text"),
+        ("formulations/program/a.py", "def f():\n    from tgvdp.formulations.circuit.qaoa import Gate"),
+        ("instances/a.py", "from tgvdp.formulations.problem.instances import read_instance"),
         ("model/a.py", "from tgvdp.formats import load_train"),
         ("physics/a.py", "def f():\n    from tgvdp.line.cells import cells_of"),
         ("referee/a.py", "from tgvdp.line.resolved import resolve"),
@@ -225,7 +255,8 @@ def test_rooms_that_compute_neither_print_nor_touch_files():
 )
 def test_rules_catch_a_breach(room, text):
     imports = list(imports_of(PACKAGE / room, text))
-    assert [*direction_faults(imports), *third_party_faults(imports), *referee_faults(imports)]
+    checks = (direction_faults, third_party_faults, referee_faults, formulation_faults)
+    assert [fault for check in checks for fault in check(imports)]
 
 
 def test_rules_allow_extras_inside_functions():

@@ -32,10 +32,13 @@ def wheel(tmp_path_factory):
 
 def test_wheel_holds_every_source_and_data_file(wheel):
     files = [
-        path for path in PACKAGE.rglob("*") if path.suffix in {".py", ".toml", ".typed"} or path.name == "py.typed"
+        path
+        for path in PACKAGE.rglob("*")
+        if path.suffix in {".py", ".toml", ".json", ".csv"} or path.name == "py.typed"
     ]
     assert {path.relative_to(PACKAGE.parent).as_posix() for path in files} <= set(wheel.namelist())
     assert "tgvdp/py.typed" in wheel.namelist()
+    assert "tgvdp/instances/easy-n008.json" in wheel.namelist()
     assert any(re.fullmatch(r"tgvdp/model/catalog/\w+/tgv\.toml", name) for name in wheel.namelist())
 
 
@@ -51,7 +54,8 @@ def test_wheel_metadata(wheel):
 
 def test_version_is_the_same_everywhere():
     assert f"\nversion: {tgvdp.__version__}\n" in (ROOT / "CITATION.cff").read_text()
-    assert re.findall(r"^## \[(.+?)\]", (ROOT / "CHANGELOG.md").read_text(), re.M)[0] == tgvdp.__version__
+    numbers = re.findall(r"^## \[(\d.+?)\]", (ROOT / "CHANGELOG.md").read_text(), re.M)  # above them: Unreleased
+    assert numbers[0] == tgvdp.__version__
 
 
 def test_licence_is_complete():

@@ -12,7 +12,7 @@ from benchmarks.__main__ import BENCHMARKS
 from benchmarks.inside import finer_cells, mesh_of, phases_of
 from benchmarks.instances import reference_instances, synthetic_instance
 from benchmarks.ipopt_nlp import caps_of
-from benchmarks.output import Report, markdown_table, read_reports, write_report
+from benchmarks.output import Report, read_reports, write_report
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate import backward, mesh
 from tgvdp.methods.grid.exact import exact_paths
@@ -147,10 +147,6 @@ def test_summary_without_results_says_so(tmp_path):
 
 def test_bars_read_figures_that_benchmarks_write():
     assert {bar.report for bar in summary.BARS} <= set(BENCHMARKS)
-
-
-def test_tables_align_numbers_right():
-    assert markdown_table([{"a": "x", "b": 12345.6}]) == "| a | b |\n| --- | ---: |\n| x | 12346 |\n"
 
 
 @pytest.mark.slow

@@ -2,12 +2,13 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 
 import pytest
 
-from tgvdp import __version__
+from tgvdp import __version__, instances
 from tgvdp.cli import _COMMANDS, main
 from tgvdp.cli.screen import duration, front_table, spread
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError, TgvdpError
@@ -111,12 +112,15 @@ def test_one_place_turns_errors_into_a_line_and_an_exit_code(error, code, monkey
 
 def test_catalog_lists_every_train_and_track(capsys):
     assert run("catalog") == 0
-    lines = capsys.readouterr().out.splitlines()
+    printed = capsys.readouterr().out.splitlines()
+    lines = [line for line in printed if not line.startswith("instances")]
     expected = [(kind, name) for kind in catalog.KINDS for name in catalog.names(kind)]
     assert [tuple(line.split()[:2]) for line in lines] == expected
     assert "416 t" in lines[[name for _, name in expected].index("tgv")]
     assert "160 to 300 km/h" in lines[[name for _, name in expected].index("lgv-100km")]
     assert {"tgv", "alstom-emu", "lgv-100km", "flat-100km"} <= {name for _, name in expected}
+    sizes = re.findall(r"\d{3}", " ".join(line for line in printed if line.startswith("instances")))
+    assert len(sizes) == len(instances.index()) == 76
 
 
 def test_catalog_shows_one_with_its_sources(capsys):
@@ -134,6 +138,7 @@ def test_catalog_json(capsys):
     assert by_name["tgv"]["kind"] == "train"
     assert by_name["tgv"]["notes"]
     assert by_name["lgv-100km"]["kind"] == "track"
+    assert by_name["easy-n008"]["figures"][1] == {"name": "certified optimum", "value": 1.4, "unit": "(m/s)^2"}
 
 
 def test_catalog_suggests_the_nearest_name(one_error):

@@ -7,7 +7,7 @@ from tgvdp.formulations.problem.alstom import braking_n, energy_faults, force_n,
 from tgvdp.formulations.problem.demand import demand_schedule, drive, step
 from tgvdp.formulations.problem.instances import DemandInstance
 from tgvdp.formulations.problem.replay import replay
-from tgvdp.formulations.program.approximations import phantom_drag_n, seed_fits, split_fits
+from tgvdp.formulations.program.approximations import joint_fits, phantom_drag_n, split_fits
 from tgvdp.formulations.program.demand import demand_program
 from tgvdp.solvers.exact.demand_bounds import demand_bounds
 
@@ -74,8 +74,8 @@ def test_fits_are_least_squares():
     assert 0.0 < fits.cost.rms < fits.cost.worst < fits.cost.scale
 
 
-def test_the_seeds_polynomial_drags():
-    fits = seed_fits(instance(None, vmax_mps=220 / 3.6))
+def test_the_joint_polynomial_drags():
+    fits = joint_fits(instance(None, vmax_mps=220 / 3.6))
     assert phantom_drag_n(fits, 100 / 3.6) == pytest.approx(6.4e3, rel=0.02)
 
 
@@ -85,7 +85,7 @@ def test_program_is_satisfied_by_its_own_motion(form):
     one = instance(2, steps=5)
     program = demand_program(one, form)
     demand = np.array([1.0, 0.5, 0.0, -0.5, 0.0])
-    fits = split_fits(one) if form == "split" else seed_fits(one)
+    fits = split_fits(one) if form == "split" else joint_fits(one)
     names = [variable.name for variable in program.program.variables]
     values = np.zeros(len(names))
     v, cost = 0.0, 0.0

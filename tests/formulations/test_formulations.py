@@ -132,16 +132,16 @@ def test_mccormick_form_has_the_same_minimum():
     assert with_z.qubo.all_energies().min() == plain.qubo.all_energies().min()
 
 
-def test_the_seeds_speed_limits_count_accelerations():
+def test_limits_on_the_total_count_accelerations():
     one = instance(steps=5, distance_units=3.0, cap_units=(1,) * 5)
     minimum = {
         limits: encode_bits(one, 50.0, BitsForm(limits=limits)).qubo.all_energies().min()
-        for limits in ("seed", "seed-equality", "per-step")
+        for limits in ("total", "total-equality", "per-step")
     }
-    assert minimum["seed"] == minimum["seed-equality"] == minimum["per-step"] == pytest.approx(0.25)
+    assert minimum["total"] == minimum["total-equality"] == minimum["per-step"] == pytest.approx(0.25)
     twice = instance(steps=4, distance_units=2.0, cap_units=(1, 0, 1, 0))
     assert encode_bits(twice, 50.0, BitsForm(limits="per-step")).qubo.all_energies().min() == pytest.approx(0.5)
-    assert encode_bits(twice, 50.0, BitsForm(limits="seed")).violation.all_energies().min() >= 1.0
+    assert encode_bits(twice, 50.0, BitsForm(limits="total")).violation.all_energies().min() >= 1.0
 
 
 def test_cubic_efficiency_survives_its_reduction():
@@ -182,10 +182,10 @@ def test_penalties_above_the_bound_keep_the_optimum_and_below_the_critical_one_l
     assert lost >= 3
 
 
-def test_the_seeds_rule_at_a_small_step_picks_a_wrong_minimum_and_warns():
+def test_the_rule_of_thumb_at_a_small_step_picks_a_wrong_minimum_and_warns():
     one = instance(steps=4, distance_units=4.0, dv_mps=0.1, cap_units=(2,) * 4)
     with pytest.warns(FormulationWarning, match="too small"):
-        encoded = encode(one, "bits", "seed")
+        encoded = encode(one, "bits", "tenfold")
     string = bits_of(int(np.argmin(encoded.qubo.all_energies())), encoded.qubo.n)
     assert not encoded.decode(string).feasible
     right = encode(one, "bits")

@@ -11,12 +11,12 @@ from tgvdp.formulations.circuit.qaoa import energy_scale
 from tgvdp.formulations.circuit.statevector import evaluate
 from tgvdp.formulations.qubo.encodings import encode
 from tgvdp.formulations.qubo.ising import ising_of
-from tgvdp.solvers.allowance import Options
+from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.registry import solve
 
 
-def details(instance, encoding="unary", **options):
-    return solve(instance, "qaoa", encoding, options=Options(**options)).details
+def details(instance, encoding="unary", **allowance):
+    return solve(instance, "qaoa", encoding, allowance=Allowance(**allowance)).details
 
 
 def test_optimised_angles_are_stationary_and_better_with_more_layers():

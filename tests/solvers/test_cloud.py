@@ -5,7 +5,7 @@ import pytest
 from tests.helpers.instance_case import binary_instance
 from tgvdp.errors import InputError
 from tgvdp.formulations.qubo.encodings import encode
-from tgvdp.solvers.allowance import Options
+from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.registry import solve
 
 
@@ -15,7 +15,7 @@ def test_a_mock_machine_finds_a_small_optimum():
 
     instance = binary_instance(4)
     encoded = encode(instance, "unary")
-    found = embedded_solution(testing.MockDWaveSampler(), encoded, Options(reads=50))
+    found = embedded_solution(testing.MockDWaveSampler(), encoded, Allowance(reads=50))
     assert found.objective == solve(instance, "dp").objective
     assert found.feasible
     assert not found.optimal
@@ -29,7 +29,7 @@ def test_what_does_not_fit_is_said():
 
     machine = testing.MockDWaveSampler(topology_type="chimera", topology_shape=[1, 1, 4])
     with pytest.raises(InputError, match="16 bits do not fit"):
-        embedded_solution(machine, encode(binary_instance(8), "bits"), Options())
+        embedded_solution(machine, encode(binary_instance(8), "bits"), Allowance())
 
 
 def test_without_an_account_one_line_says_so(monkeypatch, tmp_path):

@@ -10,7 +10,7 @@ from tgvdp.errors import InfeasibleError, InputError
 from tgvdp.formulations.problem.demand import drive
 from tgvdp.formulations.problem.instances import DemandInstance
 from tgvdp.formulations.program.approximations import split_fits
-from tgvdp.solvers.allowance import Options
+from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.registry import solve
 
 dimod = pytest.importorskip("dimod")
@@ -77,7 +77,7 @@ class Service:
 
 def test_the_hybrid_service_returns_the_best_feasible_sample():
     instance, service = binary_instance(5, distance_units=4.0), Service()
-    found = hybrid_solution(service, instance, Options(time_limit_s=7.0))
+    found = hybrid_solution(service, instance, Allowance(time_limit_s=7.0))
     assert service.limits == [{"time_limit": 7.0}]
     assert found.solver == "leap"
     assert not found.optimal
@@ -92,7 +92,7 @@ def test_the_hybrid_service_returns_the_best_feasible_sample():
 def test_demands_of_the_service_are_driven_on_the_true_curves():
     reachable = replace(DEMAND, distance_m=float(drive(DEMAND, (1.0, 0.0, 0.0, -1.0, -1.0)).distance_m))
     pulls, holds = {"p_0": 2, "q_3": 2, "q_4": 2}, {}
-    found = hybrid_solution(Service([holds, pulls]), reachable, Options())
+    found = hybrid_solution(Service([holds, pulls]), reachable, Allowance())
     assert found.schedule.controls == (1.0, 0.0, 0.0, -1.0, -1.0)
     assert found.objective == found.replay["objective"] > 0.0
     assert found.details["reads"] == 2
@@ -105,9 +105,9 @@ def test_a_service_that_refuses_or_returns_nothing_is_one_line():
             raise ValueError("too many constraints")
 
     with pytest.raises(InputError, match="refuses the problem: too many constraints"):
-        hybrid_solution(Refuses(), binary_instance(4), Options())
+        hybrid_solution(Refuses(), binary_instance(4), Allowance())
     with pytest.raises(InputError, match="returned no sample"):
-        hybrid_solution(Service([]), binary_instance(4), Options())
+        hybrid_solution(Service([]), binary_instance(4), Allowance())
 
 
 def test_without_an_account_one_line_says_so(monkeypatch, tmp_path):

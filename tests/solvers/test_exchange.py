@@ -148,7 +148,7 @@ def test_text_goes_to_stdout(trip, target, capsys):
         (["--to", "coo", "-o", "-"], 2, "sidecar"),
         (["--to", "bqm", "-o", "-"], 2, "is binary"),
         (["--to", "cqm", "-o", "-"], 2, "is binary"),
-        (["--to", "cqm", "--penalty", "seed", "-o", "x"], 3, "neither an encoding"),
+        (["--to", "cqm", "--penalty", "tenfold", "-o", "x"], 3, "neither an encoding"),
         (["--to", "lp", "--encoding", "bits", "-o", "-"], 3, "neither an encoding"),
     ],
 )

@@ -11,7 +11,7 @@ from tgvdp.errors import InfeasibleError, InputError, MissingExtraError
 from tgvdp.formulations.qubo.bits import BitsForm, encode_bits
 from tgvdp.formulations.qubo.encodings import encode
 from tgvdp.formulations.qubo.qubo import QuboBuilder
-from tgvdp.solvers.allowance import Options
+from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.registry import SOLVERS, solve
 
 pytestmark = pytest.mark.filterwarnings("ignore::tgvdp.formulations.problem.binary.FormulationWarning")
@@ -24,7 +24,7 @@ SAMPLERS = ("sa", "tabu", "descent")
 def test_samplers_find_a_small_optimum_and_repeat_it(solver, encoding):
     pytest.importorskip("dwave.samplers")
     instance = binary_instance(4)
-    found, again = (solve(instance, solver, encoding, options=Options(reads=50, sweeps=200)) for _ in range(2))
+    found, again = (solve(instance, solver, encoding, allowance=Allowance(reads=50, sweeps=200)) for _ in range(2))
     assert found.objective == solve(instance, "dp").objective
     assert found.feasible
     assert not found.optimal  # a heuristic proves nothing
@@ -41,7 +41,7 @@ def test_seeds_and_budgets_change_what_is_drawn(solver):
     instance = binary_instance(8)
 
     def drawn(**changes):
-        details = solve(instance, solver, "bits", options=Options(**{"reads": 200, "sweeps": 20} | changes)).details
+        details = solve(instance, solver, "bits", allowance=Allowance(**{"reads": 200, "sweeps": 20} | changes)).details
         return details["best_reads"], details["feasible_reads"]
 
     assert drawn(seed=1) != drawn(seed=2)
@@ -60,7 +60,7 @@ def test_tabu_with_its_own_tenure_fails_where_ours_succeeds():
     encoded = encode(instance, "bits")
     own = TabuSampler().sample(bqm_of(encoded.qubo), num_reads=50, seed=1, timeout=None, num_restarts=5)
     default = best_of(encoded, samples_of(own, encoded.qubo))
-    ours = solve(instance, "tabu", "bits", options=Options(reads=50))
+    ours = solve(instance, "tabu", "bits", allowance=Allowance(reads=50))
     assert ours.details["tenure"] == 8
     assert ours.details["best_reads"] == 50
     assert default.best_reads < 10
@@ -97,14 +97,14 @@ def test_a_ground_state_that_breaks_a_constraint_is_no_optimum():
     assert found.n_optimal is None
 
 
-def test_the_seeds_speed_limit_proves_nothing_about_what_it_forbids():
+def test_a_limit_on_the_total_proves_nothing_about_what_it_forbids():
     pytest.importorskip("dimod")
     from tgvdp.solvers.samplers.annealing import solve_exact_qubo
 
     # 1 0 1 0: two accelerations below a cap of 1, which the seed's Σx ≤ 1 forbids.
     instance = binary_instance(4, cap_units=1, distance_units=2.0)
-    encoded = encode_bits(instance, 10.0, BitsForm(limits="seed"))
-    found = solve_exact_qubo(encoded, Options())
+    encoded = encode_bits(instance, 10.0, BitsForm(limits="total"))
+    found = solve_exact_qubo(encoded, Allowance())
     assert not encoded.complete
     assert found.feasible
     assert not found.optimal
@@ -197,4 +197,4 @@ def test_exact_solvers_need_no_extra(solver, no_extra):
 )
 def test_wrong_options_are_refused(changes, part):
     with pytest.raises(InputError, match=part):
-        Options(**changes)
+        Allowance(**changes)

@@ -10,25 +10,23 @@ import click
 
 from tgvdp.cli.screen import Screen, duration
 
-#: Where the published instances are, seen from the project's folder.
-LIBRARY = Path("benchmarks") / "instances"
 SOLVERS = "dp,milp:time-limit=60,sa:bits,sa:unary,tabu:unary,random:unary"
-#: Most steps of those that are taken when none is named: samplers take hours on the largest.
-LIBRARY_STEPS = 20
+#: Most steps of the built-in instances that are taken when none is named: samplers take hours on the largest.
+BUILT_IN_STEPS = 20
 _BAR = 24
 
 _EXAMPLES = """
 \b
 Examples:
   tgvdp bench trip.json --out trip-bench
-  tgvdp bench benchmarks/instances --solvers dp,milp --runs 5 --out exact
-  tgvdp bench easy-n008.json --solvers dp,sa:unary:sweeps=3000:penalty=2,qaoa:bits:layers=2:runs=1 --out quantum
-  tgvdp bench easy-n020.json --solvers sa:bits,sa:unary --embed pegasus,zephyr --out sizes
+  tgvdp bench --up-to 200 --solvers dp,milp --runs 5 --out exact
+  tgvdp bench easy-n008 --solvers dp,sa:unary:sweeps=3000:penalty=2,qaoa:bits:layers=2:runs=1 --out quantum
+  tgvdp bench easy-n020 --solvers sa:bits,sa:unary --embed pegasus,zephyr --out sizes
 """
 
 
 @click.command("bench", epilog=_EXAMPLES)
-@click.argument("instances", metavar="[INSTANCES]...", nargs=-1, type=click.Path(path_type=Path))
+@click.argument("words", metavar="[INSTANCES]...", nargs=-1)
 @click.option(
     "--solvers", default=SOLVERS, show_default=True, metavar="LIST",
     help="Words NAME[:ENCODING][:KEY=VALUE ...] with commas; keys: penalty, reads, sweeps, layers, angles, starts, "
@@ -38,7 +36,7 @@ Examples:
     "--up-to",
     type=click.IntRange(min=1),
     metavar="N",
-    help=f"Leave out instances of more steps.  [default: {LIBRARY_STEPS} without INSTANCES, else none]",
+    help=f"Leave out instances of more steps.  [default: {BUILT_IN_STEPS} without INSTANCES, else none]",
 )
 @click.option("--runs", type=click.IntRange(1, 10_000), default=5, show_default=True, help="Of each on each instance.")
 @click.option("--seed", type=click.IntRange(0, 2**30), default=1, show_default=True, help="Of the first run.")
@@ -53,7 +51,7 @@ Examples:
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of a table.")
 @click.option("-q", "--quiet", is_flag=True, help="No progress bar.")
 def command(
-    instances: tuple[Path, ...],
+    words: tuple[str, ...],
     solvers: str,
     up_to: int | None,
     runs: int,
@@ -64,12 +62,13 @@ def command(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Run solvers on INSTANCES, JSON files or folders of them, and compare what they reach with certified optima.
+    """Run solvers on INSTANCES, and compare what they reach with certified optima.
 
-    Without INSTANCES the published ones in benchmarks/instances are taken. Each finished run is kept in the folder, so
-    that the same command goes on after an interruption, and makes only what is new after a change. The folder gets
-    benchmark.csv with the fields of QOBLIB, runs.csv, benchmark.md, benchmark.json and pictures.
-    """  # fmt: skip
+    INSTANCES are built-in names, JSON files, or folders of them; without any, all that are built in. Each finished run
+    is kept in the folder, so that the same command goes on after an interruption, and makes only what is new after a
+    change. The folder gets benchmark.csv with the fields of QOBLIB, runs.csv, benchmark.md and .json, and pictures.
+    """
+    from tgvdp import instances
     from tgvdp.errors import InputError
     from tgvdp.report import check_writable
     from tgvdp.solvers.samplers.embedding import TOPOLOGIES
@@ -86,12 +85,9 @@ def command(
         specs = parse_specs(solvers)
     except InputError as error:
         raise click.UsageError(f"--{error}", context) from None
-    if not instances and not LIBRARY.is_dir():
-        raise click.UsageError(f"name INSTANCES: the folder {LIBRARY} of the published ones is not here", context)
-    most = up_to or (None if instances else LIBRARY_STEPS)
-    plan = Plan(
-        tuple(read_cases(instances or (LIBRARY,), most)), tuple(specs), runs, seed, topologies, float(embed_limit)
-    )
+    places = [instances.find(word) for word in words] or [instances.FOLDER]
+    cases = read_cases(places, up_to or (None if words else BUILT_IN_STEPS))
+    plan = Plan(tuple(cases), tuple(specs), runs, seed, topologies, float(embed_limit))
     check_writable(out)
     started = time.perf_counter()
     with Screen(quiet=quiet) as screen:

@@ -1,7 +1,8 @@
-"""``tgvdp catalog``: the trains, lines and energy maps that come with tgvdp."""
+"""``tgvdp catalog``: the trains, lines, energy maps and instances of the formulations that come with tgvdp."""
 
 import json
 import textwrap
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -19,6 +20,7 @@ _EXAMPLES = """
 Examples:
   tgvdp catalog
   tgvdp catalog tgv
+  tgvdp catalog easy-n008
   tgvdp catalog --json
 """
 
@@ -27,32 +29,55 @@ Examples:
 @click.argument("name", required=False)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(name: str | None, as_json: bool) -> None:
-    """List the built-in trains, lines and energy maps, or show NAME and its sources."""
+    """List the built-in trains, lines, energy maps and instances of the formulations, or show NAME and its sources."""
     entries = _entries(name)
     if as_json:
         listed = [_plain(*entry) for entry in entries]
         click.echo(json.dumps({"schema": SCHEMA, "entries": listed}, ensure_ascii=False, allow_nan=False))
         return
+    if name is not None:
+        ((entry, description),) = entries
+        click.echo("\n".join(map(_folded, f"{entry}: {description}".splitlines())))
+        return
     width = max(len(entry) for entry, _ in entries)
+    families: dict[str, list[str]] = {}
     for entry, description in entries:
-        if name is None:
-            figures = (f"{figure.name} {figure}" for figure in description.figures if figure.name in _LISTED)
-            click.echo(f"{description.kind:5}  {entry:{width}}  {', '.join(figures)}")
-        else:
-            click.echo("\n".join(map(_folded, f"{entry}: {description}".splitlines())))
+        if description.kind == "instance":
+            family, _, steps = entry.rpartition("-n")
+            families.setdefault(family, []).append(steps)
+            continue
+        figures = (f"{figure.name} {figure}" for figure in description.figures if figure.name in _LISTED)
+        click.echo(f"{description.kind:5}  {entry:{width}}  {', '.join(figures)}")
+    for family, sizes in families.items():  # as a shell takes them, because there are many
+        click.echo(f"instances  {family}-n{{{','.join(sizes)}}}")
 
 
 def _entries(wanted: str | None) -> list[tuple[str, "Description"]]:
     """Names and descriptions of what the catalog has, or of the one that is wanted."""
+    from tgvdp import instances
     from tgvdp.formats import describe_file
     from tgvdp.formats.syntax.typed import suggestion
     from tgvdp.model import catalog
 
-    known = [(kind, name) for kind in catalog.KINDS for name in catalog.names(kind)]
-    chosen = [(kind, name) for kind, name in known if wanted in (None, name)]
-    if not chosen:
-        raise InputError(f"catalog: unknown name {wanted!r:.60}{suggestion(str(wanted), [name for _, name in known])}")
-    return [(name, describe_file(catalog.path(name, kind))) for kind, name in chosen]
+    files = {name: catalog.path(name, kind) for kind in catalog.KINDS for name in catalog.names(kind)}
+    index = instances.index()
+    if wanted not in (None, *files, *index):
+        raise InputError(f"catalog: unknown name {wanted!r:.60}{suggestion(str(wanted), [*files, *index])}")
+    found = [(name, describe_file(path)) for name, path in files.items() if wanted in (None, name)]
+    return found + [(name, _instance(row)) for name, row in index.items() if wanted in (None, name)]
+
+
+def _instance(row: Mapping[str, str]) -> "Description":
+    from tgvdp.formats.review.describe import Description, Figure
+
+    model = f", {row['model']} model" if row["model"] else ""
+    figures = (
+        Figure("steps", int(row["N"]), ""),
+        Figure("certified optimum", float(row["objective"]), row["unit"]),
+        Figure("optimal schedules", row["n_optimal"], ""),
+    )
+    note = "proved by " + ", ".join([row["certified_by"], *row["confirmed_by"].split()])
+    return Description(kind="instance", format=row["kind"] + model, name=row["id"], figures=figures, notes=(note,))
 
 
 def _plain(entry: str, description: "Description") -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""``tgvdp solve``: solve one instance of the seeds' formulations and replay what comes out."""
+"""``tgvdp solve``: solve one instance of the formulations and replay what comes out."""
 
 import json
 from typing import TYPE_CHECKING, Any
@@ -7,39 +7,35 @@ import click
 
 from tgvdp.cli.numbers import number
 from tgvdp.errors import BudgetExceededError
-from tgvdp.solvers.allowance import Options
-from tgvdp.solvers.registry import ENCODINGS, SOLVERS
+from tgvdp.formulations.qubo.names import ENCODINGS, PENALTIES, PenaltyRule, parse_penalty
+from tgvdp.solvers.allowance import ANGLES, Allowance
+from tgvdp.solvers.registry import SOLVERS
 
 if TYPE_CHECKING:
-    from tgvdp.formulations.problem.encoding import Solution
     from tgvdp.formulations.problem.instances import Instance
+    from tgvdp.formulations.problem.schedule import Solution
 
 SCHEMA = "tgvdp.solve/1"
 
 _EXAMPLES = """
 \b
 Examples:
-  tgvdp solve trip.json --solver dp
+  tgvdp solve easy-n008 --solver dp
   tgvdp solve trip.json --solver sa --encoding unary --penalty sufficient --json
 """
 
 
-class Penalty(click.ParamType[str | float]):
-    """``seed``, ``sufficient`` or a positive number."""
+class Penalty(click.ParamType[PenaltyRule]):
+    """A rule for the penalty, or a positive number."""
 
-    name = "seed|sufficient|NUMBER"
+    name = "|".join((*PENALTIES, "NUMBER"))
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> PenaltyRule:
         """Keep a rule's name, turn anything else into a number."""
-        if value in ("seed", "sufficient"):
-            return value
         try:
-            weight = float(value)
+            return parse_penalty(str(value))
         except ValueError:
-            weight = 0.0
-        if not 0.0 < weight < 1e30:
-            self.fail(f"{value!r} is neither 'seed' nor 'sufficient' nor a positive number", param, ctx)
-        return weight
+            self.fail(f"{value!r} is neither {' nor '.join(map(repr, PENALTIES))} nor a positive number", param, ctx)
 
 
 @click.command("solve", epilog=_EXAMPLES)
@@ -59,29 +55,30 @@ class Penalty(click.ParamType[str | float]):
 @click.option("--reads", type=click.IntRange(1, 1_000_000), help="Reads of a sampler, shots of qaoa.  [default: 100]")
 @click.option("--sweeps", type=click.IntRange(1, 100_000_000), help="sa, tabu: updates per bit.  [default: 1000]")
 @click.option("--layers", type=click.IntRange(1, 100), help="qaoa: layers.  [default: 3]")
-@click.option("--angles", type=click.Choice(("optimised", "ramp")), help="qaoa: how angles are found.")
+@click.option("--angles", type=click.Choice(ANGLES), help="qaoa: how angles are found.")
 @click.option("--backend", metavar="NAME", help="qaoa, dwave: machine, such as fake_manila.  [default: simulated]")
 @click.option(
     "--time-limit", "time_limit_s", type=number("s", above=0.0), metavar="S", help="milp, scip, leap: end then."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of a table.")
 def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bool, **budget: Any) -> int:
-    """Solve INSTANCE, a JSON file of a binary or a demand problem, and replay the solution on the true physics.
+    """Solve INSTANCE, a binary or a demand problem by its built-in name or as a JSON file, and replay the solution.
 
-    The objective is in the model's own unit: (m/s)², that is J per kg of train, for the binary model, J for the demand
-    model. The exit code is 4 when nothing satisfies all constraints, and 5 when a heuristic found nothing that does.
+    The objective is what the model minimises. It is an energy for the kinetic model (J per kg of train) and by the cost
+    map of the demand model (J); for the constant and the efficiency model, in (m/s)², it is none. The energy by replay
+    always is one. The exit code is 4 when nothing satisfies all constraints, and 5 when none was found that does.
     """
+    from tgvdp import instances
     from tgvdp.formulations.problem.instances import read_instance
     from tgvdp.solvers.registry import solve
 
-    problem = read_instance(instance)
+    problem = read_instance(instances.find(instance))
     given = {name: value for name, value in budget.items() if value is not None}
     for name in given.keys() - set(SOLVERS[solver].uses):
         flag = next(option.opts[0] for option in click.get_current_context().command.params if option.name == name)
         users = ", ".join(other for other, entry in SOLVERS.items() if name in entry.uses)
         raise click.UsageError(f"solver {solver} does not use {flag}; {users} do", click.get_current_context())
-    options = Options(**given)
-    solution = solve(problem, solver, encoding, penalty, options)
+    solution = solve(problem, solver, encoding, penalty, Allowance(**given))
     content = solution_object(problem, solution)
     click.echo(json.dumps(content) if as_json else table(problem, solution))
     return 0 if solution.feasible else BudgetExceededError.exit_code
@@ -99,6 +96,7 @@ def solution_object(problem: "Instance", solution: "Solution") -> dict[str, Any]
         "id": problem.id,
         "solver": solution.solver,
         "objective": solution.objective,
+        "objective_unit": problem.objective_unit,
         "optimal": solution.optimal,
         "n_optimal": solution.n_optimal,
         "feasible": solution.feasible,
@@ -116,15 +114,23 @@ def solution_object(problem: "Instance", solution: "Solution") -> dict[str, Any]
     return plain_content
 
 
+def _meaning(problem: "Instance") -> str:
+    """What an objective is of, so that nobody takes it for an energy where it is none."""
+    from tgvdp.formulations.problem.instances import BinaryInstance
+
+    if not isinstance(problem, BinaryInstance):
+        return "by the cost map"
+    return f"of the {problem.model} model" + ("" if problem.model == "kinetic" else ", not an energy")
+
+
 def table(problem: "Instance", solution: "Solution") -> str:
     """What people read: result, constraints, replay."""
     from tgvdp.formulations.problem.instances import BinaryInstance
 
     schedule, replayed = solution.schedule, solution.replay
     binary = isinstance(problem, BinaryInstance)
-    unit, distance_unit = ("(m/s)²", "Δv·Δt") if binary else ("J", "m")
     proof = "optimal, proved" if solution.optimal else "best found" if solution.feasible else "no feasible plan found"
-    rows = [("objective", f"{solution.objective:.9g} {unit}  ({proof})")]
+    rows = [("objective", f"{solution.objective:.9g} {problem.objective_unit} {_meaning(problem)}  ({proof})")]
     if solution.n_optimal is not None:
         rows.append(("optima", f"{solution.n_optimal}"))
     if binary:
@@ -132,19 +138,17 @@ def table(problem: "Instance", solution: "Solution") -> str:
     else:
         rows.append(("demand", " ".join(f"{d:g}" for d in schedule.controls)))
         rows.append(("speeds", " ".join(f"{v:.4g}" for v in schedule.speeds) + " m/s"))
-    rows.append(("distance", f"{schedule.distance:.9g} {distance_unit}"))
+    rows.append(("distance", f"{schedule.distance:.9g} {'Δv·Δt' if binary else 'm'}"))
     rows += [
         (check.name, "holds" if check.satisfied else f"violated by {check.violation:.6g} {check.unit}")
         for check in schedule.checks
     ]
-    rows.append(
-        (
-            "replay",
-            f"{'feasible' if replayed['feasible'] else 'NOT feasible'}, {replayed['energy']:.6g} "
-            f"{replayed['energy_unit']}, distance {replayed['distance_error_m']:+.4g} m, "
-            f"end speed {replayed['end_speed_error_mps']:+.4g} m/s",
-        )
-    )
+    errors = f"distance {replayed['distance_error_m']:+.4g} m, end speed {replayed['end_speed_error_mps']:+.4g} m/s"
+    rows.append(("replay", f"{'feasible' if replayed['feasible'] else 'NOT feasible'}, {errors}"))
+    energy = f"{replayed['energy']:.6g} {replayed['energy_unit']}"
+    if not binary:
+        energy += f" by the cost map, {replayed['mechanical_j']:.6g} J of traction at the wheel"
+    rows.append(("energy by replay", energy))
     if solution.qubo is not None:
         rows.append(("QUBO", f"{solution.qubo['variables']} variables, {solution.qubo['couplers']} couplers"))
     rows.append((solution.solver, f"{solution.elapsed_s:.4g} s"))

@@ -1,7 +1,9 @@
-"""Values as JSON can hold them."""
+"""Values as JSON can hold them, and rows of values as CSV and as Markdown."""
 
+import csv
+import io
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,4 +21,34 @@ def plain(value: Any) -> Any:
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [plain(item) for item in value]
+    return str(value)
+
+
+def csv_text(rows: Sequence[Mapping[str, Any]]) -> bytes:
+    """Rows of the same keys as CSV; what is None stays empty."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue().encode()
+
+
+def markdown_table(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Rows of the same keys as a Markdown table; words to the left, numbers to the right."""
+    if not rows:
+        return ""
+    columns = list(rows[0])
+    aligned = ["---" if any(isinstance(row[name], str) for row in rows) else "---:" for name in columns]
+    lines = [columns, aligned, *([shown(row[name]) for name in columns] for row in rows)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
+
+
+def shown(value: Any) -> str:
+    """One cell of a table: four significant digits."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return "–"
+    if isinstance(value, float):
+        return f"{value:.0f}" if abs(value) >= 1e4 else f"{value:.4g}"
     return str(value)

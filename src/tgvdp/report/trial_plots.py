@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
 from tgvdp.report import style
@@ -51,11 +51,10 @@ def plot_success(success: Sequence[Series], tts_s: Sequence[Series], detail: str
     for one in tts_s:
         _draw(axes[-1], one, looks[one.name], "^")
     if success:
-        # Coin tosses soon fall below everything that could be measured, and their time above everything else.
-        axes[0].set_ylim(0.3 * _least(one.y for one in success if not one.dashed), 2.0)
+        # Coin tosses soon fall below everything that could be measured: of them only the best need be seen.
+        axes[0].set_ylim(0.5 * _least(one.y.max(keepdims=True) if one.dashed else one.y for one in success), 1.4)
         style.dress(axes[0], "", "Success of one attempt")
-    for axis in axes:
-        axis.set_yscale("log")
+    _scale(axes, [*success, *tts_s])
     style.dress(axes[-1], "Steps N", "TTS99 (s)")
     style.title(axes[0], "Success and time to solution" if success else "Time to solution", detail)
     _legend(figure, axes)
@@ -69,9 +68,7 @@ def plot_sizes(variables: Sequence[Series], couplers: Sequence[Series], detail: 
     for axis, series in zip(axes, (variables, couplers), strict=True):
         for one in series:
             _draw(axis, one, looks[one.name], "o")
-        axis.set_yscale("log")
-        axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axis.yaxis.set_minor_formatter(NullFormatter())
+    _scale(axes, [*variables, *couplers])
     style.dress(axes[0], "", "Bits, qubits")
     style.dress(axes[1], "Steps N", "Couplers")
     style.title(axes[0], "Size of the formulations", detail)
@@ -101,7 +98,7 @@ def plot_landscape(landscapes: Sequence[Depths]) -> Figure:
         axes.fill_between(x, tenth, ninth, color=style.BLUE, alpha=0.3, linewidth=0, label="eight in ten of them")
         axes.plot(x, middle, color=style.BLUE, linewidth=2.0, label="median")
         axes.plot(
-            one.feasible_distance, one.feasible_energy, "o", color=style.VERMILION, markersize=5.0,
+            one.feasible_distance, one.feasible_energy, "o", color=style.VERMILION, markersize=5.0, clip_on=False,
             label="feasible schedules",
         )  # fmt: skip
         positive = one.quantiles[one.quantiles > 0.0]
@@ -190,7 +187,10 @@ def _draw(axes: Axes, one: Series, look: _Look, bound_marker: str) -> None:
     """Draw a line with its intervals; bounds are hollow triangles that the line does not pass through."""
     color, marker, dashes = look
     if one.dashed:
-        axes.plot(one.x, one.y, ":" if dashes == "-" else "-.", color=color, linewidth=1.6, label=one.name)
+        cross = "x" if one.x.size == 1 else None  # a line through one point is none
+        axes.plot(
+            one.x, one.y, ":" if dashes == "-" else "-.", color=color, linewidth=1.6, marker=cross, label=one.name
+        )
         return
     bound = np.zeros(one.x.size, dtype=np.bool_) if one.only_bound is None else one.only_bound
     known = ~bound & np.isfinite(one.y)
@@ -215,8 +215,19 @@ def _panels(count: int, names: Sequence[str]) -> tuple[Figure, Sequence[Axes]]:
     rows = math.ceil(len(different) / _columns(different))
     figure = style.new_figure(2.0 + 2.6 * count + _ROW_IN * rows, bottom_in=0.72 + _ROW_IN * rows)
     axes = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
-    axes[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
     return figure, axes
+
+
+def _scale(axes: Sequence[Axes], series: Sequence[Series]) -> None:
+    """Whole numbers of steps, and logarithmic ordinates with short labels: 1, 2, 5 where decades would be too few."""
+    steps = sorted({x for one in series for x in one.x.tolist()})
+    axes[-1].xaxis.set_major_locator(FixedLocator(steps) if len(steps) == 1 else MaxNLocator(integer=True))
+    for axis in axes:
+        axis.set_yscale("log")
+        bottom, top = axis.get_ylim()
+        axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if top < 40.0 * bottom else (1.0,)))
+        axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.yaxis.set_minor_formatter(NullFormatter())
 
 
 def _legend(figure: Figure, axes: Sequence[Axes]) -> None:

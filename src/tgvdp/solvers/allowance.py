@@ -1,18 +1,18 @@
-"""What a solver may spend, and the seed of what it draws; every solver says in its details what it used."""
+"""What a solver may spend, and where what it draws begins; every solver says in its details what it used."""
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 from tgvdp.errors import InputError
 
 AngleChoice: TypeAlias = Literal["optimised", "ramp"]
 #: How the angles of QAOA are found.
-ANGLES: tuple[AngleChoice, ...] = ("optimised", "ramp")
+ANGLES: tuple[AngleChoice, ...] = get_args(AngleChoice)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options:
-    """Budgets of the solvers; each uses those that its docstring names.
+class Allowance:
+    """Budgets and settings of the solvers; each uses those that its docstring names.
 
     Attributes
     ----------

@@ -6,13 +6,13 @@ import numpy as np
 
 from tgvdp.errors import InputError
 from tgvdp.formulations.circuit.qaoa import energy_scale, qaoa_circuit, qasm3, ramp_angles
-from tgvdp.formulations.problem.encoding import Encoding
 from tgvdp.formulations.problem.instances import BinaryInstance, Instance
 from tgvdp.formulations.program.binary import binary_program
 from tgvdp.formulations.program.files import lp_text, mps_text
 from tgvdp.formulations.qubo.couplers import coupler_graph, node_link
-from tgvdp.formulations.qubo.encodings import PenaltyRule, encode
+from tgvdp.formulations.qubo.encodings import encode
 from tgvdp.formulations.qubo.ising import ising_of
+from tgvdp.formulations.qubo.names import Encoding, PenaltyRule
 from tgvdp.formulations.qubo.qubo import Qubo
 from tgvdp.solvers.programs.cqm import cqm_of
 from tgvdp.solvers.samplers.bqm import bqm_of

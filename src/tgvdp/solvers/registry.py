@@ -4,12 +4,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tgvdp.errors import InputError
-from tgvdp.solvers.allowance import Options
+from tgvdp.formulations.qubo.names import Encoding, PenaltyRule
+from tgvdp.solvers.allowance import Allowance
 
 if TYPE_CHECKING:
-    from tgvdp.formulations.problem.encoding import Encoding, Solution
     from tgvdp.formulations.problem.instances import Instance
-    from tgvdp.formulations.qubo.encodings import PenaltyRule
+    from tgvdp.formulations.problem.schedule import Solution
 
 
 class Solver(NamedTuple):
@@ -18,14 +18,14 @@ class Solver(NamedTuple):
     Attributes
     ----------
     module, function : str
-        Module below `tgvdp.solvers`, and in it ``function(instance, options)``, or ``function(encoded, options)`` where
-        it solves a QUBO; returns a `Solution`.
+        Module below `tgvdp.solvers`, and in it ``function(instance, allowance)``, or ``function(encoded, allowance)``
+        where it solves a QUBO; returns a `Solution`.
     kinds : tuple of str
         Of the instances it solves: ``binary``, ``demand``.
     qubo : bool
         Whether it solves the instance as a QUBO.
     uses : tuple of str
-        Fields of `Options` that change what it does.
+        Fields of `Allowance` that change what it does.
     """
 
     module: str
@@ -34,9 +34,6 @@ class Solver(NamedTuple):
     qubo: bool = False
     uses: tuple[str, ...] = ()
 
-
-#: Names of the encodings of the binary model as a QUBO (`tgvdp.formulations.problem.encoding`, which loads numpy).
-ENCODINGS = ("bits", "bits+slack", "unary")
 
 _BOTH = ("binary", "demand")
 _SAMPLER = ("reads", "seed")
@@ -64,9 +61,9 @@ SOLVERS: dict[str, Solver] = {
 def solve(
     instance: "Instance",
     solver: str,
-    encoding: "Encoding | None" = None,
-    penalty: "PenaltyRule | None" = None,
-    options: Options | None = None,
+    encoding: Encoding | None = None,
+    penalty: PenaltyRule | None = None,
+    allowance: Allowance | None = None,
 ) -> "Solution":
     """Solve an instance.
 
@@ -78,9 +75,9 @@ def solve(
     encoding : str, optional
         For solvers of a QUBO; by default ``unary`` where the steps are equal, else ``bits+slack``: both hold all
         constraints.
-    penalty : "seed", "sufficient" or float, optional
+    penalty : "sufficient", "tenfold" or float, optional
         For solvers of a QUBO; see `tgvdp.formulations.qubo.encodings.encode`.
-    options : Options, optional
+    allowance : Allowance, optional
 
     Raises
     ------
@@ -99,15 +96,15 @@ def solve(
         can = ", ".join(name for name, other in SOLVERS.items() if kind in other.kinds)
         raise InputError(f"{instance.id}: solver {solver} takes no {kind} instances; {can} do")
     function: Any = getattr(import_module(f"tgvdp.solvers.{entry.module}"), entry.function)
-    options = options or Options()
+    allowance = allowance or Allowance()
     if not entry.qubo:
         if encoding is not None or penalty is not None:
             raise InputError(f"solver {solver} makes no QUBO, so it uses neither an encoding nor a penalty")
         if isinstance(instance, BinaryInstance):
             warn_of_oddities(instance)
-        solution: Solution = function(instance, options)
+        solution: Solution = function(instance, allowance)
         return solution
     assert isinstance(instance, BinaryInstance)
     chosen = encoding or ("unary" if instance.acc_units == instance.dec_units else "bits+slack")
-    solution = function(encode(instance, chosen, penalty), options)
+    solution = function(encode(instance, chosen, penalty), allowance)
     return solution

@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError, MissingExtraError, UnavailableError
 from tgvdp.formulations.problem.binary import FormulationWarning
-from tgvdp.formulations.problem.encoding import Encoding, Solution
 from tgvdp.formulations.problem.instances import BinaryInstance
+from tgvdp.formulations.problem.schedule import Solution
 from tgvdp.formulations.qubo.encodings import encode
+from tgvdp.formulations.qubo.names import Encoding
 from tgvdp.report.plain import plain
 from tgvdp.solvers.registry import solve
 from tgvdp.solvers.samplers.embedding import embedding_of
@@ -168,7 +169,7 @@ def one_run(case: Case, spec: SolverSpec, seed: int) -> dict[str, Any]:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", FormulationWarning)
         try:
-            solution = solve(case.instance, spec.solver, spec.encoding, spec.penalty, spec.options(seed))
+            solution = solve(case.instance, spec.solver, spec.encoding, spec.penalty, spec.allowance(seed))
         except (MissingExtraError, UnavailableError):
             raise  # of this machine, not of the instance: nothing to keep
         except InfeasibleError as error:

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from tgvdp.errors import InputError
 from tgvdp.formulations.problem.binary import FormulationWarning
-from tgvdp.formulations.problem.encoding import Encoded, Encoding
 from tgvdp.formulations.problem.instances import BinaryInstance, Instance
+from tgvdp.formulations.qubo.encoded import Encoded
 from tgvdp.formulations.qubo.encodings import encode
+from tgvdp.formulations.qubo.names import Encoding
 from tgvdp.formulations.qubo.qubo import bits_of
 
 #: Most bits of which all strings are listed.

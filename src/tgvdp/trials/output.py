@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 from tgvdp.formulations.problem.instances import Instance
 from tgvdp.report import make_provenance
 from tgvdp.report.files import write_files
-from tgvdp.report.plain import plain
+from tgvdp.report.plain import csv_text, markdown_table, plain
 from tgvdp.report.results import png
 from tgvdp.trials.demand_points import demand_comparison
 from tgvdp.trials.execute import Results
 from tgvdp.trials.landscape import landscapes
-from tgvdp.trials.rows import Row, csv_text, embedding_rows, rows_of, run_rows
+from tgvdp.trials.rows import Row, embedding_rows, rows_of, run_rows
 from tgvdp.trials.trip_points import comparison
 from tgvdp.units import JOULE_PER_KWH
 
@@ -91,30 +91,16 @@ def page(
         f"{plan.seed}, {plan.seed + 1}, …: {', '.join(words)}.",
         _READING,
         *(f"![{name}]({name}.png)" for name in figures),
-        _table([{_SHOWN[name]: row[name] for name in _SHOWN} for row in rows]),
+        markdown_table([{_SHOWN[name]: row[name] for name in _SHOWN} for row in rows]).rstrip(),
     ]
     if embeddings:
-        parts += ["## Embeddings", _table(embeddings)]
+        parts += ["## Embeddings", markdown_table(embeddings).rstrip()]
     machine = provenance["machine"]
     parts.append(
         f"Made by `tgvdp bench` {provenance['tgvdp']} with Python {provenance['python']}, numpy {provenance['numpy']}, "
         f"numba {provenance['numba']} on {machine['processor']}, {provenance['utc']}."
     )
     return "\n\n".join(parts) + "\n"
-
-
-def _table(rows: Sequence[Mapping[str, Any]]) -> str:
-    columns = list(rows[0])
-    numeric = [all(row[name] is None or isinstance(row[name], int | float) for row in rows) for name in columns]
-    lines = [columns, ["---:" if one else "---" for one in numeric]]
-    lines += [[_cell(row[name]) for name in columns] for row in rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
-def _cell(value: Any) -> str:
-    if value is None:
-        return "–"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def pictures(results: Results, rows: Sequence[Row], embeddings: Sequence[Row]) -> dict[str, Any]:

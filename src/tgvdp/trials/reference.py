@@ -9,10 +9,8 @@ from typing import Any
 
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.formulations.problem.instances import Instance, read_instance
+from tgvdp.instances import INDEX
 from tgvdp.solvers.registry import solve
-
-#: Index of a library of instances, in their folder.
-INDEX = "optima.csv"
 
 
 @dataclass(frozen=True)

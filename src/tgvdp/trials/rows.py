@@ -5,8 +5,6 @@ successes, the probability of success with its interval, TTS99, and the random b
 medians over runs.
 """
 
-import csv
-import io
 import statistics
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -240,12 +238,3 @@ def run_rows(results: Results) -> list[Row]:
         for (name, label), runs in results.runs.items()
         for number, run in enumerate(runs)
     ]  # fmt: skip
-
-
-def csv_text(rows: Sequence[Row]) -> bytes:
-    """Rows as CSV; what is unknown stays empty."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue().encode()

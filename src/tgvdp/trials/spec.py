@@ -5,22 +5,12 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any
 
 from tgvdp.errors import InputError
-from tgvdp.formulations.problem.encoding import Encoding
-from tgvdp.formulations.qubo.encodings import PenaltyRule
-from tgvdp.solvers.allowance import Options
-from tgvdp.solvers.registry import ENCODINGS, SOLVERS
-
-
-def _penalty(text: str) -> PenaltyRule:
-    if text == "seed" or text == "sufficient":
-        return cast(PenaltyRule, text)
-    weight = float(text)
-    if not 0.0 < weight < 1e30:
-        raise ValueError
-    return weight
+from tgvdp.formulations.qubo.names import ENCODINGS, Encoding, PenaltyRule, parse_penalty
+from tgvdp.solvers.allowance import Allowance
+from tgvdp.solvers.registry import SOLVERS
 
 
 def _count(text: str) -> int:
@@ -34,7 +24,7 @@ def _shown(value: object) -> str:
     return f"{value:.12g}" if isinstance(value, float) else str(value)
 
 
-#: Keys of a solver's budget, the field of `Options` that they set, and how they are read.
+#: Keys of a solver's budget, the field of `Allowance` that they set, and how they are read.
 _BUDGET: Mapping[str, tuple[str, Callable[[str], Any]]] = {
     "reads": ("reads", int),
     "sweeps": ("sweeps", int),
@@ -56,10 +46,10 @@ class SolverSpec:
         One of `tgvdp.solvers.registry.SOLVERS`.
     encoding : str or None
         Of solvers of a QUBO; ``unary`` where none is given.
-    penalty : "seed", "sufficient", float or None
+    penalty : "sufficient", "tenfold", float or None
         As `tgvdp.formulations.qubo.encodings.encode` takes it.
     budget : mapping
-        Fields of `Options` that differ from their defaults.
+        Fields of `Allowance` that differ from their defaults.
     runs : int or None
         Own number of runs, for solvers that always do the same or take long.
     """
@@ -83,9 +73,9 @@ class SolverSpec:
         """Whether runs differ: the solver draws random numbers."""
         return "seed" in SOLVERS[self.solver].uses
 
-    def options(self, seed: int) -> Options:
-        """Options of one run."""
-        return Options(**({"seed": seed} if self.draws else {}) | dict(self.budget))
+    def allowance(self, seed: int) -> Allowance:
+        """What one run may spend."""
+        return Allowance(**({"seed": seed} if self.draws else {}) | dict(self.budget))
 
 
 def parse_spec(text: str) -> SolverSpec:
@@ -105,10 +95,10 @@ def parse_spec(text: str) -> SolverSpec:
     for part in parts:
         key, equals, value = part.partition("=")
         if not equals and part in ENCODINGS and entry.qubo:
-            encoding = cast(Encoding, part)
+            encoding = part
             continue
         usable = {key: rule for key, rule in _BUDGET.items() if rule[0] in entry.uses} | {"runs": ("runs", _count)}
-        usable |= {"penalty": ("penalty", _penalty)} if entry.qubo else {}
+        usable |= {"penalty": ("penalty", parse_penalty)} if entry.qubo else {}
         if not equals or key not in usable:
             others = " or ".join([*(["an encoding"] if entry.qubo else []), *(f"{one}=…" for one in sorted(usable))])
             raise InputError(f"solvers: {text!r}: {name} takes {others}, not {part!r}")
@@ -119,7 +109,7 @@ def parse_spec(text: str) -> SolverSpec:
             raise InputError(f"solvers: {text!r}: {value!r} is no value of {key}") from None
     penalty, runs = found.pop("penalty", None), found.pop("runs", None)
     spec = SolverSpec(name, encoding, penalty, found, runs)
-    spec.options(1)  # refuses what is out of range
+    spec.allowance(1)  # refuses what is out of range
     return spec
 
 

@@ -21,7 +21,7 @@ from tgvdp.formulations.problem.three_phase import three_phase_run
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
-from tgvdp.solvers.allowance import Options
+from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.registry import solve
 
 #: Steps of the trip, as parts of those of the instance, and how many different ones.
@@ -30,7 +30,7 @@ _POINTS = 14
 #: Largest instance that is driven in several numbers of steps.
 MOST_STEPS = 30
 #: Reads and sweeps of the heuristic.
-_BUDGET = Options(reads=10, sweeps=1000)
+_BUDGET = Allowance(reads=10, sweeps=1000)
 
 Floats = NDArray[np.float64]
 
@@ -108,7 +108,7 @@ def _solved(trip: BinaryInstance, solver: str) -> float | None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FormulationWarning)
         try:
-            solution = solve(trip, solver, options=_BUDGET)
+            solution = solve(trip, solver, allowance=_BUDGET)
         except InfeasibleError:
             return None
     return float(solution.replay["energy"]) if solution.feasible and solution.replay["feasible"] else None

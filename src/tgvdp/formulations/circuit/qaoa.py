@@ -1,12 +1,11 @@
-"""The quantum approximate optimisation algorithm as plain data: angles, gates, OpenQASM 3.
+"""The quantum approximate optimisation algorithm as plain data (Farhi, Goldstone and Gutmann 2014, arXiv 1411.4028).
 
 With the cost H_C = Σ hᵢ·Zᵢ + Σ Jᵢⱼ·Zᵢ·Zⱼ of the convention x = (1 − Z)/2 and the mixer H_M = Σ Xᵢ, p layers make
 
     |ψ⟩ = Π_k exp(−i·β_k·H_M)·exp(−i·γ_k·H_C) |+⟩ⁿ,
 
-in gates RZ(2γ·hᵢ), RZZ(2γ·Jᵢⱼ) and RX(2β). The seed (binary-and-demand-formulations, "QAOA") leaves out the factor 2,
-because RZ(θ) = exp(−i·θ·Z/2). |+⟩ is the *highest* state of Σ X: a ramp that is to follow the lowest state starts from
-H_M = −Σ X, hence the negative β of `ramp_angles`.
+in gates RZ(2γ·hᵢ), RZZ(2γ·Jᵢⱼ) and RX(2β), because RZ(θ) = exp(−i·θ·Z/2). |+⟩ is the *highest* state of Σ X: a ramp
+that is to follow the lowest state starts from H_M = −Σ X, hence the negative β of `ramp_angles`.
 """
 
 from collections.abc import Iterator, Sequence

@@ -1,9 +1,9 @@
-"""Force curves and cost map of the seeds' train: piecewise polynomials in V = 3.6·v km/h, jumps and all.
+"""Force curves and cost map of the Alstom formulation: piecewise polynomials in V = 3.6·v km/h, jumps and all.
 
-(Seed "Modelising the acceleration/braking force", "Cost function"; formulations page, section 7.) The pieces do not
-quite meet: traction jumps by +40 N at 50 km/h and −4866 N at 60 km/h, braking by −1710 N at 100 km/h; at a joint the
-lower piece holds. Braking is electrodynamic only, 1.2 N at standstill. One seed prints [60; 220] for the last braking
-piece; it is [100; 220]. The printed 2.039e−13·V of the middle piece is the fit's rounding, and left out.
+They stand also in the demand formulation, and were fitted to tables of Alstom. The pieces do not quite meet: traction
+jumps by +40 N at 50 km/h and −4866 N at 60 km/h, braking by −1710 N at 100 km/h; at a joint the lower piece holds.
+Braking is electrodynamic only, 1.2 N at standstill. The Alstom formulation prints [60; 220] for the last braking piece;
+it is [100; 220]. The printed 2.039e−13·V of the middle piece is the fit's rounding, and left out.
 """
 
 from typing import NamedTuple, TypeAlias
@@ -58,7 +58,7 @@ def braking_n(speed_mps: ArrayLike) -> Floats:
 def force_n(speed_mps: ArrayLike, demand: ArrayLike) -> Floats:
     """Force of a demand: d·F₊ for d ≥ 0, d·F₋ for d < 0, which brakes.
 
-    (In the seeds d·(δ·F₊ + (δ − 1)·F₋) pushes the train forward when it brakes; corrected to d·(δ·F₊ + (1 − δ)·F₋).)
+    (As printed, d·(δ·F₊ + (δ − 1)·F₋) pushes the train forward when it brakes; corrected to d·(δ·F₊ + (1 − δ)·F₋).)
     """
     d = np.asarray(demand, dtype=np.float64)
     force: Floats = d * np.where(d >= 0.0, traction_n(speed_mps), braking_n(speed_mps))
@@ -68,8 +68,8 @@ def force_n(speed_mps: ArrayLike, demand: ArrayLike) -> Floats:
 def power_w(speed_mps: ArrayLike, demand: ArrayLike, p_max_w: float, ref_mps: float, alpha: float) -> Floats:
     """Cost map in W: positive for traction, −α times the same map for braking.
 
-    (P_max/S)·(1 − e^{−V/V_ref})·tanh(100·|d|)·(1 − e^{−|d|}), S = (1 − e^{−1})²·tanh(100). (One seed misses the minus
-    in an exponent; the other takes 1 − e^{−d} of a negative d.)
+    (P_max/S)·(1 − e^{−V/V_ref})·tanh(100·|d|)·(1 − e^{−|d|}), S = (1 − e^{−1})²·tanh(100). (The demand
+    formulation misses the minus in an exponent, the Alstom formulation takes 1 − e^{−d} of a negative d.)
     """
     v, d = np.asarray(speed_mps, dtype=np.float64), np.asarray(demand, dtype=np.float64)
     size = np.abs(d)

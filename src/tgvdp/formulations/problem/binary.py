@@ -1,12 +1,12 @@
 """The binary model itself: motion, distance, objective and constraints of a plan of accelerations and brakings.
 
-(Seed "Binary formulation", corrected as the formulations page, sections 1-3.) With bits x_i (accelerate) and y_i
-(brake), i = 0..N−1, acceleration step a and braking step b in units of Δv:
+The binary formulation, corrected (docs/formulations.md). With bits x_i (accelerate) and y_i (brake), i = 0..N−1,
+acceleration step a and braking step b in units of Δv:
 
     v_0 = 0,  v_{i+1} = v_i + a·x_i − b·y_i,   0 ≤ v_k ≤ h_k,   v_N = 0,   x_i·y_i = 0,   |Σ distance − D| ≤ tol.
 
 Everything is a whole number in units of Δv and Δv·Δt, so that feasibility and ties are exact; SI comes in at the end.
-The seed sums to N_c inclusive in places, which describes a model of one step more; here N controls make N steps.
+The formulation sums to N_c inclusive in places, which describes a model of one step more; here N controls make N steps.
 """
 
 import warnings
@@ -16,14 +16,14 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tgvdp.formulations.problem.encoding import Check, Schedule
 from tgvdp.formulations.problem.instances import BinaryInstance, decimal
+from tgvdp.formulations.problem.schedule import Check, Schedule
 
 Ints: TypeAlias = NDArray[np.int64]
 DistanceRule: TypeAlias = Literal["trapezoid", "left", "right"]
 
 #: What the train moves in the step that starts at control i, per unit of control, in units of half a Δv·Δt:
-#: left counts v_i, right v_{i+1} (the seed's method 1), trapezoid their mean (method 2, "trapeze").
+#: left counts v_i, right v_{i+1} (method 1 of the formulation), trapezoid their mean (method 2, "trapeze").
 _HALF_STEPS_LATER: dict[str, int] = {"left": -2, "trapezoid": -1, "right": 0}
 
 SPEED_UNIT, DISTANCE_UNIT = "Δv", "Δv·Δt"
@@ -50,7 +50,7 @@ def speeds(instance: BinaryInstance, x: ArrayLike, y: ArrayLike) -> Ints:
 def distance_weights(steps: int, rule: DistanceRule = "trapezoid") -> Ints:
     """Twice the distance, in Δv·Δt, that a change of speed of one Δv in step i adds until the end: (N,) int64.
 
-    left 2(N−1−i), trapezoid 2(N−i)−1, right 2(N−i). The seed's N−i+½ of the trapezoid counts Δt·v_N too much.
+    left 2(N−1−i), trapezoid 2(N−i)−1, right 2(N−i). The printed N−i+½ of the trapezoid counts Δt·v_N too much.
     """
     return 2 * (steps - np.arange(steps, dtype=np.int64)) + _HALF_STEPS_LATER[rule]
 
@@ -68,7 +68,7 @@ class Features(NamedTuple):
     ----------
     first, second : (...) int64
     p, q : Fraction
-        The objective is Δv²·(p·first − q·second), in (m/s)² = J/kg.
+        The objective is Δv²·(p·first − q·second), in (m/s)².
     """
 
     first: Ints
@@ -82,7 +82,7 @@ class Features(NamedTuple):
 
 
 def features(instance: BinaryInstance, x: ArrayLike, y: ArrayLike) -> Features:
-    """Objective of bit strings (..., N), feasible or not (formulations page, section 2; seed "Cost function").
+    """Objective of bit strings (..., N), feasible or not.
 
     constant: a²·Σx − α·b²·Σy. kinetic: Σ x·a·(v + a/2) − α·Σ y·b·(v − b/2), the kinetic energy that traction puts in
     and braking takes out. efficiency: η0·Σs − Δη·Σs² with s_i = v_{i+1}.
@@ -176,7 +176,7 @@ def _distance_violation(instance: BinaryInstance, half: int) -> float:
 
 
 def warn_of_oddities(instance: BinaryInstance) -> None:
-    """Warn where the instance's objective is not what it looks like (formulations page, section 2)."""
+    """Warn where the instance's objective is not what it looks like."""
     a, b = instance.acc_units, instance.dec_units
     if instance.model == "constant" and a != b and decimal(instance.alpha) * b > a:
         _warn(instance, f"braking gives back more than traction takes (alpha·{b} > {a}): use the kinetic model")

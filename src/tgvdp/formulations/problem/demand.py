@@ -1,12 +1,12 @@
 """The demand model: in each step a part of the available traction or braking force, on the true curves.
 
-(Seed "Modelising the acceleration", "Constraints"; formulations page, section 7.) One step from speed v, all forces
-taken at its start:
+The demand formulation, corrected (docs/formulations.md). One step from speed v, all forces taken at its start:
 
     γ = (F(v, d) − A − B·v − C·v²)/(k·M),   v' = max(0, v + γ·Δt),   s' = s + Δt·(v + v')/2.
 
-The resistance slows the train when it brakes, too (one seed adds it). The speed limit is a constraint; the seed's
-v' = min(v_max, …) would be a brake that costs nothing. The cost of a step is the map at its mean speed, times Δt.
+The resistance slows the train when it brakes, too (the formulation adds it there). The speed limit is a constraint;
+v' = min(v_max, …), as printed, would be a brake that costs nothing. The cost of a step is the map at its mean speed,
+times Δt.
 """
 
 from typing import NamedTuple
@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tgvdp.formulations.problem.alstom import Floats, force_n, power_w
-from tgvdp.formulations.problem.encoding import Check, Schedule
 from tgvdp.formulations.problem.instances import DemandInstance
+from tgvdp.formulations.problem.schedule import Check, Schedule
 
 #: Rounding that a speed or a distance may exceed its limit by, relative to the limit.
 _ROUNDING = 1e-9

@@ -1,4 +1,4 @@
-"""Benchmark instances: what one problem of the seeds consists of, and its strict JSON form.
+"""Instances: what one problem of the binary or the demand formulation consists of, and its strict JSON form.
 
 Instances are small JSON files, ``{"id": ..., "params": {"kind": "binary" | "demand", ...}}``. A field that is not
 known, is given twice, has the wrong type or is out of range is an `InputError` of one line that names the file.
@@ -53,7 +53,7 @@ class BinaryInstance:
     ----------
     id : str
     model : str
-        Objective: ``constant``, ``kinetic`` or ``efficiency`` (formulations page, section 2).
+        Objective: ``constant``, ``kinetic`` or ``efficiency`` (docs/formulations.md).
     steps : int
         N, number of controls.
     dt_s, dv_mps : float
@@ -86,6 +86,11 @@ class BinaryInstance:
     eta0: float = 0.0
     deta: float = 0.0
     lambda_uniform: float | None = None
+
+    @property
+    def objective_unit(self) -> str:
+        """J/kg where the objective is an energy, that of the kinetic model; (m/s)² where it only ranks plans."""
+        return "J/kg" if self.model == "kinetic" else "(m/s)²"
 
     @property
     def distance_range(self) -> tuple[int, int]:
@@ -142,6 +147,11 @@ class DemandInstance:
     p_max_w: float
     cost_ref_mps: float
     alpha: float = 0.0
+
+    @property
+    def objective_unit(self) -> str:
+        """J, by the cost map."""
+        return "J"
 
 
 Instance: TypeAlias = BinaryInstance | DemandInstance

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
-from tgvdp.formulations.problem.encoding import Schedule
 from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, Instance
+from tgvdp.formulations.problem.schedule import Schedule
 
 #: Rounding of sums of a few thousand steps, relative to the largest speed or distance.
 _ROUNDING = 1e-9

@@ -1,9 +1,9 @@
-"""Accelerate, coast without friction, brake: the seed's first formulation, in closed form.
+"""Accelerate, coast without friction, brake: the three-phase formulation, in closed form.
 
-(Seed "Representing the acceleration/braking problem", first formulation.) With accelerations a and a', running time T
-and distance D, the cruising speed V solves c·V² − T·V + D = 0, c = (1/a + 1/a')/2; the smaller root is the run, because
-the other would brake before it has stopped accelerating. Two corrections: the braking phase is V − (t − t2)·a' (the
-seed prints t1 in one place), and the energy is m·V²/(2η): a motor of efficiency η needs more, not less, so η divides.
+With accelerations a and a', running time T and distance D, the cruising speed V solves c·V² − T·V + D = 0, c = (1/a +
+1/a')/2; the smaller root is the run, because the other would brake before it has stopped accelerating. Two corrections:
+the braking phase is V − (t − t2)·a' (t1 is printed in one place), and the energy is m·V²/(2η): a motor of efficiency η
+needs more, not less, so η divides.
 """
 
 import math

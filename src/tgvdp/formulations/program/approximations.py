@@ -1,11 +1,10 @@
 """Quadratic approximations of the demand model, by least squares over a Vandermonde matrix, with their errors.
 
-(Seed "Adaptations"; formulations page, section 9.) Quadratic solvers take no exponentials and no cubic curves. Two
-ways:
+After the Alstom formulation: quadratic solvers take no exponentials and no cubic curves. Two ways:
 
 - ``split``: traction p ≥ 0 and braking q ≥ 0 apart. F₊ ≈ a0 + a1·v, F₋ ≈ b0 + b1·v, cost map ≈ c1·v·p + c2·p. Zero
   demand means zero force and zero cost, exactly.
-- ``seed``: one polynomial a·v + b·d + c·v·d of speed and demand for the force, and one for the cost. Its term a·v acts
+- ``joint``: one polynomial a·v + b·d + c·v·d of speed and demand for the force, and one for the cost. Its term a·v acts
   at zero demand: kilonewtons of phantom drag.
 
 Errors are those of the fit alone. What a solution is worth only its replay on the true curves tells.
@@ -74,8 +73,8 @@ class SplitFits(NamedTuple):
     cost: Fit
 
 
-class SeedFits(NamedTuple):
-    """Approximations in the seed's form a·v + b·d + c·v·d, for demands of −1..1: force, and cost with its sign."""
+class JointFits(NamedTuple):
+    """Approximations by a·v + b·d + c·v·d, for demands of −1..1: force, and cost with its sign."""
 
     force: Fit
     cost: Fit
@@ -95,17 +94,17 @@ def split_fits(instance: DemandInstance) -> SplitFits:
     )
 
 
-def seed_fits(instance: DemandInstance) -> SeedFits:
-    """Fit the seed's polynomials up to the instance's speed limit."""
+def joint_fits(instance: DemandInstance) -> JointFits:
+    """Fit one polynomial of speed and demand up to the instance's speed limit."""
     v = np.linspace(0.0, instance.vmax_mps, _SPEEDS)
     speed, demand = np.meshgrid(v, _demands(instance, -1.0), indexing="ij")
     columns = {"v": speed, "d": demand, "v·d": speed * demand}
     power = power_w(speed, demand, instance.p_max_w, instance.cost_ref_mps, instance.alpha)
-    return SeedFits(_fit("force", columns, force_n(speed, demand), "N"), _fit("cost", columns, power, "W"))
+    return JointFits(_fit("force", columns, force_n(speed, demand), "N"), _fit("cost", columns, power, "W"))
 
 
-def phantom_drag_n(fits: SeedFits, speed_mps: float) -> float:
-    """Resistance that the seed's force polynomial invents at zero demand: −a·v, N."""
+def phantom_drag_n(fits: JointFits, speed_mps: float) -> float:
+    """Resistance that the joint force polynomial invents at zero demand: −a·v, N."""
     return -fits.force.coefficients[0] * speed_mps
 
 

@@ -4,11 +4,11 @@ Beside the bits x_i, y_i the speeds v_k stand as variables, which keeps every ro
 
     v_{k+1} = v_k + a·x_k − b·y_k,   x_k + y_k ≤ 1,   0 ≤ v_k ≤ h_k,   v_0 = v_N = 0,   Σ v_k within D ± tol.
 
-The seed writes x·y = 0 by McCormick's z; with z = 0 that is x + y ≤ 1 (formulations page, section 3). The kinetic and
-the efficiency objective hold products. The quadratic form leaves them as they are. The linear form writes squares of
-speeds by levels, t_kj = [v_k ≥ j], v_k = Σ_j t_kj and v_k² = Σ_j (2j − 1)·t_kj, and the energy of a rise by the levels
-that it passes. Levels imply each other like the nodes of a closure problem, so that the relaxation is nearly tight:
-HiGHS proves the kinetic optimum of N = 40 within a second; with McCormick products of bits and speeds it took minutes.
+The binary formulation writes x·y = 0 by McCormick's z; with z = 0 that is x + y ≤ 1. The kinetic and the efficiency
+objective hold products. The quadratic form leaves them as they are. The linear form writes squares of speeds by levels,
+t_kj = [v_k ≥ j], v_k = Σ_j t_kj and v_k² = Σ_j (2j − 1)·t_kj, and the energy of a rise by the levels that it passes.
+Levels imply each other like the nodes of a closure problem, so that the relaxation is nearly tight: HiGHS proves the
+kinetic optimum of N = 40 within a second; with McCormick products of bits and speeds it took minutes.
 
 Objectives are scaled to whole numbers, so that a bound less than 1 below an objective proves it.
 """

@@ -1,12 +1,12 @@
 """The demand model as a quadratic mixed-integer program, approximated: what CQM samplers and SCIP take.
 
-(Seed "Initial formulation of Alstom Problem" and "Adaptations"; formulations page, sections 8 and 9.) Speeds v_1..v_N
-are variables; one equation per step ties them by the approximated forces; all products are of two variables.
+After the Alstom formulation. Speeds v_1..v_N are variables; one equation per step ties them by
+the approximated forces; all products are of two variables.
 
 - ``split``: demand d = p − q with p ≤ δ, q ≤ 1 − δ, so that δ says whether the train pulls, and no product with δ is
   left.
-- ``seed``: one demand d with the seed's polynomials, and its big-M constraints ε − (1 + ε)·(1 − δ) ≤ d ≤ δ, which make
-  δ = 1 equivalent to d ≥ ε. (The seed's M = 1 in the first one forbids d = −1.)
+- ``joint``: one demand d with the joint polynomials, and the big-M constraints ε − (1 + ε)·(1 − δ) ≤ d ≤ δ, which make
+  δ = 1 equivalent to d ≥ ε. (The printed M = 1 in the first one forbids d = −1.)
 
 A bit w_i lets the train stand: then v_{i+1} = 0, and what would push it below zero is held. A solution is worth what
 its replay on the true curves says.
@@ -21,12 +21,12 @@ from numpy.typing import NDArray
 
 from tgvdp.errors import InputError
 from tgvdp.formulations.problem.instances import DemandInstance
-from tgvdp.formulations.program.approximations import SeedFits, SplitFits, seed_fits, split_fits
+from tgvdp.formulations.program.approximations import JointFits, SplitFits, joint_fits, split_fits
 from tgvdp.formulations.program.binary import Program, ProgramBuilder
 
-DemandForm: TypeAlias = Literal["split", "seed"]
+DemandForm: TypeAlias = Literal["split", "joint"]
 
-#: Smallest demand that counts as traction in the seed's big-M constraint.
+#: Smallest demand that counts as traction in the big-M constraint.
 EPSILON = 1e-4
 #: Largest change of speed by which a standing train is held, m/s per second of the step.
 _HOLD_MPS2 = 5.0
@@ -41,7 +41,7 @@ class DemandProgram:
     program : Program
         In joules.
     pulls, brakes : tuple of int
-        Variables p_i and q_i (``split``), or d_i and none (``seed``), in units of one notch.
+        Variables p_i and q_i (``split``), or d_i and none (``joint``), in units of one notch.
     notch : float
         Demand of one notch; 1 for continuous demand.
     """
@@ -69,7 +69,7 @@ def demand_program(instance: DemandInstance, form: DemandForm = "split") -> Dema
         When the allowed demands are not evenly spaced from −1 to 1.
     """
     builder = ProgramBuilder()
-    fits = split_fits(instance) if form == "split" else seed_fits(instance)
+    fits = split_fits(instance) if form == "split" else joint_fits(instance)
     notches = _notches(instance)
     most = float(notches or 1)
     whole = notches is not None
@@ -122,7 +122,7 @@ class _Terms:
             self.products[pair] = self.products.get(pair, 0.0) + weight
 
 
-def _forces(fits: SplitFits | SeedFits, i: int, v_i: int, pulls: list[int], brakes: list[int], notch: float) -> _Terms:
+def _forces(fits: SplitFits | JointFits, i: int, v_i: int, pulls: list[int], brakes: list[int], notch: float) -> _Terms:
     """Force at the wheel in step i, N."""
     terms = _Terms({}, {})
     if isinstance(fits, SplitFits):
@@ -158,7 +158,7 @@ def _add_motion(builder: ProgramBuilder, instance: DemandInstance, i: int, v: li
 
 def _cost(
     instance: DemandInstance,
-    fits: SplitFits | SeedFits,
+    fits: SplitFits | JointFits,
     pulls: list[int],
     brakes: list[int],
     v: list[int],

@@ -1,14 +1,14 @@
 """The two-bit encoding as a QUBO: x_i accelerates, y_i brakes.
 
-(Seed "Binary formulation" and "Converting our problem to a QUBO problem"; formulations page, sections 1-4.) Constraints
-in the seed's form and in the corrected ones are options of a `BitsForm`:
+The binary formulation, and its constraints as squared penalties (Glover, Kochenberger and Du 2019), in their printed
+and in their corrected forms, which are options of a `BitsForm`:
 
-1. not both at once: λ·x_i·y_i, or the seed's McCormick variable z_i = x_i·y_i that must be 0;
+1. not both at once: λ·x_i·y_i, or the variable z_i = x_i·y_i of McCormick (1976) that must be 0;
 2. distance by the left, right (method 1) or trapezoid rule (method 2), with a slack register where it has a tolerance;
 3. v_N = 0;
-4./5. speed limits: none; per step, where one register v_k + s_k = h_k enforces both 0 ≤ v_k and v_k ≤ h_k; the seed's
-   a·Σx ≤ h, which is sufficient but forbids to accelerate again; or the same as an equality, as the seed's P4 prints
-   it, which fixes the number of accelerations and so makes the constant objective constant.
+4./5. speed limits: none; per step, where one register v_k + s_k = h_k enforces both 0 ≤ v_k and v_k ≤ h_k; a·Σx ≤ h
+   as printed, which is sufficient but forbids to accelerate again; or the same as an equality, as P4 of the three-phase
+   formulation prints it, which fixes the number of accelerations and so makes the constant objective constant.
 """
 
 from dataclasses import dataclass
@@ -17,26 +17,28 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from tgvdp.formulations.problem.binary import DistanceRule, distance_weights, schedule_of
-from tgvdp.formulations.problem.encoding import Bits, Encoded, Encoding, Schedule
 from tgvdp.formulations.problem.instances import BinaryInstance, decimal
+from tgvdp.formulations.problem.schedule import Schedule
+from tgvdp.formulations.qubo.encoded import Bits, Encoded
 from tgvdp.formulations.qubo.hobo import add_reduced, cubic_efficiency
+from tgvdp.formulations.qubo.names import Encoding
 from tgvdp.formulations.qubo.parts import Builder, Weights, joined
 
-SpeedLimits: TypeAlias = Literal["none", "per-step", "seed", "seed-equality"]
+SpeedLimits: TypeAlias = Literal["none", "per-step", "total", "total-equality"]
 
 
 @dataclass(frozen=True)
 class BitsForm:
-    """Which of the seed's and of the corrected forms to build.
+    """Which of the printed and of the corrected forms to build.
 
     Attributes
     ----------
     limits : str
-        ``none``, ``per-step``, ``seed`` (inequality) or ``seed-equality``.
+        ``none``, ``per-step``, ``total`` (a·Σx ≤ h) or ``total-equality``.
     distance : str
         ``trapezoid``, ``left`` or ``right``.
     mccormick : bool
-        Whether to forbid x_i·y_i by the seed's z_i rather than directly.
+        Whether to forbid x_i·y_i by z_i rather than directly.
     cubic : bool
         For the efficiency model: the intended objective Σ x_i·a·v_avg·(η0 − Δη·s_i), reduced to degree two.
     """
@@ -122,7 +124,7 @@ def _add_limits(parts: Builder, instance: BinaryInstance, x: list[int], y: list[
     elif limits != "none":
         cap = min(instance.cap_units[:-1], default=0)
         terms = {bit: 1.0 for bit in x}
-        if limits == "seed":
+        if limits == "total":
             parts.require_range(terms, 0, min(cap // a, steps), "s")
         else:
             parts.require({bit: float(a) for bit in x}, cap)

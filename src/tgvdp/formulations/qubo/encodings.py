@@ -2,20 +2,16 @@
 
 import warnings
 from dataclasses import replace
-from typing import Literal, TypeAlias
 
 from tgvdp.errors import InputError
 from tgvdp.formulations.problem.binary import FormulationWarning, warn_of_oddities
-from tgvdp.formulations.problem.encoding import Encoded, Encoding
 from tgvdp.formulations.problem.instances import BinaryInstance
 from tgvdp.formulations.qubo.bits import BitsForm, encode_bits
+from tgvdp.formulations.qubo.encoded import Encoded
+from tgvdp.formulations.qubo.names import Encoding, PenaltyRule
 from tgvdp.formulations.qubo.parts import Weights, joined, si_weights
-from tgvdp.formulations.qubo.penalties import seed_penalty, sufficient_penalty
+from tgvdp.formulations.qubo.penalties import sufficient_penalty, tenfold_penalty
 from tgvdp.formulations.qubo.unary import encode_unary
-
-#: ``seed``, ``sufficient``, or a weight in (m/s)² per squared unit of violation.
-PenaltyRule: TypeAlias = Literal["seed", "sufficient"] | float
-
 
 #: Most couplers of a QUBO: 20 million take two minutes and 4 GB to make.
 MOST_COUPLERS = 20_000_000
@@ -30,7 +26,7 @@ def encode(instance: BinaryInstance, encoding: Encoding, penalty: PenaltyRule | 
     encoding : str
         ``bits`` (2N bits; nothing holds the speed within its limits), ``bits+slack`` (with a register per step that
         does) or ``unary`` (equal steps only; holds all constraints).
-    penalty : "seed", "sufficient" or float, optional
+    penalty : "sufficient", "tenfold" or float, optional
         By default the instance's own ``lambda_uniform``, else ``sufficient``.
 
     Warns
@@ -46,10 +42,10 @@ def encode(instance: BinaryInstance, encoding: Encoding, penalty: PenaltyRule | 
     _require_size(instance, encoding)
     warn_of_oddities(instance)
     rule: PenaltyRule = instance.lambda_uniform or "sufficient" if penalty is None else penalty
-    weights = si_weights(instance, encoding) if rule == "seed" else Weights()
+    weights = si_weights(instance, encoding) if rule == "tenfold" else Weights()
     draft = _with_weights(instance, encoding, weights)
     enough = sufficient_penalty(instance, encoding)
-    weight = seed_penalty(draft.objective) if rule == "seed" else enough if rule == "sufficient" else float(rule)
+    weight = tenfold_penalty(draft.objective) if rule == "tenfold" else enough if rule == "sufficient" else float(rule)
     if weight * min(weights) < enough / 1.05:
         warnings.warn(
             f"{instance.id}: a penalty of {weight * min(weights):.4g} (m/s)² per unit of violation may be too small: "

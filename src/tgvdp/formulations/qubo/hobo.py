@@ -1,8 +1,8 @@
 """The efficiency objective as it was meant, cubic in the bits, and its reduction to degree two.
 
-(Seed "Efficiency function".) The seed replaces the mean speed of a step by s_i and drops the bit x_i, which makes the
-objective quadratic, and constant but for −Δη·Σs² once distance and end speed are fixed. Meant was energy drawn in steps
-of traction alone: Σ x_i·a·v_avg,i·(η0 − Δη·s_i) with v_avg,i = v_i + a/2 and s_i = v_{i+1} = v_i + a, of degree three.
+The binary formulation replaces the mean speed of a step by s_i and drops the bit x_i, which makes the objective
+quadratic, and constant but for −Δη·Σs² once distance and end speed are fixed. Meant was energy drawn in steps of
+traction alone: Σ x_i·a·v_avg,i·(η0 − Δη·s_i) with v_avg,i = v_i + a/2 and s_i = v_{i+1} = v_i + a, of degree three.
 """
 
 from collections import Counter

@@ -4,10 +4,8 @@ With E(x) = c + Σ aᵢ·xᵢ + Σ_{i<j} qᵢⱼ·xᵢ·xⱼ the substitution gi
 
     hᵢ = ε·(aᵢ/2 + ¼·Σ_{j≠i} qᵢⱼ),   Jᵢⱼ = qᵢⱼ/4,   offset = c + ½·Σ aᵢ + ¼·Σ_{i<j} qᵢⱼ.
 
-ε = +1 is the seed's text and dimod's convention, ε = −1 that of qubits, where x = (1 − Z)/2 and |1⟩ means x = 1.
-
-The seed (binary-and-demand-formulations, "Converting our QUBO problem to an Ising Hamiltonian") says x = (σ + 1)/2 but
-prints the sign of −1 for h; h and the offset there count the diagonal in the sum over j as well. Corrected here.
+ε = +1 is dimod's convention, ε = −1 that of qubits, where x = (1 − Z)/2 and |1⟩ means x = 1. (The binary formulation
+says x = (σ + 1)/2 but prints the sign of −1 for h, and its h and offset count the diagonal in the sum over j as well.)
 """
 
 from dataclasses import dataclass

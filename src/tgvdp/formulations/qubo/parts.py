@@ -1,8 +1,8 @@
 """An encoding in two parts, objective and squared violation, which a penalty weight joins to one QUBO.
 
 Violations are whole numbers of units (Δv, Δv·Δt, steps), so that a string that breaks anything has a violation of at
-least 1 (formulations page, section 4). The seed writes its penalties in m/s instead, with time in steps, so that a unit
-of violation counts Δv²: `si_weights` reproduces that.
+least 1. The binary formulation writes its penalties in m/s instead, with time in steps, so that a unit of violation
+counts Δv²: `si_weights` reproduces that.
 """
 
 from collections.abc import Mapping
@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tgvdp.formulations.problem.encoding import Encoding
 from tgvdp.formulations.problem.instances import BinaryInstance
+from tgvdp.formulations.qubo.names import Encoding
 from tgvdp.formulations.qubo.qubo import Qubo, QuboBuilder
 
 
@@ -31,7 +31,7 @@ class Weights(NamedTuple):
 
 
 def si_weights(instance: BinaryInstance, encoding: Encoding) -> Weights:
-    """Weights of the seed, whose speeds are in m/s and distances in m/s times steps; unary levels are whole steps."""
+    """Weights of speeds in m/s and distances in m/s times steps; unary levels are whole steps."""
     unit_mps = instance.dv_mps * (instance.acc_units if encoding == "unary" else 1)
     return Weights(1.0, unit_mps**2)
 
@@ -97,8 +97,8 @@ class Builder:
 def register_coefficients(largest: int) -> tuple[int, ...]:
     """Coefficients of a register of bits that holds exactly 0..largest: 1, 2, 4, …, and what is missing at the end.
 
-    (Formulations page, section 3: c = 1, 2, .., 2^(m−2), h − (2^(m−1) − 1), m = bitlength(h).) Unless h = 2^m − 1 some
-    values have two codes, which multiplies the number of ground states.
+    (Lucas 2014.) With m bits for h, c = 1, 2, .., 2^(m−2), h − (2^(m−1) − 1). Unless h = 2^m − 1 some values have two
+    codes, which multiplies the number of ground states.
     """
     if largest < 1:
         return ()

@@ -1,32 +1,33 @@
-"""How much a violation must cost: the seed's rule, a bound that suffices, and the exact critical value.
+"""How much a violation must cost: a rule of thumb, a bound that suffices, and the exact critical value.
 
-(Formulations page, section 4.) With f the objective and viol the squared violation, a whole number ≥ 1 of every string
-that breaks anything, the minimum of f + λ·viol is the constrained optimum f* if and, for some string, only if λ exceeds
+(Glover, Kochenberger and Du 2019 on penalties in general.) With f the objective and viol the squared violation, a whole
+number ≥ 1 of every string that breaks anything, the minimum of f + λ·viol is the constrained optimum f* if and, for
+some string, only if λ exceeds
 
     λ_c = max over strings z with viol(z) > 0 of (f* − f(z)) / viol(z).
 
 That takes an enumeration; λ > f(feasible) − min f suffices, with the least objective over all strings, feasible or not.
-The seed's rule, ten times the largest coefficient of the objective with violations in SI, may be far too small: at
-Δv = 0.1 m/s a missed unit of distance weighs 0.01.
+The rule of thumb of the binary formulation, and of dimod's ``cqm_to_bqm``, is ten times the largest coefficient of the
+objective. With violations in SI it may be far too small: at Δv = 0.1 m/s a missed unit of distance weighs 0.01.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import InfeasibleError
-from tgvdp.formulations.problem.encoding import Encoding
 from tgvdp.formulations.problem.instances import BinaryInstance, decimal
+from tgvdp.formulations.qubo.names import Encoding
 from tgvdp.formulations.qubo.qubo import Qubo
 
-_SEED_FACTOR = 10.0
+_TENFOLD = 10.0
 #: The sufficient weight must exceed its bound.
 _ABOVE = 1.05
 
 
-def seed_penalty(objective: Qubo) -> float:
-    """The seed's rule: 10 · largest |coefficient| of the objective."""
+def tenfold_penalty(objective: Qubo) -> float:
+    """The rule of thumb: 10 · largest |coefficient| of the objective."""
     coefficients = np.concatenate((objective.linear, objective.values))
-    return _SEED_FACTOR * float(np.abs(coefficients).max(initial=0.0))
+    return _TENFOLD * float(np.abs(coefficients).max(initial=0.0))
 
 
 def sufficient_penalty(instance: BinaryInstance, encoding: Encoding, feasible: float | None = None) -> float:

@@ -1,8 +1,8 @@
 """Quadratic unconstrained binary optimisation: minimise c + Σ aᵢ·xᵢ + Σ_{i<j} qᵢⱼ·xᵢ·xⱼ over bits x.
 
-(Seed three-phase-and-qubo, "What are QUBO problems", which has no constant; penalties need one.)
-A `Qubo` is a value: arrays, nothing else, and no quantum package. A `QuboBuilder` collects its terms, among them the
-squared constraints that make penalties. Coefficients that are integers stay exact, so that energies compare with ==.
+The constant is there for penalties, which need one. A `Qubo` is a value: arrays, nothing else, and no quantum package.
+A `QuboBuilder` collects its terms, among them the squared constraints that make penalties. Coefficients that are
+integers stay exact, so that energies compare with ==.
 """
 
 import math

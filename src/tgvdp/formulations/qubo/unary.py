@@ -1,9 +1,9 @@
-"""The unary speed-profile encoding: t_kj = [v_k ≥ j].
+"""The unary encoding of the speed profile, t_kj = [v_k ≥ j]: domain walls in the sense of Chancellor (2019).
 
-(Formulations page, section 10; not in the seeds.) With equal steps a = b the speed after step k is a staircase of bits
-t_k1 ≥ t_k2 ≥ …, at most min(k, N−k, h_k) of them, since all higher speeds could not be reached or not be left in time.
-A step between neighbours of one level is a wall of the staircase, so accelerations are counted by t_{k+1,j}·(1 − t_kj)
-and no step bits are needed; nor are slack bits, but for a tolerance on the distance.
+With equal steps a = b the speed after step k is a staircase of bits t_k1 ≥ t_k2 ≥ …, at most min(k, N−k, h_k) of them,
+since all higher speeds could not be reached or not be left in time. A step between neighbours of one level is a wall of
+the staircase, so accelerations are counted by t_{k+1,j}·(1 − t_kj) and no step bits are needed; nor are slack bits, but
+for a tolerance on the distance.
 """
 
 from itertools import pairwise
@@ -12,8 +12,9 @@ import numpy as np
 
 from tgvdp.errors import InputError
 from tgvdp.formulations.problem.binary import schedule_of_speeds
-from tgvdp.formulations.problem.encoding import Bits, Check, Encoded, Schedule
 from tgvdp.formulations.problem.instances import BinaryInstance, decimal
+from tgvdp.formulations.problem.schedule import Check, Schedule
+from tgvdp.formulations.qubo.encoded import Bits, Encoded
 from tgvdp.formulations.qubo.parts import Builder, Weights, joined
 
 

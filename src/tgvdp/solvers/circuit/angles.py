@@ -21,10 +21,11 @@ from tgvdp.formulations.circuit.qaoa import (
     ramp_angles,
 )
 from tgvdp.formulations.circuit.statevector import MAX_QUBITS, evaluate, sample, statevector
-from tgvdp.formulations.problem.encoding import Encoded, Solution
+from tgvdp.formulations.problem.schedule import Solution
+from tgvdp.formulations.qubo.encoded import Encoded
 from tgvdp.formulations.qubo.ising import ising_of
 from tgvdp.formulations.qubo.qubo import bits_of
-from tgvdp.solvers.allowance import Options
+from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.extras import extra
 from tgvdp.solvers.samplers.sampling import Samples, lowest, sampled_solution
 
@@ -42,7 +43,7 @@ class Found(NamedTuple):
     evaluations: int
 
 
-def solve_qaoa(encoded: Encoded, options: Options) -> Solution:
+def solve_qaoa(encoded: Encoded, allowance: Allowance) -> Solution:
     """Sample the state of QAOA; uses ``layers``, ``angles``, ``starts``, ``reads`` (shots), ``seed`` and ``backend``.
 
     The solution is the best of the shots. ``success_probability`` in its details is that of one shot, exact (without
@@ -61,31 +62,31 @@ def solve_qaoa(encoded: Encoded, options: Options) -> Solution:
     energies = qubo.all_energies()
     ising = ising_of(qubo, -1)
     scale = energy_scale(ising) or 1.0
-    if options.angles == "ramp":
-        found = best_ramp(energies, scale, options.layers)
+    if allowance.angles == "ramp":
+        found = best_ramp(energies, scale, allowance.layers)
     else:
-        found = optimised_angles(energies, scale, options.layers, options.starts, options.seed)
+        found = optimised_angles(energies, scale, allowance.layers, allowance.starts, allowance.seed)
     state = statevector(energies, found.angles)
     setup_s = time.perf_counter() - start
     machine: dict[str, Any] = {"backend": None}
-    if options.backend is None:
-        drawn = sample(state, options.reads, np.random.default_rng(options.seed))
-        samples = Samples(bits_of(drawn, qubo.n), np.ones(options.reads, dtype=np.int64))
+    if allowance.backend is None:
+        drawn = sample(state, allowance.reads, np.random.default_rng(allowance.seed))
+        samples = Samples(bits_of(drawn, qubo.n), np.ones(allowance.reads, dtype=np.int64))
     else:
         from tgvdp.solvers.circuit.qiskit import run_circuit
 
         circuit = qaoa_circuit(ising, found.angles)
-        samples, ran = run_circuit(circuit, options.backend, options.reads, options.seed)
+        samples, ran = run_circuit(circuit, allowance.backend, allowance.reads, allowance.seed)
         machine |= ran
     elapsed_s = time.perf_counter() - start
     details = {
-        "layers": options.layers,
-        "angles": options.angles,
+        "layers": allowance.layers,
+        "angles": allowance.angles,
         "gamma": found.angles.gamma.tolist(),
         "beta": found.angles.beta.tolist(),
         "evaluations": found.evaluations,
         "setup_s": setup_s,
-        "seed": options.seed,
+        "seed": allowance.seed,
         **machine,
         **probabilities(encoded, energies, np.abs(state) ** 2),
     }

@@ -1,9 +1,9 @@
 """The optimum in closed form, where one is known: ground truth at any N.
 
-(Formulations page, section 3.) Equal steps a = b, one cap h for all steps, an exact distance D' = D/a, and the constant
-or the kinetic objective. Plans of n accelerations cover at least n and at most n·(N−n), and a top speed of n−1 at most
-(n−1)·(N−n+1). So n* = min{n : n ≤ D' ≤ n·(N−n), n ≤ min(h, ⌊N/2⌋)} accelerations are needed, and they are enough:
-E* = (1−α)·a²·n* for the constant model, (1−α)·a²·n*²/2 for the kinetic one.
+Equal steps a = b, one cap h for all steps, an exact distance D' = D/a, and the constant or the kinetic objective. Plans
+of n accelerations cover at least n and at most n·(N−n), and a top speed of n−1 at most (n−1)·(N−n+1). So n* = min{n : n
+≤ D' ≤ n·(N−n), n ≤ min(h, ⌊N/2⌋)} accelerations are needed, and they are enough: E* = (1−α)·a²·n* for the constant
+model, (1−α)·a²·n*²/2 for the kinetic one.
 """
 
 import numpy as np

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.formulations.problem.alstom import Floats
 from tgvdp.formulations.problem.demand import demand_schedule, drive, step
-from tgvdp.formulations.problem.encoding import Solution
 from tgvdp.formulations.problem.instances import DemandInstance
 from tgvdp.formulations.problem.replay import replay
+from tgvdp.formulations.problem.schedule import Solution
 from tgvdp.solvers.exact.demand_bounds import Bounds, demand_bounds
 
 #: Plans that brute force tries, and states of one layer of the exact search and of the beam.

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 
 from tgvdp.formulations.problem.binary import schedule_of_controls
-from tgvdp.formulations.problem.encoding import Schedule, Solution
 from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, Instance
 from tgvdp.formulations.problem.levels import ladder_of
 from tgvdp.formulations.problem.replay import replay
-from tgvdp.solvers.allowance import Options
+from tgvdp.formulations.problem.schedule import Schedule, Solution
+from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.exact.brute_force import best_plans
 from tgvdp.solvers.exact.closed_form import closed_form
 
 
-def solve_dp(instance: Instance, _: Options) -> Solution:
+def solve_dp(instance: Instance, _: Allowance) -> Solution:
     """Dynamic program over (step, speed, distance): any N, with the number of optima."""
     from tgvdp.solvers.exact.dynamic_program import load_kernels, optimal_plan
 
@@ -37,7 +37,7 @@ def solve_dp(instance: Instance, _: Options) -> Solution:
     return _proved("dp", instance, schedule, found.n_optimal, elapsed_s, details)
 
 
-def solve_brute(instance: Instance, _: Options) -> Solution:
+def solve_brute(instance: Instance, _: Allowance) -> Solution:
     """All plans of a small instance, with the number of optima."""
     if isinstance(instance, DemandInstance):
         from tgvdp.solvers.exact.demand_search import solve_demand_brute
@@ -50,7 +50,7 @@ def solve_brute(instance: Instance, _: Options) -> Solution:
     return _proved("brute", instance, schedule, len(plans), elapsed_s, {"plans": 3**instance.steps})
 
 
-def solve_closed(instance: Instance, _: Options) -> Solution:
+def solve_closed(instance: Instance, _: Allowance) -> Solution:
     """The closed form, where it applies; it does not count."""
     assert isinstance(instance, BinaryInstance)
     started = time.perf_counter()

@@ -1,10 +1,9 @@
 """Constrained quadratic models of dimod: constraints stay constraints, no penalty is needed.
 
-Of a binary instance the variables are the bits x_i, y_i; speeds are sums of them, and each limit is one row (seed
-"Converting our problem to a QUBO problem", constraints 1-5; formulations page, section 3, in the corrected per-step
-form). Of a demand instance it is the quadratic program with δ (`tgvdp.formulations.program.demand`). dimod has no
-products of real variables, so that speeds there are whole multiples of `SPEED_STEP_MPS`, and the equation of motion
-holds to half a step.
+Of a binary instance the variables are the bits x_i, y_i; speeds are sums of them, and each limit is one row: the five
+constraints of the binary formulation, in the corrected form per step. Of a demand instance it is the quadratic program
+with δ (`tgvdp.formulations.program.demand`). dimod has no products of real variables, so that speeds there are whole
+multiples of `SPEED_STEP_MPS`, and the equation of motion holds to half a step.
 """
 
 import time
@@ -18,13 +17,13 @@ from numpy.typing import NDArray
 from tgvdp.errors import InfeasibleError, InputError
 from tgvdp.formulations.problem.binary import schedule_of
 from tgvdp.formulations.problem.demand import demand_schedule
-from tgvdp.formulations.problem.encoding import Schedule, Solution
 from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, Instance
 from tgvdp.formulations.problem.replay import replay
+from tgvdp.formulations.problem.schedule import Schedule, Solution
 from tgvdp.formulations.program.binary import Row
 from tgvdp.formulations.program.demand import DemandProgram, demand_program
 from tgvdp.formulations.qubo.bits import encode_bits
-from tgvdp.solvers.allowance import Options
+from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.extras import extra
 from tgvdp.solvers.samplers.bqm import bqm_of
 from tgvdp.solvers.samplers.cloud import connected, qpu_time_s
@@ -157,7 +156,7 @@ def _add_row(dimod: Any, cqm: Any, names: list[str], scale: NDArray[np.float64],
         cqm.add_constraint_from_model(model, "<=", upper, label=f"{row.name}_most" if both else row.name)
 
 
-def solve_cqm(instance: BinaryInstance, _: Options) -> Solution:
+def solve_cqm(instance: BinaryInstance, _: Allowance) -> Solution:
     """Enumerate the CQM of a small instance with dimod's ExactCQMSolver, and count the optima.
 
     Raises
@@ -208,7 +207,7 @@ def _size(written: Written) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def solve_leap(instance: Instance, options: Options) -> Solution:
+def solve_leap(instance: Instance, allowance: Allowance) -> Solution:
     """Sample the CQM on D-Wave's hybrid service; uses ``time_limit_s``. The clock includes network and queue.
 
     Raises
@@ -219,10 +218,10 @@ def solve_leap(instance: Instance, options: Options) -> Solution:
         When the service refuses the problem.
     """
     sampler = connected("leap", "service", "LeapHybridCQMSampler")
-    return hybrid_solution(sampler, instance, options)
+    return hybrid_solution(sampler, instance, allowance)
 
 
-def hybrid_solution(sampler: Any, instance: Instance, options: Options) -> Solution:
+def hybrid_solution(sampler: Any, instance: Instance, allowance: Allowance) -> Solution:
     """Solution of a sampler with the method ``sample_cqm``: the best feasible schedule of all that it returns.
 
     Raises
@@ -231,7 +230,7 @@ def hybrid_solution(sampler: Any, instance: Instance, options: Options) -> Solut
         When the sampler refuses the problem, or returns nothing.
     """
     written = cqm_of(instance)
-    limit = {} if options.time_limit_s is None else {"time_limit": options.time_limit_s}
+    limit = {} if allowance.time_limit_s is None else {"time_limit": allowance.time_limit_s}
     start = time.perf_counter()
     try:
         sampleset = sampler.sample_cqm(written.cqm, **limit)
@@ -247,7 +246,7 @@ def hybrid_solution(sampler: Any, instance: Instance, options: Options) -> Solut
     equal = [one for one in schedules if one.feasible and one.objective == best.objective]
     details = {
         **_size(written), "reads": count, "feasible_reads": sum(feasible), "best_reads": len(equal),
-        "time_limit_s": options.time_limit_s,
+        "time_limit_s": allowance.time_limit_s,
         "qpu_s": qpu_time_s(sampleset.info),
     }  # fmt: skip
     return Solution("leap", best, False, None, replay(instance, best), elapsed_s, details=details)

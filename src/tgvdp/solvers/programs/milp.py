@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from tgvdp.errors import BudgetExceededError, InfeasibleError, TgvdpError
 from tgvdp.formulations.problem.binary import schedule_of
-from tgvdp.formulations.problem.encoding import Solution
 from tgvdp.formulations.problem.instances import BinaryInstance
 from tgvdp.formulations.problem.replay import replay
+from tgvdp.formulations.problem.schedule import Solution
 from tgvdp.formulations.program.binary import Program, binary_program
-from tgvdp.solvers.allowance import Options
+from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.extras import extra
 
 #: Part of a unit of the objective (whose values are whole) that rounding may take from a bound.
@@ -24,7 +24,7 @@ _BOUND_SLACK = 1e-3
 _LIMIT, _INFEASIBLE = 1, 2
 
 
-def solve_milp(instance: BinaryInstance, options: Options) -> Solution:
+def solve_milp(instance: BinaryInstance, allowance: Allowance) -> Solution:
     """Solve the linear form; uses ``time_limit_s``.
 
     Raises
@@ -38,8 +38,8 @@ def solve_milp(instance: BinaryInstance, options: Options) -> Solution:
     start = time.perf_counter()
     program = binary_program(instance, "linear")
     limits = {"mip_rel_gap": 0.0, "presolve": True}
-    if options.time_limit_s is not None:
-        limits["time_limit"] = options.time_limit_s
+    if allowance.time_limit_s is not None:
+        limits["time_limit"] = allowance.time_limit_s
     result = scipy_optimize.milp(
         c=_dense(program.linear, len(program.variables)),
         integrality=np.array([variable.integer for variable in program.variables], dtype=np.int8),
@@ -55,10 +55,10 @@ def solve_milp(instance: BinaryInstance, options: Options) -> Solution:
         raise InfeasibleError(f"{instance.id}: no plan obeys all constraints (proved by HiGHS)")
     if result.x is None:
         if result.status == _LIMIT:
-            raise BudgetExceededError(f"{instance.id}: HiGHS found no plan within {options.time_limit_s:g} s")
+            raise BudgetExceededError(f"{instance.id}: HiGHS found no plan within {allowance.time_limit_s:g} s")
         raise TgvdpError(f"{instance.id}: HiGHS failed: {result.message}")
     bound = result.mip_dual_bound if result.mip_dual_bound is not None else result.fun
-    details = {"nodes": int(result.mip_node_count or 0), "time_limit_s": options.time_limit_s}
+    details = {"nodes": int(result.mip_node_count or 0), "time_limit_s": allowance.time_limit_s}
     return program_solution("milp", instance, program, result.x, float(bound), elapsed_s, details)
 
 

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import BudgetExceededError, InfeasibleError, TgvdpError
-from tgvdp.formulations.problem.encoding import Solution
 from tgvdp.formulations.problem.instances import DemandInstance, Instance
 from tgvdp.formulations.problem.replay import replay
+from tgvdp.formulations.problem.schedule import Solution
 from tgvdp.formulations.program.binary import Products, Program, Terms, binary_program
-from tgvdp.solvers.allowance import Options
+from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.extras import extra
 from tgvdp.solvers.programs.milp import program_solution
 
@@ -38,7 +38,7 @@ class Solved(NamedTuple):
     details: Mapping[str, Any]
 
 
-def solve_scip(instance: Instance, options: Options) -> Solution:
+def solve_scip(instance: Instance, allowance: Allowance) -> Solution:
     """Solve the quadratic program of an instance; uses ``time_limit_s``.
 
     The optimum of a binary instance is one of the model. That of a demand instance is one of its quadratic
@@ -47,25 +47,31 @@ def solve_scip(instance: Instance, options: Options) -> Solution:
     Raises
     ------
     InfeasibleError
-        When no plan obeys all constraints of the program.
+        When no plan obeys all constraints; of a binary instance only.
     BudgetExceededError
-        When the time limit ends before there is a plan.
+        When the time limit ends before there is a plan, or the approximation of a demand instance has none.
     """
     start = time.perf_counter()
     if isinstance(instance, DemandInstance):
-        return _solve_demand(instance, options, start)
+        return _solve_demand(instance, allowance, start)
     program = binary_program(instance, "quadratic")
-    solved = optimise(program, options.time_limit_s)
+    solved = optimise(program, allowance.time_limit_s)
     elapsed_s = time.perf_counter() - start
     return program_solution("scip", instance, program, solved.values, solved.bound, elapsed_s, solved.details)
 
 
-def _solve_demand(instance: DemandInstance, options: Options, start: float) -> Solution:
+def _solve_demand(instance: DemandInstance, allowance: Allowance, start: float) -> Solution:
     from tgvdp.formulations.problem.demand import demand_schedule
     from tgvdp.formulations.program.demand import demand_program
 
     written = demand_program(instance)
-    solved = optimise(written.program, options.time_limit_s)
+    try:
+        solved = optimise(written.program, allowance.time_limit_s)
+    except InfeasibleError:
+        raise BudgetExceededError(
+            f"{instance.id}: SCIP found no plan: its quadratic approximation has none, which proves nothing about the "
+            "demand model itself (solver dp searches that)"
+        ) from None
     elapsed_s = time.perf_counter() - start
     schedule = demand_schedule(instance, written.demands(solved.values))
     return Solution(

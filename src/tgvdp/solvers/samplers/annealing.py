@@ -1,4 +1,4 @@
-"""Classical samplers of D-Wave's dwave-samplers, and dimod's enumeration: thin adapters with fixed seeds."""
+"""Classical samplers of D-Wave's dwave-samplers, and dimod's enumeration: thin adapters, with draws that come again."""
 
 import time
 from math import ceil
@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from tgvdp.errors import InputError
-from tgvdp.formulations.problem.encoding import Encoded, Solution
+from tgvdp.formulations.problem.schedule import Solution
+from tgvdp.formulations.qubo.encoded import Encoded
 from tgvdp.formulations.qubo.qubo import Qubo
-from tgvdp.solvers.allowance import Options
+from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.extras import extra
 from tgvdp.solvers.samplers.bqm import bqm_of
 from tgvdp.solvers.samplers.sampling import ground_state_solution, lowest, sampled_solution, samples_of
@@ -27,14 +28,14 @@ MAX_WIDTH = 22
 MAX_TREE_BITS = 5000
 
 
-def solve_sa(encoded: Encoded, options: Options) -> Solution:
+def solve_sa(encoded: Encoded, allowance: Allowance) -> Solution:
     """Simulated annealing; uses ``reads``, ``sweeps`` and ``seed``, and dwave-samplers' own range of temperatures."""
     sampler = extra("dwave.samplers", "solver sa").SimulatedAnnealingSampler()
-    budget = {"num_reads": options.reads, "num_sweeps": options.sweeps, "seed": options.seed}
-    return _sampled("sa", sampler, encoded, budget, {"sweeps": options.sweeps, "seed": options.seed})
+    budget = {"num_reads": allowance.reads, "num_sweeps": allowance.sweeps, "seed": allowance.seed}
+    return _sampled("sa", sampler, encoded, budget, {"sweeps": allowance.sweeps, "seed": allowance.seed})
 
 
-def solve_tabu(encoded: Encoded, options: Options) -> Solution:
+def solve_tabu(encoded: Encoded, allowance: Allowance) -> Solution:
     """Tabu search of tenure n/2, restarted every `TABU_STAGE` sweeps; uses ``reads``, ``sweeps`` and ``seed``.
 
     Tuned on bits and unary instances of N = 8..20: the package's own tenure, n/4 and at most 20, or no restart, finds
@@ -43,11 +44,11 @@ def solve_tabu(encoded: Encoded, options: Options) -> Solution:
     """
     sampler = extra("dwave.samplers", "solver tabu").TabuSampler()
     tenure = max(1, encoded.qubo.n // 2)
-    restarts = max(0, ceil(options.sweeps / TABU_STAGE) - 1)
-    stage = min(options.sweeps, TABU_STAGE)
+    restarts = max(0, ceil(allowance.sweeps / TABU_STAGE) - 1)
+    stage = min(allowance.sweeps, TABU_STAGE)
     budget = {
-        "num_reads": options.reads,
-        "seed": options.seed,
+        "num_reads": allowance.reads,
+        "seed": allowance.seed,
         "tenure": tenure,
         "timeout": None,
         "num_restarts": restarts,
@@ -55,19 +56,19 @@ def solve_tabu(encoded: Encoded, options: Options) -> Solution:
         "coefficient_z_restart": stage,
         "lower_bound_z": 1,
     }
-    details = {"sweeps": options.sweeps, "tenure": tenure, "restarts": restarts, "seed": options.seed}
+    details = {"sweeps": allowance.sweeps, "tenure": tenure, "restarts": restarts, "seed": allowance.seed}
     return _sampled("tabu", sampler, encoded, budget, details)
 
 
-def solve_descent(encoded: Encoded, options: Options) -> Solution:
+def solve_descent(encoded: Encoded, allowance: Allowance) -> Solution:
     """Steepest descent from random strings, a baseline; uses ``reads`` and ``seed``."""
     sampler = extra("dwave.samplers", "solver descent").SteepestDescentSampler()
     return _sampled(
-        "descent", sampler, encoded, {"num_reads": options.reads, "seed": options.seed}, {"seed": options.seed}
+        "descent", sampler, encoded, {"num_reads": allowance.reads, "seed": allowance.seed}, {"seed": allowance.seed}
     )
 
 
-def solve_exact_qubo(encoded: Encoded, _: Options) -> Solution:
+def solve_exact_qubo(encoded: Encoded, _: Allowance) -> Solution:
     """Enumerate all bit strings with dimod's ExactSolver, and count the ground states.
 
     Raises
@@ -89,7 +90,7 @@ def solve_exact_qubo(encoded: Encoded, _: Options) -> Solution:
     return ground_state_solution("exact-qubo", encoded, states, elapsed_s, {}, counted=True)
 
 
-def solve_tree(encoded: Encoded, _: Options) -> Solution:
+def solve_tree(encoded: Encoded, _: Allowance) -> Solution:
     """Ground state by dynamic programming over a tree decomposition, exponential in its width only.
 
     Raises

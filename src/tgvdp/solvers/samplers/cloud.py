@@ -5,14 +5,15 @@ from collections.abc import Mapping
 from typing import Any
 
 from tgvdp.errors import InputError, UnavailableError
-from tgvdp.formulations.problem.encoding import Encoded, Solution
-from tgvdp.solvers.allowance import Options
+from tgvdp.formulations.problem.schedule import Solution
+from tgvdp.formulations.qubo.encoded import Encoded
+from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.extras import extra
 from tgvdp.solvers.samplers.bqm import bqm_of
 from tgvdp.solvers.samplers.sampling import sampled_solution, samples_of
 
 
-def solve_dwave(encoded: Encoded, options: Options) -> Solution:
+def solve_dwave(encoded: Encoded, allowance: Allowance) -> Solution:
     """Sample on a quantum annealer; uses ``reads`` and ``backend``. The clock includes embedding, network and queue.
 
     Raises
@@ -22,9 +23,9 @@ def solve_dwave(encoded: Encoded, options: Options) -> Solution:
     InputError
         When the problem does not fit it.
     """
-    chosen = {} if options.backend is None else {"solver": options.backend}
+    chosen = {} if allowance.backend is None else {"solver": allowance.backend}
     machine = connected("dwave", "machine", "DWaveSampler", **chosen)
-    return embedded_solution(machine, encoded, options)
+    return embedded_solution(machine, encoded, allowance)
 
 
 def connected(solver: str, what: str, sampler: str, **options: Any) -> Any:
@@ -44,7 +45,7 @@ def connected(solver: str, what: str, sampler: str, **options: Any) -> Any:
         ) from None
 
 
-def embedded_solution(machine: Any, encoded: Encoded, options: Options) -> Solution:
+def embedded_solution(machine: Any, encoded: Encoded, allowance: Allowance) -> Solution:
     """Sample on a machine, or on a ``MockDWaveSampler``, through an embedding by minorminer.
 
     Raises
@@ -58,9 +59,9 @@ def embedded_solution(machine: Any, encoded: Encoded, options: Options) -> Solut
     try:
         sampleset = composite.sample(
             bqm,
-            num_reads=options.reads,
+            num_reads=allowance.reads,
             return_embedding=True,
-            embedding_parameters={"random_seed": options.seed},
+            embedding_parameters={"random_seed": allowance.seed},
         )
     except ValueError as error:
         raise InputError(f"solver dwave: {encoded.qubo.n} bits do not fit the machine: {error}") from None
@@ -70,7 +71,7 @@ def embedded_solution(machine: Any, encoded: Encoded, options: Options) -> Solut
     details = {
         "qubits": sum(map(len, chains)),
         "longest_chain": max(map(len, chains)),
-        "seed": options.seed,
+        "seed": allowance.seed,
         "qpu_s": qpu_time_s(sampleset.info.get("timing", {})),
     }
     return sampled_solution("dwave", encoded, samples, elapsed_s, details)

@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.formulations.problem.encoding import Encoded, Schedule, Solution
 from tgvdp.formulations.problem.replay import replay
+from tgvdp.formulations.problem.schedule import Schedule, Solution
+from tgvdp.formulations.qubo.encoded import Encoded
 from tgvdp.formulations.qubo.qubo import Qubo
 
 #: Two energies count as equal when they differ by less than this part of the largest coefficient.

@@ -1,27 +1,8 @@
-"""What every encoding and every solver hands over: an encoded problem, a decoded schedule, a solution.
+"""What every solver hands over: a schedule, decoded and checked, and a solution, replayed on the true physics."""
 
-An `Encoded` is an instance written as a QUBO. Its ``decode`` turns any bit string, feasible or not, into a `Schedule`
-that says how far each constraint is violated; the QUBO's energy of a string without violation is the schedule's
-objective, in the same unit. A `Solution` is what a solver found, replayed on the true physics.
-"""
-
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
-
-import numpy as np
-from numpy.typing import NDArray
-
-from tgvdp.formulations.problem.instances import BinaryInstance
-
-if TYPE_CHECKING:
-    from tgvdp.formulations.qubo.qubo import Qubo
-
-Encoding: TypeAlias = Literal["bits", "bits+slack", "unary"]
-#: Names of the encodings of the binary model as a QUBO.
-ENCODINGS: tuple[Encoding, ...] = ("bits", "bits+slack", "unary")
-
-Bits: TypeAlias = NDArray[np.integer[Any]]
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -59,7 +40,8 @@ class Schedule:
     distance : float
         In Δv·Δt (binary, trapezoid) or m (demand).
     objective : float
-        In the model's own unit: (m/s)², that is J per kg of train, for the binary model; J for the demand model.
+        In the unit that the instance's ``objective_unit`` names. Of the constant and the efficiency model it is no
+        energy: what a schedule takes, its replay says.
     checks : tuple of Check
         Every constraint, satisfied or not.
     """
@@ -74,39 +56,6 @@ class Schedule:
     def feasible(self) -> bool:
         """Whether all constraints hold."""
         return all(check.satisfied for check in self.checks)
-
-
-@dataclass(frozen=True)
-class Encoded:
-    """An instance as a QUBO.
-
-    Attributes
-    ----------
-    qubo : Qubo
-        In the objective's unit: of a string that violates nothing, its energy is the schedule's objective.
-    instance : BinaryInstance
-    encoding : str
-        One of `ENCODINGS`.
-    penalty : float
-        λ, weight of a squared violation of 1, in the objective's unit.
-    decode : callable
-        (n,) bits → Schedule; its checks are those of the instance and, where its bits mean nothing otherwise, those of
-        the encoding. Slack bits are not checked: a schedule may keep a limit that its slack register misstates.
-    objective, violation : Qubo
-        The two parts: qubo = objective + λ · violation, and a violation of 0 where nothing is violated, else ≥ 1 (but
-        for the weights of the seed's rule).
-    complete : bool
-        Whether every feasible schedule has a string that violates nothing. The seed's speed limits forbid some.
-    """
-
-    qubo: "Qubo"
-    instance: BinaryInstance
-    encoding: Encoding
-    penalty: float
-    decode: Callable[[Bits], Schedule] = field(repr=False)
-    objective: "Qubo" = field(repr=False)
-    violation: "Qubo" = field(repr=False)
-    complete: bool = True
 
 
 @dataclass(frozen=True)
@@ -129,7 +78,7 @@ class Solution:
     qubo : mapping or None
         ``variables``, ``couplers``, ``coefficient_range`` and ``minimum`` (lowest energy found) where a QUBO was used.
     details : mapping
-        What else a solver wants to tell: bound, runs, sweeps, seeds, labels of what was proved.
+        What else a solver wants to tell: bound, runs, sweeps, labels of what was proved.
     """
 
     solver: str
