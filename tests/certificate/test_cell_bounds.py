@@ -8,8 +8,8 @@ import pytest
 from tgvdp import EffortCurve, Train
 from tgvdp.certificate.cell_bounds import cell_kernel, standstill_cell
 from tgvdp.certificate.costates_at_bound import tangent_and_excess
-from tgvdp.certificate.efforts import largest_effort, merge_tables, piece_at, piece_value
-from tgvdp.certificate.hamiltonian import least_hamiltonian
+from tgvdp.certificate.efforts import Load, largest_effort, load_at, merge_tables, piece_at, piece_value
+from tgvdp.certificate.hamiltonian import Hamiltonian, least_hamiltonian
 from tgvdp.certificate.minimum import least_on_piece
 from tgvdp.physics.forces import kernel_train
 
@@ -55,33 +55,42 @@ TRAINS = {
 }  # fmt: skip
 
 
+def _hamiltonian(train, load, top_v, traction=1.0, regeneration=0.0, multiplier=2.0):
+    pieces = np.empty((3, 12, 6))
+    counts = merge_tables(train, load, top_v, pieces)
+    return Hamiltonian(pieces, *counts, traction, regeneration, load, abs(load.r0), multiplier)
+
+
+def _level(train):
+    return Load(train.davis_a_n / train.inertia_kg, train.davis_b / train.inertia_kg, 1e-4)
+
+
 @pytest.mark.parametrize("name", TRAINS)
 @pytest.mark.parametrize("permil", [-25.0, 0.0, 30.0])
-@pytest.mark.parametrize(("worth", "back"), [(1.0, 0.0), (1.25, 0.7)])
-def test_least_hamiltonian_is_below_every_sampled_speed_and_effort(name, permil, worth, back):
+@pytest.mark.parametrize(("traction", "regeneration"), [(1.0, 0.0), (1.25, 0.7)])
+def test_least_hamiltonian_is_below_every_sampled_speed_and_effort(name, permil, traction, regeneration):
     train = kernel_train(TRAINS[name])
     curves = TRAINS[name]
     mass = train.inertia_kg
     grade = curves.mass_kg * 9.81e-3 * permil
-    r0, r1, r2 = (train.davis_a_n + grade) / mass, train.davis_b / mass, curves.davis_c_n_per_mps2 / mass
-    top_v, price = 30.0, 2.0
-    pieces = np.empty((3, 12, 6))
-    counts = merge_tables(train, r0, r1, r2, top_v, pieces)
+    resistance = Load((train.davis_a_n + grade) / mass, train.davis_b / mass, curves.davis_c_n_per_mps2 / mass)
+    top_v, multiplier = 30.0, 2.0
+    h = _hamiltonian(train, resistance, top_v, traction, regeneration, multiplier)
     v = np.linspace(0.02, top_v, 1500)
-    load = r0 + r1 * v + r2 * v**2
+    load = load_at(resistance, v)
     dynamic = np.array([curves.braking.effort_n(x) for x in v]) / mass
     strongest = np.minimum([curves.traction.effort_n(x) / mass for x in v], train.max_acceleration + load)
     hardest = np.maximum(-dynamic - curves.friction_brake_n / mass, load - train.max_deceleration)
     costates = [(-3.0, 0.05), (-0.7, 0.002), (-0.5, 0.0), (-0.45, 0.001), (-0.2, 0.001), (0.0, 0.001), (0.4, 0.003)]
     for p, p_s in [*costates, (2.0, 0.01)]:
-        found, _, _ = least_hamiltonian(pieces, *counts, worth, back, r0, r1, r2, abs(r0), price, p, p_s, 0.0, top_v)
+        found, _, _ = least_hamiltonian(h, p, p_s, 0.0, top_v)
         best = math.inf
         for f in (*(hardest + share * (strongest - hardest) for share in np.linspace(0.0, 1.0, 11)), -dynamic, 0.0):
             f = np.clip(f, hardest, strongest)
-            energy = worth * np.maximum(f, 0.0) - back * np.minimum(np.maximum(-f, 0.0), dynamic)
-            best = min(best, (energy + price / v + p_s * v**2 + 2.0 * p * (f - load)).min())
+            energy = traction * np.maximum(f, 0.0) - regeneration * np.minimum(np.maximum(-f, 0.0), dynamic)
+            best = min(best, (energy + multiplier / v + p_s * v**2 + 2.0 * p * (f - load)).min())
         assert found <= best + 1e-9
-        if np.isinf(train.max_deceleration) or not -worth < 2.0 * p < 0.0:
+        if np.isinf(train.max_deceleration) or not -traction < 2.0 * p < 0.0:
             assert found >= best - 2e-2 * abs(best) - 2e-2  # as fine as the sampling
 
 
@@ -95,33 +104,32 @@ def test_largest_effort_bounds_a_table():
 def test_standstill_cell_is_exact_for_constant_effort():
     # M = 2, no load: w = 4d after d metres, time √(2d/2), work ½w; the other end costs slope·w.
     pieces = np.array([[0.0, 0.0, 2.0, 0.0, 0.0, 0.0]])
-    d, price, slope = 3.0, 5.0, -0.8
-    bound = standstill_cell(pieces, 1, 0.0, 0.0, 0.0, True, d, price, slope, 0.0, 1e6, 1.0)
-    assert bound == pytest.approx(price * math.sqrt(d) + (0.5 + slope) * 4.0 * d, rel=1e-12)
+    d, multiplier, slope = 3.0, 5.0, -0.8
+    bound = standstill_cell(pieces, 1, Load(0.0, 0.0, 0.0), True, d, multiplier, slope, 0.0, 1e6, 1.0)
+    assert bound == pytest.approx(multiplier * math.sqrt(d) + (0.5 + slope) * 4.0 * d, rel=1e-12)
     # From w = 1 on: w = 1 + 4d, time 2d/(1 + √13), work ½(w − 1).
-    bound = standstill_cell(pieces, 1, 0.0, 0.0, 0.0, True, d, price, slope, 1.0, 1e6, 1.0)
-    assert bound == pytest.approx(price * 2.0 * d / (1.0 + math.sqrt(13.0)) + (0.5 + slope) * 13.0 - 0.5, rel=1e-12)
-    bound = standstill_cell(pieces, 1, 0.0, 0.0, 0.0, False, d, price, -0.3, 0.0, 1e6, 0.0)
-    assert bound == pytest.approx(price * math.sqrt(d) - 0.3 * 12.0, rel=1e-12)
+    bound = standstill_cell(pieces, 1, Load(0.0, 0.0, 0.0), True, d, multiplier, slope, 1.0, 1e6, 1.0)
+    assert bound == pytest.approx(
+        multiplier * 2.0 * d / (1.0 + math.sqrt(13.0)) + (0.5 + slope) * 13.0 - 0.5, rel=1e-12
+    )
+    bound = standstill_cell(pieces, 1, Load(0.0, 0.0, 0.0), False, d, multiplier, -0.3, 0.0, 1e6, 0.0)
+    assert bound == pytest.approx(multiplier * math.sqrt(d) - 0.3 * 12.0, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", TRAINS)
 @pytest.mark.parametrize("p", [-0.55, -0.8, -2.0])
 def test_least_chord_keeps_the_least_hamiltonian_at_the_run(name, p):
     train = kernel_train(TRAINS[name])
-    r0, r1, r2 = train.davis_a_n / train.inertia_kg, train.davis_b / train.inertia_kg, 1e-4
-    price = 2.0
-    pieces = np.empty((3, 12, 6))
-    counts = merge_tables(train, r0, r1, r2, 40.0, pieces)
+    h = _hamiltonian(train, _level(train), 40.0)
     for v in (3.0, 8.0, 12.5, 15.0, 30.0):
-        tangent, excess = tangent_and_excess(pieces[0], counts[0], 1.0, price, p, r0, r1, r2, v)
+        tangent, excess = tangent_and_excess(h, p, v)
         assert excess >= 0.0
 
         def least(slope, v=v):
-            return least_hamiltonian(pieces, *counts, 1.0, 0.0, r0, r1, r2, r0, price, p, slope, 0.0, v)
+            return least_hamiltonian(h, p, slope, 0.0, v)
 
-        i = piece_at(pieces[0], counts[0], v)
-        bare = (1.0 + 2.0 * p) * piece_value(pieces[0], i, v) + price / v - 2.0 * p * (r0 + v * (r1 + v * r2))
+        i = piece_at(h.pieces[0], h.pulls, v)
+        bare = (1.0 + 2.0 * p) * piece_value(h.pieces[0], i, v) + h.multiplier / v - 2.0 * p * load_at(h.load, v)
         here = bare + (tangent - excess) * v**2
         assert here - 2e-3 * abs(here) <= least(tangent - excess)[0] <= here + 1e-12 * abs(bare)
         if name == "table" and v == 12.5:  # behind the drop the costate equation alone would lose the run
@@ -133,13 +141,11 @@ def test_least_chord_keeps_the_least_hamiltonian_at_the_run(name, p):
 @pytest.mark.parametrize("p", [-2.0, -0.4, 0.7])
 def test_ranges_of_speed_together_hold_the_least_hamiltonian(name, p):
     train = kernel_train(TRAINS[name])
-    r0, r1, r2 = train.davis_a_n / train.inertia_kg, train.davis_b / train.inertia_kg, 1e-4
-    pieces = np.empty((3, 12, 6))
-    counts = merge_tables(train, r0, r1, r2, 40.0, pieces)
+    h = _hamiltonian(train, _level(train), 40.0)
     for p_s in (-0.01, 0.0, 0.02):
 
         def least(low_v, top_v, p_s=p_s):
-            return least_hamiltonian(pieces, *counts, 1.0, 0.0, r0, r1, r2, r0, 2.0, p, p_s, low_v, top_v)
+            return least_hamiltonian(h, p, p_s, low_v, top_v)
 
         whole, _, at = least(0.0, 30.0)
         for split in (0.5, 5.0, 12.0, 20.0, 30.0):
@@ -151,27 +157,23 @@ def test_ranges_of_speed_together_hold_the_least_hamiltonian(name, p):
 
 @pytest.mark.parametrize("name", TRAINS)
 @pytest.mark.parametrize(("start_v", "end_v"), [(8.0, 9.0), (11.9, 12.3), (12.1, 12.4), (20.0, 19.0)])
-def test_cell_below_a_rising_ceiling_is_below_every_sample_and_tighter_than_a_flat_one(name, start_v, end_v):
+def test_cell_below_a_rising_bound_is_below_every_sample_and_tighter_than_a_flat_one(name, start_v, end_v):
     train = kernel_train(TRAINS[name])
-    r0, r1, r2 = train.davis_a_n / train.inertia_kg, train.davis_b / train.inertia_kg, 1e-4
-    price, length = 2.0, 5.0
-    pieces = np.empty((3, 12, 6))
-    counts = merge_tables(train, r0, r1, r2, 40.0, pieces)
+    h = _hamiltonian(train, _level(train), 40.0)
+    length = 5.0
     top_v = max(start_v, end_v)
     gained = 0.0
     for p0, p1 in ((-3.0, -2.9), (-3.0, -3.0), (-3.0, -3.2), (-0.8, -0.78), (-0.3, -0.35), (0.4, 0.5)):
-        args = pieces, *counts, 1.0, 0.0, r0, r1, r2, r0, price, p0, p1, length, top_v
+        args = h, p0, p1, length, top_v
         found, _ = cell_kernel(*args, start_v**2, end_v**2)
         flat, _ = cell_kernel(*args, top_v**2, top_v**2)
         samples = []
         for share in np.linspace(0.0, 1.0, 41):
-            ceiling_v = math.sqrt(start_v**2 + share * (end_v**2 - start_v**2))
+            bound_v = math.sqrt(start_v**2 + share * (end_v**2 - start_v**2))
             p = p0 + share * (p1 - p0)
-            least, *_ = least_hamiltonian(
-                pieces, *counts, 1.0, 0.0, r0, r1, r2, r0, price, p, (p1 - p0) / length, 0.0, ceiling_v
-            )
+            least, *_ = least_hamiltonian(h, p, (p1 - p0) / length, 0.0, bound_v)
             samples.append(least)
         exact = float(np.trapezoid(samples, dx=1.0 / 40.0))
         assert flat - 1e-12 * abs(flat) <= found <= exact + 1e-3 * abs(exact - flat) + 1e-9 * abs(exact)
         gained = max(gained, (found - flat) / (exact - flat) if exact - flat > 1e-9 * abs(exact) else 0.0)
-    assert gained > 0.9  # most of what a ceiling at the cell's largest speed gives away
+    assert gained > 0.9  # most of what a bound at the cell's largest speed gives away

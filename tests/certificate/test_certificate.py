@@ -10,8 +10,8 @@ import tgvdp
 from tgvdp import EffortCurve, InputError, Track, Train, Trip
 from tgvdp.certificate.front import certify
 from tgvdp.certificate.line import BoundingProblem
-from tgvdp.certificate.regimes import HOLDING
 from tgvdp.physics.arc import arc
+from tgvdp.physics.codes import HOLDING, TRACTION
 
 METRO = Train(
     name="metro", mass_kg=200e3, rotating_mass_factor=1.06, traction=EffortCurve.from_caps(300e3, 2.5e6),
@@ -93,7 +93,9 @@ def test_losses_of_the_cells_sum_to_the_gap_and_none_is_negative(hills):
     for k, d in enumerate(cells.length_m):
         _, time_s, work_j = arc(train, d, cells.grade_n[k], cells.air[k], w[k], w[k + 1])
         # A row that coasts has no work; its cells have a little of either sign.
-        cost.append(((max(work_j, 0.0) if ledger.label[k] <= HOLDING else 0.0) + price_j_per_s * time_s) / inertia)
+        cost.append(
+            ((max(work_j, 0.0) if ledger.label[k] in (TRACTION, HOLDING) else 0.0) + price_j_per_s * time_s) / inertia
+        )
     # Δ(p·w), with the jump at the start of a cell; the ends of the trip, where w = 0, have no such term.
     before = np.concatenate(([0.0], ledger.right[:-1] * w[1:-1]))
     loss = np.array(cost) + ledger.right * w[1:] - before - ledger.bound

@@ -22,7 +22,7 @@ LIMITS = Track(
 )
 
 
-#: Full effort does not keep the speed up the climb: the run comes down along the ceiling, to behind a drop.
+#: Full effort does not keep the speed up the climb: the run comes down along the speed bound, to behind a drop.
 CLIMB = Track(length_m=8e3, speed_limits=((0.0, 33.0),), gradients=((0.0, 0.0), (2500.0, 22.0), (6000.0, -2.0)))
 
 

@@ -7,8 +7,10 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 from tgvdp import EffortCurve, Track, Train, Trip
+from tgvdp.certificate.efforts import Load
 from tgvdp.certificate.line import BoundingProblem
-from tgvdp.certificate.speed_bound import _mean_gain, lower_caps
+from tgvdp.certificate.speed_bound import Caps, _mean_gain, lower_caps
+from tgvdp.physics.cell import Rows
 from tgvdp.runs.fastest import fastest_run
 
 GEARS = EffortCurve.from_points([(0, 90e3), (8, 40e3), (14, 32e3), (14, 26e3), (20, 23e3), (20.3, 19e3), (40, 10e3)])
@@ -50,10 +52,10 @@ def _driven_w(trip, cells, start_w):
 
 
 @pytest.mark.parametrize("name", TRAINS)
-def test_ceiling_is_above_the_fastest_run_and_next_to_it(name):
+def test_speed_bound_is_above_the_fastest_run_and_next_to_it(name):
     trip = _trip(TRAINS[name], start_speed_mps=2.0)
     problem = BoundingProblem(trip)
-    xs, ws = problem._ceilings[0]
+    xs, ws = problem._speed_bounds[0]
     driven = _driven_w(trip, problem.cells, 4.0)
     above = np.interp(problem.cells.station_m, xs, ws) / driven - 1.0
     assert (above > -1e-9).all()
@@ -62,11 +64,11 @@ def test_ceiling_is_above_the_fastest_run_and_next_to_it(name):
 
 
 @pytest.mark.parametrize("name", TRAINS)
-def test_no_row_of_the_fastest_run_is_above_the_ceilings(name):
+def test_no_row_of_the_fastest_run_is_above_the_speed_bounds(name):
     trip = _trip(TRAINS[name])
     profile = fastest_run(trip)
     for (xs, ws), x_m in zip(
-        BoundingProblem(trip)._ceilings, (profile.position_m, 6000.0 - profile.position_m), strict=True
+        BoundingProblem(trip)._speed_bounds, (profile.position_m, 6000.0 - profile.position_m), strict=True
     ):
         assert (profile.speed_mps**2 <= np.interp(x_m, xs, ws) * (1.0 + 2e-5)).all()
 
@@ -84,24 +86,24 @@ def test_mean_gain_against_quadrature(forward):
             return effort - load if forward else effort + load
 
         expected = quad(gain, u * u, v * v, epsrel=1e-12)[0] / (v * v - u * u)
-        assert _mean_gain(piece, 0, forward, 0.1, 0.02, 0.003, u, v) == pytest.approx(expected, rel=1e-10)
+        assert _mean_gain(piece, 0, forward, Load(0.1, 0.02, 0.003), u, v) == pytest.approx(expected, rel=1e-10)
 
 
 @pytest.mark.nojit
 @pytest.mark.parametrize("seed", range(10))
-def test_caps_of_cells_are_above_the_ceilings_everywhere(seed):
+def test_caps_of_cells_are_above_the_speed_bounds_everywhere(seed):
     rng = np.random.default_rng(seed)
-    ceilings = []
+    bounds = []
     for _ in range(2):
         xs = np.concatenate(([0.0], np.sort(rng.uniform(0.0, 10.0, 25)), [10.0]))
-        ceilings += [xs, np.cumsum(rng.uniform(-0.3, 1.0, len(xs))).clip(0.0)]
+        bounds.append(Rows(xs, np.cumsum(rng.uniform(-0.3, 1.0, len(xs))).clip(0.0)))
     node = np.concatenate(([0.0], np.sort(rng.uniform(0.0, 10.0, 8)), [10.0]))
-    cap, node_cap, rise = np.full(9, 6.0), np.full(10, 6.0), np.empty((9, 2))
-    lower_caps(10.0, node, *ceilings, cap, node_cap, rise)
+    cap, node_cap, rise = caps = Caps(np.full(9, 6.0), np.full(10, 6.0), np.empty((9, 2)))
+    lower_caps(10.0, node, *bounds, caps)
     for k in range(9):
         x = np.linspace(node[k], node[k + 1], 200)
-        ahead = np.interp(x, *ceilings[:2])
-        below = np.minimum(np.minimum(ahead, np.interp(10.0 - x, *ceilings[2:])), 6.0)
+        ahead = np.interp(x, *bounds[0])
+        below = np.minimum(np.minimum(ahead, np.interp(10.0 - x, *bounds[1])), 6.0)
         assert (below <= cap[k] + 1e-12).all()
         assert below[0] <= node_cap[k] + 1e-12 and below[-1] <= node_cap[k + 1] + 1e-12
         assert (ahead <= np.interp(x, node[k : k + 2], rise[k]) + 1e-12).all()

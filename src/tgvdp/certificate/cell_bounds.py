@@ -1,7 +1,7 @@
 """The lower bound for given costates: least values of the Hamiltonian, summed over cells.
 
 For fixed speed and effort H is linear in s within a cell (`certificate.hamiltonian`), so its minimum over them is
-concave in s, and the trapezoid of its values at the ends of the cell bounds the integral. Where the ceiling rises
+concave in s, and the trapezoid of its values at the ends of the cell bounds the integral. Where the speed bound rises
 within the cell (`certificate.speed_bound`), runs at its start are slower than at its end: with w ≤ U(s), U linear, and
 any μ ≥ 0
 
@@ -14,50 +14,48 @@ docs/certificate.md.
 import math
 
 from tgvdp._jit import kernel
-from tgvdp.certificate.efforts import largest_effort, merge_tables
-from tgvdp.certificate.hamiltonian import ROUNDINGS, least_hamiltonian
+from tgvdp.certificate.efforts import largest_effort, load_at, load_in, merge_tables, same_load
+from tgvdp.certificate.hamiltonian import ROUNDINGS, Hamiltonian, least_hamiltonian
 from tgvdp.certificate.regimes import is_standstill
 
 UNIT_ROUNDOFF = 2.0**-53
-#: What the rise of the ceiling within a cell may gain at most, relative to λ/v, below which it is not worth the time.
+#: Gain by the rise of the speed bound within a cell at most, relative to λ/v, below which it is not worth the time.
 _RISE_GAIN = 1e-6
 
 
 @kernel
-def standstill_cell(pieces, n, load0, load1, load2, start, length, price, slope, end_w, top_w, worth):
+def standstill_cell(pieces, n, load, start, length, multiplier, slope, end_w, top_w, per_joule):
     """Lower bound of time and energy in a cell at whose one end w is (nearly) 0, plus slope·w at the other end.
 
     The gain of w per metre is at most 2g, g = sup(M − load) after a stop, sup(B + load) before one (``start`` False).
-    So w ≤ end_w + 2·g·x, and the time is at least 2d/(√end_w + √(end_w + 2gd)). The energy is at least ``worth`` times
-    the work, ½(w − end_w) + d·load(0) of starting and ½(end_w − w) + d·load(0) of stopping: a and η are the slopes of a
-    convex e(f).
+    So w ≤ end_w + 2·g·x, and the time is at least 2d/(√end_w + √(end_w + 2gd)). The energy is at least ``per_joule``
+    times the work, ½(w − end_w) + d·load(0) of starting, ½(end_w − w) + d·load(0) of stopping: a and η are the slopes
+    of a convex e(f).
     """
-    w = end_w + 4.0 * length * (max(largest_effort(pieces, n, 0.0, 0.0), 0.0) + abs(load0))
+    w = end_w + 4.0 * length * (max(largest_effort(pieces, n, 0.0, 0.0), 0.0) + abs(load.r0))
     gain = 0.0
     while True:
         w = min(w, top_w)
         v = math.sqrt(w)
         gain = largest_effort(pieces, n, 0.0, v)
-        gain += -load0 if start else load0 + v * (load1 + v * load2)
+        gain += -load.r0 if start else load_at(load, v)
         gain = max(gain, 0.0)
         if end_w + 2.0 * gain * length <= w or w >= top_w:
             break
         w *= 2.0
     reach = end_w + 2.0 * gain * length
     w = min(w, reach)
-    least = price * 2.0 * length / (math.sqrt(end_w) + math.sqrt(reach)) if reach > 0.0 else 0.0
-    sign = 0.5 * worth if start else -0.5 * worth
-    return least + min(0.0, (sign + slope) * w) - sign * end_w + worth * load0 * length
+    least = multiplier * 2.0 * length / (math.sqrt(end_w) + math.sqrt(reach)) if reach > 0.0 else 0.0
+    sign = 0.5 * per_joule if start else -0.5 * per_joule
+    return least + min(0.0, (sign + slope) * w) - sign * end_w + per_joule * load.r0 * length
 
 
 @kernel
-def cell_kernel(
-    pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p0, p1, length, top_v, start_w, end_w
-):
+def cell_kernel(h, p0, p1, length, top_v, start_w, end_w):
     """Lower bound of the mean of H over a cell, and a bound of its rounding error in units of 2⁻⁵³.
 
     ``p0``, ``p1`` are the costates at its ends, and w is at most linear between ``start_w`` and ``end_w``, and at most
-    ``top_v``². See `least_hamiltonian` for the others.
+    ``top_v``².
     """
     slope = (p1 - p0) / length
     low_w = max(min(start_w, end_w), 0.0)
@@ -73,29 +71,21 @@ def cell_kernel(
         for part in range(4):
             p = p0 if part < 2 else p1
             v = low_v if part % 2 == 0 else top_v
-            value, _, _ = least_hamiltonian(
-                pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope, v, v
-            )
+            value, _, _ = least_hamiltonian(h, p, slope, v, v)
             fall += 0.5 * value if part % 2 == 0 else -0.5 * value
-        if fall > _RISE_GAIN * price / top_v:
+        if fall > _RISE_GAIN * h.multiplier / top_v:
             tilt = fall / (top_v * top_v - low_w)
     for end in range(2):
         p = p1 if end == 1 else p0
-        least, least_size, _ = least_hamiltonian(
-            pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope, 0.0, low_v
-        )
+        least, least_size, _ = least_hamiltonian(h, p, slope, 0.0, low_v)
         tilted = least
         if low_v < top_v:
-            faster, faster_size, _ = least_hamiltonian(
-                pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope, low_v, top_v
-            )
+            faster, faster_size, _ = least_hamiltonian(h, p, slope, low_v, top_v)
             least = min(least, faster)
             least_size = max(least_size, faster_size)
         if tilt > 0.0:
             shift = tilt * (end_w if end == 1 else start_w)
-            faster, faster_size, _ = least_hamiltonian(
-                pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, slope + tilt, low_v, top_v
-            )
+            faster, faster_size, _ = least_hamiltonian(h, p, slope + tilt, low_v, top_v)
             tilted = min(tilted, faster - shift)
             least_size = max(least_size, faster_size + ROUNDINGS * shift)
         mean += 0.5 * least
@@ -105,26 +95,20 @@ def cell_kernel(
 
 
 @kernel
-def bound_kernel(
-    train, tables, length, grade, air, cap, node_cap, rise, w, price, left, right, top_v, pieces, wanted, bound, doubt
-):
+def bound_kernel(train, tables, cells, caps, w, multiplier, left, right, top_v, pieces, wanted, bound, doubt):
     """Lower bounds of E + λT cell by cell, per unit of inertia.
 
     Parameters
     ----------
     train : KernelTrain
     tables : EnergyTables
-        Of a kind without a map. Auxiliary power is part of the price.
-    length, grade, air : (K,) float64
-        Cells: length in m, grade force in N, coefficient of v² in N/(m/s)².
-    cap, node_cap : (K,), (K + 1,) float64
-        Squared speed that no run passes in the cell, and at its ends, m²/s².
-    rise : (K, 2) float64
-        Squared speeds at the two ends of each cell between which a linear one is passed by no run, m²/s².
+        Of a kind without a map. Auxiliary power is part of the multiplier.
+    cells : Cells
+    caps : Caps
     w : (K + 1,) float64
         Squared speeds of the run that the costates belong to, m²/s²: of use are those at the two ends, and whether
         the cells there are cells of a standstill.
-    price : float
+    multiplier : float
         λ per unit of inertia.
     left, right : (K,) float64
         Costate p at the two ends of each cell.
@@ -139,12 +123,9 @@ def bound_kernel(
     doubt : (K,) float64, modified in place
         Bounds of their rounding errors, in units of 2⁻⁵³.
     """
-    count = length.shape[0]
+    count = cells.length_m.shape[0]
     last = count - 1
     mass = train.inertia_kg
-    worth = tables.traction
-    back = tables.regeneration
-    r1 = train.davis_b / mass
     first_stands = is_standstill(w[0], w[1])
     last_stands = is_standstill(w[count], w[last])
     pulls = 0
@@ -154,32 +135,34 @@ def bound_kernel(
     for k in range(count):
         if not wanted[k]:
             continue
-        d = length[k]
-        r0 = (train.davis_a_n + grade[k]) / mass
-        r2 = air[k] / mass
-        if merged < 0 or grade[k] != grade[merged] or air[k] != air[merged]:
+        d = cells.length_m[k]
+        load = load_in(train, cells, k)
+        cap = caps.cell[k]
+        if merged < 0 or not same_load(cells, k, merged):
             merged = k
-            pulls, brakes, dynamics = merge_tables(train, r0, r1, r2, top_v, pieces)
+            pulls, brakes, dynamics = merge_tables(train, load, top_v, pieces)
         if k == 0 and first_stands:
-            bound[k] = standstill_cell(pieces[0], pulls, r0, r1, r2, True, d, price, left[1], w[0], cap[k], worth)
-            doubt[k] = ROUNDINGS * (abs(bound[k]) + worth * (w[0] + abs(r0) * d))
+            per_joule = tables.traction
+            bound[k] = standstill_cell(pieces[0], pulls, load, True, d, multiplier, left[1], w[0], cap, per_joule)
+            doubt[k] = ROUNDINGS * (abs(bound[k]) + per_joule * (w[0] + abs(load.r0) * d))
         elif k == last and last_stands:
+            per_joule = tables.regeneration
             bound[k] = standstill_cell(
-                pieces[1], brakes, r0, r1, r2, False, d, price, -right[k - 1], w[count], cap[k], back
+                pieces[1], brakes, load, False, d, multiplier, -right[k - 1], w[count], cap, per_joule
             )
-            doubt[k] = ROUNDINGS * (abs(bound[k]) + back * (w[count] + abs(r0) * d))
+            doubt[k] = ROUNDINGS * (abs(bound[k]) + per_joule * (w[count] + abs(load.r0) * d))
         else:
             arrival = 0.0  # with the jump of p at the start of the cell, or the start of the trip
             if k == 0:
                 arrival = left[0] * w[0]
             elif k > 1 or not first_stands:
-                arrival = min(0.0, left[k] - right[k - 1]) * node_cap[k]
+                arrival = min(0.0, left[k] - right[k - 1]) * caps.node[k]
             leaving = -right[k] * w[count] if k == last else 0.0
-            load = (train.davis_a_n + abs(grade[k])) / mass
-            cell_v = min(math.sqrt(cap[k]) * (1.0 + 4.0 * UNIT_ROUNDOFF), top_v)
-            mean, size = cell_kernel(
-                pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, left[k], right[k], d, cell_v,
-                rise[k, 0], rise[k, 1],
-            )  # fmt: skip
+            size = (train.davis_a_n + abs(cells.grade_n[k])) / mass
+            h = Hamiltonian(
+                pieces, pulls, brakes, dynamics, tables.traction, tables.regeneration, load, size, multiplier
+            )
+            cell_v = min(math.sqrt(cap) * (1.0 + 4.0 * UNIT_ROUNDOFF), top_v)
+            mean, rounding = cell_kernel(h, left[k], right[k], d, cell_v, caps.rise[k, 0], caps.rise[k, 1])
             bound[k] = d * mean + arrival + leaving
-            doubt[k] = d * size + ROUNDINGS * (abs(arrival) + abs(leaving))
+            doubt[k] = d * rounding + ROUNDINGS * (abs(arrival) + abs(leaving))

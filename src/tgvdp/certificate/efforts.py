@@ -1,11 +1,39 @@
 """Effort curves as pieces P/v + c0 + c1·v + c2·v² + c3·v³ per unit of inertia, comfort limits merged in."""
 
 import math
+from typing import NamedTuple
 
 from tgvdp._jit import kernel, leaf
 
 #: Columns of a table of effort pieces: from_mps, P, c0, c1, c2, c3.
 PIECE_COLUMNS = 6
+
+
+class Load(NamedTuple):
+    """Resistance and grade force per unit of inertia, r0 + r1·v + r2·v², m/s²."""
+
+    r0: float
+    r1: float
+    r2: float
+
+
+@leaf
+def load_in(train, cells, k):
+    """Load in a cell."""
+    mass = train.inertia_kg
+    return Load((train.davis_a_n + cells.grade_n[k]) / mass, train.davis_b / mass, cells.air[k] / mass)
+
+
+@leaf
+def load_at(load, v):
+    """Load at speed v."""
+    return load.r0 + v * (load.r1 + v * load.r2)
+
+
+@leaf
+def same_load(cells, k, j):
+    """Whether the load is the same in two cells."""
+    return cells.grade_n[k] == cells.grade_n[j] and cells.air[k] == cells.air[j]
 
 
 @leaf
@@ -32,7 +60,7 @@ def piece_at(pieces, n, v):
 
 
 @kernel
-def merge_comfort(table, extra_n, inertia_kg, comfort, rates, r0, r1, r2, top_v, pieces):
+def merge_comfort(table, extra_n, inertia_kg, comfort, rates, load, top_v, pieces):
     """Pieces of min(effort, what the comfort limit allows), per unit of inertia, for speeds up to ``top_v``.
 
     Parameters
@@ -46,8 +74,8 @@ def merge_comfort(table, extra_n, inertia_kg, comfort, rates, r0, r1, r2, top_v,
         Acceleration limit, m/s²; may be infinite.
     rates : (m, 6) float64
         Decelerations that are never passed either, as in `KernelTrain`, or no rows; ``table`` breaks where they do.
-    r0, r1, r2 : float
-        Load that adds to it: r0 + r1·v + r2·v², m/s².
+    load : Load
+        What adds to it.
     top_v : float
         Largest speed of interest, m/s.
     pieces : (2n, 6) float64, modified in place
@@ -58,6 +86,7 @@ def merge_comfort(table, extra_n, inertia_kg, comfort, rates, r0, r1, r2, top_v,
         Number of pieces. Both members of the minimum bound it from above, so that it does not matter for the validity
         of the bound how well the point is found where one takes over from the other.
     """
+    r0, r1, r2 = load
     count = 0
     for i in range(table.shape[0]):
         lo = table[i, 0]
@@ -102,7 +131,7 @@ def merge_comfort(table, extra_n, inertia_kg, comfort, rates, r0, r1, r2, top_v,
 
 
 @kernel
-def merge_tables(train, r0, r1, r2, top_v, pieces):
+def merge_tables(train, load, top_v, pieces):
     """Pieces of traction, of all brakes and of the dynamic brake alone, for a load, into ``pieces`` (3, 2n, 6).
 
     Returns their numbers.
@@ -110,9 +139,10 @@ def merge_tables(train, r0, r1, r2, top_v, pieces):
     mass = train.inertia_kg
     comfort = train.max_deceleration
     rates = train.rates
-    pulls = merge_comfort(train.traction, 0.0, mass, train.max_acceleration, rates[:0], r0, r1, r2, top_v, pieces[0])
-    brakes = merge_comfort(train.braking, train.friction_n, mass, comfort, rates, -r0, -r1, -r2, top_v, pieces[1])
-    dynamics = merge_comfort(train.braking, 0.0, mass, comfort, rates, -r0, -r1, -r2, top_v, pieces[2])
+    helps = Load(-load.r0, -load.r1, -load.r2)
+    pulls = merge_comfort(train.traction, 0.0, mass, train.max_acceleration, rates[:0], load, top_v, pieces[0])
+    brakes = merge_comfort(train.braking, train.friction_n, mass, comfort, rates, helps, top_v, pieces[1])
+    dynamics = merge_comfort(train.braking, 0.0, mass, comfort, rates, helps, top_v, pieces[2])
     return pulls, brakes, dynamics
 
 

@@ -1,8 +1,8 @@
 """The least value of the Hamiltonian of the certificate over all speeds and efforts, exactly.
 
-All quantities are per unit of inertia: f = F/m_eff the effort, ρ(v) = (A + G + B·v + C·v²)/m_eff the load, λ the price.
-Effort costs e(f) = a·f for traction and gives back η·|f| as far as the dynamic brake does it (wheel: a = 1, η = 0). For
-p linear over a cell of length d with slope p', every run satisfies
+All quantities are per unit of inertia: f = F/m_eff the effort, ρ(v) = (A + G + B·v + C·v²)/m_eff the load, λ the
+multiplier. Effort costs e(f) = a·f for traction and gives back η·|f| as far as the dynamic brake does it (wheel: a = 1,
+η = 0). For p linear over a cell of length d with slope p', every run satisfies
 
     ∫ (e(f) + λ/v) ds + Δ(p·w) = ∫ H ds,     H(s, v, f) = e(f) + λ/v + p'·v² + 2p·(f − ρ(v))
 
@@ -19,13 +19,46 @@ whose extremes are separated by the roots of b1 + 3·b2·v + 6·b3·v² = 0.
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from tgvdp._jit import kernel, leaf
-from tgvdp.certificate.efforts import piece_at
+from tgvdp.certificate.efforts import Load, piece_at
 from tgvdp.certificate.minimum import least_on_piece
 
 #: Roundings in one evaluation of the Hamiltonian: coefficients and value, 40 at most; and a spare factor of 5.
 ROUNDINGS = 200.0
+
+
+class Hamiltonian(NamedTuple):
+    """What H is made of in one cell, per unit of inertia.
+
+    Attributes
+    ----------
+    pieces : (3, 2n, 6) float64
+        Effort pieces of traction, all brakes and the dynamic brake, from `merge_tables`.
+    pulls, brakes, dynamics : int
+        Numbers of their rows.
+    traction, regeneration : float
+        a and η of the energy, as in `EnergyTables`.
+    load : Load
+    size : float
+        Sum of the magnitudes that make up r0 of the load.
+    multiplier : float
+        λ.
+    """
+
+    pieces: NDArray[np.float64]
+    pulls: int
+    brakes: int
+    dynamics: int
+    traction: float
+    regeneration: float
+    load: Load
+    size: float
+    multiplier: float
 
 
 @leaf
@@ -38,20 +71,23 @@ def _size(table, n, v):
 
 
 @kernel
-def _least_over(first, n, factor, second, m, other, price, b0, b1, b2, low_v, top_v, best, at):
-    """Least of price/v + b0 + b1·v + b2·v² + factor·first(v) + other·second(v) in a range of v, and where it is.
+def _least_over(first, n, factor, second, m, other, terms, low_v, top_v):
+    """Least of a/v + b0 + b1·v + b2·v² + factor·first(v) + other·second(v) in a range of v, and where it is.
 
-    ``first`` and ``second`` are tables of ``n`` and ``m`` pieces; without a ``second`` m is 0.
+    ``first`` and ``second`` are tables of ``n`` and ``m`` pieces; without a ``second`` m is 0. ``terms`` are a, b0, b1
+    and b2.
     """
+    best = math.inf
+    at = top_v
     hi = top_v
     i = piece_at(first, n, top_v)
     j = piece_at(second, m, top_v) if m > 0 else 0
     while True:
         lo = max(first[i, 0], low_v)
-        a = price + factor * first[i, 1]
-        c0 = b0 + factor * first[i, 2]
-        c1 = b1 + factor * first[i, 3]
-        c2 = b2 + factor * first[i, 4]
+        a = terms[0] + factor * first[i, 1]
+        c0 = terms[1] + factor * first[i, 2]
+        c1 = terms[2] + factor * first[i, 3]
+        c2 = terms[3] + factor * first[i, 4]
         c3 = factor * first[i, 5]
         if m > 0:
             lo = max(lo, second[j, 0])
@@ -71,40 +107,31 @@ def _least_over(first, n, factor, second, m, other, price, b0, b1, b2, low_v, to
 
 
 @kernel
-def least_hamiltonian(pieces, pulls, brakes, dynamics, worth, back, r0, r1, r2, load, price, p, p_s, low_v, top_v):
+def least_hamiltonian(h, p, p_s, low_v, top_v):
     """Lower bound of the least H over all speeds from ``low_v`` to ``top_v``, a bound of its rounding error in units of
-    2⁻⁵³, and the speed of the least H.
-
-    ``pieces`` (3, 2n, 6) and the numbers of their rows come from `merge_tables`; ``worth`` and ``back`` are a and η of
-    the energy; the load is r0 + r1·v + r2·v², and ``load`` the sum of the magnitudes that make up r0.
+    2⁻⁵³, and the speed of the least H; for costate p and its slope.
     """
-    best = math.inf
-    at = top_v
-    b0 = -2.0 * p * r0
-    b1 = -2.0 * p * r1
-    b2 = p_s - 2.0 * p * r2
+    pull, brake, dynamic = h.pieces[0], h.pieces[1], h.pieces[2]
+    load = h.load
+    terms = (h.multiplier, -2.0 * p * load.r0, -2.0 * p * load.r1, p_s - 2.0 * p * load.r2)
     effort = 0.0
-    if 2.0 * p < -worth:
-        factor = worth + 2.0 * p
-        best, at = _least_over(pieces[0], pulls, factor, pieces[0], 0, 0.0, price, b0, b1, b2, low_v, top_v, best, at)
-        effort = -factor * _size(pieces[0], pulls, at)
-    elif 2.0 * p <= -back:
-        best, at = least_on_piece(price, b0, b1, b2, 0.0, low_v, top_v, best, at)
+    if 2.0 * p < -h.traction:
+        factor = h.traction + 2.0 * p
+        best, at = _least_over(pull, h.pulls, factor, pull, 0, 0.0, terms, low_v, top_v)
+        effort = -factor * _size(pull, h.pulls, at)
+    elif 2.0 * p <= -h.regeneration:
+        best, at = least_on_piece(*terms, 0.0, low_v, top_v, math.inf, top_v)
     elif p <= 0.0:
-        factor = -(back + 2.0 * p)
-        best, at = _least_over(
-            pieces[2], dynamics, factor, pieces[2], 0, 0.0, price, b0, b1, b2, low_v, top_v, best, at
-        )
-        effort = -factor * _size(pieces[2], dynamics, at)
+        factor = -(h.regeneration + 2.0 * p)
+        best, at = _least_over(dynamic, h.dynamics, factor, dynamic, 0, 0.0, terms, low_v, top_v)
+        effort = -factor * _size(dynamic, h.dynamics, at)
     else:
         factor = -2.0 * p
-        others = dynamics if back > 0.0 else 0
-        best, at = _least_over(
-            pieces[1], brakes, factor, pieces[2], others, -back, price, b0, b1, b2, low_v, top_v, best, at
-        )
-        effort = -factor * _size(pieces[1], brakes, at)
-        if back > 0.0:
-            effort += back * _size(pieces[2], dynamics, at)
-    size = price / at + effort + (abs(p_s) + 2.0 * abs(p) * r2) * at * at
-    size += 2.0 * abs(p) * (load + r1 * at)
+        others = h.dynamics if h.regeneration > 0.0 else 0
+        best, at = _least_over(brake, h.brakes, factor, dynamic, others, -h.regeneration, terms, low_v, top_v)
+        effort = -factor * _size(brake, h.brakes, at)
+        if h.regeneration > 0.0:
+            effort += h.regeneration * _size(dynamic, h.dynamics, at)
+    size = h.multiplier / at + effort + (abs(p_s) + 2.0 * abs(p) * load.r2) * at * at
+    size += 2.0 * abs(p) * (h.size + load.r1 * at)
     return best, ROUNDINGS * size, at

@@ -11,11 +11,13 @@ from tgvdp.certificate.cells import count_cells, cut_rows, split_cells, thin_row
 from tgvdp.certificate.costates import run_costates
 from tgvdp.certificate.costates_at_bound import raise_costates
 from tgvdp.certificate.efforts import PIECE_COLUMNS
-from tgvdp.certificate.regimes import row_efforts
-from tgvdp.certificate.speed_bound import ceiling, lower_caps
+from tgvdp.certificate.regime_costates import Costates
+from tgvdp.certificate.regimes import LabelledRun, row_efforts
+from tgvdp.certificate.speed_bound import Caps, lower_caps, speed_bound
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.model.track import LOWERED
 from tgvdp.model.trip import Trip
+from tgvdp.physics.cell import Rows
 from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train
 from tgvdp.runs.fastest import reachable_w
@@ -50,9 +52,8 @@ class Ledger(NamedTuple):
         Costate at the two ends of each cell.
     cells : Cells
         The cells; ``limit_w`` is the squared speed that no run passes.
-    caps : tuple of float64
-        The same below the ceilings: in cells, (K,), at their ends, (K + 1,), and at the two ends of each cell so that a
-        linear one between them is passed by no run, (K, 2).
+    caps : Caps
+        The same below the speed bounds.
     w : (K + 1,) float64
         Squared speeds of the run that the costate comes from, m²/s².
     label : (K,) int8
@@ -64,7 +65,7 @@ class Ledger(NamedTuple):
     left: _Floats
     right: _Floats
     cells: Cells
-    caps: tuple[_Floats, _Floats, _Floats]
+    caps: Caps
     w: _Floats
     label: NDArray[np.int8]
 
@@ -89,7 +90,7 @@ class BoundingProblem:
         self.energy: EnergyTables = energy_tables(trip.train, trip.energy)
         cells = cells_of(trip)
         self.cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
-        #: What auxiliaries draw at least, where they do not draw all the time: elsewhere they are part of the price.
+        #: What auxiliaries draw at least, where not at all times: elsewhere they are part of the multiplier.
         self._auxiliary_j = 0.0
         if LOWERED in cells.supply:
             draws_s = np.where(cells.supply == LOWERED, 0.0, cells.length_m / np.sqrt(self.cells.limit_w))
@@ -99,7 +100,7 @@ class BoundingProblem:
         self.train = self._with_rates()
         size = 2 * max(len(self.train.traction), len(self.train.braking))
         self._pieces = np.empty((3, size, PIECE_COLUMNS))
-        self._ceilings = self._ceiling(True), self._ceiling(False)
+        self._speed_bounds = self._speed_bound(True), self._speed_bound(False)
 
     def _with_rates(self) -> KernelTrain:
         """The train with its braking rates as bounds of the deceleration: kept unless the load alone slows more."""
@@ -114,15 +115,15 @@ class BoundingProblem:
         braking[:, 0] = from_mps
         return train._replace(rates=rates, braking=braking)
 
-    def _ceiling(self, forward: bool) -> tuple[_Floats, _Floats]:
+    def _speed_bound(self, forward: bool) -> Rows:
         """Rows of an outer bound of the fastest run: by traction from the origin, or by braking to the destination."""
         end_mps = self.trip.start_speed_mps if forward else self.trip.end_speed_mps
         size = 16384 + 4 * len(self.cells.length_m)
         while True:
-            xs, ws = np.empty(size), np.empty(size)
-            n = ceiling(self.train, forward, *self.cells[1:5], end_mps**2, self._pieces[0], xs, ws)
+            rows = Rows(*np.empty((2, size)))
+            n = speed_bound(self.train, forward, self.cells, end_mps**2, self._pieces[0], rows)
             if n >= 0:
-                return xs[:n].copy(), ws[:n].copy()
+                return Rows(rows.x[:n].copy(), rows.w[:n].copy())
             size *= 2
 
     @property
@@ -151,32 +152,32 @@ class BoundingProblem:
             How many times more cells than usual there are where speed or costate change.
         """
         x_m, w = self._with_breaks(x_m, w)
-        price = (price_j_per_s + self.energy.auxiliary_w) / self.train.inertia_kg
+        multiplier = (price_j_per_s + self.energy.auxiliary_w) / self.train.inertia_kg
         longest_m, log_step = self.trip.distance_m / _CELLS_PER_TRIP, _LOG_STEP / fineness
         count = count_cells(x_m, w, longest_m, log_step)
         node_m, node_w, row = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
         cut_rows(x_m, w, longest_m, log_step, node_m, node_w, row)
-        phases = self._costates(x_m, w, node_m, node_w, row, price)
-        nodes = (node_m, node_w, row, phases.left, phases.right, price, _COSTATE_STEP / fineness)
+        phases = self._costates(x_m, w, node_m, node_w, row, multiplier)
+        nodes = (node_m, node_w, row, phases.left, phases.right, multiplier, _COSTATE_STEP / fineness)
         nothing = np.empty(0)
         count = split_cells(*nodes, nothing, nothing, np.empty(0, dtype=np.int64))
         if count > len(row):
             made = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
             split_cells(*nodes, *made)
-            phases = self._costates(x_m, w, *made, price)
-        return self._raised(self.evaluate(phases, price, phases.left, phases.right), price)
+            phases = self._costates(x_m, w, *made, multiplier)
+        return self._raised(self.evaluate(phases, multiplier, phases.left, phases.right), multiplier)
 
-    def _raised(self, found: Ledger, price: float) -> Ledger:
-        """The bound with costates that go along the ceiling in each phase in which that is better."""
+    def _raised(self, found: Ledger, multiplier: float) -> Ledger:
+        """The bound with costates that go along the speed bound in each phase in which that is better."""
         left, right = found.left.copy(), found.right.copy()
         raise_costates(
-            self.train, self.energy.traction, price, -0.5 * self.energy.traction, *found.cells[1:4],
-            found.caps[0], found.w, found.label, self.top_mps, self._pieces, left, right,
+            self.train, self.energy, multiplier, found.cells, found.caps.cell, found.w, found.label, self.top_mps,
+            self._pieces, left, right,
         )  # fmt: skip
         changed = (left != found.left) | (right != found.right)
         changed[1:] |= right[:-1] != found.right[:-1]  # the jump at the start of a cell is part of its bound
         changed[0] |= changed[1]  # a cell of a standstill has the costate of its neighbour
-        raised = self.evaluate(found, price, left, right, changed)
+        raised = self.evaluate(found, multiplier, left, right, changed)
         first = np.flatnonzero(np.diff(changed, prepend=not changed[0]))  # phases by turns changed and not
         better = np.add.reduceat(raised.bound - found.bound, first) > 0.0
         better = np.repeat(better, np.diff(first, append=len(changed)))
@@ -188,7 +189,7 @@ class BoundingProblem:
         )
 
     def _costates(
-        self, x_m: _Floats, w: _Floats, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], price: float
+        self, x_m: _Floats, w: _Floats, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], multiplier: float
     ) -> Ledger:
         """Costates along a run for given cells, not yet bounded."""
         row_cell = np.searchsorted(self.cells.station_m, 0.5 * (x_m[:-1] + x_m[1:]), side="right") - 1
@@ -200,27 +201,29 @@ class BoundingProblem:
         cells = Cells(node_m, np.diff(node_m), grade_n[row], air[row], limit_w, self.cells.supply[row_cell][row])
         count = len(row)
         label, source, growth = np.empty(count, dtype=np.int8), np.zeros((count, 4)), np.zeros((count, 4))
-        left, right, caps = np.zeros(count), np.zeros(count), self._caps(cells)
+        levels = -0.5 * self.energy.traction, -0.5 * self.energy.regeneration
+        run = LabelledRun(cells, node_w, effort, multiplier, *levels, label, source, growth)
+        caps, left, right = self._caps(cells), np.zeros(count), np.zeros(count)
         run_costates(
-            self.train, self.energy, *cells[1:5], caps[0], node_w, effort, price, _SLIVER * self.trip.distance_m,
-            self.top_mps, self._pieces, label, source, growth, left, right, np.empty(count + 1), np.empty(count + 1),
+            self.train, self.energy, run, caps.cell, _SLIVER * self.trip.distance_m, self.top_mps, self._pieces,
+            Costates(left, right, np.empty(count + 1), np.empty(count + 1)),
         )  # fmt: skip
         lost = ~(np.isfinite(left) & np.isfinite(right))  # rows that are no run at all may make p overflow
         left[lost] = right[lost] = 0.0
         return Ledger(np.empty(count), np.empty(count), left, right, cells, caps, node_w, label)
 
-    def _caps(self, cells: Cells) -> tuple[_Floats, _Floats, _Floats]:
-        """Squared speeds that no run passes, as a ledger has them."""
+    def _caps(self, cells: Cells) -> Caps:
+        """Squared speeds that no run passes."""
         cap = cells.limit_w.copy()
         node_cap = np.minimum(np.append(cap, np.inf), np.append(np.inf, cap))
-        rise = np.empty((len(cap), 2))
-        lower_caps(self.trip.distance_m, cells.station_m, *self._ceilings[0], *self._ceilings[1], cap, node_cap, rise)
-        return cap, node_cap, rise
+        caps = Caps(cap, node_cap, np.empty((len(cap), 2)))
+        lower_caps(self.trip.distance_m, cells.station_m, *self._speed_bounds, caps)
+        return caps
 
     def evaluate(
         self,
         phases: Ledger,
-        price: float,
+        multiplier: float,
         left: _Floats,
         right: _Floats,
         wanted: NDArray[np.bool_] | None = None,
@@ -233,7 +236,7 @@ class BoundingProblem:
         bound, doubt = phases.bound.copy(), phases.doubt.copy()
         wanted = np.ones(len(bound), dtype=np.bool_) if wanted is None else wanted
         bound_kernel(
-            self.train, self.energy, *phases.cells[1:4], *phases.caps, phases.w, price, left, right, self.top_mps,
+            self.train, self.energy, phases.cells, phases.caps, phases.w, multiplier, left, right, self.top_mps,
             self._pieces, wanted, bound, doubt,
         )  # fmt: skip
         return phases._replace(bound=bound, doubt=doubt, left=left, right=right)

@@ -1,67 +1,73 @@
 """Costates of one phase of a run from what is known at its ends.
 
-Within a phase p' = source + growth·p, with the coefficients of its regime (`front.phases.label_cells`). It is
+Within a phase p' = source + growth·p, with the coefficients of its regime (`regimes.label_cells`). It is
 integrated from the end at which p is known; where it is known at both, the two must be made to meet.
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from tgvdp._jit import kernel, leaf
-from tgvdp.certificate.regimes import (
-    COASTING,
-    HOLDING,
-    REGENERATION,
-    highest_costate,
-    is_partial,
-    lowest_costate,
-    slides,
-)
+from tgvdp.certificate.regimes import highest_costate, is_partial, lowest_costate, slides
+from tgvdp.physics.codes import COASTING, DYNAMIC, HOLDING, RETARDED, TRACTION
 
 #: Newton steps at most to make the costate of a coasting phase meet both its ends, and how well, absolute.
 _SHOTS = 12
 _HIT = 1e-9
 
 
+class Costates(NamedTuple):
+    """Costate at the two ends of each cell, (K,) float64, and scratch, (K + 1,) float64."""
+
+    left: NDArray[np.float64]
+    right: NDArray[np.float64]
+    ahead: NDArray[np.float64]
+    back: NDArray[np.float64]
+
+
 @leaf
 def law_of(label):
     """Column of the coefficients of p' for a regime."""
-    if label <= HOLDING:
+    if label in (TRACTION, HOLDING):
         return 0
     if label == COASTING:
         return 1
-    return 2 if label <= REGENERATION else 3
+    return 2 if label in (RETARDED, DYNAMIC) else 3
 
 
 @leaf
-def _law_at(p, hold, retard):
+def _law_at(run, p):
     """Column of the coefficients of p' that go with a value of p."""
-    if p < hold:
+    if p < run.hold:
         return 0
-    if p < retard:
+    if p < run.retard:
         return 1
     return 2 if p < 0.0 else 3
 
 
 @leaf
-def costate_step(p, d, source, growth, j):
-    """Value of p after ``d`` metres, negative: before, by the trapezoidal rule."""
-    half = 0.5 * d * growth[j]
+def costate_step(run, k, p, d, law):
+    """Value of p after ``d`` metres of cell k, negative: before, by the trapezoidal rule."""
+    half = 0.5 * d * run.growth[k, law]
     half = min(max(half, -0.5), 0.5)
-    return (p * (1.0 + half) + d * source[j]) / (1.0 - half)
+    return (p * (1.0 + half) + d * run.source[k, law]) / (1.0 - half)
 
 
 @kernel
-def _backward(first, last, p, hold, retard, length, w, cap, label, source, growth, out):
+def _backward(run, first, last, p, out):
     """Integrate from p at the end of cell ``last`` − 1 back to ``first``; the end of each cell in ``out`` (K + 1)."""
     out[last] = p
-    kind = label[last - 1]
-    level = lowest_costate(kind, hold, retard) if is_partial(kind) else highest_costate(kind, hold, retard)
+    kind = run.label[last - 1]
+    level = lowest_costate(run, kind) if is_partial(kind) else highest_costate(run, kind)
     ramp = p > level  # regimes too short to be seen: their laws go with p
     for k in range(last - 1, first - 1, -1):
         if is_partial(kind) and not ramp:
             p = level
-        elif ramp or not slides(k, w, cap):
-            p = costate_step(p, -length[k], source[k], growth[k], _law_at(p, hold, retard) if ramp else law_of(kind))
+        elif ramp or not slides(run, k):
+            p = costate_step(run, k, p, -run.cells.length_m[k], _law_at(run, p) if ramp else law_of(kind))
             if ramp and p <= level:
                 ramp = False
                 if is_partial(kind):
@@ -70,24 +76,24 @@ def _backward(first, last, p, hold, retard, length, w, cap, label, source, growt
 
 
 @kernel
-def _forward(first, last, p, length, w, cap, label, source, growth, out):
+def _forward(run, first, last, p, out):
     """Integrate from p at the start of cell ``first``; the start of each cell in ``out``."""
     out[first] = p
     for k in range(first, last):
-        if not (is_partial(label[k]) or slides(k, w, cap)):
-            p = costate_step(p, length[k], source[k], growth[k], law_of(label[k]))
+        if not (is_partial(run.label[k]) or slides(run, k)):
+            p = costate_step(run, k, p, run.cells.length_m[k], law_of(run.label[k]))
         out[k + 1] = p
 
 
 @leaf
-def _stiffness(length, w, price, k):
+def _stiffness(run, k):
     """∂²H/∂w² = ¾λ/v⁵, times the length of cell k."""
-    middle = 0.5 * (w[k] + w[k + 1])
-    return 0.75 * price * length[k] / (middle * middle * math.sqrt(middle))
+    middle = 0.5 * (run.w[k] + run.w[k + 1])
+    return 0.75 * run.multiplier * run.cells.length_m[k] / (middle * middle * math.sqrt(middle))
 
 
 @kernel
-def _shoot(first, last, p, end_p, length, w, source, growth, out):
+def _shoot(run, first, last, p, end_p, out):
     """Costates of coasting from p at the start of cell ``first`` to ``end_p``, along a run of another speed.
 
     The blend of two solutions is right to first order in their mismatch. Here the whole phase is driven faster or
@@ -100,15 +106,16 @@ def _shoot(first, last, p, end_p, length, w, source, growth, out):
         by_shift = 0.0
         decay = 1.0
         for k in range(first, last):
-            half = 0.5 * length[k] * growth[k, 1]
-            here = 0.5 * (w[k] + w[k + 1])
+            length = run.cells.length_m[k]
+            half = 0.5 * length * run.growth[k, 1]
+            here = 0.5 * (run.w[k] + run.w[k + 1])
             decay_k = decay * (1.0 - half)
             there = here + shift * decay_k
             if not (there > 0.1 * here and abs(half) < 0.5):
                 return math.nan
-            rate = source[k, 1] * (here / there) * math.sqrt(here / there)
-            out[k + 1] = (out[k] * (1.0 + half) + length[k] * rate) / (1.0 - half)
-            by_shift = (by_shift * (1.0 + half) - 1.5 * length[k] * rate * decay_k / there) / (1.0 - half)
+            rate = run.source[k, 1] * (here / there) * math.sqrt(here / there)
+            out[k + 1] = (out[k] * (1.0 + half) + length * rate) / (1.0 - half)
+            by_shift = (by_shift * (1.0 + half) - 1.5 * length * rate * decay_k / there) / (1.0 - half)
             decay *= (1.0 - half) / (1.0 + half)
         missed = out[last] - end_p
         if abs(missed) <= _HIT:
@@ -119,36 +126,35 @@ def _shoot(first, last, p, end_p, length, w, source, growth, out):
 
 
 @kernel
-def fill_phase(
-    k, last, start_pin, end_pin, hold, retard, length, w, cap, price, label, source, growth, left, right, ahead, back
-):
+def fill_phase(run, k, last, start_pin, end_pin, costates):
     """Costates of the cells k to ``last`` − 1 from their values at the ends, either of which may be unknown (NaN).
 
     A mismatch δ between the two solutions costs ½∫(δ')²/H_ww ds, least where δ' is proportional to H_ww.
     Returns ∫H_ww ds, and where p would end if nothing but its start were known: for large δ, as if costs were of
     second order.
     """
+    left, right, ahead, back = costates
     use_back = not math.isnan(end_pin)
     use_ahead = not math.isnan(start_pin)
     if use_back:
-        _backward(k, last, end_pin, hold, retard, length, w, cap, label, source, growth, back)
+        _backward(run, k, last, end_pin, back)
     if use_ahead:
-        _forward(k, last, start_pin, length, w, cap, label, source, growth, ahead)
+        _forward(run, k, last, start_pin, ahead)
     reach = ahead[last] if use_ahead else math.nan
     total = 0.0
     for j in range(k, last):
-        total += _stiffness(length, w, price, j)
-    if use_ahead and use_back and label[k] == COASTING:
-        shift = _shoot(k, last, start_pin, end_pin, length, w, source, growth, ahead)
+        total += _stiffness(run, j)
+    if use_ahead and use_back and run.label[k] == COASTING:
+        shift = _shoot(run, k, last, start_pin, end_pin, ahead)
         use_back = math.isnan(shift)
         if not use_back:
             reach = end_pin + shift * total
         else:
-            _forward(k, last, start_pin, length, w, cap, label, source, growth, ahead)
+            _forward(run, k, last, start_pin, ahead)
     done = 0.0
     for j in range(k, last):
         share = done / total
-        done += _stiffness(length, w, price, j)
+        done += _stiffness(run, j)
         after = done / total
         if not use_back:
             left[j] = ahead[j]

@@ -9,19 +9,28 @@ At the levels between them effort may be partial: holding by traction, held back
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from tgvdp._jit import kernel, leaf
-from tgvdp.certificate.efforts import merge_tables, piece_at, piece_value
+from tgvdp.certificate.efforts import load_in, merge_tables, piece_at, piece_value, same_load
+from tgvdp.line.cells import Cells
+from tgvdp.physics.codes import (
+    BRAKING,
+    COASTING,
+    DYNAMIC,
+    DYNAMIC_BRAKING,
+    HELD_BACK,
+    HOLDING,
+    RETARDED,
+    TRACTION,
+)
 from tgvdp.physics.forces import mean_resistance
 
-TRACTION = 0
-HOLDING = 1  # partial traction
-COASTING = 2
-RETARDED = 3  # partial regeneration
-REGENERATION = 4  # the whole dynamic brake
-HELD_BACK = 5  # partial friction braking
-BRAKING = 6
-DYNAMIC_BRAKING = 7  # full braking that is all done by the dynamic brake: p from −η/2 on
+#: Place of each regime of `physics.codes` in that order.
+_ORDER = (0, 1, 2, 6, 4, 3, 5, 7)
 
 #: Effort above this share of its limit counts as full.
 _FULL_SHARE = 0.97
@@ -39,6 +48,37 @@ _NO_DRIFT = 3e-3
 _MOMENT = 0.05
 
 
+class LabelledRun(NamedTuple):
+    """A run in cells, and the equation of its costate in each.
+
+    Attributes
+    ----------
+    cells : Cells
+    w : (K + 1,) float64
+        Squared speed at the ends of the cells, m²/s².
+    effort : (K,) float64
+        Mean effort of the row that a cell belongs to, N; once they are labelled, per unit of inertia.
+    multiplier : float
+        λ per unit of inertia.
+    hold, retard : float
+        The levels −a/2 and −η/2 of p.
+    label : (K,) int8
+        Regimes.
+    source, growth : (K, 4) float64
+        Coefficients of p' = source + growth·p: one column each for traction, coasting, regeneration and braking.
+    """
+
+    cells: Cells
+    w: NDArray[np.float64]
+    effort: NDArray[np.float64]
+    multiplier: float
+    hold: float
+    retard: float
+    label: NDArray[np.int8]
+    source: NDArray[np.float64]
+    growth: NDArray[np.float64]
+
+
 @leaf
 def is_standstill(end_w, next_w):
     """Whether the cell at an end of a trip holds a (near) standstill: no other cell spans such a ratio of speeds."""
@@ -52,23 +92,29 @@ def is_partial(label):
 
 
 @leaf
-def lowest_costate(label, hold, retard):
-    """Lowest p of a regime; ``hold`` and ``retard`` are the levels −a/2 and −η/2."""
-    if label == TRACTION:
-        return -math.inf
-    if label <= COASTING:
-        return hold
-    return retard if label <= REGENERATION or label == DYNAMIC_BRAKING else 0.0
+def order_of(label):
+    """Place of a regime in the order of its costates."""
+    return _ORDER[label]
 
 
 @leaf
-def highest_costate(label, hold, retard):
+def lowest_costate(run, label):
+    """Lowest p of a regime."""
+    if label == TRACTION:
+        return -math.inf
+    if label in (HOLDING, COASTING):
+        return run.hold
+    return 0.0 if label in (HELD_BACK, BRAKING) else run.retard
+
+
+@leaf
+def highest_costate(run, label):
     """Highest p of a regime."""
-    if label <= HOLDING:
-        return hold
-    if label <= RETARDED:
-        return retard
-    return 0.0 if label <= HELD_BACK else math.inf
+    if label in (TRACTION, HOLDING):
+        return run.hold
+    if label in (COASTING, RETARDED):
+        return run.retard
+    return 0.0 if label in (DYNAMIC, HELD_BACK) else math.inf
 
 
 @kernel
@@ -88,61 +134,51 @@ def _by_w(pieces, n, v, m1, m3):
 
 
 @leaf
-def _regime(effort, v, no_effort, regeneration, pull, pulls, dynamic, dynamics, brake, brakes):
+def _regime(effort, v, no_effort, regeneration, pieces, counts):
     """Regime that a mean effort per unit of inertia at speed v belongs to."""
+    pulls, brakes, dynamics = counts
     if abs(effort) <= no_effort:
         return COASTING
     if effort > 0.0:
-        return TRACTION if effort >= _FULL_SHARE * piece_value(pull, piece_at(pull, pulls, v), v) else HOLDING
-    most = piece_value(brake, piece_at(brake, brakes, v), v)
+        return TRACTION if effort >= _FULL_SHARE * piece_value(pieces[0], piece_at(pieces[0], pulls, v), v) else HOLDING
+    most = piece_value(pieces[1], piece_at(pieces[1], brakes, v), v)
     full = -effort >= _FULL_SHARE * most
     if regeneration == 0.0:
         return BRAKING if full else HELD_BACK
-    returned = piece_value(dynamic, piece_at(dynamic, dynamics, v), v)
+    returned = piece_value(pieces[2], piece_at(pieces[2], dynamics, v), v)
     if full:
         return DYNAMIC_BRAKING if returned >= _FULL_SHARE * most else BRAKING
     if -effort < _FULL_SHARE * returned:
         return RETARDED
-    return REGENERATION if -effort * _FULL_SHARE <= returned else HELD_BACK
+    return DYNAMIC if -effort * _FULL_SHARE <= returned else HELD_BACK
 
 
 @kernel
-def label_cells(train, tables, length, grade, air, w, effort, price, top_v, pieces, label, source, growth):
-    """Label cells by regime, with the coefficients of p' = source + growth·p in it.
-
-    ``effort`` is the mean effort in N of the row that a cell belongs to; (K,) int8 ``label`` and (K, 4) float64
-    ``source`` and ``growth`` in place: one column each for traction, coasting, regeneration and braking.
-    """
+def label_cells(train, tables, run, top_v, pieces):
+    """Label the cells of a run by regime, with the coefficients of p' = source + growth·p in it; in place."""
     mass = train.inertia_kg
-    r1 = train.davis_b / mass
+    label, source, growth = run.label, run.source, run.growth
+    w = run.w
     no_effort = _NO_EFFORT * train.traction[0, 2] / mass
-    pull = pieces[0]
-    brake = pieces[1]
-    dynamic = pieces[2]
-    pulls = 0
-    brakes = 0
-    dynamics = 0
-    for k in range(length.shape[0]):
-        r0 = (train.davis_a_n + grade[k]) / mass
-        r2 = air[k] / mass
-        if k == 0 or grade[k] != grade[k - 1] or air[k] != air[k - 1]:
-            pulls, brakes, dynamics = merge_tables(train, r0, r1, r2, top_v, pieces)
+    counts = (0, 0, 0)
+    for k in range(label.shape[0]):
+        load = load_in(train, run.cells, k)
+        if k == 0 or not same_load(run.cells, k, k - 1):
+            counts = merge_tables(train, load, top_v, pieces)
         v0 = math.sqrt(w[k])
         v1 = math.sqrt(w[k + 1])
         v = 0.5 * (v0 + v1)
-        label[k] = _regime(
-            effort[k] / mass, v, no_effort, tables.regeneration, pull, pulls, dynamic, dynamics, brake, brakes
-        )
+        label[k] = _regime(run.effort[k] / mass, v, no_effort, tables.regeneration, pieces, counts)
         if v0 <= 0.0 or v1 <= 0.0:
             continue  # cells at a standstill have no costate
         m1 = 1.0 / v
         m3 = 1.0 / (v0 * v1 * v)
-        load_w = 0.5 * r1 * m1 + r2
-        pull_w = _by_w(pull, pulls, v, m1, m3)
-        brake_w = _by_w(brake, brakes, v, m1, m3)
-        dynamic_w = _by_w(dynamic, dynamics, v, m1, m3)
+        load_w = 0.5 * load.r1 * m1 + load.r2
+        pull_w = _by_w(pieces[0], counts[0], v, m1, m3)
+        brake_w = _by_w(pieces[1], counts[1], v, m1, m3)
+        dynamic_w = _by_w(pieces[2], counts[2], v, m1, m3)
         for j in range(4):
-            source[k, j] = 0.5 * price * m3
+            source[k, j] = 0.5 * run.multiplier * m3
             growth[k, j] = 2.0 * load_w
         source[k, 0] -= tables.traction * pull_w
         growth[k, 0] -= 2.0 * pull_w
@@ -153,14 +189,18 @@ def label_cells(train, tables, length, grade, air, w, effort, price, top_v, piec
 
 
 @kernel
-def tidy_labels(sliver, length, w, cap, ceiling, hold, retard, label, source, growth):
-    """Give cells that no optimal run could have the label of a neighbour; ``label`` (K,) in place.
+def tidy_labels(run, sliver, bound_w):
+    """Give cells that no optimal run could have the label of a neighbour; in place.
 
     Such are phases shorter than ``sliver`` metres, or much shorter than the cells around it if these are of one regime,
     and partial effort away from both the limit and the optimal holding speed, at which p' = 0 whatever the gradient:
-    the run only steps from one switching speed to the next. The limit is ``cap``, or where a run keeps a speed
-    ``ceiling``: where effort drops it goes no faster. ``hold`` and ``retard`` are the levels of p.
+    the run only steps from one switching speed to the next. The limit is that of the cell, or where a run keeps a
+    speed ``bound_w``, (K,): where effort drops it goes no faster.
     """
+    label, source, growth = run.label, run.source, run.growth
+    w = run.w
+    cap = run.cells.limit_w
+    length = run.cells.length_m
     count = label.shape[0]
     for sweep in range(2):
         k = 0
@@ -170,14 +210,14 @@ def tidy_labels(sliver, length, w, cap, ceiling, hold, retard, label, source, gr
             drift = 0.0
             scale = 0.0
             free = is_partial(label[k])
-            level = hold if label[k] == HOLDING else (retard if label[k] == RETARDED else 0.0)
+            level = run.hold if label[k] == HOLDING else (run.retard if label[k] == RETARDED else 0.0)
             while last < count and label[last] == label[k]:
                 span += length[last]
                 drift += (source[last, 1] + level * growth[last, 1]) * length[last]
                 scale += source[last, 1] * length[last]
                 free = free and w[last] < cap[last] * (1.0 - TOUCH) and w[last + 1] < cap[last] * (1.0 - TOUCH)
                 steady = abs(w[last + 1] - w[last]) <= _STEADY * w[last]
-                free = free and not (steady and w[last] > ceiling[last] * (1.0 - TOUCH))
+                free = free and not (steady and w[last] > bound_w[last] * (1.0 - TOUCH))
                 last += 1
             short = span <= sliver
             if k > 0 and last < count and label[k - 1] == label[last]:
@@ -193,15 +233,18 @@ def tidy_labels(sliver, length, w, cap, ceiling, hold, retard, label, source, gr
 
 
 @leaf
-def slides(k, w, cap):
+def slides(run, k):
     """Whether the run keeps the limit all along a cell."""
-    top = cap[k] * (1.0 - TOUCH)
-    return w[k] >= top and w[k + 1] >= top
+    top = run.cells.limit_w[k] * (1.0 - TOUCH)
+    return run.w[k] >= top and run.w[k + 1] >= top
 
 
 @kernel
-def phase_end(k, label, w, cap):
+def phase_end(run, k):
     """First cell after the phase of cell k: another regime, or the run meets or leaves the limit there."""
+    label = run.label
+    w = run.w
+    cap = run.cells.limit_w
     j = k + 1
     while j < label.shape[0] and label[j] == label[k]:
         touches = w[j] >= min(cap[j - 1], cap[j]) * (1.0 - TOUCH)

@@ -14,9 +14,13 @@ linear, raised by how far a run might be above it there.
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from tgvdp._jit import kernel, leaf
-from tgvdp.certificate.efforts import largest_effort, merge_comfort, piece_at
+from tgvdp.certificate.efforts import Load, largest_effort, load_at, load_in, merge_comfort, piece_at
 
 #: Change of speed in a row; and the speed of the first one, relative to the largest limit.
 _STEP = 5e-4
@@ -26,15 +30,15 @@ _SPARE = 1e-10
 
 
 @kernel
-def _gain(pieces, n, forward, r0, r1, r2, slow_v, fast_v):
+def _gain(pieces, n, forward, load, slow_v, fast_v):
     """Upper bound of ½·dw/dx (backwards: −½·dw/dx) over all speeds from slow_v to fast_v."""
     if forward:
-        return largest_effort(pieces, n, slow_v, fast_v) - (r0 + slow_v * (r1 + slow_v * r2))
-    return largest_effort(pieces, n, slow_v, fast_v) + (r0 + fast_v * (r1 + fast_v * r2))
+        return largest_effort(pieces, n, slow_v, fast_v) - load_at(load, slow_v)
+    return largest_effort(pieces, n, slow_v, fast_v) + load_at(load, fast_v)
 
 
 @leaf
-def _mean_gain(pieces, i, forward, r0, r1, r2, u, v):
+def _mean_gain(pieces, i, forward, load, u, v):
     """Mean over w of ½·dw/dx (backwards: −½·dw/dx) from u to v, on piece ``i``."""
     both = u + v
     squares = u * u + v * v
@@ -42,12 +46,12 @@ def _mean_gain(pieces, i, forward, r0, r1, r2, u, v):
     third = 0.4 * (squares * squares + u * v * (squares - u * v)) / both
     effort = pieces[i, 1] * 2.0 / both + pieces[i, 2] + pieces[i, 3] * first
     effort += pieces[i, 4] * 0.5 * squares + pieces[i, 5] * third
-    load = r0 + r1 * first + r2 * 0.5 * squares
-    return effort - load if forward else effort + load
+    mean = load.r0 + load.r1 * first + load.r2 * 0.5 * squares
+    return effort - mean if forward else effort + mean
 
 
 @kernel
-def _next_row(pieces, n, forward, r0, r1, r2, v, top_v, first_v):
+def _next_row(pieces, n, forward, load, v, top_v, first_v):
     """Speed at the end of the row from v, the largest slope ½·dw/dx on the way there, and the mean one.
 
     The same speed where it may stay.
@@ -58,21 +62,21 @@ def _next_row(pieces, n, forward, r0, r1, r2, v, top_v, first_v):
         fast_v = min(fast_v, pieces[here + 1, 0])
     fast_v = min(fast_v, top_v)
     if v < top_v:
-        gain = _gain(pieces, n, forward, r0, r1, r2, v, fast_v)
+        gain = _gain(pieces, n, forward, load, v, fast_v)
         if gain > 0.0:
-            mean = _mean_gain(pieces, here, forward, r0, r1, r2, v, fast_v)
+            mean = _mean_gain(pieces, here, forward, load, v, fast_v)
             return fast_v, gain, mean if 0.0 < mean < gain else gain
     slow_v = v * (1.0 - _STEP)
     if v <= first_v:
         return v, 0.0, 0.0
-    gain = _gain(pieces, n, forward, r0, r1, r2, slow_v, v)
+    gain = _gain(pieces, n, forward, load, slow_v, v)
     if gain < 0.0:
         return slow_v, gain, gain
     return v, 0.0, 0.0
 
 
 @kernel
-def ceiling(train, forward, length, grade, air, limit, end_w, pieces, xs, ws):
+def speed_bound(train, forward, cells, end_w, pieces, rows):
     """Rows of the outer bound over the cells of the line.
 
     Parameters
@@ -80,13 +84,12 @@ def ceiling(train, forward, length, grade, air, limit, end_w, pieces, xs, ws):
     train : KernelTrain
     forward : bool
         From the origin on, by traction; else from the destination back, by braking.
-    length, grade, air, limit : (K,) float64
-        Cells of the line, as in `tgvdp.line.cells.Cells`.
+    cells : Cells
     end_w : float
         Squared speed at the origin (destination), m²/s².
     pieces : (2n, 6) float64
         Scratch.
-    xs, ws : (size,) float64, modified in place
+    rows : Rows, modified in place
         Positions from the origin (from the destination), increasing, and W.
 
     Returns
@@ -94,8 +97,10 @@ def ceiling(train, forward, length, grade, air, limit, end_w, pieces, xs, ws):
     int
         Number of rows; −1 when there are too many.
     """
-    count = length.shape[0]
+    count = cells.length_m.shape[0]
     mass = train.inertia_kg
+    xs, ws = rows
+    limit = cells.limit_w
     top = 0.0
     for k in range(count):
         top = max(top, limit[k])
@@ -105,15 +110,15 @@ def ceiling(train, forward, length, grade, air, limit, end_w, pieces, xs, ws):
     n = 0
     for j in range(count):
         k = j if forward else count - 1 - j
-        r0 = (train.davis_a_n + grade[k]) / mass
-        r1 = train.davis_b / mass
-        r2 = air[k] / mass
+        load = load_in(train, cells, k)
+        length = cells.length_m[k]
         if forward:
             comfort = train.max_acceleration
-            m = merge_comfort(train.traction, 0.0, mass, comfort, train.rates[:0], r0, r1, r2, top, pieces)
+            m = merge_comfort(train.traction, 0.0, mass, comfort, train.rates[:0], load, top, pieces)
         else:
             comfort = train.max_deceleration
-            m = merge_comfort(train.braking, train.friction_n, mass, comfort, train.rates, -r0, -r1, -r2, top, pieces)
+            helps = Load(-load.r0, -load.r1, -load.r2)
+            m = merge_comfort(train.braking, train.friction_n, mass, comfort, train.rates, helps, top, pieces)
         w = min(w, limit[k])
         x = 0.0
         above = 0.0  # how far a run may be above a line through the ends of the row before
@@ -123,14 +128,14 @@ def ceiling(train, forward, length, grade, air, limit, end_w, pieces, xs, ws):
             xs[n] = start + x
             ws[n] = w * (1.0 + _SPARE) + above
             n += 1
-            if x >= length[k]:
+            if x >= length:
                 break
             v = math.sqrt(w)
-            next_v, gain, mean = _next_row(pieces, m, forward, r0, r1, r2, v, math.sqrt(limit[k]), _FIRST * top)
-            step = length[k] - x
+            next_v, gain, mean = _next_row(pieces, m, forward, load, v, math.sqrt(limit[k]), _FIRST * top)
+            step = length - x
             if next_v != v:
                 step = min(step, (next_v * next_v - w) / (2.0 * mean))
-            last = step >= length[k] - x
+            last = step >= length - x
             before = w
             w = max(w + 2.0 * gain * step, 0.0) if last else next_v * next_v
             w = min(w, max(before, next_v * next_v))
@@ -138,14 +143,27 @@ def ceiling(train, forward, length, grade, air, limit, end_w, pieces, xs, ws):
             rise = max(w - before, 0.0)
             above = rise * (1.0 - rise / (2.0 * gain * step)) if rise > 0.0 else 0.0
             ws[n - 1] = max(ws[n - 1], before * (1.0 + _SPARE) + above)
-            x = length[k] if last else x + step
-        start += length[k]
+            x = length if last else x + step
+        start += length
     return n
 
 
+class Caps(NamedTuple):
+    """Squared speeds that no run passes, m²/s²: in each cell, (K,), and at the ends of the cells, (K + 1,).
+
+    ``rise`` (K, 2) are those at the two ends of each cell between which no run passes a linear one.
+    """
+
+    cell: NDArray[np.float64]
+    node: NDArray[np.float64]
+    rise: NDArray[np.float64]
+
+
 @kernel
-def _lower_to(distance, node, xs, ws, forward, cap, node_cap):
-    """Lower the caps of cells and of their ends to one ceiling; in place."""
+def _lower_to(distance, node, rows, forward, caps):
+    """Lower the caps of cells and of their ends to one speed bound; in place."""
+    xs, ws = rows
+    cap, node_cap, _ = caps
     n = xs.shape[0]
     count = cap.shape[0]
     i = 0
@@ -168,8 +186,9 @@ def _lower_to(distance, node, xs, ws, forward, cap, node_cap):
 
 
 @kernel
-def _fill_rise(node, xs, ws, rise):
+def _fill_rise(node, rows, rise):
     """Fill ``rise`` of `lower_caps`."""
+    xs, ws = rows
     n = xs.shape[0]
     i = 0
     before = ws[0]
@@ -190,8 +209,8 @@ def _fill_rise(node, xs, ws, rise):
 
 
 @kernel
-def lower_caps(distance, node, ahead_x, ahead_w, back_x, back_w, cap, node_cap, rise):
-    """Lower caps of the squared speed to the ceilings.
+def lower_caps(distance, node, ahead, back, caps):
+    """Lower caps of the squared speed to the speed bounds.
 
     Parameters
     ----------
@@ -199,14 +218,11 @@ def lower_caps(distance, node, ahead_x, ahead_w, back_x, back_w, cap, node_cap, 
         Length of the trip, m.
     node : (K + 1,) float64
         Ends of the cells, m from the origin.
-    ahead_x, ahead_w, back_x, back_w : (n,), (m,) float64
-        Rows of the ceilings from the origin and from the destination (`ceiling`).
-    cap, node_cap : (K,), (K + 1,) float64, modified in place
-        Largest squared speed anywhere in each cell, and at the ends of the cells, m²/s².
-    rise : (K, 2) float64, modified in place
-        Squared speeds at the two ends of each cell between which a linear one is at or above the ceiling from the
-        origin, m²/s².
+    ahead, back : Rows
+        The speed bounds from the origin and from the destination.
+    caps : Caps, modified in place
+        ``rise`` is that of the bound from the origin.
     """
-    _lower_to(distance, node, ahead_x, ahead_w, True, cap, node_cap)
-    _lower_to(distance, node, back_x, back_w, False, cap, node_cap)
-    _fill_rise(node, ahead_x, ahead_w, rise)
+    _lower_to(distance, node, ahead, True, caps)
+    _lower_to(distance, node, back, False, caps)
+    _fill_rise(node, ahead, caps.rise)
