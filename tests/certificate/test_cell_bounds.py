@@ -77,7 +77,7 @@ def test_least_hamiltonian_is_below_every_sampled_speed_and_effort(name, permil,
     top_v, multiplier = 30.0, 2.0
     h = _hamiltonian(train, resistance, top_v, traction, regeneration, multiplier)
     v = np.linspace(0.02, top_v, 1500)
-    load = load_at(resistance, v)
+    load = resistance.r0 + resistance.r1 * v + resistance.r2 * v**2
     dynamic = np.array([curves.braking.effort_n(x) for x in v]) / mass
     strongest = np.minimum([curves.traction.effort_n(x) / mass for x in v], train.max_acceleration + load)
     hardest = np.maximum(-dynamic - curves.friction_brake_n / mass, load - train.max_deceleration)
