@@ -60,13 +60,20 @@ def test_version(capsys):
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
-        ([], "Missing command"),
-        (["serach"], "serach"),
+        (["serach"], "unknown command 'serach', did you mean 'search'?"),
+        (["xyz"], "unknown command 'xyz'; there are search, "),
+        (["search", "--train", "tgv", "--train", "tgv"], "--train is given 2 times"),
+        (["search", "--tunnels", "--no-tunnels"], "--tunnels is given 2 times"),
+        (["search", "--points", "1001"], "x<=1000"),
+        (["search", "--wind", "5 kg"], "must be a number of km/h, got '5 kg'"),
+        (["search", "--speed-restriction", "5:1:80"], "with 0 <= FROM < TO"),
+        (["search", "--speed-restriction", "1:5"], "such as 50km:52km:80, got '1:5'"),
+        (["search", "--speed-restriction", "1:5kg:8"], "must be a number of m, got '5kg'"),
         (["search", "--segmnt", "3"], "--segment"),
         (["search", "extra"], "extra"),
         (["search", "--method", "guess"], "best-first"),
         (["search", "--heuristic", "guess"], "ratio"),
-        (["search", "--points", "1"], "x>=2"),
+        (["search", "--points", "1"], "2<=x<=1000"),
         (["search", "--points", "many"], "many"),
         (["search", "--max-margin", "0"], "above 0 %, got 0 %"),
         (["search", "--max-margin", "nan"], "must be finite, got nan %"),
@@ -84,6 +91,15 @@ def test_version(capsys):
 def test_wrong_usage_is_one_line_and_exit_code_2(arguments, part, one_error):
     assert run(*arguments) == 2
     assert part in one_error()
+
+
+def test_the_name_alone_says_where_to_start(capsys):
+    assert run() == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("Usage: tgvdp ")
+    assert "tgvdp search " in err
+    assert len(err.splitlines()) < 10
 
 
 @pytest.mark.parametrize(
@@ -228,7 +244,7 @@ def test_table_of_a_single_point():
     fastest = {"time_s": 2.5, "energy_kwh": 1e-7, "stepped_time_s": None}
     table = front_table({"front": [point], "fastest": fastest})
     assert "2.5 s" in table
-    assert "1e-07 kWh" in table
+    assert "1.0000e-07" in table
     assert "gap" not in table
     assert table.endswith("1 point on the front")
     stepped = front_table({"front": [point], "fastest": fastest | {"stepped_time_s": 2.375}})

@@ -23,10 +23,15 @@ def search(out, *arguments):
 def test_table_and_files(tmp_path, capsys):
     assert search(tmp_path / "out", *SHORT) == 0
     out, err = capsys.readouterr()
-    assert err == ""
-    assert out.splitlines()[1].split() == [
-        *("margin", "time", "delay", "energy", "saved", "kWh/min", "bound", "gap"),
+    assert err.splitlines() == [
+        "tgvdp: note: 1 of 6 points may be more than 0.1 % above the optimum, "
+        "at most 0.282 % (0.281 kWh) at margin 0.00 %"
     ]
+    assert out.splitlines()[1].split() == ["margin", "time", "delay", "energy", "saved", "price", "gap", "gap"]
+    assert out.splitlines()[2].split() == ["%", "s", "kWh", "%", "kWh/min", "%", "kWh"]
+    assert max(map(len, out.splitlines()[:-1])) <= 80
+    decimals = [[cell.partition(".")[2] for cell in line.split()] for line in out.splitlines()[3:9]]
+    assert all(len({len(cell) for cell in column if cell != ""}) <= 1 for column in zip(*decimals, strict=True))
     assert "fastest run" in out
     assert str(tmp_path / "out") in out
     assert FILES <= {path.name for path in (tmp_path / "out").iterdir()}

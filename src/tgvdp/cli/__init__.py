@@ -5,7 +5,6 @@ single place where an error becomes one line on stderr and an exit code (see `tg
 """
 
 import importlib
-import sys
 import warnings
 from collections.abc import Sequence
 from difflib import get_close_matches
@@ -39,8 +38,8 @@ Usage: {PROGRAM} COMMAND [OPTIONS]
 The Pareto front of delay against energy for a train on a line.
 
   {PROGRAM} search             search it, for the built-in train on the built-in line
-  {PROGRAM} COMMAND --help     options and examples of {", ".join(_COMMANDS[:-1])} or {_COMMANDS[-1]}
-  {PROGRAM} --help             what each of them does"""
+  {PROGRAM} COMMAND --help     the options of a command, with examples
+  {PROGRAM} --help             all commands"""
 
 
 class _LazyGroup(click.Group):
@@ -54,6 +53,12 @@ class _LazyGroup(click.Group):
             return None
         command: click.Command = importlib.import_module(f"tgvdp.cli.{cmd_name}").command
         return command
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse what is given, unless nothing is."""
+        if not args and not ctx.resilient_parsing:
+            raise _Bare
+        return super().parse_args(ctx, args)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -81,6 +86,10 @@ def _caused_by_interrupt(error: BaseException | None) -> bool:
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__
     return error is not None
+
+
+class _Bare(Exception):
+    """Somebody typed the program's name alone."""
 
 
 class _Interrupted(click.ClickException):
@@ -113,9 +122,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with warnings.catch_warnings():
         warnings.showwarning = _show_warning  # type: ignore[assignment]
         try:
-            if not (sys.argv[1:] if arguments is None else arguments):
-                return _greet()
             code = cli.main(args=arguments, prog_name=PROGRAM, standalone_mode=False)
+        except _Bare:
+            click.echo(_GREETING, err=True)
+            return EXIT_USAGE
         except click.UsageError as error:
             hint = f" (see {error.ctx.command_path} --help)" if error.ctx else ""
             return _fail(error.format_message() + hint, EXIT_USAGE)
@@ -129,12 +139,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             where = f"{error.filename}: " if error.filename is not None else ""
             return _fail(f"{where}{error.strerror or error}", InputError.exit_code)
     return int(code or 0)
-
-
-def _greet() -> int:
-    """What a user reads who typed the program's name alone."""
-    click.echo(_GREETING, err=True)
-    return EXIT_USAGE
 
 
 def _fail(message: str, exit_code: int) -> int:

@@ -76,12 +76,12 @@ def _declared(one: Option) -> Decorator:
 def _readable(read: Callable[[Any], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
     """Check a text of its own grammar, or several, and leave them as they are."""
 
-    def check(_: click.Context, parameter: click.Parameter, text: Any) -> Any:
+    def check(_: click.Context, __: click.Parameter, text: Any) -> Any:
         if text:
             try:
                 read(text)
             except InputError as error:
-                raise click.BadParameter(str(error).removeprefix(f"{parameter.name}: ")) from None
+                raise click.BadParameter(str(error)) from None
         return text or None
 
     return check

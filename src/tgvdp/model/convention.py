@@ -33,7 +33,7 @@ class Convention:
     limits : {"head", "tail"}
         A rise of the speed limit counts from where the head, or the tail, has passed it.
     curves : {"none", "800/R", "roeckl"}
-        Formula of curve resistance in permille of weight: none; 800/R (OSRD, the seeds); 650/(R − 55) from 300 m on and
+        Formula of curve resistance in permille of weight: none; 800/R (OSRD); 650/(R − 55) from 300 m on and
         500/(R − 30) below (Röckl).
     tunnels : bool
         Whether the train's additional drag in tunnels counts.

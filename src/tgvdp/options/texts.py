@@ -83,15 +83,15 @@ def parse_targets(text: str) -> Targets:
         elif match := _CLOCK.fullmatch(part):
             time_s.append(_clock_s(match[1], match[2], match[3], part))
         else:
-            raise InputError(f"at: must be {_GRAMMAR}, got {part!r:.40}")
+            raise InputError(f"must be {_GRAMMAR}, got {part!r:.40}")
     if not all(map(math.isfinite, (*margin, *time_s))):
-        raise InputError(f"at: must be finite, got {text!r:.40}")
+        raise InputError(f"must be finite, got {text!r:.40}")
     if not all(time > 0.0 for time in time_s):
-        raise InputError(f"at: running times must be above 0 s, got {text!r:.40}")
+        raise InputError(f"running times must be above 0 s, got {text!r:.40}")
     return Targets(tuple(margin), tuple(time_s))
 
 
 def _clock_s(hours: str | None, minutes: str, seconds: str, part: str) -> float:
     if float(seconds) >= SECONDS_PER_MINUTE or (hours is not None and float(minutes) >= SECONDS_PER_MINUTE):
-        raise InputError(f"at: minutes after hours and seconds must be below 60, got {part!r:.40}")
+        raise InputError(f"minutes after hours and seconds must be below 60, got {part!r:.40}")
     return (float(hours or 0) * SECONDS_PER_MINUTE + float(minutes)) * SECONDS_PER_MINUTE + float(seconds)

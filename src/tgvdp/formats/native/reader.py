@@ -165,5 +165,5 @@ def _check_option(path: Path, one: Option, value: Any, options: Mapping[str, Any
     if idle:
         raise bad(path, f"run.{one.field}: cannot stand beside {' and '.join(idle)}")
     if one.read is not None:
-        with errors_named(path, "run"):
+        with errors_named(path, f"run.{one.field}"):
             one.read(value)

@@ -1,4 +1,4 @@
-"""Method ``best-first``: the seed's search with a priority queue, made to end.
+"""Method ``best-first``: search with a priority queue of partial paths, made to end.
 
 A label is a partial path. The search takes the label with the best priority from a heap, and adds one child for each
 arc of the grid that leaves its node. With ``bounds``, priorities and pruning use the least time and least energy from

@@ -1,4 +1,4 @@
-"""The seed's node: one partial path, as people see it.
+"""A node: one partial path, as people see it.
 
 The mapping to what kernels see, a pool of columns with one entry per label (tskit's rule: columns are the truth, rows
 are views):
