@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tgvdp.formats.native.write import as_toml
+from tgvdp.formats.native.write import SYNTAXES
 from tgvdp.formats.review.places import line_of, lines_of
 from tgvdp.formats.syntax.reading import parse_document
 
@@ -44,8 +44,8 @@ YAML = """%YAML 1.2
 trains:
   - name: x
     formation: [a, b]
-vehicles:
-  - id: a
+vehicles:	# a tab
+  - id:	a
     rows:
       - [0.0, 1]
       - [1.0,
@@ -78,7 +78,7 @@ def test_toml(tmp_path, key_path, line):
      (("vehicles", 0, "rows", 1), 11), (("vehicles", 0, "rows", 1, 1), 12), (("vehicles", 1), 13)],
 )  # fmt: skip
 def test_yaml(tmp_path, key_path, line):
-    pytest.importorskip("yaml")
+    pytest.importorskip("ruamel.yaml")
     assert line_of(lines(tmp_path / "a.yaml", YAML), key_path) == line
 
 
@@ -115,7 +115,7 @@ def test_every_place_of_any_json_is_found_and_lines_do_not_decrease(tree, indent
 
 def test_what_is_written_is_found_again(tmp_path):
     tree = {"name": "x", "train": {"mass_t": 1, "traction": {"points": [{"speed_kmh": 0}, {"speed_kmh": 9}]}}}
-    text = as_toml(tree)
+    text = SYNTAXES["toml"](tree)
     assert tomllib.loads(text) == tree
     found = lines(tmp_path / "a.toml", text)
     assert "speed_kmh = 9" in text.splitlines()[found["train", "traction", "points", 1] - 1]

@@ -153,7 +153,7 @@ def test_lines_of_a_scenario_and_of_its_references(tmp_path):
 
 
 def test_lines_of_railtoolkit_and_osrd(shared):
-    pytest.importorskip("yaml")
+    pytest.importorskip("ruamel.yaml")
     train = shared / "railtoolkit" / "trains" / "local.yaml"
     (review,) = review_file(train)
     assert "rotation_mass: 1.08" in train.read_text().splitlines()[line_named(review, "rotating") - 1]

@@ -2,14 +2,11 @@
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from importlib import import_module
 from typing import Any, Literal
 
 from tgvdp.formats.railml import reader as railml
 from tgvdp.formats.syntax.reading import Document
-
-#: Keys of tables and indices of lists, from the top of a file.
-KeyPath = tuple[str | int, ...]
+from tgvdp.formats.syntax.yaml import KeyPath, parse_yaml
 
 _TOKEN = re.compile(
     r"""(?P<comment>\#[^\n]*)
@@ -22,9 +19,10 @@ _TOKEN = re.compile(
 
 def lines_of(document: Document) -> dict[KeyPath, int]:
     """Line of every key and list element of a document, from 1."""
+    text = document.data.decode("utf-8-sig")
     if document.syntax == "YAML":
-        return dict(_yaml_lines(document.data))
-    scanner = _Scanner(document.data.decode("utf-8-sig"))
+        return parse_yaml(text)[1]
+    scanner = _Scanner(text)
     if document.syntax == "JSON":
         scanner.value(())
     else:
@@ -137,19 +135,6 @@ def _with_lines(text: str, matches: Iterator[re.Match[str]]) -> Iterator[tuple[r
 def _unquoted(text: str) -> str:
     """Key of a quoted one; escapes in keys are rare, and one that is not resolved only loses its line."""
     return text[1:-1]
-
-
-def _yaml_lines(data: bytes) -> Iterator[tuple[KeyPath, int]]:
-    """Walk over the nodes of a YAML text; the reader has refused anchors, so that it is a tree."""
-    yaml = import_module("yaml")
-    todo: list[tuple[Any, KeyPath, int]] = [(yaml.compose(data.decode("utf-8-sig"), Loader=yaml.SafeLoader), (), 1)]
-    while todo:
-        node, path, line = todo.pop()
-        yield path, line
-        if isinstance(node, yaml.MappingNode):
-            todo += ((value, (*path, str(key.value)), key.start_mark.line + 1) for key, value in node.value)
-        elif isinstance(node, yaml.SequenceNode):
-            todo += ((one, (*path, index), one.start_mark.line + 1) for index, one in enumerate(node.value))
 
 
 #: Field of the model → key path, by format; ``None`` stands for the index of a row.
