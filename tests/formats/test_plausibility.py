@@ -10,7 +10,8 @@ from tests.helpers.format_case import SCENARIO, TTOBENCH_TRACK, TTOBENCH_TRAIN, 
 from tests.helpers.railml_case import LINE_2, STOCK_2
 from tgvdp.cli import main
 from tgvdp.formats import load_track, load_train
-from tgvdp.formats.review.plausibility import balancing_speed_mps, check_track, check_train, review_file
+from tgvdp.formats.review.figures import balancing_speed_mps
+from tgvdp.formats.review.plausibility import check_track, check_train, review_file
 from tgvdp.model import catalog
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track, Tunnel

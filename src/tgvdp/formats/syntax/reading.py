@@ -21,6 +21,9 @@ from tgvdp.formats.syntax.yaml import parse_yaml
 #: Larger files are refused: the longest published line takes a few hundred kilobytes.
 LARGEST_BYTES = 20_000_000
 
+#: Tables and lists in each other; no format has more than ten.
+DEEPEST = 100
+
 _LARGEST_INTEGER = 10**300  # beyond float64, or as good as
 _LONGEST_VALUE = 60
 
@@ -194,10 +197,12 @@ def _once_each(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _reject_wild_values(path: Path, tree: dict[str, Any]) -> None:
-    """Refuse NaN, infinities, integers beyond float64 and halves of characters; no recursion, so any depth."""
+    """Refuse NaN, infinities, integers beyond float64, halves of characters, and too many levels."""
     todo: list[tuple[Any, tuple[str | int, ...]]] = [(tree, ())]
     while todo:
         parent, at = todo.pop()
+        if len(at) > DEEPEST:
+            raise bad(path, "is nested too deeply")
         for step, value in parent.items() if isinstance(parent, dict) else enumerate(parent):
             for text in (step, value):
                 if isinstance(text, str) and _SURROGATE.search(text):
