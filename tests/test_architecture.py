@@ -64,7 +64,7 @@ ONLY_IN = {
     "networkx": ("methods/grid/networkx_view.py", "formulations/qubo/couplers.py"),
     "click": ("cli",),
 }
-CORE = {"numpy", "numba", "networkx", "matplotlib", "click", "msgspec"}
+CORE = {"numpy", "numba", "networkx", "matplotlib", "click", "msgspec", "tomli_w"}
 QUANTUM = {"dimod", "dwave", "qiskit", "qiskit_aer", "docplex", "neal"}
 SILENT = {"line", "physics", "runs", "methods", "certificate", "referee"}  # no files, no printing
 FILE_CALLS = {"open", "print", "input"}

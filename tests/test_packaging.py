@@ -65,7 +65,7 @@ def test_licence_is_complete():
 
 
 def test_core_dependencies_are_those_that_are_imported():
-    declared = {re.match(r"[A-Za-z0-9_-]+", line)[0] for line in PROJECT["dependencies"]}
+    declared = {re.match(r"[A-Za-z0-9_-]+", line)[0].replace("-", "_") for line in PROJECT["dependencies"]}
     imported = set()
     for path in PACKAGE.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):

@@ -5,17 +5,17 @@ import time
 import tomllib
 
 import pytest
-import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.helpers.format_case import JOURNEY, SCENARIO, TTOBENCH_TRACK, TTOBENCH_TRAIN, TTOBENCH_TRAIN_14
+from tests.helpers.format_case import JOURNEY, SCENARIO, TTOBENCH_TRACK, TTOBENCH_TRAIN, TTOBENCH_TRAIN_14, yaml_text
 from tests.helpers.osrd_case import OSRD_TRAIN
 from tests.helpers.railtoolkit_case import PATHS, PATHS_2024, ROLLING_STOCK
 from tests.helpers.settings import SHARED, fuzz
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file
 from tgvdp.formats.syntax.reading import LARGEST_BYTES, field_text
+from tgvdp.formats.syntax.yaml import parse_yaml
 
 TREES = {
     "train": TTOBENCH_TRAIN,
@@ -30,8 +30,8 @@ TREES = {
 }
 TEXTS = {kind: json.dumps(tree) for kind, tree in TREES.items()} | {
     "scenario": SCENARIO,
-    "railtoolkit stock": yaml.safe_dump(ROLLING_STOCK),
-    "railtoolkit paths": yaml.safe_dump(PATHS),
+    "railtoolkit stock": yaml_text(ROLLING_STOCK),
+    "railtoolkit paths": yaml_text(PATHS),
 }
 PUBLISHED = {
     "train": ["ttobench/trains/CN_Beijing_Subway.json", "ttobench/trains/CH_Stadler_KISS_SBB.json"],
@@ -52,6 +52,7 @@ JUNK = st.one_of(
     st.just({}),
     st.lists(st.floats() | st.text(max_size=3), max_size=3),
     st.dictionaries(st.text(max_size=5), st.floats(), max_size=2),
+    st.text(st.characters(categories=["Cs", "Cc"]), min_size=1, max_size=2),
     st.sampled_from([-0.0, 0, 1e-320, 1e308, -1, "kN", "km/h", "infinity", "tgv", "m", "2022.05"]),
 )
 
@@ -121,7 +122,7 @@ def published_trees(kind):
     """Files of others that are read the same way, where the folder beside the project holds them."""
     for path in (SHARED / name for name in PUBLISHED.get(kind, ()) if SHARED.is_dir()):
         text = path.read_text(encoding="utf-8")
-        yield json.loads(text) if path.suffix == ".json" else yaml.load(text, yaml.CSafeLoader)
+        yield json.loads(text) if path.suffix == ".json" else parse_yaml(text)[0]
 
 
 @pytest.mark.parametrize("kind", TREES)

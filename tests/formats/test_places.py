@@ -8,7 +8,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tgvdp.formats.native.write import as_toml
+from tgvdp.errors import InputError
+from tgvdp.formats.native.write import SYNTAXES
 from tgvdp.formats.review.places import line_of, lines_of
 from tgvdp.formats.syntax.reading import parse_document
 
@@ -24,7 +25,7 @@ notes = [
     """two
     lines""", "three",
 ]
-a.b.c = 2020-01-01
+a.b.c = 2020-01-01 07:32:00
 
 [track]
 speed_limits = [ { from_m = 0 },
@@ -36,6 +37,8 @@ x = 1
 x = -1.5e3
 [rows.deep]
 y = true
+[p.q]
+"a b". d = 1.5
 '''
 
 YAML = """%YAML 1.2
@@ -44,8 +47,8 @@ YAML = """%YAML 1.2
 trains:
   - name: x
     formation: [a, b]
-vehicles:
-  - id: a
+vehicles:	# a tab
+  - id:	a
     rows:
       - [0.0, 1]
       - [1.0,
@@ -65,7 +68,8 @@ def lines(path, text):
         (("train", "traction", "power_kw"), 7), (("train", "notes"), 8), (("train", "notes", 0), 9),
         (("train", "notes", 1), 10), (("train", "notes", 2), 11), (("train", "a", "b", "c"), 13),
         (("track", "speed_limits", 0, "from_m"), 16), (("track", "speed_limits", 1), 17),
-        (("rows", 0, "x"), 20), (("rows", 1, "x"), 22), (("train", "mass_t", "unit"), 5), (("nothing",), None),
+        (("rows", 0, "x"), 20), (("rows", 1, "x"), 22), (("rows", 1, "deep", "y"), 24), (("p",), 25),
+        (("p", "q", "a b", "d"), 26), (("train", "mass_t", "unit"), 5), (("nothing",), None),
     ],
 )  # fmt: skip
 def test_toml(tmp_path, key_path, line):
@@ -78,7 +82,7 @@ def test_toml(tmp_path, key_path, line):
      (("vehicles", 0, "rows", 1), 11), (("vehicles", 0, "rows", 1, 1), 12), (("vehicles", 1), 13)],
 )  # fmt: skip
 def test_yaml(tmp_path, key_path, line):
-    pytest.importorskip("yaml")
+    pytest.importorskip("ruamel.yaml")
     assert line_of(lines(tmp_path / "a.yaml", YAML), key_path) == line
 
 
@@ -113,9 +117,27 @@ def test_every_place_of_any_json_is_found_and_lines_do_not_decrease(tree, indent
                 assert json.dumps(place[-1]) in rows[found[place] - 1]
 
 
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    st.dictionaries(
+        st.text("abc[]{},=:# .", max_size=4), VALUES.filter(lambda tree: "None" not in repr(tree)), max_size=4
+    )
+)
+def test_every_place_of_any_toml_is_found(tree):
+    tree["x"] = 1
+    text = SYNTAXES["toml"](tree)
+    assert set(places_of(tree)) <= set(lines(Path("a.toml"), text))
+
+
+def test_a_file_of_many_levels_is_refused_before_its_lines_are_looked_for(tmp_path):
+    deep = '{"metadata": {"id": "x"}, "stops": ' + "[" * 200 + "]" * 200 + "}"
+    with pytest.raises(InputError, match="is nested too deeply"):
+        lines(tmp_path / "a.json", deep)
+
+
 def test_what_is_written_is_found_again(tmp_path):
     tree = {"name": "x", "train": {"mass_t": 1, "traction": {"points": [{"speed_kmh": 0}, {"speed_kmh": 9}]}}}
-    text = as_toml(tree)
+    text = SYNTAXES["toml"](tree)
     assert tomllib.loads(text) == tree
     found = lines(tmp_path / "a.toml", text)
     assert "speed_kmh = 9" in text.splitlines()[found["train", "traction", "points", 1] - 1]

@@ -10,7 +10,8 @@ from tests.helpers.format_case import SCENARIO, TTOBENCH_TRACK, TTOBENCH_TRAIN, 
 from tests.helpers.railml_case import LINE_2, STOCK_2
 from tgvdp.cli import main
 from tgvdp.formats import load_track, load_train
-from tgvdp.formats.review.plausibility import balancing_speed_mps, check_track, check_train, review_file
+from tgvdp.formats.review.figures import balancing_speed_mps
+from tgvdp.formats.review.plausibility import check_track, check_train, review_file
 from tgvdp.model import catalog
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track, Tunnel
@@ -153,7 +154,7 @@ def test_lines_of_a_scenario_and_of_its_references(tmp_path):
 
 
 def test_lines_of_railtoolkit_and_osrd(shared):
-    pytest.importorskip("yaml")
+    pytest.importorskip("ruamel.yaml")
     train = shared / "railtoolkit" / "trains" / "local.yaml"
     (review,) = review_file(train)
     assert "rotation_mass: 1.08" in train.read_text().splitlines()[line_named(review, "rotating") - 1]

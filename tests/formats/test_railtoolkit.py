@@ -3,9 +3,8 @@
 import copy
 
 import pytest
-import yaml
 
-from tests.helpers.format_case import changed, write_json
+from tests.helpers.format_case import changed, write_json, yaml_text
 from tests.helpers.railtoolkit_case import PATHS, PATHS_2024, ROLLING_STOCK, vehicle_changed
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file, load_scenario, load_track, load_train
@@ -17,7 +16,7 @@ G = 9.80665
 
 def written(tmp_path, tree, name="input.yaml"):
     path = tmp_path / name
-    path.write_text(yaml.safe_dump(tree, sort_keys=False), encoding="utf-8")
+    path.write_text(yaml_text(tree), encoding="utf-8")
     return path
 
 

@@ -128,3 +128,18 @@ def test_digest_is_the_sha256_of_the_bytes(tmp_path):
     assert input_digest(path) == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
     with pytest.raises(InputError, match="no such file"):
         input_digest(tmp_path / "absent")
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ('{"train": "\\ud800"}', "train"),
+        ('{"map": {"notes": ["x", "\\udfff"]}}', "map.notes[1]"),
+        ('{"train": "tgv", "run": {"\\udc00": 1}}', "run.\\udc00"),
+        ('train: "\\ud800"', "train"),
+    ],
+)
+def test_half_of_a_character_is_refused_with_its_field(refused, tmp_path, text, place):
+    path = tmp_path / "input"
+    path.write_text(text)
+    assert refused(path).startswith(f"{place}: holds half of a character, got '")

@@ -8,7 +8,7 @@ import pytest
 from tgvdp.errors import InputError, MissingExtraError
 from tgvdp.formats import describe_file
 from tgvdp.formats.syntax.reading import read_document
-from tgvdp.formats.syntax.yaml import DEEPEST, MOST_VALUES, parse_yaml
+from tgvdp.formats.syntax.yaml import DEEPEST, MOST_SEPARATORS, parse_yaml
 
 
 @pytest.mark.parametrize(
@@ -35,12 +35,13 @@ from tgvdp.formats.syntax.yaml import DEEPEST, MOST_VALUES, parse_yaml
         ("2022.05", 2022.05),
         ("2024-07-01", "2024-07-01"),
         ("[1, [a, b], {c: 2}]", [1, ["a", "b"], {"c": 2}]),
+        ("\t[1,\t2]\t# tabs", [1, 2]),
         ("# only\n  - 1 # a comment\n  - 2", [1, 2]),
         ("|\n  two\n  lines", "two\nlines\n"),
     ],
 )
 def test_scalars_follow_the_core_schema_of_yaml_1_2(text, value):
-    got = parse_yaml(f"%YAML 1.2\n---\nfield: {text}\n" if "\n" not in text else f"field: {text}\n")["field"]
+    got = parse_yaml(f"%YAML 1.2\n---\nfield: {text}\n" if "\n" not in text else f"field: {text}\n")[0]["field"]
     assert got == value
     assert type(got) is type(value)
 
@@ -61,6 +62,9 @@ def test_scalars_follow_the_core_schema_of_yaml_1_2(text, value):
         ("a: [1, 2", "is not valid YAML: "),
         ("a: 'open", "is not valid YAML: "),
         ("a: \x07", "is not valid YAML: "),
+        ("a:\n\tb: 2", "is not valid YAML: found character '\\t' that cannot start any token in line 2"),
+        ("&x a: 1", "YAML anchors and aliases are not read, got 'x' in line 1"),
+        ("!!str a: 1", "YAML tags are not read, got 'tag:yaml.org,2002:str' in line 1"),
         ("a: 1\n b: 2", "is not valid YAML: "),
     ],
 )
@@ -75,13 +79,13 @@ BOMBS = {
     "flow depth": "a: " + "[" * 100_000,
     "table depth": "a: " + "{a: " * 100_000,
     "block depth": "\n".join(f"{' ' * n}a:" for n in range(2 * DEEPEST)),
-    "values": "a: [" + "1," * (2 * MOST_VALUES) + "1]",
+    "values": "a: [" + "1," * (2 * MOST_SEPARATORS) + "1]",
     "size": "a: '" + "x" * 3_000_000 + "'",
     "long integer": "a: " + "9" * 100_000,
     "huge float": "a: 1e999",
     "infinity": "a: -.inf",
     "not a number": "a: .NaN",
-    "keys": "\n".join(f"k{n}: 1" for n in range(2 * MOST_VALUES)),
+    "keys": "\n".join(f"k{n}: 1" for n in range(2 * MOST_SEPARATORS)),
     "twice": "vehicles: [1]\nvehicles: [2]",
 }
 
@@ -109,8 +113,8 @@ def test_wild_numbers_are_refused_with_their_field(tmp_path):
 def test_missing_package_is_named_in_one_line(tmp_path, monkeypatch):
     path = tmp_path / "train.yaml"
     path.write_text("vehicles: []\n")
-    monkeypatch.setitem(__import__("sys").modules, "yaml", None)
-    with pytest.raises(MissingExtraError, match=r"needs PyYAML: pip install 'tgvdp\[formats\]'"):
+    monkeypatch.setitem(__import__("sys").modules, "ruamel.yaml", None)
+    with pytest.raises(MissingExtraError, match=r"needs ruamel.yaml: pip install 'tgvdp\[formats\]'"):
         describe_file(path)
 
 

@@ -1,7 +1,19 @@
 """Small files in the formats that tgvdp reads, made by hand, and what they hold in SI."""
 
 import copy
+import io
 import json
+
+from ruamel.yaml import YAML
+
+
+def yaml_text(tree):
+    """A tree as YAML in block style."""
+    text = io.StringIO()
+    writer = YAML(typ="safe", pure=True)
+    writer.default_flow_style = False
+    writer.dump(tree, text)
+    return text.getvalue()
 
 
 def quantity(value, unit):

@@ -68,7 +68,8 @@ def _entries(wanted: str | None) -> list[tuple[str, "Description"]]:
 
 
 def _instance(row: Mapping[str, str]) -> "Description":
-    from tgvdp.formats.review.describe import Description, Figure
+    from tgvdp.formats.review.describe import Description
+    from tgvdp.formats.review.figures import Figure
 
     model = f", {row['model']} model" if row["model"] else ""
     figures = (
@@ -81,7 +82,7 @@ def _instance(row: Mapping[str, str]) -> "Description":
 
 
 def _plain(entry: str, description: "Description") -> dict[str, Any]:
-    figures = [figure._asdict() for figure in description.figures]
+    figures = [{"name": one.name, "value": one.value, "unit": one.unit} for one in description.figures]
     return {
         "name": entry,
         "kind": description.kind,

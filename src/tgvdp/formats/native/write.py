@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator, Mapping
 from itertools import pairwise
 from typing import Any
 
+import tomli_w
+
 from tgvdp.errors import InputError
 from tgvdp.formats.detect import Scenario
 from tgvdp.formats.syntax.decimals import decimal, tidy
@@ -44,11 +46,6 @@ def native_tree(scenario: Scenario) -> dict[str, Any]:
 def as_json(tree: Mapping[str, Any]) -> str:
     """Text of a tree as JSON."""
     return json.dumps(tree, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def as_toml(tree: Mapping[str, Any]) -> str:
-    """Text of a tree as TOML: scalars and lists first, then its tables."""
-    return "\n".join(_toml_lines(tree, ())).strip() + "\n"
 
 
 def _named(scenario: Scenario, name: str) -> dict[str, Any]:
@@ -241,34 +238,5 @@ def _map(energy_map: EnergyMap) -> dict[str, Any]:
     return tree | ({"notes": list(energy_map.notes)} if energy_map.notes else {})
 
 
-def _toml_lines(table: Mapping[str, Any], path: tuple[str, ...]) -> Iterator[str]:
-    """Lines of a table; a list of tables is written row by row."""
-    if path:
-        yield f"\n[{'.'.join(path)}]"
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            continue
-        if isinstance(value, list) and value and not isinstance(value[0], int | float):
-            yield from (f"{key} = [", *(f"    {_toml_value(row)}," for row in value), "]")
-        else:
-            yield f"{key} = {_toml_value(value)}"
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            yield from _toml_lines(value, (*path, key))
-
-
-def _toml_value(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{key} = {_toml_value(one)}" for key, one in value.items()) + " }"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_toml_value, value)) + "]"
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False)  # printable text: the same escapes as in TOML
-    return repr(value)
-
-
-_Writer = Callable[[Mapping[str, Any]], str]
 #: Text by syntax.
-SYNTAXES: dict[str, _Writer] = {"toml": as_toml, "json": as_json}
+SYNTAXES: dict[str, Callable[[Mapping[str, Any]], str]] = {"toml": tomli_w.dumps, "json": as_json}

@@ -1,3 +1,3 @@
-"""What a file holds, in the figures that an engineer checks first (`describe`), what is unusual in it
-(`plausibility`), and where in the file that stands (`places`).
+"""What a file holds, in `figures`: those that an engineer checks first (`describe`), those that are unusual
+(`plausibility`), and where in the file they stand (`places`).
 """

@@ -1,155 +1,122 @@
 """Where a value stands in its file: lines by key path, for JSON, TOML and YAML; railML's readers know their own."""
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from importlib import import_module
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from tgvdp.formats.railml import reader as railml
 from tgvdp.formats.syntax.reading import Document
-
-#: Keys of tables and indices of lists, from the top of a file.
-KeyPath = tuple[str | int, ...]
+from tgvdp.formats.syntax.yaml import KeyPath, parse_yaml
 
 _TOKEN = re.compile(
-    r"""(?P<comment>\#[^\n]*)
+    r"""\#[^\n]*
       | (?P<text>\"{3}(?:\\.|[^\\])*?\"{3}|'{3}.*?'{3}|"(?:\\.|[^"\\\n])*"|'[^'\n]*')
-      | (?P<mark>[][{},=:.\n])
-      | (?P<bare>[^\s\[\]{},=:."'\#]+)""",
+      | (?P<mark>[][{},=:])
+      | (?P<bare>[^\s\[\]{},=:"'\#][^\s\[\]{},="'\#]*)""",
     re.VERBOSE | re.DOTALL,
 )
 
 
+class _Token(NamedTuple):
+    kind: str
+    text: str
+    line: int
+
+
 def lines_of(document: Document) -> dict[KeyPath, int]:
     """Line of every key and list element of a document, from 1."""
+    text = document.data.decode("utf-8-sig")
     if document.syntax == "YAML":
-        return dict(_yaml_lines(document.data))
-    scanner = _Scanner(document.data.decode("utf-8-sig"))
+        return parse_yaml(text)[1]
+    lines: dict[KeyPath, int] = {}
+    tokens = [_Token("end", "", 0), *reversed(list(_tokens(text)))]  # taken from the end
     if document.syntax == "JSON":
-        scanner.value(())
+        _take_value(tokens, (), lines)
     else:
-        scanner.toml()
-    return scanner.lines
+        _take_toml(tokens, lines)
+    return lines
 
 
 def line_of(lines: dict[KeyPath, int], path: KeyPath) -> int | None:
     """Line of a key path, or of the nearest one around it."""
-    for length in range(len(path), 0, -1):
-        if path[:length] in lines:
-            return lines[path[:length]]
-    return None
+    return next((lines[path[:end]] for end in range(len(path), 0, -1) if path[:end] in lines), None)
 
 
-class _Scanner:
-    """Walks over the tokens of a text that a real parser has accepted, and notes where each key path starts."""
-
-    def __init__(self, text: str) -> None:
-        self.lines: dict[KeyPath, int] = {}
-        self._tokens = [
-            (match.lastgroup, match[0], line)
-            for match, line in _with_lines(text, _TOKEN.finditer(text))
-            if match.lastgroup != "comment"
-        ]
-        self._at = 0
-
-    def _peek(self, *, over_lines: bool = True) -> tuple[str | None, str, int]:
-        while over_lines and self._at < len(self._tokens) and self._tokens[self._at][1] == "\n":
-            self._at += 1
-        return self._tokens[self._at] if self._at < len(self._tokens) else (None, "", 0)
-
-    def _take(self, *, over_lines: bool = True) -> tuple[str | None, str, int]:
-        token = self._peek(over_lines=over_lines)
-        self._at += 1
-        return token
-
-    def value(self, path: KeyPath) -> None:
-        """Pass over a value of JSON or TOML."""
-        _, text, line = self._peek()
-        self.lines.setdefault(path, line)
-        if text == "{":
-            self._take()
-            while self._peek()[1] not in ("}", ""):
-                self._pair(path)
-                self._skip(",")
-            self._take()
-        elif text == "[":
-            self._take()
-            index = 0
-            while self._peek()[1] not in ("]", ""):
-                self.value((*path, index))
-                index += 1
-                self._skip(",")
-            self._take()
-        else:
-            self._take()
-            while self._peek(over_lines=False)[1] not in (",", "]", "}", "\n", ""):
-                self._take(over_lines=False)  # the rest of a number, a date
-
-    def toml(self) -> None:
-        """Pass over a whole TOML text."""
-        table: KeyPath = ()
-        counts: dict[KeyPath, int] = {}
-        while self._peek()[0] is not None:
-            if self._peek()[1] != "[":
-                self._pair(table)
-                continue
-            line = self._take()[2]
-            many = self._peek()[1] == "["
-            if many:
-                self._take()
-            table = self._keys("]")
-            if many:
-                self._take()
-                counts[table] = counts.get(table, -1) + 1
-                table = (*table, counts[table])
-            self.lines.setdefault(table, line)
-
-    def _pair(self, table: KeyPath) -> None:
-        line = self._peek()[2]
-        path = (*table, *self._keys("=", ":"))
-        for length in range(len(table) + 1, len(path) + 1):
-            self.lines.setdefault(path[:length], line)
-        self.value(path)
-
-    def _keys(self, *ends: str) -> KeyPath:
-        """Keys up to a mark, which is passed."""
-        keys: list[str] = []
-        while True:
-            kind, text, _ = self._take()
-            if kind is None or text in ends:
-                return tuple(keys)
-            if text != ".":
-                keys.append(_unquoted(text) if kind == "text" else text)
-
-    def _skip(self, mark: str) -> None:
-        if self._peek()[1] == mark:
-            self._take()
-
-
-def _with_lines(text: str, matches: Iterator[re.Match[str]]) -> Iterator[tuple[re.Match[str], int]]:
+def _tokens(text: str) -> Iterator[_Token]:
+    """Tokens of a text that a real parser has accepted; those of a number or date may be several."""
     line, before = 1, 0
-    for match in matches:
+    for match in _TOKEN.finditer(text):
         line += text.count("\n", before, match.start())
         before = match.start()
-        yield match, line
+        if match.lastgroup is not None:
+            yield _Token(match.lastgroup, match[0], line)
 
 
-def _unquoted(text: str) -> str:
-    """Key of a quoted one; escapes in keys are rare, and one that is not resolved only loses its line."""
-    return text[1:-1]
+def _take_toml(tokens: list[_Token], lines: dict[KeyPath, int]) -> None:
+    table: KeyPath = ()
+    counts: Counter[KeyPath] = Counter()
+    while tokens[-1].kind != "end":
+        if tokens[-1].text != "[":
+            _take_pair(tokens, table, lines)
+            continue
+        line = tokens.pop().line
+        many = tokens[-1].text == "["
+        *around, last = _take_keys(tokens, "]")
+        table = ()
+        for key in around:
+            table = (*table, key)
+            if table in counts:  # a list of tables: its last one is meant
+                table = (*table, counts[table] - 1)
+        table = (*table, last)
+        if many:
+            tokens.pop()
+            counts[table] += 1
+            table = (*table, counts[table] - 1)
+        _note_line(table, 1, line, lines)
 
 
-def _yaml_lines(data: bytes) -> Iterator[tuple[KeyPath, int]]:
-    """Walk over the nodes of a YAML text; the reader has refused anchors, so that it is a tree."""
-    yaml = import_module("yaml")
-    todo: list[tuple[Any, KeyPath, int]] = [(yaml.compose(data.decode("utf-8-sig"), Loader=yaml.SafeLoader), (), 1)]
-    while todo:
-        node, path, line = todo.pop()
-        yield path, line
-        if isinstance(node, yaml.MappingNode):
-            todo += ((value, (*path, str(key.value)), key.start_mark.line + 1) for key, value in node.value)
-        elif isinstance(node, yaml.SequenceNode):
-            todo += ((one, (*path, index), one.start_mark.line + 1) for index, one in enumerate(node.value))
+def _take_pair(tokens: list[_Token], table: KeyPath, lines: dict[KeyPath, int]) -> None:
+    line = tokens[-1].line
+    path = (*table, *_take_keys(tokens, "=", ":"))
+    _note_line(path, len(table) + 1, line, lines)
+    _take_value(tokens, path, lines)
+
+
+def _note_line(path: KeyPath, shortest: int, line: int, lines: dict[KeyPath, int]) -> None:
+    """Note the line of a path and of the tables around it that it opens."""
+    for end in range(shortest, len(path) + 1):
+        lines.setdefault(path[:end], line)
+
+
+def _take_keys(tokens: list[_Token], *ends: str) -> KeyPath:
+    """Keys up to a mark, which is taken too; an escape in a key is not resolved, so that its line is lost."""
+    keys: list[str] = []
+    while (token := tokens.pop()).text not in ends:
+        if token.kind == "text":
+            keys.append(token.text[1:-1])
+        elif token.kind == "bare":
+            keys += filter(None, token.text.split("."))
+    return tuple(keys)
+
+
+def _take_value(tokens: list[_Token], path: KeyPath, lines: dict[KeyPath, int]) -> None:
+    opening = tokens.pop()
+    lines.setdefault(path, opening.line)
+    closing = {"{": "}", "[": "]"}.get(opening.text)
+    index = 0
+    while closing and tokens[-1].text != closing:
+        if tokens[-1].text == ",":
+            tokens.pop()
+        elif closing == "}":
+            _take_pair(tokens, path, lines)
+        else:
+            _take_value(tokens, (*path, index), lines)
+            index += 1
+    if closing:
+        tokens.pop()
+    while tokens[-1].kind == "bare" and tokens[-1].line == opening.line:
+        tokens.pop()  # the time of a date
 
 
 #: Field of the model → key path, by format; ``None`` stands for the index of a row.

@@ -21,11 +21,15 @@ from tgvdp.formats.syntax.yaml import parse_yaml
 #: Larger files are refused: the longest published line takes a few hundred kilobytes.
 LARGEST_BYTES = 20_000_000
 
+#: Tables and lists in each other; no format has more than ten.
+DEEPEST = 100
+
 _LARGEST_INTEGER = 10**300  # beyond float64, or as good as
 _LONGEST_VALUE = 60
 
 #: YAML begins with a directive, a document mark or ``key:``; TOML with ``[table]`` or ``key =``.
 _YAML_START = re.compile(r"%YAML|---|[^=\[\]{}\"']+:(\s|$)")
+_SURROGATE = re.compile("[\ud800-\udfff]")
 _BLANK = b"\xef\xbb\xbf\xff\xfe \t\r\n"
 
 Syntax = Literal["JSON", "TOML", "YAML", "XML"]
@@ -125,7 +129,7 @@ def read_document(path: Path) -> Document:
         When the file cannot be read, is too large, is none of these, repeats a field, or holds a number that is not
         finite.
     MissingExtraError
-        When it holds YAML and PyYAML is not installed.
+        When it holds YAML and ruamel.yaml is not installed.
     """
     return parse_document(path, read_bytes(path))
 
@@ -146,14 +150,14 @@ def parse_document(path: Path, data: bytes) -> Document:
         tree = _parse(text, syntax)
     if not isinstance(tree, dict):
         raise bad(path, f"must hold one table of named fields, got {shown(tree)}")
-    _reject_wild_numbers(path, tree)
+    _reject_wild_values(path, tree)
     return Document(path, digest, syntax, tree, data)
 
 
 def _parse(text: str, syntax: Syntax) -> Any:
     try:
         if syntax == "YAML":
-            return parse_yaml(text)
+            return parse_yaml(text)[0]
         return tomllib.loads(text) if syntax == "TOML" else _parse_json(text)
     except RecursionError:
         raise InputError("is nested too deeply") from None
@@ -192,12 +196,17 @@ def _once_each(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return table
 
 
-def _reject_wild_numbers(path: Path, tree: dict[str, Any]) -> None:
-    """Refuse NaN, infinities and integers beyond float64, wherever they are; no recursion, so any depth."""
+def _reject_wild_values(path: Path, tree: dict[str, Any]) -> None:
+    """Refuse NaN, infinities, integers beyond float64, halves of characters, and too many levels."""
     todo: list[tuple[Any, tuple[str | int, ...]]] = [(tree, ())]
     while todo:
         parent, at = todo.pop()
+        if len(at) > DEEPEST:
+            raise bad(path, "is nested too deeply")
         for step, value in parent.items() if isinstance(parent, dict) else enumerate(parent):
+            for text in (step, value):
+                if isinstance(text, str) and _SURROGATE.search(text):
+                    raise bad(path, f"{field_text((*at, step))}: holds half of a character, got {shown(text)}")
             if isinstance(value, dict | list):
                 todo.append((value, (*at, step)))
             elif isinstance(value, float) and not math.isfinite(value):
