@@ -61,6 +61,7 @@ def binary():
             {
                 "instance": trip.id,
                 "objective": solution.objective,
+                "unit": trip.objective_unit,
                 "optima": str(solution.n_optimal),
                 "replay": "feasible" if solution.replay["feasible"] else "infeasible",
                 "energy_j_per_kg": float(solution.replay["energy"]),
@@ -145,7 +146,8 @@ V = {run.cruising_speed_mps:.4f} m/s, t1 = {run.end_of_traction_s:.2f} s, t2 = {
 ![binary](binary.png)
 
 {markdown_table(rows)}
-All proved by the exact dynamic program. Objectives in (m/s)²; optima are counted exactly.
+All proved by the exact dynamic program; optima are counted exactly. Of the objectives only that of the kinetic model is
+an energy.
 
 ## Demand model
 

@@ -79,7 +79,7 @@ def test_the_joint_polynomial_drags():
     assert phantom_drag_n(fits, 100 / 3.6) == pytest.approx(6.4e3, rel=0.02)
 
 
-@pytest.mark.parametrize("form", ["split", "seed"])
+@pytest.mark.parametrize("form", ["split", "joint"])
 def test_program_is_satisfied_by_its_own_motion(form):
     """Simulate demands by the fitted forces: all rows of motion hold, and the objective is the fitted cost."""
     one = instance(2, steps=5)

@@ -101,7 +101,7 @@ def test_a_limit_on_the_total_proves_nothing_about_what_it_forbids():
     pytest.importorskip("dimod")
     from tgvdp.solvers.samplers.annealing import solve_exact_qubo
 
-    # 1 0 1 0: two accelerations below a cap of 1, which the seed's Σx ≤ 1 forbids.
+    # 1 0 1 0: two accelerations below a cap of 1, which Σx ≤ 1 forbids.
     instance = binary_instance(4, cap_units=1, distance_units=2.0)
     encoded = encode_bits(instance, 10.0, BitsForm(limits="total"))
     found = solve_exact_qubo(encoded, Allowance())

@@ -22,7 +22,9 @@ Examples:
 @click.command("formulate", epilog=_EXAMPLES)
 @click.argument("instance", metavar="INSTANCE")
 @click.option("--encoding", type=click.Choice(ENCODINGS), help="Of the QUBO.  [default: bits]")
-@click.option("--penalty", type=Penalty(), help="Weight of violations in the QUBO.  [default: as of solve]")
+@click.option(
+    "--penalty", type=Penalty(), metavar=Penalty.name, help="Weight of violations in the QUBO.  [default: as of solve]"
+)
 @click.option("--to", "target", type=click.Choice(TARGETS), required=True, help="Format.")
 @click.option("--layers", type=click.IntRange(1, 100), default=1, show_default=True, help="qasm3: layers of QAOA.")
 @click.option("-o", "--output", metavar="FILE", required=True, help="File to write; - for stdout.")

@@ -49,6 +49,7 @@ class Penalty(click.ParamType[PenaltyRule]):
 @click.option(
     "--penalty",
     type=Penalty(),
+    metavar=Penalty.name,
     help="Weight of violations in a QUBO.  [default: the instance's lambda_uniform, else sufficient]",
 )
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), help="Of what is drawn.  [default: 1]")

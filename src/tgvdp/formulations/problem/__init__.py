@@ -1,6 +1,7 @@
 """The problem itself: `instances`, the `binary` and the `demand` model on the curves of `alstom`, `three_phase` in
 closed form.
 
-`encoding` holds what encodings and solvers hand over, `levels` the ladder that exact solvers walk, `replay` (and
-`demand_replay`) what a schedule really does: it trusts nothing but the controls. Start reading at `instances`.
+`schedule` is what all solvers hand over, `levels` the ladder that exact solvers walk, `replay` (and `demand_replay`)
+what a schedule really does: it trusts nothing but the controls. This room knows nothing of QUBOs and programs. Start
+reading at `instances`.
 """

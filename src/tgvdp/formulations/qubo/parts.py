@@ -21,7 +21,7 @@ class Weights(NamedTuple):
     Attributes
     ----------
     logic : float
-        Of what bits may not be at once: both accelerate and brake, a broken ladder of a unary register.
+        Of what bits may not be at once: both accelerate and brake, unary bits out of order.
     motion : float
         Of speeds in Δv and distances in Δv·Δt.
     """
