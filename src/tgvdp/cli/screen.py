@@ -90,6 +90,18 @@ def aligned(values: Sequence[float | None], digits: int) -> list[str]:
     return ["–" if value is None else f"{value:.{decimals}f}" for value in values]
 
 
+def power_and_cost(content: Mapping[str, Any]) -> str:
+    """Peak power at the wheel, and by the tariff cost and CO2, of the fastest and of the thriftiest run."""
+    first, last = content["fastest"], content["front"][-1]
+    figures = [("peak power at the wheel", "peak_power_kw", "kW"), ("cost", "cost_eur", "€"), ("CO2", "co2_kg", "kg")]
+    parts = [
+        f"{name} {' → '.join(aligned([first[field], last[field]], 5))} {unit}"
+        for name, field, unit in figures
+        if field in first
+    ]
+    return "fastest → thriftiest run: " + "; ".join(parts)
+
+
 _MODELS = {"wheel": "at the wheel", "pantograph": "at the pantograph"}
 
 
