@@ -188,6 +188,7 @@ def _label_margins(axes: Axes, result: "SearchResult", delay: NDArray[np.float64
     step = _round_step(top / _LABELS)
     # A point may stand a hundredth of a second before the round margin that was asked for.
     wanted = np.arange(step, top + 1e-3 * step + 1e-2, step)
+    wanted = wanted[wanted >= margins[0]]
     at, height = np.interp(wanted, margins, delay), np.interp(wanted, margins, saved)
     axes.plot(at, height, "D", color=style.INK, markersize=6.0, zorder=4)
     for margin, x, y in zip(wanted.tolist(), at.tolist(), height.tolist(), strict=True):

@@ -16,7 +16,7 @@ PICTURE_FORMATS = ("png", "svg", "pdf")
 _COMPRESSION = 3
 #: Letters are embedded as outlines in SVG and as TrueType in PDF (Type 3 fonts are refused by many publishers), and the
 #: same figure gives the same file.
-_SETTINGS = {"svg.fonttype": "path", "svg.hashsalt": "tgvdp", "pdf.fonttype": 42}
+_SETTINGS: Any = {"svg.fonttype": "path", "svg.hashsalt": "tgvdp", "pdf.fonttype": 42}
 
 
 def check_formats(formats: Sequence[str]) -> None:
@@ -50,7 +50,7 @@ def encode(figure: "Figure", provenance: Mapping[str, Any], format: str = "png")
         "svg": {"Creator": maker, "Description": about, "Date": None},
         "pdf": {"Creator": maker, "Keywords": about, "CreationDate": None},
     }
-    options = {"pil_kwargs": {"compress_level": _COMPRESSION}} if format == "png" else {}
+    options: Any = {"pil_kwargs": {"compress_level": _COMPRESSION}} if format == "png" else {}
     buffer = io.BytesIO()
     with matplotlib.rc_context(_SETTINGS):
         figure.savefig(buffer, format=format, dpi=figure.dpi, metadata=metadata[format], **options)

@@ -91,7 +91,7 @@ def plot_speed_time(result: "SearchResult") -> style.Picture:
     speed = style.speed_scale(top_mps)
     for run in runs:
         # Between rows the acceleration is constant: speed is linear in time.
-        _draw(axes, run, run.profile.time_s * scale.factor, run.profile.speed_mps * speed.factor, run.profile.regime)
+        draw_run(axes, run, run.profile.time_s * scale.factor, run.profile.speed_mps * speed.factor, run.profile.regime)
     style.dress(axes, f"Time since departure ({scale.unit})", f"Speed ({speed.unit})")
     axes.set_xlim(0.0, 1.01 * scale.factor * max(run.profile.duration_s for run in runs))
     axes.set_ylim(0.0, 1.06 * speed.factor * top_mps)
@@ -117,7 +117,7 @@ def plot_effort(result: "SearchResult") -> style.Picture:
         scale = scale_of(max(abs(low), abs(high)))
         for run, of_rows in zip(runs, values, strict=True):
             x = np.repeat(run.profile.position_m, 2)[1:-1]
-            _draw(axes, run, x * along, np.repeat(of_rows, 2) * scale.factor, np.repeat(run.profile.regime[:-1], 2))
+            draw_run(axes, run, x * along, np.repeat(of_rows, 2) * scale.factor, np.repeat(run.profile.regime[:-1], 2))
         style.dress(axes, "", f"{name} ({scale.unit})")
         pad = 0.06 * (max(high, 0.0) - min(low, 0.0)) or 1.0
         axes.set_ylim(scale.factor * (min(low, 0.0) - pad), scale.factor * (max(high, 0.0) + pad))
@@ -172,7 +172,7 @@ def _draw_speed(axes: Axes, trip: "Trip", runs: Sequence[Run], along: float) -> 
         ceiling_mps = top_mps
     for run in runs:
         position_m, speed_mps, row = speed_curve(run.profile)
-        _draw(axes, run, position_m * along, speed_mps * speed.factor, run.profile.regime[row])
+        draw_run(axes, run, position_m * along, speed_mps * speed.factor, run.profile.regime[row])
     style.dress(axes, "", f"Speed ({speed.unit})")
     axes.set_ylim(0.0, 1.06 * speed.factor * ceiling_mps)
     return shown
@@ -187,7 +187,7 @@ def speed_limits_of(trip: "Trip") -> tuple[Floats, Floats]:
     return position_m, np.minimum(np.append(rows[:, 1], rows[-1, 1]), trip.train.max_speed_mps)
 
 
-def _draw(axes: Axes, run: Run, x: Floats, y: Floats, regime: NDArray[np.int8]) -> None:
+def draw_run(axes: Axes, run: Run, x: Floats, y: Floats, regime: NDArray[np.int8]) -> None:
     """Draw one line whose pieces have the colour of the regime that begins at each of its points."""
     points = np.column_stack((x, y))
     starts = np.concatenate(([0], np.flatnonzero(np.diff(regime)) + 1))

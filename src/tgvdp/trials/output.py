@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from tgvdp.formulations.problem.instances import Instance
 from tgvdp.report import make_provenance
 from tgvdp.report.files import write_files
-from tgvdp.report.plain import csv_text, markdown_table, plain
 from tgvdp.report.pictures import encode
+from tgvdp.report.plain import csv_text, markdown_table, plain
 from tgvdp.trials.demand_points import demand_comparison
 from tgvdp.trials.execute import Results
 from tgvdp.trials.landscape import landscapes
