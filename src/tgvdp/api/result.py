@@ -20,7 +20,7 @@ from tgvdp.runs.samples import rows_of, sampled
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from tgvdp.report.style import Picture
 
 #: Running times at which a front on a grid is compared with the continuous optimum.
 _CERTIFIED_TIMES = 32
@@ -106,7 +106,7 @@ class SearchResult:
             self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, found.price_j_per_s, clock
         )
 
-    def plot(self, picture: str = "front", *, certificate: Certificate | None = None) -> "Figure":
+    def plot(self, picture: str = "front", *, certificate: Certificate | None = None) -> "Picture":
         """Draw a picture; notebooks show it, and its ``savefig`` writes it.
 
         Parameters
@@ -125,7 +125,7 @@ class SearchResult:
 
         return draw(self, picture, certificate)
 
-    def plot_run(self, index: int) -> "Figure":
+    def plot_run(self, index: int) -> "Picture":
         """Draw the speed over distance of one point of the front."""
         from tgvdp.report.profile_plots import plot_profile, run_of
 

@@ -7,12 +7,15 @@ import numpy as np
 
 from tgvdp.api.result import SearchResult
 from tgvdp.api.run import search
+from tgvdp.api.trip import trip_of
 from tgvdp.errors import InputError
 from tgvdp.formats.recorded_run import RecordedRun
+from tgvdp.formats.sources import Source
 from tgvdp.model.checks import require_number
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
+from tgvdp.options.search import SearchOptions
 from tgvdp.runs.profile import Profile
 from tgvdp.runs.recorded import Motion, placed, recorded_profile, sections_of
 from tgvdp.runs.samples import limit_at
@@ -61,11 +64,13 @@ class Score:
 
     @property
     def time_for_energy_s(self) -> float | None:
-        """Shortest time in which the recorded energy suffices, s; straight lines between points of the front."""
+        """Shortest time in which the recorded energy suffices, s; None where that is no less than recorded.
+
+        Between two points of the front a straight line is taken, which is not below it.
+        """
         front, energy_j = self.result.front, self.recorded.total_energy_j
-        if energy_j < front.energy_j[-1]:
-            return None
-        return float(np.interp(-energy_j, -front.energy_j, front.time_s))
+        time_s = float(np.interp(-energy_j, -front.energy_j, front.time_s))
+        return time_s if energy_j >= front.energy_j[-1] and time_s <= self.time_s else None
 
     @property
     def saving_in_brakes_j(self) -> float:
@@ -84,8 +89,8 @@ def _braked_j(profile: Profile) -> float:
 
 def score_run(
     run: RecordedRun,
-    train: Train,
-    track: Track,
+    train: Train | Source,
+    track: Track | Source,
     *,
     start_m: float | None = None,
     end_m: float | None = None,
@@ -99,8 +104,8 @@ def score_run(
     ----------
     run : RecordedRun
         As `load_run` returns it.
-    train : Train
-    track : Track
+    train : Train or str or path
+    track : Track or str or path
     start_m, end_m : float, optional
         Positions on the track at which the section starts and ends: its own are shifted and stretched to them. By
         default positions are those recorded, and 0 m at the start where none are.
@@ -128,10 +133,11 @@ def score_run(
         "start_speed_mps": float(motion.speed_mps[0]),
         "end_speed_mps": float(motion.speed_mps[-1]),
     }
-    if ends["origin_m"] < 0.0 or ends["destination_m"] > track.length_m:
+    length_m = trip_of(train, track, SearchOptions(**options)).track.length_m
+    if ends["origin_m"] < 0.0 or ends["destination_m"] > length_m:
         raise InputError(
             f"{run.name}: goes from {ends['origin_m']:.6g} m to {ends['destination_m']:.6g} m, the line from 0 m to"
-            f" {track.length_m:.6g} m: say where the record starts and ends"
+            f" {length_m:.6g} m: say where the record starts and ends"
         )
     result = search(train, track, **ends, **options)
     fastest_s = result.fastest.time_s

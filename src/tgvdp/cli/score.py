@@ -122,12 +122,14 @@ def _table(content: Mapping[str, Any]) -> str:
         shares = "  ".join(f"{value:6.0f} %" for value in run["distance_pct"].values())
         figures = f"{duration(run['time_s']):>9}  {run['margin_pct']:6.2f} %  {run['energy_kwh']:10.5g} kWh"
         lines.append(f"{name:>9}  {figures}  {shares}")
+    recorded = content["recorded"]
     parts = [
         f"{abs(content[field]):.4g} kWh {'less' if content[field] >= 0.0 else 'more'} {what}"
         for field, what in (("saving_in_brakes_kwh", "braked away"), ("saving_in_resistance_kwh", "against resistance"))
     ]
+    reference = "the optimum of that time" if recorded["margin_pct"] >= 0.0 else "the fastest run of the model"
     lines.append(
-        f"the optimum of that time saves {content['saving_kwh']:.4g} kWh, {content['saving_pct']:.1f} %;"
+        f"{reference} saves {content['saving_kwh']:.4g} kWh, {content['saving_pct']:.1f} %;"
         f" at the wheel {' and '.join(parts)}"
     )
     if content["earlier_s"] is not None:

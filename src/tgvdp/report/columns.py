@@ -76,7 +76,7 @@ def to_parquet(columns: Columns) -> bytes:
 
 
 def to_xlsx(sheets: Mapping[str, Columns]) -> bytes:
-    """Write an Excel workbook of one sheet per table, numbers in full.
+    """Write an Excel workbook of one sheet per table, numbers with 15 to 16 digits.
 
     Raises
     ------

@@ -92,7 +92,9 @@ def new_figure(height_in: float = HEIGHT_IN, *, right_in: float = 0.3, bottom_in
 def dress(axes: Axes, x_label: str = "", y_label: str = "") -> None:
     """Give axes their labels, a faint grid and a light frame."""
     axes.set_facecolor("white")
-    axes.set_xlabel(x_label, fontsize=LABEL_PT, fontfamily=FONT, color=INK)
+    # Panels over a common axis get its label from whoever stacked them.
+    if x_label:
+        axes.set_xlabel(x_label, fontsize=LABEL_PT, fontfamily=FONT, color=INK)
     axes.set_ylabel(y_label, fontsize=LABEL_PT, fontfamily=FONT, color=INK)
     axes.grid(True, color=FAINT, linewidth=0.6, linestyle="-")
     axes.set_axisbelow(True)
