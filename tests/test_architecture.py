@@ -37,7 +37,7 @@ MAY_IMPORT = {
     "solvers": {"model", "formulations", "_jit"},
     "report": {"model", "runs"},
     "trials": {"model", "formulations", "instances", "solvers", "report", "api"},
-    "api": {"model", "options", "formats", "line", "runs", "methods", "certificate", "referee", "pareto"},
+    "api": {"model", "options", "formats", "line", "runs", "methods", "certificate", "referee", "pareto", "report"},
     "cli": {
         *("model", "options", "formats", "report", "api", "formulations", "instances", "solvers", "trials", ""),
     },

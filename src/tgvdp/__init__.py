@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError, MissingExtraError, TgvdpError
 
 if TYPE_CHECKING:
-    from tgvdp.api import SearchResult, search
-    from tgvdp.formats import load_energy_map, load_scenario, load_track, load_train
+    from tgvdp.api import Score, SearchResult, score_run, search
+    from tgvdp.formats import RecordedRun, load_energy_map, load_run, load_scenario, load_track, load_train
     from tgvdp.model.effort import EffortCurve
     from tgvdp.model.energy import EnergyMap
     from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track, Tunnel
@@ -36,6 +36,8 @@ __all__ = [
     "MissingExtraError",
     "ParetoFront",
     "Profile",
+    "RecordedRun",
+    "Score",
     "SearchResult",
     "SpeedLimit",
     "TgvdpError",
@@ -46,10 +48,12 @@ __all__ = [
     "Verdict",
     "__version__",
     "load_energy_map",
+    "load_run",
     "load_scenario",
     "load_track",
     "load_train",
     "replay",
+    "score_run",
     "search",
 ]
 
@@ -60,6 +64,8 @@ _HOMES = {
     "Gradient": "tgvdp.model.track",
     "ParetoFront": "tgvdp.pareto",
     "Profile": "tgvdp.runs.profile",
+    "RecordedRun": "tgvdp.formats",
+    "Score": "tgvdp.api",
     "SearchResult": "tgvdp.api",
     "SpeedLimit": "tgvdp.model.track",
     "Track": "tgvdp.model.track",
@@ -68,10 +74,12 @@ _HOMES = {
     "Tunnel": "tgvdp.model.track",
     "Verdict": "tgvdp.referee.replay",
     "load_energy_map": "tgvdp.formats",
+    "load_run": "tgvdp.formats",
     "load_scenario": "tgvdp.formats",
     "load_track": "tgvdp.formats",
     "load_train": "tgvdp.formats",
     "replay": "tgvdp.referee.replay",
+    "score_run": "tgvdp.api",
     "search": "tgvdp.api",
 }
 

@@ -1,18 +1,17 @@
-"""Speed profiles as Parquet and as driving courses."""
+"""Speed profiles as driving courses."""
 
 import csv
 import io
-import sys
 
-import numpy as np
 import pytest
 
 from tests.helpers.report_case import PROVENANCE, VERDICT, make_result, railway_trip
-from tgvdp.cli.search_options import PROFILE_FORMATS
-from tgvdp.errors import MissingExtraError
+from tgvdp.cli.search_options import PICTURE_FORMATS, PROFILE_FORMATS
 from tgvdp.report import write_results
-from tgvdp.report.courses import COURSE_COLUMNS, PROFILE_FILES, driving_course_csv, profiles_parquet
-from tgvdp.report.tables import PROFILE_COLUMNS
+from tgvdp.report.courses import COURSE_COLUMNS, driving_course_csv
+from tgvdp.report.pictures import PICTURE_FORMATS as DRAWN
+from tgvdp.report.profiles import choose_runs
+from tgvdp.report.results import TABLE_FORMATS
 
 
 @pytest.fixture(scope="module")
@@ -20,25 +19,8 @@ def result():
     return make_result(railway_trip(), [24.0, 20.0])
 
 
-def test_parquet_holds_every_row_in_full(result):
-    parquet = pytest.importorskip("pyarrow.parquet")
-    table = parquet.read_table(io.BytesIO(profiles_parquet(result)))
-    assert table.column_names == list(PROFILE_COLUMNS)
-    ids = np.array(table["id"].to_pylist())
-    for name, run in [("fastest", result.fastest.profile), ("1", result.profile(1))]:
-        for column in PROFILE_COLUMNS[1:-1]:
-            assert np.array_equal(table[column].to_numpy()[ids == name], getattr(run, column))
-        assert [table["regime"][int(i)].as_py() for i in np.flatnonzero(ids == name)] == run.regime_names
-
-
-def test_parquet_needs_an_extra(result, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(MissingExtraError, match="pyarrow"):
-        profiles_parquet(result)
-
-
 def test_driving_course_splits_the_resistance(result):
-    rows = list(csv.DictReader(io.StringIO(driving_course_csv(result))))
+    rows = list(csv.DictReader(io.StringIO(driving_course_csv(result, choose_runs(result)))))
     assert tuple(rows[0]) == COURSE_COLUMNS
     train, run = result.trip.train, result.fastest.profile
     mine = [row for row in rows if row["id"] == "fastest"]
@@ -54,7 +36,7 @@ def test_driving_course_splits_the_resistance(result):
 
 
 def test_formats_of_the_command_line_are_those_that_are_written(result, tmp_path):
-    assert tuple(PROFILE_FILES) == PROFILE_FORMATS
+    assert (TABLE_FORMATS, DRAWN) == (PROFILE_FORMATS, PICTURE_FORMATS)
     write_results(result, tmp_path, PROVENANCE, [VERDICT] * 2, profiles="railtoolkit")
-    assert (tmp_path / "driving_course.csv").read_text() == driving_course_csv(result)
+    assert (tmp_path / "driving_course.csv").read_text() == driving_course_csv(result, choose_runs(result))
     assert not (tmp_path / "profiles.csv").exists()

@@ -13,8 +13,11 @@ import pytest
 
 from tests.helpers.report_case import PROVENANCE, VERDICT, make_result, railway_trip, toy_trip
 from tgvdp.errors import InputError
-from tgvdp.report import check_writable, make_provenance, write_results
+from tgvdp.report import check_writable, make_provenance, results, write_results
 from tgvdp.report.files import write_files
+from tgvdp.report.gallery import draw
+from tgvdp.report.pictures import PICTURE_FORMATS, encode
+from tgvdp.report.profiles import choose_runs
 
 NAMES = {
     "result.json",
@@ -22,8 +25,8 @@ NAMES = {
     "profiles.csv",
     "front.png",
     "profile.png",
-    "speed_curve.png",
-    "metric.png",
+    "speed_time.png",
+    "effort.png",
     "provenance.json",
 }
 
@@ -65,6 +68,68 @@ def test_pictures_are_readable_and_carry_provenance(folder, name):
     with Image.open(folder / name) as picture:
         assert json.loads(picture.text["Comment"]) == PROVENANCE
     assert matplotlib.image.imread(folder / name).shape[1] > 1000
+
+
+@pytest.mark.parametrize("format", PICTURE_FORMATS)
+def test_pictures_in_every_format_with_letters_in_them(result, tmp_path, format):
+    write_results(result, tmp_path, PROVENANCE, [VERDICT] * 3, pictures=[format])
+    assert {path.suffix for path in tmp_path.iterdir()} == {".json", ".csv", f".{format}"}
+    data = (tmp_path / f"profile.{format}").read_bytes()
+    assert data.startswith({"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[format])
+    if format == "svg":  # outlines: no font is needed to show it
+        assert b"<text" not in data
+        assert b"tgvdp 0.1.0" in data
+    if format == "pdf":  # TrueType, embedded
+        assert b"/FontFile2" in data
+        assert b"/Type3" not in data
+
+
+def test_pictures_are_the_same_files_again(result):
+    first, second = (encode(draw(result, "front"), PROVENANCE, "svg") for _ in range(2))
+    assert first == second
+
+
+def test_no_pictures(result, tmp_path):
+    write_results(result, tmp_path, PROVENANCE, [VERDICT] * 3, pictures=[])
+    assert {path.name for path in tmp_path.iterdir()} == {name for name in NAMES if not name.endswith(".png")}
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"pictures": ["gif"]}, "no format 'gif'"),
+        ({"profiles": "ods"}, "profiles must be one of csv"),
+        ({"profiles": "railtoolkit", "every_m": 100.0}, "driving course"),
+        ({"every_m": 0.0}, "every_m must be above 0 m"),
+        ({"every_m": 1e-6}, "rows of one run"),
+    ],
+)
+def test_options_out_of_range(result, tmp_path, options, message):
+    with pytest.raises(InputError, match=message):
+        write_results(result, tmp_path / "out", PROVENANCE, [VERDICT] * 3, **options)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_provenance_is_that_of_the_result_unless_given(result, tmp_path):
+    written = write_results(result, tmp_path, {}, [VERDICT] * 3, pictures=[])
+    assert written.content["provenance"]["options"] == {"points": 3, "time_limit_s": None}
+    assert set(written.content["provenance"]["inputs"]) == {"train", "track"}
+    assert json.loads((tmp_path / "result.json").read_text(encoding="utf-8")) == written.content
+    assert {path.name for path in written.files} == {path.name for path in tmp_path.iterdir()}
+
+
+def test_many_profiles_are_thinned_with_a_word(result, monkeypatch, tmp_path):
+    told = []
+    assert choose_runs(result, most_rows=90).points == [0, 2]
+    assert choose_runs(result, most_rows=1).points == [0, 2]
+    assert choose_runs(result).points == [0, 1, 2]
+    monkeypatch.setattr(results, "choose_runs", lambda result, every_m: choose_runs(result, every_m, 90))
+    content = write_results(result, tmp_path, PROVENANCE, [VERDICT] * 3, pictures=["png"], progress=told.append).content
+    assert content["warning"] == "2 of 3 profiles are written, evenly spread: all would have 123 rows"
+    lines = (tmp_path / "profiles.csv").read_text().splitlines()[1:]
+    assert list(dict.fromkeys(line.split(",")[0] for line in lines)) == ["fastest", "0", "2"]
+    assert told[0] == "summing up, 0 of 3"
+    assert {"writing profiles, 0 of 2", "drawing front"} <= set(told)
 
 
 def test_verdicts_come_from_the_result_unless_given(result, tmp_path):

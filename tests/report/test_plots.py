@@ -6,15 +6,22 @@ from dataclasses import replace
 import matplotlib
 import numpy as np
 import pytest
-from matplotlib.collections import LineCollection, PathCollection, PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgba
 
 from tests.helpers.report_case import Found, make_result, railway_trip, toy_trip
+from tgvdp import search
 from tgvdp.errors import InputError
-from tgvdp.pareto import ParetoFront
-from tgvdp.report import plot_front, plot_metric, plot_profile, plot_speed_curve, style
-from tgvdp.report.front_plots import best_index
-from tgvdp.report.profile_plots import altitude_of, speed_curve, speed_limits_of
+from tgvdp.model.energy import PANTOGRAPH, WHEEL, EnergyMap, EnergyModel
+from tgvdp.report import plot_effort, plot_front, plot_price, plot_profile, plot_speed_time, style
+from tgvdp.report.gallery import PICTURES, draw, pictures_of
+from tgvdp.report.line_strip import altitude_of, features_of
+from tgvdp.report.profile_plots import speed_curve, speed_limits_of
+
+MAP = EnergyModel(
+    "map",
+    EnergyMap(speed_mps=(0.0, 50.0), demand=(-1.0, 0.0, 1.0), power_w=((0.0,) * 3, (0.0, 0.0, 2e7)), name="made up"),
+)
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +42,10 @@ def collections(axes, kind):
     return [item for item in axes.collections if isinstance(item, kind)]
 
 
+def legend_of(figure):
+    return figure.axes[0].get_legend().get_texts()
+
+
 def texts(axes):
     return [text.get_text() for text in axes.texts]
 
@@ -48,23 +59,34 @@ def test_front_draws_delay_on_x_and_saving_on_y(result):
     assert (list(fastest.get_xdata()), list(fastest.get_ydata())) == ([0.0], [0.0])
     assert axes.get_xlabel().startswith("Delay (s)")
     assert axes.get_ylabel() == "Energy saved (%)"
-    assert "top left is better" in axes.get_title(loc="left")
-    assert "Test train on Test line, 4 km" in texts(axes)
+    assert axes.get_title(loc="left").endswith("?")
+    assert "Test train on Test line, 4 km; top left is better" in texts(axes)
 
 
 def test_names_are_not_read_as_mathematics(result):
     odd = replace(result.trip, track=replace(result.trip.track, name=r"$\nonsense$ {50 %}"))
     figure = plot_front(replace(result, trip=odd))
     figure.draw_without_rendering()
-    assert r"Test train on $\nonsense$ {50 %}, 4 km" in texts(figure.axes[0])
+    assert r"Test train on $\nonsense$ {50 %}, 4 km; top left is better" in texts(figure.axes[0])
 
 
-def test_front_labels_a_few_margins_that_are_points_of_it(result):
+def test_front_labels_round_margins_where_they_are(result):
     axes = plot_front(result).axes[0]
     margins = 100 * (result.front.time_s / result.fastest.time_s - 1)
-    labels = [text for text in texts(axes) if "% time" in text]
+    labels = [text for text in axes.texts if "% saved" in text.get_text()]
     assert 1 <= len(labels) <= 6
-    assert {f"+{margin:.1f} % time" for margin in margins} >= set(labels)
+    for label in labels:
+        margin = float(label.get_text().split(" %")[0])
+        assert margin == round(margin)
+        delay, saved = label.xy
+        assert delay == pytest.approx(margin / 100 * result.fastest.time_s)
+        assert saved == pytest.approx(np.interp(margin, margins, line_named(axes, "Pareto front").get_ydata()))
+
+
+def test_no_margin_is_labelled_before_the_first_point(result):
+    late = replace(result, fastest=replace(result.fastest, time_s=0.8 * result.fastest.time_s))
+    labels = [text.xy[0] for text in plot_front(late).axes[0].texts if "% saved" in text.get_text()]
+    assert min(labels) >= result.front.time_s[0] - late.fastest.time_s
 
 
 def test_right_axis_shows_the_energy(result):
@@ -83,6 +105,13 @@ def test_band_of_the_lower_bound_lies_above_the_front(result):
     top = band.get_paths()[0].vertices[:, 1].max()
     assert top == pytest.approx(100 * (1 - bound_j[-1] / result.fastest.energy_j))
     assert not collections(plot_front(result).axes[0], PolyCollection)
+    assert "room up to the proven bound, at most 2 %" in [
+        text.get_text() for text in legend_of(plot_front(result, bound_j))
+    ]
+    nothing_known = np.full(4, -np.inf)
+    unbound = plot_front(result, nothing_known)
+    assert not collections(unbound.axes[0], PolyCollection)
+    assert not any("bound" in text.get_text() for text in legend_of(unbound))
     with pytest.raises(InputError, match="4 values, got 1"):
         plot_front(result, [1.0])
 
@@ -99,7 +128,7 @@ def test_single_point_and_free_run_still_have_axes():
     result = make_result(railway_trip(), [24.0])
     low, high = plot_front(result).axes[0].get_xlim()
     assert low < 0.0 < high
-    plot_metric(result).draw_without_rendering()
+    plot_effort(result).draw_without_rendering()
 
 
 def test_profile_draws_fastest_middle_and_thriftiest(result):
@@ -175,40 +204,97 @@ def test_speed_curve_is_smooth_and_follows_v_squared(toy):
     assert np.all(profile.position_m[row] <= position_m)
 
 
-def test_best_path_is_the_knee_of_the_front(result):
-    assert best_index(make_result(railway_trip(), [24.0])) == 0
-    assert best_index(make_result(railway_trip(), [24.0, 20.0])) == 1
-    front = ParetoFront.of([0.0, 1.0, 2.0, 10.0], [10.0, 4.0, 1.0, 0.0])
-    assert best_index(replace(result, front=front)) == 2
+def test_paths_beside_the_front_are_drawn_for_methods_on_a_grid(result):
+    time_s = np.append(result.front.time_s, result.fastest.time_s + 30.0)
+    energy_j = np.append(result.front.energy_j, 1.1 * result.fastest.energy_j)
+    found = replace(result, method="exact", _found=Found(time_s, energy_j, result._found.rows))
+    others = line_named(plot_front(found).axes[0], "other paths found")
+    np.testing.assert_allclose(others.get_xydata(), [(30.0, -10.0)])
 
 
-def test_seed_pictures_show_the_same_path(result):
-    best = best_index(result)
-    curve = plot_speed_curve(result)
-    assert curve.axes[0].get_title(loc="left") == "Optimized speed curve"
-    (run,) = collections(curve.axes[0], LineCollection)
-    top = np.concatenate(run.get_segments())[:, 1].max()
-    assert top == pytest.approx(3.6 * result.profile(best).speed_mps.max())
-    metric = plot_metric(result)
-    assert metric.axes[0].get_title(loc="left") == "One of the metrics tested (top left is better)"
-    mark = line_named(metric.axes[0], "path of the speed curve")
-    assert float(np.squeeze(mark.get_xdata())) == pytest.approx(result.front.time_s[best] - result.fastest.time_s)
+@pytest.mark.parametrize(
+    ("energy", "name"),
+    [(WHEEL, "Energy at the wheel"), (PANTOGRAPH, "Energy at the pantograph"), (MAP, "Energy by made up")],
+)
+def test_the_energy_axis_names_the_energy(result, energy, name):
+    figure = plot_front(replace(result, trip=replace(result.trip, energy=energy)))
+    assert figure.axes[0].child_axes[0].get_ylabel() == f"{name} (kWh)"
 
 
-def test_metric_shows_every_terminal_by_its_ratio(result):
-    time_s = result.fastest.time_s + np.array([-0.0, 10.0, 20.0, 30.0])
-    energy_j = result.fastest.energy_j * np.array([1.0, 0.9, 0.7, 1.1])
-    found = replace(result, _found=Found(time_s, energy_j, result._found.rows))
-    unrated, rated = collections(plot_metric(found).axes[0], PathCollection)
-    np.testing.assert_allclose(rated.get_offsets(), [(10.0, 10.0), (20.0, 30.0)])
-    np.testing.assert_allclose(rated.get_array(), [1.0, 1.5])
-    np.testing.assert_allclose(unrated.get_offsets(), [(0.0, 0.0), (30.0, -10.0)], atol=1e-12)
+def test_price_shows_what_a_minute_saves():
+    train, track = railway_trip().train, railway_trip().track
+    found = search(train, track, energy="pantograph", points=12)
+    axes = plot_price(found, 0.25).axes[0]
+    (line,) = axes.lines
+    np.testing.assert_allclose(line.get_xdata(), 100 * (found.front.time_s / found.fastest.time_s - 1))
+    np.testing.assert_allclose(line.get_ydata()[1:], found.price_kwh_per_min[1:])
+    (right,) = axes.child_axes
+    assert right.get_ylabel() == "Money saved per minute (€/min)"
+    assert pictures_of(found) == list(PICTURES)
+    # At the wheel nobody is charged.
+    assert not plot_price(search(train, track, points=3), 0.25).axes[0].child_axes
+
+
+def test_price_needs_prices(result):
+    assert "price" not in pictures_of(result)
+    with pytest.raises(InputError, match="knows no prices"):
+        plot_price(result)
+    with pytest.raises(InputError, match="no picture 'pie'"):
+        draw(result, "pie")
+
+
+def test_speed_over_time_ends_with_each_run(result):
+    axes = plot_speed_time(result).axes[0]
+    ends = [np.concatenate(run.get_segments())[-1] for run in collections(axes, LineCollection)]
+    expected = [result.fastest.time_s, result.front.time_s[1], result.front.time_s[-1]]
+    np.testing.assert_allclose([end[0] for end in ends], expected)
+    np.testing.assert_allclose([end[1] for end in ends], 0.0)
+
+
+def test_effort_and_power_are_those_of_the_rows(result):
+    upper, lower, terrain = plot_effort(result).axes
+    assert (upper.get_ylabel(), lower.get_ylabel()) == ("Effort (kN)", "Power (MW)")
+    assert terrain.get_xlabel() == "Position on the line (km)"
+    profile = result.fastest.profile
+    for axes, values in (
+        (upper, profile.force_n[:-1] / 1e3),
+        (lower, profile.force_n[:-1] * np.diff(profile.position_m) / np.diff(profile.time_s) / 1e6),
+    ):
+        drawn = np.concatenate(collections(axes, LineCollection)[0].get_segments())[:, 1]
+        assert (drawn.min(), drawn.max()) == pytest.approx((values.min(), values.max()))
+
+
+def test_the_line_beside_the_run_is_drawn():
+    plain = railway_trip()
+    rich = replace(
+        plain.track,
+        stops_m=(0.0, 1000.0, 3000.0, 6000.0),
+        neutral_sections=((500.0, 100.0, False), (1500.0, 200.0, False), (4900.0, 400.0, True)),
+        tunnels=((2500.0, 300.0, 60.0),),
+        curves=((0.0, float("inf"), float("inf")), (1800.0, 700.0, 700.0), (2200.0, float("inf"), float("inf"))),
+    )
+    trip = replace(plain, track=rich)
+    spans = {one.name: list(zip(one.from_m.tolist(), one.length_m.tolist(), strict=True)) for one in features_of(trip)}
+    assert spans == {
+        "stops": [(3000.0, 0.0)],
+        "neutral": [(1500.0, 200.0)],  # what lies before the origin or behind the destination is cut off
+        "lowered": [(4900.0, 100.0)],
+        "tunnels": [(2500.0, 300.0)],
+        "curves": [(1800.0, 400.0)],
+    }
+    axes = plot_profile(make_result(trip, [24.0, 20.0])).axes
+    assert [label.get_text() for label in axes[1].get_yticklabels()] == list(spans)
+    assert features_of(plain) == []
+
+
+def test_notebooks_can_show_a_figure(result):
+    assert plot_front(result)._repr_png_().startswith(b"\x89PNG")
 
 
 def test_pictures_leave_global_settings_alone(result, monkeypatch):
     monkeypatch.delitem(sys.modules, "matplotlib.pyplot", raising=False)
     before = matplotlib.rcParams.copy()
-    for plot in (plot_front, plot_metric, plot_profile, plot_speed_curve):
+    for plot in (plot_front, plot_profile, plot_speed_time, plot_effort):
         plot(result).draw_without_rendering()
     assert matplotlib.rcParams.copy() == before
     assert "matplotlib.pyplot" not in sys.modules

@@ -3,5 +3,6 @@
 from tgvdp.api.methods import Fastest
 from tgvdp.api.result import SearchResult
 from tgvdp.api.run import search
+from tgvdp.api.score import Score, score_run
 
-__all__ = ["Fastest", "SearchResult", "search"]
+__all__ = ["Fastest", "Score", "SearchResult", "score_run", "search"]

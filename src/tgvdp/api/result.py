@@ -1,7 +1,8 @@
 """What a search returns."""
 
+import os
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,11 @@ from tgvdp.model.trip import Trip
 from tgvdp.pareto import ParetoFront
 from tgvdp.referee.replay import Verdict, replay
 from tgvdp.runs.profile import Profile, profile_of
+from tgvdp.runs.samples import rows_of, sampled
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
+
+if TYPE_CHECKING:
+    from tgvdp.report.style import Picture
 
 #: Running times at which a front on a grid is compared with the continuous optimum.
 _CERTIFIED_TIMES = 32
@@ -100,3 +105,87 @@ class SearchResult:
         return certify_front(
             self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, found.price_j_per_s, clock
         )
+
+    def plot(self, picture: str = "front", *, certificate: Certificate | None = None) -> "Picture":
+        """Draw a picture; notebooks show it, and its ``savefig`` writes it.
+
+        Parameters
+        ----------
+        picture : {"front", "profile", "speed_time", "effort", "price"}
+            Energy saved over delay; speed over distance, or over time, of the fastest, a middle and the thriftiest run;
+            their effort and power; what a minute more saves.
+        certificate : Certificate, optional
+            Of `certify`: adds the proven bound to the front.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from tgvdp.report.gallery import draw
+
+        return draw(self, picture, certificate)
+
+    def plot_run(self, index: int) -> "Picture":
+        """Draw the speed over distance of one point of the front."""
+        from tgvdp.report.profile_plots import plot_profile, run_of
+
+        return plot_profile(self, run_of(self, index))
+
+    def save(self, folder: str | os.PathLike[str], *, certify: bool = True, **options: Any) -> list[str]:
+        """Write all files of ``tgvdp search`` into a folder, all or none, and return their names.
+
+        Parameters
+        ----------
+        folder : path
+            Made when absent; files of an earlier run are replaced.
+        certify : bool
+            Whether files and picture hold the bounds of `certify`.
+        **options
+            Of `tgvdp.report.write_results`: ``profiles``, ``every_m``, ``pictures``, ``tariff``, ``progress``.
+
+        Raises
+        ------
+        InputError
+            When the folder cannot be written, or an option is out of range.
+        """
+        from tgvdp.report import write_results
+
+        certificate = self.certify() if certify else None
+        return [file.name for file in write_results(self, folder, certificate=certificate, **options).files]
+
+    def to_pandas(self) -> Any:
+        """Points of the front as a `pandas.DataFrame`, with the columns of ``front.csv`` that need no replay.
+
+        Raises
+        ------
+        MissingExtraError
+            When pandas is not installed.
+        """
+        from tgvdp.report.notebook import front_frame
+
+        return front_frame(self)
+
+    def profile_to_pandas(self, index: int, every_m: float | None = None) -> Any:
+        """Profile of one point of the front as a `pandas.DataFrame` with the columns of ``profiles.csv``.
+
+        Parameters
+        ----------
+        index : int
+        every_m : float, optional
+            Distance between the rows, m; by default all rows of the profile.
+
+        Raises
+        ------
+        MissingExtraError
+            When pandas is not installed.
+        """
+        from tgvdp.report.notebook import samples_frame
+
+        profile = self.profile(index)
+        return samples_frame(rows_of(self.trip, profile) if every_m is None else sampled(self.trip, profile, every_m))
+
+    def _repr_html_(self) -> str:
+        """Show a small picture and a table, in notebooks."""
+        from tgvdp.report.notebook import result_html
+
+        return result_html(self)

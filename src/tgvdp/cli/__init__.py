@@ -18,7 +18,18 @@ from tgvdp.errors import InputError, TgvdpError
 PROGRAM = "tgvdp"
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
-_COMMANDS = ("search", "formulate", "solve", "bench", "catalog", "validate", "convert", "completion")
+_COMMANDS = (
+    "search",
+    "compare",
+    "score",
+    "formulate",
+    "solve",
+    "bench",
+    "catalog",
+    "validate",
+    "convert",
+    "completion",
+)
 
 _EXAMPLES = """
 \b

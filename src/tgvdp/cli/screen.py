@@ -44,22 +44,22 @@ def front_table(content: Mapping[str, Any]) -> str:
     front = content["front"]
     rows = [front[index] for index in spread(len(front), ROWS)]
     columns = [
-        _column("margin", "%", 8, [f"{point['margin_pct']:.2f}" for point in rows]),
-        _column("time", "", 9, [duration(point["time_s"]) for point in rows]),
-        _column("delay", "s", 7, aligned([point["delay_s"] for point in rows], 4)),
-        _column("energy", "kWh", 8, aligned([point["energy_kwh"] for point in rows], 5)),
-        _column("saved", "%", 6, [f"{point['saved_pct']:.2f}" for point in rows]),
+        column("margin", "%", 8, [f"{point['margin_pct']:.2f}" for point in rows]),
+        column("time", "", 9, [duration(point["time_s"]) for point in rows]),
+        column("delay", "s", 7, aligned([point["delay_s"] for point in rows], 4)),
+        column("energy", "kWh", 8, aligned([point["energy_kwh"] for point in rows], 5)),
+        column("saved", "%", 6, [f"{point['saved_pct']:.2f}" for point in rows]),
     ]
     # Figures that no point has get no column: prices of the methods on a grid, gaps without a certificate.
     if any(point["price_kwh_per_min"] is not None for point in rows):  # the fastest run has none
-        columns.append(_column("price", "kWh/min", 7, aligned([point["price_kwh_per_min"] for point in rows], 4)))
+        columns.append(column("price", "kWh/min", 7, aligned([point["price_kwh_per_min"] for point in rows], 4)))
     if any(point["gap_pct"] is not None for point in rows):  # none where the time was up
         gaps_kwh = [
             None if point["lower_bound_kwh"] is None else point["energy_kwh"] - point["lower_bound_kwh"]
             for point in rows
         ]
         gaps_pct = ["–" if point["gap_pct"] is None else f"{point['gap_pct']:.3f}" for point in rows]
-        columns += [_column("gap", "%", 6, gaps_pct), _column("gap", "kWh", 6, aligned(gaps_kwh, 3))]
+        columns += [column("gap", "%", 6, gaps_pct), column("gap", "kWh", 6, aligned(gaps_kwh, 3))]
     lines = ["  ".join(cells) for cells in zip(*columns, strict=True)]
     fastest = content["fastest"]
     lines.append(
@@ -73,11 +73,11 @@ def front_table(content: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _column(head: str, unit: str, width: int, cells: Sequence[str]) -> list[str]:
+def column(head: str, unit: str, width: int, cells: Sequence[str]) -> list[str]:
     """Cells of one width, right-aligned below their head and unit."""
-    column = [head, unit, *cells]
-    width = max(width, *map(len, column))
-    return [f"{cell:>{width}}" for cell in column]
+    texts = [head, unit, *cells]
+    width = max(width, *map(len, texts))
+    return [f"{text:>{width}}" for text in texts]
 
 
 def aligned(values: Sequence[float | None], digits: int) -> list[str]:
@@ -88,6 +88,18 @@ def aligned(values: Sequence[float | None], digits: int) -> list[str]:
         return ["–" if value is None else f"{value:.{digits - 1}e}" for value in values]
     decimals = min(max(digits - 1 - exponent, 0), _MOST_DECIMALS + digits)
     return ["–" if value is None else f"{value:.{decimals}f}" for value in values]
+
+
+def power_and_cost(content: Mapping[str, Any]) -> str:
+    """Peak power at the wheel, and by the tariff cost and CO2, of the fastest and of the thriftiest run."""
+    first, last = content["fastest"], content["front"][-1]
+    figures = [("peak power at the wheel", "peak_power_kw", "kW"), ("cost", "cost_eur", "€"), ("CO2", "co2_kg", "kg")]
+    parts = [
+        f"{name} {' → '.join(aligned([first[field], last[field]], 5))} {unit}"
+        for name, field, unit in figures
+        if field in first
+    ]
+    return "fastest → thriftiest run: " + "; ".join(parts)
 
 
 _MODELS = {"wheel": "at the wheel", "pantograph": "at the pantograph"}
@@ -106,9 +118,9 @@ def energy_table(content: Mapping[str, Any]) -> str:
     lines = [f"energy {_MODELS.get(model['model']) or 'by map ' + model['map']}; where it goes, kWh:"]
     table = [value for balance in runs.values() for value in balance.values()]
     cells = iter(aligned(table, 5))
-    columns = [_column("", "", 11, list(runs))[1:]]
+    columns = [column("", "", 11, list(runs))[1:]]
     rows = [[next(cells) for _ in heads] for _ in runs]
-    columns += [_column("", head, 9, [row[index] for row in rows])[1:] for index, head in enumerate(heads)]
+    columns += [column("", head, 9, [row[index] for row in rows])[1:] for index, head in enumerate(heads)]
     lines += ["  ".join(line) for line in zip(*columns, strict=True)]
     faults = model.get("violations", ())
     if faults:

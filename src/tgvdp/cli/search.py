@@ -12,7 +12,7 @@ from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand
 from tgvdp.cli.journeys import read_section
 from tgvdp.cli.notes import idle, large_gaps, unusual
-from tgvdp.cli.screen import Screen, energy_table, front_table
+from tgvdp.cli.screen import Screen, energy_table, front_table, power_and_cost
 from tgvdp.cli.search_case import merged, read_case, read_map, suited
 from tgvdp.cli.search_options import search_options
 from tgvdp.errors import BudgetExceededError
@@ -37,7 +37,9 @@ Examples:
   tgvdp search --method best-first --paths 10 --heuristic ratio --time-limit 10
   tgvdp search --from 20km --to 41.5km --speed-restriction 30km:32km:80 --wind 30
   tgvdp search --reverse --set train.mass_t=450 --set train.auxiliary_power_kw=300
-  tgvdp search --json --quiet > result.json
+  tgvdp search --every 100 --profiles xlsx --format svg,pdf
+  tgvdp search --energy pantograph --price-per-kwh 0.15 --co2-g-per-kwh 60
+  tgvdp search --json --quiet --no-pictures > result.json
 """
 
 
@@ -50,6 +52,11 @@ def command(
     journey: str | None,
     certify: bool,
     profiles: str,
+    every_m: float | None,
+    format: tuple[str, ...],
+    pictures: bool,
+    price_per_kwh: float | None,
+    co2_g_per_kwh: float | None,
     out: str,
     as_json: bool,
     quiet: bool,
@@ -59,12 +66,12 @@ def command(
 ) -> int:
     """Search the Pareto front of delay against energy for one trip.
 
-    Writes result.json, front.csv, profiles.csv and pictures into a folder. Options marked front, exact or best-first
-    belong to these methods; the last two search a grid. A search that ends by its budget writes what it has, labelled
-    as partial, and exits with code 5.
+    Writes result.json, front.csv, profiles.csv and pictures into a folder; docs/results.md says what they hold. Options
+    marked front, exact or best-first belong to these methods; the last two search a grid. A search that ends by its
+    budget writes what it has, labelled as partial, and exits with code 5.
     """
-    from tgvdp.report import make_provenance, result_object, write_results
-
+    if every_m is not None and profiles == "railtoolkit":
+        raise click.UsageError("--every is for profiles as csv, parquet or xlsx", click.get_current_context())
     if journey is not None and track is None and scenario is None:
         raise click.UsageError("--journey needs the --track that it belongs to", click.get_current_context())
     folder = OutFolder(out, force=force)
@@ -76,9 +83,11 @@ def command(
         read_map(options, case)
         section = None if journey is None else read_section(journey, case.track, case.inputs, options, given)
         screen.progress(f"searching: {case.train.name} on {case.track.name}")
-        from tgvdp import api  # brings numba: neither --help nor an error in the input waits for it
+        # These bring numba: neither --help nor an error in the input waits for it.
+        from tgvdp import api
         from tgvdp.api.trip import trip_of
         from tgvdp.options.search import SearchOptions
+        from tgvdp.report import make_provenance, make_tariff, write_results
 
         arguments = arguments_of(options)
         if not quiet:
@@ -89,12 +98,14 @@ def command(
         if section is not None:
             result = replace(result, warnings=(*result.warnings, *section.broken_by(result.fastest.time_s)))
         verdicts, certificate, checks_s = _checked(result, certify, screen)
-        screen.progress("drawing and writing")
         provenance = make_provenance(result.options | case.changed, case.inputs, result.elapsed_s, checks_s)
-        files = write_results(result, out, provenance, verdicts, certificate, profiles)
+        files, content = write_results(
+            result, out, provenance, verdicts, certificate, profiles=profiles, every_m=every_m,
+            pictures=format if pictures else (), tariff=make_tariff(price_per_kwh, co2_g_per_kwh),
+            progress=screen.progress,
+        )  # fmt: skip
         folder.drop_earlier(files)
 
-    content = result_object(result, verdicts, provenance, certificate)
     if as_json:
         click.echo(json.dumps(content, ensure_ascii=False, allow_nan=False))
     if not quiet:
@@ -102,6 +113,7 @@ def command(
         click.echo(front_table(content), err=as_json)
         if where := energy_table(content):
             click.echo(where, err=as_json)
+        click.echo(power_and_cost(content), err=as_json)
         click.echo(f"in {out}: {', '.join(file.name for file in files)}", err=as_json)
         for text in large_gaps(content):
             click.echo(f"tgvdp: note: {text}", err=True)

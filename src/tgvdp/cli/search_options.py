@@ -19,8 +19,13 @@ _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 DEFAULT_TRAIN = "tgv"
 DEFAULT_TRACK = "lgv-100km"
-PROFILE_FORMATS = ("csv", "parquet", "railtoolkit")
-_PROFILES_HELP = "Format of the speed profiles; railtoolkit is the driving course that TrainRuns.jl prints."
+PROFILE_FORMATS = ("csv", "parquet", "xlsx", "railtoolkit")
+PICTURE_FORMATS = ("png", "svg", "pdf")
+_PROFILES_HELP = "Format of front and speed profiles; railtoolkit is the driving course that TrainRuns.jl prints."
+_EVERY_HELP = "Profiles with a row every M metres.  [default: all rows of the search]"
+_FORMAT_HELP = f"Formats of the pictures, with commas: {', '.join(PICTURE_FORMATS)}."
+_PRICE_HELP = "€/kWh at the pantograph: adds the cost of each run."
+_CO2_HELP = "Grams of CO2 per kWh at the pantograph: adds the emission of each run."
 _TRAIN_HELP = f"Train: a file, or a name of the catalog.  [default: {DEFAULT_TRAIN}]"
 _TRACK_HELP = f"Line: a file, or a name of the catalog.  [default: {DEFAULT_TRACK}]"
 _SET_HELP = (
@@ -30,7 +35,16 @@ _SET_HELP = (
 _JOURNEY_HELP = "From the journey's section N (default: 1): origin, destination, and the longest running time."
 
 
-def _complete(_: click.Context, parameter: click.Parameter, incomplete: str) -> "list[CompletionItem]":
+def _formats(_: click.Context, __: click.Parameter, text: str) -> tuple[str, ...]:
+    """Take the list of --format apart."""
+    formats = tuple(dict.fromkeys(word.strip().lower() for word in text.split(",") if word.strip()))
+    if not formats or (unknown := next((word for word in formats if word not in PICTURE_FORMATS), None)):
+        missing = "there is none" if not formats else f"there is no {unknown!r}"
+        raise click.BadParameter(f"{missing}; there are {', '.join(PICTURE_FORMATS)}")
+    return formats
+
+
+def complete(_: click.Context, parameter: click.Parameter, incomplete: str) -> "list[CompletionItem]":
     """Complete names of the catalog where the option takes them, and files."""
     from click.shell_completion import CompletionItem
 
@@ -62,7 +76,7 @@ def _declared(one: Option) -> Decorator:
         settings |= {"callback": _readable(one.read), "multiple": one.repeatable}
     elif one.open:
         settings |= {"callback": lambda _, __, text: None if text is None else one.choice(text)}
-        settings["shell_complete"] = _complete
+        settings["shell_complete"] = complete
     elif one.choices:
         settings["type"] = click.Choice(one.choices, case_sensitive=False)
     elif one.kind is int:
@@ -92,19 +106,24 @@ _output = heading("Proof and output")
 
 #: All options in the order of the help page.
 _OPTIONS = [
-    _trip("--track", metavar="FILE|NAME", shell_complete=_complete, help=_TRACK_HELP),
-    _trip("--train", metavar="FILE|NAME", shell_complete=_complete, help=_TRAIN_HELP),
+    _trip("--track", metavar="FILE|NAME", shell_complete=complete, help=_TRACK_HELP),
+    _trip("--train", metavar="FILE|NAME", shell_complete=complete, help=_TRAIN_HELP),
     _trip(
         "--scenario",
         metavar="FILE",
-        shell_complete=_complete,
+        shell_complete=complete,
         help="Train, line and options in one file; the command line wins over it.",
     ),
-    _trip("--journey", metavar="FILE[#N]", shell_complete=_complete, help=_JOURNEY_HELP),
+    _trip("--journey", metavar="FILE[#N]", shell_complete=complete, help=_JOURNEY_HELP),
     _trip("--set", "changes", metavar="FIELD=VALUE", multiple=True, shell_complete=_complete_fields, help=_SET_HELP),
     *map(_declared, BY_FIELD.values()),
     _output("--certify/--no-certify", default=True, show_default=True, help="Prove how far the optimum can be."),
     _output("--profiles", type=click.Choice(PROFILE_FORMATS), default="csv", show_default=True, help=_PROFILES_HELP),
+    _output("--every", "every_m", metavar="M", type=number("m", above=0.0), help=_EVERY_HELP),
+    _output("--format", metavar="LIST", default="png", show_default=True, callback=_formats, help=_FORMAT_HELP),
+    _output("--pictures/--no-pictures", default=True, show_default=True, help="Draw pictures."),
+    _output("--price-per-kwh", metavar="EUR", type=number("€/kWh", at_least=0.0), help=_PRICE_HELP),
+    _output("--co2-g-per-kwh", metavar="G", type=number("g/kWh", at_least=0.0), help=_CO2_HELP),
     _output("--out", metavar="DIR", default="out", show_default=True, help="Folder of the results."),
     _output("--force", is_flag=True, help="Write into a folder that holds files of others."),
     _output("--json", "as_json", is_flag=True, help="Print one JSON object on stdout, everything else on stderr."),

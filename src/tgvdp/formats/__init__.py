@@ -12,15 +12,18 @@ from tgvdp.formats.detect import (
     read_source,
     section_of,
 )
+from tgvdp.formats.recorded_run import RecordedRun, load_run
 from tgvdp.formats.review.describe import Description, describe_file
 
 __all__ = [
     "Description",
+    "RecordedRun",
     "Scenario",
     "describe_file",
     "input_digest",
     "load_energy_map",
     "load_journey",
+    "load_run",
     "load_scenario",
     "load_section",
     "load_track",

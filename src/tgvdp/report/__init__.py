@@ -9,20 +9,24 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from tgvdp.report.files import check_writable as check_writable
     from tgvdp.report.front_plots import plot_front as plot_front
-    from tgvdp.report.front_plots import plot_metric as plot_metric
+    from tgvdp.report.front_plots import plot_price as plot_price
+    from tgvdp.report.profile_plots import plot_effort as plot_effort
     from tgvdp.report.profile_plots import plot_profile as plot_profile
-    from tgvdp.report.profile_plots import plot_speed_curve as plot_speed_curve
+    from tgvdp.report.profile_plots import plot_speed_time as plot_speed_time
     from tgvdp.report.provenance import make_provenance as make_provenance
     from tgvdp.report.results import write_results as write_results
+    from tgvdp.report.tables import make_tariff as make_tariff
     from tgvdp.report.tables import result_object as result_object
 
 _HOME = {
     "check_writable": "files",
     "make_provenance": "provenance",
+    "make_tariff": "tables",
+    "plot_effort": "profile_plots",
     "plot_front": "front_plots",
-    "plot_metric": "front_plots",
+    "plot_price": "front_plots",
     "plot_profile": "profile_plots",
-    "plot_speed_curve": "profile_plots",
+    "plot_speed_time": "profile_plots",
     "result_object": "tables",
     "write_results": "results",
 }
@@ -30,10 +34,12 @@ _HOME = {
 __all__ = [
     "check_writable",
     "make_provenance",
+    "make_tariff",
+    "plot_effort",
     "plot_front",
-    "plot_metric",
+    "plot_price",
     "plot_profile",
-    "plot_speed_curve",
+    "plot_speed_time",
     "result_object",
     "write_results",
 ]

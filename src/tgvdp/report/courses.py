@@ -1,14 +1,11 @@
-"""Speed profiles as files: CSV, Parquet, and the driving course that railtoolkit's TrainRuns.jl prints."""
+"""Speed profiles as the driving course that railtoolkit's TrainRuns.jl prints."""
 
-import io
-from collections.abc import Callable, Iterator
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tgvdp.errors import MissingExtraError
-from tgvdp.report.tables import FASTEST_ID, PROFILE_COLUMNS, profiles_csv
+from tgvdp.report.profiles import Progress, Written, runs_of
 
 if TYPE_CHECKING:
     from tgvdp.api import SearchResult
@@ -22,32 +19,13 @@ COURSE_COLUMNS = (
 _MODES = {"traction": "accelerating", "cruising": "cruising", "coasting": "coasting", "braking": "braking"}
 
 
-def profiles_parquet(result: "SearchResult") -> bytes:
-    """All profiles in one Parquet table of the columns of ``profiles.csv``, numbers in full.
-
-    Raises
-    ------
-    MissingExtraError
-        When pyarrow is not installed.
-    """
-    arrow, parquet = _pyarrow()
-    runs = list(_runs(result))
-    columns = {"id": np.concatenate([[name] * len(run.position_m) for name, run in runs])}
-    for column in PROFILE_COLUMNS[1:-1]:
-        columns[column] = np.concatenate([getattr(run, column) for _, run in runs])
-    columns[PROFILE_COLUMNS[-1]] = np.concatenate([run.regime_names for _, run in runs])
-    buffer = io.BytesIO()
-    parquet.write_table(arrow.table(columns), buffer)
-    return buffer.getvalue()
-
-
-def driving_course_csv(result: "SearchResult") -> str:
-    """All profiles as driving courses: F_T is traction alone, and line resistance is what remains of F_R.
+def driving_course_csv(result: "SearchResult", written: Written, progress: Progress | None = None) -> str:
+    """Profiles as driving courses: F_T is traction alone, and line resistance is what remains of F_R.
 
     The effort of brakes has no column there; R_traction is the resistance of the whole train, R_wagons 0.
     """
     lines = [",".join(COURSE_COLUMNS)]
-    for name, run in _runs(result):
+    for name, run in runs_of(result, written, progress):
         lines.extend(_course_lines(name, run, result.trip.train))
     return "\n".join(lines) + "\n"
 
@@ -79,23 +57,3 @@ def _mode(regime: str, acceleration_mps2: float, force_n: float, speed_mps: floa
     if regime == "cruising" and force_n < 0.0:
         return "downhillBraking"
     return _MODES[regime]
-
-
-def _runs(result: "SearchResult") -> Iterator[tuple[str, "Profile"]]:
-    yield FASTEST_ID, result.fastest.profile
-    yield from ((str(index), result.profile(index)) for index in range(len(result.front)))
-
-
-def _pyarrow() -> tuple[Any, Any]:
-    try:
-        return import_module("pyarrow"), import_module("pyarrow.parquet")
-    except ImportError:
-        raise MissingExtraError("profiles as Parquet need pyarrow: pip install 'tgvdp[formats]'") from None
-
-
-#: File and content of profiles, by format.
-PROFILE_FILES: dict[str, tuple[str, Callable[["SearchResult"], bytes]]] = {
-    "csv": ("profiles.csv", lambda result: profiles_csv(result).encode()),
-    "parquet": ("profiles.parquet", profiles_parquet),
-    "railtoolkit": ("driving_course.csv", lambda result: driving_course_csv(result).encode()),
-}

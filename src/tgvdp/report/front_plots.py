@@ -5,28 +5,33 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.axes._secondary_axes import SecondaryAxis
 from numpy.typing import ArrayLike, NDArray
 
 from tgvdp.errors import InputError
 from tgvdp.report import style
 from tgvdp.report.tables import saved_pct
+from tgvdp.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
     from tgvdp.api import SearchResult
 
 _LABELS = 6
+#: Points of a front that are marked one by one; more would be a band.
+_MARKED = 100
+#: Prices above this multiple of their median are cut off.
+_PRICE_SHOWN = 5.0
 
 
-def plot_front(result: "SearchResult", lower_bound_j: ArrayLike | None = None) -> Figure:
-    """Draw the Pareto front of a search.
+def plot_front(result: "SearchResult", lower_bound_j: ArrayLike | None = None) -> style.Picture:
+    """Draw the Pareto front of a search, and the paths that were found beside it.
 
     Parameters
     ----------
     result : SearchResult
     lower_bound_j : (n,) array_like, optional
         Proven lower bound of the energy at each point of the front, J: drawn as the band within which the true optimum
-        lies.
+        lies, where there is a bound.
 
     Returns
     -------
@@ -40,53 +45,79 @@ def plot_front(result: "SearchResult", lower_bound_j: ArrayLike | None = None) -
     figure = style.new_figure(right_in=0.85)
     axes = figure.add_subplot()
     delay, saved, scale = delay_and_saving(result, result.front.time_s, result.front.energy_j)
-    ceiling = saved if lower_bound_j is None else _draw_band(axes, result, delay, lower_bound_j)
-    axes.plot(delay, saved, "-o", color=style.BLUE, linewidth=1.8, markersize=4.5, label="Pareto front", zorder=3)
+    shown = [saved, _draw_dominated(axes, result, scale)]
+    if lower_bound_j is not None:
+        shown.append(_draw_band(axes, result, delay, lower_bound_j))
+    mark = "o" if delay.size <= _MARKED else None
+    axes.plot(
+        delay, saved, marker=mark, color=style.BLUE, linewidth=1.8, markersize=4.5, label="Pareto front", zorder=3
+    )
     _draw_fastest(axes)
     _label_margins(axes, result, delay, saved)
-    _dress(axes, result, scale)
+    reference = style.clock(float(result.fastest.time_s))
+    style.dress(axes, f"Delay ({scale.unit}) over the fastest run of {reference}", "Energy saved (%)")
     _add_energy_axis(axes, result)
-    _set_limits(axes, delay, np.append(saved, ceiling))
-    style.title(axes, "Energy saved against delay: top left is better", heading(result))
+    _set_limits(axes, delay, np.concatenate(shown))
+    style.title(axes, "How much energy does a later arrival save?", f"{heading(result)}; top left is better")
     style.legend(axes, "lower right")
     return figure
 
 
-def plot_metric(result: "SearchResult") -> Figure:
-    """Draw the seed's metric: every path that reached the terminal, coloured by energy saved per delay.
+def plot_price(result: "SearchResult", price_per_kwh: float | None = None) -> style.Picture:
+    """Draw what one more minute saves at each point of the front, of a search by method ``front``.
 
     Parameters
     ----------
     result : SearchResult
+    price_per_kwh : float, optional
+        €/kWh: adds an axis in €/min, where the energy is that at the pantograph.
 
     Returns
     -------
     matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        When the method knows no prices.
     """
-    figure = style.new_figure()
+    if result.price_kwh_per_min is None:
+        raise InputError(f"price plot: method {result.method} knows no prices; method front does")
+    # Money is paid for the energy that is drawn.
+    in_money = bool(price_per_kwh) and result.trip.energy.kind != "wheel"
+    figure = style.new_figure(right_in=0.85 if in_money else 0.3)
     axes = figure.add_subplot()
-    delay, saved, scale = delay_and_saving(result, result.path_time_s, result.path_energy_j)
-    front_delay, front_saved, _ = delay_and_saving(result, result.front.time_s, result.front.energy_j, scale)
-    axes.plot(front_delay, front_saved, color=style.MUTED, linewidth=1.0, label="Pareto front", zorder=2)
-    rated = (delay > 0.0) & (saved > 0.0)
-    axes.scatter(delay[~rated], saved[~rated], s=22, color=style.FAINT, edgecolors=style.MUTED, linewidths=0.5)
-    points = axes.scatter(delay[rated], saved[rated], s=30, c=saved[rated] / delay[rated], cmap="viridis", zorder=3)
-    if rated.any():
-        bar = figure.colorbar(points, ax=axes, pad=0.02)
-        bar.set_label(f"energy saved per delay (%/{scale.unit})", fontsize=style.LABEL_PT, fontfamily=style.FONT)
-        bar.ax.tick_params(labelsize=style.SMALL_PT, labelfontfamily=style.FONT)
-        bar.outline.set_visible(False)
-    _draw_fastest(axes)
-    best = best_index(result)
+    energy = style.energy_scale(float(np.abs(result.front.energy_j).max()))
+    price = np.where(np.isfinite(result.price_kwh_per_min), result.price_kwh_per_min, np.nan)
+    shown = price * (JOULE_PER_KWH * energy.factor)
+    margin = 100.0 * (result.front.time_s / result.fastest.time_s - 1.0)
     axes.plot(
-        front_delay[best], front_saved[best], "o", markersize=13, markerfacecolor="none", zorder=4,
-        markeredgecolor=style.VERMILION, markeredgewidth=1.8, linestyle="none", label="path of the speed curve",
-    )  # fmt: skip
-    _dress(axes, result, scale)
-    _set_limits(axes, np.append(delay, front_delay), np.append(saved, front_saved))
-    style.title(axes, "One of the metrics tested (top left is better)", f"{heading(result)}, {delay.size} paths")
-    style.legend(axes, "lower right")
+        margin, shown, marker="o" if margin.size <= _MARKED else None, color=style.BLUE, linewidth=1.8, markersize=4.5
+    )
+    style.dress(axes, "Running time supplement (%)", f"Energy saved per minute ({energy.unit}/min)")
+    if np.nanmax(shown, initial=0.0) > 0.0:
+        axes.set_ylim(0.0, _shown_price(shown))
+    axes.set_xlim(left=0.0)
+    if price_per_kwh and in_money:
+        money = price_per_kwh / (JOULE_PER_KWH * energy.factor)
+        right = axes.secondary_yaxis(
+            "right", functions=(lambda value: money * np.asarray(value), lambda value: np.asarray(value) / money)
+        )
+        _dress_right(right, "Money saved per minute (€/min)")
+    style.title(axes, "What does one more minute save?", f"{energy_name(result)}, {heading(result)}")
     return figure
+
+
+def _shown_price(price: NDArray[np.float64]) -> float:
+    """Top of the axis: next to the fastest run prices grow without bound and would flatten the rest."""
+    known = price[np.isfinite(price)]
+    return 1.1 * min(float(known.max()), _PRICE_SHOWN * float(np.median(known)) or 1.0)
+
+
+def energy_name(result: "SearchResult") -> str:
+    """Name of the energy that all figures of a result count."""
+    model = result.trip.energy
+    return f"Energy by {model.map.name}" if model.map is not None else f"Energy at the {model.kind}"
 
 
 def delay_and_saving(
@@ -98,19 +129,6 @@ def delay_and_saving(
         scale = style.time_scale(float(delay_s.max(initial=0.0)))
     saved = np.array([saved_pct(energy, result.fastest.energy_j) for energy in np.asarray(energy_j).tolist()])
     return delay_s * scale.factor, saved, scale
-
-
-def best_index(result: "SearchResult") -> int:
-    """Index of the point with the best balance: farthest above the chord between the ends of the front.
-
-    The ratio of saving to delay alone would always choose the smallest delay, since the front is steepest there.
-    """
-    front = result.front
-    if len(front) < 3:
-        return len(front) - 1
-    delay = (front.time_s - front.time_s[0]) / (front.time_s[-1] - front.time_s[0])
-    energy = (front.energy_j - front.energy_j[-1]) / (front.energy_j[0] - front.energy_j[-1])
-    return int(np.argmin(delay + energy))
 
 
 def heading(result: "SearchResult") -> str:
@@ -127,6 +145,20 @@ def _draw_fastest(axes: Axes) -> None:
     )  # fmt: skip
 
 
+def _draw_dominated(axes: Axes, result: "SearchResult", scale: style.Scale) -> NDArray[np.float64]:
+    """Draw the paths that were found and lie below the front; returns their savings."""
+    below = np.ones(result.path_time_s.size, dtype=bool)
+    below[result.front.source] = False
+    delay, saved, _ = delay_and_saving(result, result.path_time_s[below], result.path_energy_j[below], scale)
+    if result.method != "front" and delay.size:
+        axes.plot(
+            delay, saved, "o", color=style.FAINT, markeredgecolor=style.MUTED, markeredgewidth=0.5, markersize=4.0,
+            label="other paths found", zorder=2,
+        )  # fmt: skip
+        return saved
+    return saved[:0]
+
+
 def _draw_band(
     axes: Axes, result: "SearchResult", delay: NDArray[np.float64], lower_bound_j: ArrayLike
 ) -> NDArray[np.float64]:
@@ -136,26 +168,34 @@ def _draw_band(
         raise InputError(f"front plot: lower_bound_j must have {delay.size} values, got {bound_j.size}")
     _, ceiling, _ = delay_and_saving(result, result.front.time_s, bound_j)
     _, saved, _ = delay_and_saving(result, result.front.time_s, result.front.energy_j)
+    known = np.isfinite(ceiling)
+    if not known.any():
+        return ceiling[known]
+    most = max(float((ceiling - saved)[known].max()), 0.0)
     axes.fill_between(
-        delay, saved, ceiling, color=style.SKY, alpha=0.45, linewidth=0, label="room up to the proven bound", zorder=2
-    )
-    return ceiling[np.isfinite(ceiling)]
+        delay, saved, np.where(known, ceiling, np.nan), color=style.SKY, alpha=0.45, linewidth=0, zorder=2,
+        label=f"room up to the proven bound, at most {most:.2g} %",
+    )  # fmt: skip
+    return ceiling[known]
 
 
 def _label_margins(axes: Axes, result: "SearchResult", delay: NDArray[np.float64], saved: NDArray[np.float64]) -> None:
-    """Label the points nearest to a few round margins."""
+    """Mark round margins on the front, and say what they save."""
     margins = 100.0 * (result.front.time_s / result.fastest.time_s - 1.0)
     top = float(margins.max(initial=0.0))
     if top <= 0.0:
         return
     step = _round_step(top / _LABELS)
-    wanted = np.arange(step, top + 0.1 * step, step)
-    distances = np.abs(margins - wanted[:, None])
-    for index in np.unique(distances.argmin(axis=1)[distances.min(axis=1) < 0.25 * step]).tolist():
+    # A point may stand a hundredth of a second before the round margin that was asked for.
+    wanted = np.arange(step, top + 1e-3 * step + 1e-2, step)
+    wanted = wanted[wanted >= margins[0]]
+    at, height = np.interp(wanted, margins, delay), np.interp(wanted, margins, saved)
+    axes.plot(at, height, "D", color=style.INK, markersize=6.0, zorder=4)
+    for margin, x, y in zip(wanted.tolist(), at.tolist(), height.tolist(), strict=True):
         # Below the curve there is always room, except past its right end: there the label goes above.
-        side, offset = ("left", (6.0, -13.0)) if delay[index] < 0.9 * delay[-1] else ("right", (8.0, 11.0))
+        side, offset = ("left", (6.0, -13.0)) if x < 0.9 * delay[-1] else ("right", (8.0, 11.0))
         axes.annotate(
-            f"+{margins[index]:.{1 if step >= 1.0 else 2}f} % time", (delay[index], saved[index]), offset,
+            f"+{margin:g} %: {y:.1f} % saved", (x, y), offset,
             textcoords="offset points", ha=side, fontsize=style.SMALL_PT, fontfamily=style.FONT, color=style.INK,
         )  # fmt: skip
 
@@ -164,11 +204,6 @@ def _round_step(least: float) -> float:
     """Smallest of 1, 2, 5 times a power of ten that is at least ``least``."""
     power = 10.0 ** math.floor(math.log10(least))
     return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= least * (1.0 - 1e-9))
-
-
-def _dress(axes: Axes, result: "SearchResult", scale: style.Scale) -> None:
-    reference = style.clock(float(result.fastest.time_s))
-    style.dress(axes, f"Delay ({scale.unit}) over the fastest run of {reference}", "Energy saved (%)")
 
 
 def _add_energy_axis(axes: Axes, result: "SearchResult") -> None:
@@ -185,7 +220,11 @@ def _add_energy_axis(axes: Axes, result: "SearchResult") -> None:
             lambda energy: 100.0 * (1.0 - np.asarray(energy) / whole),
         ),
     )
-    right.set_ylabel(f"Energy at the wheel ({scale.unit})", fontsize=style.LABEL_PT, fontfamily=style.FONT)
+    _dress_right(right, f"{energy_name(result)} ({scale.unit})")
+
+
+def _dress_right(right: SecondaryAxis, label: str) -> None:
+    right.set_ylabel(label, fontsize=style.LABEL_PT, fontfamily=style.FONT, color=style.INK)
     right.tick_params(labelsize=style.SMALL_PT, colors=style.INK, labelfontfamily=style.FONT)
     right.spines["right"].set_color(style.MUTED)
 

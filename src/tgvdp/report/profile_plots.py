@@ -1,17 +1,17 @@
-"""Pictures of runs: speed over distance, what the driver does in colour, under the speed limits, over the terrain."""
+"""Pictures of runs over the line and over time: what the driver does in colour, the run by its dashes."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from tgvdp.report import style
-from tgvdp.report.front_plots import best_index, heading
+from tgvdp.report.front_plots import heading
+from tgvdp.report.line_strip import BAR_IN, TERRAIN_IN, altitude_of, draw_features, draw_terrain, features_of
 from tgvdp.report.tables import margin_pct, saved_pct
 from tgvdp.runs.profile import REGIMES
 
@@ -20,100 +20,165 @@ if TYPE_CHECKING:
     from tgvdp.model.trip import Trip
     from tgvdp.runs.profile import Profile
 
-#: Dashes and width, as matplotlib takes them.
-_LineStyle: TypeAlias = tuple[Any, float]
-#: ... of the fastest, the middle and the thriftiest run.
-_STYLES: tuple[_LineStyle, ...] = (((0, (1.2, 1.2)), 1.6), ((0, (5.0, 1.5)), 1.8), ("-", 2.4))
+Floats: TypeAlias = NDArray[np.float64]
+#: Dashes and width, as matplotlib takes them, of the fastest, the middle and the thriftiest run.
+_STYLES: tuple[tuple[Any, float], ...] = (((0, (1.2, 1.2)), 1.6), ((0, (5.0, 1.5)), 1.8), ("-", 2.4))
 #: A speed curve is drawn straight over at most this part of its top speed.
 _FINENESS = 0.01
 #: Limits above this multiple of the top speed are cut off.
 _LIMIT_SHOWN = 2.0
-#: Bottom margin with room for the names of the runs, inches.
-_LEGEND_IN = 0.95
+#: Margins with room for the names of the runs, inches.
+_LEGEND_IN, _TOP_IN = 0.95, 0.66
 
 
-def plot_profile(result: "SearchResult") -> Figure:
-    """Draw speed over distance for the fastest, a middle and the thriftiest run.
+class Run(NamedTuple):
+    """A run to be drawn: its name, and how its line looks."""
 
-    Parameters
-    ----------
-    result : SearchResult
+    label: str
+    profile: "Profile"
+    dashes: Any
+    width: float
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    runs = [(f"fastest, {style.clock(result.fastest.time_s)}", result.fastest.profile)]
+
+def runs_shown(result: "SearchResult") -> list[Run]:
+    """The fastest, a middle and the thriftiest run, as far as there are so many."""
     last = len(result.front) - 1
-    for index in sorted({last // 2, last} - {-1}):
-        profile = result.profile(index)
-        runs.append((_describe(result, profile), profile))
-    figure = _plot_runs(result, runs, _STYLES[: len(runs) - 1] + _STYLES[-1:])
-    style.title(figure.axes[0], "Speed over distance", heading(result))
-    return figure
+    chosen = [(f"fastest, {style.clock(result.fastest.time_s)}", result.fastest.profile)]
+    chosen += [_described(result, result.profile(index)) for index in sorted({last // 2, last} - {-1})]
+    looks = [*_STYLES[: len(chosen) - 1], _STYLES[-1]]
+    return [Run(*run, *look) for run, look in zip(chosen, looks, strict=True)]
 
 
-def plot_speed_curve(result: "SearchResult") -> Figure:
-    """Draw the seed's picture: the speed curve of the path with the best balance of delay and energy.
-
-    Parameters
-    ----------
-    result : SearchResult
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    best = best_index(result)
-    profile = result.profile(best) if best >= 0 else result.fastest.profile
-    figure = _plot_runs(result, [(_describe(result, profile), profile)], _STYLES[-1:])
-    style.title(figure.axes[0], "Optimized speed curve", heading(result))
-    return figure
+def run_of(result: "SearchResult", index: int) -> list[Run]:
+    """One point of the front."""
+    return [Run(*_described(result, result.profile(index)), *_STYLES[-1])]
 
 
-def _describe(result: "SearchResult", profile: "Profile") -> str:
+def _described(result: "SearchResult", profile: "Profile") -> tuple[str, "Profile"]:
     margin = margin_pct(profile.duration_s, result.fastest.time_s)
     saved = saved_pct(profile.total_energy_j, result.fastest.energy_j)
-    return f"{margin:+.1f} % time, {-saved:+.1f} % energy".replace("-", "−")
+    return f"{margin:+.1f} % time, {-saved:+.1f} % energy".replace("-", "−"), profile
 
 
-def _plot_runs(result: "SearchResult", runs: Sequence[tuple[str, "Profile"]], styles: Sequence[_LineStyle]) -> Figure:
-    trip = result.trip
-    terrain = altitude_of(trip)
-    if terrain is None:
-        figure = style.new_figure(bottom_in=_LEGEND_IN)
-        speed_axes = lowest_axes = figure.add_subplot()
-    else:
-        figure = style.new_figure(style.HEIGHT_IN + 1.0, bottom_in=_LEGEND_IN)
-        speed_axes, lowest_axes = figure.subplots(2, 1, sharex=True, height_ratios=[4.5, 1.0])
+def plot_profile(result: "SearchResult", runs: Sequence[Run] | None = None) -> style.Picture:
+    """Draw speed over distance, under the speed limits and over the line.
+
+    Parameters
+    ----------
+    result : SearchResult
+    runs : sequence of Run, optional
+        By default the fastest, a middle and the thriftiest run.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    runs = runs_shown(result) if runs is None else runs
+    figure, (axes,), along = _over_the_line(result.trip, 1)
+    limit = _draw_speed(axes, result.trip, runs, along)
+    style.title(axes, "How to drive?", f"Speed over distance, {heading(result)}")
+    _add_legends(figure, axes, runs, limit)
+    return figure
+
+
+def plot_speed_time(result: "SearchResult") -> style.Picture:
+    """Draw speed over time of the fastest, a middle and the thriftiest run."""
+    runs = runs_shown(result)
+    figure = style.new_figure(bottom_in=_LEGEND_IN)
+    axes = figure.add_subplot()
+    scale = style.time_scale(max(run.profile.duration_s for run in runs))
+    top_mps = max(float(run.profile.speed_mps.max()) for run in runs)
+    speed = style.speed_scale(top_mps)
+    for run in runs:
+        # Between rows the acceleration is constant: speed is linear in time.
+        draw_run(axes, run, run.profile.time_s * scale.factor, run.profile.speed_mps * speed.factor, run.profile.regime)
+    style.dress(axes, f"Time since departure ({scale.unit})", f"Speed ({speed.unit})")
+    axes.set_xlim(0.0, 1.01 * scale.factor * max(run.profile.duration_s for run in runs))
+    axes.set_ylim(0.0, 1.06 * speed.factor * top_mps)
+    style.title(axes, "Where do the extra minutes go?", f"Speed over time, {heading(result)}")
+    _add_legends(figure, axes, runs, [])
+    return figure
+
+
+def plot_effort(result: "SearchResult") -> style.Picture:
+    """Draw effort and power at the wheel over distance, the mean of each row."""
+    runs = runs_shown(result)
+    figure, (upper, lower), along = _over_the_line(result.trip, 2)
+    efforts_n, powers_w = [], []
+    for run in runs:
+        profile = run.profile
+        efforts_n.append(profile.force_n[:-1])
+        powers_w.append(profile.force_n[:-1] * np.diff(profile.position_m) / np.diff(profile.time_s))
+    for axes, values, scale_of, name in (
+        (upper, efforts_n, style.force_scale, "Effort"),
+        (lower, powers_w, style.power_scale, "Power"),
+    ):
+        low, high = (float(end([end(one) for one in values])) for end in (np.min, np.max))
+        scale = scale_of(max(abs(low), abs(high)))
+        for run, of_rows in zip(runs, values, strict=True):
+            x = np.repeat(run.profile.position_m, 2)[1:-1]
+            draw_run(axes, run, x * along, np.repeat(of_rows, 2) * scale.factor, np.repeat(run.profile.regime[:-1], 2))
+        style.dress(axes, "", f"{name} ({scale.unit})")
+        pad = 0.06 * (max(high, 0.0) - min(low, 0.0)) or 1.0
+        axes.set_ylim(scale.factor * (min(low, 0.0) - pad), scale.factor * (max(high, 0.0) + pad))
+        axes.axhline(0.0, color=style.MUTED, linewidth=0.8)
+    style.title(upper, "What does it take at the wheel?", f"Effort and power, {heading(result)}")
+    _add_legends(figure, upper, runs, [])
+    return figure
+
+
+def _over_the_line(trip: "Trip", panels: int) -> tuple[style.Picture, list[Axes], float]:
+    """Panels over distance, and below them the line; also the factor of their common axis."""
+    terrain, features = altitude_of(trip), features_of(trip)
+    # Heights in inches: the panels share what a picture has, and what the line needs comes on top.
+    panel_in = (style.HEIGHT_IN - _LEGEND_IN - _TOP_IN + (panels - 1) * 1.4) / panels
+    heights = [panel_in] * panels
+    heights += [BAR_IN * len(features) + 0.06] * bool(features) + [TERRAIN_IN] * (terrain is not None)
+    figure = style.new_figure(sum(heights) + 0.12 * (len(heights) - 1) + _LEGEND_IN + _TOP_IN, bottom_in=_LEGEND_IN)
+    stack = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0].tolist()
     along = style.distance_scale(trip.distance_m)
+    if features:
+        draw_features(stack[panels], trip, features, along.factor)
+        for section in (one for one in features if one.name in ("neutral", "lowered")):
+            for axes in stack[:panels]:
+                spans = np.column_stack((section.from_m, section.length_m)) * along.factor
+                axes.broken_barh(
+                    spans.tolist(), (0.0, 1.0), transform=axes.get_xaxis_transform(), facecolor=style.PURPLE,
+                    alpha=0.25, linewidth=0,
+                )  # fmt: skip
+    if terrain is not None:
+        draw_terrain(stack[-1], trip, terrain, along.factor)
+    for axes in stack[:-1]:
+        axes.tick_params(labelbottom=False)
+    stack[-1].set_xlabel(f"Position on the line ({along.unit})", fontsize=style.LABEL_PT, fontfamily=style.FONT)
+    stack[-1].set_xlim(trip.origin_m * along.factor, trip.destination_m * along.factor)
+    return figure, stack[:panels], along.factor
+
+
+def _draw_speed(axes: Axes, trip: "Trip", runs: Sequence[Run], along: float) -> list[Line2D]:
+    """Draw speeds and their limit; returns the line of the limit, if it is shown."""
     limit_position_m, limit_mps = speed_limits_of(trip)
-    top_mps = max(float(profile.speed_mps.max()) for _, profile in runs)
+    top_mps = max(float(run.profile.speed_mps.max()) for run in runs)
     speed = style.speed_scale(top_mps)
     # A limit far above what the train reaches would flatten the curves.
-    ceiling_mps = _LIMIT_SHOWN * top_mps
+    ceiling_mps, shown = _LIMIT_SHOWN * top_mps, []
     if limit_mps.min() <= ceiling_mps:
         ceiling_mps = min(ceiling_mps, float(limit_mps.max()))
-        speed_axes.step(
-            limit_position_m * along.factor, limit_mps * speed.factor, where="post", color=style.MUTED, linewidth=1.2,
+        shown = axes.step(
+            limit_position_m * along, limit_mps * speed.factor, where="post", color=style.MUTED, linewidth=1.2,
             label="speed limit",
         )  # fmt: skip
     else:
         ceiling_mps = top_mps
-    for (_, profile), line_style in zip(runs, styles, strict=True):
-        _draw_run(speed_axes, profile, along.factor, speed.factor, line_style)
-    style.dress(speed_axes, "", f"Speed ({speed.unit})")
-    speed_axes.set_ylim(0.0, 1.06 * speed.factor * ceiling_mps)
-    if terrain is not None:
-        _draw_terrain(lowest_axes, trip, terrain, along.factor)
-        speed_axes.tick_params(labelbottom=False)
-    lowest_axes.set_xlabel(f"Position on the line ({along.unit})", fontsize=style.LABEL_PT, fontfamily=style.FONT)
-    lowest_axes.set_xlim(trip.origin_m * along.factor, trip.destination_m * along.factor)
-    _add_legends(figure, speed_axes, runs, styles)
-    return figure
+    for run in runs:
+        position_m, speed_mps, row = speed_curve(run.profile)
+        draw_run(axes, run, position_m * along, speed_mps * speed.factor, run.profile.regime[row])
+    style.dress(axes, "", f"Speed ({speed.unit})")
+    axes.set_ylim(0.0, 1.06 * speed.factor * ceiling_mps)
+    return shown
 
 
-def speed_limits_of(trip: "Trip") -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def speed_limits_of(trip: "Trip") -> tuple[Floats, Floats]:
     """Positions on the track (m) from which speed limits (m/s) of line and train hold; the last row ends the trip."""
     limits = np.array(trip.track.speed_limits, dtype=np.float64)
     first = int(np.searchsorted(limits[:, 0], trip.origin_m, side="right")) - 1
@@ -122,63 +187,31 @@ def speed_limits_of(trip: "Trip") -> tuple[NDArray[np.float64], NDArray[np.float
     return position_m, np.minimum(np.append(rows[:, 1], rows[-1, 1]), trip.train.max_speed_mps)
 
 
-def altitude_of(trip: "Trip") -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Positions and altitudes (m) of the trip's breaks of gradient; None where the trip is level."""
-    gradients = np.array(trip.track.gradients or ((0.0, 0.0),), dtype=np.float64)
-    position_m = np.append(gradients[:, 0], trip.track.length_m)
-    climb_m = np.diff(position_m) * gradients[:, 1] / 1000.0
-    altitude_m = trip.track.altitude_m + np.concatenate(([0.0], np.cumsum(climb_m)))
-    inside = position_m[(position_m > trip.origin_m) & (position_m < trip.destination_m)]
-    shown_m = np.concatenate(([trip.origin_m], inside, [trip.destination_m]))
-    shown_altitude_m = np.interp(shown_m, position_m, altitude_m)
-    return (shown_m, shown_altitude_m) if np.ptp(shown_altitude_m) > 0.0 else None
-
-
-def _draw_run(axes: Axes, profile: "Profile", along: float, speed: float, line_style: _LineStyle) -> None:
-    """Draw one line whose pieces have the colour of their regime."""
-    position_m, speed_mps, row = speed_curve(profile)
-    points = np.column_stack((position_m * along, speed_mps * speed))
-    codes = profile.regime[row]
-    starts = np.concatenate(([0], np.flatnonzero(np.diff(codes)) + 1))
-    ends = np.append(starts[1:], codes.size - 1)
+def draw_run(axes: Axes, run: Run, x: Floats, y: Floats, regime: NDArray[np.int8]) -> None:
+    """Draw one line whose pieces have the colour of the regime that begins at each of its points."""
+    points = np.column_stack((x, y))
+    starts = np.concatenate(([0], np.flatnonzero(np.diff(regime)) + 1))
+    ends = np.append(starts[1:], regime.size - 1)
     pieces = [points[start : end + 1] for start, end in zip(starts, ends, strict=True)]
-    colors = [style.REGIME_COLORS[REGIMES[codes[start]]] for start in starts]
-    dashes, width = line_style
+    colors = [style.REGIME_COLORS[REGIMES[regime[start]]] for start in starts]
     axes.add_collection(
-        LineCollection(pieces, colors=colors, linewidths=width, linestyles=[dashes], capstyle="butt", zorder=3)
+        LineCollection(pieces, colors=colors, linewidths=run.width, linestyles=[run.dashes], capstyle="butt", zorder=3)
     )
 
 
-def _draw_terrain(
-    axes: Axes, trip: "Trip", terrain: tuple[NDArray[np.float64], NDArray[np.float64]], along: float
-) -> None:
-    position_m, altitude_m = terrain
-    low, high = float(altitude_m.min()), float(altitude_m.max())
-    floor = low - 0.25 * (high - low)
-    axes.fill_between(position_m * along, floor, altitude_m, color=style.GROUND, linewidth=0)
-    axes.plot(position_m * along, altitude_m, color=style.MUTED, linewidth=1.2)
-    style.dress(axes, "", "Altitude (m)" if trip.track.altitude_m else "Height (m)")
-    axes.set_ylim(floor, high + 0.15 * (high - low))
-    axes.locator_params(axis="y", nbins=3)
-
-
-def _add_legends(
-    figure: Figure, axes: Axes, runs: Sequence[tuple[str, "Profile"]], styles: Sequence[_LineStyle]
-) -> None:
+def _add_legends(figure: style.Picture, axes: Axes, runs: Sequence[Run], limit: Sequence[Line2D]) -> None:
     """Name the runs below the picture; regimes and speed limit above it."""
-    used = {int(code) for _, profile in runs for code in np.unique(profile.regime)}
+    used = {int(code) for run in runs for code in np.unique(run.profile.regime)}
     names = [name for code, name in enumerate(REGIMES) if code in used]
     entries = [
-        Line2D([], [], color=style.INK, linestyle=dashes, linewidth=width, label=label)
-        for (label, _), (dashes, width) in zip(runs, styles, strict=True)
+        Line2D([], [], color=style.INK, linestyle=run.dashes, linewidth=run.width, label=run.label) for run in runs
     ]
     style.legend(figure, "lower center", entries, len(entries))
     regimes = [Line2D([], [], color=style.REGIME_COLORS[name], linewidth=3.0, label=name) for name in names]
-    limit = axes.get_legend_handles_labels()[0]
     style.legend(axes, "above right", [*regimes, *limit], len(regimes) + len(limit))
 
 
-def speed_curve(profile: "Profile") -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+def speed_curve(profile: "Profile") -> tuple[Floats, Floats, NDArray[np.int64]]:
     """Points of a smooth speed curve.
 
     Returns

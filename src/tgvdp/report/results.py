@@ -1,40 +1,54 @@
-"""The results folder of a search: result.json, two CSV tables, four pictures and provenance.json."""
+"""The results folder of a search: result.json, two tables, pictures and provenance.json."""
 
 import hashlib
-import io
 import json
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from tgvdp.report.courses import PROFILE_FILES
+from tgvdp.errors import InputError
+from tgvdp.report.columns import to_csv, to_parquet, to_xlsx
+from tgvdp.report.courses import driving_course_csv
 from tgvdp.report.files import write_files
+from tgvdp.report.pictures import check_formats, encode
 from tgvdp.report.plain import plain
-from tgvdp.report.tables import front_csv, result_object
+from tgvdp.report.profiles import PROFILE_DIGITS, Progress, Written, choose_runs, profile_columns
+from tgvdp.report.provenance import Input, make_provenance
+from tgvdp.report.tables import Tariff, front_columns, result_object
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from tgvdp.api import SearchResult
     from tgvdp.certificate.front import Certificate
     from tgvdp.referee.replay import Verdict
 
-#: Effort of zlib: the usual 6 takes 1.5 times as long for files that are 8 % smaller.
-_COMPRESSION = 3
+#: Formats of the tables.
+TABLE_FORMATS = ("csv", "parquet", "xlsx", "railtoolkit")
+
+
+class Results(NamedTuple):
+    """What was written: the files, and the object that result.json holds."""
+
+    files: list[Path]
+    content: dict[str, Any]
 
 
 def write_results(
     result: "SearchResult",
     out_dir: str | os.PathLike[str],
-    provenance: Mapping[str, Any],
+    provenance: Mapping[str, Any] | None = None,
     verdicts: Sequence["Verdict"] | None = None,
     certificate: "Certificate | None" = None,
+    *,
     profiles: str = "csv",
-) -> list[Path]:
+    every_m: float | None = None,
+    pictures: Sequence[str] = ("png",),
+    tariff: Tariff | None = None,
+    progress: Progress | None = None,
+) -> Results:
     """Write all files of a result into a folder, all or none.
 
-    JSON and pictures carry the provenance themselves. The CSV tables stay plain for the scripts that read them;
+    JSON and pictures carry the provenance themselves. The tables stay plain for the scripts that read them;
     ``provenance.json`` ties every file to its origin by its SHA-256.
 
     Parameters
@@ -42,69 +56,102 @@ def write_results(
     result : SearchResult
     out_dir : path
         Made when absent; files of an earlier run are replaced.
-    provenance : mapping
-        As `make_provenance` returns it.
+    provenance : mapping, optional
+        As `make_provenance` returns it; by default of the result itself.
     verdicts : sequence of Verdict, optional
         Of ``result.verify()``, when the caller has them already.
     certificate : Certificate, optional
         Of ``result.certify()``; without it files and pictures hold no bounds.
-    profiles : {"csv", "parquet", "railtoolkit"}
-        Format of the speed profiles.
+    profiles : {"csv", "parquet", "xlsx", "railtoolkit"}
+        Format of the tables of the front and of its speed profiles.
+    every_m : float, optional
+        Distance between the rows of a profile, m; by default all rows are written.
+    pictures : sequence of {"png", "svg", "pdf"}
+        Formats of the pictures; empty means none.
+    tariff : Tariff, optional
+        What a kilowatt-hour costs and emits.
+    progress : callable, optional
+        Told in a few words what is being written.
 
     Returns
     -------
-    list of Path
-        The files written.
+    Results
 
     Raises
     ------
     InputError
-        When the folder cannot be written.
+        When the folder cannot be written, or an option is out of range.
     """
-    content = result_object(result, result.verify() if verdicts is None else verdicts, provenance, certificate)
-    profiles_name, profiles_of = PROFILE_FILES[profiles]
+    if profiles not in TABLE_FORMATS:
+        raise InputError(f"profiles must be one of {', '.join(TABLE_FORMATS)}, got {profiles!r:.40}")
+    if every_m is not None and profiles == "railtoolkit":
+        raise InputError("a driving course of railtoolkit has all rows: every_m is for the other formats of profiles")
+    check_formats(pictures)
+    if not provenance:
+        inputs: dict[str, Input] = {"train": result.trip.train, "track": result.trip.track}
+        provenance = make_provenance(result.options, inputs, result.elapsed_s)
+    written = choose_runs(result, every_m)
+    content = result_object(
+        result, result.verify() if verdicts is None else verdicts, provenance, certificate, tariff=tariff,
+        notes=[written.note] if written.note else [], progress=progress,
+    )  # fmt: skip
     files = {
-        "result.json": _json(content),
-        "front.csv": front_csv(content).encode(),
-        profiles_name: profiles_of(result),
-        **_pictures(result, provenance, certificate),
+        "result.json": to_json(content),
+        **_tables(result, content, written, profiles, progress),
+        **_pictures(result, content, provenance, certificate, pictures, progress),
     }
+    return Results(write_ledger(out_dir, files, provenance), content)
+
+
+def write_ledger(
+    out_dir: str | os.PathLike[str], files: Mapping[str, bytes], provenance: Mapping[str, Any]
+) -> list[Path]:
+    """Write files, and ``provenance.json`` with the provenance and the SHA-256 of each of them."""
     ledger = {
         "schema": "tgvdp.provenance/1",
         **plain(provenance),
         "files": {name: hashlib.sha256(data).hexdigest() for name, data in files.items()},
     }
-    return write_files(out_dir, {**files, "provenance.json": _json(ledger)})
+    return write_files(out_dir, {**files, "provenance.json": to_json(ledger)})
 
 
-def _json(content: Mapping[str, Any]) -> bytes:
+def to_json(content: Mapping[str, Any]) -> bytes:
+    """JSON as files hold it."""
     return (json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
 
 
-def _pictures(
-    result: "SearchResult", provenance: Mapping[str, Any], certificate: "Certificate | None"
+def _tables(
+    result: "SearchResult", content: Mapping[str, Any], written: Written, format: str, progress: Progress | None
 ) -> dict[str, bytes]:
+    front = front_columns(content)
+    if format == "railtoolkit":
+        course = driving_course_csv(result, written, progress)
+        return {"front.csv": to_csv(front), "driving_course.csv": course.encode()}
+    rows = profile_columns(result, written, progress)
+    if format == "parquet":
+        return {"front.parquet": to_parquet(front), "profiles.parquet": to_parquet(rows)}
+    if format == "xlsx":
+        return {"result.xlsx": to_xlsx({"front": front, "profiles": rows})}
+    return {"front.csv": to_csv(front), "profiles.csv": to_csv(rows, PROFILE_DIGITS)}
+
+
+def _pictures(
+    result: "SearchResult",
+    content: Mapping[str, Any],
+    provenance: Mapping[str, Any],
+    certificate: "Certificate | None",
+    formats: Sequence[str],
+    progress: Progress | None,
+) -> dict[str, bytes]:
+    if not formats:
+        return {}
     # Here, so that whoever wants no picture does not wait for matplotlib.
-    from tgvdp.report import front_plots, profile_plots
+    from tgvdp.report.gallery import draw, pictures_of
 
-    figures = {
-        "front.png": front_plots.plot_front(result, None if certificate is None else certificate.lower_bound_j),
-        "profile.png": profile_plots.plot_profile(result),
-        "speed_curve.png": profile_plots.plot_speed_curve(result),
-        "metric.png": front_plots.plot_metric(result),
-    }
-    return {name: png(figure, provenance) for name, figure in figures.items()}
-
-
-def png(figure: "Figure", provenance: Mapping[str, Any]) -> bytes:
-    """Picture of a figure as PNG, with the provenance in its metadata."""
-    buffer = io.BytesIO()
-    about = json.dumps(plain(provenance), ensure_ascii=True)
-    figure.savefig(
-        buffer,
-        format="png",
-        dpi=figure.dpi,
-        metadata={"Software": f"tgvdp {provenance['tgvdp']}", "Comment": about},
-        pil_kwargs={"compress_level": _COMPRESSION},
-    )
-    return buffer.getvalue()
+    files: dict[str, bytes] = {}
+    for name in pictures_of(result):
+        if progress is not None:
+            progress(f"drawing {name}")
+        figure = draw(result, name, certificate, content["tariff"]["price_per_kwh"])
+        files |= {f"{name}.{format}": encode(figure, provenance, format) for format in formats}
+    return files

@@ -4,6 +4,7 @@ Figures are made without pyplot and without touching matplotlib's global setting
 keeps its own. The palette is Okabe & Ito (2008), which people with colour-vision deficiency can tell apart.
 """
 
+import io
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -24,6 +25,15 @@ WIDTH_IN, HEIGHT_IN, DPI = 9.0, 5.4, 120
 _LEFT_IN, _TOP_IN = 0.85, 0.66
 FONT = "DejaVu Sans"  # comes with matplotlib, so that every machine draws the same
 TITLE_PT, LABEL_PT, SMALL_PT = 13.0, 10.5, 9.0
+
+
+class Picture(Figure):
+    """A figure that notebooks show without pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        buffer = io.BytesIO()
+        self.savefig(buffer, format="png", dpi=self.dpi)
+        return buffer.getvalue()
 
 
 class Scale(NamedTuple):
@@ -53,12 +63,22 @@ def energy_scale(top_j: float) -> Scale:
     return Scale("kWh", 1.0 / JOULE_PER_KWH) if top_j >= 0.01 * JOULE_PER_KWH else Scale("J", 1.0)
 
 
-def new_figure(height_in: float = HEIGHT_IN, *, right_in: float = 0.3, bottom_in: float = 0.62) -> Figure:
+def power_scale(top_w: float) -> Scale:
+    """Megawatts or kilowatts for trains, watts for toys."""
+    return Scale("MW", 1e-6) if top_w >= 1e6 else Scale("kW", 1e-3) if top_w >= 1e3 else Scale("W", 1.0)
+
+
+def force_scale(top_n: float) -> Scale:
+    """Kilonewtons for trains, newtons for toys."""
+    return Scale("kN", 1e-3) if top_n >= 1e3 else Scale("N", 1.0)
+
+
+def new_figure(height_in: float = HEIGHT_IN, *, right_in: float = 0.3, bottom_in: float = 0.62) -> Picture:
     """Make an empty figure of the common width, with room for the labels around its axes.
 
     Margins are fixed: to measure every label first, as matplotlib's own layouts do, takes longer than to draw it all.
     """
-    figure = Figure(figsize=(WIDTH_IN, height_in), dpi=DPI, facecolor="white")
+    figure = Picture(figsize=(WIDTH_IN, height_in), dpi=DPI, facecolor="white")
     figure.subplots_adjust(
         left=_LEFT_IN / WIDTH_IN,
         right=1.0 - right_in / WIDTH_IN,
@@ -72,7 +92,9 @@ def new_figure(height_in: float = HEIGHT_IN, *, right_in: float = 0.3, bottom_in
 def dress(axes: Axes, x_label: str = "", y_label: str = "") -> None:
     """Give axes their labels, a faint grid and a light frame."""
     axes.set_facecolor("white")
-    axes.set_xlabel(x_label, fontsize=LABEL_PT, fontfamily=FONT, color=INK)
+    # Panels over a common axis get its label from whoever stacked them.
+    if x_label:
+        axes.set_xlabel(x_label, fontsize=LABEL_PT, fontfamily=FONT, color=INK)
     axes.set_ylabel(y_label, fontsize=LABEL_PT, fontfamily=FONT, color=INK)
     axes.grid(True, color=FAINT, linewidth=0.6, linestyle="-")
     axes.set_axisbelow(True)

@@ -1,34 +1,82 @@
-"""A search's result as the JSON object and the CSV tables that scripts read. Pure: nothing is written here."""
+"""A search's result as the JSON object and the table that scripts read. Pure: nothing is written here."""
 
-import csv
-import io
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from tgvdp.model.checks import require_number
 from tgvdp.model.energy import violations
 from tgvdp.report.plain import plain
 from tgvdp.runs.comfort import ride_of
+from tgvdp.runs.peak_power import peak_power_w
 from tgvdp.units import KILO, joule_to_kwh, mps_to_kmh
 
 if TYPE_CHECKING:
     from tgvdp.api import SearchResult
     from tgvdp.certificate.front import Certificate
     from tgvdp.referee.replay import Verdict
+    from tgvdp.report.columns import Columns
     from tgvdp.runs.profile import Profile
 
 SCHEMA = "tgvdp.search/1"
 VERDICT_FIELDS = ("time_error_pct", "energy_error_pct", "overspeed_mps", "effort_excess_pct", "ok")
 FRONT_COLUMNS = (
     "id", "time_s", "delay_s", "margin_pct", "energy_kwh", "saved_pct", "price_kwh_per_min", "lower_bound_kwh",
-    "gap_pct",
+    "gap_pct", "peak_power_kw",
 )  # fmt: skip
 #: Where the energy goes, whichever model was minimised; see `tgvdp.runs.profile.EnergyBalance`.
 BALANCE_FIELDS = ("wheel_kwh", "pantograph_kwh", "regenerated_kwh", "auxiliary_kwh", "braking_losses_kwh")
 #: Accelerations and jerk; see `tgvdp.runs.comfort.Ride`.
 RIDE_FIELDS = ("acceleration_mps2", "deceleration_mps2", "jerk_mps3")
-PROFILE_COLUMNS = ("id", "position_m", "speed_mps", "time_s", "force_n", "energy_j", "regime")
-#: Id of the fastest run in ``profiles.csv``; the points of the front have integer ids from 0.
-FASTEST_ID = "fastest"
+#: What a tariff adds to each run.
+TARIFF_FIELDS = ("cost_eur", "co2_kg")
+#: Points between two words of progress.
+_TELL_EVERY = 500
+
+
+class Tariff(NamedTuple):
+    """What a kilowatt-hour drawn from the line costs; None where nobody said.
+
+    Attributes
+    ----------
+    price_per_kwh : float, optional
+        €/kWh.
+    co2_g_per_kwh : float, optional
+        Grams of CO2 per kWh.
+
+    Notes
+    -----
+    Both count the energy at the pantograph, less what is returned, whichever energy was minimised.
+    """
+
+    price_per_kwh: float | None = None
+    co2_g_per_kwh: float | None = None
+
+    def of(self, profile: "Profile") -> dict[str, float]:
+        """Cost, €, and CO2, kg, of a run; without what is not known."""
+        drawn_kwh = joule_to_kwh(profile.balance.pantograph_j)
+        grams = None if self.co2_g_per_kwh is None else drawn_kwh * self.co2_g_per_kwh
+        amounts = (
+            None if self.price_per_kwh is None else drawn_kwh * self.price_per_kwh,
+            None if grams is None else grams / KILO,
+        )
+        return {name: amount for name, amount in zip(TARIFF_FIELDS, amounts, strict=True) if amount is not None}
+
+
+def make_tariff(price_per_kwh: float | None = None, co2_g_per_kwh: float | None = None) -> Tariff:
+    """Check what a kilowatt-hour costs.
+
+    Raises
+    ------
+    InputError
+        When a figure is negative or no number.
+    """
+    given = {"price_per_kwh": (price_per_kwh, "€/kWh"), "co2_g_per_kwh": (co2_g_per_kwh, "g/kWh")}
+    return Tariff(
+        **{
+            name: None if value is None else require_number("tariff", name, value, unit, at_least=0.0)
+            for name, (value, unit) in given.items()
+        }
+    )
 
 
 def result_object(
@@ -36,6 +84,10 @@ def result_object(
     verdicts: Sequence["Verdict"],
     provenance: Mapping[str, Any],
     certificate: "Certificate | None" = None,
+    *,
+    tariff: Tariff | None = None,
+    notes: Sequence[str] = (),
+    progress: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
     """Build the object that ``--json`` prints and ``result.json`` holds.
 
@@ -48,16 +100,21 @@ def result_object(
         As `make_provenance` returns it.
     certificate : Certificate, optional
         As ``result.certify()`` returns it.
+    tariff : Tariff, optional
+        Adds what the runs cost and emit.
+    notes : sequence of str
+        More to be said in ``warning``.
+    progress : callable, optional
+        Told now and then how far this is.
 
     Returns
     -------
     dict
-        Schema ``tgvdp.search/1``, in plain types. Energies in kWh by the energy model that was searched, and beside
-        them where the energy of each run goes; times in s. A figure that is not finite or not known is None: the price
-        of the fastest run and of the methods on a grid, bounds without a certificate, the running time by explicit
-        steps of a convention that has none. ``warning`` is present only where the front is less than was asked for.
+        Schema ``tgvdp.search/1``, in plain types; docs/results.md says what each field means. A figure that is not
+        finite or not known is None. ``warning`` is present only where something is less than was asked for.
     """
-    fastest = result.fastest
+    fastest, train = result.fastest, result.trip.train
+    tariff = tariff or Tariff()
     front = []
     unknown = [None] * len(result.front)
     prices = unknown if result.price_kwh_per_min is None else result.price_kwh_per_min.tolist()
@@ -66,6 +123,8 @@ def result_object(
     times, energies = result.front.time_s.tolist(), result.front.energy_j.tolist()
     rows = zip(times, energies, prices, bounds, gaps, verdicts, strict=True)
     for index, (time_s, energy_j, price, bound, gap, verdict) in enumerate(rows):
+        if progress is not None and index % _TELL_EVERY == 0:
+            progress(f"summing up, {index} of {len(times)}")
         profile = result.profile(index)
         front.append(
             {
@@ -78,6 +137,8 @@ def result_object(
                 "price_kwh_per_min": plain(price),
                 "lower_bound_kwh": plain(bound),
                 "gap_pct": plain(gap),
+                "peak_power_kw": peak_power_w(profile, train) / KILO,
+                **tariff.of(profile),
                 "balance": _balance(profile),
                 "ride": ride_of(profile)._asdict(),
                 "replay": {name: plain(getattr(verdict, name)) for name in VERDICT_FIELDS},
@@ -87,11 +148,15 @@ def result_object(
         "schema": SCHEMA,
         "method": result.method,
         "complete": bool(result.complete),
+        "trip": _trip_of(result),
         "energy": _energy_of(result),
+        "tariff": tariff._asdict(),
         "fastest": {
             "time_s": float(fastest.time_s),
             "energy_kwh": joule_to_kwh(float(fastest.energy_j)),
             "stepped_time_s": plain(fastest.stepped_time_s),
+            "peak_power_kw": peak_power_w(fastest.profile, train) / KILO,
+            **tariff.of(fastest.profile),
             "balance": _balance(fastest.profile),
             "ride": ride_of(fastest.profile)._asdict(),
         },
@@ -99,9 +164,16 @@ def result_object(
         "counters": plain(result.counters),
         "provenance": plain(provenance),
     }
-    if result.warnings:
-        content["warning"] = "; ".join(result.warnings)
+    if warnings := (*result.warnings, *notes):
+        content["warning"] = "; ".join(warnings)
     return content
+
+
+def _trip_of(result: "SearchResult") -> dict[str, Any]:
+    """Who runs where."""
+    trip = result.trip
+    ends = ("origin_m", "destination_m", "start_speed_mps", "end_speed_mps")
+    return {"train": trip.train.name, "track": trip.track.name, **{name: getattr(trip, name) for name in ends}}
 
 
 def _balance(profile: "Profile") -> dict[str, float]:
@@ -132,37 +204,11 @@ def saved_pct(energy_j: float, fastest_j: float) -> float:
     return 100.0 * (fastest_j - energy_j) / abs(fastest_j) if fastest_j else 0.0
 
 
-def front_csv(content: Mapping[str, Any]) -> str:
-    """One line per point of the front of an object from `result_object`; figures that are not known stay empty."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*FRONT_COLUMNS, *BALANCE_FIELDS, *RIDE_FIELDS, *VERDICT_FIELDS])
-    for point in content["front"]:
-        parts = (
-            (point, FRONT_COLUMNS),
-            (point["balance"], BALANCE_FIELDS),
-            (point["ride"], RIDE_FIELDS),
-            (point["replay"], VERDICT_FIELDS),
-        )
-        writer.writerow([part[name] for part, names in parts for name in names])
-    return text.getvalue()
-
-
-def profiles_csv(result: "SearchResult") -> str:
-    """All rows of the fastest run and of every point of the front.
-
-    Twelve digits keep the difference of neighbouring positions and speeds exact enough to be replayed.
-    """
-    lines = [",".join(PROFILE_COLUMNS)]
-    lines.extend(_profile_lines(FASTEST_ID, result.fastest.profile))
-    for index in range(len(result.front)):
-        lines.extend(_profile_lines(str(index), result.profile(index)))
-    return "\n".join(lines) + "\n"
-
-
-def _profile_lines(name: str, profile: "Profile") -> Iterator[str]:
-    row = f"{name},%.12g,%.12g,%.12g,%.9g,%.12g,%s"
-    numbers = (profile.position_m, profile.speed_mps, profile.time_s, profile.force_n, profile.energy_j)
-    # Adding 0 turns −0 into 0.
-    columns = [(values + 0.0).tolist() for values in numbers]
-    return map(row.__mod__, zip(*columns, profile.regime_names, strict=True))
+def front_columns(content: Mapping[str, Any]) -> "Columns":
+    """Columns of ``front.csv`` of an object from `result_object`: one row per point of the front."""
+    front = content["front"]
+    own = (*FRONT_COLUMNS, *(name for name in TARIFF_FIELDS if name in content["fastest"]))
+    columns: dict[str, list[Any]] = {name: [point[name] for point in front] for name in own}
+    for part, names in (("balance", BALANCE_FIELDS), ("ride", RIDE_FIELDS), ("replay", VERDICT_FIELDS)):
+        columns |= {name: [point[part][name] for point in front] for name in names}
+    return columns

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from tgvdp.formulations.problem.instances import Instance
 from tgvdp.report import make_provenance
 from tgvdp.report.files import write_files
+from tgvdp.report.pictures import encode
 from tgvdp.report.plain import csv_text, markdown_table, plain
-from tgvdp.report.results import png
 from tgvdp.trials.demand_points import demand_comparison
 from tgvdp.trials.execute import Results
 from tgvdp.trials.landscape import landscapes
@@ -46,7 +46,7 @@ def write_benchmark(results: Results, folder: Path, elapsed_s: float) -> dict[st
     files = {"benchmark.csv": csv_text(rows), "runs.csv": csv_text(run_rows(results))}
     if embeddings:
         files["embeddings.csv"] = csv_text(embeddings)
-    files |= {f"{name}.png": png(figure, provenance) for name, figure in figures.items()}
+    files |= {f"{name}.png": encode(figure, provenance) for name, figure in figures.items()}
     files["benchmark.md"] = page(results, rows, embeddings, list(figures), provenance).encode()
     content = {"schema": SCHEMA, "rows": rows, "embeddings": embeddings, "provenance": provenance}
     names = [*files, "benchmark.json"]

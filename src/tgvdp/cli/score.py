@@ -1,0 +1,142 @@
+"""``tgvdp score``: a recorded run against the front."""
+
+import json
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import click
+
+from tgvdp.cli.folder import OutFolder
+from tgvdp.cli.numbers import number
+from tgvdp.cli.screen import Screen, duration
+from tgvdp.cli.search_case import read_case
+from tgvdp.cli.search_options import DEFAULT_TRACK, DEFAULT_TRAIN, complete
+from tgvdp.constants import CONVENTION_NAMES
+
+_EXAMPLES = """
+\b
+Examples:
+  tgvdp score run.csv --train tgv --track lgv-100km
+  tgvdp score gps.csv --train stock.yaml --track line.json --from 12000 --to 43500 --smooth 5
+  tgvdp score day.csv --train tgv --track lgv-100km --section 2 --energy pantograph --json
+\b
+The columns of RUN.csv are two or three of position, speed and time, with units in the head: position_m,speed_kmh
+or time [s];speed [km/h]. Decimal commas need ; or tabs between the columns.
+"""
+
+
+@click.command("score", epilog=_EXAMPLES)
+@click.argument("run", metavar="RUN.csv")
+@click.option(
+    "--train", metavar="FILE|NAME", default=DEFAULT_TRAIN, show_default=True, shell_complete=complete,
+    help="Train: a file, or a name of the catalog.",
+)  # fmt: skip
+@click.option(
+    "--track", metavar="FILE|NAME", default=DEFAULT_TRACK, show_default=True, shell_complete=complete,
+    help="Line: a file, or a name of the catalog.",
+)  # fmt: skip
+@click.option(
+    "--from", "from_m", metavar="M", type=number("m", at_least=0.0), help="The record is shifted to start here."
+)
+@click.option("--to", "to_m", metavar="M", type=number("m"), help="... and stretched to end here.")
+@click.option("--section", metavar="N", type=click.IntRange(min=1), help="Which section between two stands.")
+@click.option(
+    "--smooth", "window_s", metavar="S", type=number("s", at_least=0.0),
+    help="Speeds are means over so many seconds.  [default: as recorded; 10 where no speed is]",
+)  # fmt: skip
+@click.option(
+    "--energy", metavar="MODEL", default="wheel", show_default=True, shell_complete=complete,
+    help="What is compared: wheel, pantograph, or a map of the power drawn.",
+)  # fmt: skip
+@click.option(
+    "--convention", type=click.Choice(CONVENTION_NAMES), help="Whose reading of the line.  [default: ttobench]"
+)
+@click.option("--out", metavar="DIR", default="score", show_default=True, help="Folder of score.json and score.png.")
+@click.option("--force", is_flag=True, help="Write into a folder that holds files of others.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of a table.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors and what --json asks for.")
+def command(
+    run: str,
+    train: str,
+    track: str,
+    from_m: float | None,
+    to_m: float | None,
+    section: int | None,
+    window_s: float | None,
+    energy: str,
+    convention: str | None,
+    out: str,
+    force: bool,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Hold a recorded run against the front: what did it cost, and what would the best run of that time have cost?
+
+    Efforts are not recorded. They are estimated by the train's model: inertia and resistance; negative effort is
+    braking. Where the speed is noisy the estimate is too high: --smooth takes noise away. The optimum has the same
+    ends, speeds at them, and running time.
+    """
+    from tgvdp.formats import load_run
+
+    folder = OutFolder(out, force=force)
+    options: dict[str, Any] = {"energy": energy} if convention is None else {"energy": energy, "convention": convention}
+    with Screen(quiet=quiet) as screen:
+        record, case = load_run(run), read_case(train, track, None)
+        screen.progress("searching")
+        from tgvdp.api import score_run  # brings numba: neither --help nor an error in the input waits for it
+        from tgvdp.report import make_provenance
+        from tgvdp.report.pictures import encode
+        from tgvdp.report.results import to_json, write_ledger
+        from tgvdp.report.scores import plot_score, score_object
+
+        started_s = time.perf_counter()
+        score = score_run(
+            record, case.train, case.track, start_m=from_m, end_m=to_m, section=section, window_s=window_s, **options
+        )
+        content = score_object(score)
+        screen.progress("drawing and writing")
+        asked = {"from_m": from_m, "to_m": to_m, "section": section, "smooth_s": window_s, **score.result.options}
+        provenance = make_provenance(asked, {"record": run, **case.inputs}, time.perf_counter() - started_s)
+        content["provenance"] = provenance
+        picture = encode(plot_score(score), provenance)
+        files = write_ledger(out, {"score.json": to_json(content), "score.png": picture}, provenance)
+    folder.drop_earlier(files)
+    if as_json:
+        click.echo(json.dumps(content, ensure_ascii=False, allow_nan=False))
+    elif not quiet:
+        click.echo(_table(content))
+        click.echo(f"in {out}: {', '.join(file.name for file in files)}")
+    if "warning" in content and not quiet:
+        click.echo(f"tgvdp: warning: {content['warning']}", err=True)
+
+
+def _table(content: Mapping[str, Any]) -> str:
+    lines = [
+        f"{content['record']}: {content['train']} on {content['track']},"
+        f" {content['origin_m']:.6g} m to {content['destination_m']:.6g} m",
+        f"{'':>9}  {'time':>9}  {'margin':>8}  {'energy':>14}  traction  cruising  coasting   braking",
+    ]
+    for name in ("recorded", "optimum"):
+        run = content[name]
+        shares = "  ".join(f"{value:6.0f} %" for value in run["distance_pct"].values())
+        figures = f"{duration(run['time_s']):>9}  {run['margin_pct']:6.2f} %  {run['energy_kwh']:10.5g} kWh"
+        lines.append(f"{name:>9}  {figures}  {shares}")
+    recorded = content["recorded"]
+    parts = [
+        f"{abs(content[field]):.4g} kWh {'less' if content[field] >= 0.0 else 'more'} {what}"
+        for field, what in (("saving_in_brakes_kwh", "braked away"), ("saving_in_resistance_kwh", "against resistance"))
+    ]
+    reference = "the optimum of that time" if recorded["margin_pct"] >= 0.0 else "the fastest run of the model"
+    lines.append(
+        f"{reference} saves {content['saving_kwh']:.4g} kWh, {content['saving_pct']:.1f} %;"
+        f" at the wheel {' and '.join(parts)}"
+    )
+    if content["earlier_s"] is not None:
+        lines.append(f"with the recorded energy it arrives {content['earlier_s']:.4g} s earlier")
+    worst = max(content["parts"], key=lambda part: part["recorded_kwh"] - part["optimum_kwh"])
+    lines.append(
+        f"most of it between {worst['from_m']:.0f} m and {worst['to_m']:.0f} m:"
+        f" {worst['recorded_kwh']:.4g} kWh against {worst['optimum_kwh']:.4g} kWh"
+    )
+    return "\n".join(lines)

@@ -1,0 +1,52 @@
+"""All pictures of a result, by name: what the results folder holds and ``result.plot`` draws."""
+
+from typing import TYPE_CHECKING
+
+from tgvdp.errors import InputError
+from tgvdp.report.front_plots import plot_front, plot_price
+from tgvdp.report.profile_plots import plot_effort, plot_profile, plot_speed_time
+from tgvdp.report.style import Picture
+
+if TYPE_CHECKING:
+    from tgvdp.api import SearchResult
+    from tgvdp.certificate.front import Certificate
+
+PICTURES = ("front", "profile", "speed_time", "effort", "price")
+
+
+def pictures_of(result: "SearchResult") -> list[str]:
+    """Names of the pictures that a result has: only method ``front`` knows prices."""
+    return [name for name in PICTURES if name != "price" or result.price_kwh_per_min is not None]
+
+
+def draw(
+    result: "SearchResult",
+    picture: str,
+    certificate: "Certificate | None" = None,
+    price_per_kwh: float | None = None,
+) -> Picture:
+    """Draw one picture of a result.
+
+    Parameters
+    ----------
+    result : SearchResult
+    picture : str
+        One of `PICTURES`.
+    certificate : Certificate, optional
+        Adds the proven bound to ``front``.
+    price_per_kwh : float, optional
+        €/kWh; adds money to ``price``.
+
+    Raises
+    ------
+    InputError
+        When there is no such picture.
+    """
+    if picture == "front":
+        return plot_front(result, None if certificate is None else certificate.lower_bound_j)
+    if picture == "price":
+        return plot_price(result, price_per_kwh)
+    plots = {"profile": plot_profile, "speed_time": plot_speed_time, "effort": plot_effort}
+    if picture not in plots:
+        raise InputError(f"plot: there is no picture {picture!r:.40}; there are {', '.join(PICTURES)}")
+    return plots[picture](result)

@@ -1,0 +1,69 @@
+"""Recorded runs as CSV: names, units, separators and clocks as they come."""
+
+import pytest
+
+from tgvdp.errors import InputError
+from tgvdp.formats import load_run
+
+
+def read(tmp_path, text, encoding="utf-8"):
+    path = tmp_path / "run.csv"
+    path.write_bytes(text.encode(encoding))
+    return load_run(path)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "time_s,speed_kmh\n0,0\n1.5,36\n",
+        "\ufefftime [s];speed [km/h]\n0;0\n1,5;36,0\n",
+        "# from a logger\nt (s)\tv (m/s)\n\n10\t0\n11,5\t10\n",
+        "Zeit in min;Geschwindigkeit in m/s\n0;0\n0,025;10\n",
+        "timestamp,lat,lon,speed_mps\n2026-01-02T10:00:00Z,1,2,0\n2026-01-02T10:00:01.500Z,1,2,10\n",
+        "time,speed_kph\n09:59:59.5,0\n10:00:01,36\n",
+        "time;speed [km/h]\n59:59,5;0\n60:01,0;36\n",
+        "time_s,speed_kmh\n0,0\n,\n1.5,36\n",
+    ],
+)
+def test_one_run_in_many_spellings(tmp_path, text):
+    run = read(tmp_path, text)
+    assert run.name == "run.csv"
+    assert run.position_m is None
+    assert run.time_s.tolist() == pytest.approx([0.0, 1.5])
+    assert run.speed_mps.tolist() == pytest.approx([0.0, 10.0])
+
+
+def test_positions_in_kilometres(tmp_path):
+    run = read(tmp_path, "speed_mps,chainage [km],time_s\n0,12.5,0\n10,12.6,20\n")
+    assert run.position_m.tolist() == [12_500.0, 12_600.0]
+    assert run.time_s.tolist() == [0.0, 20.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "is empty"),
+        ("# nothing\n", "is empty"),
+        ("time_s,altitude_m\n0,1\n1,2\n", "needs two of position, speed and time with units"),
+        ("time_s,speed\n0,1\n1,2\n", "column 'speed' names no unit: write speed_kmh"),
+        ("time,speed_mps\n0,1\n1,2\n", "line 2: column of time names no unit"),
+        ("time_s,speed_knots\n0,1\n1,2\n", "column 'speed_knots': unknown unit 'knots' of speed"),
+        ("time_s,speed_mps\n0,1\n", "must have at least 2 rows"),
+        ("time_s,speed_mps\n0,1\n1,fast\n", "line 3: speed must be a number, got 'fast'"),
+        ("time_s,speed_mps\n0,1\n1,inf\n", "line 3: speed must be a number, got 'inf'"),
+        ("time_s,speed_mps\n0,1\n1\n", "line 3: speed must be a number, got ''"),
+        ("time_s,t_min,speed_mps\n0,1,2\n1,2,3\n", "has two columns of time: 'time_s' and 't_min'"),
+        ("time,speed_mps\n10:00:00,1\nten:past,2\n", "line 3: time must be seconds"),
+    ],
+)
+def test_faults_are_named(tmp_path, text, message):
+    with pytest.raises(InputError, match=message) as caught:
+        read(tmp_path, text)
+    assert str(caught.value).startswith(str(tmp_path / "run.csv"))
+
+
+def test_files_that_are_no_text(tmp_path):
+    with pytest.raises(InputError, match="not UTF-8"):
+        read(tmp_path, "Zeit [s];Höhe [m]\n", "latin-1")
+    with pytest.raises(InputError, match="no such file"):
+        load_run(tmp_path / "gone.csv")

@@ -1,0 +1,86 @@
+"""Recorded runs as runs of the model: a run of the model that is written down comes back."""
+
+import numpy as np
+import pytest
+
+import tgvdp
+from tgvdp.errors import InputError
+from tgvdp.runs.recorded import placed, recorded_profile, sections_of
+
+
+@pytest.fixture(scope="module")
+def driven():
+    """A run of the model, and its position, speed and time every second."""
+    result = tgvdp.search("alstom-emu", "lgv-100km", destination_m=20_000.0, points=5)
+    profile = result.profile(2)
+    t = np.append(np.arange(0.0, profile.duration_s, 1.0), profile.duration_s)
+    row = np.searchsorted(profile.time_s, t, side="right").clip(1, profile.time_s.size - 1) - 1
+    # The acceleration is constant within a row.
+    v = np.interp(t, profile.time_s, profile.speed_mps)
+    x = profile.position_m[row] + 0.5 * (profile.speed_mps[row] + v) * (t - profile.time_s[row])
+    return result.trip, profile, x, v, t
+
+
+@pytest.mark.parametrize("given", ["xv", "vt", "xt", "xvt"])
+def test_a_run_of_the_model_comes_back(driven, given):
+    trip, profile, x, v, t = driven
+    columns = {"x": x, "v": v, "t": t}
+    # Mean speeds over 10 s, which records of positions get, would blur the switches.
+    (motion,) = sections_of(*(columns[key] if key in given else None for key in "xvt"), window_s=0.0)
+    if "x" not in given:
+        motion = placed(motion, 0.0, 20_000.0)
+    back = recorded_profile(trip, motion)
+    assert back.duration_s == pytest.approx(profile.duration_s, rel=2e-3)
+    assert back.total_energy_j == pytest.approx(profile.total_energy_j, rel=0.01)
+    assert back.balance.pantograph_j == pytest.approx(profile.balance.pantograph_j, rel=0.01)
+
+
+def test_the_mean_speed_takes_noise_away(driven):
+    trip, profile, x, v, t = driven
+    noise = np.random.default_rng(7).normal(0.0, 0.15, v.size)
+    noisy = np.where((v > 1.0), v + noise, v)
+    (raw,) = sections_of(x, noisy, t)
+    (mean,) = sections_of(x, noisy, t, window_s=10.0)
+    raw_j, mean_j = (recorded_profile(trip, motion).total_energy_j for motion in (raw, mean))
+    assert raw_j > 1.2 * profile.total_energy_j
+    assert mean_j == pytest.approx(profile.total_energy_j, rel=0.03)
+
+
+def test_a_constant_speed_is_its_own_mean():
+    t = np.arange(0.0, 101.0)
+    (motion,) = sections_of(20.0 * t, None, t)
+    assert motion.speed_mps == pytest.approx(20.0)
+
+
+def test_sections_lie_between_stands():
+    t = np.arange(0.0, 200.0)
+    v = np.select([(t > 10) & (t < 60), (t > 90) & (t < 150)], [10.0, 15.0], 0.0)
+    first, second = sections_of(None, v, t)
+    assert (first.time_s[0], first.time_s[-1]) == (10.0, 60.0)
+    assert (second.time_s[0], second.time_s[-1]) == (90.0, 150.0)
+    for one in (first, second):
+        assert (one.speed_mps[0], one.speed_mps[-1]) == (0.0, 0.0)
+    moved = placed(second, 100.0, 500.0)
+    assert (moved.position_m[0], moved.position_m[-1]) == (100.0, 500.0)
+
+
+@pytest.mark.parametrize(
+    ("x", "v", "t", "message"),
+    [
+        (None, [0.0, -1.0, 0.0], [0.0, 1.0, 2.0], "speed must not be negative"),
+        (None, [5.0, 5.0, 5.0], [0.0, 2.0, 1.0], "time goes back after 2 s"),
+        ([0.0, 500.0, 400.0], None, [0.0, 20.0, 40.0], "position goes back after 500 m"),
+        (None, [0.0, 0.1, 0.0], [0.0, 1.0, 2.0], "never moves"),
+        ([0.0, 50.0, 100.0], [0.0, 0.0, 5.0], None, "speed is 0 at both ends"),
+    ],
+)
+def test_records_that_are_no_run(x, v, t, message):
+    columns = [None if values is None else np.array(values) for values in (x, v, t)]
+    with pytest.raises(InputError, match=message):
+        sections_of(*columns)
+
+
+def test_a_section_ends_after_its_start():
+    (motion,) = sections_of(None, np.full(50, 10.0), np.arange(50.0))
+    with pytest.raises(InputError, match="must end after its start, got 5 m after 10 m"):
+        placed(motion, 10.0, 5.0)
