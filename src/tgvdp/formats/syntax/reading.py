@@ -45,6 +45,8 @@ class Document:
         Its values; empty for XML, which the reader of that format parses itself.
     data : bytes
         As they are in the file.
+    line_speed_mps : float, optional
+        Speed limit of a track wherever the file gives none, m/s; not part of the file.
     """
 
     path: Path
@@ -52,6 +54,7 @@ class Document:
     syntax: Syntax
     tree: dict[str, Any]
     data: bytes
+    line_speed_mps: float | None = None
 
 
 def bad(path: Path, message: object) -> InputError:
