@@ -290,7 +290,8 @@ BARE_2 = """<?xml version="1.0"?>
  <track id="a"><trackTopology><trackBegin pos="0"/><trackEnd pos="350"/></trackTopology></track>
  <track id="b"><trackTopology><trackBegin pos="0"/><trackEnd pos="250"/></trackTopology><trackElements>
   <speedChanges><speedChange pos="50" dir="up" vMax="60"/><speedChange pos="150" dir="up" vMax="end"/></speedChanges>
-  <radiusChanges><radiusChange pos="0" radius="0"/><radiusChange pos="0" radius="0"/><radiusChange pos="70" radius="-850"/>
+  <radiusChanges><radiusChange pos="0" radius="0"/><radiusChange pos="0" radius="0"/>
+    <radiusChange pos="70" radius="-850"/>
   </radiusChanges></trackElements></track>
 </tracks></infrastructure></railml>
 """

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, cast, get_args
 from tgvdp.errors import InputError
 from tgvdp.formats.content import Content, Kind
 from tgvdp.formats.native import reader as native
+from tgvdp.formats.osrd import path as osrd_path
 from tgvdp.formats.osrd import stock as osrd
 from tgvdp.formats.railml import reader as railml
 from tgvdp.formats.railtoolkit import reader as railtoolkit
@@ -28,7 +29,13 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 _LOOKED_AT = 20  # fields in which a slip of the pen is looked for
 
 #: Each returns what a document holds, or None when it is not of its format.
-_FOREIGN = (railml.open_document, ttobench.open_document, railtoolkit.open_document, osrd.open_document)
+_FOREIGN = (
+    railml.open_document,
+    osrd.open_document,
+    osrd_path.open_document,
+    ttobench.open_document,
+    railtoolkit.open_document,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
