@@ -16,6 +16,7 @@ from tgvdp.formats.railml import reader as railml
 from tgvdp.formats.railtoolkit import reader as railtoolkit
 from tgvdp.formats.sources import Source, Target, label, locate, source_path
 from tgvdp.formats.syntax.reading import Document, bad, errors_named, read_bytes, read_document
+from tgvdp.formats.tables import reader as tables
 from tgvdp.formats.ttobench import reader as ttobench
 from tgvdp.model import catalog
 from tgvdp.model.checks import require_number
@@ -31,6 +32,7 @@ _LOOKED_AT = 20  # fields in which a slip of the pen is looked for
 #: Each returns what a document holds, or None when it is not of its format.
 _FOREIGN = (
     railml.open_document,
+    tables.open_document,
     osrd.open_document,
     osrd_path.open_document,
     ttobench.open_document,
@@ -46,7 +48,8 @@ class Scenario:
     ----------
     name : str
     format : str
-        "native", "TTOBench", "railtoolkit", "OSRD" or "railML" with its version.
+        "native", "TTOBench", "railtoolkit", "OSRD", "OSRD path", "CSV table", "Excel table", or "railML" with its
+        version.
     train : Train or None
     track : Track or None
     map : EnergyMap or None
@@ -328,7 +331,7 @@ def _native(document: Document, kinds: tuple[Kind, ...], chain: tuple[Path, ...]
     _require_kind(path, f"a {' and a '.join(held)}" if held else "run options", kinds, held)
     if isinstance(file.track, Track) and "track" in kinds and document.line_speed_mps is not None:
         raise _never_missing(document, NATIVE)
-    inputs = {label(path): document.digest}
+    inputs = {label(path): document.digest} | file.inputs
     found: dict[str, Any] = {}
     kept: dict[str, Mapping[str, Any]] = {}
     for kind in (kind for kind in catalog.KINDS if kind in kinds):
