@@ -48,6 +48,31 @@ def test_gamma_of_version_3_2(tmp_path):
     assert load_train(path).braking_rates == (BrakingRate(0.0, 0.7),)
 
 
+def test_gamma_max_is_an_effort_beside_resistance_and_gradient(tmp_path):
+    old = changed(OSRD_TRAIN, ("const_gamma",), ...) | {"railjson_version": "3.2"}
+    train = load_train(write_json(tmp_path / "old.json", old | {"gamma": {"type": "MAX", "value": 0.7}}))
+    assert train.braking_rates == ()
+    assert train.friction_brake_n == pytest.approx(0.7 * 200e3 * 1.06)
+
+
+def test_until_2023_the_version_was_called_version(tmp_path):
+    old = changed(OSRD_TRAIN, ("railjson_version",), ...)
+    assert load_train(write_json(tmp_path / "old.json", old | {"version": "3.1", "power_class": 5})).mass_kg == 200e3
+    with pytest.raises(InputError, match=r"old\.json: version: must be one of 3.0, 3.1, .*, got '2.0'"):
+        load_train(write_json(tmp_path / "old.json", old | {"version": "2.0"}))
+
+
+def test_a_stock_with_metadata_is_not_taken_for_another_format(tmp_path):
+    given = OSRD_TRAIN | {"metadata": {"id": "1", "library version": "1.4"}}
+    assert load_train(write_json(tmp_path / "stock.json", given)).name == "toy"
+
+
+def test_no_resistance_at_all_needs_no_unit(tmp_path):
+    train = train_of(tmp_path, "rolling_resistance", {"type": "davis", "A": 0.0, "B": 0.0, "C": 0.0})
+    assert (train.davis_a_n, train.davis_b_n_per_mps, train.davis_c_n_per_mps2) == (0.0, 0.0, 0.0)
+    assert train.notes[0] == "the file gives no resistance: A, B and C are 0"
+
+
 def test_resistance_per_kg(tmp_path):
     per_kg = {"type": "davis", "A": 0.01, "B": 1.8e-4, "C": 3.24e-5}
     train = train_of(tmp_path, "rolling_resistance", per_kg)
@@ -73,7 +98,7 @@ def test_extensions_are_listed(tmp_path):
 @pytest.mark.parametrize(
     ("path", "value", "message"),
     [
-        (("railjson_version",), "2.1", "railjson_version: must be one of 3.2, 3.3, 3.4, got '2.1'"),
+        (("railjson_version",), "2.1", "railjson_version: must be one of 3.0, 3.1, 3.2, 3.3, 3.4, got '2.1'"),
         (("mass",), "200", "mass: must be a number, got '200'"),
         (("mass",), 0, "mass: must be a number > 0"),
         (("mass",), 1e300, "train toy: mass_kg must be within"),

@@ -8,6 +8,7 @@ from tests.helpers.railml_case import LINE_2, LINE_3, SAMPLES, STOCK_2, STOCK_3
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file, load_scenario, load_track, load_train
 from tgvdp.formats.railml.reader import lines_of
+from tgvdp.formats.railml.rows import LINE_SPEED_HINT
 from tgvdp.formats.syntax.reading import read_document
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.track import Curve, Tunnel
@@ -95,7 +96,9 @@ def test_tracks_join_one_after_the_other_and_limits_go_on(saved):
     assert limits_kmh(track) == [(0.0, 90), (3000.0, 120), (9000.0, 999.9), (13_000.0, 120), (19_000.0, 999.9)]
     assert track.gradients == ((0.0, 5.0), (2000.0, -4.0), (10_000.0, 5.0), (12_000.0, -4.0))
     assert track.stops_m == (0.0, 4000.0, 14_000.0, 20_000.0)
-    assert refusal(load_track, saved(text, "#t2:up+t1:up")).endswith("no speed limit from 0 m to 3000 m of Branch")
+    assert refusal(load_track, saved(text, "#t2:up+t1:up")).endswith(
+        f"no speed limit from 0 m to 3000 m of Branch: {LINE_SPEED_HINT}"
+    )
 
 
 def test_choices_are_asked_for_by_name(saved):

@@ -42,3 +42,37 @@ OSRD_TRAIN = {
     "energy_sources": [],
     "supported_signaling_systems": ["BAL"],
 }
+
+#: A path of 10 km with a ramp, a curve, a change of system and three operational points, as OSRD's services answer.
+OSRD_PATH = {
+    "name": "A to C",
+    "length": 10_000_000,
+    "path_properties": {
+        "slopes": {"boundaries": [2_000_000, 6_000_000], "values": [0.0, 12.5, -4.0]},
+        "curves": {"boundaries": [3_000_000, 3_500_000], "values": [0.0, -800.0, 0.0]},
+        "electrifications": {
+            "boundaries": [4_000_000, 4_200_000, 4_500_000],
+            "values": [
+                {"type": "electrification", "voltage": "1500V"},
+                {"type": "neutral_section", "lower_pantograph": False},
+                {"type": "neutral_section", "lower_pantograph": True},
+                {"type": "electrification", "voltage": "25000V"},
+            ],
+        },
+        "geometry": {"type": "LineString", "coordinates": [[0.0, 0.0], [0.1, 0.0]]},
+        "operational_points": [
+            {"id": "a", "position": 0, "part": {}, "is_passenger_station": True},
+            {"id": "b", "position": 5_000_000, "part": {}, "is_passenger_station": True},
+            {"id": "junction", "position": 5_500_000, "part": {}, "is_passenger_station": False},
+        ],
+        "zones": {"boundaries": [], "values": ["zone"]},
+    },
+    "mrsp": {
+        "boundaries": [1_000_000, 7_000_000],
+        "values": [
+            {"speed": 20.0, "source": {"speed_limit_source_type": "unknown_tag"}},
+            {"speed": 40.0, "source": None},
+            {"speed": 30.0},
+        ],
+    },
+}

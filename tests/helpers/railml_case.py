@@ -213,3 +213,85 @@ STOCK_3 = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 SAMPLES = {"line_2": LINE_2, "stock_2": STOCK_2, "line_3": LINE_3, "stock_3": STOCK_3}
+
+
+def _mileage(end: int, measure: int) -> str:
+    linear = f'<linearCoordinate positioningSystemRef="lps" measure="{measure}"/>'
+    return f'<intrinsicCoordinate intrinsicCoord="{end}">{linear}</intrinsicCoordinate>'
+
+
+#: As exports of interlocking tools write it: a track knows its length, net elements do not, and nothing says how fast.
+BARE_3 = f"""<?xml version="1.0" encoding="UTF-8"?>
+<railML xmlns="https://www.railml.org/schemas/3.1" version="3.1">
+ <common><positioning><linearPositioningSystems>
+  <linearPositioningSystem id="lps" units="m"/>
+  <linearPositioningSystem id="screen" units="Km"/>
+ </linearPositioningSystems></positioning></common>
+ <infrastructure id="is">
+  <topology><netElements>
+   <netElement id="ne1"/>
+   <netElement id="ne2"/>
+   <netElement id="ne3"/>
+   <netElement id="ne4"><associatedPositioningSystem>
+    {_mileage(0, 900)}
+    {_mileage(1, 200)}
+   </associatedPositioningSystem></netElement>
+   <netElement id="ne5"/>
+   <netElement id="ne6"/>
+   <netElement id="station">
+    <elementCollectionUnordered><elementPart ref="ne1"/><elementPart ref="ne2"/></elementCollectionUnordered>
+    <associatedPositioningSystem><intrinsicCoordinate intrinsicCoord="0">
+     <linearCoordinate positioningSystemRef="lps" measure="0"/>
+     <linearCoordinate positioningSystemRef="lps" measure="700"/>
+    </intrinsicCoordinate></associatedPositioningSystem>
+   </netElement>
+   <netElement id="open"><associatedPositioningSystem>
+    {_mileage(0, 700)}
+    {_mileage(1, 4300)}
+   </associatedPositioningSystem></netElement>
+  </netElements></topology>
+  <functionalInfrastructure>
+   <lines><line id="line">
+    <linearLocation>
+     <associatedNetElement netElementRef="station"/><associatedNetElement netElementRef="open"/>
+    </linearLocation>
+    <linePerformance maxSpeed="80"/>
+   </line></lines>
+   <operationalPoints><operationalPoint id="op"><spotLocation netElementRef="station">
+    <linearCoordinate positioningSystemRef="lps" measure="300"/></spotLocation></operationalPoint></operationalPoints>
+   <tracks>
+    <track id="alone"><linearLocation>
+      <associatedNetElement keepsOrientation="false" netElementRef="ne1"/>
+     </linearLocation><length value="510" type="physical"/></track>
+    <track id="rest"><linearLocation>
+      <associatedNetElement netElementRef="ne1" sequence="1"/><associatedNetElement netElementRef="ne2" sequence="2"/>
+     </linearLocation><length value="800.5"/></track>
+    <track id="reverse"><linearLocation><associatedNetElement netElementRef="ne2"/></linearLocation></track>
+    <track id="mileage"><linearLocation><associatedNetElement netElementRef="ne4"/></linearLocation></track>
+    <track id="together"><linearLocation>
+      <associatedNetElement netElementRef="ne5" sequence="2"/><associatedNetElement netElementRef="ne1" sequence="1"/>
+      <associatedNetElement netElementRef="ne6" sequence="3"/>
+     </linearLocation><length value="2000"/></track>
+    <track id="unknown"><linearLocation><associatedNetElement netElementRef="ne6"/></linearLocation></track>
+    <track id="lost"><linearLocation><associatedNetElement netElementRef="null"/></linearLocation></track>
+   </tracks>
+  </functionalInfrastructure>
+ </infrastructure>
+</railML>
+"""
+
+#: A topology and nothing that runs on it.
+BARE_NET = """<railML xmlns="https://www.railml.org/schemas/3.1" version="3.1"><infrastructure><topology><netElements>
+<netElement id="ne" length="500"/></netElements></topology></infrastructure></railML>"""
+
+#: As editors of track plans write it: tracks with ends, and no limit on them; no version but the namespace.
+BARE_2 = """<?xml version="1.0"?>
+<railml xmlns="http://www.railml.org/schemas/2013"><infrastructure><tracks>
+ <track id="a"><trackTopology><trackBegin pos="0"/><trackEnd pos="350"/></trackTopology></track>
+ <track id="b"><trackTopology><trackBegin pos="0"/><trackEnd pos="250"/></trackTopology><trackElements>
+  <speedChanges><speedChange pos="50" dir="up" vMax="60"/><speedChange pos="150" dir="up" vMax="end"/></speedChanges>
+  <radiusChanges><radiusChange pos="0" radius="0"/><radiusChange pos="0" radius="0"/>
+    <radiusChange pos="70" radius="-850"/>
+  </radiusChanges></trackElements></track>
+</tracks></infrastructure></railml>
+"""

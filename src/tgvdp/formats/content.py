@@ -37,11 +37,14 @@ class Content:
         By kind, in the order of the file; kinds that it does not hold are absent.
     default : str, optional
         Identifier of the item that the file itself prefers where it holds several.
+    takes_line_speed : bool
+        Whether its tracks may lack speed limits, in place of which ``Document.line_speed_mps`` can stand.
     """
 
     format: str
     items: Mapping[Kind, tuple[Item, ...]]
     default: str | None = None
+    takes_line_speed: bool = False
 
     @property
     def is_one(self) -> bool:

@@ -10,13 +10,16 @@ from typing import Any, NamedTuple, cast, get_args
 from tgvdp.errors import InputError
 from tgvdp.formats.content import Content, Kind
 from tgvdp.formats.native import reader as native
+from tgvdp.formats.osrd import path as osrd_path
 from tgvdp.formats.osrd import stock as osrd
 from tgvdp.formats.railml import reader as railml
 from tgvdp.formats.railtoolkit import reader as railtoolkit
 from tgvdp.formats.sources import Source, Target, label, locate, source_path
 from tgvdp.formats.syntax.reading import Document, bad, errors_named, read_bytes, read_document
+from tgvdp.formats.tables import reader as tables
 from tgvdp.formats.ttobench import reader as ttobench
 from tgvdp.model import catalog
+from tgvdp.model.checks import require_number
 from tgvdp.model.energy import EnergyMap
 from tgvdp.model.journey import Journey, Section
 from tgvdp.model.track import Track
@@ -27,7 +30,14 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 _LOOKED_AT = 20  # fields in which a slip of the pen is looked for
 
 #: Each returns what a document holds, or None when it is not of its format.
-_FOREIGN = (railml.open_document, ttobench.open_document, railtoolkit.open_document, osrd.open_document)
+_FOREIGN = (
+    railml.open_document,
+    tables.open_document,
+    osrd.open_document,
+    osrd_path.open_document,
+    ttobench.open_document,
+    railtoolkit.open_document,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +48,8 @@ class Scenario:
     ----------
     name : str
     format : str
-        "native", "TTOBench", "railtoolkit", "OSRD" or "railML" with its version.
+        "native", "TTOBench", "railtoolkit", "OSRD", "OSRD path", "CSV table", "Excel table", or "railML" with its
+        version.
     train : Train or None
     track : Track or None
     map : EnergyMap or None
@@ -81,8 +92,16 @@ class Read(NamedTuple):
         return {"file": self.path.name, **chosen, "sha256": self.sha256}
 
 
-def read_source(source: Source, kind: Kind | None = None) -> Read:
+def read_source(source: Source, kind: Kind | None = None, *, line_speed_mps: float | None = None) -> Read:
     """Locate and read a train, track, map or journey, or everything that a file holds, ONCE: value and fingerprint.
+
+    Parameters
+    ----------
+    source : str or path
+    kind : {"train", "track", "map", "journey"}, optional
+        All that it holds, when absent.
+    line_speed_mps : float, optional
+        See `load_track`.
 
     Raises
     ------
@@ -90,7 +109,7 @@ def read_source(source: Source, kind: Kind | None = None) -> Read:
         When there is no such name or file, or when it holds nothing valid of that kind.
     """
     target = locate(source, None if kind == "journey" else kind)
-    document = read_document(target.path)
+    document = _document(target, line_speed_mps)
     part = None if kind == "journey" else target.part  # there it chooses a section
     scenario = _scenario(document, _open(document), part, KINDS if kind is None else (kind,))
     value = scenario if kind is None else getattr(scenario, kind)
@@ -114,7 +133,7 @@ def load_train(path_or_name: Source) -> Train:
     return cast(Train, read_source(path_or_name, "train").value)
 
 
-def load_track(path_or_name: Source) -> Track:
+def load_track(path_or_name: Source, *, line_speed_mps: float | None = None) -> Track:
     """Load a track from the catalog or from a file.
 
     Parameters
@@ -122,13 +141,16 @@ def load_track(path_or_name: Source) -> Track:
     path_or_name : str or path
         A name of the catalog, or a file of any format that holds or references a track. Of several, ``FILE#NAME``
         means one.
+    line_speed_mps : float, optional
+        Speed limit wherever the file gives none, m/s, in formats that may lack limits: railML, OSRD paths and tables.
 
     Raises
     ------
     InputError
-        When there is no such name or file, or when it holds no valid track.
+        When there is no such name or file, or when it holds no valid track; when a line speed is given for a file
+        of a format in which limits are never missing.
     """
-    return cast(Track, read_source(path_or_name, "track").value)
+    return cast(Track, read_source(path_or_name, "track", line_speed_mps=line_speed_mps).value)
 
 
 def load_journey(path: Source) -> Journey:
@@ -181,8 +203,14 @@ def load_energy_map(path_or_name: Source) -> EnergyMap:
     return cast(EnergyMap, read_source(path_or_name, "map").value)
 
 
-def load_scenario(path: Source) -> Scenario:
+def load_scenario(path: Source, *, line_speed_mps: float | None = None) -> Scenario:
     """Load everything that a file holds, and what it references.
+
+    Parameters
+    ----------
+    path : str or path
+    line_speed_mps : float, optional
+        See `load_track`.
 
     Raises
     ------
@@ -190,7 +218,7 @@ def load_scenario(path: Source) -> Scenario:
         When the file or one that it references is missing or wrong, or when it holds several trains or tracks and
         none is chosen by ``FILE#NAME``.
     """
-    return cast(Scenario, read_source(path).value)
+    return cast(Scenario, read_source(path, line_speed_mps=line_speed_mps).value)
 
 
 def read_scenario(document: Document) -> Scenario:
@@ -198,8 +226,14 @@ def read_scenario(document: Document) -> Scenario:
     return _scenario(document, _open(document), None, KINDS)
 
 
-def load_all(path: Source) -> tuple[Scenario, ...]:
+def load_all(path: Source, *, line_speed_mps: float | None = None) -> tuple[Scenario, ...]:
     """Load everything that a file holds: one scenario, or one each where it holds several trains or tracks.
+
+    Parameters
+    ----------
+    path : str or path
+    line_speed_mps : float, optional
+        See `load_track`.
 
     Raises
     ------
@@ -207,7 +241,7 @@ def load_all(path: Source) -> tuple[Scenario, ...]:
         When the file, something in it or one that it references is missing or wrong.
     """
     target = locate(path)
-    document = read_document(target.path)
+    document = _document(target, line_speed_mps)
     content = _open(document)
     if content is None or target.part is not None or content.is_one:
         return (_scenario(document, content, target.part, KINDS),)
@@ -224,9 +258,19 @@ def input_digest(path_or_name: Source) -> str:
     return sha256(read_bytes(source_path(path_or_name))).hexdigest()
 
 
-def _read(target: Target, kinds: tuple[Kind, ...], chain: tuple[Path, ...] = ()) -> Scenario:
-    document = read_document(target.path)
+def _read(
+    target: Target, kinds: tuple[Kind, ...], chain: tuple[Path, ...] = (), line_speed_mps: float | None = None
+) -> Scenario:
+    document = _document(target, line_speed_mps)
     return _scenario(document, _open(document), target.part, kinds, chain)
+
+
+def _document(target: Target, line_speed_mps: float | None) -> Document:
+    document = read_document(target.path)
+    if line_speed_mps is None:
+        return document
+    speed_mps = require_number("line speed", "line_speed", line_speed_mps, "m/s", above=0.0)
+    return replace(document, line_speed_mps=speed_mps)
 
 
 def _open(document: Document) -> Content | None:
@@ -264,6 +308,8 @@ def _held(document: Document, content: Content, parts: dict[Kind, str | None]) -
     made: dict[str, Any] = {}
     kept: dict[str, Mapping[str, Any]] = {}
     for kind, part in parts.items():
+        if kind == "track" and document.line_speed_mps is not None and not content.takes_line_speed:
+            raise _never_missing(document, content.format)
         item = content.choose(document.path, kind, part)
         with errors_named(document.path):
             made[kind] = item.make()
@@ -273,19 +319,25 @@ def _held(document: Document, content: Content, parts: dict[Kind, str | None]) -
     return Scenario(name=name, format=content.format, inputs=inputs, kept=kept, **made)
 
 
+def _never_missing(document: Document, format: str) -> InputError:
+    return bad(document.path, f"{format} lines have a speed limit everywhere: a line speed would change nothing")
+
+
 def _native(document: Document, kinds: tuple[Kind, ...], chain: tuple[Path, ...]) -> Scenario:
     path = document.path
     _require_known_content(document)
     file = native.read_native(document)
     held = tuple(kind for kind in catalog.KINDS if getattr(file, kind) is not None)
     _require_kind(path, f"a {' and a '.join(held)}" if held else "run options", kinds, held)
-    inputs = {label(path): document.digest}
+    if isinstance(file.track, Track) and "track" in kinds and document.line_speed_mps is not None:
+        raise _never_missing(document, NATIVE)
+    inputs = {label(path): document.digest} | file.inputs
     found: dict[str, Any] = {}
     kept: dict[str, Mapping[str, Any]] = {}
     for kind in (kind for kind in catalog.KINDS if kind in kinds):
         found[kind] = getattr(file, kind)
         if isinstance(found[kind], str):
-            target = _follow(path, kind, found[kind], (*chain, path))
+            target = _follow(document, kind, found[kind], chain)
             found[kind] = getattr(target, kind)
             inputs |= target.inputs
             kept |= target.kept
@@ -294,13 +346,15 @@ def _native(document: Document, kinds: tuple[Kind, ...], chain: tuple[Path, ...]
     return scenario
 
 
-def _follow(path: Path, kind: catalog.Kind, reference: str, chain: tuple[Path, ...]) -> Scenario:
+def _follow(document: Document, kind: catalog.Kind, reference: str, chain: tuple[Path, ...]) -> Scenario:
     """Read the file that another one references."""
+    path, speed_mps = document.path, document.line_speed_mps
+    chain = (*chain, path)
     with errors_named(path, kind):
         target = locate(reference, kind, path.parent)
         if any(_same(target.path, before) for before in chain):
             raise InputError(f"the references go round in a circle, got {reference!r:.60}")
-        return _read(target, (kind,), chain)
+        return _read(target, (kind,), chain, speed_mps)
 
 
 def _same(one: Path, other: Path) -> bool:

@@ -6,14 +6,16 @@ Each field has one unit, which its name ends in. See docs/formats.md for an exam
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from msgspec import UNSET, UnsetType, structs
 
 from tgvdp.formats.native.energy_map import MapSpec, make_map
 from tgvdp.formats.native.specs import CurveSpec, EffortSpec, FileSpec, PolynomialSpec, RunSpec, TrackSpec, TrainSpec
-from tgvdp.formats.syntax.reading import Document, bad, errors_named, shown
+from tgvdp.formats.sources import label, locate
+from tgvdp.formats.syntax.reading import Document, bad, errors_named, read_document, shown
 from tgvdp.formats.syntax.typed import decode, suggestion
+from tgvdp.formats.tables.effort import read_effort
 from tgvdp.model.adhesion import Adhesion
 from tgvdp.model.checks import require_text
 from tgvdp.model.effort import EffortCurve, EffortPiece
@@ -29,13 +31,17 @@ _STRAIGHT = "infinity"
 
 @dataclass(frozen=True)
 class NativeFile:
-    """What a native file holds: a train, track or map made, a reference to one (text), or none; and run options."""
+    """What a native file holds: a train, track or map made, a reference to one (text), or none; and run options.
+
+    ``inputs`` are the SHA-256 of tables that were read for it, by their paths.
+    """
 
     name: str
     train: Train | str | None
     track: Track | str | None
     map: EnergyMap | str | None
     options: dict[str, Any]
+    inputs: dict[str, str]
 
 
 def read_native(document: Document) -> NativeFile:
@@ -49,13 +55,15 @@ def read_native(document: Document) -> NativeFile:
     path = document.path
     file = decode(path, document.tree, FileSpec)
     name = path.stem if file.name is UNSET else file.name
+    tables = dict(_effort_tables(path, file.train)) if isinstance(file.train, TrainSpec) else {}
     with errors_named(path):
         return NativeFile(
             require_text("file", "name", name),
-            _train(path, file.train, name) if isinstance(file.train, TrainSpec) else _reference(file.train),
+            _train(path, file.train, name, tables) if isinstance(file.train, TrainSpec) else _reference(file.train),
             _track(path, file.track, name) if isinstance(file.track, TrackSpec) else _reference(file.track),
             make_map(file.map, name) if isinstance(file.map, MapSpec) else _reference(file.map),
             {} if file.run is UNSET else _options(path, file.run),
+            {label(table.document.path): table.document.digest for table in tables.values()},
         )
 
 
@@ -63,14 +71,31 @@ def _reference(given: str | UnsetType) -> str | None:
     return None if given is UNSET else given
 
 
-def _train(path: Path, spec: TrainSpec, name: str) -> Train:
+class _EffortTable(NamedTuple):
+    """A file with an effort curve, and which of its sheets is meant."""
+
+    document: Document
+    part: str | None
+
+
+def _effort_tables(path: Path, spec: TrainSpec) -> Iterator[tuple[str, _EffortTable]]:
+    """Files that the effort of a train is read from, by its field."""
+    for field in ("traction", "braking"):
+        effort: EffortSpec | UnsetType = getattr(spec, field)
+        if effort is not UNSET and effort.file is not UNSET:
+            with errors_named(path, f"train.{field}.file"):
+                target = locate(effort.file, folder=path.parent)
+                yield field, _EffortTable(read_document(target.path), target.part)
+
+
+def _train(path: Path, spec: TrainSpec, name: str, tables: Mapping[str, _EffortTable]) -> Train:
     limits: dict[str, Any] = {
         field: value
         for field in ("max_acceleration_mps2", "max_deceleration_mps2")
         if (value := getattr(spec, field)) is not UNSET
     }
     if spec.braking:
-        limits["braking"] = _effort(path, "train.braking", spec.braking)
+        limits["braking"] = _effort(path, "train.braking", spec.braking, tables.get("braking"))
     if spec.adhesion:
         given = spec.adhesion.coefficient
         limits["adhesion"] = Adhesion(spec.adhesion.adhesive_mass_t * KILO, None if given is UNSET else given)
@@ -79,7 +104,7 @@ def _train(path: Path, spec: TrainSpec, name: str) -> Train:
         mass_kg=spec.mass_t * KILO,
         rotating_mass_factor=spec.rotating_mass_factor,
         length_m=spec.length_m,
-        traction=_effort(path, "train.traction", spec.traction),
+        traction=_effort(path, "train.traction", spec.traction, tables.get("traction")),
         friction_brake_n=spec.friction_brake_kn * KILO,
         davis_a_n=spec.davis_a_n,
         davis_b_n_per_mps=per_kmh_to_per_mps(spec.davis_b_n_per_kmh, 1),
@@ -97,16 +122,18 @@ def _train(path: Path, spec: TrainSpec, name: str) -> Train:
     )
 
 
-def _effort(path: Path, place: str, spec: EffortSpec) -> EffortCurve:
-    given = [field for field in ("force_kn", "points", "polynomials") if getattr(spec, field) is not UNSET]
+def _effort(path: Path, place: str, spec: EffortSpec, table: _EffortTable | None) -> EffortCurve:
+    given = [field for field in ("force_kn", "points", "polynomials", "file") if getattr(spec, field) is not UNSET]
     if len(given) != 1 or (spec.power_kw and given != ["force_kn"]):
         got = [field for field in spec.__struct_fields__ if getattr(spec, field) is not UNSET]
         raise bad(
             path,
-            f"{place}: must hold exactly one of force_kn (with power_kw or without), points, polynomials, "
+            f"{place}: must hold exactly one of force_kn (with power_kw or without), points, polynomials, file, "
             f"got {', '.join(got) or 'none'}",
         )
     with errors_named(path, place):
+        if table is not None:
+            return read_effort(*table)
         if spec.points is not UNSET:
             return EffortCurve.from_points([(kmh_to_mps(p.speed_kmh), p.effort_kn * KILO) for p in spec.points])
         if spec.polynomials is not UNSET:

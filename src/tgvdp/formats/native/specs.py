@@ -27,12 +27,13 @@ class PolynomialSpec(Struct, forbid_unknown_fields=True):
 
 
 class EffortSpec(Struct, forbid_unknown_fields=True):
-    """Exactly one of: force (and power), points, polynomials."""
+    """Exactly one of: force (and power), points, polynomials, a file with a table of speed and effort."""
 
     force_kn: NotNegative | UnsetType = UNSET
     power_kw: Positive | UnsetType = UNSET
     points: list[PointSpec] | UnsetType = UNSET
     polynomials: list[PolynomialSpec] | UnsetType = UNSET
+    file: str | UnsetType = UNSET
 
 
 class TunnelDragSpec(Struct, forbid_unknown_fields=True):

@@ -1,1 +1,1 @@
-"""OSRD: rolling stock as RailJSON, in SI units. Start at `stock`."""
+"""OSRD: rolling stock as RailJSON (`stock`), and paths with their speed limits as its services answer (`path`)."""

@@ -1,7 +1,8 @@
-"""OSRD rolling stock (RailJSON 3.2 to 3.4), SI throughout.
+"""OSRD rolling stock (RailJSON 3.0 to 3.4), SI throughout.
 
 Efforts are linear between points and constant after the last one; braking is exactly −γ, whatever gradient and
-resistance; inertia is the mass times the inertia coefficient, weight the plain mass.
+resistance, or in old files an effort of γ times the inertia beside both (type MAX); inertia is the mass times the
+inertia coefficient, weight the plain mass.
 Source: rolling-stock schema and documentation of the running-time calculation of OSRD (Open Rail Association).
 """
 
@@ -17,7 +18,7 @@ from tgvdp.formats.syntax.typed import decode, extensions
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.train import BrakingRate, Train
 
-VERSIONS = ("3.2", "3.3", "3.4")
+VERSIONS = ("3.0", "3.1", "3.2", "3.3", "3.4")
 
 Positive = Annotated[float, Meta(gt=0.0)]
 NotNegative = Annotated[float, Meta(ge=0.0)]
@@ -68,7 +69,6 @@ class _EffortCurves(Struct):
 
 
 class _File(Struct):
-    railjson_version: str
     name: str
     length: NotNegative
     mass: Positive
@@ -76,6 +76,7 @@ class _File(Struct):
     inertia_coefficient: Annotated[float, Meta(ge=1.0)]
     rolling_resistance: _Resistance
     effort_curves: _EffortCurves
+    railjson_version: str | UnsetType = UNSET
     gamma: _Gamma | UnsetType = UNSET
     const_gamma: Positive | UnsetType = UNSET
     comfort_acceleration: Any = UNSET
@@ -93,6 +94,11 @@ class _File(Struct):
     electrical_power_startup_time: Any = UNSET
     raise_pantograph_time: Any = UNSET
     etcs_brake_params: Any = UNSET
+    power_class: Any = UNSET
+    freight_compatible: Any = UNSET
+    primary_category: Any = UNSET
+    other_categories: Any = UNSET
+    features: Any = UNSET
     metadata: Any = UNSET
     liveries: Any = UNSET
 
@@ -121,12 +127,12 @@ def open_document(document: Document) -> Content | None:
         When a field is missing, mistyped or out of range.
     """
     tree, path = document.tree, document.path
-    if "railjson_version" not in tree and not tree.keys() >= {"effort_curves", "rolling_resistance"}:
+    if "effort_curves" not in tree:
         return None
+    field = "railjson_version" if "railjson_version" in tree else "version"  # as it was called until 2023
+    if tree.get(field) not in VERSIONS:
+        raise bad(path, f"{field}: must be one of {', '.join(VERSIONS)}, got {shown(tree.get(field))}")
     file = decode(path, tree, _File)
-    if file.railjson_version not in VERSIONS:
-        known = ", ".join(VERSIONS)
-        raise bad(path, f"railjson_version: must be one of {known}, got {shown(file.railjson_version)}")
     efforts = file.effort_curves
     if efforts.default_mode not in efforts.modes:
         known = ", ".join(map(shown, efforts.modes))
@@ -142,6 +148,7 @@ def open_document(document: Document) -> Content | None:
 
 def _train(path: Path, file: _File, name: str, mode: _Mode, notes: tuple[str, ...]) -> Train:
     resistance, unit_note = _resistance(path, file)
+    gamma_mps2, is_effort = _gamma(path, file)
     return Train(
         name=file.name,
         mass_kg=file.mass,
@@ -149,7 +156,8 @@ def _train(path: Path, file: _File, name: str, mode: _Mode, notes: tuple[str, ..
         length_m=file.length,
         max_speed_mps=file.max_speed,
         traction=_effort(path, f"effort_curves.modes.{name}.default_curve", mode.default_curve),
-        braking_rates=(BrakingRate(0.0, _gamma_mps2(path, file)),),
+        braking_rates=() if is_effort else (BrakingRate(0.0, gamma_mps2),),
+        friction_brake_n=gamma_mps2 * file.mass * file.inertia_coefficient if is_effort else 0.0,
         davis_a_n=resistance[0],
         davis_b_n_per_mps=resistance[1],
         davis_c_n_per_mps2=resistance[2],
@@ -162,6 +170,8 @@ def _resistance(path: Path, file: _File) -> tuple[tuple[float, float, float], st
     given = file.rolling_resistance
     if given.type != "davis":
         raise bad(path, f"rolling_resistance.type: must be 'davis', got {shown(given.type)}")
+    if given.A == given.B == given.C == 0.0:
+        return (0.0, 0.0, 0.0), "the file gives no resistance: A, B and C are 0"
     if given.A > _LEAST_N:
         return (given.A, given.B, given.C), "resistance is taken to be in N, as A is above 1"
     if not 0.0 < given.A < _MOST_N_PER_KG:
@@ -174,17 +184,17 @@ def _resistance(path: Path, file: _File) -> tuple[tuple[float, float, float], st
     return (given.A * mass, given.B * mass, given.C * mass), "resistance is taken to be in N/kg, as A is below 0.2"
 
 
-def _gamma_mps2(path: Path, file: _File) -> float:
-    """Deceleration of braking: ``gamma`` in 3.2, ``const_gamma`` since 3.3."""
+def _gamma(path: Path, file: _File) -> tuple[float, bool]:
+    """Braking, m/s²: ``gamma`` until 3.2, ``const_gamma`` since 3.3; and whether it is an effort over the inertia."""
     if bool(file.gamma) == bool(file.const_gamma):
         held = "both" if file.gamma else "none"
         raise bad(path, f"must hold one of const_gamma (since 3.3) and gamma (3.2), got {held}")
     if not file.gamma:
         assert file.const_gamma is not UNSET
-        return file.const_gamma
-    if file.gamma.type != "CONST":
-        raise bad(path, f"gamma.type: must be 'CONST', got {shown(file.gamma.type)}")
-    return file.gamma.value
+        return file.const_gamma, False
+    if file.gamma.type not in ("CONST", "MAX"):
+        raise bad(path, f"gamma.type: must be one of CONST, MAX, got {shown(file.gamma.type)}")
+    return file.gamma.value, file.gamma.type == "MAX"
 
 
 def _effort(path: Path, place: str, curve: _Curve) -> EffortCurve:

@@ -59,13 +59,14 @@ def directions(track: Node) -> tuple[str, ...]:
     return found or DIRECTIONS[:1]
 
 
-def profiles(track: Node) -> tuple[str, ...]:
+def profiles(root: Node, track: Node) -> tuple[str, ...]:
     """Return the speed profiles (or train categories) that limits of a track are given for; "" are those for all."""
-    return tuple(sorted({_profile(change) for change in _speed_changes(track)}))
+    named = _named_profiles(root)
+    return tuple(sorted({_profile(change, named) for change in _speed_changes(track)})) or ("",)
 
 
-def read_piece(root: Node, track: Node, direction: str, profile: str) -> Piece:
-    """Read a track as a run in one direction meets it.
+def read_piece(root: Node, track: Node, direction: str, profile: str, line_speed_kmh: float | None = None) -> Piece:
+    """Read a track as a run in one direction meets it; the line speed holds where a limit ends without a new one.
 
     Raises
     ------
@@ -78,7 +79,7 @@ def read_piece(root: Node, track: Node, direction: str, profile: str) -> Piece:
     if not end_m > begin_m:
         raise end.bad(f"must lie after trackBegin at {begin_m:.12g} m, got {end_m:.12g} m", "pos")
     way = _Way(begin_m, end_m - begin_m, direction == "up")
-    limits, notes = _limits(track, way, profile)
+    limits, notes = _limits(root, track, way, profile, line_speed_kmh)
     gradients, level_m = _ground(track.below("trackElements", "gradientChanges", "gradientChange"), way, _slope, 0.0)
     radii, straight_m = _ground(track.below("trackElements", "radiusChanges", "radiusChange"), way, _radius, math.inf)
     if level_m:
@@ -108,30 +109,45 @@ def _speed_changes(track: Node) -> list[Node]:
     return track.below("trackElements", "speedChanges", "speedChange")
 
 
-def _profile(change: Node) -> str:
-    return change.text("profileRef") or change.text("trainCategory") or ""
+def _named_profiles(root: Node) -> set[str] | None:
+    """Ids of the speed profiles of a file; None where it has none and its references can only be taken as they are."""
+    profiles = root.below("infrastructure", "speedProfiles", "speedProfile")
+    others = root.below("infrastructure", "infraAttrGroups", "infraAttributes")
+    return {one.text("id") or "" for one in profiles} if profiles or others else None
 
 
-def _limits(track: Node, way: _Way, profile: str) -> tuple[list[Row], list[str]]:
+def _profile(change: Node, named: set[str] | None) -> str:
+    """Profile of a change; a reference to something else, such as attributes of the infrastructure, is none."""
+    ref = change.text("profileRef") or ""
+    return (ref if named is None or ref in named else "") or change.text("trainCategory") or ""
+
+
+def _limits(
+    root: Node, track: Node, way: _Way, profile: str, line_speed_kmh: float | None
+) -> tuple[list[Row], list[str]]:
     """Limits of one direction and profile, km/h, and what must be said about them."""
+    named_profiles = _named_profiles(root)
     rows: list[tuple[Row, Node]] = []
     relations: set[str] = set()
     endless = 0
     for change in _speed_changes(track):
         direction = change.choice("dir", _LAX_DIRECTIONS)
         strict = direction in DIRECTIONS
-        if _profile(change) != profile or (strict and (direction == "up") != way.forward):
+        if _profile(change, named_profiles) != profile or (strict and (direction == "up") != way.forward):
             change.dismiss()
             continue
         if not strict and not way.forward:
             raise change.bad(f"must be up or down for a run against the track, got {shown(direction)}", "dir")
         speed_kmh = _top_speed_kmh(change)
-        endless += speed_kmh == NO_LIMIT_KMH
+        if speed_kmh == NO_LIMIT_KMH:
+            endless += 1
+            speed_kmh = NO_LIMIT_KMH if line_speed_kmh is None else line_speed_kmh
         relations.add(change.choice("trainRelation", _TRAIN_RELATIONS) or "")
         rows.append((Row(way.along_m(change, way.forward), speed_kmh, change.line), change))
     notes = []
     if endless:
-        notes.append(f"{endless} speed changes end a limit (vMax end or 999.9): from there the train's top speed holds")
+        instead = "the train's top speed" if line_speed_kmh is None else f"the line speed, {line_speed_kmh:g} km/h,"
+        notes.append(f"{endless} speed changes end a limit (vMax end or 999.9): from there {instead} holds")
     if relations - {""}:
         named = ", ".join(sorted(relation or "no trainRelation" for relation in relations))
         notes.append(f"limits count for {named}: choose limits for head or tail of the train accordingly")

@@ -7,14 +7,18 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
+from tgvdp.errors import InputError
 from tgvdp.formats.railml.line2 import STOPPING_TYPES
 from tgvdp.formats.railml.path import DIRECTIONS, NetPath, Stretch
-from tgvdp.formats.railml.rows import SLACK_M, Piece, Row, uncovered_note, unused_notes
+from tgvdp.formats.railml.rows import LINE_SPEED_HINT, SLACK_M, Piece, Row, uncovered_note, unused_notes
 from tgvdp.formats.syntax.xml import Node
 from tgvdp.model.track import Curve
 from tgvdp.units import KILO
 
 _FUNCTIONAL = ("infrastructure", "functionalInfrastructure")
+_SECTIONS = (*_FUNCTIONAL, "speeds", "speedSection")
+_GRADIENTS = ("infrastructure", "geometry", "gradientCurves", "gradientCurve")
+_CURVES = ("infrastructure", "geometry", "horizontalCurves", "horizontalCurve")
 _CURVE_TYPES = ("straight", "arc", "clothoid", "cubicParabola", "doucine", "mixed", "wienerBogen")
 
 
@@ -25,20 +29,22 @@ def tracks(root: Node) -> list[Node]:
 
 
 def directions(root: Node, track: Node) -> tuple[str, ...]:
-    """Return the directions in which limits cover the whole way; normal alone, when both have the same limits."""
-    covered = {}
-    for direction in DIRECTIONS:
-        path = NetPath(root, track, direction)
-        rows, missing_m = _limits(path, root)
-        if missing_m <= SLACK_M:
-            covered[direction] = (path.length_m, rows)
-    if len(covered) == len(DIRECTIONS):
-        length_m, rows = covered["normal"]
-        ends = [*(row.position_m for row in rows[1:]), length_m]
-        turned = [(length_m - end, row.value) for row, end in zip(rows[::-1], ends[::-1], strict=True)]
-        if _close(turned, [(row.position_m, row.value) for row in covered["reverse"][1]]):
-            return DIRECTIONS[:1]
-    return tuple(covered) or DIRECTIONS[:1]
+    """Return the directions in which limits cover the whole way, else those with any, else normal.
+
+    Normal alone, when both have the same limits. What is wrong with a track is said when it is read.
+    """
+    try:
+        ways = {direction: _limits(NetPath(root, track, direction), root) for direction in DIRECTIONS}
+    except InputError:
+        return DIRECTIONS[:1]
+    (forth, missing_m, length_m), (back, other_m, _) = ways.values()
+    ends = [*(row.position_m for row in forth[1:]), length_m]
+    turned = [(length_m - end, row.value) for row, end in zip(forth[::-1], ends[::-1], strict=True)]
+    if _close(turned, [(row.position_m, row.value) for row in back]):
+        return DIRECTIONS[:1]
+    least_m = min(missing_m, other_m)
+    enough_m = SLACK_M if least_m <= SLACK_M else length_m - SLACK_M
+    return tuple(direction for direction, way in ways.items() if way[1] <= enough_m) or DIRECTIONS[:1]
 
 
 def _close(one: list[tuple[float, float]], other: list[tuple[float, float]]) -> bool:
@@ -47,21 +53,37 @@ def _close(one: list[tuple[float, float]], other: list[tuple[float, float]]) -> 
     )
 
 
-def read_piece(root: Node, track: Node, direction: str) -> Piece:
+def read_piece(root: Node, track: Node, direction: str, line_speed_kmh: float | None = None) -> Piece:
     """Read a track or line as a run in one direction meets it.
+
+    Parameters
+    ----------
+    root, track : Node
+    direction : str
+        One of `DIRECTIONS`.
+    line_speed_kmh : float, optional
+        Limit where no section and no ``linePerformance`` gives one.
 
     Raises
     ------
     InputError
-        When an element is incomplete or off its net element, or two describe the same place.
+        When an element is incomplete or off its net element, or two describe the same place; when a limit is missing.
     """
     path = NetPath(root, track, direction)
-    limits, missing_m = _limits(path, root)
+    limits, missing_m, _ = _limits(path, root)
+    notes = [*_temporary_notes(path, root), *_inner_notes(path, root)]
     if missing_m > SLACK_M:
-        raise track.bad(f"speed sections leave {missing_m:.12g} m of {path.length_m:.12g} m without a limit")
+        own_kmh = _own_limit_kmh(track)
+        default_kmh = line_speed_kmh if own_kmh is None else own_kmh
+        if default_kmh is None:
+            lack = f"speed sections leave {missing_m:.12g} m of {path.length_m:.12g} m without a limit"
+            raise track.bad(f"{lack}: {LINE_SPEED_HINT}")
+        limits = [row._replace(value=min(row.value, default_kmh)) if math.isinf(row.value) else row for row in limits]
+        source = "the line speed asked for" if own_kmh is None else "linePerformance@maxSpeed"
+        notes.append(f"no speed section on {missing_m:.12g} m: limit is {source}, {default_kmh:g} km/h")
     gradients, level_m = _gradients(path, root)
     curves, straight_m = _curves(path, root)
-    notes = uncovered_note("gradientCurves", level_m, "level") if gradients and level_m > SLACK_M else []
+    notes += uncovered_note("gradientCurves", level_m, "level") if gradients and level_m > SLACK_M else []
     notes += uncovered_note("horizontalCurves", straight_m, "straight") if curves and straight_m > SLACK_M else []
     notes += _tunnel_notes(path, root)
     name = _name(track)
@@ -84,29 +106,49 @@ def _name(node: Node) -> str:
     return next((name for name in names if name), None) or node.text("id") or node.name
 
 
-def _limits(path: NetPath, root: Node) -> tuple[list[Row], float]:
-    """Least limit of all sections at each place, km/h, and the length without any."""
-    nodes = root.below(*_FUNCTIONAL, "speeds", "speedSection")
-    stretches = path.stretches(nodes)
+def _own_limit_kmh(line: Node) -> float | None:
+    """Largest speed on a line as a whole, km/h."""
+    speeds = [one.number("maxSpeed", "km/h", above=0.0) for one in line.children("linePerformance")]
+    return next((speed for speed in speeds if speed is not None), None)
+
+
+def _limits(path: NetPath, root: Node) -> tuple[list[Row], float, float]:
+    """Least limit of all sections at each place, km/h, infinite without any; the length without any, and of all, m."""
+    stretches = path.stretches(root.below(*_SECTIONS))
     speeds = {id(one.node): one.node.required_number("maxSpeed", "km/h", above=0.0) for one in stretches}
-    breaks_m = _breaks(path, stretches)
     rows: list[Row] = []
     missing_m = 0.0
     active: list[Stretch] = []
     waiting = stretches[::-1]
-    for from_m, to_m in pairwise(breaks_m):
+    for from_m, to_m in pairwise(_breaks(path, stretches)):
         middle_m = 0.5 * (from_m + to_m)
         while waiting and waiting[-1].from_m <= middle_m:
             active.append(waiting.pop())
         active = [one for one in active if one.to_m > middle_m]
-        if not active:
+        least = min(active, key=lambda one: speeds[id(one.node)], default=None)
+        speed_kmh, line = (math.inf, 0) if least is None else (speeds[id(least.node)], least.node.line)
+        if least is None:
             missing_m += to_m - from_m
-            continue
-        least = min(active, key=lambda one: speeds[id(one.node)])
-        speed_kmh = speeds[id(least.node)]
-        if not rows or rows[-1].value != speed_kmh or missing_m:
-            rows.append(Row(from_m, speed_kmh, least.node.line))
-    return rows, missing_m
+        if not rows or rows[-1].value != speed_kmh:
+            rows.append(Row(from_m, speed_kmh, line))
+    return rows, missing_m, path.length_m
+
+
+def _temporary_notes(path: NetPath, root: Node) -> list[str]:
+    """Temporary limits hold on days that a run does not name."""
+    sections = {id(one.node.element): one.node for one in path.stretches(root.below(*_SECTIONS))}
+    count = sum(node.flag("isTemporary") is True for node in sections.values())
+    return [f"temporary limits ({count}) count as any other"] if count else []
+
+
+def _inner_notes(path: NetPath, root: Node) -> list[str]:
+    """Limits and gradients that stand on the parts of a coarse net element cannot be put in order along it."""
+    inner = path.inner
+    counts = []
+    for steps in (_SECTIONS, _GRADIENTS, _CURVES):
+        count = sum(not inner.isdisjoint(path.refs(node)) for node in root.below(*steps))
+        counts += [f"{steps[-1]} ({count})"] if count else []
+    return [f"not used, as they lie on parts of the net elements: {', '.join(counts)}"] if counts else []
 
 
 def _breaks(path: NetPath, stretches: list[Stretch]) -> list[float]:
@@ -132,7 +174,7 @@ def _gradients(path: NetPath, root: Node) -> tuple[list[Row], float]:
     """Rows of gradient, ‰, and the length without any, which is taken as level."""
     rows: list[Row] = []
     gaps_m, end_m = 0.0, 0.0
-    nodes = root.below("infrastructure", "geometry", "gradientCurves", "gradientCurve")
+    nodes = root.below(*_GRADIENTS)
     for one, gap_m in _apart(path.stretches(nodes)):
         if gap_m > SLACK_M:
             rows.append(Row(end_m, 0.0, one.node.line))
@@ -151,7 +193,7 @@ def _gradients(path: NetPath, root: Node) -> tuple[list[Row], float]:
 
 def _curves(path: NetPath, root: Node) -> tuple[list[tuple[Curve, int]], float]:
     """Rows of curvature; a transition takes its ends from its neighbours. And the length without any: straight."""
-    nodes = root.below("infrastructure", "geometry", "horizontalCurves", "horizontalCurve")
+    nodes = root.below(*_CURVES)
     arcs: list[tuple[float, float | None, int]] = []
     gaps_m, end_m = 0.0, 0.0
     for one, gap_m in _apart(path.stretches(nodes)):

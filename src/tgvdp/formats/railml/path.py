@@ -8,6 +8,7 @@ schema.
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from tgvdp.formats.railml.net import PLACE, NetElements, is_whole, track_length_m
 from tgvdp.formats.railml.rows import SLACK_M
 from tgvdp.formats.syntax.reading import shown
 from tgvdp.formats.syntax.xml import Node
@@ -38,20 +39,43 @@ class NetPath:
     """Net elements one after the other, as a run meets them."""
 
     def __init__(self, root: Node, owner: Node, direction: str) -> None:
-        self._elements = _net_elements(root)
+        self._net = NetElements(root)
         self.parts: dict[str, _Part] = {}
         self.length_m = 0.0
         places = sorted(_associated(_location(owner)), key=lambda place: place.number("sequence", "-") or 0.0)
+        self._merged, merged_m = self._together(owner, places)
         run_forward = direction == DIRECTIONS[0]
         for place in places if run_forward else places[::-1]:
-            ref, from_m, to_m = self.extent(place)
+            ref = place.required_text("netElementRef")
             if ref in self.parts:
                 raise place.bad(f"net element {shown(ref)} is passed twice", "netElementRef")
+            from_m, to_m = (0.0, merged_m) if ref in self._merged else self.extent(place)[1:]
+            if ref in self._merged:
+                merged_m = 0.0  # all of it stands with the first of them
             along = place.flag("keepsOrientation") is not False
             self.parts[ref] = _Part(min(from_m, to_m), max(from_m, to_m), along == run_forward, self.length_m)
             self.length_m += abs(to_m - from_m)
         if not self.length_m > 0.0:
             raise owner.bad("has no length: its linearLocation covers nothing")
+
+    def _together(self, owner: Node, places: list[Node]) -> tuple[frozenset[str], float]:
+        """Net elements of a track of which only the length of all together is known, and that length, m."""
+        lengths_m = {}
+        for place in places:
+            ref = place.required_text("netElementRef")
+            self._net.node(place, ref)
+            lengths_m[ref] = self._net.length_m(ref)
+        missing = frozenset(ref for ref, length_m in lengths_m.items() if length_m is None)
+        total_m = track_length_m(owner)
+        if len(missing) < 2 or total_m is None or not all(map(is_whole, places)):
+            return frozenset(), 0.0
+        rest_m = total_m - sum(length_m or 0.0 for length_m in lengths_m.values())
+        return (missing, rest_m) if rest_m > SLACK_M else (frozenset(), 0.0)
+
+    @property
+    def inner(self) -> set[str]:
+        """Net elements of a finer level that those of the run are made of."""
+        return self._net.parts(set(self.parts))
 
     def extent(self, place: Node) -> tuple[str, float, float]:
         """Net element and the two positions on it, m, of an ``associatedNetElement``."""
@@ -63,6 +87,11 @@ class NetPath:
             at_m = self._position_m(place, element, length_m, (f"pos{side}", f"intrinsicCoord{side}"), coordinate)
             ends.append(default if at_m is None else at_m)
         return ref, ends[0], ends[1]
+
+    def refs(self, node: Node) -> list[str]:
+        """Net elements that an element lies on."""
+        places = [place for location in node.children("linearLocation") for place in location.children(PLACE)]
+        return [place.text("netElementRef") or "" for place in places]
 
     def spot(self, place: Node) -> float | None:
         """Distance on the run of a ``spotLocation``, m; None when it lies elsewhere."""
@@ -105,10 +134,13 @@ class NetPath:
                     yield Stretch(min(one_m, other_m), max(one_m, other_m), node, forward)
 
     def _element(self, place: Node, ref: str) -> tuple[Node, float]:
-        element = self._elements.get(ref)
-        if element is None:
-            raise place.bad(f"no net element {shown(ref)} in this file", "netElementRef")
-        return element, element.required_number("length", "m", above=0.0)
+        element = self._net.node(place, ref)
+        if ref in self._merged:
+            raise place.bad(f"net element {shown(ref)} has no length, only all of its track has one", "netElementRef")
+        length_m = self._net.length_m(ref)
+        if length_m is None:
+            raise element.bad("missing attribute (m), nor has a track on it alone a length", "length")
+        return element, length_m
 
     def _position_m(
         self, place: Node, element: Node, length_m: float, names: tuple[str, str], coordinate: Node | None
@@ -119,7 +151,7 @@ class NetPath:
         if at_m is None and share is not None:
             at_m, name = share * length_m, intrinsic
         if at_m is None and coordinate is not None:
-            at_m, place, name = _measured_m(coordinate, element, length_m), coordinate, "measure"
+            at_m, place, name = self._net.measured_m(coordinate, element, length_m), coordinate, "measure"
         if at_m is not None and not -SLACK_M <= at_m <= length_m + SLACK_M:
             raise place.bad(f"must lie on the net element of {length_m:.12g} m, got {at_m:.12g} m", name)
         return None if at_m is None else min(max(at_m, 0.0), length_m)
@@ -127,29 +159,6 @@ class NetPath:
 
 def _on_run(part: _Part, at_m: float) -> float:
     return part.offset_m + (at_m - part.from_m if part.forward else part.to_m - at_m)
-
-
-def _measured_m(coordinate: Node, element: Node, length_m: float) -> float:
-    """Position on a net element of a measure in one of its positioning systems, m; linear between its two ends."""
-    system = coordinate.text("positioningSystemRef")
-    measure = coordinate.required_number("measure", "m")
-    known = []
-    for associated in element.children("associatedPositioningSystem"):
-        for intrinsic in associated.children("intrinsicCoordinate"):
-            for linear in intrinsic.children("linearCoordinate"):
-                if system is None or linear.text("positioningSystemRef") in (None, system):
-                    share = intrinsic.required_number("intrinsicCoord", "-", at_least=0.0)
-                    known.append((share, linear.required_number("measure", "m")))
-    known.sort()
-    if not known or not known[-1][0] > known[0][0] or known[-1][1] == known[0][1]:
-        raise coordinate.bad(f"its net element has no two coordinates in the positioning system {shown(system)}")
-    (first, first_m), (last, last_m) = known[0], known[-1]
-    return length_m * (first + (last - first) * (measure - first_m) / (last_m - first_m))
-
-
-def _net_elements(root: Node) -> dict[str, Node]:
-    elements = root.below("infrastructure", "topology", "netElements", "netElement")
-    return {element.text("id") or "": element for element in elements}
 
 
 def _location(owner: Node) -> Node:
@@ -161,7 +170,7 @@ def _location(owner: Node) -> Node:
 
 
 def _associated(location: Node) -> list[Node]:
-    places = location.children("associatedNetElement")
+    places = location.children(PLACE)
     if not places:
         raise location.bad("missing element associatedNetElement")
     for place in places:

@@ -20,9 +20,19 @@ from tgvdp.formats.syntax.typed import suggestion
 from tgvdp.formats.syntax.xml import Node, parse_xml
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
+from tgvdp.units import mps_to_kmh
 
 FORMAT = "railML"
 _VERSIONS = ("2.2", "2.3", "2.4", "2.5", "3.1", "3.2")
+#: What a file without a version can only be.
+_BY_NAMESPACE = {
+    "http://www.railml.org/schemas/2013": "2.2",
+    "https://www.railml.org/schemas/2016": "2.3",
+    "https://www.railml.org/schemas/2018": "2.4",
+    "https://www.railml.org/schemas/2021": "2.5",
+    "https://www.railml.org/schemas/3.1": "3.1",
+    "https://www.railml.org/schemas/3.2": "3.2",
+}
 _ROOTS = ("railml", "railML")  # 2.x and 3.x
 _MOST_NAMES = 12
 
@@ -55,20 +65,20 @@ def open_document(document: Document) -> Content | None:
     """
     if document.syntax != "XML":
         return None
-    file = _File(document.path, document.data)
+    file = _File(document)
     items: dict[Kind, tuple[Item, ...]] = {
         "train": tuple(Item(name, partial(_first, file.make_train, name)) for name in file.train_names()),
         "track": tuple(Item(name, partial(_first, file.make_track, name)) for name in file.track_names()),
     }
     items = {kind: some for kind, some in items.items() if some}
     if not items:
-        raise bad(document.path, "holds no track and no train: tracks with limits, formations or vehicles with engine")
-    return RailmlContent(format=f"{FORMAT} {file.version}", items=items, file=file)
+        raise bad(document.path, f"holds no track and no train: {file.wanted}")
+    return RailmlContent(format=f"{FORMAT} {file.version}", items=items, takes_line_speed=True, file=file)
 
 
 def lines_of(document: Document, kind: Kind, part: str | None) -> dict[str, int]:
     """Line of the file of each field of a chosen track or train, as far as it stands there."""
-    file = _File(document.path, document.data)
+    file = _File(document)
     names = file.train_names() if kind == "train" else file.track_names()
     chosen = names[0] if part is None else part
     return (file.make_train(chosen) if kind == "train" else file.make_track(chosen))[1]
@@ -81,16 +91,26 @@ def _first(make: Callable[[str], tuple[Train, object] | tuple[Track, object]], n
 class _File:
     """A parsed file, by version."""
 
-    def __init__(self, path: Path, data: bytes) -> None:
-        self.path = path
-        self.root = parse_xml(path, data)
+    def __init__(self, document: Document) -> None:
+        self.path = document.path
+        speed_mps = document.line_speed_mps
+        self._line_speed_kmh = None if speed_mps is None else mps_to_kmh(speed_mps)
+        self.root = parse_xml(document.path, document.data)
         if self.root.name not in _ROOTS:
-            raise bad(path, f"holds XML, but no railML: its root is {shown(self.root.name)}")
-        self.version = self.root.required_text("version")
+            raise bad(self.path, f"holds XML, but no railML: its root is {shown(self.root.name)}")
+        self.version = self.root.text("version") or _BY_NAMESPACE.get(self.root.namespace) or ""
+        if not self.version:
+            raise self.root.bad("missing attribute, and the namespace is that of no known version", "version")
         if not re.match(rf"({'|'.join(map(re.escape, _VERSIONS))})(\D|$)", self.version):
             raise self.root.bad(f"must be one of {', '.join(_VERSIONS)}, got {shown(self.version)}", "version")
         self._old = self.version.startswith("2")
         self._line = line2 if self._old else line3
+
+    @property
+    def wanted(self) -> str:
+        """What would make a file one that a run can be read from."""
+        track = "track" if self._old else "track or line with a linearLocation over net elements"
+        return f"neither a {track}, nor a formation or a vehicle with engine"
 
     def track_names(self) -> list[str]:
         """All tracks, with the directions and profiles that they can be run in where there are several."""
@@ -114,7 +134,7 @@ class _File:
         self.root = self.root.fresh()
         chosen = [self._chosen_way(one) for one in part.split("+")]
         pieces = [self._piece(*one) for one in chosen]
-        return join(chosen[0][0], pieces)
+        return join(chosen[0][0], pieces, self._line_speed_kmh)
 
     def make_train(self, part: str) -> tuple[Train, dict[str, int]]:
         """Make the train that a text means."""
@@ -127,14 +147,14 @@ class _File:
 
     def _piece(self, track: Node, direction: str, profile: str) -> Piece:
         if self._old:
-            return line2.read_piece(self.root, track, direction, profile)
-        return line3.read_piece(self.root, track, direction)
+            return line2.read_piece(self.root, track, direction, profile, self._line_speed_kmh)
+        return line3.read_piece(self.root, track, direction, self._line_speed_kmh)
 
     def _directions(self, track: Node) -> tuple[str, ...]:
         return line2.directions(track) if self._old else line3.directions(self.root, track)
 
     def _profiles(self, track: Node) -> tuple[str, ...]:
-        return line2.profiles(track) if self._old else ("",)
+        return line2.profiles(self.root, track) if self._old else ("",)
 
     def _ways(self, track: Node) -> Iterator[str]:
         """Names of the ways to run over a track, as short as they are unique."""
@@ -152,7 +172,7 @@ class _File:
         given = [word for word in words if word and word != direction]
         profile = given[0] if given else ("" if "" in profiles else profiles[0])
         ambiguous = (not direction and len(directions) > 1) or (not given and "" not in profiles and len(profiles) > 1)
-        if ambiguous or len(given) > 1 or profile not in (*profiles, *(("",) if not profiles else ())):
+        if ambiguous or len(given) > 1 or profile not in profiles:
             raise self._choose("track", part, list(self._ways(track)))
         return track, direction or directions[0], profile
 

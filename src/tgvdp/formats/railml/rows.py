@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import NamedTuple
 
 from tgvdp.errors import InputError
@@ -15,6 +14,9 @@ NO_LIMIT_KMH = 999.9
 
 #: Positions are written with millimetres at best.
 SLACK_M = 1e-3
+
+#: How to run over a line of which the file does not say how fast.
+LINE_SPEED_HINT = "--line-speed KMH gives a limit where the file has none"
 
 #: Longest note, so that it stays one line that can be read.
 _LONGEST_NOTE = 400
@@ -61,18 +63,21 @@ def turned(rows: list[Row], length_m: float) -> list[Row]:
 
 
 def one_at_each_place(rows: Iterable[tuple[Row, Node]], length_m: float) -> list[Row]:
-    """Rows in the order of the run, without those at its very end; two at one place are an error.
+    """Rows in the order of the run, without those at its very end; of several at one place that agree, the first.
 
     Raises
     ------
     InputError
-        When two rows share a position, or one lies off the piece.
+        When two rows at one position differ.
     """
-    ordered = sorted(rows, key=lambda row: row[0].position_m)
-    for (before, _), (row, node) in pairwise(ordered):
-        if row.position_m - before.position_m < SLACK_M:
-            raise node.bad(f"a second {node.name} at the position of line {before.line}", "pos")
-    return [row for row, _ in ordered if row.position_m < length_m - SLACK_M]
+    kept: list[Row] = []
+    for row, node in sorted(rows, key=lambda row: row[0].position_m):
+        again = bool(kept) and row.position_m - kept[-1].position_m < SLACK_M
+        if again and row.value != kept[-1].value:
+            raise node.bad(f"a second {node.name} at the position of line {kept[-1].line}, and another value", "pos")
+        if not again:
+            kept.append(row)
+    return [row for row in kept if row.position_m < length_m - SLACK_M]
 
 
 def unused_notes(names: list[str]) -> list[str]:
@@ -86,10 +91,11 @@ def unused_notes(names: list[str]) -> list[str]:
     return notes
 
 
-def join(node: Node, pieces: list[Piece]) -> tuple[Track, dict[str, int]]:
+def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -> tuple[Track, dict[str, int]]:
     """Put pieces one after the other and make a track of them.
 
-    Limits and gradients go on from piece to piece where a piece does not start with its own.
+    Limits and gradients go on from piece to piece where a piece does not start with its own; where the first one does
+    not, the line speed is the limit.
 
     Returns
     -------
@@ -118,9 +124,13 @@ def join(node: Node, pieces: list[Piece]) -> tuple[Track, dict[str, int]]:
         stops_m |= {offset_m + stop_m for stop_m in piece.stops_m}
         offset_m += piece.length_m
     first = pieces[0]
+    notes = [note for piece in pieces for note in piece.notes]
     if not limits or limits[0].position_m > SLACK_M:
         until_m = limits[0].position_m if limits else offset_m
-        raise node.bad(f"no speed limit from 0 m to {until_m:.12g} m of {first.name}")
+        if line_speed_kmh is None:
+            raise node.bad(f"no speed limit from 0 m to {until_m:.12g} m of {first.name}: {LINE_SPEED_HINT}")
+        limits.insert(0, Row(0.0, line_speed_kmh, first.line))
+        notes.append(f"no limit before {until_m:.12g} m: limit is the line speed asked for, {line_speed_kmh:g} km/h")
     if gradients and gradients[0].position_m > 0.0:
         gradients = filled(gradients, 0.0)
     if all(curve[1:] == (float("inf"), float("inf")) for curve, _ in curves):
@@ -139,7 +149,7 @@ def join(node: Node, pieces: list[Piece]) -> tuple[Track, dict[str, int]]:
             stops_m=_stops(stops_m, offset_m),
             curves=tuple(curve for curve, _ in curves),
             tunnels=tuple(tunnel for tunnel, _ in tunnels),
-            notes=tuple(dict.fromkeys(note for piece in pieces for note in piece.notes)),
+            notes=tuple(dict.fromkeys(notes)),
         )
     except InputError as error:
         raise node.bad(str(error)) from None

@@ -42,8 +42,9 @@ def trains(root: Node) -> list[Node]:
 
 def modes(root: Node, train: Node) -> tuple[str, ...]:
     """Names of the propulsions among which a train can choose: those of its one powered kind of vehicle."""
-    powered = [one for one in _vehicles(root, train) if _propulsions(one.node)]
-    named = [name for name, _ in _propulsions(powered[0].node)] if len(powered) == 1 else []
+    vehicles = [one.node for one in _vehicles(root, train)]
+    powered = {vehicle.line: vehicle for vehicle in vehicles if _propulsions(vehicle)}
+    named = [name for vehicle in powered.values() for name, _ in _propulsions(vehicle)] if len(powered) == 1 else []
     return tuple(named) if len(named) > 1 else ()
 
 
@@ -212,7 +213,7 @@ def _scaled(effort: Effort | None, count: int) -> list[Effort]:
 def _rotating_t(vehicle: Node, propulsions: list[Node], mass_t: float | None) -> float:
     """Rotating masses of a vehicle as additional mass, t, from a factor of its mass or from a mass."""
     extra_t = 0.0
-    for node in [vehicle, *propulsions]:
+    for node in [vehicle, *vehicle.children("wagon"), *propulsions]:
         factor = node.number("rotationMassFactor", "-", at_least=1.0)
         if factor is not None:
             own_t = mass_t if mass_t is not None else _own_mass_t(vehicle)

@@ -30,9 +30,14 @@ _LONGEST_VALUE = 60
 #: YAML begins with a directive, a document mark or ``key:``; TOML with ``[table]`` or ``key =``.
 _YAML_START = re.compile(r"%YAML|---|[^=\[\]{}\"']+:(\s|$)")
 _SURROGATE = re.compile("[\ud800-\udfff]")
+#: What a workbook begins with: it is a ZIP archive.
+_ZIP = b"PK\x03\x04"
+_TABLE_SUFFIXES = (".csv", ".tsv")
+#: A header of columns: cells with commas, semicolons or tabs between, and nothing that other syntaxes begin with.
+_TABLE_START = re.compile(r"[^\[{<=][^=]*[;,\t][^=]*")
 _BLANK = b"\xef\xbb\xbf\xff\xfe \t\r\n"
 
-Syntax = Literal["JSON", "TOML", "YAML", "XML"]
+Syntax = Literal["JSON", "TOML", "YAML", "XML", "CSV", "XLSX"]
 
 
 @dataclass(frozen=True)
@@ -46,9 +51,11 @@ class Document:
         SHA-256 of its bytes, hexadecimal.
     syntax : str
     tree : dict
-        Its values; empty for XML, which the reader of that format parses itself.
+        Its values; empty for XML and tables, whose readers parse the bytes themselves.
     data : bytes
         As they are in the file.
+    line_speed_mps : float, optional
+        Speed limit of a track wherever the file gives none, m/s; not part of the file.
     """
 
     path: Path
@@ -56,6 +63,7 @@ class Document:
     syntax: Syntax
     tree: dict[str, Any]
     data: bytes
+    line_speed_mps: float | None = None
 
 
 def bad(path: Path, message: object) -> InputError:
@@ -121,7 +129,7 @@ def _refusal(status: os.stat_result) -> str | None:
 
 
 def read_document(path: Path) -> Document:
-    """Read a JSON, TOML or YAML file; of XML only the bytes.
+    """Read a JSON, TOML or YAML file; of XML and tables only the bytes.
 
     Raises
     ------
@@ -139,13 +147,19 @@ def parse_document(path: Path, data: bytes) -> Document:
     digest = sha256(data).hexdigest()
     if data[:64].replace(b"\0", b"").lstrip(_BLANK).startswith(b"<"):  # in any encoding
         return Document(path, digest, "XML", {}, data)
+    if data.startswith(_ZIP):
+        return Document(path, digest, "XLSX", {}, data)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
+        if path.suffix.lower() in _TABLE_SUFFIXES:
+            return Document(path, digest, "CSV", {}, data)
         raise bad(path, f"is not UTF-8 text (byte {error.start})") from None
     if not text.strip():
         raise bad(path, "is empty")
-    syntax = _syntax_of(text, path.suffix)
+    syntax = _syntax_of(text, path.suffix.lower())
+    if syntax == "CSV":
+        return Document(path, digest, syntax, {}, data)
     with errors_named(path):
         tree = _parse(text, syntax)
     if not isinstance(tree, dict):
@@ -173,11 +187,15 @@ def _parse(text: str, syntax: Syntax) -> Any:
 
 def _syntax_of(text: str, suffix: str) -> Syntax:
     """Tell by its first line that is no comment in which syntax a text is written."""
-    if text.lstrip().startswith("{") or suffix.lower() == ".json":
+    if text.lstrip().startswith("{") or suffix == ".json":
         return "JSON"
+    if suffix in _TABLE_SUFFIXES:
+        return "CSV"
     for line in text.splitlines():
         if line.strip() and not line.lstrip().startswith("#"):
-            return "YAML" if _YAML_START.match(line.strip()) else "TOML"
+            if _YAML_START.match(line.strip()):
+                return "YAML"
+            return "CSV" if _TABLE_START.fullmatch(line.strip()) else "TOML"
     return "TOML"
 
 

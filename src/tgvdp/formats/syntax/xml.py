@@ -107,6 +107,11 @@ class Node:
         return _local(self.element)
 
     @property
+    def namespace(self) -> str:
+        """Namespace of the element, empty without one."""
+        return str(self.element.tag).rpartition("}")[0].removeprefix("{")
+
+    @property
     def line(self) -> int:
         """Line of the file in which the start tag of the element ends."""
         return int(self.element.sourceline or 0)
