@@ -5,7 +5,8 @@ A curve is a chain of pieces, each valid from its own speed up to the next piece
     F(v) = power/v + c0 + c1·v + c2·v² + c3·v³          (N, v in m/s)
 
 That one form holds a force cap and a power cap (two pieces), tables that are linear between points, with jumps, and
-the polynomials of the Alstom formulation (`formulations.problem.alstom`), and it integrates in closed form over a segment of constant acceleration.
+the polynomials of the demand formulation (`formulations.problem.alstom`), and it integrates in closed form over a
+segment of constant acceleration.
 """
 
 import math
