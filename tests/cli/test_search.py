@@ -43,7 +43,7 @@ def test_json_is_one_object_on_stdout(tmp_path, capsys):
     content = json.loads(out)
     assert content["schema"] == "tgvdp.search/1"
     assert {"fastest", "front", "counters", "provenance"} <= set(content)
-    assert set(content["fastest"]) == {"time_s", "energy_kwh", "stepped_time_s", "balance", "ride"}
+    assert set(content["fastest"]) == {"time_s", "energy_kwh", "stepped_time_s", "peak_power_kw", "balance", "ride"}
     for point in content["front"]:
         assert point["replay"]["ok"]
         assert {"id", "time_s", "delay_s", "margin_pct", "energy_kwh", "saved_pct"} <= set(point)

@@ -15,12 +15,12 @@ _LARGE_GAP_PCT = 0.1
 
 def unusual(train: "Train", track: "Track") -> Iterator[str]:
     """Figures outside the ranges that they usually lie in."""
-    from tgvdp.formats.review.plausibility import check_track, check_train
+    from tgvdp.formats.review.plausibility import check_text, check_track, check_train
 
     for kind, owner, checks in (("train", train, check_train(train)), ("track", track, check_track(track))):
         for check in checks:
             if not check.ok:
-                yield f"{kind} {owner.name}: {str(check).removeprefix('warning  ')}"
+                yield f"{kind} {owner.name}: {check_text(check)}"
 
 
 def idle(trip: "Trip") -> Iterator[str]:

@@ -27,7 +27,10 @@ class Review:
     def __str__(self) -> str:
         """Several lines, for the terminal."""
         lines = [f"plausibility of {self.kind} {self.name}: {self.warnings or 'no'} warning{'s'[: self.warnings != 1]}"]
-        lines += [f"  {_text(check)}{'' if line is None else f', line {line}'}" for check, line in self.checks]
+        lines += [
+            f"  {'ok     ' if check.ok else 'warning'}  {check_text(check)}{'' if line is None else f', line {line}'}"
+            for check, line in self.checks
+        ]
         return "\n".join(lines)
 
 
@@ -67,7 +70,8 @@ def check_track(track: Track) -> list[Figure]:
     return [figure for figure in track_figures(track) if figure.field]
 
 
-def _text(check: Figure) -> str:
+def check_text(check: Figure) -> str:
+    """One line: the figure, its usual range and, where it lies outside, the likeliest slip."""
     usual = f"usual {check.low:.6g} to {check.high:.6g}"
-    text = f"{'ok     ' if check.ok else 'warning'}  {check.name} {check.value:.4g} {check.unit}".rstrip()
+    text = f"{check.name} {check.value:.4g} {check.unit}".rstrip()
     return f"{text} ({usual}{'' if check.ok or not check.hint else f': {check.hint}'})"
