@@ -113,6 +113,7 @@ def refused_or_loaded(path):
         assert line.startswith(f"{path}: ")
         assert line.isprintable()
         assert len(line) < 700 + len(str(path))
+        assert not line.endswith("known: ")
         return line.removeprefix(f"{path}: ")
     assert str(description)
     return None

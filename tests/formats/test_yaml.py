@@ -59,6 +59,8 @@ def test_scalars_follow_the_core_schema_of_yaml_1_2(text, value):
         ("a: !!python/object/apply:os.system ['true']", "YAML tags are not read"),
         ("a: 1\n---\nb: 2", "must hold one YAML document, another one starts in line 2"),
         ("? [1, 2]\n: 3", "names of fields must be text in line 1"),
+        ("%YAML 1.3\n---\na: 1", "is not valid YAML: version"),
+        ("%YAML 2.0\n---\na: 1", "is not valid YAML: found incompatible YAML document"),
         ("a: [1, 2", "is not valid YAML: "),
         ("a: 'open", "is not valid YAML: "),
         ("a: \x07", "is not valid YAML: "),

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from msgspec import UNSET, UnsetType, structs
 
+from tgvdp.errors import InputError
 from tgvdp.formats.native.energy_map import MapSpec, make_map
 from tgvdp.formats.native.specs import CurveSpec, EffortSpec, FileSpec, PolynomialSpec, RunSpec, TrackSpec, TrainSpec
 from tgvdp.formats.sources import label, locate
@@ -123,24 +124,28 @@ def _train(path: Path, spec: TrainSpec, name: str, tables: Mapping[str, _EffortT
 
 
 def _effort(path: Path, place: str, spec: EffortSpec, table: _EffortTable | None) -> EffortCurve:
+    with errors_named(path, place):
+        return effort_of(spec, table)
+
+
+def effort_of(spec: EffortSpec, table: _EffortTable | None = None) -> EffortCurve:
+    """Make the curve of an effort table, of its ``file`` from what that holds; raises `InputError`."""
     given = [field for field in ("force_kn", "points", "polynomials", "file") if getattr(spec, field) is not UNSET]
     if len(given) != 1 or (spec.power_kw and given != ["force_kn"]):
         got = [field for field in spec.__struct_fields__ if getattr(spec, field) is not UNSET]
-        raise bad(
-            path,
-            f"{place}: must hold exactly one of force_kn (with power_kw or without), points, polynomials, file, "
-            f"got {', '.join(got) or 'none'}",
+        raise InputError(
+            f"must hold exactly one of force_kn (with power_kw or without), points, polynomials, file, "
+            f"got {', '.join(got) or 'none'}"
         )
-    with errors_named(path, place):
-        if table is not None:
-            return read_effort(*table)
-        if spec.points is not UNSET:
-            return EffortCurve.from_points([(kmh_to_mps(p.speed_kmh), p.effort_kn * KILO) for p in spec.points])
-        if spec.polynomials is not UNSET:
-            return EffortCurve(tuple(_pieces(spec.polynomials)))
-        assert spec.force_kn is not UNSET
-        power = {"power_w": spec.power_kw * KILO} if spec.power_kw else {}
-        return EffortCurve.from_caps(spec.force_kn * KILO, **power)
+    if table is not None:
+        return read_effort(*table)
+    if spec.points is not UNSET:
+        return EffortCurve.from_points([(kmh_to_mps(p.speed_kmh), p.effort_kn * KILO) for p in spec.points])
+    if spec.polynomials is not UNSET:
+        return EffortCurve(tuple(_pieces(spec.polynomials)))
+    assert spec.force_kn is not UNSET
+    power = {"power_w": spec.power_kw * KILO} if spec.power_kw else {}
+    return EffortCurve.from_caps(spec.force_kn * KILO, **power)
 
 
 def _pieces(polynomials: list[PolynomialSpec]) -> Iterator[EffortPiece]:

@@ -7,9 +7,12 @@ from itertools import pairwise
 from typing import Any
 
 import tomli_w
+from msgspec import convert
 
 from tgvdp.errors import InputError
 from tgvdp.formats.detect import Scenario
+from tgvdp.formats.native.reader import effort_of
+from tgvdp.formats.native.specs import EffortSpec
 from tgvdp.formats.syntax.decimals import decimal, tidy
 from tgvdp.model.effort import EffortCurve, EffortPiece
 from tgvdp.model.energy import EnergyMap
@@ -18,7 +21,6 @@ from tgvdp.model.train import Train
 from tgvdp.units import KILO, KMH_PER_MPS, kmh_to_mps, per_kmh_to_per_mps
 
 _STRAIGHT = "infinity"
-_SLOPE_TERMS = 2
 #: Two curves are the same where their efforts differ by no more than this, of the largest.
 _SAME_EFFORT = 1e-12
 
@@ -118,7 +120,7 @@ def _optional(train: Train) -> dict[str, Any]:
 
 def _effort(owner: str, curve: EffortCurve, top_mps: float) -> dict[str, Any]:
     """Write a curve in the simplest of the three forms that reads back as the same effort."""
-    made = [(tree, read_effort(tree)) for tree in _forms(curve)]
+    made = [(tree, effort_of(convert(tree, EffortSpec))) for tree in _forms(curve)]
     for tree, again in made:
         if again == curve:
             return tree
@@ -164,24 +166,6 @@ def _polynomial(piece: EffortPiece) -> dict[str, Any]:
     while len(coefficients) > 1 and coefficients[-1] == 0.0:
         coefficients.pop()
     return {"from_kmh": _kmh(piece.from_mps), "coefficients_n_kmh": coefficients}
-
-
-def read_effort(tree: Mapping[str, Any]) -> EffortCurve:
-    """Curve that the reader of the native format makes of one of its effort tables."""
-    if "points" in tree:
-        return EffortCurve.from_points([(kmh_to_mps(p["speed_kmh"]), p["effort_kn"] * KILO) for p in tree["points"]])
-    if "polynomials" in tree:
-        return EffortCurve(
-            tuple(
-                EffortPiece(
-                    kmh_to_mps(one["from_kmh"]),
-                    0.0,
-                    *(per_kmh_to_per_mps(value, power) for power, value in enumerate(one["coefficients_n_kmh"])),
-                )
-                for one in tree["polynomials"]
-            )
-        )
-    return EffortCurve.from_caps(tree["force_kn"] * KILO, tree.get("power_kw", math.inf) * KILO)
 
 
 def same_effort(one: EffortCurve, other: EffortCurve, top_mps: float) -> bool:

@@ -66,8 +66,8 @@ def parse_yaml(text: str) -> tuple[Any, dict[KeyPath, int]]:
     except MarkedYAMLError as error:
         where = f" in line {error.problem_mark.line + 1}" if error.problem_mark else ""
         raise InputError(f"is not valid YAML: {error.problem}{where}") from None
-    except YAMLError as error:
-        raise InputError(f"is not valid YAML: {str(error).splitlines()[0]}") from None
+    except (YAMLError, AssertionError) as error:  # the latter at a version such as 1.3
+        raise InputError(f"is not valid YAML: {str(error).partition(chr(10))[0]}") from None
     return tree, lines
 
 

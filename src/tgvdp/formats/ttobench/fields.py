@@ -1,11 +1,11 @@
 """What the files of TTOBench have in common: metadata, quantities with a unit, names of fields."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from msgspec import Struct, UnsetType
+from msgspec import Struct, UnsetType, structs
 
 from tgvdp.formats.syntax.reading import errors_named
 from tgvdp.units import to_si
@@ -30,6 +30,7 @@ class Quantity(Struct, forbid_unknown_fields=True):
     value: float
 
 
+#: Braking data of a train, and what a track adds to it.
 ETCS = "ETCS braking data"
 
 
@@ -47,3 +48,13 @@ def value_si(path: Path, place: str, value: float, unit: str, quantity: str) -> 
     """Return a value in SI; errors name the file and the place."""
     with errors_named(path, place):
         return to_si(value, unit, quantity)
+
+
+def rows_si(path: Path, place: str, table: Any, *quantities: str) -> Iterator[list[float]]:
+    """Rows of a table in SI; the fields of its ``units`` are its columns, each of a quantity."""
+    names, units = table.units.__struct_encode_fields__, structs.astuple(table.units)
+    for row in table.values:
+        yield [
+            value_si(path, f"{place}.units.{name}", float(value), unit, quantity)
+            for name, unit, value, quantity in zip(names, units, row, quantities, strict=True)
+        ]

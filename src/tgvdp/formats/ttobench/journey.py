@@ -7,23 +7,18 @@ from msgspec import Struct
 
 from tgvdp.formats.syntax.reading import Document, bad, errors_named
 from tgvdp.formats.syntax.typed import decode
+from tgvdp.formats.ttobench.fields import Metadata, spaced
 from tgvdp.model.journey import Journey, TimingPoint
 from tgvdp.units import to_si
 
 
-def _spaced(name: str) -> str:
-    return name.replace("_", " ")
+class _Metadata(Metadata, rename=spaced):
+    """A journey names its track, too."""
 
-
-class _Metadata(Struct, rename=_spaced):
-    """The README requires these three; other keys are free text."""
-
-    id: str
-    library_version: str
     associated_track: str
 
 
-class _Units(Struct, forbid_unknown_fields=True, rename=_spaced):
+class _Units(Struct, forbid_unknown_fields=True, rename=spaced):
     position: str
     lower_time_constraint: str
     upper_time_constraint: str
@@ -39,7 +34,7 @@ class _TimingPoints(Struct, forbid_unknown_fields=True):
     values: list[_Row]
 
 
-class _File(Struct, forbid_unknown_fields=True, rename=_spaced):
+class _File(Struct, forbid_unknown_fields=True, rename=spaced):
     metadata: _Metadata
     timing_points: _TimingPoints
 

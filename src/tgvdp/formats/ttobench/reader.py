@@ -16,7 +16,7 @@ from msgspec import UNSET, Struct, UnsetType, field
 from tgvdp.formats.content import Content, Item, Kind
 from tgvdp.formats.syntax.reading import Document, bad, errors_named, shown
 from tgvdp.formats.syntax.typed import decode
-from tgvdp.formats.ttobench.fields import ETCS, Metadata, Quantity, kept, number_si, spaced, value_si
+from tgvdp.formats.ttobench.fields import ETCS, Metadata, Quantity, kept, number_si, rows_si, spaced, value_si
 from tgvdp.formats.ttobench.journey import read_journey
 from tgvdp.formats.ttobench.train import SERVICE_BRAKE, TrainFile, read_train
 from tgvdp.model.journey import Journey
@@ -138,56 +138,36 @@ def read_track(document: Document) -> Track:
     for index, (before, stop) in enumerate(pairwise(file.stops.values), start=1):
         if not stop > before:
             raise bad(path, f"stops.values[{index}]: must increase, got {stop:.12g} {unit} after {before:.12g} {unit}")
+
+    def rows(place: str, table: Any, *quantities: str) -> Iterator[list[float]]:
+        return rows_si(path, place, table, *quantities) if table else iter(())
+
     with errors_named(path):
         return Track(
             name=file.metadata.id,
             length_m=stops_m[-1],
             stops_m=tuple(stops_m),
             speed_limits=tuple(_speed_limits(path, file.speed_limits)),
-            gradients=tuple(_gradients(path, file.gradients)) if file.gradients else (),
+            gradients=tuple(Gradient(*row) for row in rows("gradients", file.gradients, "length", "gradient")),
             curves=tuple(_curves(path, file.curvatures)) if file.curvatures else (),
-            tunnels=tuple(_tunnels(path, file.tunnels)) if file.tunnels else (),
+            tunnels=tuple(Tunnel(*row) for row in rows("tunnels", file.tunnels, "length", "length", "area")),
             altitude_m=number_si(path, "altitude", file.altitude, "length", default=0.0),
             notes=(f"{ETCS} does not act",) if file.etcs_braking_data is not UNSET else (),
         )
 
 
 def _speed_limits(path: Path, table: _Limits) -> Iterator[SpeedLimit]:
-    for index, (position, speed) in enumerate(table.values):
+    for index, (_, speed) in enumerate(table.values):
         if not speed > 0.0:
             unit = table.units.velocity
             raise bad(path, f"speed limits.values[{index}]: velocity must be above 0 {unit}, got {speed:g} {unit}")
-        yield SpeedLimit(
-            value_si(path, "speed limits.units.position", position, table.units.position, "length"),
-            value_si(path, "speed limits.units.velocity", speed, table.units.velocity, "speed"),
-        )
-
-
-def _gradients(path: Path, table: _Gradients) -> Iterator[Gradient]:
-    for position, slope in table.values:
-        yield Gradient(
-            value_si(path, "gradients.units.position", position, table.units.position, "length"),
-            value_si(path, "gradients.units.slope", slope, table.units.slope, "gradient"),
-        )
+    return (SpeedLimit(*row) for row in rows_si(path, "speed limits", table, "length", "speed"))
 
 
 def _curves(path: Path, table: _Curves) -> Iterator[Curve]:
-    units = (table.units.radius_at_start, table.units.radius_at_end)
-    for index, (position, *radii) in enumerate(table.values):
-        radii_m = []
-        for radius, unit, name in zip(radii, units, ("radius at start", "radius at end"), strict=True):
+    for index, (_, *radii) in enumerate(table.values):
+        for radius, name in zip(radii, ("radius at start", "radius at end"), strict=True):
             if isinstance(radius, str) and radius != _STRAIGHT:
-                raise bad(
-                    path, f"curvatures.values[{index}]: {name} must be a number or {_STRAIGHT!r}, got {shown(radius)}"
-                )
-            radii_m.append(value_si(path, f"curvatures.units.{name}", float(radius), unit, "length"))
-        yield Curve(value_si(path, "curvatures.units.position", position, table.units.position, "length"), *radii_m)
-
-
-def _tunnels(path: Path, table: _Tunnels) -> Iterator[Tunnel]:
-    for position, length, cross_section in table.values:
-        yield Tunnel(
-            value_si(path, "tunnels.units.position", position, table.units.position, "length"),
-            value_si(path, "tunnels.units.length", length, table.units.length, "length"),
-            value_si(path, "tunnels.units.cross section", cross_section, table.units.cross_section, "area"),
-        )
+                where = f"curvatures.values[{index}]: {name}"
+                raise bad(path, f"{where} must be a number or {_STRAIGHT!r}, got {shown(radius)}")
+    return (Curve(*row) for row in rows_si(path, "curvatures", table, "length", "length", "length"))

@@ -10,7 +10,7 @@ from msgspec import UNSET, Meta, Struct, UnsetType, field
 
 from tgvdp.formats.syntax.reading import Document, bad, errors_named
 from tgvdp.formats.syntax.typed import decode
-from tgvdp.formats.ttobench.fields import ETCS, Metadata, Quantity, number_si, spaced, value_si
+from tgvdp.formats.ttobench.fields import ETCS, Metadata, Quantity, number_si, rows_si, spaced
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.train import BrakingRate, Train, TunnelDrag
 
@@ -108,6 +108,8 @@ def read_train(document: Document, brake: str = "") -> Train:
             raise bad(path, f"{spaced(name)}: must be {bound} 0 {given.unit}, got {given.value:g} {given.unit}")
         return number_si(path, spaced(name), given, quantity, default=default)
 
+    tunnels = file.tunnel_resistance
+    drags = rows_si(path, "tunnel resistance", tunnels, "area", "force per squared speed") if tunnels else ()
     etcs = _braking_curves(path, file.etcs_braking_data) if file.etcs_braking_data else {}
     braking_power_w = number("max_reg_braking_power", "power")
     braking_force_n = number("max_reg_braking_force", "force")
@@ -132,7 +134,7 @@ def read_train(document: Document, brake: str = "") -> Train:
             davis_c_n_per_mps2=number("rolling_resistance_r2", "force per squared speed"),
             traction_efficiency=number("efficiency_traction", "ratio", 1.0, zero_ok=False),
             regeneration_efficiency=number("efficiency_reg_brake", "ratio", 0.0),
-            tunnel_drag=tuple(_tunnel_drag(path, file.tunnel_resistance)) if file.tunnel_resistance else (),
+            tunnel_drag=tuple(TunnelDrag(*row) for row in drags),
             braking_rates=etcs[brake] if brake else (),
             notes=(*_etcs_notes(etcs, brake), *_odd_efficiencies(file)),
         )
@@ -150,32 +152,15 @@ def _rotating_mass_factor(path: Path, rho: Quantity | UnsetType) -> float:
     return 1.0 + extra
 
 
-def _tunnel_drag(path: Path, table: _TunnelResistance) -> Iterator[TunnelDrag]:
-    """Coefficients by the cross section of the tunnel, m²."""
-    place = "tunnel resistance.units"
-    for area, coefficient in table.values:
-        yield TunnelDrag(
-            value_si(path, f"{place}.cross section", area, table.units.cross_section, "area"),
-            value_si(path, f"{place}.coefficient", coefficient, table.units.coefficient, "force per squared speed"),
-        )
-
-
 def _braking_curves(path: Path, data: _EtcsData) -> dict[str, tuple[BrakingRate, ...]]:
     """Both tables of ETCS braking data; that its other fields have known units is checked, and no more."""
     curves = {}
     for name in ("A_brake_emergency", SERVICE_BRAKE):
-        units, rows = getattr(data, name).units, getattr(data, name).values
-        place = f"{ETCS}.{name}"
-        for index, ((before, _), (speed, _)) in enumerate(pairwise(rows), start=1):
+        table, place = getattr(data, name), f"{ETCS}.{name}"
+        for index, ((before, _), (speed, _)) in enumerate(pairwise(table.values), start=1):
             if not speed > before:
                 raise bad(path, f"{place}.values[{index}]: velocity must increase, got {speed:g} after {before:g}")
-        curves[name] = tuple(
-            BrakingRate(
-                value_si(path, f"{place}.units.velocity", speed, units.velocity, "speed"),
-                value_si(path, f"{place}.units.deceleration", rate, units.deceleration, "acceleration"),
-            )
-            for speed, rate in rows
-        )
+        curves[name] = tuple(BrakingRate(*row) for row in rows_si(path, place, table, "speed", "acceleration"))
     for name in ("K_dry_rst", "K_wet_rst", "v_uncertainty"):
         number_si(path, f"{ETCS}.{name}", getattr(data, name), "ratio")
     for name in ("T_traction", "T_be", "T_bs"):
