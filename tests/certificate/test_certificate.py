@@ -197,7 +197,7 @@ def _closed_form(train, length_m, multiplier):
     return energy_j, sum(seconds) + held_m / hold
 
 
-@pytest.mark.parametrize("price", [2e5, 5e5, 1.5e6])
+@pytest.mark.parametrize("multiplier", [2e5, 5e5, 1.5e6])
 def test_level_track_against_its_closed_form(multiplier):
     track = Track(length_m=40e3, speed_limits=((0.0, 100.0),))
     energy_j, time_s = _closed_form(LEVEL, 40e3, multiplier)
