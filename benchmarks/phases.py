@@ -45,11 +45,11 @@ def run(shared: Path = SHARED, quick: bool = False) -> Report:
         inputs={instance.name: instance.track for instance in instances},
         notes=[
             "`ms` columns: wall time of one search by phase, medians, one core, warm; the phases add up to the total.",
-            "Cells: of the mesh that was fine enough; pilots, runs and costates: on all meshes. ns/costate: backward "
-            "passes over polyline points carried one cell; µs/run: drives over runs; ns/arc: one evaluation of the arc "
-            "function in a tight loop over the same cells.",
+            "Cells: of the mesh that was fine enough; extremals, runs and costates: on all meshes. ns/costate: "
+            "backward passes over polyline points carried one cell; µs/run: drives over runs; ns/arc: one evaluation "
+            "of the arc function in a tight loop over the same cells.",
             "Floor: evaluate each cell of each point of the front once and write its rows (16 bytes each) at the speed "
-            "with which this machine copies 64 MB. It is what a program pays that knows all answers: no pilots, no "
+            "with which this machine copies 64 MB. It is what a program pays that knows all answers: no extremals, no "
             "search for the running time. `× floor` is the total over it.",
         ],
     )
@@ -88,7 +88,7 @@ def _measured(instance: Instance, repeats: int, bytes_per_s: float) -> dict[str,
         "total ms": 1e3 * total_s,
         **{f"{name} ms": 1e3 * value for name, value in spent_s.items()},
         "cells": cells,
-        "pilots": result.counters["pilots"],
+        "extremals": result.counters["extremals"],
         "runs": result.counters["runs"],
         "costates": result.counters["costates"],
         "ns/costate": 1e9 * spent_s["backward passes"] / max(result.counters["costates"], 1),

@@ -19,7 +19,7 @@ POINTS = (15, 30, 60, 120, 240)
 CELLS = (0.5, 1.0, 2.0, 4.0)
 BASE_KM, QUICK_KM = 60, 10
 
-_COLUMNS = ("varied", "value", "front ms", "cells", "points", "pilots", "runs", "costates", "energy diff %")
+_COLUMNS = ("varied", "value", "front ms", "cells", "points", "extremals", "runs", "costates", "energy diff %")
 _EMPTY: dict[str, Any] = dict.fromkeys(_COLUMNS)
 
 
@@ -58,7 +58,7 @@ def _row(varied: str, value: float, front_s: float, result: Any) -> dict[str, An
         "front ms": 1e3 * front_s,
         "cells": result.counters["cells"],
         "points": len(result.front),
-        **{name: result.counters[name] for name in ("pilots", "runs", "costates")},
+        **{name: result.counters[name] for name in ("extremals", "runs", "costates")},
     }
 
 

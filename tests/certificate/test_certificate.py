@@ -64,28 +64,28 @@ def test_no_run_of_any_method_lies_below_the_bound(hills_certificate, options):
 
 
 def test_a_profile_certifies_itself(hills):
-    price_j_per_s = hills.price_kwh_per_min * 3.6e6 / 60.0
-    gaps = np.array([certify(hills.trip, hills.profile(i), price_j_per_s[i]).gap_pct for i in range(1, 30)])
+    multiplier_j_per_s = hills.price_kwh_per_min * 3.6e6 / 60.0
+    gaps = np.array([certify(hills.trip, hills.profile(i), multiplier_j_per_s[i]).gap_pct for i in range(1, 30)])
     assert gaps.min() > -0.01
     assert np.median(gaps) < 0.3
     assert 0.0 <= certify(hills.trip, hills.fastest.profile, math.inf).gap_pct <= 100.0
 
 
 def test_a_price_that_is_not_positive_is_an_input_error(hills):
-    with pytest.raises(InputError, match="price must be above 0 J/s"):
+    with pytest.raises(InputError, match="multiplier must be above 0 J/s"):
         certify(hills.trip, hills.profile(3), 0.0)
 
 
 def _ledger(result, index):
-    price_j_per_s = float(result.price_kwh_per_min[index]) * 3.6e6 / 60.0
+    multiplier_j_per_s = float(result.price_kwh_per_min[index]) * 3.6e6 / 60.0
     problem = BoundingProblem(result.trip)
     profile = result.profile(index)
     rows = profile.position_m - result.trip.origin_m, profile.speed_mps**2
-    return problem, problem.ledger(*rows, price_j_per_s), price_j_per_s
+    return problem, problem.ledger(*rows, multiplier_j_per_s), multiplier_j_per_s
 
 
 def test_losses_of_the_cells_sum_to_the_gap_and_none_is_negative(hills):
-    problem, ledger, price_j_per_s = _ledger(hills, 12)
+    problem, ledger, multiplier_j_per_s = _ledger(hills, 12)
     train = problem.train
     inertia = train.inertia_kg
     w, cells = ledger.w, ledger.cells
@@ -94,32 +94,33 @@ def test_losses_of_the_cells_sum_to_the_gap_and_none_is_negative(hills):
         _, time_s, work_j = arc(train, d, cells.grade_n[k], cells.air[k], w[k], w[k + 1])
         # A row that coasts has no work; its cells have a little of either sign.
         cost.append(
-            ((max(work_j, 0.0) if ledger.label[k] in (TRACTION, HOLDING) else 0.0) + price_j_per_s * time_s) / inertia
+            ((max(work_j, 0.0) if ledger.label[k] in (TRACTION, HOLDING) else 0.0) + multiplier_j_per_s * time_s)
+            / inertia
         )
     # Δ(p·w), with the jump at the start of a cell; the ends of the trip, where w = 0, have no such term.
     before = np.concatenate(([0.0], ledger.right[:-1] * w[1:-1]))
     loss = np.array(cost) + ledger.right * w[1:] - before - ledger.bound
-    gap = hills.profile(12).total_energy_j + price_j_per_s * hills.profile(12).duration_s - inertia * ledger.total
+    gap = hills.profile(12).total_energy_j + multiplier_j_per_s * hills.profile(12).duration_s - inertia * ledger.total
     assert inertia * loss.sum() == pytest.approx(gap, abs=1e-4 * hills.front.energy_j[12])
     assert loss.min() > -2e-5 * sum(cost)
     assert ledger.error < 1e-9 * ledger.total
 
 
 def test_a_wrong_costate_or_price_only_loosens(hills, hills_certificate):
-    problem, ledger, price_j_per_s = _ledger(hills, 12)
-    price = price_j_per_s / problem.train.inertia_kg
+    problem, ledger, multiplier_j_per_s = _ledger(hills, 12)
+    multiplier = multiplier_j_per_s / problem.train.inertia_kg
     rng = np.random.default_rng(1)
     x = ledger.cells.station_m / ledger.cells.station_m[-1]
     for size in (0.01, 0.03, 0.1, 0.5):
         for _ in range(5):
             wave = size * np.sin(2.0 * np.pi * (rng.integers(1, 6) * x + rng.random()))
-            wrong = problem.evaluate(ledger, price, ledger.left + wave[:-1], ledger.right + wave[1:])
+            wrong = problem.evaluate(ledger, multiplier, ledger.left + wave[:-1], ledger.right + wave[1:])
             assert wrong.total < ledger.total
     jumps = rng.normal(size=len(ledger.left)) * 0.1
-    broken = problem.evaluate(ledger, price, ledger.left + jumps, ledger.right)
+    broken = problem.evaluate(ledger, multiplier, ledger.left + jumps, ledger.right)
     assert broken.total < ledger.total
     for factor in (0.3, 0.7, 1.5, 4.0):
-        bound = certify(hills.trip, hills.profile(12), factor * price_j_per_s)
+        bound = certify(hills.trip, hills.profile(12), factor * multiplier_j_per_s)
         assert bound.lower_bound_j < hills_certificate.at(float(hills.front.time_s[12])) * (1.0 + 1e-4)
 
 
@@ -168,7 +169,7 @@ LEVEL = Train(
 )  # fmt: skip
 
 
-def _closed_form(train, length_m, price):
+def _closed_form(train, length_m, multiplier):
     """Least E + λT on a long level line: full traction, holding where v²·R'(v) = λ, coasting, braking.
 
     While coasting and braking the Hamiltonian keeps its value of holding, so that braking begins at the speed v_b with
@@ -180,9 +181,9 @@ def _closed_form(train, length_m, price):
     def resistance(v):
         return a + b * v + c * v * v
 
-    roots = np.roots([2.0 * c, b, 0.0, -price])
+    roots = np.roots([2.0 * c, b, 0.0, -multiplier])
     hold = float(roots[np.abs(roots.imag) < 1e-9].real.max())
-    slow = price / (price / hold + resistance(hold))
+    slow = multiplier / (multiplier / hold + resistance(hold))
     parts = [
         (0.0, hold, lambda v: pull - resistance(v)),
         (slow, hold, resistance),
@@ -196,10 +197,10 @@ def _closed_form(train, length_m, price):
     return energy_j, sum(seconds) + held_m / hold
 
 
-@pytest.mark.parametrize("price", [2e5, 5e5, 1.5e6])
-def test_level_track_against_its_closed_form(price):
+@pytest.mark.parametrize("multiplier", [2e5, 5e5, 1.5e6])
+def test_level_track_against_its_closed_form(multiplier):
     track = Track(length_m=40e3, speed_limits=((0.0, 100.0),))
-    energy_j, time_s = _closed_form(LEVEL, 40e3, price)
+    energy_j, time_s = _closed_form(LEVEL, 40e3, multiplier)
     trip = Trip(train=LEVEL, track=track, origin_m=0.0, destination_m=40e3)
     fastest = tgvdp.search(LEVEL, track, points=2, max_margin=0.01).fastest
     margin = time_s / fastest.time_s - 1.0
@@ -210,8 +211,8 @@ def test_level_track_against_its_closed_form(price):
     # The exact multiplier with the run of the nearest point: the line itself is second order in the error of the run.
     nearest = int(np.argmin(np.abs(result.front.time_s - time_s)))
     profile = result.profile(nearest)
-    line_j = BoundingProblem(trip).line(profile.position_m, profile.speed_mps**2, price)
-    assert line_j <= (energy_j + price * time_s) * (1.0 + 1e-9)
+    line_j = BoundingProblem(trip).line(profile.position_m, profile.speed_mps**2, multiplier)
+    assert line_j <= (energy_j + multiplier * time_s) * (1.0 + 1e-9)
 
 
 def test_bound_holds_for_random_rows(hills):
@@ -281,11 +282,13 @@ def test_bound_at_the_pantograph_is_below_every_run(friction_n):
     assert (certificate.gap_pct > -0.02).all()
     problem = BoundingProblem(result.trip)
     for index in range(2, 12, 3):
-        price_j_per_s = float(result.price_kwh_per_min[index]) * 3.6e6 / 60.0
+        multiplier_j_per_s = float(result.price_kwh_per_min[index]) * 3.6e6 / 60.0
         profile = result.profile(index)
         rows = profile.position_m - result.trip.origin_m, profile.speed_mps**2
-        for factor in (0.5, 1.0, 2.0):  # a wrong price only loosens
-            line_j = problem.line(*rows, factor * price_j_per_s)
-            assert (line_j <= (result.front.energy_j + factor * price_j_per_s * result.front.time_s) * 1.0002).all()
-        own_j = problem.line(*rows, price_j_per_s) - price_j_per_s * profile.duration_s
+        for factor in (0.5, 1.0, 2.0):  # a wrong multiplier only loosens
+            line_j = problem.line(*rows, factor * multiplier_j_per_s)
+            assert (
+                line_j <= (result.front.energy_j + factor * multiplier_j_per_s * result.front.time_s) * 1.0002
+            ).all()
+        own_j = problem.line(*rows, multiplier_j_per_s) - multiplier_j_per_s * profile.duration_s
         assert own_j > 0.9 * result.front.energy_j[index]

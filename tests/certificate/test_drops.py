@@ -58,9 +58,9 @@ def test_chords_never_loosen_a_line(train, monkeypatch):
     result = tgvdp.search(train, LIMITS, points=6)
     bounding = problem.BoundingProblem(result.trip)
     cases = [
-        (profile.position_m, profile.speed_mps**2, price_j_per_s)
+        (profile.position_m, profile.speed_mps**2, multiplier_j_per_s)
         for profile in (result.profile(0), result.profile(2), result.profile(5))
-        for price_j_per_s in (1e5, 1e6, 1e7)
+        for multiplier_j_per_s in (1e5, 1e6, 1e7)
     ]
     with_chords = np.array([bounding.line(*case) for case in cases])
     _without_chords(monkeypatch)
@@ -69,13 +69,13 @@ def test_chords_never_loosen_a_line(train, monkeypatch):
     assert (with_chords > without).any()
 
 
-@pytest.mark.parametrize("price_j_per_s", [3e4, 1e6, 3e7])
-def test_a_bound_pieced_together_is_that_of_its_costates(price_j_per_s):
+@pytest.mark.parametrize("multiplier_j_per_s", [3e4, 1e6, 3e7])
+def test_a_bound_pieced_together_is_that_of_its_costates(multiplier_j_per_s):
     """Chords are kept where they are better: the bounds of the other cells are not made anew."""
     result = tgvdp.search(RAILCAR, LIMITS, points=6)
     profile, bounding = result.profile(1), problem.BoundingProblem(result.trip)
-    ledger = bounding.ledger(profile.position_m, profile.speed_mps**2, price_j_per_s)
-    again = bounding.evaluate(ledger, price_j_per_s / bounding.train.inertia_kg, ledger.left, ledger.right)
+    ledger = bounding.ledger(profile.position_m, profile.speed_mps**2, multiplier_j_per_s)
+    again = bounding.evaluate(ledger, multiplier_j_per_s / bounding.train.inertia_kg, ledger.left, ledger.right)
     np.testing.assert_array_equal(again.bound, ledger.bound)
     np.testing.assert_array_equal(again.doubt, ledger.doubt)
 

@@ -10,7 +10,7 @@ from tests.helpers.metro_case import TRAIN as METRO
 from tgvdp import Track
 from tgvdp.certificate import lines
 from tgvdp.certificate.line import BoundingProblem
-from tgvdp.certificate.lines import Line, _best_price, _multipliers_at
+from tgvdp.certificate.lines import Line, _best_multiplier, _multipliers_at
 from tgvdp.methods.costate.mesh import Mesh
 
 HILLS = Track(
@@ -30,12 +30,12 @@ def test_no_run_of_a_finer_mesh_lies_below_and_some_lie_next_to_the_bound(energy
     result = tgvdp.search(METRO, HILLS, points=20, energy=energy)
     certificate = result.certify()
     auxiliary_w = METRO.auxiliary_power_w if energy == "pantograph" else 0.0
-    mesh, counters = Mesh.of(result.trip, result.fastest.profile, 12.0), {"pilots": 0, "runs": 0, "costates": 0}
+    mesh, counters = Mesh.of(result.trip, result.fastest.profile, 12.0), {"extremals": 0, "runs": 0, "costates": 0}
     above = []
-    for price_j_per_s in result.price_kwh_per_min[2:] * 3.6e6 / 60.0:
-        pilot = mesh.pilot(price_j_per_s + auxiliary_w, counters)
-        energy_j = pilot.energy_j + auxiliary_w * pilot.time_s
-        above.append(energy_j / certificate.at(pilot.time_s) - 1.0)
+    for multiplier_j_per_s in result.price_kwh_per_min[2:] * 3.6e6 / 60.0:
+        extremal = mesh.extremal(multiplier_j_per_s + auxiliary_w, counters)
+        energy_j = extremal.energy_j + auxiliary_w * extremal.time_s
+        above.append(energy_j / certificate.at(extremal.time_s) - 1.0)
     assert min(above) > -1e-5
     assert np.median(above) < 1e-3
 
@@ -64,7 +64,7 @@ def test_time_that_ends_during_refinement_takes_no_bound_away(hills, monkeypatch
 
 @pytest.mark.parametrize("auxiliary_w", [0.0, 400e3])
 def test_gaps_at_the_pantograph(auxiliary_w):
-    """The power of auxiliaries is part of the multiplier of every pilot."""
+    """The power of auxiliaries is part of the multiplier of every extremal."""
     train = tgvdp.Train(**{**_fields(METRO), "auxiliary_power_w": auxiliary_w})
     track = Track(length_m=6000.0, speed_limits=((0.0, 25.0), (2500.0, 20.0)))
     certificate = tgvdp.search(train, track, points=12, energy="pantograph").certify()
@@ -81,16 +81,16 @@ def test_costates_of_optimal_runs_jump_downwards_only(hills):
     problem = BoundingProblem(hills.trip)
     for index in range(1, 40, 3):
         profile = hills.profile(index)
-        price_j_per_s = float(hills.price_kwh_per_min[index]) * 3.6e6 / 60.0
-        ledger = problem.ledger(profile.position_m, profile.speed_mps**2, price_j_per_s)
+        multiplier_j_per_s = float(hills.price_kwh_per_min[index]) * 3.6e6 / 60.0
+        ledger = problem.ledger(profile.position_m, profile.speed_mps**2, multiplier_j_per_s)
         assert (ledger.left[2:-1] - ledger.right[1:-2]).max() < 1e-9
 
 
 @pytest.mark.nojit
 def test_multipliers_between_lines():
-    price = np.array([1.0, 4.0, 2.0, 8.0])
+    multiplier = np.array([1.0, 4.0, 2.0, 8.0])
     line_s = np.array([60.0, 40.0, 50.0, 30.0])
-    found = _multipliers_at(np.array([25.0, 30.0, 45.0, 60.0, 70.0]), price, line_s)
+    found = _multipliers_at(np.array([25.0, 30.0, 45.0, 60.0, 70.0]), multiplier, line_s)
     np.testing.assert_allclose(found, [8.0, 8.0, math.sqrt(8.0), 1.0, 1.0])
     # Where the running time jumps: the multiplier that belongs to both its sides.
     found = _multipliers_at(np.array([50.0]), np.array([2.0, 1.99]), np.array([40.0, 60.0]))
@@ -100,10 +100,17 @@ def test_multipliers_between_lines():
 @pytest.mark.nojit
 def test_best_multiplier_of_the_fastest_run():
     # Lines of multiplier λ that are 90/λ + λ/10 + 1 too low: best at λ = 30.
-    def line(price):
-        return Line(price, 500.0 + 7.0 * price - 90.0 / price - price / 10.0 - 1.0, 7.0, 500.0 + 7.0 * price)
+    def line(multiplier):
+        return Line(
+            multiplier,
+            500.0 + 7.0 * multiplier - 90.0 / multiplier - multiplier / 10.0 - 1.0,
+            7.0,
+            500.0 + 7.0 * multiplier,
+        )
 
-    assert _best_price([line(price) for price in (2.5, 10.0, 40.0, 160.0)]) == pytest.approx(30.0)
-    assert _best_price([line(10.0), line(40.0)]) == 40.0
-    rising = [Line(price, 500.0 + 6.0 * price, 7.0, 500.0 + 7.0 * price) for price in (1.0, 4.0, 16.0)]
-    assert _best_price(rising) == 1.0
+    assert _best_multiplier([line(multiplier) for multiplier in (2.5, 10.0, 40.0, 160.0)]) == pytest.approx(30.0)
+    assert _best_multiplier([line(10.0), line(40.0)]) == 40.0
+    rising = [
+        Line(multiplier, 500.0 + 6.0 * multiplier, 7.0, 500.0 + 7.0 * multiplier) for multiplier in (1.0, 4.0, 16.0)
+    ]
+    assert _best_multiplier(rising) == 1.0

@@ -74,8 +74,8 @@ class SearchResult:
         """Price of a minute at each point, kWh/min: the multiplier λ (method ``front`` only; infinite if fastest)."""
         if not isinstance(self._found, OptimalRuns):
             return None
-        price_j_per_s = self._found.price_j_per_s[self.front.source]
-        return np.asarray(price_j_per_s * (SECONDS_PER_MINUTE / JOULE_PER_KWH))
+        multiplier_j_per_s = self._found.multiplier_j_per_s[self.front.source]
+        return np.asarray(multiplier_j_per_s * (SECONDS_PER_MINUTE / JOULE_PER_KWH))
 
     def profile(self, index: int) -> Profile:
         """Speed profile of one point of the front."""
@@ -103,7 +103,7 @@ class SearchResult:
             target_s = np.linspace(first_s, first_s + max(last_s - first_s, 1e-3 * first_s), _CERTIFIED_TIMES)
             found = continuous_front(self.trip, self.fastest.profile, target_s, budget)
         return certify_front(
-            self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, found.price_j_per_s, clock
+            self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, found.multiplier_j_per_s, clock
         )
 
     def plot(self, picture: str = "front", *, certificate: Certificate | None = None) -> "Picture":

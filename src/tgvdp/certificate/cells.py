@@ -86,18 +86,18 @@ def cut_rows(x, w, longest, log_step, node_x, node_w, row):
 
 
 @leaf
-def _parts(left, right, length, w0, w1, price, step):
+def _parts(left, right, length, w0, w1, multiplier, step):
     """Parts of a cell over which p changes by ``step`` of its distance from +½ at most; 1 where it hardly changes."""
     size = 0.5 + min(abs(left), abs(right))
     change = abs(right - left)
     if change <= 2.0 * step * size or min(w0, w1) <= 0.0:
         return 1
-    drift = 0.5 * price * length / (min(w0, w1) * math.sqrt(max(w0, w1)))
+    drift = 0.5 * multiplier * length / (min(w0, w1) * math.sqrt(max(w0, w1)))
     return min(math.ceil(max(change, drift) / (step * size)), 1000)
 
 
 @kernel
-def split_cells(node_x, node_w, row, left, right, price, step, made_x, made_w, made_row):
+def split_cells(node_x, node_w, row, left, right, multiplier, step, made_x, made_w, made_row):
     """Cut cells again in which p changes much: what is new in ``made_…``; returns the number of cells.
 
     With empty arrays it only counts.
@@ -111,7 +111,7 @@ def split_cells(node_x, node_w, row, left, right, price, step, made_x, made_w, m
     for k in range(last + 1):
         parts = 1
         if 0 < k < last:
-            parts = _parts(left[k], right[k], node_x[k + 1] - node_x[k], node_w[k], node_w[k + 1], price, step)
+            parts = _parts(left[k], right[k], node_x[k + 1] - node_x[k], node_w[k], node_w[k + 1], multiplier, step)
         if write:
             for j in range(1, parts + 1):
                 share = j / parts

@@ -42,15 +42,15 @@ class Certificate:
     lower_bound_j, gap_pct : (n,) float64
         For each point: the bound at its running time, and how far its energy is above, in percent of the energy. NaN
         for points that the time limit left without one, and where energy is that of a map.
-    price_j_per_s, line_j : (m,) float64
-        The lines behind it: E ≥ line_j − price_j_per_s·T for every run.
+    multiplier_j_per_s, line_j : (m,) float64
+        The lines behind it: E ≥ line_j − multiplier_j_per_s·T for every run.
     complete : bool
         False when the time limit ended the work.
     """
 
     lower_bound_j: _Floats
     gap_pct: _Floats
-    price_j_per_s: _Floats
+    multiplier_j_per_s: _Floats
     line_j: _Floats
     complete: bool = True
 
@@ -58,12 +58,12 @@ class Certificate:
         """Lower bound of the energy of every run that takes a given time or less, J; −∞ where nothing is known."""
         if len(self.line_j) == 0:
             return -math.inf
-        return float(_envelope(np.array([time_s]), self.price_j_per_s, self.line_j)[0])
+        return float(_envelope(np.array([time_s]), self.multiplier_j_per_s, self.line_j)[0])
 
 
-def _envelope(time_s: _Floats, price_j_per_s: _Floats, line_j: _Floats) -> _Floats:
+def _envelope(time_s: _Floats, multiplier_j_per_s: _Floats, line_j: _Floats) -> _Floats:
     """Highest of the lines at given times."""
-    cost = price_j_per_s[:, None] * time_s * (1.0 + _ROUNDING)
+    cost = multiplier_j_per_s[:, None] * time_s * (1.0 + _ROUNDING)
     return np.asarray(np.max(line_j[:, None] - _ROUNDING * np.abs(line_j[:, None]) - cost, axis=0))
 
 
@@ -74,7 +74,7 @@ def _gap_pct(energy_j: _Floats, lower_bound_j: _Floats, scale_j: float) -> _Floa
     return np.where(some, 100.0 * (energy_j - lower_bound_j) / np.where(some, size_j, 1.0), 0.0)
 
 
-def certify(trip: Trip, profile: Profile, price_j_per_s: float) -> Bound:
+def certify(trip: Trip, profile: Profile, multiplier_j_per_s: float) -> Bound:
     """Bound the least energy at the running time of one profile.
 
     Parameters
@@ -82,7 +82,7 @@ def certify(trip: Trip, profile: Profile, price_j_per_s: float) -> Bound:
     trip : Trip
     profile : Profile
         A run of the trip, best an optimal one: the bound holds whatever it is, but is tight only then.
-    price_j_per_s : float
+    multiplier_j_per_s : float
         Its multiplier λ: energy saved per second more, J/s. For the fastest run, whose λ is infinite, the best of some
         large ones is taken.
 
@@ -95,14 +95,14 @@ def certify(trip: Trip, profile: Profile, price_j_per_s: float) -> Bound:
     InputError
         When the multiplier is not above 0.
     """
-    price = require_number("certify", "price", price_j_per_s, "J/s", above=0.0, infinite_ok=True)
+    multiplier = require_number("certify", "multiplier", multiplier_j_per_s, "J/s", above=0.0, infinite_ok=True)
     problem = BoundingProblem(trip)
-    if math.isinf(price):
+    if math.isinf(multiplier):
         lines = list(steep_lines(problem, profile, 0.0, SearchBudget().start()))
     else:
-        lines = [own_line(problem, profile, price)]
-    prices, line_j = np.array([level_line(problem), *lines]).T[:2]
-    lower = _envelope(np.array([profile.duration_s]), prices, line_j)
+        lines = [own_line(problem, profile, multiplier)]
+    multipliers, line_j = np.array([level_line(problem), *lines]).T[:2]
+    lower = _envelope(np.array([profile.duration_s]), multipliers, line_j)
     return Bound(float(lower[0]), float(_gap_pct(np.array([profile.total_energy_j]), lower, top_j(trip, profile))[0]))
 
 
@@ -111,7 +111,7 @@ def certify_front(
     fastest: Profile,
     time_s: _Floats,
     energy_j: _Floats,
-    price_j_per_s: _Floats,
+    multiplier_j_per_s: _Floats,
     clock: Clock | None = None,
 ) -> Certificate:
     """Bound the least energy at the running times of a whole front.
@@ -126,7 +126,7 @@ def certify_front(
         Its fastest run.
     time_s, energy_j : (n,) float64
         Points: running times in s, energies in J.
-    price_j_per_s : (m,) float64
+    multiplier_j_per_s : (m,) float64
         Multipliers near those of the points, J/s; infinite ones and those that are not above 0 are left out.
     clock : Clock, optional
         Ends the work between two multipliers. The fastest points come first; those that were not reached have no
@@ -141,10 +141,10 @@ def certify_front(
         unknown = np.full_like(time_s, np.nan)
         return Certificate(unknown, unknown, np.empty(0), np.empty(0))
     clock = SearchBudget(time_limit_s=math.inf).start() if clock is None else clock
-    lines, reached = all_lines(BoundingProblem(trip), fastest, time_s, energy_j, price_j_per_s, clock)
-    price_used, line_j = np.array(lines).T[:2]
-    lower = _envelope(time_s, price_used, line_j)
+    lines, reached = all_lines(BoundingProblem(trip), fastest, time_s, energy_j, multiplier_j_per_s, clock)
+    multipliers, line_j = np.array(lines).T[:2]
+    lower = _envelope(time_s, multipliers, line_j)
     if not reached:  # where the last line is the highest, flatter ones would be higher
-        flattest = np.argsort(price_used)[: min(2, len(price_used))]
-        lower[lower <= _envelope(time_s, price_used[flattest], line_j[flattest])] = np.nan
-    return Certificate(lower, _gap_pct(energy_j, lower, top_j(trip, fastest)), price_used, line_j, not clock.expired)
+        flattest = np.argsort(multipliers)[: min(2, len(multipliers))]
+        lower[lower <= _envelope(time_s, multipliers[flattest], line_j[flattest])] = np.nan
+    return Certificate(lower, _gap_pct(energy_j, lower, top_j(trip, fastest)), multipliers, line_j, not clock.expired)

@@ -133,12 +133,16 @@ class BoundingProblem:
         work_j += float((self.train.davis_a_n + self.cells.grade_n) @ self.cells.length_m)
         return max(self.energy.traction * work_j, self.energy.regeneration * work_j) + self._auxiliary_j
 
-    def line(self, x_m: _Floats, w: _Floats, price_j_per_s: float, fineness: float = 1.0) -> float:
+    def total(self, multiplier_j_per_s: float) -> float:
+        """The multiplier with the power of auxiliaries, which is a price of time, too: what kernels take, J/s."""
+        return multiplier_j_per_s + self.energy.auxiliary_w
+
+    def line(self, x_m: _Floats, w: _Floats, multiplier_j_per_s: float, fineness: float = 1.0) -> float:
         """Lower bound of E + λT of every run, J, with the costate of the run of rows ``x_m``, ``w``."""
-        ledger = self.ledger(x_m, w, price_j_per_s, fineness)
+        ledger = self.ledger(x_m, w, multiplier_j_per_s, fineness)
         return self.train.inertia_kg * (ledger.total - ledger.error) + self._auxiliary_j
 
-    def ledger(self, x_m: _Floats, w: _Floats, price_j_per_s: float, fineness: float = 1.0) -> Ledger:
+    def ledger(self, x_m: _Floats, w: _Floats, multiplier_j_per_s: float, fineness: float = 1.0) -> Ledger:
         """Bound of E + λT cell by cell.
 
         Parameters
@@ -146,13 +150,13 @@ class BoundingProblem:
         x_m, w : (n,) float64
             Rows of a run that suggests the costate: positions from the origin, m, and squared speeds, m²/s². The bound
             holds for every run of the trip, whatever the rows.
-        price_j_per_s : float
+        multiplier_j_per_s : float
             Multiplier λ, above 0.
         fineness : float
             How many times more cells than usual there are where speed or costate change.
         """
         x_m, w = self._with_breaks(x_m, w)
-        multiplier = (price_j_per_s + self.energy.auxiliary_w) / self.train.inertia_kg
+        multiplier = self.total(multiplier_j_per_s) / self.train.inertia_kg
         longest_m, log_step = self.trip.distance_m / _CELLS_PER_TRIP, _LOG_STEP / fineness
         count = count_cells(x_m, w, longest_m, log_step)
         node_m, node_w, row = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)

@@ -23,7 +23,7 @@ _Floats = NDArray[np.float64]
 
 #: Energy below this share of the kinetic energy at the top speed is a rounding error of none.
 NO_ENERGY = 1e-9
-#: The pilots of a certificate are solved on a mesh this much finer than the front's.
+#: The extremals of a certificate are solved on a mesh this much finer than the front's.
 _FINENESS = 4.0
 #: Multipliers of a front's certificate at most, before refinement.
 _MOST_LINES = 64
@@ -31,9 +31,9 @@ _MOST_LINES = 64
 _LARGER = (1.15, 1.35, 1.8)
 #: Between multipliers further apart than this factor another one is solved: a line may be poor where T(λ) jumps.
 _APART = 1.1
-#: Refined lines: mesh of their pilots against the front's, cells of their costates against the usual ones.
+#: Refined lines: mesh of their extremals against the front's, cells of their costates against the usual ones.
 _REFINED_MESH, _REFINED_CELLS = 16.0, 4.0
-#: Cells of all pilots of refined lines at most: the work that they may be.
+#: Cells of all extremals of refined lines at most: the work that they may be.
 _MOST_CELLS = 160_000
 #: A gap that needs no refinement, and a promise that is not worth it: relative to the energy, and to the gap.
 _ENOUGH, _PROMISE, _PROMISED_SHARE = 5e-4, 2e-4, 0.1
@@ -56,9 +56,9 @@ def top_j(trip: Trip, profile: Profile) -> float:
 
 
 class Line(NamedTuple):
-    """E ≥ line_j − price_j_per_s·T for every run, and the run that suggested the costate: its T and its E + λT."""
+    """E ≥ line_j − multiplier_j_per_s·T for every run, and the run that suggested the costate: its T and its E + λT."""
 
-    price_j_per_s: float
+    multiplier_j_per_s: float
     line_j: float
     time_s: float
     cost_j: float
@@ -69,11 +69,11 @@ def level_line(problem: BoundingProblem) -> Line:
     return Line(0.0, problem.least_energy_j, math.inf, problem.least_energy_j)
 
 
-def own_line(problem: BoundingProblem, profile: Profile, price: float, fineness: float = 1.0) -> Line:
+def own_line(problem: BoundingProblem, profile: Profile, multiplier: float, fineness: float = 1.0) -> Line:
     """The line that a profile suggests for a multiplier, J/s."""
     x_m, w = profile.position_m - problem.trip.origin_m, profile.speed_mps**2
-    cost_j = profile.total_energy_j + price * profile.duration_s
-    return Line(price, problem.line(x_m, w, price, fineness), profile.duration_s, cost_j)
+    cost_j = profile.total_energy_j + multiplier * profile.duration_s
+    return Line(multiplier, problem.line(x_m, w, multiplier, fineness), profile.duration_s, cost_j)
 
 
 def all_lines(
@@ -81,10 +81,10 @@ def all_lines(
     fastest: Profile,
     time_s: _Floats,
     energy_j: _Floats,
-    price_j_per_s: _Floats,
+    multiplier_j_per_s: _Floats,
     clock: Clock,
 ) -> tuple[list[Line], bool]:
-    """All lines for points at given running times and energies; see `front.certificate.certify_front`.
+    """All lines for points at given running times and energies; see `certificate.front.certify_front`.
 
     Returns
     -------
@@ -93,46 +93,46 @@ def all_lines(
         False when the time ended before there was a line for each multiplier: flatter ones are missing.
     """
     mesh = Mesh.of(problem.trip, fastest, _FINENESS)
-    prices = _multipliers(price_j_per_s, mesh.usual_price)
-    lines = [level_line(problem), *_pilot_lines(problem, mesh, prices, clock)]
+    multipliers = _multipliers(multiplier_j_per_s, mesh.usual_multiplier)
+    lines = [level_line(problem), *_extremal_lines(problem, mesh, multipliers, clock)]
     reached = not clock.expired
-    lines += steep_lines(problem, fastest, float(prices[0]), clock)
+    lines += steep_lines(problem, fastest, float(multipliers[0]), clock)
     if not clock.expired:
         slower = time_s > fastest.duration_s * (1.0 + _SAME_TIME)
         lines += _refined_lines(problem, fastest, lines, time_s[slower], energy_j[slower], clock)
     return lines, reached
 
 
-def _multipliers(price_j_per_s: _Floats, usual_price: float) -> _Floats:
+def _multipliers(multiplier_j_per_s: _Floats, usual_multiplier: float) -> _Floats:
     """Multipliers to solve, decreasing: those given, thinned out and filled up; the usual one where none is given."""
-    prices = np.unique(price_j_per_s[np.isfinite(price_j_per_s) & (price_j_per_s > 0.0)])
-    if len(prices) == 0:
-        prices = np.array([usual_price])
-    if len(prices) > _MOST_LINES:
-        prices = prices[np.linspace(0, len(prices) - 1, _MOST_LINES).round().astype(np.int64)]
-    between = np.sqrt(prices[1:] * prices[:-1])[prices[1:] > _APART * prices[:-1]]
-    return np.sort(np.concatenate((prices, between, prices[-1] * np.array(_LARGER))))[::-1]
+    multipliers = np.unique(multiplier_j_per_s[np.isfinite(multiplier_j_per_s) & (multiplier_j_per_s > 0.0)])
+    if len(multipliers) == 0:
+        multipliers = np.array([usual_multiplier])
+    if len(multipliers) > _MOST_LINES:
+        multipliers = multipliers[np.linspace(0, len(multipliers) - 1, _MOST_LINES).round().astype(np.int64)]
+    between = np.sqrt(multipliers[1:] * multipliers[:-1])[multipliers[1:] > _APART * multipliers[:-1]]
+    return np.sort(np.concatenate((multipliers, between, multipliers[-1] * np.array(_LARGER))))[::-1]
 
 
-def _pilot_lines(
-    problem: BoundingProblem, mesh: Mesh, prices: _Floats, clock: Clock, fineness: float = 1.0
+def _extremal_lines(
+    problem: BoundingProblem, mesh: Mesh, multipliers: _Floats, clock: Clock, fineness: float = 1.0
 ) -> Iterator[Line]:
     """Lines from the optimal runs of multipliers, J/s, until the time is up.
 
     A mesh knows no auxiliaries: their power is part of its multipliers.
     """
-    counters = {"pilots": 0, "runs": 0, "costates": 0}
-    auxiliary_w = problem.energy.auxiliary_w
-    for price in prices.tolist():
+    counters = {"extremals": 0, "runs": 0, "costates": 0}
+    for multiplier in multipliers.tolist():
         if clock.expired:
             return
+        total = problem.total(multiplier)
         try:
-            pilot = mesh.pilot(price + auxiliary_w, counters)
+            extremal = mesh.extremal(total, counters)
         except TgvdpError:
             continue  # one line less: the certificate is only looser
-        n, time_s, energy_j = mesh.drive(pilot.switch, pilot.switch, 0.0, counters)
-        line_j = problem.line(mesh.rows[0][:n], mesh.rows[1][:n], price, fineness)
-        yield Line(price, line_j, time_s, energy_j + (price + auxiliary_w) * time_s)
+        n, time_s, energy_j = mesh.drive(extremal.switch, extremal.switch, 0.0, counters)
+        line_j = problem.line(mesh.rows.x[:n], mesh.rows.w[:n], multiplier, fineness)
+        yield Line(multiplier, line_j, time_s, energy_j + total * time_s)
 
 
 def _refined_lines(
@@ -156,7 +156,7 @@ def _refined_lines(
             return
         chosen = int(np.argmax(promise_j / size_j))
         tries[chosen] += 1
-        for line in _pilot_lines(problem, mesh, target[chosen : chosen + 1], clock, _REFINED_CELLS):
+        for line in _extremal_lines(problem, mesh, target[chosen : chosen + 1], clock, _REFINED_CELLS):
             lines.append(line)
             yield line
 
@@ -170,21 +170,21 @@ def _promises(
     Half the product of the differences in time and multiplier is what another multiplier may gain. Where the point
     itself is not optimal neither closes the gap, and nothing is promised.
     """
-    price, line_j, line_s, cost_j = lines.T
-    value_j = line_j[:, None] - price[:, None] * time_s
+    multiplier, line_j, line_s, cost_j = lines.T
+    value_j = line_j[:, None] - multiplier[:, None] * time_s
     best = np.argmax(value_j, axis=0)
     lower_j = np.max(value_j, axis=0)
-    finer_j = np.max(cost_j[:, None] - price[:, None] * time_s, axis=0) - lower_j
-    target = _multipliers_at(time_s, price[1:], line_s[1:])
-    other_j = 0.5 * np.abs((target - price[best]) * (line_s[best] - time_s))
+    finer_j = np.max(cost_j[:, None] - multiplier[:, None] * time_s, axis=0) - lower_j
+    target = _multipliers_at(time_s, multiplier[1:], line_s[1:])
+    other_j = 0.5 * np.abs((target - multiplier[best]) * (line_s[best] - time_s))
     gap_j = energy_j - lower_j
     return gap_j, np.minimum(np.where(tries == 0, finer_j, 0.0) + other_j, gap_j), target
 
 
-def _multipliers_at(time_s: _Floats, price: _Floats, line_s: _Floats) -> _Floats:
+def _multipliers_at(time_s: _Floats, multiplier: _Floats, line_s: _Floats) -> _Floats:
     """Multipliers whose optimal runs take given times, between those of lines."""
-    order = np.argsort(-price)
-    return np.exp(np.interp(time_s, np.maximum.accumulate(line_s[order]), np.log(price[order])))
+    order = np.argsort(-multiplier)
+    return np.exp(np.interp(time_s, np.maximum.accumulate(line_s[order]), np.log(multiplier[order])))
 
 
 def steep_lines(problem: BoundingProblem, fastest: Profile, above: float, clock: Clock) -> Iterator[Line]:
@@ -194,36 +194,44 @@ def steep_lines(problem: BoundingProblem, fastest: Profile, above: float, clock:
     losses grow with λ. In between is a best one; the costates of all are taken from the fastest run.
     """
     least = max(fastest.total_energy_j, 1e-3 * top_j(problem.trip, fastest)) / fastest.duration_s
-    price = max(above, _STEEP * least)
-    most = max(price, _STEEPEST * least)
-    coarse = list(_climb(problem, fastest, price, _STEEPER, most, _STEEP_CELLS, clock))
+    multiplier = max(above, _STEEP * least)
+    most = max(multiplier, _STEEPEST * least)
+    coarse = list(_climb(problem, fastest, multiplier, _STEEPER, most, _STEEP_CELLS, clock))
     yield from coarse
     if coarse:
-        yield from _climb(problem, fastest, _best_price(coarse), _STEEPER_YET, most, _STEEPEST_CELLS, clock)
+        yield from _climb(problem, fastest, _best_multiplier(coarse), _STEEPER_YET, most, _STEEPEST_CELLS, clock)
 
 
 def _climb(
-    problem: BoundingProblem, fastest: Profile, price: float, factor: float, most: float, cells: float, clock: Clock
+    problem: BoundingProblem,
+    fastest: Profile,
+    multiplier: float,
+    factor: float,
+    most: float,
+    cells: float,
+    clock: Clock,
 ) -> Iterator[Line]:
     """Lines for the fastest run of multipliers that grow by a factor, up to the first that does not help."""
     highest_j = -math.inf
-    while price <= most and not clock.expired:
-        line = own_line(problem, fastest, price, cells)
-        value_j = line.line_j - price * fastest.duration_s
+    while multiplier <= most and not clock.expired:
+        line = own_line(problem, fastest, multiplier, cells)
+        value_j = line.line_j - multiplier * fastest.duration_s
         if value_j > fastest.total_energy_j:
             return  # its losses are below the precision of the run, and so is what a steeper line could tell
         yield line
         if value_j <= highest_j:
             return
         highest_j = value_j
-        price *= factor
+        multiplier *= factor
 
 
-def _best_price(lines: list[Line]) -> float:
+def _best_multiplier(lines: list[Line]) -> float:
     """Multiplier of the highest line at the time of its run: of the last three, as far off as A/λ + B·λ + C."""
-    price, line_j, time_s, cost_j = np.array(lines[-3:]).T
-    if len(price) == 3:
-        falling, rising, _ = np.linalg.solve(np.column_stack((1.0 / price, price, np.ones(3))), cost_j - line_j)
+    multiplier, line_j, time_s, cost_j = np.array(lines[-3:]).T
+    if len(multiplier) == 3:
+        falling, rising, _ = np.linalg.solve(
+            np.column_stack((1.0 / multiplier, multiplier, np.ones(3))), cost_j - line_j
+        )
         if falling > 0.0 and rising > 0.0:
-            return float(np.clip(math.sqrt(falling / rising), price[0], price[-1]))
-    return float(price[np.argmax(line_j - price * time_s)])
+            return float(np.clip(math.sqrt(falling / rising), multiplier[0], multiplier[-1]))
+    return float(multiplier[np.argmax(line_j - multiplier * time_s)])

@@ -18,16 +18,17 @@ class Bracket(NamedTuple):
     f_hi: float
     side: int = 0
 
+    def secant(self) -> float:
+        """Where the straight line through the ends is 0."""
+        return (self.lo * self.f_hi - self.hi * self.f_lo) / (self.f_hi - self.f_lo)
 
-@leaf
-def secant(bracket):
-    """Where the straight line through the ends of a bracket is 0."""
-    return (bracket.lo * bracket.f_hi - bracket.hi * bracket.f_lo) / (bracket.f_hi - bracket.f_lo)
+    def narrowed(self, x: float, f: float) -> "Bracket":
+        """The bracket with x, where the value is f, for the end on that side."""
+        if f <= 0.0:
+            return Bracket(x, self.hi, f, self.f_hi * (0.5 if self.side < 0 else 1.0), -1)
+        return Bracket(self.lo, x, self.f_lo * (0.5 if self.side > 0 else 1.0), f, 1)
 
 
-@leaf
-def narrowed(bracket, x, f):
-    """The bracket with its value f at x for the end on that side."""
-    if f <= 0.0:
-        return Bracket(x, bracket.hi, f, bracket.f_hi * (0.5 if bracket.side < 0 else 1.0), -1)
-    return Bracket(bracket.lo, x, bracket.f_lo * (0.5 if bracket.side > 0 else 1.0), f, 1)
+#: The same for kernels, which know no methods.
+secant = leaf(Bracket.secant)
+narrowed = leaf(Bracket.narrowed)

@@ -21,7 +21,7 @@ from typing import NamedTuple
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.model.trip import Trip
 
-_ON_CEILING = 1e-12
+_ON_ENVELOPE = 1e-12
 
 
 class _Cell(NamedTuple):
@@ -38,7 +38,7 @@ class _Cell(NamedTuple):
     powered: bool
 
 
-class _Ceiling(NamedTuple):
+class _Envelope(NamedTuple):
     """Largest squared speed in a cell, m²/s², linear between positions: the limit, then braking to what follows."""
 
     x_m: list[float]
@@ -86,10 +86,10 @@ def stepped_time_s(trip: Trip, step_m: float, cells: Cells | None = None) -> flo
             strict=True,
         )
     ]
-    ceilings = _ceilings(trip, rows, step_m)
+    envelopes = _envelopes(trip, rows, step_m)
     time_s, w = 0.0, trip.start_speed_mps**2
-    for cell, ceiling in zip(rows, ceilings, strict=True):
-        in_cell_s, w = _drive(trip, cell, ceiling, step_m, min(w, ceiling.w[0]))
+    for cell, envelope in zip(rows, envelopes, strict=True):
+        in_cell_s, w = _drive(trip, cell, envelope, step_m, min(w, envelope.w[0]))
         time_s += in_cell_s
         if math.isinf(time_s):
             break
@@ -103,17 +103,17 @@ def _is_powered(trip: Trip, at_m: float) -> bool:
     )
 
 
-def _ceilings(trip: Trip, cells: list[_Cell], step_m: float) -> list[_Ceiling]:
-    """Ceilings of all cells, made backwards from the destination."""
-    made: list[_Ceiling] = []
+def _envelopes(trip: Trip, cells: list[_Cell], step_m: float) -> list[_Envelope]:
+    """Envelopes of all cells, made backwards from the destination."""
+    made: list[_Envelope] = []
     w = trip.end_speed_mps**2
     for cell in reversed(cells):
-        made.append(_ceiling(trip, cell, step_m, min(w, cell.limit_w)))
+        made.append(_envelope(trip, cell, step_m, min(w, cell.limit_w)))
         w = made[-1].w[0]
     return made[::-1]
 
 
-def _ceiling(trip: Trip, cell: _Cell, step_m: float, w: float) -> _Ceiling:
+def _envelope(trip: Trip, cell: _Cell, step_m: float, w: float) -> _Envelope:
     """Step backwards from the end of a cell at full braking, up to the limit."""
     positions_m, squares = [cell.end_m], [w]
     while positions_m[-1] > cell.start_m:
@@ -129,19 +129,19 @@ def _ceiling(trip: Trip, cell: _Cell, step_m: float, w: float) -> _Ceiling:
         if to_m < positions_m[-1]:  # not when the way to the next speed is lost in rounding
             positions_m.append(to_m)
             squares.append(w)
-    return _Ceiling(positions_m[::-1], squares[::-1])
+    return _Envelope(positions_m[::-1], squares[::-1])
 
 
-def _drive(trip: Trip, cell: _Cell, ceiling: _Ceiling, step_m: float, w: float) -> tuple[float, float]:
-    """Duration of a cell, s, and squared speed at its end, by forward steps under its ceiling."""
+def _drive(trip: Trip, cell: _Cell, envelope: _Envelope, step_m: float, w: float) -> tuple[float, float]:
+    """Duration of a cell, s, and squared speed at its end, by forward steps under its envelope."""
     time_s, x_m = 0.0, cell.start_m
     while x_m < cell.end_m:
-        index = ceiling.segment(x_m)
+        index = envelope.segment(x_m)
         slope = 2.0 * _acceleration_mps2(trip, cell, w)
-        if w >= ceiling.at(x_m) * (1.0 - _ON_CEILING) and slope >= ceiling.slope(index):
-            next_m, next_w = ceiling.x_m[index + 1], ceiling.w[index + 1]
+        if w >= envelope.at(x_m) * (1.0 - _ON_ENVELOPE) and slope >= envelope.slope(index):
+            next_m, next_w = envelope.x_m[index + 1], envelope.w[index + 1]
         else:
-            next_m, next_w = _step(cell, ceiling, x_m, w, slope, step_m)
+            next_m, next_w = _step(cell, envelope, x_m, w, slope, step_m)
         speeds_mps = math.sqrt(w) + math.sqrt(max(next_w, 0.0))
         if next_w < 0.0 or speeds_mps == 0.0:
             return math.inf, 0.0
@@ -150,18 +150,18 @@ def _drive(trip: Trip, cell: _Cell, ceiling: _Ceiling, step_m: float, w: float) 
     return time_s, w
 
 
-def _step(cell: _Cell, ceiling: _Ceiling, x_m: float, w: float, slope: float, step_m: float) -> tuple[float, float]:
-    """Position and squared speed after one step, or where it meets the ceiling before."""
+def _step(cell: _Cell, envelope: _Envelope, x_m: float, w: float, slope: float, step_m: float) -> tuple[float, float]:
+    """Position and squared speed after one step, or where it meets the envelope before."""
     end_m = min(x_m + step_m, cell.end_m)
-    for index in range(ceiling.segment(x_m), len(ceiling.x_m) - 1):
-        from_m, to_m = max(ceiling.x_m[index], x_m), min(ceiling.x_m[index + 1], end_m)
+    for index in range(envelope.segment(x_m), len(envelope.x_m) - 1):
+        from_m, to_m = max(envelope.x_m[index], x_m), min(envelope.x_m[index + 1], end_m)
         if from_m >= end_m:
             break
-        closing = slope - ceiling.slope(index)
-        gap = ceiling.at(from_m) - (w + slope * (from_m - x_m))
+        closing = slope - envelope.slope(index)
+        gap = envelope.at(from_m) - (w + slope * (from_m - x_m))
         if closing > 0.0 and gap < closing * (to_m - from_m):
             meets_m = from_m + max(gap, 0.0) / closing
-            return meets_m, ceiling.at(meets_m)
+            return meets_m, envelope.at(meets_m)
     return end_m, w + slope * (end_m - x_m)
 
 

@@ -1,5 +1,5 @@
 """Trips at the edge of what a train can do, on which fronts once failed: brakes that barely hold, climbs that slow a
-train down by more than comfort allows, rows of rounding errors, and prices far above the usual ones."""
+train down by more than comfort allows, rows of rounding errors, and multipliers far above the usual ones."""
 
 import math
 from dataclasses import replace
@@ -35,9 +35,9 @@ def test_brakes_that_barely_hold_on_a_descent(permil, excess):
     trip = trip_on([(0, 20)], gradients, length_m=8500.0, train=train)
     fastest, found = front_to(trip, 0.25, 24)
     assert not failing(trip, found)
-    mesh, counters = Mesh.of(trip, fastest), {"pilots": 0, "runs": 0, "costates": 0}
-    for price in mesh.usual_price * np.array([1.0, 0.1, 0.01]):
-        assert np.isfinite(mesh.pilot(price, counters).switch).all()
+    mesh, counters = Mesh.of(trip, fastest), {"extremals": 0, "runs": 0, "costates": 0}
+    for multiplier in mesh.usual_multiplier * np.array([1.0, 0.1, 0.01]):
+        assert np.isfinite(mesh.extremal(multiplier, counters).switch).all()
 
 
 @pytest.mark.parametrize("permil", [55.0, 60.0])
@@ -89,10 +89,10 @@ def test_the_mesh_is_fine_enough_for_prices_far_above_the_usual():
     trip = trip_on(limits, [(0, 10), (2000, -10), (4000, 5)], length_m=6400.0, train=train)
     trip = replace(trip, energy=PANTOGRAPH)
     fastest, found = front_to(trip, 0.25, 24)
-    mesh, counters = Mesh.of(trip, fastest, 8.0), {"pilots": 0, "runs": 0, "costates": 0}
-    price = float(found.price_j_per_s[1])
-    cost_j = found.energy_j[1] + price * found.duration_s[1]
-    assert cost_j - mesh.pilot(price, counters).cost_j(price) <= 5e-4 * found.energy_j[1]
+    mesh, counters = Mesh.of(trip, fastest, 8.0), {"extremals": 0, "runs": 0, "costates": 0}
+    multiplier = float(found.multiplier_j_per_s[1])
+    cost_j = found.energy_j[1] + multiplier * found.duration_s[1]
+    assert cost_j - mesh.extremal(multiplier, counters).cost_j(multiplier) <= 5e-4 * found.energy_j[1]
 
 
 @pytest.mark.parametrize("fineness", [0.125, 0.25, 0.5])
@@ -104,8 +104,11 @@ def test_a_strong_train_is_not_slow_to_start_on_a_coarse_mesh(fineness):
     )  # fmt: skip
     trip = trip_on([(0, 40), (120, 14), (530, 5), (1920, 44)], length_m=2084.0, train=train)
     fastest = fastest_run(trip)
-    counters = {"pilots": 0, "runs": 0, "costates": 0}
+    counters = {"extremals": 0, "runs": 0, "costates": 0}
     mesh, fine = (Mesh.of(trip, fastest, cells) for cells in (fineness, 8.0))
-    price = 5.0 * mesh.usual_price
-    reference = fine.pilot(price, counters)
-    assert mesh.pilot(price, counters).cost_j(price) - reference.cost_j(price) <= 1e-3 * reference.energy_j
+    multiplier = 5.0 * mesh.usual_multiplier
+    reference = fine.extremal(multiplier, counters)
+    assert (
+        mesh.extremal(multiplier, counters).cost_j(multiplier) - reference.cost_j(multiplier)
+        <= 1e-3 * reference.energy_j
+    )

@@ -36,7 +36,7 @@ def test_meets_every_reference(shared):
     count = 0
     for trip, seconds, joules in references(shared, "B"):
         found = front_at(replace(trip, energy=PANTOGRAPH), seconds)
-        above_j = found.energy_j + found.price_j_per_s * (found.duration_s - seconds) - joules
+        above_j = found.energy_j + found.multiplier_j_per_s * (found.duration_s - seconds) - joules
         metro = trip.train.max_speed_mps < 25.0
         most_j = np.where(np.abs(joules) < 15 * 3.6e6, 0.02 * 3.6e6, (2e-3 if metro else 1e-3) * np.abs(joules))
         assert (above_j <= most_j).all(), (trip.origin_m, above_j / joules)
@@ -48,7 +48,7 @@ def test_meets_every_reference(shared):
 def test_without_losses_and_returns_it_is_the_energy_at_the_wheel():
     _, wheel = front_to(HILLS, 0.25, 12)
     _, found = front_to(charged(HILLS), 0.25, 12)
-    for name in ("duration_s", "energy_j", "price_j_per_s"):
+    for name in ("duration_s", "energy_j", "multiplier_j_per_s"):
         assert getattr(found, name).tolist() == getattr(wheel, name).tolist()
 
 
@@ -57,7 +57,7 @@ def test_losses_of_traction_alone_change_energy_and_price_in_proportion():
     _, found = front_to(charged(HILLS, 0.5), 0.25, 12)
     assert found.duration_s == pytest.approx(wheel.duration_s, rel=1e-9)
     assert found.energy_j == pytest.approx(2.0 * wheel.energy_j, rel=1e-9)
-    assert found.price_j_per_s == pytest.approx(2.0 * wheel.price_j_per_s, rel=1e-6)
+    assert found.multiplier_j_per_s == pytest.approx(2.0 * wheel.multiplier_j_per_s, rel=1e-6)
 
 
 def test_auxiliary_power_adds_to_energy_and_lowers_the_price():
@@ -69,9 +69,9 @@ def test_auxiliary_power_adds_to_energy_and_lowers_the_price():
     assert count >= 10
     assert found.duration_s == pytest.approx(plain.duration_s[:count], rel=2e-4)
     expected_j = plain.energy_j[:count] + auxiliary_w * found.duration_s
-    expected_j += plain.price_j_per_s[:count].clip(max=1e9) * (plain.duration_s[:count] - found.duration_s)
+    expected_j += plain.multiplier_j_per_s[:count].clip(max=1e9) * (plain.duration_s[:count] - found.duration_s)
     assert found.energy_j == pytest.approx(expected_j, rel=5e-4)
-    assert found.price_j_per_s[1:] == pytest.approx(plain.price_j_per_s[1:count] - auxiliary_w, rel=0.05)
+    assert found.multiplier_j_per_s[1:] == pytest.approx(plain.multiplier_j_per_s[1:count] - auxiliary_w, rel=0.05)
 
 
 def test_the_front_ends_where_a_second_more_costs_nothing():
@@ -80,7 +80,7 @@ def test_the_front_ends_where_a_second_more_costs_nothing():
     fastest = fastest_run(trip)
     found = optimal_front(trip, fastest, fastest.duration_s * np.linspace(1.0, 3.0, 60), SearchBudget())
     assert found.exhausted
-    assert found.price_j_per_s[-1] == 0.0
+    assert found.multiplier_j_per_s[-1] == 0.0
     assert found.duration_s[-1] < 1.8 * fastest.duration_s
     assert (np.diff(found.energy_j) < 0.0).all()
     free = charged(HILLS, 0.9, 0.7)
@@ -99,7 +99,7 @@ def test_net_energies_around_and_below_zero():
     assert found.energy_j[0] > 0.0 > found.energy_j[-1]
     assert len(found.duration_s) == 40
     refined = refine_front(trip, fastest, found.duration_s[5::8], SearchBudget())
-    above_j = refined.energy_j + refined.price_j_per_s * (refined.duration_s - found.duration_s[5::8])
+    above_j = refined.energy_j + refined.multiplier_j_per_s * (refined.duration_s - found.duration_s[5::8])
     exchanged_j = fastest.balance.pantograph_j + 2.0 * fastest.balance.regenerated_j
     assert (found.energy_j[5::8] - above_j <= 2e-3 * exchanged_j).all()
     assert (above_j - found.energy_j[5::8] <= 5e-3 * exchanged_j).all()
@@ -113,10 +113,10 @@ def test_both_holding_speeds_have_closed_forms():
     mesh = Mesh.of(trip, fastest_run(trip))
     for factor, first_m, last_m in ((1.0 / 0.9, 4e3, 6.5e3), (0.8, 22e3, 28e3)):
         speed = 30.0
-        price = factor * speed**2 * (train.davis_b_n_per_mps + 2.0 * train.davis_c_n_per_mps2 * speed)
-        counters = {"pilots": 0, "runs": 0, "costates": 0}
-        pilot = mesh.pilot(price, counters)
-        n, _, _ = mesh.drive(pilot.switch, pilot.switch, 0.0, counters)
+        multiplier = factor * speed**2 * (train.davis_b_n_per_mps + 2.0 * train.davis_c_n_per_mps2 * speed)
+        counters = {"extremals": 0, "runs": 0, "costates": 0}
+        extremal = mesh.extremal(multiplier, counters)
+        n, _, _ = mesh.drive(extremal.switch, extremal.switch, 0.0, counters)
         x_m, w = mesh.rows[0][:n], mesh.rows[1][:n]
         held = (x_m > first_m) & (x_m < last_m)
         assert held.sum() > 3

@@ -27,10 +27,10 @@ def test_meets_every_reference(shared):
         mine.sort(key=lambda row: float(row["T_s"]))
         found = front_at(reference_trip(shared, case), [float(row["T_s"]) for row in mine])
         metro = "Beijing" in key[1]
-        for row, seconds, joules, price in zip(
-            mine, found.duration_s, found.energy_j, found.price_j_per_s, strict=True
+        for row, seconds, joules, multiplier in zip(
+            mine, found.duration_s, found.energy_j, found.multiplier_j_per_s, strict=True
         ):
-            energy_kwh = (joules + price * (seconds - float(row["T_s"]))) / 3.6e6
+            energy_kwh = (joules + multiplier * (seconds - float(row["T_s"]))) / 3.6e6
             above_kwh = energy_kwh - float(row["E_ref_kWh"])
             share = above_kwh / float(row["E_ref_kWh"])
             assert share >= -3e-4, (row, share)
@@ -187,8 +187,8 @@ def test_the_rows_of_a_point_are_its_own(seed, margin, points):
     check_front(random_trip(seed), margin, points)
 
 
-def test_start_at_the_limit_whose_first_price_is_already_the_thriftiest():
-    """The usual price alone gives the thriftiest run here: dearer ones must be found all the same."""
+def test_start_at_the_limit_whose_first_multiplier_is_already_the_thriftiest():
+    """The usual multiplier alone gives the thriftiest run here: dearer ones must be found all the same."""
     train = commuter(mass_kg=1e5)
     trip = trip_on([(0, 40)], length_m=5000.0, train=train, start_speed_mps=40.0)
     assert cheapest_above_grid(trip, 0.1) <= 1e-3

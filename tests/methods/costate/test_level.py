@@ -49,41 +49,43 @@ LEVEL = {
 @pytest.mark.parametrize("name", LEVEL)
 def test_level_track_has_a_closed_form(name):
     """E at the closed form's own running times; blends of two multipliers may cost 2e-4."""
-    train, length_m, limit_mps, prices = LEVEL[name]
+    train, length_m, limit_mps, multipliers = LEVEL[name]
     trip = level_trip(train, length_m, limit_mps)
     fastest_s = fastest_run(trip).duration_s
-    expected = [optimal_run(train, length_m, limit_mps, price) for price in prices]
+    expected = [optimal_run(train, length_m, limit_mps, multiplier) for multiplier in multipliers]
     found = front_at(trip, [fastest_s, *(run.duration_s for run in expected)], tolerance_s=1e-6 * fastest_s)
-    for run, price, seconds, joules in zip(expected, prices, found.duration_s[1:], found.energy_j[1:], strict=True):
+    for run, multiplier, seconds, joules in zip(
+        expected, multipliers, found.duration_s[1:], found.energy_j[1:], strict=True
+    ):
         assert seconds == pytest.approx(run.duration_s, abs=1e-6 * fastest_s)
-        energy = joules + price * (seconds - run.duration_s)
+        energy = joules + multiplier * (seconds - run.duration_s)
         assert run.energy_j * (1.0 - 1e-5) <= energy <= run.energy_j * (1.0 + 2e-4)
 
 
 @pytest.mark.parametrize("name", LEVEL)
 def test_one_multiplier_solves_its_own_problem(name):
-    """The cost E + λT of a pilot is stationary: it must be far better than the energy alone."""
-    train, length_m, limit_mps, prices = LEVEL[name]
+    """The cost E + λT of an extremal is stationary: it must be far better than the energy alone."""
+    train, length_m, limit_mps, multipliers = LEVEL[name]
     trip = level_trip(train, length_m, limit_mps)
     mesh = Mesh.of(trip, fastest_run(trip))
-    counters = {"pilots": 0, "runs": 0, "costates": 0}
-    for price in prices:
-        run = optimal_run(train, length_m, limit_mps, price)
-        pilot = mesh.pilot(price, counters)
-        cost, best = pilot.energy_j + price * pilot.time_s, run.energy_j + price * run.duration_s
+    counters = {"extremals": 0, "runs": 0, "costates": 0}
+    for multiplier in multipliers:
+        run = optimal_run(train, length_m, limit_mps, multiplier)
+        extremal = mesh.extremal(multiplier, counters)
+        cost, best = extremal.energy_j + multiplier * extremal.time_s, run.energy_j + multiplier * run.duration_s
         assert cost == pytest.approx(best, rel=1e-5)
 
 
 @pytest.mark.parametrize("name", LEVEL)
 def test_a_finer_mesh_meets_the_closed_form(name):
     """What the usual mesh misses is its own size, not the method: 16 times finer cells agree to 1e-6."""
-    train, length_m, limit_mps, prices = LEVEL[name]
+    train, length_m, limit_mps, multipliers = LEVEL[name]
     trip = level_trip(train, length_m, limit_mps)
     mesh = Mesh.of(trip, fastest_run(trip), 16.0)
-    for price in prices:
-        run = optimal_run(train, length_m, limit_mps, price)
-        pilot = mesh.pilot(price, {"pilots": 0, "runs": 0, "costates": 0})
-        cost, best = pilot.energy_j + price * pilot.time_s, run.energy_j + price * run.duration_s
+    for multiplier in multipliers:
+        run = optimal_run(train, length_m, limit_mps, multiplier)
+        extremal = mesh.extremal(multiplier, {"extremals": 0, "runs": 0, "costates": 0})
+        cost, best = extremal.energy_j + multiplier * extremal.time_s, run.energy_j + multiplier * run.duration_s
         assert cost == pytest.approx(best, rel=1e-6)
 
 

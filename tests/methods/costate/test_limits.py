@@ -36,7 +36,7 @@ def test_a_polyline_without_room_is_a_named_error(monkeypatch):
 
 
 def test_running_times_that_jump_are_named():
-    """Which of these trips jumps over a wanted time depends on the last digits of the pilots; most of them do."""
+    """Which of these trips jumps over a wanted time depends on the last digits of the extremals; most of them do."""
     named = 0
     for seed in (20116, 20131, 20179, 20200, 11, 13, 61, 115):
         result = search(random_trip(seed), points=60, max_margin=0.25)

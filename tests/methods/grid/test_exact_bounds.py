@@ -43,9 +43,9 @@ def test_bounds_hold_for_every_path(seed):
     for time, energy, nodes in paths:
         course_s, course_j = path_costs(graph, np.array(nodes))
         for node, passed_s, passed_j in zip(nodes, course_s, course_j, strict=True):
-            rest = energy - passed_j + bounds.price_j_per_s * (time - passed_s)
+            rest = energy - passed_j + bounds.multiplier_j_per_s * (time - passed_s)
             assert np.all(bounds.least_cost_j[:, node] <= rest + NO_MATTER)
-            assert np.all(bounds.through_cost_j[:, node] <= energy + bounds.price_j_per_s * time + NO_MATTER)
+            assert np.all(bounds.through_cost_j[:, node] <= energy + bounds.multiplier_j_per_s * time + NO_MATTER)
             assert bounds.earliest_s[node] <= passed_s + NO_MATTER
             assert bounds.to_go_s[node] <= time - passed_s + NO_MATTER
 
@@ -66,11 +66,13 @@ def test_no_label_of_a_pareto_optimal_path_is_cut_off(seed):
 def test_the_ceiling_equals_its_definition(seed):
     """Z = max of U - H over the arrivals from the first to the last at which a path through the node is promising."""
     _, _, bounds = case(seed, layers=6)
-    price, end_s = bounds.price_j_per_s[:, None], bounds.arrivals.cell_s * np.arange(1, CELLS + 1)
+    multiplier, end_s = bounds.multiplier_j_per_s[:, None], bounds.arrivals.cell_s * np.arange(1, CELLS + 1)
     compared = 0
     for node in np.flatnonzero(np.isfinite(bounds.to_go_s + bounds.earliest_s)[:-1]):
-        through_j = np.max(bounds.through_cost_j[:, node, None] - price * (bounds.arrivals.begin_s + end_s), axis=0)
-        hull_j = np.max(bounds.least_cost_j[:, node, None] - price * (bounds.to_go_s[node] + end_s), axis=0)
+        through_j = np.max(
+            bounds.through_cost_j[:, node, None] - multiplier * (bounds.arrivals.begin_s + end_s), axis=0
+        )
+        hull_j = np.max(bounds.least_cost_j[:, node, None] - multiplier * (bounds.to_go_s[node] + end_s), axis=0)
         first = cell_of(bounds, node, bounds.earliest_s[node])
         promising = first + np.flatnonzero(through_j[first:] < bounds.known_j[first:])
         found = ceiling_of(bounds, node)

@@ -12,7 +12,7 @@ from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.formats import load_track, load_train
 from tgvdp.line.cells import breaks_of, cells_of
 from tgvdp.methods.budget import SearchBudget
-from tgvdp.methods.grid.arcs import drive
+from tgvdp.methods.grid.arcs import long_arc
 from tgvdp.methods.grid.exact import exact_front
 from tgvdp.methods.grid.grid import build_grid
 from tgvdp.model.effort import EffortCurve
@@ -41,7 +41,7 @@ def tram(limits, length_m=1000.0, **trip):
 
 def drive_on(trip, w0, w1):
     cells = cells_of(trip)
-    return drive(
+    return long_arc(
         kernel_train(trip.train), energy_tables(trip.train, trip.energy), cells, 0, len(cells.length_m), w0, w1
     )
 

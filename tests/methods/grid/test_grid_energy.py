@@ -73,10 +73,10 @@ def test_no_grid_is_cheaper_than_the_front(method, model):
     found = tgvdp.search(TRAIN, TRACK, method=method, energy=energy, **grid)
     front = tgvdp.search(TRAIN, TRACK, energy=energy, points=40)
     assert all(verdict.ok for verdict in found.verify())
-    prices = (front.front.energy_j[0] / front.fastest.time_s) * np.exp([1.0, 0.0, -1.0, -2.0])
-    for price in prices:  # the grid is coarse, and best-first finds different paths rather than all good ones
-        least_j = float((front.front.energy_j + price * front.front.time_s).min())
-        grid_j = float((found.front.energy_j + price * found.front.time_s).min())
+    multipliers = (front.front.energy_j[0] / front.fastest.time_s) * np.exp([1.0, 0.0, -1.0, -2.0])
+    for multiplier in multipliers:  # the grid is coarse, and best-first finds different paths rather than all good ones
+        least_j = float((front.front.energy_j + multiplier * front.front.time_s).min())
+        grid_j = float((found.front.energy_j + multiplier * found.front.time_s).min())
         assert least_j * (1.0 - 1e-3) <= grid_j <= least_j * 1.3
 
 

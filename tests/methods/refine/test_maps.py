@@ -84,7 +84,7 @@ def test_runs_switch_and_meet_their_times():
     assert partial <= 60  # of about 10 000 rows: where effort switches it is none or nearly all
 
 
-def grid_cost(trip, fastest, price, stations, levels):
+def grid_cost(trip, fastest, multiplier, stations, levels):
     """Least E + λT on a plain grid, the map looked up at the mean speed and the mean demand of an arc."""
     x = np.union1d(np.linspace(0.0, trip.distance_m, stations + 1), cells_of(trip).station_m)
     cells = cells_of(trip, x)
@@ -106,7 +106,7 @@ def grid_cost(trip, fastest, price, stations, levels):
                 if abs(work) > (limit + spare) * (1.0 + 1e-9):
                     continue
                 power = looked_up(the_map, 0.5 * (v0 + v1), max(work / limit, -1.0) if limit > 0.0 else 0.0)
-                best[i] = min(best[i], seconds * (power + price) + to_go[j])
+                best[i] = min(best[i], seconds * (power + multiplier) + to_go[j])
         to_go = best
     return float(to_go[0])
 
@@ -123,9 +123,9 @@ def test_no_plain_grid_is_better():
     fastest = fastest_run(trip)
     found = refine_front(trip, fastest, fastest.duration_s * np.linspace(1.0, 1.5, 40), SearchBudget())
     for factor in (1.0, 0.3):
-        price = factor * found.energy_j[0] / found.duration_s[0]
-        ours = float((found.energy_j + price * found.duration_s).min())
-        assert ours <= grid_cost(trip, fastest, price, 25, 24) * 1.002
+        multiplier = factor * found.energy_j[0] / found.duration_s[0]
+        ours = float((found.energy_j + multiplier * found.duration_s).min())
+        assert ours <= grid_cost(trip, fastest, multiplier, 25, 24) * 1.002
 
 
 @pytest.mark.parametrize("seed", [8, 20, 33, 40])

@@ -45,7 +45,7 @@ def test_meets_every_reference(shared, variant):
     for trip, seconds, joules in references(shared, variant):
         energy = WHEEL if variant == "A" else PANTOGRAPH
         found = refined(trip, seconds, energy)
-        above_j = found.energy_j + found.price_j_per_s * (found.duration_s - seconds) - joules
+        above_j = found.energy_j + found.multiplier_j_per_s * (found.duration_s - seconds) - joules
         place = f"{trip.track.length_m:g} m from {trip.origin_m:g} m: {above_j / joules}"
         assert (above_j <= np.where(np.abs(joules) < 15 * 3.6e6, 0.02 * 3.6e6, 2e-3 * np.abs(joules))).all(), place
         assert (above_j >= -3e-4 * np.abs(joules)).all(), place
@@ -61,7 +61,7 @@ def test_agrees_with_the_front_method(shared):
         target_s = np.linspace(seconds[0], seconds[-1], 12)
         front = optimal_front(trip, fastest, target_s, SearchBudget())
         found = refined(trip, target_s)
-        gap_j = found.energy_j + found.price_j_per_s * (found.duration_s - front.duration_s) - front.energy_j
+        gap_j = found.energy_j + found.multiplier_j_per_s * (found.duration_s - front.duration_s) - front.energy_j
         assert (np.abs(gap_j) <= 2.5e-3 * front.energy_j).all(), gap_j / front.energy_j
         assert np.median(gap_j / front.energy_j) <= 1.5e-3
 
@@ -100,8 +100,8 @@ def test_runs_replay_and_meet_their_times():
     assert not found.exhausted
     assert np.abs(found.duration_s - wanted).max() <= 0.03 * (wanted[1] - wanted[0]) * (1.0 + 1e-9)
     assert (np.diff(found.energy_j) < 0.0).all()
-    assert found.price_j_per_s[0] == math.inf
-    assert (np.diff(found.price_j_per_s[1:]) <= 1e-3 * found.price_j_per_s[1:-1]).all()
+    assert found.multiplier_j_per_s[0] == math.inf
+    assert (np.diff(found.multiplier_j_per_s[1:]) <= 1e-3 * found.multiplier_j_per_s[1:-1]).all()
     for index in range(20):
         profile = profile_of(HILLS, *found.rows(index))
         assert replay(HILLS, profile).ok, index
@@ -112,9 +112,9 @@ def test_runs_replay_and_meet_their_times():
 def test_efficiency_alone_scales_the_front():
     wanted = fastest_run(HILLS).duration_s * np.array([1.05, 1.15])
     plain, dear = refined(HILLS, wanted), refined(with_efficiencies(0.5, 0.0), wanted, PANTOGRAPH)
-    shifted_j = dear.price_j_per_s * (dear.duration_s - plain.duration_s)
+    shifted_j = dear.multiplier_j_per_s * (dear.duration_s - plain.duration_s)
     assert dear.energy_j + shifted_j == pytest.approx(2.0 * plain.energy_j, rel=1e-3)
-    assert dear.price_j_per_s == pytest.approx(2.0 * plain.price_j_per_s, rel=0.05)
+    assert dear.multiplier_j_per_s == pytest.approx(2.0 * plain.multiplier_j_per_s, rel=0.05)
 
 
 def test_regeneration_makes_it_cheaper_and_changes_the_driving():
@@ -136,7 +136,7 @@ def test_a_linear_map_gives_the_same_front():
     wanted = fastest_run(EFFICIENT_HILLS).duration_s * np.array([1.03, 1.1, 1.2])
     linear = refined(EFFICIENT_HILLS, wanted, PANTOGRAPH)
     mapped = refined(EFFICIENT_HILLS, wanted, map_of(speeds, np.array([-1.0, 0.0, 1.0]), table))
-    shifted_j = mapped.price_j_per_s * (mapped.duration_s - linear.duration_s)
+    shifted_j = mapped.multiplier_j_per_s * (mapped.duration_s - linear.duration_s)
     assert mapped.energy_j + shifted_j == pytest.approx(linear.energy_j, rel=1e-3)
 
 
@@ -167,9 +167,9 @@ def test_a_map_with_idle_losses_punishes_partial_effort():
 def test_no_plain_grid_is_better():
     fastest = fastest_run(HILLS)
     found = refined(HILLS, fastest.duration_s * np.linspace(1.0, 1.6, 30))
-    prices = fastest.total_energy_j / fastest.duration_s * np.exp([1.0, 0.0, -1.0])
-    for price, (seconds, joules) in zip(prices, least_costs(HILLS, fastest, prices), strict=True):
-        assert float((found.energy_j + price * found.duration_s).min()) <= (joules + price * seconds) * 1.0005
+    multipliers = fastest.total_energy_j / fastest.duration_s * np.exp([1.0, 0.0, -1.0])
+    for multiplier, (seconds, joules) in zip(multipliers, least_costs(HILLS, fastest, multipliers), strict=True):
+        assert float((found.energy_j + multiplier * found.duration_s).min()) <= (joules + multiplier * seconds) * 1.0005
 
 
 def test_the_time_limit_ends_it():
@@ -193,8 +193,8 @@ def test_trips_of_every_kind(seed):
     found = refined(trip, wanted)
     front = optimal_front(trip, fastest, wanted, SearchBudget())
     assert len(found.duration_s) == len(front.duration_s)
-    prices = np.where(np.isfinite(found.price_j_per_s), found.price_j_per_s, 0.0)
-    gap_j = found.energy_j - front.energy_j + prices * (found.duration_s - front.duration_s)
+    multipliers = np.where(np.isfinite(found.multiplier_j_per_s), found.multiplier_j_per_s, 0.0)
+    gap_j = found.energy_j - front.energy_j + multipliers * (found.duration_s - front.duration_s)
     kinetic_j = 0.5 * trip.train.inertia_kg * float(fastest.speed_mps.max()) ** 2
     assert (gap_j <= 5e-3 * (front.energy_j[0] + 0.02 * kinetic_j)).all()
     for index in range(len(found.duration_s)):

@@ -121,7 +121,7 @@ def drive_blend(train, tables, course, first_policy, second_policy, share, scrat
         Of which only the two factors count.
     course : Course
     first_policy, second_policy : (K + 1, 3) float64
-        As of `costate.switching_speeds`.
+        As of `backward.switching_speeds`.
     share : float
         Weight of the second policy.
     scratch : Rows

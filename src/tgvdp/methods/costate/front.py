@@ -1,8 +1,8 @@
 """The front method: the whole Pareto front from a few multipliers (docs/front-method.md).
 
-Pilots are solved by the costate program for chosen multipliers. Each point of the front drives a blend of the
-switching speeds of the two pilots around it that meets its running time; where the blend drives worse than the cubic
-through the pilots' (T, E, slope −λ) promises, a pilot is added between them.
+Extremals are solved by the costate program for chosen multipliers. Each point of the front drives a blend of the
+switching speeds of the two extremals around it that meets its running time; where the blend drives worse than the cubic
+through the extremals' (T, E, slope −λ) promises, an extremal is added between them.
 """
 
 import math
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tgvdp.line.resolved import resolve
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.mesh import Mesh, Run
-from tgvdp.methods.costate.prices import OutOfTime, PilotFront
+from tgvdp.methods.costate.multipliers import ExtremalFront, OutOfTime
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
 from tgvdp.runs.profile import Profile
@@ -39,21 +39,21 @@ class OptimalRuns:
     ----------
     duration_s, energy_j : (n,) float64
         Running time, and energy by the trip's model.
-    price_j_per_s : (n,) float64
+    multiplier_j_per_s : (n,) float64
         Multiplier λ of each run: energy saved per second more; infinite for the fastest run.
     complete : bool
         False when the time limit ended the search: the targets before that are met.
     exhausted : bool
         True when running longer saves nothing: the last run is the thriftiest, faster than the last targets.
     counters : dict of str to int
-        Cells of the mesh that was fine enough, and work done on all meshes: pilots, runs, costates.
+        Cells of the mesh that was fine enough, and work done on all meshes: extremals, runs, costates.
     missed_s : tuple of float
         Targets that no run meets, as running times jump over them: a faster run stands for each, or none.
     """
 
     duration_s: NDArray[np.float64]
     energy_j: NDArray[np.float64]
-    price_j_per_s: NDArray[np.float64]
+    multiplier_j_per_s: NDArray[np.float64]
     complete: bool
     exhausted: bool
     counters: dict[str, int]
@@ -99,7 +99,7 @@ def optimal_front(
     """
     clock = budget.start()
     line = resolve(trip)
-    counters = {"cells": 0, "pilots": 0, "runs": 0, "costates": 0}
+    counters = {"cells": 0, "extremals": 0, "runs": 0, "costates": 0}
     slower = target_s > fastest.duration_s * (1.0 + _SAME)
     if tolerance_s is None:
         steps_s = np.diff(target_s[slower], prepend=fastest.duration_s)
@@ -123,9 +123,9 @@ def optimal_front(
             not found or run.time_s > found[-1].time_s * (1.0 + _SAME)
         ):
             found.append(run)
-    duration, energy, prices = (np.array([run[column] for run in found], dtype=np.float64) for column in range(3))
+    duration, energy, multipliers = (np.array([run[column] for run in found], dtype=np.float64) for column in range(3))
     return OptimalRuns(
-        duration, energy + auxiliary_w * duration, np.maximum(prices - auxiliary_w, 0.0), complete, not saves,
+        duration, energy + auxiliary_w * duration, np.maximum(multipliers - auxiliary_w, 0.0), complete, not saves,
         counters, [rows] * met + [follow(trip.train, line, run.x_m, run.w) for run in found[met:]], tuple(missed_s),
     )  # fmt: skip
 
@@ -146,14 +146,14 @@ class _Search:
     fastest: Profile
     aims_s: NDArray[np.float64]
     tolerance_s: float
-    least_price: float
+    least_multiplier: float
     counters: dict[str, int]
     clock: Clock
 
     def runs(self) -> _Found:
         """Runs on a mesh that is fine enough.
 
-        Cells are halved until runs on a mesh of half as many are hardly dearer, and no pilot is dearer, at its own
+        Cells are halved until runs on a mesh of half as many are hardly dearer, and no extremal is dearer, at its own
         multiplier, than another run that was found.
         """
         found: _Found | None = None
@@ -175,14 +175,14 @@ class _Search:
         except OutOfTime:
             return found or _Found([], False, True)
 
-    def _marched(self, fineness: float) -> PilotFront:
+    def _marched(self, fineness: float) -> ExtremalFront:
         mesh = Mesh.of(self.trip, self.fastest, fineness)
-        front = PilotFront(mesh, self.tolerance_s, self.least_price, self.counters, self.clock)
+        front = ExtremalFront(mesh, self.tolerance_s, self.least_multiplier, self.counters, self.clock)
         front.reach(float(self.aims_s[0]), float(self.aims_s[-1]))
         return front
 
-    def _driven(self, front: PilotFront) -> _Found:
-        reached = int(np.sum(self.aims_s <= front.pilots[-1].time_s + self.tolerance_s))
+    def _driven(self, front: ExtremalFront) -> _Found:
+        reached = int(np.sum(self.aims_s <= front.extremals[-1].time_s + self.tolerance_s))
         saves = reached == len(self.aims_s)
         runs: list[Run] = []
         try:

@@ -1,7 +1,7 @@
-"""Runs between two pilots: blends of their policies that take given running times, one after the other.
+"""Runs between two extremals: blends of their policies that take given running times, one after the other.
 
-Two pilots know the front between them by their running times, energies and slopes −λ: a Hermite cubic. A blend of their
-policies that drives worse than that is refused, for a pilot to be solved there.
+Two extremals know the front between them by their running times, energies and slopes −λ: a Hermite cubic. A blend of
+their policies that drives worse than that is refused, for an extremal to be solved there.
 """
 
 import math
@@ -12,9 +12,9 @@ from tgvdp.physics.cell import Rows
 from tgvdp.physics.codes import NO_ROOM, NOT_KEPT, NOT_MET, OK
 from tgvdp.physics.roots import Bracket, narrowed, secant
 
-#: Columns of the runs that `drive` returns: rows from .. to, running time, energy, price, and the bracket of shares.
+#: Columns of the runs that `drive` returns: rows from .. to, running time, energy, multiplier, bracket of shares.
 RUN_COLUMNS = 7
-#: Blends of two pilots whose running times are remembered, at most.
+#: Blends of two extremals whose running times are remembered, at most.
 SAMPLES = 128
 #: A search for a running time ends when its bracket of shares is smaller than this, or after so many runs.
 _SAME_SHARE = 1e-9
@@ -22,38 +22,38 @@ _MOST_RUNS = 30
 
 
 def cubic_energy_j(ends, time_s):
-    """Energy at a time by the Hermite cubic through two runs, whose slopes are minus their prices.
+    """Energy at a time by the Hermite cubic through two runs, whose slopes are minus their multipliers.
 
-    ``ends`` are running time, energy and price of the first run, then of the second.
+    ``ends`` are running time, energy and multiplier of the first run, then of the second.
     """
-    first_s, first_j, first_price, second_s, second_j, second_price = (
+    first_s, first_j, first_multiplier, second_s, second_j, second_multiplier = (
         ends[0], ends[1], ends[2], ends[3], ends[4], ends[5],
     )  # fmt: skip
     span = second_s - first_s
     u = (time_s - first_s) / span
     value = (1.0 + 2.0 * u) * (1.0 - u) ** 2 * first_j + u * u * (3.0 - 2.0 * u) * second_j
-    return value - span * (u * (1.0 - u) ** 2 * first_price - u * u * (1.0 - u) * second_price)
+    return value - span * (u * (1.0 - u) ** 2 * first_multiplier - u * u * (1.0 - u) * second_multiplier)
 
 
-def cubic_price(ends, time_s):
-    """Price at a time: minus the slope of that cubic, within the prices of the two runs.
+def cubic_multiplier(ends, time_s):
+    """Multiplier at a time: minus the slope of that cubic, within the multipliers of the two runs.
 
     The second's where that of the first is infinite.
     """
-    first_s, first_j, first_price, second_s, second_j, second_price = (
+    first_s, first_j, first_multiplier, second_s, second_j, second_multiplier = (
         ends[0], ends[1], ends[2], ends[3], ends[4], ends[5],
     )  # fmt: skip
-    if math.isinf(first_price):
-        return second_price
+    if math.isinf(first_multiplier):
+        return second_multiplier
     span = second_s - first_s
     u = min(max((time_s - first_s) / span, 0.0), 1.0)
     chord = (first_j - second_j) / span
-    bends = (1.0 - 4.0 * u + 3.0 * u * u) * first_price + (3.0 * u * u - 2.0 * u) * second_price
-    return min(max(6.0 * u * (1.0 - u) * chord + bends, second_price), first_price)
+    bends = (1.0 - 4.0 * u + 3.0 * u * u) * first_multiplier + (3.0 * u * u - 2.0 * u) * second_multiplier
+    return min(max(6.0 * u * (1.0 - u) * chord + bends, second_multiplier), first_multiplier)
 
 
 _cubic_energy_j = leaf(cubic_energy_j)
-_cubic_price = leaf(cubic_price)
+_cubic_multiplier = leaf(cubic_multiplier)
 
 
 @leaf
@@ -128,12 +128,12 @@ def drive(
     start_w : float
         Squared speed at the origin.
     first_policy, second_policy : (K + 1, 3) float64
-        Policies of the two pilots.
+        Policies of the two extremals.
     ends : (6,) float64
-        Running time, energy and price of the first pilot, then of the second.
+        Running time, energy and multiplier of the first extremal, then of the second.
     loss, least_loss_j : float
-        A run may cost more than the cubic through the pilots promises by this share of its energy, and at least by so
-        much; an infinite loss refuses no run, nor does an infinite price of the first pilot.
+        A run may cost more than the cubic through the extremals promises by this share of its energy, and at least by
+        so much; an infinite loss refuses no run, nor does an infinite multiplier of the first extremal.
     samples : (S, 2) float64, modified in place
         Shares of the second policy and running times of ``known`` blends, in order. Of a single one the share is
         driven, whatever time it takes.
@@ -188,7 +188,7 @@ def drive(
         if not met:
             return i, NOT_MET, known, driven
         if known > 1:
-            run[4] = _cubic_price(ends, run[2])
+            run[4] = _cubic_multiplier(ends, run[2])
             if ends[2] < math.inf:
                 promised_j = _cubic_energy_j(ends, run[2])
                 if run[3] > promised_j + max(loss * run[3], least_loss_j):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tgvdp.errors import TgvdpError
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.methods.costate import backward as costate
-from tgvdp.methods.costate.extremal import Pilot, ends_of
+from tgvdp.methods.costate.extremal import Extremal, ends_of
 from tgvdp.methods.costate.forward import Course
 from tgvdp.methods.costate.interpolate import RUN_COLUMNS, SAMPLES, drive
 from tgvdp.methods.costate.stations import graded_stations
@@ -26,7 +26,7 @@ from tgvdp.runs.profile import Profile
 #: Cells per trip at least, and cells within the distance over which starting effort would reach the top speed.
 _CELLS_PER_TRIP = 100
 _CELLS_PER_START = 4
-#: Thinning tolerance of the costate polyline, per cell; smaller where the price of time is below E/T of the fastest
+#: Thinning tolerance of the costate polyline, per cell; smaller where the multiplier is below E/T of the fastest
 #: run, because the costates of coasting shrink with it.
 _TOLERANCE = 2e-5
 #: Squared speed below which costates are not carried, relative to the trip's top.
@@ -51,19 +51,19 @@ def _per_kilogram(train: KernelTrain) -> KernelTrain:
 
 
 class Run(NamedTuple):
-    """A run that is kept: running time in s, energy in J, price in J/s; its rows, from the origin, (n,)."""
+    """A run that is kept: running time in s, energy in J, multiplier in J/s; its rows, from the origin, (n,)."""
 
     time_s: float
     energy_j: float
-    price: float
+    multiplier: float
     x_m: NDArray[np.float64]
     w: NDArray[np.float64]
 
 
 class Interval:
-    """Two neighbouring pilots, and the blends of them that were driven: shares and running times, in order."""
+    """Two neighbouring extremals, and the blends of them that were driven: shares and running times, in order."""
 
-    def __init__(self, before: Pilot, after: Pilot) -> None:
+    def __init__(self, before: Extremal, after: Extremal) -> None:
         self.before = before
         self.after = after
         self.ends = ends_of(before, after)
@@ -78,8 +78,8 @@ class Interval:
 class Mesh:
     """Cells of a trip with the envelope of feasible speeds and room for the rows of one run.
 
-    Energies and prices are without auxiliaries: their power only adds to the price of time. The usual price is the
-    energy for traction over the running time of the fastest run, J/s: the scale of multipliers.
+    Energies are without auxiliaries, multipliers with them: their power only adds to the price of time. The usual
+    multiplier is the energy for traction over the running time of the fastest run, J/s: the scale of multipliers.
     """
 
     trip: Trip
@@ -89,7 +89,7 @@ class Mesh:
     fast: NDArray[np.float64]
     fastest_rows: tuple[NDArray[np.float64], NDArray[np.float64]]
     typical_m: float
-    usual_price: float
+    usual_multiplier: float
 
     def __post_init__(self) -> None:
         inertia_kg = self.train.inertia_kg
@@ -122,23 +122,25 @@ class Mesh:
         drawn_j = balance.wheel_j
         if trip.energy.kind != "wheel":
             drawn_j = balance.pantograph_j + balance.regenerated_j - balance.auxiliary_j
-        usual_price = max(drawn_j, least_j) / fastest.duration_s
-        return cls(trip, train, cells, low, fast, (fastest_rows[0], fastest_rows[1]), cell_m, usual_price)
+        usual_multiplier = max(drawn_j, least_j) / fastest.duration_s
+        return cls(trip, train, cells, low, fast, (fastest_rows[0], fastest_rows[1]), cell_m, usual_multiplier)
 
-    def _switching_speeds(self, price: float, counters: dict[str, int]) -> NDArray[np.float64]:
+    def _switching_speeds(self, multiplier: float, counters: dict[str, int]) -> NDArray[np.float64]:
         """Optimal squared switching speeds, (K + 1, 3), for a multiplier in J/s."""
         inertia_kg = self.train.inertia_kg
         switch = np.empty_like(self.flat_out)
-        tolerance = _TOLERANCE * min(1.0, price / self.usual_price)
+        tolerance = _TOLERANCE * min(1.0, multiplier / self.usual_multiplier)
         status, points = costate.switching_speeds(
             self.unit_train, self.tables.regeneration / self.tables.traction, self.unit_cells, self.low, self.fast,
-            self.trip.end_speed_mps**2, price / (self.tables.traction * inertia_kg), tolerance, self.typical_m,
+            self.trip.end_speed_mps**2, multiplier / (self.tables.traction * inertia_kg), tolerance, self.typical_m,
             _FLOOR * self.top_w, switch, self.room,
         )  # fmt: skip
-        counters["pilots"] += 1
+        counters["extremals"] += 1
         counters["costates"] += points
         if status != OK:
-            raise TgvdpError(f"the costate program lost its way at λ = {price:g} J/s (status {status}); please report")
+            raise TgvdpError(
+                f"the costate program lost its way at λ = {multiplier:g} J/s (status {status}); please report"
+            )
         return switch
 
     @cached_property
@@ -172,9 +174,9 @@ class Mesh:
         least_loss_j: float,
         counters: dict[str, int],
     ) -> tuple[list[Run], int]:
-        """Drive blends of two pilots that take given times; returns them, and why they end before the last, or OK.
+        """Drive blends of two extremals that take given times; returns them, and why they end before the last, or OK.
 
-        ``loss`` and ``least_loss_j`` are those of `blends.drive`.
+        ``loss`` and ``least_loss_j`` are those of `interpolate.drive`.
         """
         found: list[Run] = []
         runs = np.empty((len(target_s), RUN_COLUMNS))
@@ -186,9 +188,9 @@ class Mesh:
                 interval.known, target_s[len(found) :], tolerance_s, rows, self.stored, self.scratch, runs,
             )  # fmt: skip
             counters["runs"] += driven
-            for first, last, time_s, energy_j, price, *_ in runs[:done].tolist():
+            for first, last, time_s, energy_j, multiplier, *_ in runs[:done].tolist():
                 kept = slice(int(first), int(last))
-                found.append(Run(time_s, energy_j, price, rows.x[kept], rows.w[kept]))
+                found.append(Run(time_s, energy_j, multiplier, rows.x[kept], rows.w[kept]))
                 self.stored = int(last)
             if status != NO_ROOM:
                 if status == NOT_MET:
@@ -198,13 +200,13 @@ class Mesh:
                 self.size *= 2
             self.kept, self.stored = Rows(*np.empty((2, self.size))), 0
 
-    def pilot(self, price: float, counters: dict[str, int]) -> Pilot:
+    def extremal(self, multiplier: float, counters: dict[str, int]) -> Extremal:
         """Solve and drive one multiplier, J/s; infinite is the fastest run, full traction up to the envelope."""
-        switch = self.flat_out if math.isinf(price) else self._switching_speeds(price, counters)
+        switch = self.flat_out if math.isinf(multiplier) else self._switching_speeds(multiplier, counters)
         _, time_s, energy_j = self.drive(switch, switch, 0.0, counters)
         if not math.isfinite(time_s):
-            raise TgvdpError(f"the train of the costate program stalls at λ = {price:g} J/s; please report")
-        return Pilot(price, switch, time_s, energy_j)
+            raise TgvdpError(f"the train of the costate program stalls at λ = {multiplier:g} J/s; please report")
+        return Extremal(multiplier, switch, time_s, energy_j)
 
 
 def _cell_size(trip: Trip, fastest: Profile) -> float:

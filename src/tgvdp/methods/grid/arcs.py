@@ -3,7 +3,7 @@
 The arc is cut into rows, and each row must pass the one feasibility test, `physics.arc.arc`, and the pointwise effort
 test at both ends. A row ends where a cell ends, where the speed has changed by 2 % (a power limit varies as 1/v, so
 that rows keep it nearly constant), and where the effort at the wheel changes sign, so that the sum over rows counts
-traction and braking each by its own price. `drive` costs an arc and `path_rows` lists the rows of a whole
+traction and braking each by its own multiplier. `long_arc` costs one and `path_rows` lists the rows of a whole
 path: both walk through `next_cut`, which is why a profile made of these rows has the grid's own time and energy.
 """
 
@@ -66,7 +66,7 @@ def w_between(w0, w1, start_m, end_m, at_m):
 
 
 @kernel
-def drive(train, tables, cells, first, last, w0, w1):
+def long_arc(train, tables, cells, first, last, w0, w1):
     """Evaluate the arc over cells ``first .. last - 1``.
 
     Parameters
@@ -127,11 +127,11 @@ def drive(train, tables, cells, first, last, w0, w1):
 
 
 @kernel
-def drive_all(train, tables, cells, first, last, w_from, w_to, status, duration_s, energy_j):
+def long_arcs(train, tables, cells, first, last, w_from, w_to, status, duration_s, energy_j):
     """Evaluate the arcs between all pairs of speeds; the three (n_from, n_to) arrays are modified in place."""
     for i in range(w_from.size):
         for j in range(w_to.size):
-            status[i, j], duration_s[i, j], energy_j[i, j] = drive(
+            status[i, j], duration_s[i, j], energy_j[i, j] = long_arc(
                 train, tables, cells, first, last, w_from[i], w_to[j]
             )
 

@@ -5,8 +5,8 @@ with strictly decreasing energy. A node's list is the merge of its arcs' streams
 shifted by the arc's costs: a heap of streams gives the candidates by time, and a candidate stays if it is cheaper than
 the last one that stayed (and replaces that one if their times are equal). A stream that falls behind gallops to its
 next candidate that could stay. Candidates that cannot lead to a new Pareto-optimal path are left out (see
-`bound_set`), which on grids are nine of ten. Costs are sums from the root forward in float64; rounding is monotone, so
-the result is exactly the front of all paths' sums.
+`exact_bounds`), which on grids are nine of ten. Costs are sums from the root forward in float64; rounding is monotone,
+so the result is exactly the front of all paths' sums.
 
 The best-first order of BOA* (Hernández Ulloa, Yeoh, Baier, Zhang, Suazo & Koenig, ICAPS 2020) buys nothing on layers.
 

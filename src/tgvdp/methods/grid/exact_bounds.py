@@ -3,14 +3,14 @@
 Two phases, as in bi-objective combinatorial optimisation (Ehrgott & Gandibleux, *Bound sets for biobjective
 combinatorial optimization problems*, 2007; for labels Demeyer, Goedgebeur, Audenaert, Pickavet & Demeester, *Speeding
 up Martins' algorithm for multiple objective shortest path problems*, 2013). First the supported paths are found by
-bisection: each price λ of time takes one dynamic program for E + λ·t backward and one forward. They give
+bisection: each multiplier λ of time takes one dynamic program for E + λ·t backward and one forward. They give
 
 - a lower bound: from a node on, a path of time τ takes at least H(τ) = max over λ of (least E + λ·t to go) - λ·τ;
 - an upper bound: at each node a forward and a backward path make a known path from root to terminal. The least energy
   U(T) of those that arrive by T is tabulated in equal cells of time.
 
 A label with time t and energy E at a node with least time to go T' is useless unless a completion beats the known
-paths somewhere: E < Z(t) = max over arrivals T ≥ t + T' of U(T) - H(T - t); see `ceiling`.
+paths somewhere: E < Z(t) = max over arrivals T ≥ t + T' of U(T) - H(T - t); see `exact_ceiling`.
 
 No bound may cut off a path by rounding. Known paths count as later and costlier, labels as earlier and lower bounds as
 lower than they are, by `ROUNDING`, which is far above the rounding error of sums of costs, none of which is negative.
@@ -33,7 +33,7 @@ CELLS = 256
 #: grids of 20 to 40 segments: a fifth of it costs more time than its bounds save.
 _BISECTIONS = 8
 _HULL_RTOL = 0.01
-#: Prices differ by this share at least, so that rounding does not change the order of the lines of H.
+#: Multipliers differ by this share at least, so that rounding does not change the order of the lines of H.
 _APART = 1e-3
 #: A range of times below this share of the limit has no cells: nothing is bounded.
 _LEAST_RANGE = 1e-6
@@ -50,14 +50,14 @@ class Arrivals(NamedTuple):
 
 
 class BoundSet(NamedTuple):
-    """What bounds the labels of a search; L prices, n nodes.
+    """What bounds the labels of a search; L multipliers, n nodes.
 
     Attributes
     ----------
-    price_j_per_s : (L,) float64
+    multiplier_j_per_s : (L,) float64
         Decreasing; the last one is 0.
     least_cost_j : (L, n) float64
-        Least E + price · t from a node to the terminal, lowered by `ROUNDING`.
+        Least E + multiplier · t from a node to the terminal, lowered by `ROUNDING`.
     through_cost_j : (L, n) float64
         The same from the root through a node to the terminal.
     earliest_s, latest_s : (n,) float64
@@ -69,7 +69,7 @@ class BoundSet(NamedTuple):
     arrivals : Arrivals
     """
 
-    price_j_per_s: NDArray[np.float64]
+    multiplier_j_per_s: NDArray[np.float64]
     least_cost_j: NDArray[np.float64]
     through_cost_j: NDArray[np.float64]
     earliest_s: NDArray[np.float64]
@@ -80,7 +80,7 @@ class BoundSet(NamedTuple):
 
 
 class _Tree(NamedTuple):
-    """Cheapest paths at one price: time and energy of the one from each node, and of the one to each node, (n,)."""
+    """Cheapest paths at one multiplier: time and energy of those from each node, and of those to each node, (n,)."""
 
     from_s: NDArray[np.float64]
     from_j: NDArray[np.float64]
@@ -134,9 +134,9 @@ def _solve(graph, incoming, time_weight, energy_weight, tree, cost):
 
 
 @kernel
-def _solve_between(graph, incoming, price, fast, slow, arrivals, tree, cost, known_j):
-    """Fill a tree at a price between those of two others, and note the paths that the three make known."""
-    _fill_tree(graph, incoming, price, 1.0, tree, cost)
+def _solve_between(graph, incoming, multiplier, fast, slow, arrivals, tree, cost, known_j):
+    """Fill a tree at a multiplier between those of two others, and note the paths that the three make known."""
+    _fill_tree(graph, incoming, multiplier, 1.0, tree, cost)
     _note_known(tree, tree, arrivals, known_j)
     _note_known(tree, fast, arrivals, known_j)
     _note_known(fast, tree, arrivals, known_j)
@@ -155,7 +155,7 @@ def _arrivals(first_s: float, max_time_s: float) -> Arrivals | None:
 
 
 class _Supported:
-    """Supported paths, found by bisection between the fastest and the thriftiest: prices fall, costs go with them."""
+    """Supported paths, by bisection between the fastest and the thriftiest: multipliers fall, costs go with them."""
 
     def __init__(self, graph: LayeredGraph, incoming: Incoming, max_time_s: float, clock: Clock) -> None:
         self._graph, self._incoming, self._clock = graph, incoming, clock
@@ -163,14 +163,14 @@ class _Supported:
         self.fastest, _ = self._solve(1.0, 0.0)
         self.arrivals = _arrivals(float(self.fastest.from_s[0]), max_time_s)
         self.known_j = np.full(CELLS, np.inf)
-        self.prices = [0.0]
+        self.multipliers = [0.0]
         self.costs_j = [np.zeros((2, graph.n_nodes))]
         if self.arrivals is not None:
             thriftiest, cost_j = self._solve(0.0, 1.0)
             self._unknown_j = _HULL_RTOL * float(self.fastest.from_j[0] - thriftiest.from_j[0])
-            self.prices, self.costs_j = [], []
+            self.multipliers, self.costs_j = [], []
             self._bisect(self.fastest, math.inf, thriftiest, 0.0, _BISECTIONS)
-            self.prices.append(0.0)
+            self.multipliers.append(0.0)
             self.costs_j.append(cost_j)
 
     def _empty(self) -> tuple[_Tree, NDArray[np.float64]]:
@@ -181,24 +181,26 @@ class _Supported:
         _solve(self._graph, self._incoming, time_weight, energy_weight, tree, cost)
         return tree, cost
 
-    def _bisect(self, fast: _Tree, high_price: float, slow: _Tree, low_price: float, levels: int) -> None:
-        """Find the supported paths between two others, those of higher prices first."""
+    def _bisect(self, fast: _Tree, high_multiplier: float, slow: _Tree, low_multiplier: float, levels: int) -> None:
+        """Find the supported paths between two others, those of higher multipliers first."""
         delay_s, saved_j = float(slow.from_s[0] - fast.from_s[0]), float(fast.from_j[0] - slow.from_j[0])
         if levels == 0 or delay_s <= 0.0 or saved_j <= 0.0 or fast.from_s[0] > self._max_time_s or self._clock.expired:
             return
-        price = saved_j / delay_s
-        if not low_price * (1.0 + _APART) < price < high_price * (1.0 - _APART):
+        multiplier = saved_j / delay_s
+        if not low_multiplier * (1.0 + _APART) < multiplier < high_multiplier * (1.0 - _APART):
             return
         # The hull lies between the chord and the corner of the tangents.
-        steeper = 1.0 if math.isinf(high_price) else (high_price - price) / (high_price - low_price)
-        if (price - low_price) * delay_s * steeper <= self._unknown_j:
+        steeper = (
+            1.0 if math.isinf(high_multiplier) else (high_multiplier - multiplier) / (high_multiplier - low_multiplier)
+        )
+        if (multiplier - low_multiplier) * delay_s * steeper <= self._unknown_j:
             return
         tree, cost_j = self._empty()
-        _solve_between(self._graph, self._incoming, price, fast, slow, self.arrivals, tree, cost_j, self.known_j)
-        self._bisect(fast, high_price, tree, price, levels - 1)
-        self.prices.append(price)
+        _solve_between(self._graph, self._incoming, multiplier, fast, slow, self.arrivals, tree, cost_j, self.known_j)
+        self._bisect(fast, high_multiplier, tree, multiplier, levels - 1)
+        self.multipliers.append(multiplier)
         self.costs_j.append(cost_j)
-        self._bisect(tree, price, slow, low_price, levels - 1)
+        self._bisect(tree, multiplier, slow, low_multiplier, levels - 1)
 
 
 def find_bounds(graph: LayeredGraph, incoming: Incoming, max_time_s: float, clock: Clock) -> BoundSet:
@@ -224,7 +226,7 @@ def find_bounds(graph: LayeredGraph, incoming: Incoming, max_time_s: float, cloc
     latest_s[-1] = max_time_s
     costs_j = np.array(supported.costs_j) * (1.0 - ROUNDING)
     return BoundSet(
-        price_j_per_s=np.array(supported.prices),
+        multiplier_j_per_s=np.array(supported.multipliers),
         least_cost_j=costs_j[:, 0].copy(),
         through_cost_j=costs_j.sum(axis=1),
         earliest_s=supported.fastest.to_s * (1.0 - ROUNDING),

@@ -1,4 +1,4 @@
-"""Up to which energy a label is of use, by cell of its earliest arrival: Z of `bound_set`, one node at a time."""
+"""Up to which energy a label is of use, by cell of its earliest arrival: Z of `exact_bounds`, one node at a time."""
 
 import numpy as np
 
@@ -14,11 +14,11 @@ def cell_of(bounds, node, time_s):
 
 
 @leaf
-def _line_at(price_j_per_s, least_cost_j, node, line, time_s):
-    """Move on to the line that bounds the energy at a time, which grows from call to call; lines by falling price."""
-    least_j = least_cost_j[line, node] - price_j_per_s[line] * time_s
-    while line + 1 < price_j_per_s.size:
-        next_j = least_cost_j[line + 1, node] - price_j_per_s[line + 1] * time_s
+def _line_at(multiplier_j_per_s, least_cost_j, node, line, time_s):
+    """Move on to the line that bounds the energy at a time, which grows from call to call; by falling slope."""
+    least_j = least_cost_j[line, node] - multiplier_j_per_s[line] * time_s
+    while line + 1 < multiplier_j_per_s.size:
+        next_j = least_cost_j[line + 1, node] - multiplier_j_per_s[line + 1] * time_s
         if next_j < least_j:
             break
         line += 1
@@ -29,12 +29,12 @@ def _line_at(price_j_per_s, least_cost_j, node, line, time_s):
 @leaf
 def _last_promising(bounds, node, first):
     """Last cell from ``first`` on in which a path through a node may beat the known ones, else -1."""
-    line = bounds.price_j_per_s.size - 1
+    line = bounds.multiplier_j_per_s.size - 1
     for cell in range(CELLS - 1, first - 1, -1):
         arrival_s = bounds.arrivals.begin_s + (cell + 1) * bounds.arrivals.cell_s
-        least_j = bounds.through_cost_j[line, node] - bounds.price_j_per_s[line] * arrival_s
+        least_j = bounds.through_cost_j[line, node] - bounds.multiplier_j_per_s[line] * arrival_s
         while line > 0:
-            next_j = bounds.through_cost_j[line - 1, node] - bounds.price_j_per_s[line - 1] * arrival_s
+            next_j = bounds.through_cost_j[line - 1, node] - bounds.multiplier_j_per_s[line - 1] * arrival_s
             if next_j < least_j:
                 break
             line -= 1
@@ -50,7 +50,7 @@ def _first_promising(bounds, node, first, last):
     line = 0
     for cell in range(first, last):
         arrival_s = bounds.arrivals.begin_s + (cell + 1) * bounds.arrivals.cell_s
-        line, least_j = _line_at(bounds.price_j_per_s, bounds.through_cost_j, node, line, arrival_s)
+        line, least_j = _line_at(bounds.multiplier_j_per_s, bounds.through_cost_j, node, line, arrival_s)
         if least_j < bounds.known_j[cell]:
             return cell
     return last
@@ -72,7 +72,7 @@ def fill_ceiling(bounds, node, hull_j, best, ceiling_j):
     line = 0
     for k in range(n_cells):
         to_go_s = bounds.to_go_s[node] + (k + 1) * bounds.arrivals.cell_s
-        line, hull_j[k] = _line_at(bounds.price_j_per_s, bounds.least_cost_j, node, line, to_go_s)
+        line, hull_j[k] = _line_at(bounds.multiplier_j_per_s, bounds.least_cost_j, node, line, to_go_s)
     ceiling_j[last + 1 :] = -np.inf
     stride = CELLS
     while stride > 0:

@@ -1,4 +1,4 @@
-"""Kernels of the exact search: the labels of a node, merged from those at the other ends of its arcs; see `labels`."""
+"""Kernels of the exact search: the labels of a node, merged from those at the other ends of its arcs; see `exact`."""
 
 from typing import NamedTuple
 

@@ -2,7 +2,7 @@
 
 Stations are the trip's ends, the breaks of the speed limit, points evenly between them, and some more next to a stop.
 The speeds ("levels") are evenly spaced, plus those of the limits and of the trip's ends; standstill exists only at the
-ends. An arc exists where `arcs.drive` finds a run that obeys all limits, and is kept where it lies on some path
+ends. An arc exists where `arcs.long_arc` finds a run that obeys all limits, and is kept where it lies on some path
 from the root to the terminal. Searches see the grid as a `LayeredGraph`, in which a layer is a station.
 """
 
@@ -19,7 +19,7 @@ from tgvdp.errors import BudgetExceededError, InfeasibleError
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.line.resolved import resolve
 from tgvdp.methods.budget import Clock, SearchBudget
-from tgvdp.methods.grid.arcs import drive_all, path_rows
+from tgvdp.methods.grid.arcs import long_arcs, path_rows
 from tgvdp.methods.grid.layered import Incoming, LayeredGraph, layered_graph
 from tgvdp.methods.grid.points import DEFAULT_SPEEDS, grid_levels, grid_stations
 from tgvdp.model.trip import Trip
@@ -200,7 +200,7 @@ def _arcs_by_segment(
         n_rows = max(1, _CHUNK_ARCS // max(1, len(target) * int(station_cell[k + 1] - station_cell[k])))
         for i in range(0, len(reachable), n_rows):
             part = slice(i, i + n_rows)
-            drive_all(
+            long_arcs(
                 train, tables, cells, station_cell[k], station_cell[k + 1], level_w[reachable[part]],
                 level_w[target], status[part], duration_s[part], energy_j[part],
             )  # fmt: skip

@@ -13,8 +13,8 @@ are views):
     parent           int32      ``parent``, another label of the pool; -1 marks the root; gives ``history``
     ===============  =========  ==========================================================================
 
-Inside the kernels of `best_first` the station and the level are one int32, the number of the graph's node, which
-implies both. `labels` stores the parent alone: station and level follow from the place of a label in its station's
+In `best_first_kernel` the station and the level are one int32, the number of the graph's node, which
+implies both. `exact` stores the parent alone: station and level follow from the place of a label in its station's
 list, and the costs from adding up the path.
 """
 

@@ -14,14 +14,15 @@ from numpy.typing import NDArray
 from tgvdp.errors import TgvdpError
 from tgvdp.line.resolved import resolve
 from tgvdp.methods.budget import Clock, SearchBudget
-from tgvdp.methods.costate.extremal import Pilot, price_between
+from tgvdp.methods.costate.extremal import Extremal, multiplier_between
 from tgvdp.methods.costate.front import OptimalRuns
 from tgvdp.methods.costate.mesh import Mesh
-from tgvdp.methods.costate.prices import OutOfTime
+from tgvdp.methods.costate.multipliers import OutOfTime
 from tgvdp.methods.refine.convex_map import relaxed_tables
 from tgvdp.methods.refine.mesh import WIDEST, Level, mesh_for
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import EnergyTables, energy_tables
+from tgvdp.physics.roots import Bracket
 from tgvdp.runs.profile import Profile, profile_of
 from tgvdp.runs.resistance_correction import follow
 
@@ -54,7 +55,7 @@ _MARCH = 1.0
 _IDLE_STEPS = 6
 #: Relative difference below which running times, energies or multipliers are the same.
 _SAME = 1e-9
-_MOST_PILOTS = 250
+_MOST_EXTREMALS = 250
 
 
 def refine_front(
@@ -93,7 +94,7 @@ def refine_front(
     if tolerance_s is None:
         tolerance_s = _STEP_TOL * float(np.diff(target_s, prepend=0.0).min())
     slower = target_s > fastest.duration_s * (1.0 + _SAME)
-    counters = {"pilots": 0, "sweeps": 0, "blends": 0}
+    counters = {"extremals": 0, "sweeps": 0, "blends": 0}
     first_rows = fastest.position_m - trip.origin_m, fastest.speed_mps**2
     found = [(fastest.duration_s, fastest.total_energy_j, math.inf)] * int(np.sum(~slower))
     rows = [first_rows] * len(found)
@@ -113,13 +114,13 @@ def refine_front(
                     break
                 aim_s -= late_s
             rows.append((x_m, w))
-            found.append((run.duration_s, run.total_energy_j, point.price))
+            found.append((run.duration_s, run.total_energy_j, point.multiplier))
             if not saves:
                 break
     except OutOfTime:
         complete = False
-    duration, joules, prices = np.array(found, dtype=np.float64).reshape(-1, 3).T
-    return OptimalRuns(duration, joules, prices, complete, not saves, counters, rows)
+    duration, joules, multipliers = np.array(found, dtype=np.float64).reshape(-1, 3).T
+    return OptimalRuns(duration, joules, multipliers, complete, not saves, counters, rows)
 
 
 def _front_on_fine_mesh(
@@ -134,7 +135,7 @@ def _front_on_fine_mesh(
     fineness, before_s = _FINENESS, math.inf
     while True:
         front = _Front(mesh_for(trip, fastest, fineness), energy, tolerance_s, counters, clock)
-        reference = front.pilots[0]
+        reference = front.extremals[0]
         drivable = math.isfinite(reference.energy_j)
         nearest_s = min(abs(reference.time_s - known_s) for known_s in (fastest.duration_s, before_s))
         if drivable and (nearest_s <= _MESH_ERROR * fastest.duration_s or fineness >= _FINEST):
@@ -145,7 +146,7 @@ def _front_on_fine_mesh(
 
 
 class _Front:
-    """Pilots in the order of their running times, and the runs between them."""
+    """Extremals in the order of their running times, and the runs between them."""
 
     def __init__(
         self, mesh: Mesh, energy: EnergyTables, tolerance_s: float, counters: dict[str, int], clock: Clock
@@ -155,105 +156,112 @@ class _Front:
         self.level = Level(mesh.trip, mesh.train, mesh.cells)
         self.coarse = self.level.coarser(energy)
         fast = self.level.fast
-        self.pilots = [Pilot(math.inf, fast, *self.level.measured(energy, fast))]
-        self.price = mesh.usual_price
-        self.scale_j = mesh.usual_price * self.pilots[0].time_s
+        self.extremals = [Extremal(math.inf, fast, *self.level.measured(energy, fast))]
+        self.multiplier = mesh.usual_multiplier
+        self.scale_j = mesh.usual_multiplier * self.extremals[0].time_s
         self.idle = 0
 
-    def _solve(self, price: float, start: NDArray[np.float64] | None, step: float) -> Pilot:
+    def _solve(self, multiplier: float, start: NDArray[np.float64] | None, step: float) -> Extremal:
         """Run of least E + λT: from a feasible run near it, or from nothing."""
         if self.clock.expired:
             raise OutOfTime
-        self.counters["pilots"] += 1
+        self.counters["extremals"] += 1
         if start is None:
-            start, step = self._start(price)
+            start, step = self._start(multiplier)
         step = max(step, _LEAST_STEP)
-        self.counters["sweeps"] += self.level.descend(self.relaxed, price, start, _HALF, step, _LAST_STEP)
-        return Pilot(price, start, *self.level.measured(self.relaxed, start))
+        self.counters["sweeps"] += self.level.descend(self.relaxed, multiplier, start, _HALF, step, _LAST_STEP)
+        return Extremal(multiplier, start, *self.level.measured(self.relaxed, start))
 
-    def _start(self, price: float) -> tuple[NDArray[np.float64], float]:
+    def _start(self, multiplier: float) -> tuple[NDArray[np.float64], float]:
         """A run that is optimal but for details, from nothing, and the step that the next program should take."""
         level = self.level if self.coarse is None else self.coarse
         w = level.fast.copy()
         step = 1.0 / WIDEST
-        self.counters["sweeps"] += level.descend(self.relaxed, price, w, WIDEST, step, step)
+        self.counters["sweeps"] += level.descend(self.relaxed, multiplier, w, WIDEST, step, step)
         if self.coarse is None:
             return w, 0.5 * step
-        self.counters["sweeps"] += level.descend(self.relaxed, price, w, _HALF, 0.5 * step, _LAST_COARSE_STEP)
+        self.counters["sweeps"] += level.descend(self.relaxed, multiplier, w, _HALF, 0.5 * step, _LAST_COARSE_STEP)
         return self.level.carried(level, w), _LAST_COARSE_STEP
 
     def reach(self, target_s: float) -> bool:
-        """March λ down until a pilot takes the target time; False when running longer saves nothing."""
-        while self.pilots[-1].time_s < target_s - self.tolerance_s:
+        """March λ down until an extremal takes the target time; False when running longer saves nothing."""
+        while self.extremals[-1].time_s < target_s - self.tolerance_s:
             if self.idle >= _IDLE_STEPS:
                 return False
-            pilot = self._solve(self.price, None, 0.0)
-            last = self.pilots[-1]
-            if pilot.energy_j < last.energy_j - _SAME * self.scale_j and pilot.time_s > last.time_s:
-                self.pilots.append(pilot)
+            extremal = self._solve(self.multiplier, None, 0.0)
+            last = self.extremals[-1]
+            if extremal.energy_j < last.energy_j - _SAME * self.scale_j and extremal.time_s > last.time_s:
+                self.extremals.append(extremal)
                 self.idle = 0
             else:
                 self.idle += 1
-            self.price *= math.exp(-_MARCH)
+            self.multiplier *= math.exp(-_MARCH)
         return True
 
-    def thriftiest(self) -> Pilot:
-        """The slowest pilot, driven."""
-        last = self.pilots[-1]
-        return last if self.relaxed is self.energy else Pilot(last.price, last.switch, *self._switched(last.switch))
+    def thriftiest(self) -> Extremal:
+        """The slowest extremal, driven."""
+        last = self.extremals[-1]
+        return (
+            last
+            if self.relaxed is self.energy
+            else Extremal(last.multiplier, last.switch, *self._switched(last.switch))
+        )
 
-    def point(self, target_s: float) -> Pilot:
+    def point(self, target_s: float) -> Extremal:
         """The best run for one running time; to switch between efforts takes a little longer than planned."""
         run = self._planned(target_s)
         if self.relaxed is self.energy:
             return run
         aim_s = target_s
         for _ in range(_AIMS):
-            driven = Pilot(run.price, run.switch, *self._switched(run.switch))
+            driven = Extremal(run.multiplier, run.switch, *self._switched(run.switch))
             if abs(driven.time_s - target_s) <= self.tolerance_s:
                 break
             aim_s -= driven.time_s - target_s
             run = self._planned(aim_s)
         return driven
 
-    def _planned(self, target_s: float) -> Pilot:
-        """Run of the relaxed problem for one running time: a blend of the pilots around it."""
+    def _planned(self, target_s: float) -> Extremal:
+        """Run of the relaxed problem for one running time: a blend of the extremals around it."""
         while True:
-            second = next((i for i in range(1, len(self.pilots)) if self.pilots[i].time_s >= target_s), None)
-            second = len(self.pilots) - 1 if second is None else second
-            before, after = self.pilots[second - 1], self.pilots[second]
+            second = next((i for i in range(1, len(self.extremals)) if self.extremals[i].time_s >= target_s), None)
+            second = len(self.extremals) - 1 if second is None else second
+            before, after = self.extremals[second - 1], self.extremals[second]
             found = self._meet(before, after, target_s)
             least_j = max(
-                pilot.energy_j + pilot.price * (pilot.time_s - found.time_s)
-                for pilot in (before, after)
-                if math.isfinite(pilot.price)
+                extremal.energy_j + extremal.multiplier * (extremal.time_s - found.time_s)
+                for extremal in (before, after)
+                if math.isfinite(extremal.multiplier)
             )
             enough_j = _GAP * max(abs(found.energy_j), 0.1 * self.scale_j)
             if found.energy_j - least_j <= enough_j or not self._split(second):
                 return found
 
     def _split(self, second: int) -> bool:
-        """Solve the multiplier of the chord between two neighbouring pilots; False when the chord is the front."""
-        before, after = self.pilots[second - 1], self.pilots[second]
+        """Solve the multiplier of the chord between two neighbouring extremals; False when the chord is the front."""
+        before, after = self.extremals[second - 1], self.extremals[second]
         chord = (before.energy_j - after.energy_j) / (after.time_s - before.time_s)
-        if len(self.pilots) >= _MOST_PILOTS or not before.price > chord > after.price * (1.0 + _SAME):
+        if len(self.extremals) >= _MOST_EXTREMALS or not before.multiplier > chord > after.multiplier * (1.0 + _SAME):
             return False
-        start = self._blend(before.switch, after.switch, 0.5) if before.price < _NEAR * after.price else None
+        start = self._blend(before.switch, after.switch, 0.5) if before.multiplier < _NEAR * after.multiplier else None
         apart = float(np.abs(before.switch - after.switch).max())
         middle = self._solve(chord, start, _STEP_SHARE * apart / self.level.top_w)
         saved = before.cost_j(chord) - middle.cost_j(chord)
         inside = before.time_s < middle.time_s < after.time_s and after.energy_j < middle.energy_j < before.energy_j
         if inside and saved > _SAME * self.scale_j:
-            self.pilots.insert(second, middle)
+            self.extremals.insert(second, middle)
         else:  # no run is below the chord, which then is the tangent of both
-            self.pilots[second - 1], self.pilots[second] = replace(before, price=chord), replace(after, price=chord)
+            self.extremals[second - 1], self.extremals[second] = (
+                replace(before, multiplier=chord),
+                replace(after, multiplier=chord),
+            )
         return True
 
     def _blend(self, first: NDArray[np.float64], second: NDArray[np.float64], share: float) -> NDArray[np.float64]:
         self.counters["blends"] += 1
         return self.level.blend(first, second, share)
 
-    def rows(self, run: Pilot) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def rows(self, run: Extremal) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Rows of a run that is returned: positions from the origin, m, and squared speeds, m²/s²."""
         if self.relaxed is self.energy:
             return self.level.cells.station_m, run.switch
@@ -262,28 +270,19 @@ class _Front:
     def _switched(self, w: NDArray[np.float64]) -> tuple[float, float]:
         return self.level.switched(self.energy, self.relaxed, w)[:2]
 
-    def _meet(self, before: Pilot, after: Pilot, target_s: float) -> Pilot:
-        """Blend of two pilots that takes the target time (Illinois rule)."""
+    def _meet(self, before: Extremal, after: Extremal, target_s: float) -> Extremal:
+        """Blend of two extremals that takes the target time (Illinois rule)."""
         tolerance_s = self.tolerance_s * (1.0 if self.relaxed is self.energy else _PLAN_SHARE)
-        lo, hi = 0.0, 1.0
-        f_lo, f_hi = before.time_s - target_s, after.time_s - target_s
-        if f_lo >= 0.0 or f_hi <= 0.0:
-            return before if f_lo >= 0.0 else after
-        side = 0
+        bracket = Bracket(0.0, 1.0, before.time_s - target_s, after.time_s - target_s)
+        if bracket.f_lo >= 0.0 or bracket.f_hi <= 0.0:
+            return before if bracket.f_lo >= 0.0 else after
         run = before
         for _ in range(40):
-            share = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
+            share = bracket.secant()
             w = self._blend(before.switch, after.switch, share)
-            run = Pilot(0.0, w, *self.level.measured(self.relaxed, w))
+            run = Extremal(0.0, w, *self.level.measured(self.relaxed, w))
             f = run.time_s - target_s
-            if abs(f) <= tolerance_s or hi - lo < _SAME:
+            if abs(f) <= tolerance_s or bracket.hi - bracket.lo < _SAME:
                 break
-            if f < 0.0:
-                lo, f_lo = share, f
-                f_hi *= 0.5 if side < 0 else 1.0
-                side = -1
-            else:
-                hi, f_hi = share, f
-                f_lo *= 0.5 if side > 0 else 1.0
-                side = 1
-        return replace(run, price=price_between(before, after, run.time_s))
+            bracket = bracket.narrowed(share, f)
+        return replace(run, multiplier=multiplier_between(before, after, run.time_s))

@@ -98,7 +98,7 @@ def _choices(w, low, fast, step, half, choices):
 
 
 @kernel
-def _sweep(train, tables, cells, low, fast, price, half, step, w, choices, best, value):
+def _sweep(train, tables, cells, low, fast, multiplier, half, step, w, choices, best, value):
     """Replace w by the best run among all combinations of the speeds around it; returns its E + λT."""
     count = cells.length_m.shape[0]
     dark = unpowered(train)
@@ -119,7 +119,7 @@ def _sweep(train, tables, cells, low, fast, price, half, step, w, choices, best,
                     energy = 0.0
                     if cells.supply[k] != LOWERED:
                         energy = arc_energy(here, tables, cells.length_m[k], duration, work, w0, w1)
-                    cost = price * duration + energy + value[1, j]
+                    cost = multiplier * duration + energy + value[1, j]
                     if cost < least:
                         least = cost
                         best[k, i] = j
@@ -136,7 +136,7 @@ def _sweep(train, tables, cells, low, fast, price, half, step, w, choices, best,
 
 
 @kernel
-def descend(train, tables, cells, low, fast, price, half, first, last, w, choices, best, value):
+def descend(train, tables, cells, low, fast, multiplier, half, first, last, w, choices, best, value):
     """Improve a run by sweeps with ever smaller steps, each until it is stationary.
 
     Parameters
@@ -146,7 +146,7 @@ def descend(train, tables, cells, low, fast, price, half, first, last, w, choice
     cells : Cells
     low, fast : (K + 1,) float64
         Slowest and fastest feasible squared speed at each station, m²/s²; equal at both ends.
-    price : float
+    multiplier : float
         Multiplier λ, J/s.
     half : int
         Speeds to try above and below that of the incumbent, at each station.
@@ -168,7 +168,7 @@ def descend(train, tables, cells, low, fast, price, half, first, last, w, choice
     while True:
         for _ in range(_PASSES):
             before = cost
-            cost = _sweep(train, tables, cells, low, fast, price, half, step, w, choices, best, value)
+            cost = _sweep(train, tables, cells, low, fast, multiplier, half, step, w, choices, best, value)
             sweeps += 1
             if before - cost <= _GAIN * abs(cost):
                 break

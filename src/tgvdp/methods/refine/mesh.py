@@ -74,12 +74,12 @@ class Level:
         return time_s, energy_j, rows.x[:n], rows.w[:n]
 
     def descend(
-        self, tables: EnergyTables, price: float, w: NDArray[np.float64], half: int, first: float, last: float
+        self, tables: EnergyTables, multiplier: float, w: NDArray[np.float64], half: int, first: float, last: float
     ) -> int:
         """Improve a run in place with steps from ``first`` to ``last``, shares of the largest v²; returns sweeps."""
         return int(
             descend(
-                self.train, tables, self.cells, self.low, self.fast, price, half,
+                self.train, tables, self.cells, self.low, self.fast, multiplier, half,
                 first * self.top_w, last * self.top_w, w, *self._scratch,
             )
         )  # fmt: skip

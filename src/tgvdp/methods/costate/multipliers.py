@@ -1,7 +1,7 @@
-"""Pilots of one mesh in the order of their running times, and the blends of their policies between them.
+"""Extremals of one mesh in the order of their running times, and the blends of their policies between them.
 
-Pilots are added where a blend drives worse than the cubic through the pilots' (T, E, slope −λ) promises, and where the
-tangents through them leave room for more than that.
+They are added where a blend drives worse than the cubic through the extremals' (T, E, slope −λ) promises, and where
+the tangents through them leave room for more than that.
 """
 
 import math
@@ -13,29 +13,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.methods.budget import Clock
-from tgvdp.methods.costate.extremal import Pilot, blend, energy_between, price_between, tangent_gap
+from tgvdp.methods.costate.extremal import Extremal, blend, energy_between, multiplier_between, tangent_gap
 from tgvdp.methods.costate.mesh import Interval, Mesh, Run
 from tgvdp.physics.codes import NOT_KEPT, NOT_MET
 
-#: A blend of two pilots may cost this share of energy more than the cubic through them promises.
+#: A blend of two extremals may cost this share of energy more than the cubic through them promises.
 _BLEND_LOSS = 2e-4
-#: First multiplier, in usual ones, and the factor from it to the fastest run, whose price is infinite.
-_FIRST_PRICE = 4.0
+#: First multiplier, in usual ones, and the factor from it to the fastest run, whose multiplier is infinite.
+_FIRST_MULTIPLIER = 4.0
 #: Step of ln λ towards slower runs, and how many steps without saving end the front.
 _MARCH = 1.0
 _IDLE_STEPS = 6
-#: Between two pilots the front lies above their tangents; where these leave more room than this share of energy below
-#: the chord, the front may bend where the cubic does not show it.
+#: Between two extremals the front lies above their tangents; where these leave more room than this share of energy
+#: below the chord, the front may bend where the cubic does not show it.
 _BEND = 2e-3
 #: ... but of no less than this share of the energy of the fastest run: a net energy may be 0.
 _LEAST_SHARE = 0.1
 #: Two multipliers whose logarithms differ by less are one.
-_SAME_PRICE = 2e-3
+_SAME_MULTIPLIER = 2e-3
 #: Multipliers beyond this multiple of the usual one are infinite.
-_HIGHEST_PRICE = 1e12
+_HIGHEST_MULTIPLIER = 1e12
 #: Relative difference below which running times or energies are the same.
 _SAME = 1e-9
-_MOST_PILOTS = 250
+_MOST_EXTREMALS = 250
 #: Runs between two looks at the clock, at most.
 _AT_ONCE = 50
 #: A mesh is fine enough when its cost is below that of the mesh before by less than this share of the energy: as
@@ -43,46 +43,46 @@ _AT_ONCE = 50
 _MESH_LOSS = 1e-3
 #: ... if it has more cells by this factor at least, ...
 _GROWTH = 1.08
-#: ... and when no pilot is dearer, at its own multiplier, than any other run by this share of the energy.
-_PILOT_LOSS = 5e-4
+#: ... and when no extremal is dearer, at its own multiplier, than any other run by this share of the energy.
+_EXTREMAL_LOSS = 5e-4
 
 
 class OutOfTime(Exception):
     """The time limit has passed: what was found until then stands."""
 
 
-class PilotFront:
-    """Pilots in the order of their running times, fewer and fewer joules, and the blends between them.
+class ExtremalFront:
+    """Extremals in the order of their running times, fewer and fewer joules, and the blends between them.
 
-    Energies and prices are without auxiliaries: E + λT of a run that draws P at any time is E' + (λ + P)·T, so that P
-    is the least price there is.
+    Energies are without auxiliaries, multipliers with them: E + λT of a run that draws P at any time is E' + (λ + P)·T,
+    so that P is the least multiplier there is.
     """
 
     def __init__(
-        self, mesh: Mesh, tolerance_s: float, least_price: float, counters: dict[str, int], clock: Clock
+        self, mesh: Mesh, tolerance_s: float, least_multiplier: float, counters: dict[str, int], clock: Clock
     ) -> None:
         self.mesh = mesh
         self.tolerance_s = tolerance_s
-        self.least_price = least_price
+        self.least_multiplier = least_multiplier
         self.counters = counters
         self.clock = clock
-        self.pilots = [mesh.pilot(math.inf, self.counters)]
-        self.scale_j = mesh.usual_price * self.pilots[0].time_s
-        self.price = max(_FIRST_PRICE * mesh.usual_price, least_price)
+        self.extremals = [mesh.extremal(math.inf, self.counters)]
+        self.scale_j = mesh.usual_multiplier * self.extremals[0].time_s
+        self.multiplier = max(_FIRST_MULTIPLIER * mesh.usual_multiplier, least_multiplier)
         self.idle = 0
         self.interval: Interval | None = None
 
     def reach(self, first_s: float, last_s: float) -> bool:
-        """March λ down until a pilot takes the last time, and up until one is no slower than the first.
+        """March λ down until an extremal takes the last time, and up until one is no slower than the first.
 
         False when running longer saves nothing.
         """
         saves = self._march_down(last_s)
         while (
-            len(self.pilots) > 1
-            and math.isinf(self.pilots[0].price)
-            and self.pilots[1].time_s > first_s
-            and self._pieces(*self.pilots[:2]) > 1
+            len(self.extremals) > 1
+            and math.isinf(self.extremals[0].multiplier)
+            and self.extremals[1].time_s > first_s
+            and self._pieces(*self.extremals[:2]) > 1
         ):
             self._watch()
             if not self._split(1):
@@ -90,20 +90,20 @@ class PilotFront:
         return saves
 
     def _march_down(self, target_s: float) -> bool:
-        while len(self.pilots) < 2 or self.pilots[-1].time_s < target_s - self.tolerance_s:
+        while len(self.extremals) < 2 or self.extremals[-1].time_s < target_s - self.tolerance_s:
             if self.idle >= _IDLE_STEPS:
                 return False
             self._watch()
-            pilot = self.mesh.pilot(self.price, self.counters)
-            last = self.pilots[-1]
-            if pilot.energy_j < last.energy_j - _SAME * self.scale_j and pilot.time_s > last.time_s:
-                self.pilots.append(pilot)
+            extremal = self.mesh.extremal(self.multiplier, self.counters)
+            last = self.extremals[-1]
+            if extremal.energy_j < last.energy_j - _SAME * self.scale_j and extremal.time_s > last.time_s:
+                self.extremals.append(extremal)
                 self.idle = 0
             else:
                 self.idle += 1
-            if self.price <= self.least_price:
+            if self.multiplier <= self.least_multiplier:
                 self.idle = _IDLE_STEPS
-            self.price = max(self.price * math.exp(-_MARCH), self.least_price)
+            self.multiplier = max(self.multiplier * math.exp(-_MARCH), self.least_multiplier)
         return True
 
     def _watch(self) -> None:
@@ -115,50 +115,51 @@ class PilotFront:
         """What shares of an energy are shares of: a net energy may be 0."""
         return max(energy_j, _LEAST_SHARE * self.scale_j)
 
-    def agrees(self, coarser: "PilotFront") -> bool:
+    def agrees(self, coarser: "ExtremalFront") -> bool:
         """Whether a coarser mesh gives runs that are hardly dearer, for the multipliers that both marched through.
 
         Not where the line's own breaks make nearly all cells: two meshes that are the same always agree.
         """
         if len(self.mesh.cells.length_m) < _GROWTH * len(coarser.mesh.cells.length_m):
             return False
-        costs = {pilot.price: pilot.cost_j(pilot.price) for pilot in coarser.pilots[1:]}
-        both = [pilot for pilot in self.pilots[1:] if pilot.price in costs]
+        costs = {extremal.multiplier: extremal.cost_j(extremal.multiplier) for extremal in coarser.extremals[1:]}
+        both = [extremal for extremal in self.extremals[1:] if extremal.multiplier in costs]
         return bool(both) and all(
-            costs[pilot.price] - pilot.cost_j(pilot.price) <= _MESH_LOSS * self._base_j(pilot.energy_j)
-            for pilot in both
+            costs[extremal.multiplier] - extremal.cost_j(extremal.multiplier)
+            <= _MESH_LOSS * self._base_j(extremal.energy_j)
+            for extremal in both
         )
 
     def stands(self, runs: list[Run]) -> bool:
-        """Whether no run is cheaper than a pilot at the pilot's own multiplier, which no run can be."""
+        """Whether no run is cheaper than an extremal at the extremal's own multiplier, which no run can be."""
         times_s, energies_j = (np.array([run[column] for run in runs]) for column in range(2))
         return all(
-            pilot.cost_j(pilot.price) - float((energies_j + pilot.price * times_s).min())
-            <= _PILOT_LOSS * self._base_j(pilot.energy_j)
-            for pilot in self.pilots[1:]
-            if math.isfinite(pilot.price)
+            extremal.cost_j(extremal.multiplier) - float((energies_j + extremal.multiplier * times_s).min())
+            <= _EXTREMAL_LOSS * self._base_j(extremal.energy_j)
+            for extremal in self.extremals[1:]
+            if math.isfinite(extremal.multiplier)
         )
 
     def thriftiest(self) -> Run:
-        """Run of the slowest pilot."""
-        last = self.pilots[-1]
-        return self._kept_run(self.mesh.drive(last.switch, last.switch, 0.0, self.counters), last.price)
+        """Run of the slowest extremal."""
+        last = self.extremals[-1]
+        return self._kept_run(self.mesh.drive(last.switch, last.switch, 0.0, self.counters), last.multiplier)
 
-    def _kept_run(self, driven: tuple[int, float, float], price: float) -> Run:
+    def _kept_run(self, driven: tuple[int, float, float], multiplier: float) -> Run:
         """The run in the mesh's rows, copied."""
         n, time_s, energy_j = driven
         x_m, w = self.mesh.rows
-        return Run(time_s, energy_j, price, x_m[:n].copy(), w[:n].copy())
+        return Run(time_s, energy_j, multiplier, x_m[:n].copy(), w[:n].copy())
 
     def points(self, target_s: NDArray[np.float64]) -> Iterator[Run]:
-        """The best runs for increasing running times, which the pilots reach."""
+        """The best runs for increasing running times, which the extremals reach."""
         times_s = target_s.tolist()
         at = 0
         while at < len(times_s):
             self._watch()
-            ends_s = [pilot.time_s for pilot in self.pilots]
+            ends_s = [extremal.time_s for extremal in self.extremals]
             second = min(max(bisect_left(ends_s, times_s[at]), 1), len(ends_s) - 1)
-            before, after = self.pilots[second - 1], self.pilots[second]
+            before, after = self.extremals[second - 1], self.extremals[second]
             pieces = self._pieces(before, after)
             if pieces > 1 and self._split(second, (pieces // 2) / pieces):
                 continue
@@ -168,8 +169,8 @@ class PilotFront:
                 yield run
 
     def _between(self, second: int, target_s: NDArray[np.float64]) -> Iterator[Run]:
-        """Runs between two neighbouring pilots; ends early where a pilot was added between them."""
-        before, after = self.pilots[second - 1], self.pilots[second]
+        """Runs between two neighbouring extremals; ends early where an extremal was added between them."""
+        before, after = self.extremals[second - 1], self.extremals[second]
         if self.interval is None or (self.interval.before, self.interval.after) != (before, after):  # by identity
             self.interval = Interval(before, after)
         interval = self.interval
@@ -192,41 +193,43 @@ class PilotFront:
                 if loss < math.inf and not self._keeps(before, after, run) and self._split(second):
                     return
                 at += 1
-                yield run._replace(price=price_between(before, after, run.time_s))
+                yield run._replace(multiplier=multiplier_between(before, after, run.time_s))
 
-    def _pieces(self, before: Pilot, after: Pilot) -> int:
-        """Into how many pieces to cut the front between two pilots so that none holds a surprise."""
-        if math.isinf(before.price):
+    def _pieces(self, before: Extremal, after: Extremal) -> int:
+        """Into how many pieces to cut the front between two extremals so that none holds a surprise."""
+        if math.isinf(before.multiplier):
             return 1 if after.time_s - before.time_s <= self.tolerance_s else 2
         bend = tangent_gap(before, after) / self._base_j(after.energy_j)
-        # Tangents part from the chord with the square of the distance between the pilots.
+        # Tangents part from the chord with the square of the distance between the extremals.
         return math.ceil(math.sqrt(bend / _BEND))
 
-    def _keeps(self, before: Pilot, after: Pilot, run: Run) -> bool:
-        """Whether a run keeps what the cubic through two pilots promises."""
-        if math.isinf(before.price):
+    def _keeps(self, before: Extremal, after: Extremal, run: Run) -> bool:
+        """Whether a run keeps what the cubic through two extremals promises."""
+        if math.isinf(before.multiplier):
             return True
         loss_j = _BLEND_LOSS * self._base_j(run.energy_j)
         return run.energy_j <= energy_between(before, after, run.time_s) + loss_j
 
     def _split(self, second: int, share: float = 0.5) -> bool:
-        """Solve a multiplier between two neighbouring pilots; False when there is nothing between them."""
-        before, after = self.pilots[second - 1], self.pilots[second]
-        if len(self.pilots) >= _MOST_PILOTS:
+        """Solve a multiplier between two neighbouring extremals; False when there is nothing between them."""
+        before, after = self.extremals[second - 1], self.extremals[second]
+        if len(self.extremals) >= _MOST_EXTREMALS:
             return False
-        if math.isinf(before.price):
-            middle = self.mesh.pilot(_FIRST_PRICE * after.price, self.counters)
-        elif math.log(before.price / after.price) < _SAME_PRICE:
+        if math.isinf(before.multiplier):
+            middle = self.mesh.extremal(_FIRST_MULTIPLIER * after.multiplier, self.counters)
+        elif math.log(before.multiplier / after.multiplier) < _SAME_MULTIPLIER:
             return False
         else:
-            middle = self.mesh.pilot(before.price ** (1.0 - share) * after.price**share, self.counters)
+            middle = self.mesh.extremal(before.multiplier ** (1.0 - share) * after.multiplier**share, self.counters)
         if before.time_s < middle.time_s < after.time_s and after.energy_j < middle.energy_j < before.energy_j:
-            self.pilots.insert(second, middle)
+            self.extremals.insert(second, middle)
         elif middle.time_s - before.time_s < after.time_s - middle.time_s:
-            self.pilots[second - 1] = replace(before, price=middle.price)  # the same run: T jumps at a lower price
+            self.extremals[second - 1] = replace(
+                before, multiplier=middle.multiplier
+            )  # the same run: T jumps at a lower multiplier
         else:
-            self.pilots[second] = replace(after, price=middle.price)  # ... or at a higher price
-        return middle.price < _HIGHEST_PRICE * self.mesh.usual_price
+            self.extremals[second] = replace(after, multiplier=middle.multiplier)  # ... or at a higher multiplier
+        return middle.multiplier < _HIGHEST_MULTIPLIER * self.mesh.usual_multiplier
 
     def _bridge(self, fast: NDArray[np.float64], slow: NDArray[np.float64], target_s: float) -> Run:
         """Meet a time at which the running time of blends jumps: the slow policy up to one station, then the fast.
