@@ -18,7 +18,7 @@ from tgvdp.formulations.circuit.qaoa import (
     ramp_angles,
 )
 from tgvdp.formulations.circuit.statevector import MAX_QUBITS, evaluate, sample, statevector
-from tgvdp.formulations.qubo.ising import ising_of, qubo_of
+from tgvdp.formulations.qubo.ising import ising_of
 from tgvdp.formulations.qubo.qubo import bits_of
 
 PAULI_X = np.array([[0, 1], [1, 0]])
@@ -60,20 +60,13 @@ def run_gates(circuit):
 
 @pytest.mark.parametrize("sign", [1, -1])
 @given(qubo=qubos())
-def test_ising_equals_qubo_on_all_strings_and_goes_back(sign, qubo):
+def test_ising_equals_qubo_on_all_strings(sign, qubo):
     ising = ising_of(qubo, sign)
     bits = bits_of(np.arange(1 << qubo.n), qubo.n)
     spins = ising.spins(bits)
-    assert np.array_equal(ising.bits(spins), bits)
     assert np.array_equal(2 * bits, 1 + sign * spins)
     assert np.array_equal(ising.energy(spins), qubo.all_energies())  # quarters of integers are exact
-    back = qubo_of(ising)
-    assert np.array_equal(back.all_energies(), qubo.all_energies())
-    assert (back.rows.tolist(), back.cols.tolist(), back.labels) == (
-        qubo.rows.tolist(),
-        qubo.cols.tolist(),
-        qubo.labels,
-    )
+    assert ising.labels == qubo.labels
 
 
 @given(qubos())

@@ -8,6 +8,7 @@ import pytest
 from tgvdp.cli import main
 from tgvdp.formulations.problem.instances import read_instance
 from tgvdp.formulations.qubo.encodings import encode
+from tgvdp.formulations.qubo.qubo import bits_of
 from tgvdp.solvers.registry import solve
 
 PARAMS = {
@@ -50,14 +51,13 @@ def qubo_of_file(trip, encoding):
 @pytest.mark.parametrize("encoding", ["bits", "unary"])
 def test_bqm_file(trip, encoding):
     dimod = pytest.importorskip("dimod")
-    from tgvdp.solvers.samplers.bqm import qubo_of_bqm
-
     output = formulate(trip, "bqm", "--encoding", encoding)
     with output.open("rb") as file:
-        again = qubo_of_bqm(dimod.BinaryQuadraticModel.from_file(file))
+        bqm = dimod.BinaryQuadraticModel.from_file(file)
     qubo = qubo_of_file(trip, encoding)
-    assert again.labels == qubo.labels
-    assert np.array_equal(again.all_energies(), qubo.all_energies())
+    assert tuple(bqm.variables) == qubo.labels
+    strings = bits_of(np.arange(1 << qubo.n), qubo.n)
+    assert np.allclose(bqm.energies((strings, qubo.labels)), qubo.all_energies(), rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("encoding", ["bits", "unary"])

@@ -2,6 +2,7 @@
 
 import importlib.abc
 import sys
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from tgvdp.errors import InfeasibleError, InputError, MissingExtraError
 from tgvdp.formulations.qubo.bits import BitsForm, encode_bits
 from tgvdp.formulations.qubo.encodings import encode
 from tgvdp.formulations.qubo.qubo import QuboBuilder
-from tgvdp.solvers.allowance import Allowance
+from tgvdp.solvers.allowance import ITEMS, Allowance
 from tgvdp.solvers.registry import SOLVERS, solve
 
 pytestmark = pytest.mark.filterwarnings("ignore::tgvdp.formulations.problem.binary.FormulationWarning")
@@ -183,6 +184,12 @@ def test_exact_solvers_need_no_extra(solver, no_extra):
     assert solve(binary_instance(4), solver).optimal == (solver != "random")
 
 
+def test_every_field_of_an_allowance_is_declared_and_used():
+    names = [field.name for field in fields(Allowance)]
+    assert [item.field for item in ITEMS] == names
+    assert {name for entry in SOLVERS.values() for name in entry.uses} == set(names)
+
+
 @pytest.mark.parametrize(
     ("changes", "part"),
     [
@@ -192,7 +199,7 @@ def test_exact_solvers_need_no_extra(solver, no_extra):
         ({"layers": 0}, "layers"),
         ({"starts": -1}, "starts"),
         ({"angles": "best"}, "angles"),
-        ({"time_limit_s": 0.0}, "time limit"),
+        ({"time_limit_s": 0.0}, "time-limit"),
     ],
 )
 def test_wrong_options_are_refused(changes, part):

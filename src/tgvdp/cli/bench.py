@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from tgvdp.cli.screen import Screen, duration
+from tgvdp.solvers.allowance import ITEMS
 
 SOLVERS = "dp,milp:time-limit=60,sa:bits,sa:unary,tabu:unary,random:unary"
 #: Most steps of the built-in instances that are taken when none is named: samplers take hours on the largest.
@@ -29,8 +30,8 @@ Examples:
 @click.argument("words", metavar="[INSTANCES]...", nargs=-1)
 @click.option(
     "--solvers", default=SOLVERS, show_default=True, metavar="LIST",
-    help="Words NAME[:ENCODING][:KEY=VALUE ...] with commas; keys: penalty, reads, sweeps, layers, angles, starts, "
-    "time-limit, backend, runs.",
+    help="Words NAME[:ENCODING][:KEY=VALUE ...] with commas; keys: penalty, runs, "
+    f"{', '.join(item.key for item in ITEMS if item.field != 'seed')}.",
 )  # fmt: skip
 @click.option(
     "--up-to",

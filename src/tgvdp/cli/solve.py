@@ -1,19 +1,22 @@
 """``tgvdp solve``: solve one instance of the formulations and replay what comes out."""
 
 import json
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from tgvdp.cli.numbers import number
 from tgvdp.errors import BudgetExceededError
 from tgvdp.formulations.qubo.names import ENCODINGS, PENALTIES, PenaltyRule, parse_penalty
-from tgvdp.solvers.allowance import ANGLES, Allowance
+from tgvdp.solvers.allowance import ITEMS, Allowance, Item
 from tgvdp.solvers.registry import SOLVERS
 
 if TYPE_CHECKING:
     from tgvdp.formulations.problem.instances import Instance
     from tgvdp.formulations.problem.schedule import Solution
+
+_Command = TypeVar("_Command", bound=Callable[..., Any])
 
 SCHEMA = "tgvdp.solve/1"
 
@@ -38,6 +41,22 @@ class Penalty(click.ParamType[PenaltyRule]):
             self.fail(f"{value!r} is neither {' nor '.join(map(repr, PENALTIES))} nor a positive number", param, ctx)
 
 
+def _budget(command: _Command) -> _Command:
+    """Add the options of an `Allowance`, as they are declared."""
+    for item in reversed(ITEMS):
+        default = getattr(Allowance, item.field)
+        help_text = item.help if default is None else f"{item.help}  [default: {default}]"
+        metavar = {float: "S", str: "NAME"}.get(item.kind) if not item.choices else None
+        command = click.option(f"--{item.key}", item.field, type=_type(item), metavar=metavar, help=help_text)(command)
+    return command
+
+
+def _type(item: Item) -> Any:
+    if item.choices:
+        return click.Choice(item.choices)
+    return {int: click.IntRange(item.least, item.most), float: number("s", above=0.0), str: str}[item.kind]
+
+
 @click.command("solve", epilog=_EXAMPLES)
 @click.argument("instance", metavar="INSTANCE")
 @click.option("--solver", type=click.Choice(tuple(SOLVERS)), default="dp", show_default=True, help="What solves it.")
@@ -52,15 +71,7 @@ class Penalty(click.ParamType[PenaltyRule]):
     metavar=Penalty.name,
     help="Weight of violations in a QUBO.  [default: the instance's lambda_uniform, else sufficient]",
 )
-@click.option("--seed", type=click.IntRange(0, 2**31 - 1), help="Of what is drawn.  [default: 1]")
-@click.option("--reads", type=click.IntRange(1, 1_000_000), help="Reads of a sampler, shots of qaoa.  [default: 100]")
-@click.option("--sweeps", type=click.IntRange(1, 100_000_000), help="sa, tabu: updates per bit.  [default: 1000]")
-@click.option("--layers", type=click.IntRange(1, 100), help="qaoa: layers.  [default: 3]")
-@click.option("--angles", type=click.Choice(ANGLES), help="qaoa: how angles are found.")
-@click.option("--backend", metavar="NAME", help="qaoa, dwave: machine, such as fake_manila.  [default: simulated]")
-@click.option(
-    "--time-limit", "time_limit_s", type=number("s", above=0.0), metavar="S", help="milp, scip, leap: end then."
-)
+@_budget
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of a table.")
 def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bool, **budget: Any) -> int:
     """Solve INSTANCE, a binary or a demand problem by its built-in name or as a JSON file, and replay the solution.
@@ -76,9 +87,9 @@ def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bo
     problem = read_instance(instances.find(instance))
     given = {name: value for name, value in budget.items() if value is not None}
     for name in given.keys() - set(SOLVERS[solver].uses):
-        flag = next(option.opts[0] for option in click.get_current_context().command.params if option.name == name)
+        key = next(item.key for item in ITEMS if item.field == name)
         users = ", ".join(other for other, entry in SOLVERS.items() if name in entry.uses)
-        raise click.UsageError(f"solver {solver} does not use {flag}; {users} do", click.get_current_context())
+        raise click.UsageError(f"solver {solver} does not use --{key}; {users} do", click.get_current_context())
     solution = solve(problem, solver, encoding, penalty, Allowance(**given))
     content = solution_object(problem, solution)
     click.echo(json.dumps(content) if as_json else table(problem, solution))

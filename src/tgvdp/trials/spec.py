@@ -9,7 +9,7 @@ from typing import Any
 
 from tgvdp.errors import InputError
 from tgvdp.formulations.qubo.names import ENCODINGS, Encoding, PenaltyRule, parse_penalty
-from tgvdp.solvers.allowance import Allowance
+from tgvdp.solvers.allowance import ITEMS, Allowance
 from tgvdp.solvers.registry import SOLVERS
 
 
@@ -24,15 +24,9 @@ def _shown(value: object) -> str:
     return f"{value:.12g}" if isinstance(value, float) else str(value)
 
 
-#: Keys of a solver's budget, the field of `Allowance` that they set, and how they are read.
+#: Keys of a solver's budget, the field of `Allowance` that they set, and how they are read. Trials count their seeds.
 _BUDGET: Mapping[str, tuple[str, Callable[[str], Any]]] = {
-    "reads": ("reads", int),
-    "sweeps": ("sweeps", int),
-    "layers": ("layers", int),
-    "angles": ("angles", str),
-    "starts": ("starts", int),
-    "time-limit": ("time_limit_s", float),
-    "backend": ("backend", str),
+    item.key: (item.field, item.kind) for item in ITEMS if item.field != "seed"
 }
 
 

@@ -1,4 +1,4 @@
-"""Ising form of a QUBO and back, in both conventions: spins sᵢ = ±1 with xᵢ = (1 + ε·sᵢ)/2.
+"""Ising form of a QUBO, in both conventions: spins sᵢ = ±1 with xᵢ = (1 + ε·sᵢ)/2.
 
 With E(x) = c + Σ aᵢ·xᵢ + Σ_{i<j} qᵢⱼ·xᵢ·xⱼ the substitution gives E(s) = offset + Σ hᵢ·sᵢ + Σ_{i<j} Jᵢⱼ·sᵢ·sⱼ with
 
@@ -56,10 +56,6 @@ class Ising:
         """Spins of bits: s = ε·(2·x − 1), (..., n) int8."""
         return np.asarray(self.sign * (2 * np.asarray(bits, dtype=np.int8) - 1), dtype=np.int8)
 
-    def bits(self, spins: ArrayLike) -> NDArray[np.int8]:
-        """Bits of spins: x = (1 + ε·s)/2, (..., n) int8."""
-        return np.asarray((1 + self.sign * np.asarray(spins, dtype=np.int8)) // 2, dtype=np.int8)
-
     def energy(self, spins: ArrayLike) -> NDArray[np.float64]:
         """Evaluate spins, (..., n) of −1 and 1, in (...) float64.
 
@@ -100,19 +96,6 @@ def ising_of(qubo: Qubo, sign: Sign) -> Ising:
         qubo.offset + 0.5 * float(qubo.linear.sum()) + 0.25 * float(qubo.values.sum()),
         sign,
         qubo.labels,
-    )
-
-
-def qubo_of(ising: Ising) -> Qubo:
-    """Rewrite spins in bits, the inverse of `ising_of`: s = ε·(2·x − 1)."""
-    coupled = _sum_per_bit(ising.n, ising.rows, ising.cols, ising.couplings)
-    return Qubo(
-        2.0 * ising.sign * ising.fields - 2.0 * coupled,
-        ising.rows,
-        ising.cols,
-        4.0 * ising.couplings,
-        ising.offset - ising.sign * float(ising.fields.sum()) + float(ising.couplings.sum()),
-        ising.labels,
     )
 
 

@@ -1,4 +1,4 @@
-"""QUBO ↔ dimod's binary quadratic model."""
+"""A QUBO as dimod's binary quadratic model."""
 
 from typing import Any
 
@@ -17,18 +17,4 @@ def bqm_of(qubo: Qubo) -> Any:
         qubo.offset,
         dimod.BINARY,
         variable_order=list(qubo.labels),
-    )
-
-
-def qubo_of_bqm(bqm: Any) -> Qubo:
-    """Copy a ``dimod.BinaryQuadraticModel`` into a QUBO; its variables become labels by `str`."""
-    binary = bqm.change_vartype("BINARY", inplace=False)
-    vectors = binary.to_numpy_vectors(variable_order=list(binary.variables), sort_indices=True)
-    return Qubo(
-        vectors.linear_biases,
-        vectors.quadratic.row_indices,
-        vectors.quadratic.col_indices,
-        vectors.quadratic.biases,
-        float(vectors.offset),
-        tuple(str(name) for name in binary.variables),
     )
