@@ -114,7 +114,7 @@ def test_the_name_alone_says_where_to_start(capsys):
     ],
 )
 def test_one_place_turns_errors_into_a_line_and_an_exit_code(error, code, monkeypatch, one_error):
-    def fail(*_):
+    def fail(*_, **__):
         raise error
 
     monkeypatch.setattr("tgvdp.formats.describe_file", fail)

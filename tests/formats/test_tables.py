@@ -2,14 +2,17 @@
 
 import io
 import math
+import sys
+import zipfile
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tgvdp.errors import InputError
+from tgvdp.errors import InputError, MissingExtraError
 from tgvdp.formats import describe_file, load_scenario, load_track, load_train
 from tgvdp.formats.review.plausibility import review_file
+from tgvdp.formats.tables import sheets
 from tgvdp.model.track import Curve, Gradient, SpeedLimit
 from tgvdp.units import kmh_to_mps
 
@@ -189,11 +192,11 @@ def test_an_effort_file_excludes_other_forms_and_must_be_there(saved):
     )
 
 
-def workbook(**sheets):
+def workbook(**content):
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()
     book.remove(book.active)
-    for name, rows in sheets.items():
+    for name, rows in content.items():
         sheet = book.create_sheet(name)
         for row in rows:
             sheet.append(row)
@@ -224,7 +227,39 @@ def test_sheets_of_a_workbook_are_lines_and_curves(saved):
     assert refusal(load_track, saved(b"PK\x03\x04 no archive", "x.xlsx")) == "is no Excel workbook (.xlsx)"
 
 
-_km = st.integers(1, 10**9).map(lambda value: value / 1000)
+def test_openpyxl_is_an_extra(saved, monkeypatch):
+    monkeypatch.setitem(sys.modules, "openpyxl", None)
+    with pytest.raises(MissingExtraError, match=r"Excel needs openpyxl: pip install 'tgvdp\[formats\]'$"):
+        load_track(saved(b"PK\x03\x04", "book.xlsx"))
+
+
+def test_a_workbook_that_unpacks_to_too_much_is_refused(saved, monkeypatch):
+    monkeypatch.setattr(sheets, "LARGEST_BYTES", 1000)
+    message = refusal(load_track, saved(workbook(up=[["position_m"], [0]]), "book.xlsx"))
+    assert message.startswith("unpacks to more than 0.001 MB, got ")
+
+
+@given(at=st.floats(0, 1), byte=st.integers(0, 255), member=st.integers(0, 20))
+def test_a_damaged_workbook_is_read_or_refused_in_one_line(tmp_path_factory, at, byte, member):
+    """One byte of one of its parts is changed."""
+    original = zipfile.ZipFile(io.BytesIO(workbook(up=[["position_m", "speed_kmh"], [0, 90], [1000, 90]])))
+    names = original.namelist()
+    damaged = io.BytesIO()
+    with zipfile.ZipFile(damaged, "w") as archive:
+        for name in names:
+            data = bytearray(original.read(name))
+            if name == names[member % len(names)]:
+                data[int(at * (len(data) - 1))] = byte
+            archive.writestr(name, bytes(data))
+    path = tmp_path_factory.mktemp("book") / "book.xlsx"
+    path.write_bytes(damaged.getvalue())
+    try:
+        load_track(path)
+    except InputError as error:
+        assert str(error).startswith(f"{path}: ")
+        assert str(error).isprintable()
+
+
 _rows = st.lists(
     st.tuples(st.integers(1, 50_000), st.integers(10, 400), st.integers(-400, 400)), min_size=1, max_size=12
 )

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, cast
 
 import click
 
+from tgvdp.cli.numbers import LINE_SPEED
 from tgvdp.errors import InputError
+from tgvdp.units import kmh_to_mps
 
 if TYPE_CHECKING:
     from tgvdp.formats import Scenario
@@ -23,6 +25,7 @@ _EXAMPLES = """
 Examples:
   tgvdp convert train.yaml train.toml              native TOML, from any format that tgvdp reads
   tgvdp convert line.xml#t1:up line.json           TTOBench, from one track of a railML file
+  tgvdp convert line.csv line.toml                 native TOML, from a table with units in its header
   tgvdp convert line.json line.toml                native TOML, to add to it by hand
   tgvdp convert --to json trip.toml trip.json      native JSON
   tgvdp convert --only train trip.toml emu.json    TTOBench, which holds one thing in a file
@@ -38,8 +41,11 @@ Examples:
     help="Format of OUT: toml and json are native.  [default: by its suffix; .json means ttobench]",
 )
 @click.option("--only", type=click.Choice(_PARTS), help="Write this part of IN alone.")
+@click.option("--line-speed", "line_speed_kmh", **LINE_SPEED)
 @click.option("--force", is_flag=True, help="Overwrite OUT.")
-def command(source: str, target: str, to: str | None, only: str | None, force: bool) -> int:
+def command(
+    source: str, target: str, to: str | None, only: str | None, line_speed_kmh: float | None, force: bool
+) -> int:
     """Convert IN, a file in any format that tgvdp reads or a name of the catalog, to OUT.
 
     What OUT cannot hold is said on stderr, a line each. What it cannot do without is an error: nothing is written then.
@@ -54,7 +60,8 @@ def command(source: str, target: str, to: str | None, only: str | None, force: b
         raise click.UsageError(f"{target}: unknown suffix {out.suffix!r}: give --to", click.get_current_context())
     if os.path.lexists(out) and not force:
         raise InputError(f"{target}: exists already (--force overwrites it)")
-    scenario = _part(load_scenario(source), source, only)
+    speed_mps = None if line_speed_kmh is None else kmh_to_mps(line_speed_kmh)
+    scenario = _part(load_scenario(source, line_speed_mps=speed_mps), source, only)
     written = write_bytes(scenario, cast("Target", chosen))
     write_files(out.parent, {out.name: written.data})
     for loss in written.losses:

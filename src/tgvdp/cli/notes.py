@@ -11,6 +11,8 @@ if TYPE_CHECKING:
 
 #: From this gap on, in percent, a point is not as good as proven.
 _LARGE_GAP_PCT = 0.1
+#: Speeds that differ by less differ by rounding.
+_SAME_MPS = 1e-9
 
 
 def unusual(train: "Train", track: "Track") -> Iterator[str]:
@@ -21,6 +23,12 @@ def unusual(train: "Train", track: "Track") -> Iterator[str]:
         for check in checks:
             if not check.ok:
                 yield f"{kind} {owner.name}: {check_text(check)}"
+
+
+def unused_line_speed(track: "Track", speed_mps: float) -> Iterator[str]:
+    """Say that a line speed found no place without a limit."""
+    if all(abs(row.speed_mps - speed_mps) > _SAME_MPS for row in track.speed_limits):
+        yield "--line-speed changes nothing: the file of the line gives a limit everywhere"
 
 
 def idle(trip: "Trip") -> Iterator[str]:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import click
 
@@ -26,3 +27,11 @@ def number(unit: str, *, above: float | None = None, at_least: float | None = No
         return value
 
     return convert
+
+
+#: Option of the commands that read a line.
+LINE_SPEED: dict[str, Any] = {
+    "metavar": "KMH",
+    "type": number("km/h", above=0.0),
+    "help": "Speed limit wherever the file of the line gives none (railML, OSRD paths, tables).",
+}

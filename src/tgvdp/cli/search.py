@@ -11,12 +11,13 @@ import click
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand
 from tgvdp.cli.journeys import read_section
-from tgvdp.cli.notes import idle, large_gaps, unusual
+from tgvdp.cli.notes import idle, large_gaps, unused_line_speed, unusual
 from tgvdp.cli.screen import Screen, energy_table, front_table, power_and_cost
 from tgvdp.cli.search_case import merged, read_case, read_map, suited
 from tgvdp.cli.search_options import search_options
 from tgvdp.errors import BudgetExceededError
 from tgvdp.options.search import arguments_of
+from tgvdp.units import kmh_to_mps
 
 if TYPE_CHECKING:
     from tgvdp.api import SearchResult
@@ -50,6 +51,7 @@ def command(
     train: str | None,
     scenario: str | None,
     journey: str | None,
+    line_speed_kmh: float | None,
     certify: bool,
     profiles: str,
     every_m: float | None,
@@ -76,7 +78,7 @@ def command(
         raise click.UsageError("--journey needs the --track that it belongs to", click.get_current_context())
     folder = OutFolder(out, force=force)
     with Screen(quiet=quiet) as screen:
-        case = read_case(train, track, scenario)
+        case = read_case(train, track, scenario, line_speed_kmh)
         asked = {name: value for name, value in given.items() if value is not None}
         options = merged(suited(case.options, asked, scenario), asked)
         case = case.with_fields(changes)
@@ -92,7 +94,8 @@ def command(
         arguments = arguments_of(options)
         if not quiet:
             trip = trip_of(case.train, case.track, SearchOptions(**arguments))
-            for text in (*unusual(case.train, case.track), *idle(trip)):
+            spare = () if line_speed_kmh is None else unused_line_speed(case.track, kmh_to_mps(line_speed_kmh))
+            for text in (*unusual(case.train, case.track), *spare, *idle(trip)):
                 screen.note(text)
         result = api.search(case.train, case.track, **arguments)
         if section is not None:

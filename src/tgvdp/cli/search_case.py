@@ -11,6 +11,7 @@ from tgvdp.cli.search_options import DEFAULT_TRACK, DEFAULT_TRAIN
 from tgvdp.constants import ENERGY_KINDS, METHODS
 from tgvdp.errors import InputError
 from tgvdp.options.search import BY_FIELD, excluded_by
+from tgvdp.units import kmh_to_mps
 
 if TYPE_CHECKING:
     from tgvdp.model.energy import EnergyMap
@@ -27,7 +28,7 @@ class Case(NamedTuple):
     map: "EnergyMap | None"
     options: dict[str, Any]
     inputs: dict[str, "Input"]  # by role: the fingerprint of a file of its own, or the values
-    changed: dict[str, Any]  # for the provenance: which fields were set after reading
+    changed: dict[str, Any]  # for the provenance: what was set beside the files
 
     def with_fields(self, assignments: Sequence[str]) -> "Case":
         """Set fields of train and line, as ``--set`` says."""
@@ -36,17 +37,18 @@ class Case(NamedTuple):
         if not assignments:
             return self
         train, track = changed(self.train, self.track, assignments)
-        return self._replace(train=train, track=track, changed={"set": list(assignments)})
+        return self._replace(train=train, track=track, changed=self.changed | {"set": list(assignments)})
 
 
-def read_case(train: str | None, track: str | None, scenario: str | None) -> Case:
+def read_case(train: str | None, track: str | None, scenario: str | None, line_speed_kmh: float | None = None) -> Case:
     """Read what the command line names, then what the scenario holds, then the defaults; each file once."""
     from tgvdp.formats import Scenario, read_source
 
     held = Scenario(name="", format="")
     inputs: dict[str, Input] = {}
+    line_speed_mps = None if line_speed_kmh is None else kmh_to_mps(line_speed_kmh)
     if scenario is not None:
-        read = read_source(scenario)
+        read = read_source(scenario, line_speed_mps=line_speed_mps if track is None else None)
         held, inputs["scenario"] = read.value, read.fingerprint
 
     def part(kind: Literal["train", "track"], given: str | None, default: str) -> Any:
@@ -54,12 +56,14 @@ def read_case(train: str | None, track: str | None, scenario: str | None) -> Cas
         if given is None and made is not None:
             inputs[kind] = made
             return made
-        read = read_source(default if given is None else given, kind)
+        speed_mps = line_speed_mps if kind == "track" else None
+        read = read_source(default if given is None else given, kind, line_speed_mps=speed_mps)
         inputs[kind] = read.fingerprint
         return read.value
 
     the_train, the_track = part("train", train, DEFAULT_TRAIN), part("track", track, DEFAULT_TRACK)
-    return Case(the_train, the_track, held.map, held.options, inputs, {})
+    changed = {} if line_speed_kmh is None else {"line_speed_kmh": line_speed_kmh}
+    return Case(the_train, the_track, held.map, held.options, inputs, changed)
 
 
 def read_map(options: dict[str, Any], case: Case) -> None:

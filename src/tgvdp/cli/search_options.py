@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from tgvdp.cli.groups import Decorator, apply_all, heading
-from tgvdp.cli.numbers import number
+from tgvdp.cli.numbers import LINE_SPEED, number
 from tgvdp.constants import ENERGY_KINDS
 from tgvdp.errors import InputError
 from tgvdp.options.option import Option
@@ -115,6 +115,7 @@ _OPTIONS = [
         help="Train, line and options in one file; the command line wins over it.",
     ),
     _trip("--journey", metavar="FILE[#N]", shell_complete=complete, help=_JOURNEY_HELP),
+    _trip("--line-speed", "line_speed_kmh", **LINE_SPEED),
     _trip("--set", "changes", metavar="FIELD=VALUE", multiple=True, shell_complete=_complete_fields, help=_SET_HELP),
     *map(_declared, BY_FIELD.values()),
     _output("--certify/--no-certify", default=True, show_default=True, help="Prove how far the optimum can be."),

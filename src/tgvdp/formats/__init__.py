@@ -1,7 +1,7 @@
-"""Files in: the native scenario, TTOBench, railtoolkit, OSRD; told apart by content, SI from here on."""
+"""Files in: native, TTOBench, railtoolkit, OSRD, railML and tables; told apart by content, SI from here on."""
 
-from tgvdp.formats.detect import (
-    Scenario,
+from tgvdp.formats.detect import Scenario, read_source
+from tgvdp.formats.load import (
     input_digest,
     load_energy_map,
     load_journey,
@@ -9,7 +9,6 @@ from tgvdp.formats.detect import (
     load_section,
     load_track,
     load_train,
-    read_source,
     section_of,
 )
 from tgvdp.formats.recorded_run import RecordedRun, load_run

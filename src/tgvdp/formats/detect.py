@@ -1,11 +1,10 @@
-"""From a name or a path to trains, tracks, maps, journeys and scenarios; the format is told by content, not suffix."""
+"""From a name or a path to all that a file holds, references resolved; the format is told by content, not suffix."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
-from hashlib import sha256
 from pathlib import Path
-from typing import Any, NamedTuple, cast, get_args
+from typing import Any, NamedTuple, get_args
 
 from tgvdp.errors import InputError
 from tgvdp.formats.content import Content, Kind
@@ -14,14 +13,14 @@ from tgvdp.formats.osrd import path as osrd_path
 from tgvdp.formats.osrd import stock as osrd
 from tgvdp.formats.railml import reader as railml
 from tgvdp.formats.railtoolkit import reader as railtoolkit
-from tgvdp.formats.sources import Source, Target, label, locate, source_path
-from tgvdp.formats.syntax.reading import Document, bad, errors_named, read_bytes, read_document
+from tgvdp.formats.sources import Source, Target, label, locate
+from tgvdp.formats.syntax.reading import Document, bad, errors_named, read_document
 from tgvdp.formats.tables import reader as tables
 from tgvdp.formats.ttobench import reader as ttobench
 from tgvdp.model import catalog
 from tgvdp.model.checks import require_number
 from tgvdp.model.energy import EnergyMap
-from tgvdp.model.journey import Journey, Section
+from tgvdp.model.journey import Journey
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 
@@ -101,7 +100,7 @@ def read_source(source: Source, kind: Kind | None = None, *, line_speed_mps: flo
     kind : {"train", "track", "map", "journey"}, optional
         All that it holds, when absent.
     line_speed_mps : float, optional
-        See `load_track`.
+        See `tgvdp.formats.load.load_track`.
 
     Raises
     ------
@@ -109,120 +108,15 @@ def read_source(source: Source, kind: Kind | None = None, *, line_speed_mps: flo
         When there is no such name or file, or when it holds nothing valid of that kind.
     """
     target = locate(source, None if kind == "journey" else kind)
-    document = _document(target, line_speed_mps)
+    document = read_target(target, line_speed_mps)
     part = None if kind == "journey" else target.part  # there it chooses a section
     scenario = _scenario(document, _open(document), part, KINDS if kind is None else (kind,))
     value = scenario if kind is None else getattr(scenario, kind)
     return Read(value, target.path, target.part, document.digest)
 
 
-def load_train(path_or_name: Source) -> Train:
-    """Load a train from the catalog or from a file.
-
-    Parameters
-    ----------
-    path_or_name : str or path
-        A name of the catalog, or a file of any format that holds or references a train. Of several, ``FILE#NAME``
-        means one.
-
-    Raises
-    ------
-    InputError
-        When there is no such name or file, or when it holds no valid train.
-    """
-    return cast(Train, read_source(path_or_name, "train").value)
-
-
-def load_track(path_or_name: Source, *, line_speed_mps: float | None = None) -> Track:
-    """Load a track from the catalog or from a file.
-
-    Parameters
-    ----------
-    path_or_name : str or path
-        A name of the catalog, or a file of any format that holds or references a track. Of several, ``FILE#NAME``
-        means one.
-    line_speed_mps : float, optional
-        Speed limit wherever the file gives none, m/s, in formats that may lack limits: railML, OSRD paths and tables.
-
-    Raises
-    ------
-    InputError
-        When there is no such name or file, or when it holds no valid track; when a line speed is given for a file
-        of a format in which limits are never missing.
-    """
-    return cast(Track, read_source(path_or_name, "track", line_speed_mps=line_speed_mps).value)
-
-
-def load_journey(path: Source) -> Journey:
-    """Load a journey from a file.
-
-    Raises
-    ------
-    InputError
-        When there is no such file, or when it holds no valid journey.
-    """
-    return cast(Journey, read_source(path, "journey").value)
-
-
-def load_section(path: Source) -> tuple[Journey, Section]:
-    """Load a journey and choose a section; see `section_of`."""
-    read = read_source(path, "journey")
-    return read.value, section_of(read)
-
-
-def section_of(read: Read) -> Section:
-    """Choose a run from stop to stop of a journey that was read: the first one, or as ``FILE#2`` says.
-
-    Raises
-    ------
-    InputError
-        When there is no section of that number.
-    """
-    sections = read.value.sections
-    known = {str(section.number): section for section in sections}
-    part = "1" if read.part is None else read.part
-    if part not in known:
-        raise bad(read.path, f"has sections 1 to {len(sections)}, got {part!r:.40}")
-    section: Section = known[part]
-    return section
-
-
-def load_energy_map(path_or_name: Source) -> EnergyMap:
-    """Load a map of the power drawn over speed and demand from the catalog or from a file.
-
-    Parameters
-    ----------
-    path_or_name : str or path
-        A name of the catalog, or a native file that holds or references a map.
-
-    Raises
-    ------
-    InputError
-        When there is no such name or file, or when it holds no valid map.
-    """
-    return cast(EnergyMap, read_source(path_or_name, "map").value)
-
-
-def load_scenario(path: Source, *, line_speed_mps: float | None = None) -> Scenario:
-    """Load everything that a file holds, and what it references.
-
-    Parameters
-    ----------
-    path : str or path
-    line_speed_mps : float, optional
-        See `load_track`.
-
-    Raises
-    ------
-    InputError
-        When the file or one that it references is missing or wrong, or when it holds several trains or tracks and
-        none is chosen by ``FILE#NAME``.
-    """
-    return cast(Scenario, read_source(path, line_speed_mps=line_speed_mps).value)
-
-
 def read_scenario(document: Document) -> Scenario:
-    """Make everything that a document holds; see `load_scenario`."""
+    """Make everything that a document holds; see `tgvdp.formats.load.load_scenario`."""
     return _scenario(document, _open(document), None, KINDS)
 
 
@@ -233,7 +127,7 @@ def load_all(path: Source, *, line_speed_mps: float | None = None) -> tuple[Scen
     ----------
     path : str or path
     line_speed_mps : float, optional
-        See `load_track`.
+        See `tgvdp.formats.load.load_track`.
 
     Raises
     ------
@@ -241,7 +135,7 @@ def load_all(path: Source, *, line_speed_mps: float | None = None) -> tuple[Scen
         When the file, something in it or one that it references is missing or wrong.
     """
     target = locate(path)
-    document = _document(target, line_speed_mps)
+    document = read_target(target, line_speed_mps)
     content = _open(document)
     if content is None or target.part is not None or content.is_one:
         return (_scenario(document, content, target.part, KINDS),)
@@ -253,19 +147,15 @@ def load_all(path: Source, *, line_speed_mps: float | None = None) -> tuple[Scen
     )
 
 
-def input_digest(path_or_name: Source) -> str:
-    """SHA-256, in hexadecimal, of the bytes of a file or of a file of the catalog."""
-    return sha256(read_bytes(source_path(path_or_name))).hexdigest()
-
-
 def _read(
     target: Target, kinds: tuple[Kind, ...], chain: tuple[Path, ...] = (), line_speed_mps: float | None = None
 ) -> Scenario:
-    document = _document(target, line_speed_mps)
+    document = read_target(target, line_speed_mps)
     return _scenario(document, _open(document), target.part, kinds, chain)
 
 
-def _document(target: Target, line_speed_mps: float | None) -> Document:
+def read_target(target: Target, line_speed_mps: float | None) -> Document:
+    """Read the file of a target, to be taken with a line speed; see `tgvdp.formats.load.load_track`."""
     document = read_document(target.path)
     if line_speed_mps is None:
         return document

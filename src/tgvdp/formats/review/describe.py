@@ -52,15 +52,21 @@ class Description:
         return "\n".join(lines)
 
 
-def describe_file(path_or_name: Source) -> Description:
+def describe_file(path_or_name: Source, *, line_speed_mps: float | None = None) -> Description:
     """Say what a file, or a name of the catalog, holds.
+
+    Parameters
+    ----------
+    path_or_name : str or path
+    line_speed_mps : float, optional
+        See `tgvdp.formats.load.load_track`.
 
     Raises
     ------
     InputError
         When it cannot be read or is wrong.
     """
-    scenarios = load_all(path_or_name)
+    scenarios = load_all(path_or_name, line_speed_mps=line_speed_mps)
     if len(scenarios) == 1:
         return describe(scenarios[0])
     each = [describe(scenario) for scenario in scenarios]

@@ -2,11 +2,10 @@
 
 from dataclasses import dataclass
 
-from tgvdp.formats.detect import load_all
+from tgvdp.formats.detect import load_all, read_target
 from tgvdp.formats.review.figures import Figure, track_figures, train_figures
 from tgvdp.formats.review.places import Places
 from tgvdp.formats.sources import Source, locate
-from tgvdp.formats.syntax.reading import read_document
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 
@@ -34,8 +33,14 @@ class Review:
         return "\n".join(lines)
 
 
-def review_file(source: Source) -> list[Review]:
+def review_file(source: Source, *, line_speed_mps: float | None = None) -> list[Review]:
     """Review all trains and lines of a file, or a name of the catalog.
+
+    Parameters
+    ----------
+    source : str or path
+    line_speed_mps : float, optional
+        See `tgvdp.formats.load.load_track`.
 
     Raises
     ------
@@ -43,8 +48,8 @@ def review_file(source: Source) -> list[Review]:
         When it cannot be read or is wrong.
     """
     target = locate(source)
-    document = read_document(target.path)
-    scenarios = load_all(source)
+    document = read_target(target, line_speed_mps)
+    scenarios = load_all(source, line_speed_mps=line_speed_mps)
     reviews = []
     for scenario in scenarios:
         part = scenario.name if len(scenarios) > 1 else target.part

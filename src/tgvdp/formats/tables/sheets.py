@@ -102,21 +102,30 @@ def _workbook(document: Document) -> Iterator[Sheet]:
     try:
         with zipfile.ZipFile(io.BytesIO(document.data)) as archive:
             unpacked = sum(entry.file_size for entry in archive.infolist())
-        if unpacked > LARGEST_BYTES:
-            raise bad(path, f"unpacks to more than {LARGEST_BYTES / 1e6:g} MB, got {unpacked / 1e6:.1f} MB")
-        book = openpyxl.load_workbook(io.BytesIO(document.data), read_only=True, data_only=True)
-    except (zipfile.BadZipFile, KeyError, ValueError, openpyxl.utils.exceptions.InvalidFileException):
+    except zipfile.BadZipFile:
         raise bad(path, "is no Excel workbook (.xlsx)") from None
-    for sheet in book.worksheets:
-        rows = []
-        for number, values in enumerate(sheet.iter_rows(values_only=True, max_col=_MOST_COLUMNS), 1):
-            cells = tuple(_text(value) for value in values)
-            if any(cells) and not cells[0].startswith("#"):
-                rows.append(Row(number, cells))
-            if len(rows) > _MOST_ROWS:
-                raise bad(path, f"holds more than {_MOST_ROWS} rows")
+    if unpacked > LARGEST_BYTES:
+        raise bad(path, f"unpacks to more than {LARGEST_BYTES / 1e6:g} MB, got {unpacked / 1e6:.1f} MB")
+    try:
+        book = openpyxl.load_workbook(io.BytesIO(document.data), read_only=True, data_only=True)
+        content = [(sheet.title, list(_filled(sheet))) for sheet in book.worksheets]
+    except Exception as error:  # whatever openpyxl makes of a broken workbook
+        raise bad(path, f"is no Excel workbook (.xlsx) that can be read ({type(error).__name__})") from None
+    for title, rows in content:
+        if len(rows) > _MOST_ROWS:
+            raise bad(path, f"sheet {title!r} holds more than {_MOST_ROWS} rows")
         if rows:
-            yield Sheet(sheet.title, "", tuple(rows))
+            yield Sheet(title, "", tuple(rows))
+
+
+def _filled(sheet: Any) -> Iterator[Row]:
+    """Rows of a sheet that hold anything, up to one more than the most."""
+    for number, values in enumerate(
+        sheet.iter_rows(values_only=True, max_row=_MOST_ROWS + 1, max_col=_MOST_COLUMNS), 1
+    ):
+        cells = tuple(_text(value) for value in values)
+        if any(cells) and not cells[0].startswith("#"):
+            yield Row(number, cells)
 
 
 def _text(value: Any) -> str:

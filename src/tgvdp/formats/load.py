@@ -1,0 +1,122 @@
+"""One thing from a file or the catalog: trains, tracks, journeys, maps, or all that a file holds."""
+
+from hashlib import sha256
+from typing import cast
+
+from tgvdp.formats.detect import Read, Scenario, read_source
+from tgvdp.formats.sources import Source, source_path
+from tgvdp.formats.syntax.reading import bad, read_bytes
+from tgvdp.model.energy import EnergyMap
+from tgvdp.model.journey import Journey, Section
+from tgvdp.model.track import Track
+from tgvdp.model.train import Train
+
+
+def load_train(path_or_name: Source) -> Train:
+    """Load a train from the catalog or from a file.
+
+    Parameters
+    ----------
+    path_or_name : str or path
+        A name of the catalog, or a file of any format that holds or references a train. Of several, ``FILE#NAME``
+        means one.
+
+    Raises
+    ------
+    InputError
+        When there is no such name or file, or when it holds no valid train.
+    """
+    return cast(Train, read_source(path_or_name, "train").value)
+
+
+def load_track(path_or_name: Source, *, line_speed_mps: float | None = None) -> Track:
+    """Load a track from the catalog or from a file.
+
+    Parameters
+    ----------
+    path_or_name : str or path
+        A name of the catalog, or a file of any format that holds or references a track. Of several, ``FILE#NAME``
+        means one.
+    line_speed_mps : float, optional
+        Speed limit wherever the file gives none, m/s, in formats that may lack limits: railML, OSRD paths and tables.
+
+    Raises
+    ------
+    InputError
+        When there is no such name or file, or when it holds no valid track; when a line speed is given for a file
+        of a format in which limits are never missing.
+    """
+    return cast(Track, read_source(path_or_name, "track", line_speed_mps=line_speed_mps).value)
+
+
+def load_journey(path: Source) -> Journey:
+    """Load a journey from a file.
+
+    Raises
+    ------
+    InputError
+        When there is no such file, or when it holds no valid journey.
+    """
+    return cast(Journey, read_source(path, "journey").value)
+
+
+def load_section(path: Source) -> tuple[Journey, Section]:
+    """Load a journey and choose a section; see `section_of`."""
+    read = read_source(path, "journey")
+    return read.value, section_of(read)
+
+
+def section_of(read: Read) -> Section:
+    """Choose a run from stop to stop of a journey that was read: the first one, or as ``FILE#2`` says.
+
+    Raises
+    ------
+    InputError
+        When there is no section of that number.
+    """
+    sections = read.value.sections
+    known = {str(section.number): section for section in sections}
+    part = "1" if read.part is None else read.part
+    if part not in known:
+        raise bad(read.path, f"has sections 1 to {len(sections)}, got {part!r:.40}")
+    section: Section = known[part]
+    return section
+
+
+def load_energy_map(path_or_name: Source) -> EnergyMap:
+    """Load a map of the power drawn over speed and demand from the catalog or from a file.
+
+    Parameters
+    ----------
+    path_or_name : str or path
+        A name of the catalog, or a native file that holds or references a map.
+
+    Raises
+    ------
+    InputError
+        When there is no such name or file, or when it holds no valid map.
+    """
+    return cast(EnergyMap, read_source(path_or_name, "map").value)
+
+
+def load_scenario(path: Source, *, line_speed_mps: float | None = None) -> Scenario:
+    """Load everything that a file holds, and what it references.
+
+    Parameters
+    ----------
+    path : str or path
+    line_speed_mps : float, optional
+        See `load_track`.
+
+    Raises
+    ------
+    InputError
+        When the file or one that it references is missing or wrong, or when it holds several trains or tracks and
+        none is chosen by ``FILE#NAME``.
+    """
+    return cast(Scenario, read_source(path, line_speed_mps=line_speed_mps).value)
+
+
+def input_digest(path_or_name: Source) -> str:
+    """SHA-256, in hexadecimal, of the bytes of a file or of a file of the catalog."""
+    return sha256(read_bytes(source_path(path_or_name))).hexdigest()
