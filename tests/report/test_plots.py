@@ -278,6 +278,7 @@ def test_pulses_are_drawn_as_their_means():
     segments = collections(figure.axes[0], LineCollection)[0].get_segments()
     drawn = np.concatenate(segments)
     assert len(drawn) < 400
+    assert "pulses are shown as their means" in str(texts(figure.axes[0]))
     # The same work, whatever is drawn: trapezoids of steps.
     order = np.concatenate([segment if index == 0 else segment[1:] for index, segment in enumerate(segments)])
     work_kj = np.sum(0.5 * (order[1:, 1] + order[:-1, 1]) * np.diff(order[:, 0]) * 1000.0)

@@ -27,8 +27,8 @@ _STYLES: tuple[tuple[Any, float], ...] = (((0, (1.2, 1.2)), 1.6), ((0, (5.0, 1.5
 _FINENESS = 0.01
 #: Limits above this multiple of the top speed are cut off.
 _LIMIT_SHOWN = 2.0
-#: Runs whose effort jumps more often are drawn as means over so many stretches.
-_MOST_SWITCHES, _STRETCHES = 100, 120
+#: Runs whose effort jumps more often, by this share of the largest, are drawn as means over so many stretches.
+_MOST_SWITCHES, _JUMP, _STRETCHES = 100, 0.1, 120
 #: Margins with room for the names of the runs, inches.
 _LEGEND_IN, _TOP_IN = 0.95, 0.66
 
@@ -123,24 +123,27 @@ def plot_effort(result: "SearchResult") -> style.Picture:
         pad = 0.06 * (max(high, 0.0) - min(low, 0.0)) or 1.0
         axes.set_ylim(scale.factor * (min(low, 0.0) - pad), scale.factor * (max(high, 0.0) + pad))
         axes.axhline(0.0, color=style.MUTED, linewidth=0.8)
-    style.title(upper, "What does it take at the wheel?", f"Effort and power, {heading(result)}")
+    averaged = "; pulses are shown as their means" if any(step.averaged for step in steps) else ""
+    style.title(upper, "What does it take at the wheel?", f"Effort and power, {heading(result)}{averaged}")
     _add_legends(figure, upper, runs, [])
     return figure
 
 
 class _Steps(NamedTuple):
-    """Efforts as steps: n + 1 edges, n means and regimes."""
+    """Efforts as steps: n + 1 edges, n means and regimes; averaged where they are not the rows of the profile."""
 
     edge_m: Floats
     force_n: Floats
     power_w: Floats
     regime: NDArray[np.int8]
+    averaged: bool
 
 
 def _effort_steps(profile: "Profile") -> _Steps:
     x, t, force_n, regime = profile.position_m, profile.time_s, profile.force_n[:-1], profile.regime[:-1]
-    jumps = np.abs(np.diff(force_n)) > 0.3 * float(np.abs(force_n).max())
-    if np.count_nonzero(jumps) > _MOST_SWITCHES:
+    jumps = np.abs(np.diff(force_n)) > _JUMP * float(np.abs(force_n).max())
+    averaged = int(np.count_nonzero(jumps)) > _MOST_SWITCHES
+    if averaged:
         work_j = np.concatenate(([0.0], np.cumsum(force_n * np.diff(x))))
         edges = np.linspace(x[0], x[-1], _STRETCHES + 1)
         t, work_j = np.interp(edges, x, t), np.interp(edges, x, work_j)
@@ -149,7 +152,7 @@ def _effort_steps(profile: "Profile") -> _Steps:
         # Pulses of traction with coasting between them are traction.
         pulses = (regime[row] == REGIMES.index("coasting")) & (force_n > 0.01 * force_n.max())
         regime = np.where(pulses, REGIMES.index("traction"), regime[row]).astype(np.int8)
-    return _Steps(x, force_n, force_n * np.diff(x) / np.diff(t), regime)
+    return _Steps(x, force_n, force_n * np.diff(x) / np.diff(t), regime, averaged)
 
 
 def _over_the_line(trip: "Trip", panels: int) -> tuple[style.Picture, list[Axes], float]:
