@@ -190,3 +190,37 @@ def test_interrupt_leaves_no_files_and_exits_with_130(tmp_path):
     assert process.returncode == 130
     assert errors == "tgvdp: error: interrupted\n"
     assert not (tmp_path / "out").exists()
+
+
+def test_tables_and_pictures_as_asked(tmp_path, capsys):
+    arguments = (*SHORT, "--every", "500", "--format", "svg,pdf", "--price-per-kwh", "0.2", "--co2-g-per-kwh", "100")
+    assert search(tmp_path, *arguments) == 0
+    out = capsys.readouterr().out
+    assert "cost" in out
+    assert " kg" in out
+    assert {path.suffix for path in tmp_path.iterdir()} == {".json", ".csv", ".svg", ".pdf"}
+    with (tmp_path / "profiles.csv").open(newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["id"] == "0"]
+    assert [float(row["position_m"]) for row in rows] == [0.0, 500.0, 1000.0, 1500.0, 2000.0, 2500.0, 3000.0]
+    content = json.loads((tmp_path / "result.json").read_text())
+    assert content["tariff"] == {"price_per_kwh": 0.2, "co2_g_per_kwh": 100.0}
+    assert float(rows[-1]["time_s"]) == pytest.approx(content["front"][0]["time_s"], rel=1e-9)
+    # What an earlier search wrote does not stay.
+    assert search(tmp_path, *SHORT, "--no-pictures", "--quiet") == 0
+    assert {path.suffix for path in tmp_path.iterdir()} == {".json", ".csv"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--format", "gif"), "there is no 'gif'; there are png, svg, pdf"),
+        (("--format", ","), "there is none"),
+        (("--every", "0"), "must be above 0 m"),
+        (("--every", "100", "--profiles", "railtoolkit"), "--every is for profiles as csv"),
+        (("--price-per-kwh", "-1"), "must be at least 0 €/kWh"),
+    ],
+)
+def test_output_options_out_of_range(tmp_path, capsys, arguments, message):
+    assert search(tmp_path / "out", *SHORT, *arguments) == 2
+    assert message in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []

@@ -17,6 +17,7 @@ from tgvdp.report import plot_effort, plot_front, plot_price, plot_profile, plot
 from tgvdp.report.gallery import PICTURES, draw, pictures_of
 from tgvdp.report.line_strip import altitude_of, features_of
 from tgvdp.report.profile_plots import speed_curve, speed_limits_of
+from tgvdp.runs.profile import profile_of
 
 MAP = EnergyModel(
     "map",
@@ -262,6 +263,27 @@ def test_effort_and_power_are_those_of_the_rows(result):
     ):
         drawn = np.concatenate(collections(axes, LineCollection)[0].get_segments())[:, 1]
         assert (drawn.min(), drawn.max()) == pytest.approx((values.min(), values.max()))
+
+
+def test_pulses_are_drawn_as_their_means():
+    trip = railway_trip()
+    x = np.linspace(0.0, trip.distance_m, 801)
+    u = x / trip.distance_m
+    saw = 30.0 * (np.arange(x.size) % 4 > 1)  # 200 pulses
+    w = 400.0 * np.minimum(1.0, 5.0 * np.minimum(u, 1.0 - u)) + saw * (u > 0.2) * (u < 0.8)
+    base = make_result(trip, [20.0])
+    pulsed = profile_of(trip, x, w)
+    fastest = replace(base.fastest, profile=pulsed, time_s=pulsed.duration_s, energy_j=pulsed.total_energy_j)
+    figure = plot_effort(replace(base, fastest=fastest))
+    segments = collections(figure.axes[0], LineCollection)[0].get_segments()
+    drawn = np.concatenate(segments)
+    assert len(drawn) < 400
+    assert "pulses are shown as their means" in str(texts(figure.axes[0]))
+    # The same work, whatever is drawn: trapezoids of steps.
+    order = np.concatenate([segment if index == 0 else segment[1:] for index, segment in enumerate(segments)])
+    work_kj = np.sum(0.5 * (order[1:, 1] + order[:-1, 1]) * np.diff(order[:, 0]) * 1000.0)
+    net_j = np.sum(pulsed.force_n[:-1] * np.diff(pulsed.position_m))
+    assert work_kj * 1000.0 == pytest.approx(net_j, rel=1e-6, abs=1e-3 * pulsed.total_energy_j)
 
 
 def test_the_line_beside_the_run_is_drawn():

@@ -1,7 +1,7 @@
 """A recorded run against the front: what it cost, what the optimum at the same time costs, and where they differ."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from tgvdp.runs.profile import Profile
 from tgvdp.runs.recorded import Motion, placed, recorded_profile, sections_of
 from tgvdp.runs.samples import limit_at
 from tgvdp.units import mps_to_kmh
+
+if TYPE_CHECKING:
+    from tgvdp.report.style import Picture
 
 #: Margin up to which the front is searched, unless the run took longer.
 _MARGIN = 0.25
@@ -81,6 +84,12 @@ class Score:
     def saving_in_resistance_j(self) -> float:
         """Part that its higher speeds cost against the resistance, J: work at the wheel ends here or in brakes."""
         return self.recorded.balance.wheel_j - self.optimum.balance.wheel_j - self.saving_in_brakes_j
+
+    def plot(self) -> "Picture":
+        """Draw both runs, their energies along the line, and the way from the record to the front."""
+        from tgvdp.report.scores import plot_score
+
+        return plot_score(self)
 
 
 def _braked_j(profile: Profile) -> float:

@@ -27,6 +27,8 @@ _STYLES: tuple[tuple[Any, float], ...] = (((0, (1.2, 1.2)), 1.6), ((0, (5.0, 1.5
 _FINENESS = 0.01
 #: Limits above this multiple of the top speed are cut off.
 _LIMIT_SHOWN = 2.0
+#: Runs whose effort jumps more often, by this share of the largest, are drawn as means over so many stretches.
+_MOST_SWITCHES, _JUMP, _STRETCHES = 100, 0.1, 120
 #: Margins with room for the names of the runs, inches.
 _LEGEND_IN, _TOP_IN = 0.95, 0.66
 
@@ -101,30 +103,56 @@ def plot_speed_time(result: "SearchResult") -> style.Picture:
 
 
 def plot_effort(result: "SearchResult") -> style.Picture:
-    """Draw effort and power at the wheel over distance, the mean of each row."""
+    """Draw effort and power at the wheel over distance, the mean of each row.
+
+    A run that switches more often than a picture can show gets means over equal stretches.
+    """
     runs = runs_shown(result)
     figure, (upper, lower), along = _over_the_line(result.trip, 2)
-    efforts_n, powers_w = [], []
-    for run in runs:
-        profile = run.profile
-        efforts_n.append(profile.force_n[:-1])
-        powers_w.append(profile.force_n[:-1] * np.diff(profile.position_m) / np.diff(profile.time_s))
-    for axes, values, scale_of, name in (
-        (upper, efforts_n, style.force_scale, "Effort"),
-        (lower, powers_w, style.power_scale, "Power"),
+    steps = [_effort_steps(run.profile) for run in runs]
+    for axes, name, values, scale_of in (
+        (upper, "Effort", [one.force_n for one in steps], style.force_scale),
+        (lower, "Power", [one.power_w for one in steps], style.power_scale),
     ):
         low, high = (float(end([end(one) for one in values])) for end in (np.min, np.max))
         scale = scale_of(max(abs(low), abs(high)))
-        for run, of_rows in zip(runs, values, strict=True):
-            x = np.repeat(run.profile.position_m, 2)[1:-1]
-            draw_run(axes, run, x * along, np.repeat(of_rows, 2) * scale.factor, np.repeat(run.profile.regime[:-1], 2))
+        for run, step, of_steps in zip(runs, steps, values, strict=True):
+            x = np.repeat(step.edge_m, 2)[1:-1]
+            draw_run(axes, run, x * along, np.repeat(of_steps, 2) * scale.factor, np.repeat(step.regime, 2))
         style.dress(axes, "", f"{name} ({scale.unit})")
         pad = 0.06 * (max(high, 0.0) - min(low, 0.0)) or 1.0
         axes.set_ylim(scale.factor * (min(low, 0.0) - pad), scale.factor * (max(high, 0.0) + pad))
         axes.axhline(0.0, color=style.MUTED, linewidth=0.8)
-    style.title(upper, "What does it take at the wheel?", f"Effort and power, {heading(result)}")
+    averaged = "; pulses are shown as their means" if any(step.averaged for step in steps) else ""
+    style.title(upper, "What does it take at the wheel?", f"Effort and power, {heading(result)}{averaged}")
     _add_legends(figure, upper, runs, [])
     return figure
+
+
+class _Steps(NamedTuple):
+    """Efforts as steps: n + 1 edges, n means and regimes; averaged where they are not the rows of the profile."""
+
+    edge_m: Floats
+    force_n: Floats
+    power_w: Floats
+    regime: NDArray[np.int8]
+    averaged: bool
+
+
+def _effort_steps(profile: "Profile") -> _Steps:
+    x, t, force_n, regime = profile.position_m, profile.time_s, profile.force_n[:-1], profile.regime[:-1]
+    jumps = np.abs(np.diff(force_n)) > _JUMP * float(np.abs(force_n).max())
+    averaged = int(np.count_nonzero(jumps)) > _MOST_SWITCHES
+    if averaged:
+        work_j = np.concatenate(([0.0], np.cumsum(force_n * np.diff(x))))
+        edges = np.linspace(x[0], x[-1], _STRETCHES + 1)
+        t, work_j = np.interp(edges, x, t), np.interp(edges, x, work_j)
+        row = np.searchsorted(x, 0.5 * (edges[:-1] + edges[1:]), side="right") - 1
+        x, force_n = edges, np.diff(work_j) / np.diff(edges)
+        # Pulses of traction with coasting between them are traction.
+        pulses = (regime[row] == REGIMES.index("coasting")) & (force_n > 0.01 * force_n.max())
+        regime = np.where(pulses, REGIMES.index("traction"), regime[row]).astype(np.int8)
+    return _Steps(x, force_n, force_n * np.diff(x) / np.diff(t), regime, averaged)
 
 
 def _over_the_line(trip: "Trip", panels: int) -> tuple[style.Picture, list[Axes], float]:

@@ -22,6 +22,7 @@ INK, MUTED, FAINT, GROUND = "#222222", "#6B6B6B", "#DDDDDD", "#EFEBE4"
 REGIME_COLORS = {"traction": VERMILION, "cruising": ORANGE, "coasting": GREEN, "braking": BLUE}
 
 WIDTH_IN, HEIGHT_IN, DPI = 9.0, 5.4, 120
+_NOTEBOOK_DPI = 80
 _LEFT_IN, _TOP_IN = 0.85, 0.66
 FONT = "DejaVu Sans"  # comes with matplotlib, so that every machine draws the same
 TITLE_PT, LABEL_PT, SMALL_PT = 13.0, 10.5, 9.0
@@ -32,7 +33,7 @@ class Picture(Figure):
 
     def _repr_png_(self) -> bytes:
         buffer = io.BytesIO()
-        self.savefig(buffer, format="png", dpi=self.dpi)
+        self.savefig(buffer, format="png", dpi=_NOTEBOOK_DPI)
         return buffer.getvalue()
 
 

@@ -60,8 +60,12 @@ def sections_of(
     found = []
     edges = np.flatnonzero(np.diff(np.concatenate(([True], standing, [True])).astype(np.int8)))
     for first, last in edges.reshape(-1, 2):
-        # The rows of the stands before and after belong to the section: there it departs and arrives.
+        # It departs and arrives where the stands before and after are slowest next to it.
         start, end = max(first - 1, 0), min(last, t.size - 1)
+        while start > 0 and v[start - 1] < v[start]:
+            start -= 1
+        while end < t.size - 1 and v[end + 1] < v[end]:
+            end += 1
         part = Motion(x[start : end + 1], v[start : end + 1].copy(), t[start : end + 1])
         if part.position_m[-1] - part.position_m[0] >= _LEAST_SECTION_M:
             smoothed = _averaged(part, window_s)
