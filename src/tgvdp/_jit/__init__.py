@@ -87,8 +87,6 @@ def working_s() -> float:
     return time.perf_counter() - _stopwatch.total_s()
 
 
-#: With ``NUMBA_DISABLE_JIT=1`` all kernels stay Python.
-DISABLED = bool(config.DISABLE_JIT)
 #: No Python objects, no GIL, IEEE division.
 _OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 
@@ -96,7 +94,7 @@ _OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 def _compiled(function: _Function, **options: Any) -> Any:
     """Compile a function, by the shortened steps where numba's version is one that they were tested with."""
     options |= _OPTIONS
-    if DISABLED or not shortened():
+    if config.DISABLE_JIT or not shortened():
         return numba.njit(**options)(function)
     compiled, linked = _pipeline().compiled_and_linked(function, **options)
     linked.compile = _interrupt_hold(linked.compile)
@@ -112,7 +110,7 @@ def _pipeline() -> Any:
 
 def _cached(function: _Function, compiled: Any, *, allocates: bool) -> _Function:
     """Keep on disk what is compiled, and compile it quickly."""
-    if not DISABLED:
+    if not config.DISABLE_JIT:
         try:
             compiled._cache = KernelCache(function, allocates=allocates)
         except OSError as error:  # no home folder, or sources that are no files

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from numba.core import event
+from numba.core import config, event
 
 from tgvdp._jit.cache import KernelCache
 
@@ -45,6 +45,11 @@ def watch(told: Callable[[bool], object] = bool) -> Iterator[list[Compiled]]:
     listener = _Listener(told)
     with event.install_listener("numba:compile", listener):
         yield listener.compiled
+
+
+def is_compiled() -> bool:
+    """Whether kernels are compiled at all: with ``NUMBA_DISABLE_JIT=1`` they stay Python."""
+    return not config.DISABLE_JIT
 
 
 def is_missing(kernel: Any) -> bool:

@@ -4,13 +4,12 @@ A kernel is compiled for the types that it is called with, and each has one set 
 the energy and the convention are; tests count them.
 """
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tgvdp._jit import DISABLED, cache
-from tgvdp._jit.watch import Compiled, is_missing, watch
+from tgvdp._jit.cache import key_folder
+from tgvdp._jit.watch import Compiled, is_compiled, is_missing, watch
 from tgvdp.api.run import search
 from tgvdp.certificate.costates_at_bound import raise_costates
 from tgvdp.certificate.front import certify
@@ -21,7 +20,7 @@ from tgvdp.referee.drive import replay_rows
 from tgvdp.referee.replay import replay
 from tgvdp.runs.profile import profile_of
 
-__all__ = ["TOURS", "Compiled", "checks", "checks_missing", "folder", "is_compiled", "tour", "watch"]
+__all__ = ["TOURS", "Compiled", "checks", "checks_missing", "is_compiled", "key_folder", "tour", "watch"]
 
 _TRAIN = "alstom-emu"  # its effort has a drop
 _TRACK = Track(
@@ -35,11 +34,6 @@ TOURS: dict[str, dict[str, Any]] = {
     "exact": {"method": "exact", **_GRID},
     "best-first": {"method": "best-first", "paths": 3, **_GRID},
 }
-
-
-def is_compiled() -> bool:
-    """Whether kernels are compiled at all: numba may be told to leave them as they are."""
-    return not DISABLED
 
 
 def tour(name: str) -> list[Compiled]:
@@ -64,8 +58,3 @@ def checks(certified: bool = True) -> list[Compiled]:
 def checks_missing(certified: bool = True) -> bool:
     """Whether `checks` would have something to compile for the cache: the last kernel of each is looked for."""
     return is_missing(replay_rows) or (certified and is_missing(raise_costates))
-
-
-def folder() -> Path:
-    """Folder of the kernels of these sources and versions, below that of the cache."""
-    return cache.key_folder()

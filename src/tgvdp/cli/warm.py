@@ -48,10 +48,10 @@ def command(as_json: bool, quiet: bool) -> None:
     elapsed_s = time.perf_counter() - started
     if as_json:
         kernels = [one._asdict() for one in done]
-        content = {"schema": SCHEMA, "folder": str(warm.folder()), "compiled": kernels, "elapsed_s": elapsed_s}
+        content = {"schema": SCHEMA, "folder": str(warm.key_folder()), "compiled": kernels, "elapsed_s": elapsed_s}
         click.echo(json.dumps(content, ensure_ascii=False, allow_nan=False))
     elif not quiet:
         for one in done:
             click.echo(f"{one.elapsed_s:6.1f} s  {one.kernel}")
         what = f"compiled {len(done)} kernels in {elapsed_s:.1f} s" if done else "everything is compiled already"
-        click.echo(f"{what}, in {warm.folder()}")
+        click.echo(f"{what}, in {warm.key_folder()}")
