@@ -52,13 +52,14 @@ def test_error_over_there_shows_here(second):
 
 @pytest.mark.parametrize("loss", ["before", "between"])
 def test_lost_process_is_replaced_by_this_one(second, loss):
+    second.load("time")
     process = second._process
-    promise = second.promise("time:sleep", 60) if loss == "between" else None
-    process.kill()
-    if promise is None:
-        process.wait()
+    if loss == "between":
+        second.promise("time:sleep", 60)
         promise = second.promise("os:getpid")
-    else:
+    process.kill()
+    process.wait()
+    if loss == "before":
         promise = second.promise("os:getpid")
     assert promise() == os.getpid()
     assert process.poll() is not None
@@ -81,8 +82,8 @@ def test_leaving_does_not_wait_and_leaves_nothing_behind(monkeypatch):
     monkeypatch.setattr(second_process, "is_of_use", lambda: True)
     started = time.perf_counter()
     with SecondProcess() as second:
-        process = second._process
         second.promise("time:sleep", 60)
+        process = second._process
     assert time.perf_counter() - started < 20.0
     assert process.returncode is not None
     assert process.stdin.closed
@@ -117,6 +118,13 @@ def test_it_is_started_where_it_is_of_use(monkeypatch, cores, drew):
     assert second_process.is_of_use() == (cores > 1 and not drew)
     monkeypatch.setattr(os, "getloadavg", lambda: (8.0, 8.0, 8.0), raising=False)
     assert not second_process.is_of_use()
+
+
+def test_nothing_is_started_before_something_is_asked(monkeypatch):
+    monkeypatch.setattr(second_process, "is_of_use", lambda: True)
+    with SecondProcess() as second:
+        assert second._process is None
+    assert second.promise("os:getpid")() == os.getpid()  # nor after the end
 
 
 def test_without_one_the_work_is_done_here(monkeypatch):
