@@ -75,6 +75,8 @@ BARS = (
     Bar("memory per label, most", "B", 16.0, 16.0, 1, "labels", _of("bytes_per_label_most")),
     Bar("compilation, cold", "s", 8.0, 4.0, 1, "startup", _of("compilation, cold")),
     Bar("compilation, cached", "s", 0.4, 0.2, 1, "startup", _of("compilation, cached")),
+    Bar("tgvdp search with pictures, cold", "s", 15.0, 10.0, 1, "startup", _of("tgvdp search, cold, all cores")),
+    Bar("tgvdp search with pictures, warm", "s", 2.0, 1.0, 1, "startup", _of("tgvdp search, warm, all cores")),
     Bar("import tgvdp", "ms", 50.0, 50.0, 1, "startup", _of("import tgvdp alone")),
     Bar("tgvdp --help", "ms", 150.0, 150.0, 1, "startup", _of("process, tgvdp --help")),
     Bar("peak memory, 500 km", "MB", 300.0, 300.0, 1, "startup", _of("peak memory, 60 points with profiles")),

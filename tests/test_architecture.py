@@ -14,13 +14,14 @@ from tgvdp._jit.cache import KERNEL_FREE
 PACKAGE = Path(__file__).resolve().parents[1] / "src" / "tgvdp"
 
 #: Leaves that every room may use.
-LEAVES = {"errors", "units", "constants", "__version__"}
+LEAVES = {"errors", "units", "constants", "second_process", "__version__"}
 
 #: Room → the rooms it may import besides itself and the leaves. Edges (cli, api) stand last.
 MAY_IMPORT = {
     "errors": set(),
     "units": set(),
     "constants": set(),
+    "second_process": set(),
     "pareto": set(),
     "_jit": set(),
     "model": set(),
@@ -37,7 +38,19 @@ MAY_IMPORT = {
     "solvers": {"model", "formulations", "_jit"},
     "report": {"model", "runs"},
     "trials": {"model", "formulations", "instances", "solvers", "report", "api"},
-    "api": {"model", "options", "formats", "line", "runs", "methods", "certificate", "referee", "pareto", "report"},
+    "api": {
+        "model",
+        "options",
+        "formats",
+        "line",
+        "runs",
+        "methods",
+        "certificate",
+        "referee",
+        "pareto",
+        "report",
+        "_jit",
+    },
     "cli": {
         *("model", "options", "formats", "report", "api", "formulations", "instances", "solvers", "trials", ""),
     },

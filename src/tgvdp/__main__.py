@@ -3,20 +3,25 @@
 import gc
 import sys
 
-from tgvdp import cli
-
 #: Imports and pictures make many objects that stay; looking for cycles among them takes a tenth of a short run.
 _GC_THRESHOLD = 100_000
 #: Subcommands that may use scipy themselves.
 _NEEDS_SCIPY = {"solve", "bench"}
 
 
-def main() -> int:
-    """Run the command line in this process, which is its own and should start fast."""
+def start_fast(needs_scipy: bool) -> None:
+    """Prepare this process, which is the program's own, for a fast start."""
     gc.set_threshold(_GC_THRESHOLD)
     # numba imports these where they are installed, for BLAS and for line coverage in kernels: 0.25 s for nothing here.
-    for name in ("coverage",) if _NEEDS_SCIPY & set(sys.argv[1:2]) else ("scipy", "coverage"):
+    for name in ("coverage",) if needs_scipy else ("scipy", "coverage"):
         sys.modules.setdefault(name, None)  # type: ignore[arg-type]
+
+
+def main() -> int:
+    """Run the command line in this process, which is its own and should start fast."""
+    start_fast(bool(_NEEDS_SCIPY & set(sys.argv[1:2])))
+    from tgvdp import cli
+
     return cli.main()
 
 

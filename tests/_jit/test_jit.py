@@ -10,10 +10,14 @@ import threading
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from tgvdp import _jit
+from tgvdp import _jit, errors
 from tgvdp._jit import cache as kernel_cache
+from tgvdp._jit.steps import shortened
+from tgvdp._jit.watch import is_compiled, watch
+from tgvdp.methods.budget import SearchBudget
 
 PROGRAM = """
 from tgvdp._jit import kernel
@@ -42,6 +46,7 @@ def program(tmp_path):
     package = tmp_path / "tgvdp"
     package.mkdir()
     shutil.copytree(Path(_jit.__file__).parent, package / "_jit", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(errors.__file__, package)
     (package / "__init__.py").touch()
     (package / "program.py").write_text(PROGRAM)
     (package / "helper.py").write_text(HELPER)
@@ -156,6 +161,13 @@ def test_modes_of_numba_do_not_share_a_cache(program):
     assert len(list(program.cache.iterdir())) == 2
 
 
+def test_steps_of_compilation_do_not_share_a_cache(program):
+    program(TGVDP_PIPELINE="short")
+    assert program(TGVDP_PIPELINE="plain") == (["42.0", "0"], "")
+    assert program(TGVDP_PIPELINE="plain") == (["42.0", "1"], "")
+    assert len(list(program.cache.iterdir())) == 2
+
+
 def test_without_jit_kernels_are_python_and_nothing_is_cached(program):
     assert program(NUMBA_DISABLE_JIT="1") == (["42.0", "python"], "")
     assert not program.cache.exists()
@@ -168,6 +180,17 @@ def test_cache_settings_of_other_numba_users_are_untouched(program, tmp_path):
     assert entries(program.cache, ".nbc")
 
 
+def test_filled_cache_may_be_read_only(program):
+    program()
+    for folder in (program.cache, *program.cache.rglob("*")):
+        folder.chmod(0o555)
+    try:
+        assert program() == (["42.0", "1"], "")
+    finally:
+        for folder in (program.cache, *program.cache.rglob("*")):
+            folder.chmod(0o755)
+
+
 @_jit.leaf
 def _power(x, n):
     return x**n
@@ -178,10 +201,28 @@ def _with_constants(x, n):
     return _power(x, 1) + _power(x, 2) + _power(x, n) + _power(x=x, n=3)
 
 
-@pytest.mark.skipif(_jit.config.DISABLE_JIT, reason="nothing is compiled")
+@pytest.mark.skipif(not is_compiled(), reason="nothing is compiled")
 def test_constants_do_not_multiply_kernels():
     assert _with_constants(2.0, 4) == 2.0 + 4.0 + 16.0 + 8.0
-    assert len(_power.linked.signatures) == 1
+    if shortened():
+        assert len(_power.linked.signatures) == 1
+
+
+@pytest.mark.skipif(not is_compiled(), reason="nothing is compiled")
+def test_compilation_is_no_part_of_the_working_time():
+    @_jit.kernel
+    def slow_to_compile(x):
+        return x[0]
+
+    started_s, working_s = time.perf_counter(), _jit.working_s()
+    clock = SearchBudget(time_limit_s=1e-3).start()
+    with watch() as compiled:
+        assert slow_to_compile(np.ones(3)) == 1.0
+    worked_s, took_s = _jit.working_s() - working_s, time.perf_counter() - started_s
+    assert [one.kernel.rpartition(".")[2] for one in compiled] == ["slow_to_compile"]
+    assert compiled[0].elapsed_s <= took_s - worked_s
+    assert worked_s < 0.5 * took_s
+    assert clock.elapsed_s < time.perf_counter() - started_s - 0.5 * took_s
 
 
 def test_interrupt_during_compilation_comes_right_after_it():

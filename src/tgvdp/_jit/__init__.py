@@ -1,18 +1,17 @@
 """The only numba decorators of the package; `cache` keeps what they compile."""
 
 import contextlib
-import gc
 import signal
 import threading
+import time
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
 import numba
 from numba.core import config
-from numba.core.types.misc import unliteral
 
 from tgvdp._jit.cache import KernelCache, warn_uncached
-from tgvdp._jit.pipeline import KernelCompiler, LinkedCompiler, Resolutions
+from tgvdp._jit.steps import shortened
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -58,39 +57,34 @@ class _InterruptHold(contextlib.ContextDecorator):
 _interrupt_hold = _InterruptHold()
 
 
-class _QuickCompilation(contextlib.ContextDecorator):
-    """Compiles with LLVM's first level of optimisation, without garbage collections, and with a memory for types.
-
-    No kernel runs slower so: what they do is scalar arithmetic that the first level does not leave undone. Compilations
-    nest; numba lets one thread compile at a time.
-    """
+class _Stopwatch(contextlib.ContextDecorator):
+    """Measures how long kernels were compiled or loaded in this process, whatever nests."""
 
     def __init__(self) -> None:
-        self._lock = threading.RLock()
+        self._total_s = 0.0
         self._depth = 0
-        self._before: tuple[Any, bool] = (config.OPT, False)
-        self._resolutions = Resolutions()
+        self._started_s = 0.0
 
     def __enter__(self) -> None:
-        self._lock.acquire()
         self._depth += 1
         if self._depth == 1:
-            self._before = (config.OPT, gc.isenabled())
-            config.OPT = config._OptLevel(min(int(config.OPT), 1))
-            gc.disable()
-            self._resolutions.__enter__()
+            self._started_s = time.perf_counter()
 
     def __exit__(self, *_: object) -> None:
         self._depth -= 1
         if self._depth == 0:
-            self._resolutions.__exit__()
-            config.OPT, collecting = self._before
-            if collecting:
-                gc.enable()
-        self._lock.release()
+            self._total_s += time.perf_counter() - self._started_s
+
+    def total_s(self) -> float:
+        return self._total_s + (time.perf_counter() - self._started_s if self._depth else 0.0)
 
 
-_quick_compilation = _QuickCompilation()
+_stopwatch = _Stopwatch()
+
+
+def working_s() -> float:
+    """Seconds since some point in time, without those in which kernels were compiled: that is no part of any work."""
+    return time.perf_counter() - _stopwatch.total_s()
 
 
 #: No Python objects, no GIL, IEEE division.
@@ -98,26 +92,20 @@ _OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 
 
 def _compiled(function: _Function, **options: Any) -> Any:
-    """Compile a function twice, if need be: for Python, and to be linked into the kernels that call it.
-
-    Once for these, and not once for each constant that they pass: numba specialises on literal integers. Nothing is
-    allocated in kernels, so that they need none of the reference counts that numba keeps (``_nrt``).
-    """
-    options |= _OPTIONS | {"_nrt": False}
-    compiled: Any = numba.njit(pipeline_class=KernelCompiler, **options)(function)
-    if not config.DISABLE_JIT:
-        linked = numba.njit(pipeline_class=LinkedCompiler, no_cpython_wrapper=True, **options)(function)
-        linked.compile = _interrupt_hold(linked.compile)
-        linked.add_overload = lambda result: linked.overloads.__setitem__(tuple(result.signature.args), result)
-
-        def get_call_template(args: tuple[Any, ...], kws: dict[str, Any]) -> Any:
-            plain = {name: unliteral(kind) for name, kind in kws.items()}
-            return linked.get_call_template(tuple(unliteral(kind) for kind in args), plain)
-
-        compiled.get_call_template = get_call_template
-        compiled.get_overload = linked.get_overload
-        compiled.linked = linked
+    """Compile a function, by the shortened steps where numba's version is one that they were tested with."""
+    options |= _OPTIONS
+    if config.DISABLE_JIT or not shortened():
+        return numba.njit(**options)(function)
+    compiled, linked = _pipeline().compiled_and_linked(function, **options)
+    linked.compile = _interrupt_hold(linked.compile)
     return compiled
+
+
+def _pipeline() -> Any:
+    """The shortened steps; here, because other versions of numba may lack what they are made of."""
+    from tgvdp._jit import pipeline
+
+    return pipeline
 
 
 def _cached(function: _Function, compiled: Any, *, allocates: bool) -> _Function:
@@ -127,7 +115,8 @@ def _cached(function: _Function, compiled: Any, *, allocates: bool) -> _Function
             compiled._cache = KernelCache(function, allocates=allocates)
         except OSError as error:  # no home folder, or sources that are no files
             warn_uncached(str(error))
-        compiled.compile = _interrupt_hold(_quick_compilation(compiled.compile))
+        compile_ = _pipeline().quick_compilation(compiled.compile) if shortened() else compiled.compile
+        compiled.compile = _stopwatch(_interrupt_hold(compile_))
     return cast(_Function, compiled)
 
 

@@ -3,9 +3,10 @@
 numba's own ``cache=True`` has two faults that hurt a package of many modules: it keeps a stale kernel when a kernel
 that it calls changes in another module, and a truncated cache file crashes the import. So the kernels of tgvdp live
 in a folder of their own, named by everything that decides what they compile to: the SHA-256 of the sources of all
-rooms that can matter to a kernel, the versions of Python, numba and numpy, and the switches of numba that change the
-code. Each entry carries its own digest; what cannot be read or does not match is deleted and compiled again. Where
-nothing can be written, one warning says so and compilation goes on without a cache.
+rooms that can matter to a kernel, the versions of Python, numba and numpy, the steps of compilation, and the switches
+of numba that change the code. Each entry carries its own digest; what cannot be read or does not match is deleted and
+compiled again. Where nothing can be written, one warning says so and compilation goes on without a cache; what is
+there is used, so that a filled folder may be read-only.
 
 The folder is ``$TGVDP_CACHE_DIR``, else the user's cache folder of the platform. Deleting it is always safe, also
 under a running program.
@@ -19,7 +20,7 @@ import pickle
 import shutil
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,8 @@ import numpy as np
 from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 from numba.core.serialize import dumps
+
+from tgvdp._jit.steps import shortened
 
 PACKAGE = Path(__file__).resolve().parents[1]
 CACHE_DIR_VARIABLE = "TGVDP_CACHE_DIR"
@@ -64,7 +67,8 @@ def sources_digest(folder: Path) -> str:
 def cache_key(package: Path) -> str:
     """Name of the cache folder for the sources in ``package`` under this Python, numba, numpy and numba's modes."""
     modes = [(name, getattr(config, name, None)) for name in _MODES]
-    parts = (sources_digest(package), sys.implementation.cache_tag, numba.__version__, np.__version__, modes)
+    versions = (sys.implementation.cache_tag, numba.__version__, np.__version__)
+    parts = (sources_digest(package), *versions, modes, shortened())
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:_KEY_LENGTH]
 
 
@@ -98,7 +102,7 @@ def remove_old_folders(root: Path, kept: int = KEPT_FOLDERS) -> None:
 
 
 @functools.cache
-def _key_folder() -> Path:
+def key_folder() -> Path:
     folder = cache_root() / cache_key(PACKAGE)
     with contextlib.suppress(OSError):  # absent or read-only: only the order of clearing up depends on it
         os.utime(folder)
@@ -106,8 +110,8 @@ def _key_folder() -> Path:
 
 
 @functools.cache
-def _make_key_folder() -> None:
-    folder = _key_folder()
+def _make_folder() -> None:
+    folder = key_folder()
     if not folder.is_dir():
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)  # private: what lies here is executed
         remove_old_folders(folder.parent)
@@ -140,13 +144,13 @@ class _Locator(_CacheLocator):
         return cls(py_func, py_file)
 
     def ensure_cache_path(self) -> None:
-        _make_key_folder()
+        _make_folder()
         super().ensure_cache_path()
 
     def get_cache_path(self) -> str:
         # Relative to the package, so that two installations of the same sources share their kernels.
         place = os.path.relpath(os.path.dirname(self._py_file), PACKAGE)
-        return str(_key_folder() / hashlib.sha256(place.encode()).hexdigest()[:16])
+        return str(key_folder() / hashlib.sha256(place.encode()).hexdigest()[:16])
 
     def get_source_stamp(self) -> str:
         return _file_digest(self._py_file)
@@ -201,7 +205,14 @@ class KernelCache(FunctionCache):
             self.disable()
             warn_uncached(f"{cache_root()}: {error.strerror or error}")
 
+    def is_filled(self) -> bool:
+        """Whether there are files of this kernel: for guesses, since they may be damaged."""
+        return any(self._files())
+
+    def _files(self) -> Iterator[Path]:
+        return Path(self.cache_path).glob(f"{self._impl.filename_base}.*")
+
     def _wipe(self) -> None:
         with contextlib.suppress(OSError):  # what cannot be deleted cannot be replaced either: saving will say so
-            for path in Path(self.cache_path).glob(f"{self._impl.filename_base}.*"):
+            for path in self._files():
                 path.unlink(missing_ok=True)

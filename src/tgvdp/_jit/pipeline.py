@@ -3,16 +3,23 @@
 numba turns each function into optimised machine code of its own, with a wrapper for Python, before its callers link it
 in, optimise it again, and so on up the call tree. What kernels call needs none of that: it is compiled to LLVM's
 intermediate code, and optimised once, within the kernel at the top of the tree.
+
+All of it stands on numba's inner parts, so only the versions that it was tested with use it (`tgvdp._jit.steps`).
 """
 
 import contextlib
+import gc
+import threading
+from collections.abc import Callable
 from typing import Any
 
-from numba.core import typed_passes, types, untyped_passes
+import numba
+from numba.core import config, typed_passes, types, untyped_passes
 from numba.core.codegen import CodeLibrary, JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.typed_passes import NativeLowering
+from numba.core.types.misc import unliteral
 
 #: Steps for closures, generators, exceptions, context managers, literals, object mode, array expressions, and inlining
 #: by numba: kernels have none of these. Each costs an analysis of the whole function.
@@ -86,7 +93,7 @@ class _LinkedLowering(NativeLowering):  # type: ignore[misc]
         return True
 
 
-class KernelCompiler(CompilerBase):  # type: ignore[misc]
+class _KernelCompiler(CompilerBase):  # type: ignore[misc]
     """Compiles what Python calls."""
 
     lowering: type[NativeLowering] = _KernelLowering
@@ -100,13 +107,13 @@ class KernelCompiler(CompilerBase):  # type: ignore[misc]
         return [passes]
 
 
-class LinkedCompiler(KernelCompiler):
+class _LinkedCompiler(_KernelCompiler):
     """Compiles what kernels call, to be linked into them."""
 
     lowering = _LinkedLowering
 
 
-class Resolutions(contextlib.ContextDecorator):
+class _Resolutions(contextlib.ContextDecorator):
     """Remembers what numba finds for an operator and the types of its operands.
 
     It tries dozens of rules for each `+` of each function, again and again. Only while kernels are compiled.
@@ -130,3 +137,59 @@ class Resolutions(contextlib.ContextDecorator):
 
     def __exit__(self, *_: object) -> None:
         self._functions.get_call_type = self._find
+
+
+class _QuickCompilation(contextlib.ContextDecorator):
+    """Compiles with LLVM's first level of optimisation, without garbage collections, and with a memory for types.
+
+    No kernel runs slower so: what they do is scalar arithmetic that the first level does not leave undone. Compilations
+    nest; numba lets one thread compile at a time.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.RLock()
+        self._depth = 0
+        self._before: tuple[Any, bool] = (config.OPT, False)
+        self._resolutions = _Resolutions()
+
+    def __enter__(self) -> None:
+        self._lock.acquire()
+        self._depth += 1
+        if self._depth == 1:
+            self._before = (config.OPT, gc.isenabled())
+            config.OPT = config._OptLevel(min(int(config.OPT), 1))
+            gc.disable()
+            self._resolutions.__enter__()
+
+    def __exit__(self, *_: object) -> None:
+        self._depth -= 1
+        if self._depth == 0:
+            self._resolutions.__exit__()
+            config.OPT, collecting = self._before
+            if collecting:
+                gc.enable()
+        self._lock.release()
+
+
+quick_compilation = _QuickCompilation()
+
+
+def compiled_and_linked(function: Callable[..., Any], **options: Any) -> tuple[Any, Any]:
+    """Return the dispatcher of a function for Python, and that of what is linked into the kernels that call it.
+
+    The latter is compiled once, not once for each constant that callers pass: numba specialises on literal integers.
+    Nothing is allocated in kernels, so that they need none of the reference counts that numba keeps (``_nrt``).
+    """
+    options |= {"_nrt": False}
+    compiled: Any = numba.njit(pipeline_class=_KernelCompiler, **options)(function)
+    linked: Any = numba.njit(pipeline_class=_LinkedCompiler, no_cpython_wrapper=True, **options)(function)
+    linked.add_overload = lambda result: linked.overloads.__setitem__(tuple(result.signature.args), result)
+
+    def get_call_template(args: tuple[Any, ...], kws: dict[str, Any]) -> Any:
+        plain = {name: unliteral(kind) for name, kind in kws.items()}
+        return linked.get_call_template(tuple(unliteral(kind) for kind in args), plain)
+
+    compiled.get_call_template = get_call_template
+    compiled.get_overload = linked.get_overload
+    compiled.linked = linked
+    return compiled, linked

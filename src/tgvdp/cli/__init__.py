@@ -28,6 +28,7 @@ _COMMANDS = (
     "catalog",
     "validate",
     "convert",
+    "warm",
     "completion",
 )
 

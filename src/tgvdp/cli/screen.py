@@ -1,8 +1,11 @@
 """What people see of a search: a line of progress, and a short table."""
 
+import contextlib
 import math
 import sys
-from collections.abc import Mapping, Sequence
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import click
@@ -10,6 +13,8 @@ import click
 ROWS = 12
 #: Numbers that are smaller than so many decimals show are written with an exponent.
 _MOST_DECIMALS = 4
+#: Time between two looks at the clock while kernels are compiled, s.
+_TICK_S = 1.0
 _CLEAR_LINE = "\r\x1b[K"
 
 
@@ -19,24 +24,71 @@ class Screen:
     def __init__(self, *, quiet: bool) -> None:
         self._quiet = quiet
         self._live = not quiet and sys.stderr.isatty()
+        self._text = ""
+        self._waits = 0  # compilations that go on
+        self._waiting_since: float | None = None
+        self._lock = threading.Lock()
+        self._done = threading.Event()
 
     def progress(self, text: str) -> None:
         """Say what is being done, in place of what was being done before."""
-        if self._live:
-            click.echo(f"{_CLEAR_LINE}{text} …", err=True, nl=False)
+        self._text = text
+        self._show()
+
+    @contextlib.contextmanager
+    def compiling(self) -> Iterator[None]:
+        """Say that kernels are compiled, while they are, and for how long it has been: once, for they are kept."""
+        if not self._live:
+            yield
+            return
+        from tgvdp.api.warm import watch
+
+        with watch(self._wait):
+            yield
+
+    @contextlib.contextmanager
+    def waiting(self) -> Iterator[None]:
+        """Say the same while kernels are compiled elsewhere."""
+        self._wait(True)
+        try:
+            yield
+        finally:
+            self._wait(False)
+
+    def _wait(self, on: bool) -> None:
+        self._waits += 1 if on else -1
+        if self._live and on and self._waiting_since is None:
+            self._waiting_since = time.perf_counter()
+            threading.Thread(target=self._tick, daemon=True).start()
+        self._show()
+
+    def _tick(self) -> None:
+        while not self._done.wait(_TICK_S):
+            self._show()
+
+    def _show(self) -> None:
+        with self._lock:
+            if self._live and not self._done.is_set():
+                text = self._text
+                if self._waits and self._waiting_since is not None:
+                    text = f"compiling, once: {time.perf_counter() - self._waiting_since:.0f} s"
+                click.echo(f"{_CLEAR_LINE}{text} …", err=True, nl=False)
 
     def note(self, text: str) -> None:
         """Say something that stays, on stderr."""
         if not self._quiet:
-            click.echo(f"{_CLEAR_LINE * self._live}tgvdp: note: {text}", err=True)
+            with self._lock:
+                click.echo(f"{_CLEAR_LINE * self._live}tgvdp: note: {text}", err=True)
 
     def __enter__(self) -> "Screen":
         return self
 
     def __exit__(self, *_: object) -> None:
         """Leave no line behind, whatever follows: a table, or an error."""
-        if self._live:
-            click.echo(_CLEAR_LINE, err=True, nl=False)
+        with self._lock:
+            self._done.set()
+            if self._live:
+                click.echo(_CLEAR_LINE, err=True, nl=False)
 
 
 def front_table(content: Mapping[str, Any]) -> str:

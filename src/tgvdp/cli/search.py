@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ from tgvdp.cli.search_case import merged, read_case, read_map, suited
 from tgvdp.cli.search_options import search_options
 from tgvdp.errors import BudgetExceededError
 from tgvdp.options.search import arguments_of
+from tgvdp.second_process import SecondProcess
 from tgvdp.units import kmh_to_mps
 
 if TYPE_CHECKING:
@@ -77,7 +78,9 @@ def command(
     if journey is not None and track is None and scenario is None:
         raise click.UsageError("--journey needs the --track that it belongs to", click.get_current_context())
     folder = OutFolder(out, force=force)
-    with Screen(quiet=quiet) as screen:
+    with Screen(quiet=quiet) as screen, SecondProcess() as second:
+        if pictures:
+            second.load("tgvdp.api.warm", "tgvdp.report.gallery")
         case = read_case(train, track, scenario, line_speed_kmh)
         asked = {name: value for name, value in given.items() if value is not None}
         options = merged(suited(case.options, asked, scenario), asked)
@@ -87,6 +90,7 @@ def command(
         screen.progress(f"searching: {case.train.name} on {case.track.name}")
         # These bring numba: neither --help nor an error in the input waits for it.
         from tgvdp import api
+        from tgvdp.api import warm
         from tgvdp.api.trip import trip_of
         from tgvdp.options.search import SearchOptions
         from tgvdp.report import make_provenance, make_tariff, write_results
@@ -97,16 +101,24 @@ def command(
             spare = () if line_speed_kmh is None else unused_line_speed(case.track, kmh_to_mps(line_speed_kmh))
             for text in (*unusual(case.train, case.track), *spare, *idle(trip)):
                 screen.note(text)
-        result = api.search(case.train, case.track, **arguments)
-        if section is not None:
-            result = replace(result, warnings=(*result.warnings, *section.broken_by(result.fastest.time_s)))
-        verdicts, certificate, checks_s = _checked(result, certify, screen)
-        provenance = make_provenance(result.options | case.changed, case.inputs, result.elapsed_s, checks_s)
-        files, content = write_results(
-            result, out, provenance, verdicts, certificate, profiles=profiles, every_m=every_m,
-            pictures=format if pictures else (), tariff=make_tariff(price_per_kwh, co2_g_per_kwh),
-            progress=screen.progress,
-        )  # fmt: skip
+        checks = second.promise("tgvdp.api.warm:checks", certify) if warm.checks_missing(certify) else None
+        with screen.compiling():
+            result = api.search(case.train, case.track, **arguments)
+            if section is not None:
+                result = replace(result, warnings=(*result.warnings, *section.broken_by(result.fastest.time_s)))
+            about = make_provenance(result.options | case.changed, case.inputs, result.elapsed_s)
+            formats = format if pictures else ()
+            runs = _asked(second, "run_files", formats, result, about, price_per_kwh)
+            if checks is not None:
+                with screen.waiting():
+                    checks()
+            verdicts, certificate, checks_s = _checked(result, certify, screen)
+            front = _asked(second, "front_files", formats, result, about, certificate)
+            tariff = make_tariff(price_per_kwh, co2_g_per_kwh)
+            files, content = write_results(
+                result, out, about | checks_s, verdicts, certificate, profiles=profiles, every_m=every_m,
+                pictures=formats, tariff=tariff, drawn=lambda: front() | runs(), progress=screen.progress,
+            )  # fmt: skip
         folder.drop_earlier(files)
 
     if as_json:
@@ -123,20 +135,25 @@ def command(
     return _judge(content, quiet)
 
 
+def _asked(second: SecondProcess, task: str, formats: Sequence[str], *shown: Any) -> Callable[[], dict[str, bytes]]:
+    """Have pictures drawn in formats, if any; what is returned waits for their files."""
+    return second.promise(f"tgvdp.report.gallery:{task}", formats, *shown) if formats else dict
+
+
 def _checked(
     result: "SearchResult", certify: bool, screen: Screen
 ) -> "tuple[list[Verdict], Certificate | None, dict[str, float]]":
-    """Replay a result and, if asked for, prove it; with how long each took, s."""
+    """Replay a result and, if asked for, prove it; with entries of the provenance: how long each took, s."""
     screen.progress("replaying")
     started_s = time.perf_counter()
     verdicts = result.verify()
-    checks_s = {"verify": time.perf_counter() - started_s}
+    checks_s = {"elapsed_verify_s": time.perf_counter() - started_s}
     if not certify:
         return verdicts, None, checks_s
     screen.progress("proving")
     started_s = time.perf_counter()
     certificate = result.certify()
-    checks_s["certify"] = time.perf_counter() - started_s
+    checks_s["elapsed_certify_s"] = time.perf_counter() - started_s
     return verdicts, certificate, checks_s
 
 

@@ -1,8 +1,8 @@
 """What a search may spend: labels and time."""
 
-import time
 from dataclasses import dataclass
 
+from tgvdp._jit import working_s
 from tgvdp.errors import InputError
 from tgvdp.model.checks import require_number
 
@@ -21,7 +21,8 @@ class SearchBudget:
     max_labels : int, optional
         Largest number of labels (partial paths) that may be stored; above 0.
     time_limit_s : float, optional
-        Largest elapsed time; above 0, infinite means none. Searches look at the clock a few times per second.
+        Largest elapsed time; above 0, infinite means none. Searches look at the clock a few times per second. The time
+        in which kernels are compiled, which the first search does, is not counted.
 
     Raises
     ------
@@ -46,12 +47,12 @@ class SearchBudget:
 
     def start(self) -> "Clock":
         """Start the clock."""
-        return Clock(time.perf_counter(), self.time_limit_s)
+        return Clock(working_s(), self.time_limit_s)
 
 
 @dataclass(frozen=True)
 class Clock:
-    """A started clock with a limit."""
+    """A started clock with a limit, which stands still while kernels are compiled."""
 
     started_s: float
     limit_s: float
@@ -59,7 +60,7 @@ class Clock:
     @property
     def elapsed_s(self) -> float:
         """Seconds since the start."""
-        return time.perf_counter() - self.started_s
+        return working_s() - self.started_s
 
     @property
     def expired(self) -> bool:

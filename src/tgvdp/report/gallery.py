@@ -1,9 +1,11 @@
 """All pictures of a result, by name: what the results folder holds and ``result.plot`` draws."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from tgvdp.errors import InputError
 from tgvdp.report.front_plots import plot_front, plot_price
+from tgvdp.report.pictures import encode
 from tgvdp.report.profile_plots import plot_effort, plot_profile, plot_speed_time
 from tgvdp.report.style import Picture
 
@@ -50,3 +52,28 @@ def draw(
     if picture not in plots:
         raise InputError(f"plot: there is no picture {picture!r:.40}; there are {', '.join(PICTURES)}")
     return plots[picture](result)
+
+
+def front_files(
+    formats: Sequence[str], result: "SearchResult", provenance: Mapping[str, Any], certificate: "Certificate | None"
+) -> dict[str, bytes]:
+    """Files of the one picture that waits for the certificate, by name."""
+    return _files(formats, result, provenance, ["front"], certificate=certificate)
+
+
+def run_files(
+    formats: Sequence[str], result: "SearchResult", provenance: Mapping[str, Any], price_per_kwh: float | None
+) -> dict[str, bytes]:
+    """Files of all other pictures, by name."""
+    names = [name for name in pictures_of(result) if name != "front"]
+    return _files(formats, result, provenance, names, price_per_kwh=price_per_kwh)
+
+
+def _files(
+    formats: Sequence[str], result: "SearchResult", provenance: Mapping[str, Any], names: Sequence[str], **shown: Any
+) -> dict[str, bytes]:
+    files: dict[str, bytes] = {}
+    for name in names:
+        figure = draw(result, name, **shown)
+        files |= {f"{name}.{format}": encode(figure, provenance, format) for format in formats}
+    return files

@@ -17,6 +17,7 @@ from tgvdp.model.energy import EnergyMap
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.report.plain import plain
+from tgvdp.second_process import usable_cores
 
 #: What was read: a file, values, or the fingerprint that was taken when a file was read.
 Input = str | os.PathLike[str] | Mapping[str, str] | Train | Track | EnergyMap
@@ -26,7 +27,6 @@ def make_provenance(
     options: Mapping[str, Any],
     inputs: Mapping[str, Input],
     elapsed_s: float,
-    checks_s: Mapping[str, float] | None = None,
 ) -> dict[str, Any]:
     """Describe how a result was made, as values that JSON can hold.
 
@@ -40,8 +40,6 @@ def make_provenance(
         built in memory is hashed by its values.
     elapsed_s : float
         Duration of the search, s.
-    checks_s : mapping of str to float, optional
-        Durations of what came after it, s, by name: ``verify`` becomes the entry ``elapsed_verify_s``.
 
     Raises
     ------
@@ -55,9 +53,8 @@ def make_provenance(
         "numba": _version_of("numba"),
         "options": plain(options),
         "inputs": {role: _fingerprint(source) for role, source in inputs.items()},
-        "machine": {"platform": platform.platform(), "processor": _processor(), "cores": _usable_cores()},
+        "machine": {"platform": platform.platform(), "processor": _processor(), "cores": usable_cores()},
         "elapsed_s": plain(elapsed_s),
-        **{f"elapsed_{name}_s": plain(seconds) for name, seconds in (checks_s or {}).items()},
         "utc": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
     }
 
@@ -92,10 +89,3 @@ def _processor() -> str:
         lines = []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return names[0] if names else platform.processor() or platform.machine()
-
-
-def _usable_cores() -> int:
-    """Cores that this process may use, which containers often restrict."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1

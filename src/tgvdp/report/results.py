@@ -3,7 +3,7 @@
 import hashlib
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -11,7 +11,7 @@ from tgvdp.errors import InputError
 from tgvdp.report.columns import to_csv, to_parquet, to_xlsx
 from tgvdp.report.courses import driving_course_csv
 from tgvdp.report.files import write_files
-from tgvdp.report.pictures import check_formats, encode
+from tgvdp.report.pictures import check_formats
 from tgvdp.report.plain import plain
 from tgvdp.report.profiles import PROFILE_DIGITS, Progress, Written, choose_runs, profile_columns
 from tgvdp.report.provenance import Input, make_provenance
@@ -44,6 +44,7 @@ def write_results(
     every_m: float | None = None,
     pictures: Sequence[str] = ("png",),
     tariff: Tariff | None = None,
+    drawn: Callable[[], Mapping[str, bytes]] | None = None,
     progress: Progress | None = None,
 ) -> Results:
     """Write all files of a result into a folder, all or none.
@@ -70,6 +71,8 @@ def write_results(
         Formats of the pictures; empty means none.
     tariff : Tariff, optional
         What a kilowatt-hour costs and emits.
+    drawn : callable, optional
+        Returns the pictures, when they are drawn elsewhere meanwhile (`tgvdp.report.gallery`).
     progress : callable, optional
         Told in a few words what is being written.
 
@@ -98,8 +101,12 @@ def write_results(
     files = {
         "result.json": to_json(content),
         **_tables(result, content, written, profiles, progress),
-        **_pictures(result, content, provenance, certificate, pictures, progress),
     }
+    if pictures:
+        if progress is not None:
+            progress("drawing")
+        price_per_kwh = content["tariff"]["price_per_kwh"]
+        files |= _draw(result, provenance, pictures, certificate, price_per_kwh) if drawn is None else drawn()
     return Results(write_ledger(out_dir, files, provenance), content)
 
 
@@ -135,23 +142,14 @@ def _tables(
     return {"front.csv": to_csv(front), "profiles.csv": to_csv(rows, PROFILE_DIGITS)}
 
 
-def _pictures(
+def _draw(
     result: "SearchResult",
-    content: Mapping[str, Any],
     provenance: Mapping[str, Any],
-    certificate: "Certificate | None",
     formats: Sequence[str],
-    progress: Progress | None,
+    certificate: "Certificate | None",
+    price_per_kwh: float | None,
 ) -> dict[str, bytes]:
-    if not formats:
-        return {}
     # Here, so that whoever wants no picture does not wait for matplotlib.
-    from tgvdp.report.gallery import draw, pictures_of
+    from tgvdp.report.gallery import front_files, run_files
 
-    files: dict[str, bytes] = {}
-    for name in pictures_of(result):
-        if progress is not None:
-            progress(f"drawing {name}")
-        figure = draw(result, name, certificate, content["tariff"]["price_per_kwh"])
-        files |= {f"{name}.{format}": encode(figure, provenance, format) for format in formats}
-    return files
+    return front_files(formats, result, provenance, certificate) | run_files(formats, result, provenance, price_per_kwh)

@@ -1,0 +1,60 @@
+"""Kernels compiled before somebody waits for them: short runs that call all that a search may call.
+
+A kernel is compiled for the types that it is called with, and each has one set of them, whatever the train, the line,
+the energy and the convention are; tests count them.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from tgvdp._jit.cache import key_folder
+from tgvdp._jit.watch import Compiled, is_compiled, is_missing, watch
+from tgvdp.api.run import search
+from tgvdp.certificate.costates_at_bound import raise_costates
+from tgvdp.certificate.front import certify
+from tgvdp.formats import load_train
+from tgvdp.model.track import Gradient, SpeedLimit, Track
+from tgvdp.model.trip import Trip
+from tgvdp.referee.drive import replay_rows
+from tgvdp.referee.replay import replay
+from tgvdp.runs.profile import profile_of
+
+__all__ = ["TOURS", "Compiled", "checks", "checks_missing", "is_compiled", "key_folder", "tour", "watch"]
+
+_TRAIN = "alstom-emu"  # its effort has a drop
+_TRACK = Track(
+    length_m=2e3, speed_limits=(SpeedLimit(0.0, 20.0),), gradients=(Gradient(0.0, 0.0), Gradient(900.0, 8.0))
+)
+_GRID = {"segment_m": 500.0, "speeds": 8}
+#: Searches that call all kernels between them, by name.
+TOURS: dict[str, dict[str, Any]] = {
+    "front": {"points": 4},
+    "map": {"points": 3, "energy": "map"},
+    "exact": {"method": "exact", **_GRID},
+    "best-first": {"method": "best-first", "paths": 3, **_GRID},
+}
+
+
+def tour(name: str) -> list[Compiled]:
+    """Run one of `TOURS` and replay it; returns the kernels that had to be compiled."""
+    with watch() as compiled:
+        search(load_train(_TRAIN), _TRACK, **TOURS[name]).verify()
+    return compiled
+
+
+def checks(certified: bool = True) -> list[Compiled]:
+    """Replay and certify a run that no search made: what comes after a search can be compiled beside it."""
+    trip = Trip(train=load_train(_TRAIN), track=_TRACK, origin_m=0.0, destination_m=_TRACK.length_m)
+    x_m = np.array([0.0, 200.0, 900.0, 1800.0, 2000.0])
+    with watch() as compiled:
+        profile = profile_of(trip, x_m, np.array([0.0, 150.0, 150.0, 150.0, 0.0]))
+        replay(trip, profile)
+        if certified:
+            certify(trip, profile, 1e4)
+    return compiled
+
+
+def checks_missing(certified: bool = True) -> bool:
+    """Whether `checks` would have something to compile for the cache: the last kernel of each is looked for."""
+    return is_missing(replay_rows) or (certified and is_missing(raise_costates))

@@ -1,0 +1,72 @@
+"""The shortened steps of compilation give what numba's own give, to the bit."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from tgvdp._jit.steps import shortened
+from tgvdp._jit.watch import is_compiled
+from tgvdp.errors import InputError
+
+PROGRAM = """
+import numpy as np
+from tgvdp import load_train, replay
+from tgvdp.certificate.front import certify
+from tgvdp.model.track import Gradient, SpeedLimit, Track
+from tgvdp.model.trip import Trip
+from tgvdp.runs.profile import profile_of
+
+track = Track(length_m=5e3, speed_limits=(SpeedLimit(0.0, 30.0),), gradients=(Gradient(0.0, 2.0), Gradient(2e3, -7.0)))
+trip = Trip(train=load_train("alstom-emu"), track=track, origin_m=0.0, destination_m=5e3)
+x_m = np.array([0.0, 300.0, 700.0, 2000.0, 3500.0, 4300.0, 5000.0])
+profile = profile_of(trip, x_m, np.array([0.0, 180.0, 400.0, 420.0, 400.0, 250.0, 0.0]))
+verdict = replay(trip, profile)
+bound = certify(trip, profile, 3e4)
+numbers = (profile.duration_s, *profile.balance, *vars(verdict).values(), *vars(bound).values())
+print(*(float(number).hex() for number in numbers))
+"""
+
+
+def numbers(pipeline):
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM],
+        env=os.environ | {"TGVDP_PIPELINE": pipeline},
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=True,
+    )
+    return done.stdout.split()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not is_compiled() or not shortened(), reason="compiled by numba's own steps alone")
+def test_shortened_steps_change_no_bit():
+    short = numbers("short")
+    assert len(short) > 10
+    assert short == numbers("plain")
+
+
+def test_unknown_steps_are_refused(monkeypatch):
+    monkeypatch.setenv("TGVDP_PIPELINE", "fast")
+    shortened.cache_clear()
+    try:
+        with pytest.raises(InputError, match=r"TGVDP_PIPELINE: must be 'short' or 'plain', got 'fast'"):
+            shortened()
+    finally:
+        shortened.cache_clear()
+
+
+@pytest.mark.parametrize(
+    ("version", "short"), [("0.68.1", True), ("0.62.0", True), ("0.61.2", False), ("1.0.0", False)]
+)
+def test_only_tested_versions_use_the_shortened_steps(monkeypatch, version, short):
+    monkeypatch.delenv("TGVDP_PIPELINE", raising=False)
+    monkeypatch.setattr("numba.__version__", version)
+    shortened.cache_clear()
+    try:
+        assert shortened() is short
+    finally:
+        shortened.cache_clear()
