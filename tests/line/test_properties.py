@@ -73,12 +73,12 @@ def test_very_many_fastest_runs_replay(first):
             assert verdict.effort_excess_pct < 0.04, seed
 
 
-def front_of(trip, monkeypatch, **options):
-    """Search a trip through the public façade, its convention as one of the presets."""
-    monkeypatch.setitem(CONVENTIONS, "test", trip.convention)
-    energy = trip.energy.kind
+def front_of(trip, **options):
+    """Search a trip through the public façade."""
+    switches = {name: getattr(trip.convention, name) for name in ("mass_model", "limits", "curves", "tunnels")}
+    assert trip.convention.gravity_mps2 == CONVENTIONS["ttobench"].gravity_mps2
     speeds = {"start_speed_mps": trip.start_speed_mps, "end_speed_mps": trip.end_speed_mps}
-    return tgvdp.search(trip.train, trip.track, convention="test", energy=energy, **speeds, **options)
+    return tgvdp.search(trip.train, trip.track, energy=trip.energy.kind, **switches, **speeds, **options)
 
 
 def charged(trip):
@@ -97,9 +97,9 @@ SEEDS = [22, 42, 46, 65, 72, 77, 118]
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("energy", ["wheel", "pantograph"])
-def test_every_front_replays(seed, energy, monkeypatch):
+def test_every_front_replays(seed, energy):
     trip = line_trip(seed)
-    result = front_of(charged(trip) if energy == "pantograph" else trip, monkeypatch, points=5)
+    result = front_of(charged(trip) if energy == "pantograph" else trip, points=5)
     assert result.complete
     assert all(verdict.ok for verdict in result.verify())
     kinetic_j = 0.5 * trip.train.inertia_kg * float(result.fastest.profile.speed_mps.max()) ** 2
@@ -134,20 +134,20 @@ def jumping_trip(seed):
         (jumping_trip, 279),  # from one limit to another in one row, across two rates
     ],
 )
-def test_fronts_that_were_refused(make, seed, monkeypatch):
-    assert all(verdict.ok for verdict in front_of(make(seed), monkeypatch, points=5).verify())
+def test_fronts_that_were_refused(make, seed):
+    assert all(verdict.ok for verdict in front_of(make(seed), points=5).verify())
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, 400, 50))
-def test_fronts_across_jumping_rates_replay(first, monkeypatch):
+def test_fronts_across_jumping_rates_replay(first):
     count = 0
     for seed in range(first, first + 50):
         trip = jumping_trip(seed)
         if trip is None:
             continue
         try:
-            result = front_of(charged(trip) if seed % 2 else trip, monkeypatch, points=5, time_limit_s=10.0)
+            result = front_of(charged(trip) if seed % 2 else trip, points=5, time_limit_s=10.0)
         except TgvdpError as error:  # a mesh of the refinement on which no run is fast enough
             assert "with one acceleration per cell" in str(error)
             continue
@@ -175,11 +175,11 @@ def case_trip(case, energy=WHEEL):
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("energy", ["wheel", "pantograph"])
-def test_no_plain_grid_is_better(case, energy, monkeypatch):
+def test_no_plain_grid_is_better(case, energy):
     """A dynamic program over speeds that knows the line from its definitions: each of its runs could be driven."""
     trip = case_trip(case, PANTOGRAPH if energy == "pantograph" else WHEEL)
     trip = replace(trip, train=replace(trip.train, auxiliary_power_w=0.0))  # which the plain grid does not count
-    result = front_of(trip, monkeypatch, points=40, max_margin=0.6)
+    result = front_of(trip, points=40, max_margin=0.6)
     assert all(verdict.ok for verdict in result.verify())
     time_s, energy_j = result.front.time_s, result.front.energy_j
     prices = energy_j[0] / time_s[0] * np.exp([1.0, 0.0, -1.0])
