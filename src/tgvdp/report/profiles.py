@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 
 PROFILE_COLUMNS = ("id", *Samples._fields)
 #: Significant digits of the largest number, so that neighbouring rows are exact enough to be replayed.
-PROFILE_DIGITS = {"position_m": 14, "speed_mps": 12, "time_s": 12, "force_n": 9, "energy_j": 12}
+PROFILE_DIGITS = {
+    "position_m": 14, "speed_mps": 12, "limit_mps": 7, "gradient_permil": 5, "time_s": 12, "force_n": 9, "energy_j": 12,
+}  # fmt: skip
 #: Id of the fastest run; the points of the front have integer ids from 0.
 FASTEST_ID = "fastest"
 #: Rows that are written at most, of all runs together: what a spreadsheet opens, and some hundred megabytes of CSV.
