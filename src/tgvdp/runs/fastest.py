@@ -33,8 +33,9 @@ from tgvdp.units import mps_to_kmh
 _FINE_ROWS = 10.0
 #: Rows of one march at most.
 _SCRATCH = 32768
-#: Share of w that the slowest run keeps in hand, so that rounding and rows of other lengths do not stall it.
-_SPARE = 2e-3
+#: Share of the traction effort that the slowest run keeps in hand, so that rounding and rows of other lengths do not
+#: stall it. Of the effort, not of the speed in each cell: it adds up to the same over a stretch, whatever the cells.
+_SPARE = 1e-3
 
 
 @part
@@ -84,18 +85,18 @@ def _drive_fastest(train, dark, cells, start_w, cap, fast, scratch, rows):
 
 
 @part
-def _find_slowest(train, dark, cells, fast, end_w, low, scratch):
-    """Slowest squared speed at each station from which full traction still reaches the end; ``low`` in place."""
+def _find_slowest(weaker, dark, cells, fast, end_w, low, scratch):
+    """Slowest squared speed at each station from which a slightly weaker train reaches the end; ``low`` in place."""
     count = cells.length_m.shape[0]
     low[count] = end_w
     for k in range(count - 1, -1, -1):
-        here = train if cells.supply[k] == POWERED else dark
+        here = weaker if cells.supply[k] == POWERED else dark
         w = march(here, TRACTION, -1.0, cell_at(cells, k), cells.length_m[k], low[k + 1], 0.0, scratch, 0)[1]
-        low[k] = min(w * (1.0 + _SPARE), fast[k])
+        low[k] = min(w, fast[k])
 
 
 @kernel
-def envelope_kernel(train, cells, start_w, end_w, cap, low, fast, scratch, rows):
+def envelope_kernel(train, weaker, cells, start_w, end_w, cap, low, fast, scratch, rows):
     """Caps, fastest run and slowest speeds; the arrays of `Envelope` in place; returns status, cell, rows.
 
     ``scratch`` is `Rows` of `_SCRATCH`.
@@ -108,7 +109,7 @@ def envelope_kernel(train, cells, start_w, end_w, cap, low, fast, scratch, rows)
         return TOO_FAST, 0, 0
     status, cell, n = _drive_fastest(train, dark, cells, min(start_w, cap[0]), cap, fast, scratch, rows)
     if status == OK:
-        _find_slowest(train, dark, cells, fast, end_w, low, scratch)
+        _find_slowest(weaker, dark, cells, fast, end_w, low, scratch)
     return status, cell, n
 
 
@@ -174,11 +175,12 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
             )
     cap, low, fast = np.empty(count + 1), np.empty(count + 1), np.empty(count + 1)
     start_w, end_w = trip.start_speed_mps**2, trip.end_speed_mps**2
+    weaker = train._replace(traction=weakened(train.traction, 1.0 - _SPARE))
     size = 16 * count + 2 * _SCRATCH
     while True:
         rows = Rows(*np.empty((2, size)))
         scratch = Rows(*np.empty((2, _SCRATCH)))
-        status, cell, n = envelope_kernel(train, reachable, start_w, end_w, cap, low, fast, scratch, rows)
+        status, cell, n = envelope_kernel(train, weaker, reachable, start_w, end_w, cap, low, fast, scratch, rows)
         if status != NO_ROOM:
             break
         size *= 2
@@ -190,6 +192,13 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
             f"full traction gives {mps_to_kmh(float(np.sqrt(fast[-1]))):.4g} km/h"
         )
     return Envelope(low, fast, rows.x[:n], rows.w[:n])
+
+
+def weakened(table: NDArray[np.float64], share: float) -> NDArray[np.float64]:
+    """Table of an effort curve, (n, 6), with all efforts multiplied by a share."""
+    scaled = np.concatenate((table[:, :1], share * table[:, 1:]), axis=1)
+    scaled.setflags(write=False)  # as the tables of effort curves: one type for the kernels
+    return scaled
 
 
 def reachable_w(trip: Trip, cells: Cells) -> float:
