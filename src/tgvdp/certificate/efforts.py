@@ -75,7 +75,7 @@ def merge_comfort(table, extra_n, inertia_kg, comfort, rates, load, top_v, piece
     rates : (m, 6) float64
         Decelerations that are never passed either, as in `KernelTrain`, or no rows; ``table`` breaks where they do.
     load : Load
-        What adds to it.
+        What adds to it; for brakes the train's load, negative.
     top_v : float
         Largest speed of interest, m/s.
     pieces : (2n, 6) float64, modified in place
@@ -101,7 +101,9 @@ def merge_comfort(table, extra_n, inertia_kg, comfort, rates, load, top_v, piece
         pieces[count, 2] += extra_n / inertia_kg
         most = comfort
         if rates.shape[0] > 0:
-            most = min(most, rates[piece_at(rates, rates.shape[0], lo), 2] / inertia_kg)
+            # A rate is kept unless the load alone slows the train more, which it does most at the end of the piece.
+            rate = rates[piece_at(rates, rates.shape[0], lo), 2] / inertia_kg
+            most = min(most, max(rate, -load_at(load, hi)))
         if most == math.inf:
             count += 1
             continue

@@ -6,13 +6,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.certificate.ascent import STEPS, best_steps
 from tgvdp.certificate.cell_bounds import UNIT_ROUNDOFF, bound_kernel
 from tgvdp.certificate.cells import count_cells, cut_rows, split_cells, thin_rows
 from tgvdp.certificate.costates import run_costates
 from tgvdp.certificate.costates_at_bound import raise_costates
 from tgvdp.certificate.efforts import PIECE_COLUMNS
 from tgvdp.certificate.regime_costates import Costates
-from tgvdp.certificate.regimes import LabelledRun, row_efforts
+from tgvdp.certificate.regimes import LabelledRun, is_standstill, row_efforts
 from tgvdp.certificate.speed_bound import Caps, lower_caps, speed_bound
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.model.track import LOWERED
@@ -35,6 +36,12 @@ _SAME_PLACE = 1e-8
 _SLIVER = 1e-6
 #: Squared speed inside a trip, relative to the top, below which a costate is not integrated.
 _SLOWEST = 1e-8
+#: Steps of the ascent in units of the costate's size at that place: the first, and the least that is tried.
+_FIRST_STEP, _LEAST_STEP = 0.1, 2e-4
+#: Least size of a costate, in units of what a joule of traction costs: near 0 its steps must not vanish.
+_LEAST_SIZE = 0.02
+#: Cells that an ascent passes over at most, all passes together, which takes half a second.
+_ASCENT_WORK = 60_000
 #: More than the rounding error of a sum over the cells of a line, relative to it.
 _ROUNDING = 1e-10
 
@@ -103,17 +110,14 @@ class BoundingProblem:
         self._speed_bounds = self._speed_bound(True), self._speed_bound(False)
 
     def _with_rates(self) -> KernelTrain:
-        """The train with its braking rates as bounds of the deceleration: kept unless the load alone slows more."""
-        train, top_mps = self.train, self.top_mps
+        """The train with a table of the dynamic brake that breaks where its braking rates do."""
+        train = self.train
         if len(train.rates) == 0:
             return train
-        rolling_n = train.davis_a_n + train.davis_b * top_mps + self.cells.air * top_mps**2
-        rates = train.rates.copy()
-        rates[:, 2] = np.maximum(rates[:, 2], float((self.cells.grade_n + rolling_n).max()))
-        from_mps = np.union1d(train.braking[:, 0], rates[:, 0])
+        from_mps = np.union1d(train.braking[:, 0], train.rates[:, 0])
         braking = train.braking[np.searchsorted(train.braking[:, 0], from_mps, side="right") - 1]
         braking[:, 0] = from_mps
-        return train._replace(rates=rates, braking=braking)
+        return train._replace(braking=braking)
 
     def _speed_bound(self, forward: bool) -> Rows:
         """Rows of an outer bound of the fastest run: by traction from the origin, or by braking to the destination."""
@@ -137,9 +141,16 @@ class BoundingProblem:
         """The multiplier with the power of auxiliaries, which is a price of time, too: what kernels take, J/s."""
         return multiplier_j_per_s + self.energy.auxiliary_w
 
-    def line(self, x_m: _Floats, w: _Floats, multiplier_j_per_s: float, fineness: float = 1.0) -> float:
-        """Lower bound of E + λT of every run, J, with the costate of the run of rows ``x_m``, ``w``."""
+    def line(
+        self, x_m: _Floats, w: _Floats, multiplier_j_per_s: float, fineness: float = 1.0, gain_j: float = math.inf
+    ) -> float:
+        """Lower bound of E + λT of every run, J, with the costate of the run of rows ``x_m``, ``w``.
+
+        It is improved by ascent for as long as a pass over the line gains ``gain_j``.
+        """
         ledger = self.ledger(x_m, w, multiplier_j_per_s, fineness)
+        if math.isfinite(gain_j):
+            ledger = self._ascended(ledger, self.total(multiplier_j_per_s) / self.train.inertia_kg, gain_j)
         return self.train.inertia_kg * (ledger.total - ledger.error) + self._auxiliary_j
 
     def ledger(self, x_m: _Floats, w: _Floats, multiplier_j_per_s: float, fineness: float = 1.0) -> Ledger:
@@ -191,6 +202,25 @@ class BoundingProblem:
             left=np.where(better, left, found.left),
             right=np.where(better, right, found.right),
         )
+
+    def _ascended(self, found: Ledger, multiplier: float, gain_j: float) -> Ledger:
+        """The bound with better costates, all moved at once until a pass gains less than ``gain_j``."""
+        left, right, count = found.left.copy(), found.right.copy(), len(found.left)
+        stands = np.array([is_standstill(found.w[0], found.w[1]), is_standstill(found.w[-1], found.w[-2])])
+        scratch = np.empty((2, STEPS)), np.empty((count, 2, STEPS), dtype=np.int8)
+        step, highest = _FIRST_STEP, -math.inf
+        for _ in range(max(1, _ASCENT_WORK // count)):
+            size = step * np.maximum(np.abs(np.column_stack((left, right))), _LEAST_SIZE * self.energy.traction)
+            total = best_steps(
+                self.train, self.energy, found.cells, found.caps, found.w, stands, multiplier, left, right, size,
+                self.top_mps, self._pieces, *scratch,
+            )  # fmt: skip
+            gain, highest = total - highest, max(total, highest)
+            step *= 0.5 if self.train.inertia_kg * gain <= gain_j else 1.0
+            if step < _LEAST_STEP:
+                break
+        better = self.evaluate(found, multiplier, left, right)
+        return better if better.total - better.error > found.total - found.error else found
 
     def _costates(
         self, x_m: _Floats, w: _Floats, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], multiplier: float

@@ -37,6 +37,8 @@ _REFINED_MESH, _REFINED_CELLS = 16.0, 4.0
 _MOST_CELLS = 160_000
 #: A gap that needs no refinement, and a promise that is not worth it: relative to the energy, and to the gap.
 _ENOUGH, _PROMISE, _PROMISED_SHARE = 5e-4, 2e-4, 0.1
+#: Lines whose costates are improved by ascent at most, and the least gain of a pass relative to the energy.
+_MOST_ASCENTS, _ASCENT_GAIN = 8, 1e-5
 #: Refined lines for one point at most.
 _TRIES = 2
 #: Multipliers for the fastest run itself grow by this factor until they do not help; from there on more precise lines
@@ -100,6 +102,7 @@ def all_lines(
     if not clock.expired:
         slower = time_s > fastest.duration_s * (1.0 + _SAME_TIME)
         lines += _refined_lines(problem, fastest, lines, time_s[slower], energy_j[slower], clock)
+        lines += _ascended_lines(problem, mesh, fastest, lines, time_s[slower], energy_j[slower], clock)
     return lines, reached
 
 
@@ -115,7 +118,12 @@ def _multipliers(multiplier_j_per_s: _Floats, usual_multiplier: float) -> _Float
 
 
 def _extremal_lines(
-    problem: BoundingProblem, mesh: Mesh, multipliers: _Floats, clock: Clock, fineness: float = 1.0
+    problem: BoundingProblem,
+    mesh: Mesh,
+    multipliers: _Floats,
+    clock: Clock,
+    fineness: float = 1.0,
+    gain_j: float = math.inf,
 ) -> Iterator[Line]:
     """Lines from the optimal runs of multipliers, J/s, until the time is up.
 
@@ -131,7 +139,7 @@ def _extremal_lines(
         except TgvdpError:
             continue  # one line less: the certificate is only looser
         n, time_s, energy_j = mesh.drive(extremal.switch, extremal.switch, 0.0, counters)
-        line_j = problem.line(mesh.rows.x[:n], mesh.rows.w[:n], multiplier, fineness)
+        line_j = problem.line(mesh.rows.x[:n], mesh.rows.w[:n], multiplier, fineness, gain_j)
         yield Line(multiplier, line_j, time_s, energy_j + total * time_s)
 
 
@@ -157,6 +165,32 @@ def _refined_lines(
         chosen = int(np.argmax(promise_j / size_j))
         tries[chosen] += 1
         for line in _extremal_lines(problem, mesh, target[chosen : chosen + 1], clock, _REFINED_CELLS):
+            lines.append(line)
+            yield line
+
+
+def _ascended_lines(
+    problem: BoundingProblem,
+    mesh: Mesh,
+    fastest: Profile,
+    lines: list[Line],
+    time_s: _Floats,
+    energy_j: _Floats,
+    clock: Clock,
+) -> Iterator[Line]:
+    """Lines with costates improved by ascent, for points whose gap is still large: the worst first, each once."""
+    lines = list(lines)
+    size_j = np.maximum(np.abs(energy_j), NO_ENERGY * top_j(problem.trip, fastest))
+    tries = np.zeros(len(time_s), dtype=np.int64)
+    for _ in range(min(_MOST_ASCENTS, len(time_s))):
+        gap_j, _, target = _promises(np.array(lines), time_s, energy_j, tries)
+        excess = np.where(tries > 0, 0.0, gap_j / size_j)
+        chosen = int(np.argmax(excess))
+        if clock.expired or excess[chosen] <= _ENOUGH:
+            return
+        tries[chosen] += 1
+        gain_j = _ASCENT_GAIN * float(size_j[chosen])
+        for line in _extremal_lines(problem, mesh, target[chosen : chosen + 1], clock, gain_j=gain_j):
             lines.append(line)
             yield line
 
