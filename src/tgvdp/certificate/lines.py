@@ -39,7 +39,7 @@ _MOST_CELLS = 160_000
 _ENOUGH, _PROMISE, _PROMISED_SHARE = 5e-4, 2e-4, 0.1
 #: Lines whose costates are improved by ascent at most, and the least gain of a pass relative to the energy.
 _MOST_ASCENTS, _ASCENT_GAIN = 8, 1e-5
-#: Refined lines for one point at most.
+#: Refined lines for one point at most, and ascents in vain.
 _TRIES = 2
 #: Multipliers for the fastest run itself grow by this factor until they do not help; from there on more precise lines
 #: grow by a smaller one. The losses of a line grow with its multiplier, so that it needs this many times more cells.
@@ -153,9 +153,7 @@ def _refined_lines(
     size_j = np.maximum(np.abs(energy_j), NO_ENERGY * top_j(problem.trip, fastest))
     cells = 0
     while True:
-        gap_j, promise_j, target = _promises(np.array(lines), time_s, energy_j, tries)
-        promise_j[(tries >= _TRIES) | (gap_j <= _ENOUGH * size_j)] = 0.0
-        promise_j[promise_j <= np.maximum(_PROMISE * size_j, _PROMISED_SHARE * gap_j)] = 0.0
+        promise_j, target = _worthwhile(lines, time_s, energy_j, size_j, tries, _TRIES)
         if clock.expired or not promise_j.any():
             return
         mesh = mesh or Mesh.of(problem.trip, fastest, _REFINED_MESH)
@@ -178,21 +176,41 @@ def _ascended_lines(
     energy_j: _Floats,
     clock: Clock,
 ) -> Iterator[Line]:
-    """Lines with costates improved by ascent, for points whose gap is still large: the worst first, each once."""
-    lines = list(lines)
+    """Lines with costates improved by ascent, each point once, where they promise most.
+
+    Not many in vain: what costates do not close is the run's own distance from the optimum, or a dent of the front.
+    """
+    lines, in_vain = list(lines), 0
     size_j = np.maximum(np.abs(energy_j), NO_ENERGY * top_j(problem.trip, fastest))
     tries = np.zeros(len(time_s), dtype=np.int64)
-    for _ in range(min(_MOST_ASCENTS, len(time_s))):
-        gap_j, _, target = _promises(np.array(lines), time_s, energy_j, tries)
-        excess = np.where(tries > 0, 0.0, gap_j / size_j)
-        chosen = int(np.argmax(excess))
-        if clock.expired or excess[chosen] <= _ENOUGH:
+    for _ in range(_MOST_ASCENTS):
+        promise_j, target = _worthwhile(lines, time_s, energy_j, size_j, tries, 1)
+        if clock.expired or in_vain == _TRIES or not promise_j.any():
             return
+        chosen = int(np.argmax(promise_j / size_j))
         tries[chosen] += 1
+        before_j = max(line.line_j - line.multiplier_j_per_s * time_s[chosen] for line in lines)
         gain_j = _ASCENT_GAIN * float(size_j[chosen])
         for line in _extremal_lines(problem, mesh, target[chosen : chosen + 1], clock, gain_j=gain_j):
+            closed_j = line.line_j - line.multiplier_j_per_s * time_s[chosen] - before_j
+            in_vain = 0 if closed_j > _PROMISED_SHARE * (energy_j[chosen] - before_j) else in_vain + 1
             lines.append(line)
             yield line
+
+
+def _worthwhile(
+    lines: list[Line],
+    time_s: _Floats,
+    energy_j: _Floats,
+    size_j: _Floats,
+    tries: NDArray[np.int64],
+    most_tries: int,
+) -> tuple[_Floats, _Floats]:
+    """What a better line may gain at each point, J, 0 where that is not worth it, and the multiplier of that line."""
+    gap_j, promise_j, target = _promises(np.array(lines), time_s, energy_j, tries)
+    promise_j[(tries >= most_tries) | (gap_j <= _ENOUGH * size_j)] = 0.0
+    promise_j[promise_j <= np.maximum(_PROMISE * size_j, _PROMISED_SHARE * gap_j)] = 0.0
+    return promise_j, target
 
 
 def _promises(
