@@ -106,7 +106,8 @@ def test_band_of_the_lower_bound_lies_above_the_front(result):
     top = band.get_paths()[0].vertices[:, 1].max()
     assert top == pytest.approx(100 * (1 - bound_j[-1] / result.fastest.energy_j))
     assert not collections(plot_front(result).axes[0], PolyCollection)
-    assert "room up to the proven bound, at most 2 %" in [
+    most_kwh = 0.02 * result.front.energy_j.max() / 3.6e6
+    assert f"room up to the proven bound, at most {most_kwh:.3g} kWh" in [
         text.get_text() for text in legend_of(plot_front(result, bound_j))
     ]
     nothing_known = np.full(4, -np.inf)
