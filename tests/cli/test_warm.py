@@ -15,7 +15,7 @@ pytestmark = [
     pytest.mark.skipif(not is_compiled(), reason="nothing is compiled"),
 ]
 
-#: Runs the command line with a second process, and prints the kernels that this one compiled.
+#: Runs the command line, and prints whether this process drew, and the kernels that it compiled.
 COUNTED = """
 import sys
 from tgvdp import second_process
@@ -24,7 +24,7 @@ from tgvdp.cli import main
 second_process.is_of_use = lambda: {second}
 with watch() as compiled:
     code = main(sys.argv[1:])
-print(code, *(one.kernel for one in compiled))
+print(code, "matplotlib" in sys.modules, *(one.kernel for one in compiled))
 """
 SEARCHES = """
 from tgvdp._jit.watch import watch
@@ -112,9 +112,9 @@ def test_no_search_compiles_anything_after_it(first):
     assert run(cache, "-c", SEARCHES).split() == []
 
 
-def test_what_comes_after_the_search_is_compiled_by_the_second_process(first, tmp_path):
+def test_what_comes_after_the_search_is_compiled_and_drawn_by_the_second_process(first, tmp_path):
     cache, _ = first
-    for second, ours in ((True, []), (False, ["referee.drive.replay_rows"])):
+    for second, ours in ((True, ["False"]), (False, ["True", "referee.drive.replay_rows"])):
         forget(cache, "referee.drive.replay_rows")
         said = run(cache, "-c", COUNTED.format(second=second), *SHORT, "--out", str(tmp_path))
         assert said.split() == ["0", *ours]

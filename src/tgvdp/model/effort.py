@@ -15,7 +15,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -181,6 +181,10 @@ class EffortCurve:
     def _piece_at(self, speed_mps: float) -> EffortPiece:
         """Piece that holds at a speed; at a break the one that starts there."""
         return self.pieces[bisect_right(self.pieces, speed_mps, key=lambda piece: piece.from_mps) - 1]
+
+    def __reduce__(self) -> tuple[type["EffortCurve"], tuple[Any, ...]]:
+        """Pickle without the table: a copy of it could be written, which is another type for the kernels."""
+        return EffortCurve, (self.pieces,)
 
     @cached_property
     def jumps_mps(self) -> tuple[float, ...]:

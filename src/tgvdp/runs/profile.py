@@ -4,8 +4,8 @@ Between two rows the acceleration is constant, so v² is linear in position; lim
 every break of the line is a row, and resistance and drag are exact means.
 """
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,6 +87,10 @@ class Profile:
         for column in vars(self).values():
             if isinstance(column, np.ndarray):
                 column.setflags(write=False)
+
+    def __reduce__(self) -> tuple[type["Profile"], tuple[Any, ...]]:
+        """Pickle so that the copy is read-only, too."""
+        return Profile, tuple(getattr(self, column.name) for column in fields(self))
 
     @property
     def duration_s(self) -> float:
