@@ -9,7 +9,6 @@ import tgvdp
 from tests.helpers.trips import commuter, trip_on
 from tgvdp.certificate.ascent import STEPS, best_steps
 from tgvdp.certificate.line import BoundingProblem, Ledger
-from tgvdp.certificate.regimes import is_standstill
 from tgvdp.runs.fastest import fastest_run
 
 TRIP = trip_on(
@@ -36,9 +35,8 @@ def few_cells(ledger, first, count):
 
 def one_pass(problem, ledger, multiplier, size):
     left, right, count = ledger.left.copy(), ledger.right.copy(), len(ledger.left)
-    stands = np.array([is_standstill(ledger.w[0], ledger.w[1]), is_standstill(ledger.w[-1], ledger.w[-2])])
     total = best_steps(
-        problem.train, problem.energy, ledger.cells, ledger.caps, ledger.w, stands, multiplier, left, right, size,
+        problem.train, problem.energy, ledger.cells, ledger.caps, ledger.w, multiplier, left, right, size,
         problem.top_mps, problem._pieces, np.empty((2, STEPS)), np.empty((count, 2, STEPS), dtype=np.int8),
     )  # fmt: skip
     return total, left, right

@@ -11,8 +11,8 @@ import numpy as np
 from tgvdp._jit.cache import key_folder
 from tgvdp._jit.watch import Compiled, is_compiled, is_missing, watch
 from tgvdp.api.run import search
-from tgvdp.certificate.costates_at_bound import raise_costates
-from tgvdp.certificate.front import certify
+from tgvdp.certificate.ascent import best_steps
+from tgvdp.certificate.line import BoundingProblem
 from tgvdp.formats import load_train
 from tgvdp.model.track import Gradient, SpeedLimit, Track
 from tgvdp.model.trip import Trip
@@ -51,10 +51,10 @@ def checks(certified: bool = True) -> list[Compiled]:
         profile = profile_of(trip, x_m, np.array([0.0, 150.0, 150.0, 150.0, 0.0]))
         replay(trip, profile)
         if certified:
-            certify(trip, profile, 1e4)
+            BoundingProblem(trip).line(profile.position_m, profile.speed_mps**2, 1e4, gain_j=1e6)
     return compiled
 
 
 def checks_missing(certified: bool = True) -> bool:
     """Whether `checks` would have something to compile for the cache: the last kernel of each is looked for."""
-    return is_missing(replay_rows) or (certified and is_missing(raise_costates))
+    return is_missing(replay_rows) or (certified and is_missing(best_steps))

@@ -12,6 +12,7 @@ from tgvdp._jit import kernel, part
 from tgvdp.certificate.cell_bounds import UNIT_ROUNDOFF, cell_kernel, standstill_cell
 from tgvdp.certificate.efforts import load_in, merge_tables, same_load
 from tgvdp.certificate.hamiltonian import Hamiltonian
+from tgvdp.certificate.regimes import is_standstill
 
 #: Steps at an end of a cell: down, none, up.
 STEPS = 3
@@ -45,15 +46,13 @@ def _across_jump(right, right_step, left, left_step, node_w, arrived, ahead, cam
 
 
 @kernel
-def best_steps(train, tables, cells, caps, w, stands, multiplier, left, right, size, top_v, pieces, ends, came):
+def best_steps(train, tables, cells, caps, w, multiplier, left, right, size, top_v, pieces, ends, came):
     """Take the best steps of the costates at all ends of all cells; ``left``, ``right`` (K,) in place.
 
     Parameters
     ----------
     train, tables, cells, caps, w, multiplier, left, right, top_v, pieces
         As `cell_bounds.bound_kernel` has them.
-    stands : (2,) bool
-        Whether the first and the last cell are cells of a standstill: they have the costates of their neighbours.
     size : (K, 2) float64
         Length of a step at the two ends of each cell.
     ends : (2, 3) float64
@@ -67,8 +66,10 @@ def best_steps(train, tables, cells, caps, w, stands, multiplier, left, right, s
         The sum of the bounds of all cells, per unit of inertia.
     """
     count = left.shape[0]
-    first = 1 if stands[0] else 0
-    last = count - 2 if stands[1] else count - 1
+    starts = is_standstill(w[0], w[1])  # cells of a standstill have the costates of their neighbours
+    stops = is_standstill(w[count], w[count - 1])
+    first = 1 if starts else 0
+    last = count - 2 if stops else count - 1
     ahead = ends[0]
     arrived = ends[1]
     merged = -1
@@ -88,7 +89,7 @@ def best_steps(train, tables, cells, caps, w, stands, multiplier, left, right, s
             for j in range(STEPS):
                 p = left[k] + (j - 1) * size[k, 0]
                 ahead[j] = p * w[0]
-                if stands[0]:
+                if starts:
                     ahead[j] = standstill_cell(
                         pieces[0], pulls, load_in(train, cells, 0), True, cells.length_m[0], multiplier, p, w[0],
                         caps.cell[0], tables.traction,
@@ -107,7 +108,7 @@ def best_steps(train, tables, cells, caps, w, stands, multiplier, left, right, s
     for i in range(STEPS):
         p = right[last] + (i - 1) * size[last, 1]
         value = arrived[i] - p * w[count]
-        if stands[1]:
+        if stops:
             value = arrived[i] + standstill_cell(
                 pieces[1], brakes, load_in(train, cells, count - 1), False, cells.length_m[count - 1], multiplier, -p,
                 w[count], caps.cell[count - 1], tables.regeneration,
@@ -121,8 +122,8 @@ def best_steps(train, tables, cells, caps, w, stands, multiplier, left, right, s
         left[k] += (step - 1) * size[k, 0]
         if k > first:
             step = came[k, 0, step]
-    if stands[0]:
+    if starts:
         left[0] = right[0] = left[1]
-    if stands[1]:
+    if stops:
         left[count - 1] = right[count - 1] = right[count - 2]
     return total

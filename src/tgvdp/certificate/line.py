@@ -13,7 +13,7 @@ from tgvdp.certificate.costates import run_costates
 from tgvdp.certificate.costates_at_bound import raise_costates
 from tgvdp.certificate.efforts import PIECE_COLUMNS
 from tgvdp.certificate.regime_costates import Costates
-from tgvdp.certificate.regimes import LabelledRun, is_standstill, row_efforts
+from tgvdp.certificate.regimes import LabelledRun, row_efforts
 from tgvdp.certificate.speed_bound import Caps, lower_caps, speed_bound
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.model.track import LOWERED
@@ -206,13 +206,12 @@ class BoundingProblem:
     def _ascended(self, found: Ledger, multiplier: float, gain_j: float) -> Ledger:
         """The bound with better costates, all moved at once until a pass gains less than ``gain_j``."""
         left, right, count = found.left.copy(), found.right.copy(), len(found.left)
-        stands = np.array([is_standstill(found.w[0], found.w[1]), is_standstill(found.w[-1], found.w[-2])])
         scratch = np.empty((2, STEPS)), np.empty((count, 2, STEPS), dtype=np.int8)
         step, highest = _FIRST_STEP, -math.inf
         for _ in range(max(1, _ASCENT_WORK // count)):
             size = step * np.maximum(np.abs(np.column_stack((left, right))), _LEAST_SIZE * self.energy.traction)
             total = best_steps(
-                self.train, self.energy, found.cells, found.caps, found.w, stands, multiplier, left, right, size,
+                self.train, self.energy, found.cells, found.caps, found.w, multiplier, left, right, size,
                 self.top_mps, self._pieces, *scratch,
             )  # fmt: skip
             gain, highest = total - highest, max(total, highest)
