@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from tgvdp.api.targets import asked_targets
 from tgvdp.line.resolved import resolve
 from tgvdp.methods.budget import SearchBudget
-from tgvdp.methods.costate.front import OptimalRuns, optimal_front
+from tgvdp.methods.costate.front import OptimalRuns
+from tgvdp.methods.extremal.front import extremal_front
 from tgvdp.methods.grid.best_first import DEFAULT_SEGMENTS, DEFAULT_SPEEDS, best_first
 from tgvdp.methods.grid.exact import exact_front
 from tgvdp.methods.grid.grid import build_grid
@@ -46,12 +47,12 @@ def continuous_front(
     budget: SearchBudget,
     tolerance_s: float | None = None,
 ) -> OptimalRuns:
-    """Method ``front``: the costate program, or the generic refinement for what it cannot treat.
+    """Method ``front``: the costate program and extremals, or the generic refinement for what it cannot treat.
 
     That is an energy by a map, and stretches without current: the program knows the same train in all cells.
     """
     whole = bool((resolve(trip).supply == POWERED).all())
-    find = optimal_front if whole and trip.energy.kind != "map" else refine_front
+    find = extremal_front if whole and trip.energy.kind != "map" else refine_front
     return find(trip, fastest, target_s, budget, tolerance_s)
 
 

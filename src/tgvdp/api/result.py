@@ -79,7 +79,9 @@ class SearchResult:
 
     def profile(self, index: int) -> Profile:
         """Speed profile of one point of the front."""
-        return profile_of(self.trip, *self._found.rows(int(self.front.source[index])))
+        source = int(self.front.source[index])
+        known = self._found.regimes(source) if isinstance(self._found, OptimalRuns) else None
+        return profile_of(self.trip, *self._found.rows(source), known)
 
     def verify(self) -> list[Verdict]:
         """Replay every point of the front by the independent referee."""

@@ -159,7 +159,9 @@ def _measure(train, tables, at_wheel, x, w, grade, air, supply, time, force, ene
     return wheel, braking, drawn, returned, auxiliary
 
 
-def profile_of(trip: Trip, x_m: NDArray[np.float64], w: NDArray[np.float64]) -> Profile:
+def profile_of(
+    trip: Trip, x_m: NDArray[np.float64], w: NDArray[np.float64], known: NDArray[np.int8] | None = None
+) -> Profile:
     """Make a profile from rows.
 
     Parameters
@@ -169,6 +171,8 @@ def profile_of(trip: Trip, x_m: NDArray[np.float64], w: NDArray[np.float64]) -> 
         Strictly increasing positions from the origin, m; every break of the line must be among them.
     w : (n,) float64
         Squared speeds, m²/s².
+    known : (n − 1,) int8, optional
+        Regime of each row where it is known, −1 where its effort shall tell.
 
     Returns
     -------
@@ -185,5 +189,8 @@ def profile_of(trip: Trip, x_m: NDArray[np.float64], w: NDArray[np.float64]) -> 
     wheel, braking, drawn, returned, auxiliary = _measure(
         train, tables, at_wheel, x_m, w, grade_n, air, line.supply_between(x_m), time, force, energy, regime
     )
+    if known is not None:
+        regime[:-1] = np.where(known >= 0, known, regime[:-1])
+        regime[-1] = regime[-2]
     balance = EnergyBalance(wheel, drawn - returned + auxiliary, returned, auxiliary, braking - returned)
     return Profile(trip.origin_m + x_m, np.sqrt(w), time, force, energy, regime, balance)

@@ -59,6 +59,11 @@ class OptimalRuns:
     counters: dict[str, int]
     _rows: list[tuple[NDArray[np.float64], NDArray[np.float64]]]
     missed_s: tuple[float, ...] = ()
+    _regimes: list[NDArray[np.int8] | None] | None = None
+
+    def regimes(self, index: int) -> NDArray[np.int8] | None:
+        """Regime of each row of one run as `runs.profile` numbers them, where it was commanded; −1 elsewhere."""
+        return None if self._regimes is None else self._regimes[index]
 
     def rows(self, index: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Rows of one run: positions from the origin, m, and squared speeds, m²/s²."""

@@ -1,0 +1,263 @@
+"""Commands from the rows of a run: its regimes, told from efforts and speeds with generous tolerances."""
+
+import math
+
+from tgvdp._jit import kernel, part
+from tgvdp.methods.extremal.simulate import (
+    AT,
+    BOUND,
+    ENVELOPE,
+    HELD_BACK,
+    HOLDING,
+    HOLDS_FROM,
+    REGIME,
+    RETARDED,
+    effort_of,
+)  # fmt: skip
+from tgvdp.physics.arc import duration_and_work
+from tgvdp.physics.forces import effort_at
+from tgvdp.physics.motion import COASTING, DYNAMIC, TRACTION
+
+#: Shares of w within which a run is on the envelope, and at a held speed; efforts that are partial, of their limit.
+_ON_ENVELOPE = 2e-4
+_HELD = 1.5e-2
+_LITTLE = 0.02
+_NEARLY_ALL = 0.9
+#: A run has crossed a held speed when w has passed it by this share.
+_CROSSED = 8e-3
+#: Label of a row that rides the envelope at its start and coasts off it.
+_RIDES = 8
+
+
+@part
+def _label(train, course, k, e, x0, x1, w0, w1, levels):
+    """Regime of a row; e is the envelope's row at its start."""
+    ex = course.x_m
+    ew = course.w
+    while e < ex.shape[0] - 2 and ex[e + 1] <= x0 + 1e-9:
+        e += 1
+    on0 = ew[e] + (ew[e + 1] - ew[e]) * (x0 - ex[e]) / (ex[e + 1] - ex[e])
+    i = e
+    while i < ex.shape[0] - 2 and ex[i + 1] < x1 - 1e-9:
+        i += 1
+    on1 = ew[i] + (ew[i + 1] - ew[i]) * (x1 - ex[i]) / (ex[i + 1] - ex[i])
+    d = x1 - x0
+    v0 = math.sqrt(w0)
+    v1 = math.sqrt(w1)
+    grade = course.grade[k]
+    air = course.air[k]
+    effort = duration_and_work(train, d, grade, air, w0, w1)[1] / d
+    v = 0.5 * (v0 + v1)
+    most = effort_of(train, TRACTION, grade, air, v)
+    if w0 >= on0 * (1.0 - _ON_ENVELOPE) and w1 >= on1 * (1.0 - _ON_ENVELOPE):
+        return (TRACTION if effort > 0.97 * most else ENVELOPE), e, effort
+    w = 0.5 * (w0 + w1)
+    gain = abs(w1 - w0) * 0.5 / d
+    if effort > 0.0:
+        steady = _LITTLE * most < effort < _NEARLY_ALL * most
+        if steady and abs(w - levels[k, 0]) < _HELD * 2.0 * levels[k, 0]:
+            return HOLDING, e, effort
+        if steady and gain < 0.4 * effort and abs(w1 - w0) < 2e-3 * w:
+            return HOLDING, e, effort
+        if w0 >= on0 * (1.0 - 0.1 * _ON_ENVELOPE) and course.effort[e] > 0.0 and effort > 0.05 * course.effort[e]:
+            return _RIDES, e, min(effort / course.effort[e], 1.0)
+        return (TRACTION if effort > 0.5 * most else COASTING), e, effort
+    brake = effort_at(train.braking, v)
+    if course.returned > 0.0 and brake > 0.0:
+        steady = _LITTLE * brake < -effort < _NEARLY_ALL * brake
+        if steady and abs(w - levels[k, 1]) < _HELD * 2.0 * levels[k, 1]:
+            return RETARDED, e, effort
+        if steady and gain < -0.4 * effort and abs(w1 - w0) < 2e-3 * w:
+            return RETARDED, e, effort
+        if -effort > 1.02 * brake and abs(w1 - w0) < 2e-3 * w:
+            return HELD_BACK, e, effort
+        return (DYNAMIC if -effort > 0.5 * brake else COASTING), e, effort
+    return COASTING, e, effort
+
+
+@part
+def _merge(phases, count, at):
+    """Make phases ``at`` and ``at`` + 1 one, in the first; returns their number."""
+    phases[at, 2] = phases[at + 1, 2]
+    phases[at, 3] += phases[at + 1, 3]
+    for i in range(at + 1, count - 1):
+        for column in range(phases.shape[1]):
+            phases[i, column] = phases[i + 1, column]
+    return count - 1
+
+
+@part
+def _absorb(phases, count, short_s):
+    """Let phases that are shorter than ``short_s`` go into their longer neighbours."""
+    while count > 1:
+        least = 0
+        for i in range(1, count):
+            if phases[i, 3] < phases[least, 3]:
+                least = i
+        if phases[least, 3] >= short_s:
+            break
+        into = least - 1 if least > 0 else least + 1
+        if 0 < least < count - 1:
+            before = phases[least - 1, 3] * (0.01 if phases[least - 1, 0] == ENVELOPE else 1.0)
+            after = phases[least + 1, 3] * (0.01 if phases[least + 1, 0] == ENVELOPE else 1.0)
+            into = least - 1 if before >= after else least + 1
+        phases[least, 0] = phases[into, 0]
+        count = _merge(phases, count, min(least, into))
+        i = 1
+        while i < count:
+            if phases[i, 0] == phases[i - 1, 0]:
+                count = _merge(phases, count, i - 1)
+            else:
+                i += 1
+    return count
+
+
+@part
+def _smooth(phases, count, w, cell, levels):
+    """Let what departs from a held speed by little be part of the hold."""
+    i = 1
+    while i < count:
+        if phases[i, 0] == HOLDING and i >= 2 and phases[i - 2, 0] == HOLDING and phases[i - 1, 0] != ENVELOPE:
+            near = True
+            for j in range(int(phases[i - 1, 1]), int(phases[i - 1, 2]) + 1):
+                near &= abs(w[j] / levels[cell[max(j, 1)], 0] - 1.0) < 2.0 * _HELD
+            if near:
+                count = _merge(phases, count, i - 2)
+                count = _merge(phases, count, i - 2)
+                i -= 2
+        i += 1
+    return count
+
+
+@part
+def _holds_from(x, w, cell, first, last, levels, column, sign):
+    """From where a phase that ends in a hold may hold: after it last left the level on the other side."""
+    from_m = -1.0
+    for j in range(first, last + 1):
+        k = cell[max(j, 1)]
+        if sign * (w[j] / levels[k, column] - 1.0) > _CROSSED:
+            from_m = x[j]
+    return from_m
+
+
+@kernel
+def extract(train, course, levels, x, w, n, short_s, cell, phases, commands):
+    """Commands from the rows of a run.
+
+    Parameters
+    ----------
+    train, course, levels
+        As of `simulate`.
+    x, w : (n,) float64
+    n : int
+    short_s : float
+        Phases shorter than this, s, are absorbed.
+    cell : (size,) int64, scratch
+    phases : (size, 5) float64, scratch
+        Regime, first and last row, duration, position of its start.
+    commands : (size, 4) float64, modified in place
+
+    Returns
+    -------
+    count : int
+        Number of commands; −1 when there are too many.
+    """
+    k = 0
+    e = 0
+    count = 0
+    last_cell = course.grade.shape[0] - 1
+    start = effort_at(train.traction, 0.0)
+    cell[0] = 0
+    for j in range(1, n):
+        middle = 0.5 * (x[j - 1] + x[j])
+        while k < last_cell and course.station_m[k + 1] <= middle:
+            k += 1
+        cell[j] = k
+        label, e, effort = _label(train, course, k, e, x[j - 1], x[j], w[j - 1], w[j], levels)
+        duration = 2.0 * (x[j] - x[j - 1]) / (math.sqrt(w[j]) + math.sqrt(w[j - 1]))
+        ridden = 1.0
+        for piece in range(2 if label == _RIDES else 1):
+            from_m = x[j - 1]
+            share = 1.0
+            kind = label
+            if label == _RIDES:
+                ridden = effort
+                kind = TRACTION if piece == 0 else COASTING
+                share = ridden if piece == 0 else 1.0 - ridden
+                if piece == 1:
+                    from_m += ridden * (x[j] - x[j - 1])
+            if count == 0 or phases[count - 1, 0] != kind:
+                if count >= phases.shape[0]:
+                    return -1
+                phases[count, 0] = kind
+                phases[count, 1] = j - 1
+                phases[count, 3] = 0.0
+                phases[count, 4] = from_m
+                count += 1
+            phases[count - 1, 2] = j
+            phases[count - 1, 3] += share * duration
+    count = _smooth(phases, count, w, cell, levels)
+    count = _absorb(phases, count, short_s)
+    count = _smooth(phases, count, w, cell, levels)
+    commands[0, REGIME] = TRACTION
+    commands[0, AT] = 0.0
+    commands[0, HOLDS_FROM] = 0.0
+    m = 1
+    for i in range(count):
+        label = int(phases[i, 0])
+        first = int(phases[i, 1])
+        last = int(phases[i, 2])
+        if m + 2 > commands.shape[0]:
+            return -1
+        now = int(commands[m - 1, REGIME])
+        if label < HOLDING:
+            after = int(phases[i + 1, 0]) if i + 1 < count else -1
+            at_m = phases[i, 4]
+            from_m = at_m
+            if label == TRACTION and w[first] < levels[cell[first + 1], 0] * (1.0 + _CROSSED):
+                over = _holds_from(x, w, cell, first, last, levels, 0, 1.0)
+                if over >= 0.0:
+                    from_m = over if after == HOLDING else math.inf
+            elif label == COASTING and after != HOLDING and after != RETARDED:
+                if w[first] > levels[cell[first + 1], 0] * (1.0 - _CROSSED):
+                    under = _holds_from(x, w, cell, first, last, levels, 0, -1.0)
+                    if under >= 0.0:
+                        from_m = math.inf
+                if w[first] < levels[cell[first + 1], 1]:
+                    over = _holds_from(x, w, cell, first, last, levels, 1, 1.0)
+                    if over >= 0.0:
+                        from_m = math.inf
+            before = int(phases[i - 1, 0]) if i > 0 else -1
+            if label == now and (i == 0 or before in (ENVELOPE, label)):
+                if from_m != at_m:
+                    commands[m - 1, HOLDS_FROM] = from_m
+            else:
+                commands[m, REGIME] = label
+                commands[m, AT] = at_m
+                commands[m, HOLDS_FROM] = from_m
+                m += 1
+        elif label == ENVELOPE and now != TRACTION:
+            # What coasts or brakes leaves the envelope where that needs effort: to stay takes traction.
+            for j in range(first, last):
+                d = x[j + 1] - x[j]
+                kj = cell[j + 1]
+                effort = duration_and_work(train, d, course.grade[kj], course.air[kj], w[j], w[j + 1])[1] / d
+                if effort > 0.004 * start:
+                    commands[m, REGIME] = TRACTION
+                    commands[m, AT] = x[j]
+                    commands[m, HOLDS_FROM] = x[j]
+                    m += 1
+                    break
+        elif label == HOLDING and now != TRACTION:
+            # What coasts holds a speed that it falls to; to one that it has fallen below it takes traction.
+            under = w[first] < levels[cell[first + 1], 0]
+            if under or now == DYNAMIC:
+                commands[m, REGIME] = TRACTION if under else COASTING
+                commands[m, AT] = x[first]
+                commands[m, HOLDS_FROM] = x[first]
+                m += 1
+    if commands[m - 1, REGIME] != TRACTION:
+        commands[m - 1, HOLDS_FROM] = math.inf
+    for i in range(m):
+        commands[i, BOUND] = 0.0
+    return m
