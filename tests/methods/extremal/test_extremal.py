@@ -4,17 +4,17 @@ import math
 
 import numpy as np
 import pytest
-from tests.helpers.twins.level import optimal_run
 
 import tgvdp
+from tests.helpers.twins.level import optimal_run
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate.front import optimal_front
-from tgvdp.methods.extremal.simulate import AT, HOLDING
+from tgvdp.methods.extremal.simulate import AT
 from tgvdp.methods.extremal.solve import Solver
 from tgvdp.methods.extremal.sweep import ACTIVE, SLOPE
 from tgvdp.model.energy import PANTOGRAPH, EnergyModel
 from tgvdp.model.trip import Trip
-from tgvdp.physics.motion import COASTING
+from tgvdp.physics.codes import COASTING, HOLDING
 from tgvdp.runs.fastest import fastest_run
 
 TGV, LGV, FLAT = tgvdp.load_train("tgv"), tgvdp.load_track("lgv-100km"), tgvdp.load_track("flat-100km")
@@ -121,7 +121,7 @@ def test_points_are_extremals_no_dearer_than_the_programs_runs(energy):
     result = tgvdp.search(TGV, LGV, points=12, energy=energy)
     target_s = result.fastest.time_s * np.linspace(1.0, 1.25, 12)
     program = optimal_front(result.trip, result.fastest.profile, target_s, SearchBudget())
-    assert result.counters["extremals"] >= 10
+    assert result.counters["clean"] >= 10
     assert result.front.time_s == pytest.approx(target_s, rel=1e-3)
     program_j = np.interp(result.front.time_s, program.duration_s, program.energy_j)
     assert (result.front.energy_j <= program_j * 1.00005).all()
@@ -152,7 +152,7 @@ def test_no_time_is_missed_on_level_track():
 
 def test_gradual_resistance_keeps_the_programs_runs():
     result = tgvdp.search(TGV, LGV, points=4, mass_model="strip")
-    assert result.counters["extremals"] == 0
+    assert result.counters["clean"] == 0
     assert all(verdict.ok for verdict in result.verify())
 
 

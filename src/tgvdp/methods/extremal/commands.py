@@ -3,20 +3,10 @@
 import math
 
 from tgvdp._jit import kernel, part
-from tgvdp.methods.extremal.simulate import (
-    AT,
-    BOUND,
-    ENVELOPE,
-    HELD_BACK,
-    HOLDING,
-    HOLDS_FROM,
-    REGIME,
-    RETARDED,
-    effort_of,
-)  # fmt: skip
+from tgvdp.methods.extremal.simulate import AT, BOUND, ENVELOPE, HOLDS_FROM, REGIME, effort_of, is_anchor
 from tgvdp.physics.arc import duration_and_work
+from tgvdp.physics.codes import COASTING, DYNAMIC, HELD_BACK, HOLDING, RETARDED, TRACTION
 from tgvdp.physics.forces import effort_at
-from tgvdp.physics.motion import COASTING, DYNAMIC, TRACTION
 
 #: Shares of w within which a run is on the envelope, and at a held speed; efforts that are partial, of their limit.
 _ON_ENVELOPE = 2e-4
@@ -26,7 +16,7 @@ _NEARLY_ALL = 0.9
 #: A run has crossed a held speed when w has passed it by this share.
 _CROSSED = 8e-3
 #: Label of a row that rides the envelope at its start and coasts off it.
-_RIDES = 8
+_RIDES = 9
 
 
 @part
@@ -210,7 +200,7 @@ def extract(train, course, levels, x, w, n, short_s, cell, phases, commands):
         if m + 2 > commands.shape[0]:
             return -1
         now = int(commands[m - 1, REGIME])
-        if label < HOLDING:
+        if not is_anchor(label):
             after = int(phases[i + 1, 0]) if i + 1 < count else -1
             at_m = phases[i, 4]
             from_m = at_m

@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 from tgvdp.line.resolved import resolve
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.front import OptimalRuns, optimal_front
-from tgvdp.methods.extremal.simulate import ENVELOPE, HELD_BACK, HOLDING, RETARDED
+from tgvdp.methods.extremal.simulate import ENVELOPE
 from tgvdp.methods.extremal.solve import Extremal, Floats, Solver
 from tgvdp.model.trip import Trip
-from tgvdp.physics.motion import COASTING, DYNAMIC, TRACTION
-from tgvdp.runs import profile
+from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, HELD_BACK, HOLDING, RETARDED, TRACTION
 from tgvdp.runs.profile import Profile
 from tgvdp.runs.resistance_correction import follow
 
@@ -35,14 +34,15 @@ _NO_DEARER = -2e-6
 _LEAST_SHARE = 0.1
 #: Every so many points the program's own commands are tried in any case.
 _OFTEN = 8
-#: So many points in a row without an extremal end the attempt.
+#: After so many points the attempt ends where a smaller share of them has an extremal.
 _HOPELESS = 6
+_LEAST_FOUND = 0.6
 #: Largest share by which a row's effort may pass its limit: it may join the envelope within one of its rows.
 _MOST_EXCESS = 8e-4
 #: Regime of a profile for each of a row; the envelope has none of its own.
 _PROFILE_REGIMES = np.full(ENVELOPE + 1, -1, dtype=np.int8)
-_PROFILE_REGIMES[[TRACTION, COASTING, DYNAMIC]] = profile.TRACTION, profile.COASTING, profile.BRAKING
-_PROFILE_REGIMES[[HOLDING, RETARDED, HELD_BACK]] = profile.CRUISING
+_PROFILE_REGIMES[[TRACTION, COASTING, DYNAMIC]] = TRACTION, COASTING, BRAKING
+_PROFILE_REGIMES[[HOLDING, RETARDED, HELD_BACK]] = HOLDING
 
 
 @dataclass
@@ -65,11 +65,11 @@ def extremal_front(
     """Least energy of the continuous problem at given running times, by clean extremals where there are any.
 
     Parameters, return value and errors are those of `tgvdp.methods.costate.front.optimal_front`; its counters are
-    joined by ``extremals``, the points that are extremals, and ``drives``, the blocks that were driven for them.
+    joined by ``clean``, the points that are clean extremals, and ``drives``, the blocks that were driven for them.
     """
     clock = budget.start()
     found = optimal_front(trip, fastest, target_s, budget, tolerance_s)
-    found.counters |= {"extremals": 0, "drives": 0}
+    found.counters |= {"clean": 0, "drives": 0}
     if not resolve(trip).even or not (found.duration_s > fastest.duration_s * (1.0 + _SAME)).any():
         return found
     return _Cleaning(trip, fastest, target_s, found, clock).result()
@@ -87,7 +87,7 @@ class _Cleaning:
         self.solver = Solver(self.trip)
         self.auxiliary_w = self.solver.tables.auxiliary_w
         found = self.found
-        self.prices = found.price_j_per_s + self.auxiliary_w
+        self.prices = found.multiplier_j_per_s + self.auxiliary_w
         self.energies = found.energy_j - self.auxiliary_w * found.duration_s
         self.scale_j = abs(float(self.energies[0]))
         finite = np.isfinite(self.prices) & (self.prices > 0.0)
@@ -105,14 +105,12 @@ class _Cleaning:
             wanted = wanted[self.target_s[wanted] <= self.found.duration_s[-1]]
         if len(self.known_s):
             before: Extremal | None = None
-            failed = 0
             for count, k in enumerate(wanted.tolist()):
                 if self.clock.expired:
                     break
                 self._find(k, before, count % _OFTEN == 0)
                 before = self.points[k].extremal if k in self.points else None
-                failed = 0 if k in self.points else failed + 1
-                if failed >= _HOPELESS:
+                if count >= _HOPELESS and len(self.points) < _LEAST_FOUND * count:
                     break
             for k in wanted[::-1].tolist():
                 if self.clock.expired:
@@ -189,13 +187,13 @@ class _Cleaning:
     def _joined(self) -> OptimalRuns:
         """All points in order of time: extremals, and the program's runs for the others."""
         found = self.found
-        counters = found.counters | {"extremals": len(self.points), "drives": self.solver.runs}
+        counters = found.counters | {"clean": len(self.points), "drives": self.solver.runs}
         rows: list[tuple[float, float, float, tuple[Floats, Floats], NDArray[np.int8] | None]] = []
         replaced = {int(self.own[k]) for k in self.points}
         for i in range(len(found.duration_s)):
             if i not in replaced:
                 rows.append(
-                    (float(found.duration_s[i]), float(found.energy_j[i]), float(found.price_j_per_s[i]),
+                    (float(found.duration_s[i]), float(found.energy_j[i]), float(found.multiplier_j_per_s[i]),
                      found.rows(i), None)
                 )  # fmt: skip
         line = resolve(self.trip)
@@ -211,7 +209,7 @@ class _Cleaning:
         met_s = self.target_s[sorted(self.points)]
         duration, energy, price = (np.array([row[column] for row in rows]) for column in range(3))
         return replace(
-            found, duration_s=duration, energy_j=energy, price_j_per_s=price, counters=counters,
+            found, duration_s=duration, energy_j=energy, multiplier_j_per_s=price, counters=counters,
             _rows=[row[3] for row in rows], _regimes=[row[4] for row in rows],
             missed_s=tuple(s for s in found.missed_s if not np.isclose(met_s, s, rtol=_SAME, atol=0.0).any()),
         )  # fmt: skip

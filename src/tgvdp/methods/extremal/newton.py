@@ -18,11 +18,11 @@ from tgvdp.methods.extremal.simulate import (
     AT,
     BOUND,
     COMMAND_COLUMNS,
-    HOLDING,
     HOLDS_FROM,
     MOST_EVENTS,
     REGIME,
     Rows,
+    is_anchor,
     rows_of,
     simulate,
     simulate_from,
@@ -40,7 +40,7 @@ from tgvdp.methods.extremal.sweep import (
     SWITCH_COLUMNS,
     sweep,
 )  # fmt: skip
-from tgvdp.physics.motion import TRACTION
+from tgvdp.physics.codes import TRACTION
 
 MOST_COMMANDS = 400
 #: A block rests when its step promises less than this share of E + λT.
@@ -215,7 +215,7 @@ def _loosen(course, commands, first, last, found, rows, starts, cost, pinned):
 def _lands(rows, n, first, last):
     """Where a run first meets an anchor from one row on, before another; infinite if it does not."""
     for j in range(first + 1, min(last, n - 1) + 1):
-        if rows.regime[j] >= HOLDING:
+        if is_anchor(rows.regime[j]):
             return rows.x[j - 1]
     return math.inf
 
@@ -445,19 +445,19 @@ def descend(train, course, levels, price, commands, count, start_w, work, rounds
                 last += 1
             stop = commands[last, AT] if last < count else course.station_m[-1]
             j = starts[first]
-            while j > landed and whole.regime[j] < HOLDING:  # left by an event, not by a command
+            while j > landed and not is_anchor(whole.regime[j]):  # left by an event, not by a command
                 j -= 1
             near_m = commands[first, AT] - _NEAR * course.station_m[-1]
             while (
-                j > landed and whole.regime[j] >= HOLDING and whole.x[j] > near_m
+                j > landed and is_anchor(whole.regime[j]) and whole.x[j] > near_m
                 and whole.x[j - 1] >= commands[first - 1, AT] - 1e-9
             ):  # fmt: skip
                 j -= 1
-            if whole.regime[j + 1] < HOLDING:  # no anchor: from the start on
+            if not is_anchor(whole.regime[j + 1]):  # no anchor: from the start on
                 j = 0
             mode = whole.regime[j + 1]
             moved, quiet = 0, False
-            if mode >= HOLDING or j == 0:
+            if is_anchor(mode) or j == 0:
                 regime = int(commands[first - 1, REGIME]) if j > 0 else int(commands[0, REGIME])
                 moved, quiet = _descend_block(
                     train, course, levels, price, commands, first, last, count, regime, mode, whole.x[j], whole.w[j],

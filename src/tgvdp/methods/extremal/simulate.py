@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.methods.extremal.course import account
+from tgvdp.physics.cell import Cell
+from tgvdp.physics.cell import Rows as PlainRows
+from tgvdp.physics.codes import COASTING, DYNAMIC, HELD_BACK, HOLDING, RETARDED, TRACTION
 from tgvdp.physics.forces import effort_at, resistance_at
-from tgvdp.physics.motion import COASTING, DYNAMIC, TRACTION, march, net_force
+from tgvdp.physics.motion import march, net_force
 
-#: Regimes of rows besides those of `physics.motion`: holding by traction, by the dynamic brake, by friction beside it.
-HOLDING = 4
-RETARDED = 5
-HELD_BACK = 6
-ENVELOPE = 7
+#: Regime of rows on the envelope, besides those of `physics.codes`.
+ENVELOPE = 8
 #: Columns of a command, (n, 4): regime, position from the origin in m, position from which it may hold, and whether its
 #: switch is bound: `newton.PINNED`, or 0.
 REGIME, AT, HOLDS_FROM, BOUND = range(4)
@@ -64,9 +64,16 @@ def rows_of(size: int) -> Rows:
 
 
 @leaf
+def is_anchor(regime):
+    """Whether a run that meets a row of a regime goes on as that row does: on a held speed, or on the envelope."""
+    return regime == HOLDING or regime >= RETARDED
+
+
+@leaf
 def effort_of(train, regime, grade, air, v):
     """Effort of a regime at a speed, comfort limits included."""
-    return net_force(train, regime, grade, air, v, v) + resistance_at(train, air, v) + grade
+    net = net_force(train, regime, Cell(0.0, 0.0, 0.0, grade, air, math.inf), v, v)
+    return net + resistance_at(train, air, v) + grade
 
 
 @part
@@ -153,7 +160,9 @@ def _slowest(train, course, k, x):
     if low <= 0.0:
         return 0.0
     v = math.sqrt(low)
-    return low - 2.0 * net_force(train, TRACTION, course.grade[k], course.air[k], v, v) * (course.station_m[k + 1] - x)
+    return low - 2.0 * net_force(
+        train, TRACTION, Cell(0.0, 0.0, 0.0, course.grade[k], course.air[k], math.inf), v, v
+    ) * (course.station_m[k + 1] - x)
 
 
 @leaf
@@ -253,7 +262,7 @@ def simulate_from(train, course, levels, commands, c, count, regime, mode, stop_
             return -1, happened
         while k < cells - 1 and x >= station[k + 1] - _SAME_M:
             k += 1
-        if x >= stop_m - _SAME_M and mode >= HOLDING:
+        if x >= stop_m - _SAME_M and is_anchor(mode):
             break
         while c + 1 < count and x >= commands[c + 1, AT] - _SAME_M:
             c += 1
@@ -327,8 +336,8 @@ def simulate_from(train, course, levels, commands, c, count, regime, mode, stop_
             continue
         v = math.sqrt(w)
         load = resistance_at(train, air, v) + grade
-        if mode >= HOLDING:
-            held = levels[k, mode - HOLDING]
+        if is_anchor(mode):
+            held = levels[k, 0 if mode == HOLDING else mode - RETARDED + 1]
             other = _hold_regime(train, load, v, mode)
             if abs(w - held) > _ON_CURVE * held:  # another cell holds another speed
                 other = TRACTION if w < held else COASTING
@@ -365,7 +374,8 @@ def simulate_from(train, course, levels, commands, c, count, regime, mode, stop_
             aim, level = _target(regime, load, brake, w, levels[k, 0], levels[k, 1], levels[k, 2])
             if level > 0:
                 target = aim
-        used, w, m = march(train, regime, 1.0, until - x, grade, air, w, target, xs, ws, n)
+        here = Cell(0.0, until - x, until - x, grade, air, math.inf)
+        used, w, m = march(train, regime, 1.0, here, until - x, w, target, PlainRows(xs, ws), n)
         if m < 0:
             return -1, happened
         for j in range(n, m):

@@ -7,8 +7,8 @@ import math
 
 from tgvdp._jit import kernel, part
 from tgvdp.methods.extremal.newton import cost_at
-from tgvdp.methods.extremal.simulate import AT, BOUND, ENVELOPE, HOLDING, HOLDS_FROM, REGIME
-from tgvdp.physics.motion import COASTING, DYNAMIC, TRACTION
+from tgvdp.methods.extremal.simulate import AT, BOUND, ENVELOPE, HOLDS_FROM, REGIME, is_anchor
+from tgvdp.physics.codes import COASTING, DYNAMIC, HOLDING, TRACTION
 
 #: Two runs coincide where their w differ by a smaller share.
 _SAME_W = 1e-7
@@ -157,7 +157,7 @@ def amend(course, commands, count, rows, n, starts, p_at, least_s, margin, share
             c += 1
         wanted = -1
         regime = rows.regime[j]
-        if regime < HOLDING:
+        if not is_anchor(regime):
             p = 0.5 * (p_at[j] + p_at[j - 1])
             if p != p:
                 p = p_at[j]
@@ -268,7 +268,7 @@ def shorten(commands, count, rows, n, starts, short_s, out):
     for i in range(1, count):
         j = starts[i]
         drop = False
-        if j >= 0 and j + 1 < n and rows.regime[j + 1] < HOLDING:
+        if j >= 0 and j + 1 < n and not is_anchor(rows.regime[j + 1]):
             last = j + 1
             while (
                 last + 1 < n
@@ -281,7 +281,7 @@ def shorten(commands, count, rows, n, starts, short_s, out):
             drop = True
         if drop:
             continue
-        if commands[i, REGIME] == out[size - 1, REGIME] and rows.regime[j] < HOLDING:
+        if commands[i, REGIME] == out[size - 1, REGIME] and not is_anchor(rows.regime[j]):
             continue
         size = _copy(commands, i, out, size, 0.0)
     return size

@@ -13,8 +13,8 @@ Riccati's equation with jumps then carries V's slope over the switch: p − B·g
 import math
 
 from tgvdp._jit import kernel, leaf, part
-from tgvdp.methods.extremal.simulate import ENVELOPE, HELD_BACK, HOLDING
-from tgvdp.physics.motion import COASTING, DYNAMIC, TRACTION
+from tgvdp.methods.extremal.simulate import ENVELOPE, is_anchor
+from tgvdp.physics.codes import COASTING, DYNAMIC, HELD_BACK, HOLDING, TRACTION
 
 #: Columns of what a sweep says of a command: derivative g of the cost by its position while the switches after it take
 #: their steps, its derivative A (its size where it is not positive), that by the squared speed B, the jump of effort Δ,
@@ -159,13 +159,13 @@ def sweep(train, course, price, commands, low, count, rows, n, starts, pinned, f
         k = rows.cell[j]
         w = rows.w[j]
         v = math.sqrt(w)
-        free = up < HOLDING
+        free = not is_anchor(up)
         if j < n - 1:
             down = rows.regime[j + 1]
             kd = rows.cell[j + 1]
             while c >= low and (starts[c] > j or starts[c] < 0):
                 c -= 1
-            if free and down >= HOLDING:
+            if free and is_anchor(down):
                 f1, _, _, _, _, _ = _terms(train, up, course.grade[k], course.air[k], v)
                 worth = course.returned if up == DYNAMIC else 1.0
                 brake = _brake_effort(train, v)
@@ -186,7 +186,7 @@ def sweep(train, course, price, commands, low, count, rows, n, starts, pinned, f
                         q = slope / gap
                 flow = 0.0
                 stepped = 0.0
-            active = c >= low and starts[c] == j and down < HOLDING and up != down and p == p
+            active = c >= low and starts[c] == j and not is_anchor(down) and up != down and p == p
             if active:
                 f2, _, _, _, _, _ = _terms(train, down, course.grade[kd], course.air[kd], v)
                 f1 = rows.effort[j]
@@ -227,7 +227,7 @@ def sweep(train, course, price, commands, low, count, rows, n, starts, pinned, f
                         p -= b * g / row[CURVATURE]
                         stepped -= b * g / row[CURVATURE]
                         q -= b * b / row[CURVATURE]
-            elif free and down < HOLDING and up == down and up != COASTING:
+            elif free and not is_anchor(down) and up == down and up != COASTING:
                 i = _effort_jump(train, up, v)
                 if i > 0:  # effort and its slope jump: the Hamiltonian does not
                     worth = course.returned if up == DYNAMIC else 1.0
@@ -285,7 +285,7 @@ def lift(train, course, commands, count, rows, n, starts, pinned, found, p_at):
         touch = first
         least = math.inf
         j = first + 1
-        while j < n and rows.regime[j] < HOLDING and rows.regime[j] == rows.regime[first + 1]:
+        while j < n and not is_anchor(rows.regime[j]) and rows.regime[j] == rows.regime[first + 1]:
             while e < course.x_m.shape[0] - 2 and course.x_m[e + 1] <= rows.x[j]:
                 e += 1
             share = (rows.x[j] - course.x_m[e]) / (course.x_m[e + 1] - course.x_m[e])
