@@ -281,7 +281,7 @@ class Solver:
         return x_m[keep], whole.w[:n][keep], regime[1:].copy()
 
     def _merge(self, keep: NDArray[np.bool_], fixed: NDArray[np.bool_]) -> None:
-        """Let short rows be part of the ones before, at the same effort: they join the envelope within one of its own."""
+        """Let short rows be part of those before, at the same effort: they join the envelope within one of its own."""
         x_m, effort = self.work.whole.x, self.work.whole.effort
         nodes = np.flatnonzero(keep)
         for before, node, after in zip(nodes[:-2].tolist(), nodes[1:-1].tolist(), nodes[2:].tolist(), strict=True):
