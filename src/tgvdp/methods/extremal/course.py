@@ -19,8 +19,8 @@ from tgvdp.runs.fastest import envelope_of
 _ROWS = 8.0
 #: ... and of the envelope, which runs join and leave within a row: the effort on a part of it is within 0.1 % then.
 _ENVELOPE_ROWS = 16.0
-#: Rows of the envelope that are shorter than this are rounding.
-_SLIVER_M = 1e-7
+#: Rows of the envelope that are shorter than this share of the distance are rounding.
+_SLIVER = 1e-12
 #: An effort below this share of the starting effort is none.
 _NO_EFFORT = 1e-6
 
@@ -81,9 +81,9 @@ def course_of(trip: Trip) -> tuple[KernelTrain, Course]:
     train = kernel_train(trip.train)._replace(rows=_ROWS)
     cells = cells_of(trip)
     envelope = envelope_of(trip, cells, train._replace(rows=_ENVELOPE_ROWS))
-    keep = np.concatenate(([True], np.diff(envelope.x_m) > _SLIVER_M))
+    keep = np.concatenate(([True], np.diff(envelope.x_m) > _SLIVER * trip.distance_m))
     x_m, w = envelope.x_m[keep], envelope.w[keep]
-    x_m[-1] = cells.station_m[-1]
+    x_m[-1], w[-1] = cells.station_m[-1], envelope.w[-1]  # a standstill is one to the end
     unit = per_kilogram(train)
     grade, air = cells.grade_n / train.inertia_kg, cells.air / train.inertia_kg
     cell = np.searchsorted(cells.station_m, 0.5 * (x_m[1:] + x_m[:-1]), side="right") - 1

@@ -37,6 +37,8 @@ _OFTEN = 8
 #: After so many points the attempt ends where a smaller share of them has an extremal.
 _HOPELESS = 6
 _LEAST_FOUND = 0.6
+#: What a phase under a second may save, as a share of energy, and be dropped all the same.
+_PRUNED = 1e-5
 #: Largest share by which a row's effort may pass its limit: it may join the envelope within one of its rows.
 _MOST_EXCESS = 8e-4
 #: Regime of a profile for each of a row; the envelope has none of its own.
@@ -117,7 +119,31 @@ class _Cleaning:
                     break
                 if k + 1 in self.points and (k not in self.points or self._differs(k)):
                     self._try(k, [self.points[k + 1].extremal.commands], self.points[k + 1].extremal.price)
+            for k in sorted(self.points):
+                if self.clock.expired:
+                    break
+                self._prune(k)
         return self._joined()
+
+    def _prune(self, k: int) -> None:
+        """Drop the phases of a point that are shorter than a second, where that costs little."""
+        solver, extremal, time_s = self.solver, self.points[k].extremal, float(self.target_s[k])
+        solver.descend(extremal.commands, extremal.price, 0)
+        pruned = solver.prune(extremal, extremal.price, loss=_PRUNED)
+        if len(pruned.commands) >= len(extremal.commands):
+            return
+        aim_s = time_s * (1.0 - 0.5 * _TIME_RTOL)
+        slope = self._slope(time_s)[1]
+        met = solver.meet(pruned.commands, extremal.price, slope, aim_s, 0.5 * _TIME_RTOL * time_s)
+        shorter = len(extremal.commands) - len(pruned.commands)
+        if met is None or self._excess(k, met) > _DEARER:
+            return
+        if met.energy_j <= extremal.energy_j + shorter * _PRUNED * max(
+            abs(extremal.energy_j), _LEAST_SHARE * self.scale_j
+        ):
+            rows = solver.kept_rows()
+            if solver.excess <= _MOST_EXCESS:
+                self.points[k] = _Point(met, *rows)
 
     def _differs(self, k: int) -> bool:
         """Whether a point has other commands than the next one."""

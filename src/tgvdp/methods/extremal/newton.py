@@ -55,6 +55,8 @@ _LONGEST = 0.03
 _NEAR = 0.01
 #: Distance, as a share of that of the trip, within which traction belongs to a corner.
 _REACH = 1.5e-3
+#: ... and within which two runs meet an anchor at the same place.
+_APART = 1e-5
 _MOST_TURNS = 24
 _MOST_STEPS = 16
 _MOST_PINS = 4
@@ -221,7 +223,7 @@ def _lands(rows, n, first, last):
 
 
 @part
-def _touching(here, n, here_starts, there, m, there_starts, found, pinned, first, last):
+def _touching(here, n, here_starts, there, m, there_starts, found, pinned, first, last, apart):
     """The switch of a block from which one of two runs meets an anchor that the other one passes."""
     found_last = -1
     for i in range(first, last):
@@ -235,7 +237,7 @@ def _touching(here, n, here_starts, there, m, there_starts, found, pinned, first
                 break
         a = _lands(here, n, here_starts[i], here_starts[after] if after >= 0 else n)
         b = _lands(there, m, there_starts[i], there_starts[after] if after >= 0 else m)
-        if a != b and not abs(a - b) < 1.0:
+        if a != b and not abs(a - b) < apart:
             return i
     return found_last
 
@@ -366,7 +368,9 @@ def _descend_block(
                 )  # fmt: skip
                 switch = -1
                 if m2 > 0:
-                    switch = _touching(here, m, here_starts, there, m2, there_starts, here_found, pinned, first, last)
+                    switch = _touching(
+                        here, m, here_starts, there, m2, there_starts, here_found, pinned, first, last, _APART * end
+                    )
                 _move(commands, first, last, share, direction, trial)
                 _take(trial, first, last, commands)
                 pins += 1
@@ -418,7 +422,7 @@ def descend(train, course, levels, price, commands, count, start_w, work, rounds
     starts = work.starts
     pinned = work.pinned
     if rounds > 0:
-        _fix_corners(course, commands, count, max(_REACH * course.station_m[-1], 5.0), pinned)
+        _fix_corners(course, commands, count, _REACH * course.station_m[-1], pinned)
     runs = 0
     rests = rounds > 0
     for turn in range(rounds + 1):

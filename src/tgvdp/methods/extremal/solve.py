@@ -20,10 +20,13 @@ Floats = NDArray[np.float64]
 
 _MOST_ROUNDS = 2
 _ROUNDS = 3
-_SHORT_S = 1.5
+#: Durations, as shares of the running time but no more than so many seconds: of phases that are absorbed when commands
+#: are told from a run, or dropped, and of contradictions of the costate and holds by the brakes that count.
+_SHARE = 2e-3
+_ABSORBED_S, _DROPPED_S, _NOTED_S, _HELD_S = 1.5, 1.0, 0.3, 5.0
 _SAME_END = 1e-6
-#: Rows shorter than this are none.
-_SLIVER_M = 1e-5
+#: Rows shorter than this share of the distance are none.
+_SLIVER = 1e-9
 #: ... and rows shorter than this share of the one before, at an effort that differs by less than this share.
 _SHORT_ROW = 0.05
 _SAME_EFFORT = 0.01
@@ -72,18 +75,31 @@ class Solver:
         self.runs = 0
         self.excess = 0.0
 
+    def _seconds(self, most_s: float) -> float:
+        """A short duration, by the fastest running time."""
+        return min(most_s, _SHARE * most_s * float(self.course.duration.sum()))
+
     def _hold(self, price: float) -> float:
         per_unit = price / self.unit_j
         held_speeds(self.train, self.course.air, self.course.returned, per_unit, self.levels)
         return per_unit
 
-    def commands_of(self, x_m: Floats, w: Floats, price: float, short_s: float = _SHORT_S) -> Floats | None:
+    def commands_of(self, x_m: Floats, w: Floats, price: float, short_s: float = _ABSORBED_S) -> Floats | None:
         """Commands of a run that was found otherwise."""
         self._hold(price)
         if len(x_m) > len(self.cell):
             self.cell = np.zeros(2 * len(x_m), dtype=np.int64)
         count = extract(
-            self.train, self.course, self.levels, x_m, w, len(x_m), short_s, self.cell, self.phases, self.commands
+            self.train,
+            self.course,
+            self.levels,
+            x_m,
+            w,
+            len(x_m),
+            self._seconds(short_s),
+            self.cell,
+            self.phases,
+            self.commands,
         )
         return self.commands[:count].copy() if count > 0 else None
 
@@ -207,8 +223,9 @@ class Solver:
         if best is None:
             return None
         size, added = coast_before_brakes(
-            self.course, price / self.unit_j, best.commands, len(best.commands), *rows, self.work.starts, self.out
-        )
+            self.course, price / self.unit_j, best.commands, len(best.commands), *rows, self.work.starts,
+            self._seconds(_HELD_S), self.out,
+        )  # fmt: skip
         trials = [self.out[:size].copy()] if added else []
         held = best.commands.copy()
         held[:, HOLDS_FROM] = held[:, AT]
@@ -227,7 +244,7 @@ class Solver:
                 )  # fmt: skip
                 size, added = amend(
                     self.course, best.commands, len(best.commands), *rows, self.work.starts, self.work.p_at,
-                    0.3, 0.003, share, self.out,
+                    self._seconds(_NOTED_S), 0.003, share, self.out,
                 )  # fmt: skip
                 if added == 0:
                     return self.prune(best, price)
@@ -241,11 +258,11 @@ class Solver:
                     break
         return self.prune(best, price)
 
-    def prune(self, best: Extremal, price: float, short_s: float = 1.0, loss: float = 1e-6) -> Extremal:
+    def prune(self, best: Extremal, price: float, short_s: float = _DROPPED_S, loss: float = 1e-6) -> Extremal:
         """Drop phases that are too short, where that costs little."""
         rows = self.run()
         self.commands[: len(best.commands)] = best.commands
-        size = shorten(best.commands, len(best.commands), *rows, self.work.starts, short_s, self.out)
+        size = shorten(best.commands, len(best.commands), *rows, self.work.starts, self._seconds(short_s), self.out)
         if size == len(best.commands):
             return best
         other = self.at_price(self.out[:size].copy(), price)
@@ -269,7 +286,7 @@ class Solver:
         keep[1:-1] = ~(rides[1:-1] & rides[2:]) | fixed[1:-1] | np.isin(x_m[1:-1], self.course.x_m)
         last = 0
         for i in np.flatnonzero(keep)[1:].tolist():
-            if x_m[i] - x_m[last] < _SLIVER_M:
+            if x_m[i] - x_m[last] < _SLIVER * self.trip.distance_m:
                 drop = i if not fixed[i] else last
                 keep[drop] = fixed[drop]
             last = i if keep[i] else last
@@ -335,7 +352,7 @@ class Solver:
             commands = found.commands.copy()
             x0, t0 = commands[i, AT], found.time_s
             xa, ta = x0, t0
-            commands[i, AT] = x0 + 0.5
+            commands[i, AT] = x0 + 1e-5 * self.trip.distance_m
             for _ in range(8):
                 now = self.drive(commands, found.price)
                 if now is None:

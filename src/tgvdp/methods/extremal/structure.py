@@ -205,10 +205,11 @@ def amend(course, commands, count, rows, n, starts, p_at, least_s, margin, share
 
 
 @kernel
-def coast_before_brakes(course, price, commands, count, rows, n, starts, out):
+def coast_before_brakes(course, price, commands, count, rows, n, starts, least_s, out):
     """Commands with coasting before each braking of the envelope that a run meets under traction.
 
-    As long as p takes from −1/2 to 0 there; and traction where the braking ends.
+    As long as p takes from −1/2 to 0 there; and traction where the braking ends. Not before a hold by the brakes that
+    lasts no longer than ``least_s``.
 
     Returns
     -------
@@ -236,7 +237,7 @@ def coast_before_brakes(course, price, commands, count, rows, n, starts, out):
         w = rows.w[j - 1]
         while j < n and rows.regime[j] == ENVELOPE and rows.effort[j] < 0.0:
             j += 1
-        if rows.w[j - 1] > 0.98 * w and rows.time[j - 1] < 5.0 + rows.time[j - 2]:
+        if rows.w[j - 1] > 0.98 * w and rows.time[j - 1] < least_s + rows.time[j - 2]:
             continue
         back = w * math.sqrt(w) / price
         at = max(x - back, 0.5 * (out[size - 1, AT] + x))
