@@ -121,7 +121,7 @@ def account(train, returned, grade, air, d, w0, w1):
 
 @kernel
 def worst_excess(train, grade, air, cell, x, w):
-    """Largest share by which the mean effort of a row passes the mean of its limit; ``cell`` is of the row's end."""
+    """Largest share by which a row passes the mean of its effort limit, or comfort; ``cell`` is of the row's end."""
     worst = 0.0
     little = 1e-3 * effort_at(train.traction, 0.0)
     for j in range(1, x.shape[0]):
@@ -129,6 +129,8 @@ def worst_excess(train, grade, air, cell, x, w):
         d = x[j] - x[j - 1]
         v0 = math.sqrt(w[j - 1])
         v1 = math.sqrt(w[j])
+        gain = 0.5 * (w[j] - w[j - 1]) / d
+        worst = max(worst, gain / train.max_acceleration - 1.0, -gain / train.max_deceleration - 1.0)
         effort = duration_and_work(train, d, grade[k], air[k], w[j - 1], w[j])[1] / d
         if effort > little:
             worst = max(worst, effort / mean_effort(train.traction, v0, v1) - 1.0)
