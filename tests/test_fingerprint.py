@@ -33,6 +33,7 @@ CATALOG = {
     "strip": ("tgv", "lgv-100km", {"mass_model": "strip", "limits": "tail", "curves": "roeckl", "points": 20}),
     "section": ("alstom-emu", "lgv-100km", {"origin_m": 20e3, "destination_m": 41e3, "end_speed_mps": 20.0}),
     "targets": ("tgv", "lgv-100km", {"at_margin": (0.03, 0.05, 0.1)}),
+    "clean": ("alstom-emu", "flat-100km", {"points": 6, "clean": True}),
     "exact": ("tgv", "lgv-100km", {"method": "exact", "segment_m": 5000.0, "speeds": 30}),
     "exact pantograph": (
         "alstom-emu",

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from tgvdp.api.targets import asked_targets
 from tgvdp.line.resolved import resolve
 from tgvdp.methods.budget import SearchBudget
-from tgvdp.methods.costate.front import OptimalRuns
+from tgvdp.methods.costate.front import OptimalRuns, optimal_front
 from tgvdp.methods.extremal.front import extremal_front
 from tgvdp.methods.grid.best_first import DEFAULT_SEGMENTS, DEFAULT_SPEEDS, best_first
 from tgvdp.methods.grid.exact import exact_front
@@ -46,13 +46,18 @@ def continuous_front(
     target_s: NDArray[np.float64],
     budget: SearchBudget,
     tolerance_s: float | None = None,
+    clean: bool = False,
 ) -> OptimalRuns:
-    """Method ``front``: the costate program and extremals, or the generic refinement for what it cannot treat.
+    """Method ``front``: the costate program, or the generic refinement for what it cannot treat.
+
+    With ``clean`` its points become extremals of few commands (`methods.extremal`), which takes much longer.
 
     That is an energy by a map, and stretches without current: the program knows the same train in all cells.
     """
     whole = bool((resolve(trip).supply == POWERED).all())
-    find = extremal_front if whole and trip.energy.kind != "map" else refine_front
+    find = refine_front
+    if whole and trip.energy.kind != "map":
+        find = extremal_front if clean else optimal_front
     return find(trip, fastest, target_s, budget, tolerance_s)
 
 
@@ -63,9 +68,9 @@ def find(
     if options.method == "front":
         if options.at_s or options.at_margin:
             target_s, tolerance_s = asked_targets(fastest.time_s, options.at_s, options.at_margin)
-            return continuous_front(trip, fastest.profile, target_s, budget, tolerance_s)
+            return continuous_front(trip, fastest.profile, target_s, budget, tolerance_s, options.clean)
         target_s = fastest.time_s * np.linspace(1.0, 1.0 + max_margin, options.points)
-        return continuous_front(trip, fastest.profile, target_s, budget)
+        return continuous_front(trip, fastest.profile, target_s, budget, clean=options.clean)
     max_time_s = fastest.time_s * (1.0 + max_margin)
     segment_m, speeds = options.segment_m, options.speeds
     exact = options.method == "exact"

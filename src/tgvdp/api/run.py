@@ -42,6 +42,7 @@ def search(
     max_time_s: float | None = None,
     at_s: Sequence[float] = (),
     at_margin: Sequence[float] = (),
+    clean: bool = False,
     paths: int = 100,
     heuristic: str = "ratio",
     segment_m: float | None = None,
@@ -97,6 +98,9 @@ def search(
     at_s, at_margin : sequence of float
         Running times in s, and supplements as shares of the fastest running time, at which to find the points instead
         (method ``front``): neither `points` nor `max_margin` nor `max_time_s` matters then. Met to 0.05 s.
+    clean : bool
+        Whether each point is rebuilt as an extremal of few commands, as a driver would run (method ``front``; energies
+        by a map and neutral sections keep their runs). It takes seconds in place of milliseconds; docs/extremals.md.
     paths, heuristic, dominance, bounds
         Of method ``best-first``; see `tgvdp.methods.grid.best_first`.
     segment_m, speeds
@@ -138,6 +142,7 @@ def search(
         max_time_s=max_time_s,
         at_s=at_s,
         at_margin=at_margin,
+        clean=clean,
         paths=paths,
         heuristic=heuristic,
         segment_m=segment_m,

@@ -39,7 +39,7 @@ def command(as_json: bool, quiet: bool) -> None:
             with screen.compiling():
                 parts = [second.promise("tgvdp.api.warm:checks")]
                 done = warm.tour("front")
-                parts += [second.promise("tgvdp.api.warm:tour", name) for name in ("exact", "best-first")]
+                parts += [second.promise("tgvdp.api.warm:tour", name) for name in ("clean", "exact", "best-first")]
                 done += warm.tour("map")
                 with screen.waiting():
                     done += [one for part in parts for one in part()]

@@ -143,6 +143,13 @@ class SearchOptions:
     at_margin: Sequence[float] = option(  # --at sets it too
         (), methods=_FRONT, excludes=("points", "max_margin"), unit="%", at_least=0.0
     )
+    clean: bool = option(
+        False,
+        "rebuild each point as a clean extremal: few phases, as a driver would; seconds in place of milliseconds.",
+        name="clean",
+        heading=SEARCH,
+        methods=_FRONT,
+    )
     paths: int = option(
         100,
         "stop after so many complete paths, 0: find all.",

@@ -118,7 +118,7 @@ def test_the_best_of_two_is_no_dearer_than_either():
 
 @pytest.mark.parametrize("energy", ["wheel", "pantograph"])
 def test_points_are_extremals_no_dearer_than_the_programs_runs(energy):
-    result = tgvdp.search(TGV, LGV, points=12, energy=energy)
+    result = tgvdp.search(TGV, LGV, points=12, energy=energy, clean=True)
     target_s = result.fastest.time_s * np.linspace(1.0, 1.25, 12)
     program = optimal_front(result.trip, result.fastest.profile, target_s, SearchBudget())
     assert result.counters["clean"] >= 10
@@ -133,7 +133,7 @@ def test_points_are_extremals_no_dearer_than_the_programs_runs(energy):
 
 def test_points_have_few_phases():
     """Regimes are those that were commanded: no phases of rounding."""
-    result = tgvdp.search(TGV, FLAT, points=12)
+    result = tgvdp.search(TGV, FLAT, points=12, clean=True)
     for index in range(1, 12):
         regime = result.profile(index).regime
         assert np.count_nonzero(np.diff(regime)) <= 4
@@ -145,13 +145,13 @@ def test_no_time_is_missed_on_level_track():
         davis_b_n_per_mps=50.0, davis_c_n_per_mps2=6.0,
     )  # fmt: skip
     track = tgvdp.Track(length_m=20e3, speed_limits=((0.0, 40.0),))
-    result = tgvdp.search(train, track, points=500)
+    result = tgvdp.search(train, track, points=500, clean=True)
     assert len(result.front) == 500
     assert not result.warnings
 
 
 def test_gradual_resistance_keeps_the_programs_runs():
-    result = tgvdp.search(TGV, LGV, points=4, mass_model="strip")
+    result = tgvdp.search(TGV, LGV, points=4, mass_model="strip", clean=True)
     assert result.counters["clean"] == 0
     assert all(verdict.ok for verdict in result.verify())
 

@@ -92,7 +92,8 @@ def course_of(trip: Trip) -> tuple[KernelTrain, Course]:
     returned = tables.regeneration / tables.traction if brakes else 0.0
     effort, duration, energy = np.zeros((3, len(x_m)))
     _account(unit, returned, grade, air, cell, x_m, w, effort, duration, energy)
-    effort[np.abs(effort) < _NO_EFFORT * effort_at(unit.traction, 0.0)] = 0.0
+    starting = trip.train.traction_limit.effort_n(0.0) / train.inertia_kg
+    effort[np.abs(effort) < _NO_EFFORT * starting] = 0.0
     corners_m = x_m[1:-1][(effort[:-2] < 0.0) & (effort[1:-1] > 0.0)]
     return unit, Course(
         cells.station_m, grade, air, envelope.low, x_m, w, effort, duration, energy, returned, corners_m
