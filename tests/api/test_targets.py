@@ -97,6 +97,14 @@ def test_same_and_printed_times_are_one_point():
     assert asked_targets(1.0, [], [0.1, 0.1001])[1] <= 1e-5
 
 
+@pytest.mark.parametrize("above_s", [-0.02, 0.0, 0.002, 0.02])
+def test_next_to_the_fastest_run_it_is_what_is_asked_for(above_s):
+    fastest_s = search(points=2).fastest.time_s
+    found = search(at_s=(fastest_s + above_s, 1.05 * fastest_s))
+    assert found.front.time_s == pytest.approx((fastest_s, 1.05 * fastest_s), abs=0.05)
+    assert not found.warnings
+
+
 def test_faster_than_the_fastest_run_is_infeasible():
     with pytest.raises(InfeasibleError, match=r"no run takes 100 s, the fastest one takes \d+"):
         search(at_s=[400.0, 100.0])

@@ -63,6 +63,13 @@ def test_wrong_usage(tmp_path, monkeypatch, capsys, arguments, code, message):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_results_of_one_name_are_numbered(tmp_path, capsys):
+    out = str(tmp_path / "one")
+    assert main(["search", "--train", "tgv", *SHORT, "--points", "4", "--no-pictures", "--quiet", "--out", out]) == 0
+    assert main(["compare", out, out, "--at", "5%", "--out", str(tmp_path / "both"), "--json"]) == 0
+    assert [run["name"] for run in json.loads(capsys.readouterr().out)["runs"]] == ["result 1", "result 2"]
+
+
 @pytest.mark.parametrize("text", ["no JSON", "[]", '{"schema": "tgvdp.solve/1"}'])
 def test_files_that_are_no_results(tmp_path, capsys, text):
     (tmp_path / "result.json").write_text(text)

@@ -78,3 +78,13 @@ def test_distances_out_of_range(case, every_m):
     trip, profile = case
     with pytest.raises(InputError, match="samples: "):
         sampled(trip, profile, every_m)
+
+
+@pytest.mark.parametrize("every_m", [7.3, 100.0, 1000.0])
+def test_efforts_are_means_up_to_the_next_sample(case, every_m):
+    trip, profile = case
+    table, steps_m = sampled(trip, profile, every_m), np.diff(profile.position_m)
+    work_j = np.concatenate(([0.0], np.cumsum(profile.force_n[:-1] * steps_m)))
+    between_j = np.diff(np.interp(table.position_m, profile.position_m, work_j))
+    assert table.force_n[:-1] * np.diff(table.position_m) == pytest.approx(between_j, rel=1e-3, abs=1e-4 * work_j.max())
+    assert table.force_n[:-1].max() <= trip.train.traction_limit.effort_n(0.0) * (1.0 + 1e-9)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _CERTIFIED_TIMES = 32
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SearchResult:
     """What a search found.
 
@@ -185,6 +185,12 @@ class SearchResult:
 
         profile = self.profile(index)
         return samples_frame(rows_of(self.trip, profile) if every_m is None else sampled(self.trip, profile, every_m))
+
+    def __repr__(self) -> str:
+        name = f"{self.trip.train.name} on {self.trip.track.name}"
+        return (
+            f"<SearchResult: {name}, method {self.method}, {len(self.front)} points from {self.fastest.time_s:.1f} s>"
+        )
 
     def _repr_html_(self) -> str:
         """Show a small picture and a table, in notebooks."""

@@ -36,10 +36,11 @@ def asked_targets(
     InfeasibleError
         When one is shorter than the fastest run.
     """
+    near_s = min(_PRINTED_S, _PRINTED_SHARE * fastest_s)
     asked_s = np.array([*at_s, *(fastest_s * (1.0 + margin) for margin in at_margin)])
-    if asked_s.min() < fastest_s - min(_PRINTED_S, _PRINTED_SHARE * fastest_s):
+    if asked_s.min() < fastest_s - near_s:
         raise InfeasibleError(f"search: no run takes {asked_s.min():.7g} s, the fastest one takes {fastest_s:.7g} s")
-    sorted_s = np.unique(np.maximum(asked_s, fastest_s))
+    sorted_s = np.unique(np.where(asked_s <= fastest_s + near_s, fastest_s, asked_s))
     target_s = sorted_s[np.diff(sorted_s, prepend=-np.inf) > _SAME_TIME * fastest_s]
     step_s = float(np.diff(target_s).min(initial=np.inf))
     return target_s, min(_MET_S, _MET_SHARE * fastest_s, _MET_STEP * step_s)

@@ -132,7 +132,7 @@ def command(
         click.echo(f"in {out}: {', '.join(file.name for file in files)}", err=as_json)
         for text in large_gaps(content):
             click.echo(f"tgvdp: note: {text}", err=True)
-    return _judge(content, quiet)
+    return _judge(content, certificate is None or certificate.complete, quiet)
 
 
 def _asked(second: SecondProcess, task: str, formats: Sequence[str], *shown: Any) -> Callable[[], dict[str, bytes]]:
@@ -163,7 +163,7 @@ def _title(result: "SearchResult", changes: Sequence[str]) -> str:
     return f"{title}, with {', '.join(changes)}" if changes else title
 
 
-def _judge(content: Mapping[str, Any], quiet: bool) -> int:
+def _judge(content: Mapping[str, Any], is_proved: bool, quiet: bool) -> int:
     """Exit code of a result, and a word on stderr where it is not all that was asked for."""
     failed = [str(point["id"]) for point in content["front"] if not point["replay"]["ok"]]
     if failed:
@@ -171,6 +171,9 @@ def _judge(content: Mapping[str, Any], quiet: bool) -> int:
     if content["complete"]:
         if "warning" in content and not quiet:
             click.echo(f"tgvdp: warning: {content['warning']}", err=True)
-        return 0
+        if is_proved:
+            return 0
+        click.echo("tgvdp: budget reached: the time limit ended the proof, bounds are missing or loose", err=True)
+        return BudgetExceededError.exit_code
     click.echo(f"tgvdp: budget reached: {content['warning']}", err=True)
     return BudgetExceededError.exit_code

@@ -55,7 +55,9 @@ def names_of(contents: Sequence[Mapping[str, Any]], given: Sequence[str] = ()) -
     for names in (trains, tracks, [f"{train} on {track}" for train, track in zip(trains, tracks, strict=True)]):
         if len(set(names)) == len(names):
             return list(names)
-    return list(given) or [f"result {number}" for number in range(1, len(contents) + 1)]
+    if given and len(set(given)) == len(given):
+        return list(given)
+    return [f"result {number}" for number in range(1, len(contents) + 1)]
 
 
 def compare_object(

@@ -31,7 +31,7 @@ class Samples(NamedTuple):
     gradient_permil : float64
         Gradient of the line from here on, ‰, positive uphill.
     force_n : float64
-        Mean effort at the wheel up to the next sample, or up to the next row of the profile if that is nearer, N.
+        Mean effort at the wheel up to the next sample, N; the last one repeats.
     regime : int8
         Index into `tgvdp.runs.profile.REGIMES`.
     """
@@ -89,9 +89,11 @@ def sampled(trip: Trip, profile: Profile, every_m: float) -> Samples:
     share = (at - x[row]) / (x[row + 1] - x[row])
     energy_j = profile.energy_j[row] + fine.energy_j[here] - fine.energy_j[start] + share * (claimed_j - in_parts_j)
     position_m = trip.origin_m + at
+    work_j = np.concatenate(([0.0], np.cumsum(fine.force_n[:-1] * np.diff(fine_x))))[here]
+    force_n = np.diff(work_j) / np.diff(at)
     return Samples(
         position_m, fine.speed_mps[here], limit_at(trip, position_m), gradient_at(trip, position_m), fine.time_s[here],
-        fine.force_n[here], energy_j, profile.regime[row],
+        np.append(force_n, force_n[-1]), energy_j, profile.regime[row],
     )  # fmt: skip
 
 
