@@ -62,6 +62,21 @@ def kernel_train(train: Train) -> KernelTrain:
     )
 
 
+def per_kilogram(train: KernelTrain) -> KernelTrain:
+    """The same train with all forces per unit of inertia."""
+    per_kg = 1.0 / train.inertia_kg
+    scale = np.array([1.0, *(per_kg,) * 5])
+    return train._replace(
+        inertia_kg=1.0,
+        davis_a_n=train.davis_a_n * per_kg,
+        davis_b=train.davis_b * per_kg,
+        traction=train.traction * scale,
+        braking=train.braking * scale,
+        friction_n=train.friction_n * per_kg,
+        rates=train.rates * scale,
+    )
+
+
 def _friction_n(train: Train) -> float:
     """Effort of the friction brake: where rates are given, enough to keep them on any line that is not vertical."""
     if not train.braking_rates:

@@ -19,7 +19,7 @@ from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Rows
 from tgvdp.physics.codes import NO_ROOM, NOT_MET, OK
 from tgvdp.physics.energy import energy_tables
-from tgvdp.physics.forces import KernelTrain, kernel_train
+from tgvdp.physics.forces import KernelTrain, kernel_train, per_kilogram
 from tgvdp.runs.fastest import envelope_of, reachable_w
 from tgvdp.runs.profile import Profile
 
@@ -33,21 +33,6 @@ _TOLERANCE = 2e-5
 _FLOOR = 1e-4
 _NO_ENDS = np.full(6, np.inf)
 _NO_TARGET = np.full(1, np.nan)
-
-
-def _per_kilogram(train: KernelTrain) -> KernelTrain:
-    """The same train with all forces per unit of inertia."""
-    per_kg = 1.0 / train.inertia_kg
-    scale = np.array([1.0, *(per_kg,) * 5])
-    return train._replace(
-        inertia_kg=1.0,
-        davis_a_n=train.davis_a_n * per_kg,
-        davis_b=train.davis_b * per_kg,
-        traction=train.traction * scale,
-        braking=train.braking * scale,
-        friction_n=train.friction_n * per_kg,
-        rates=train.rates * scale,
-    )
 
 
 class Run(NamedTuple):
@@ -93,7 +78,7 @@ class Mesh:
 
     def __post_init__(self) -> None:
         inertia_kg = self.train.inertia_kg
-        self.unit_train = _per_kilogram(self.train)
+        self.unit_train = per_kilogram(self.train)
         self.unit_cells = self.cells._replace(grade_n=self.cells.grade_n / inertia_kg, air=self.cells.air / inertia_kg)
         self.top_w = float(self.fast.max())
         self.flat_out = np.column_stack((self.fast,) * 3)

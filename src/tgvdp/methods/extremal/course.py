@@ -12,7 +12,15 @@ from tgvdp.methods.costate.characteristics import holding_w
 from tgvdp.model.trip import Trip
 from tgvdp.physics.arc import duration_and_work
 from tgvdp.physics.energy import energy_tables, regenerated
-from tgvdp.physics.forces import KernelTrain, effort_at, kernel_train, mean_brake, mean_effort, mean_resistance
+from tgvdp.physics.forces import (
+    KernelTrain,
+    effort_at,
+    kernel_train,
+    mean_brake,
+    mean_effort,
+    mean_resistance,
+    per_kilogram,
+)
 from tgvdp.runs.fastest import envelope_of
 
 #: Rows of a run, per usual one: time and energy of a row to 1e-6.
@@ -59,21 +67,6 @@ class Course(NamedTuple):
     energy: NDArray[np.float64]
     returned: float
     corner_m: NDArray[np.float64]
-
-
-def per_kilogram(train: KernelTrain) -> KernelTrain:
-    """The same train with all forces per unit of inertia."""
-    per_kg = 1.0 / train.inertia_kg
-    scale = np.array([1.0, *(per_kg,) * 5])
-    return train._replace(
-        inertia_kg=1.0,
-        davis_a_n=train.davis_a_n * per_kg,
-        davis_b=train.davis_b * per_kg,
-        traction=train.traction * scale,
-        braking=train.braking * scale,
-        friction_n=train.friction_n * per_kg,
-        rates=train.rates * scale,
-    )
 
 
 def course_of(trip: Trip) -> tuple[KernelTrain, Course]:
