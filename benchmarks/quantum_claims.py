@@ -92,8 +92,9 @@ def _penalties(rows: Sequence[Row]) -> Iterator[str]:
         yield (
             f"**Penalties, {encoding}.** Over the {len(own)} instances of the library that this encoding writes in at "
             f"most 20 bits, the sufficient weight is the critical one times {_span(ratios)}. On `easy` the critical "
-            f"weight is {easy}: below it the minimum of the QUBO breaks a constraint. The least string is an optimum with "
-            f"the sufficient weight but on {_wrong(own, 'sufficient')}, with `tenfold` but on {_wrong(own, 'tenfold')}."
+            f"weight is {easy}: below it the minimum of the QUBO breaks a constraint. The least string is an optimum "
+            f"with the sufficient weight but on {_wrong(own, 'sufficient')}, with `tenfold` but on "
+            f"{_wrong(own, 'tenfold')}."
         )
 
 
