@@ -1,4 +1,4 @@
-"""The front method on lines with neutral sections: no traction there, and no auxiliaries where the pantograph is lowered."""
+"""Neutral sections in the front method: no traction there, and no auxiliaries where the pantograph is lowered."""
 
 from dataclasses import replace
 
