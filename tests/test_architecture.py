@@ -14,13 +14,14 @@ from tgvdp._jit.cache import KERNEL_FREE
 PACKAGE = Path(__file__).resolve().parents[1] / "src" / "tgvdp"
 
 #: Leaves that every room may use.
-LEAVES = {"errors", "units", "constants", "second_process", "__version__"}
+LEAVES = {"errors", "memory", "units", "constants", "second_process", "__version__"}
 
 #: Room → the rooms it may import besides itself and the leaves. Edges (cli, api) stand last.
 MAY_IMPORT = {
     "errors": set(),
     "units": set(),
     "constants": set(),
+    "memory": set(),
     "second_process": set(),
     "pareto": set(),
     "_jit": set(),
