@@ -13,13 +13,13 @@ from tgvdp.formulations.qubo.bits import BitsForm, encode_bits
 from tgvdp.formulations.qubo.qubo import QuboBuilder
 from tgvdp.solvers.allowance import ITEMS, Allowance, BetaRange
 from tgvdp.solvers.registry import SOLVERS, solve
-from tgvdp.solvers.samplers.tempering_kernel import temper
+from tgvdp.solvers.tempering.kernel import temper
 
 pytestmark = pytest.mark.filterwarnings("ignore::tgvdp.formulations.problem.binary.FormulationWarning")
 
 SAMPLERS = ("sa", "pt", "tabu", "descent")
 #: Modules of solvers that need no extra.
-OWN = ("exact.solve", "samplers.coin_tosses", "samplers.tempering")
+OWN = ("exact.solve", "samplers.coin_tosses", "tempering.solve")
 
 
 @pytest.mark.parametrize("encoding", ["bits", "bits+slack", "unary"])

@@ -49,7 +49,7 @@ SOLVERS: dict[str, Solver] = {
     "cqm": Solver("programs.cqm", "solve_cqm"),
     "leap": Solver("programs.cqm", "solve_leap", _BOTH, uses=("time_limit_s",)),
     "sa": Solver("samplers.annealing", "solve_sa", qubo=True, uses=("sweeps", "beta", *_SAMPLER)),
-    "pt": Solver("samplers.tempering", "solve_pt", qubo=True, uses=("sweeps", "beta", "replicas", *_SAMPLER)),
+    "pt": Solver("tempering.solve", "solve_pt", qubo=True, uses=("sweeps", "beta", "replicas", *_SAMPLER)),
     "tabu": Solver("samplers.annealing", "solve_tabu", qubo=True, uses=("sweeps", "tenure", *_SAMPLER)),
     "descent": Solver("samplers.annealing", "solve_descent", qubo=True, uses=_SAMPLER),
     "random": Solver("samplers.coin_tosses", "solve_random", qubo=True, uses=_SAMPLER),

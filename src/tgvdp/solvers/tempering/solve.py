@@ -14,7 +14,7 @@ from tgvdp.formulations.qubo.encoded import Encoded
 from tgvdp.formulations.qubo.qubo import Qubo
 from tgvdp.solvers.allowance import Allowance, BetaRange
 from tgvdp.solvers.samplers.sampling import Samples, sampled_solution
-from tgvdp.solvers.samplers.tempering_kernel import Floats, temper
+from tgvdp.solvers.tempering.kernel import Floats, temper
 
 
 def solve_pt(encoded: Encoded, allowance: Allowance) -> Solution:
