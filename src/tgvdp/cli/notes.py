@@ -1,8 +1,10 @@
 """What ``tgvdp search`` says about its input and result, a line each: what does not act, and what looks like a slip."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
+
+from tgvdp.units import mps_to_kmh
 
 if TYPE_CHECKING:
     from tgvdp.model.track import Track
@@ -29,6 +31,24 @@ def unused_line_speed(track: "Track", speed_mps: float) -> Iterator[str]:
     """Say that a line speed found no place without a limit."""
     if all(abs(row.speed_mps - speed_mps) > _SAME_MPS for row in track.speed_limits):
         yield "--line-speed changes nothing: the file of the line gives a limit everywhere"
+
+
+def idle_restrictions(trip: "Trip", restrictions: Sequence[tuple[float, float, float]]) -> Iterator[str]:
+    """Say which speed restrictions (from, to, m; speed, m/s) of a trip make nothing slower."""
+    limits = trip.track.speed_limits
+    ends_m = [*(row.position_m for row in limits[1:]), trip.track.length_m]
+    for from_m, to_m, speed_mps in restrictions:
+        low_m, high_m = max(from_m, trip.origin_m), min(to_m, trip.destination_m)
+        held_mps = [
+            row.speed_mps
+            for row, end_m in zip(limits, ends_m, strict=True)
+            if row.position_m < high_m and end_m > low_m
+        ]
+        where = f"the speed restriction from {from_m:.12g} to {to_m:.12g} m"
+        if low_m >= high_m:
+            yield f"{where} lies outside the trip"
+        elif min(max(held_mps), trip.train.max_speed_mps) < speed_mps - _SAME_MPS:
+            yield f"{where} changes nothing: {mps_to_kmh(speed_mps):.6g} km/h are not reached there anyway"
 
 
 def idle(trip: "Trip") -> Iterator[str]:
