@@ -133,7 +133,7 @@ def tolerance() -> Iterator[Entry]:
 
 
 def fine() -> Iterator[Entry]:
-    """Δv = 0.1 m/s, where the rule of thumb for the penalty picks a wrong minimum."""
+    """Δv = 0.1 m/s, where the rule of thumb for the penalty can pick a wrong minimum."""
     for steps in (5, 8, 20):
         yield _binary("fine", steps, steps * steps // 6, dv_mps=0.1)
 

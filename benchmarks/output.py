@@ -87,3 +87,12 @@ def read_reports(folder: Path) -> dict[str, dict[str, Any]]:
     """All reports of a folder, by name."""
     found = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob("*.json"))]
     return {content["name"]: content for content in found if content.get("schema") == SCHEMA}
+
+
+def replace_between(page: Path, begin: str, end: str, text: str) -> None:
+    """Put text between two marks of a page."""
+    head, mark, rest = page.read_text(encoding="utf-8").partition(begin)
+    _, found, tail = rest.partition(end)
+    if not (mark and found):
+        raise SystemExit(f"{page}: has no lines {begin} and {end} to write between")
+    page.write_text(f"{head}{begin}\n{text}{end}{tail}", encoding="utf-8")

@@ -7,8 +7,16 @@ Penalties and sweeps were tuned for the shortest TTS99 on easy-n010, easy-n014 a
 import sys
 from pathlib import Path
 
+from benchmarks.output import replace_between
+from benchmarks.quantum_claims import BEGIN, END, claims
+from benchmarks.quantum_penalties import penalty_rows
 from benchmarks.timing import ROOT
 from tgvdp.cli import main as tgvdp
+from tgvdp.report.files import write_files
+from tgvdp.report.plain import csv_text
+
+#: The page that states what the runs show.
+PAGE = ROOT / "docs" / "quantum-benchmark.md"
 
 #: N = 4..60: constant energy without and with slow zones.
 REPORTED = (
@@ -45,11 +53,13 @@ def runs(folder: Path) -> list[list[str]]:
 
 
 def main(folder: Path) -> None:
-    """Make the runs that are missing, and all tables and pictures."""
+    """Make the runs that are missing, all tables and pictures, and the statements of the page."""
     for arguments in runs(folder):
         code = tgvdp(["bench", *arguments])
         if code:
             sys.exit(code)
+    write_files(folder, {"penalties.csv": csv_text(penalty_rows())})
+    replace_between(PAGE, BEGIN, END, claims(folder))
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from benchmarks.output import read_reports
+from benchmarks.output import read_reports, replace_between
 from tgvdp.report.plain import shown
 
 BEGIN, END = "<!-- benchmarks: begin (python -m benchmarks summary) -->", "<!-- benchmarks: end -->"
@@ -123,10 +123,5 @@ def summarise(folder: Path, readme: Path | None) -> str:
     text = table(reports)
     (folder / "summary.md").write_text(f"# Benchmarks: the bars\n\n{text}", encoding="utf-8")
     if readme is not None:
-        page = readme.read_text(encoding="utf-8")
-        head, mark, rest = page.partition(BEGIN)
-        _, end, tail = rest.partition(END)
-        if not (mark and end):
-            raise SystemExit(f"{readme}: has no lines {BEGIN} and {END} to write between")
-        readme.write_text(f"{head}{BEGIN}\n{text}{END}{tail}", encoding="utf-8")
+        replace_between(readme, BEGIN, END, text)
     return text

@@ -145,7 +145,7 @@ def test_files_and_figures_of_a_benchmark(tmp_path, capsys):
     assert "random:unary" in capsys.readouterr().out
     assert {path.name for path in out.iterdir()} == {
         "benchmark.csv", "benchmark.json", "benchmark.md", "runs.csv", "runs", "success.png", "sizes.png",
-        "landscape.png", "pareto.png",
+        "landscape.png", "pareto.csv", "pareto.png",
     }  # fmt: skip
     rows = {(row["Problem"], row["Workflow"]): row for row in table(out)}
     exact = rows["trip", "dp"]

@@ -10,7 +10,7 @@ import math
 
 from tgvdp._jit import kernel, part
 from tgvdp.certificate.cell_bounds import UNIT_ROUNDOFF, cell_kernel, standstill_cell
-from tgvdp.certificate.efforts import load_in, merge_tables, same_load
+from tgvdp.certificate.efforts import load_in, merge_tables, price_in, same_forces, train_in
 from tgvdp.certificate.hamiltonian import Hamiltonian
 from tgvdp.certificate.regimes import is_standstill
 
@@ -78,9 +78,9 @@ def best_steps(train, tables, cells, caps, w, multiplier, left, right, size, top
     dynamics = 0
     for k in range(first, last + 1):
         load = load_in(train, cells, k)
-        if merged < 0 or not same_load(cells, k, merged):
+        if merged < 0 or not same_forces(cells, k, merged):
             merged = k
-            pulls, brakes, dynamics = merge_tables(train, load, top_v, pieces)
+            pulls, brakes, dynamics = merge_tables(train_in(train, cells, k), load, top_v, pieces)
         if k > first:
             _across_jump(
                 right[k - 1], size[k - 1, 1], left[k], size[k, 0], caps.node[k], arrived, ahead, came[k, 0]
@@ -91,12 +91,20 @@ def best_steps(train, tables, cells, caps, w, multiplier, left, right, size, top
                 ahead[j] = p * w[0]
                 if starts:
                     ahead[j] = standstill_cell(
-                        pieces[0], pulls, load_in(train, cells, 0), True, cells.length_m[0], multiplier, p, w[0],
-                        caps.cell[0], tables.traction,
+                        pieces[0], pulls, load_in(train, cells, 0), True, cells.length_m[0],
+                        price_in(train, cells, 0, multiplier), p, w[0], caps.cell[0], tables.traction,
                     )  # fmt: skip
         rounding = 0.0
         h = Hamiltonian(
-            pieces, pulls, brakes, dynamics, tables.traction, tables.regeneration, load, rounding, multiplier
+            pieces,
+            pulls,
+            brakes,
+            dynamics,
+            tables.traction,
+            tables.regeneration,
+            load,
+            rounding,
+            price_in(train, cells, k, multiplier),
         )
         cell_v = min(math.sqrt(caps.cell[k]) * (1.0 + 4.0 * UNIT_ROUNDOFF), top_v)
         _across_cell(
@@ -110,8 +118,8 @@ def best_steps(train, tables, cells, caps, w, multiplier, left, right, size, top
         value = arrived[i] - p * w[count]
         if stops:
             value = arrived[i] + standstill_cell(
-                pieces[1], brakes, load_in(train, cells, count - 1), False, cells.length_m[count - 1], multiplier, -p,
-                w[count], caps.cell[count - 1], tables.regeneration,
+                pieces[1], brakes, load_in(train, cells, count - 1), False, cells.length_m[count - 1],
+                price_in(train, cells, count - 1, multiplier), -p, w[count], caps.cell[count - 1], tables.regeneration,
             )  # fmt: skip
         if value > total:
             total = value

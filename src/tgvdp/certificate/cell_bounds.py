@@ -14,7 +14,7 @@ docs/certificate.md.
 import math
 
 from tgvdp._jit import kernel
-from tgvdp.certificate.efforts import largest_effort, load_at, load_in, merge_tables, same_load
+from tgvdp.certificate.efforts import largest_effort, load_at, load_in, merge_tables, price_in, same_forces, train_in
 from tgvdp.certificate.hamiltonian import ROUNDINGS, Hamiltonian, least_hamiltonian
 from tgvdp.certificate.regimes import is_standstill
 
@@ -137,18 +137,19 @@ def bound_kernel(train, tables, cells, caps, w, multiplier, left, right, top_v, 
             continue
         d = cells.length_m[k]
         load = load_in(train, cells, k)
+        price = price_in(train, cells, k, multiplier)
         cap = caps.cell[k]
-        if merged < 0 or not same_load(cells, k, merged):
+        if merged < 0 or not same_forces(cells, k, merged):
             merged = k
-            pulls, brakes, dynamics = merge_tables(train, load, top_v, pieces)
+            pulls, brakes, dynamics = merge_tables(train_in(train, cells, k), load, top_v, pieces)
         if k == 0 and first_stands:
             per_joule = tables.traction
-            bound[k] = standstill_cell(pieces[0], pulls, load, True, d, multiplier, left[1], w[0], cap, per_joule)
+            bound[k] = standstill_cell(pieces[0], pulls, load, True, d, price, left[1], w[0], cap, per_joule)
             doubt[k] = ROUNDINGS * (abs(bound[k]) + per_joule * (w[0] + abs(load.r0) * d))
         elif k == last and last_stands:
             per_joule = tables.regeneration
             bound[k] = standstill_cell(
-                pieces[1], brakes, load, False, d, multiplier, -right[k - 1], w[count], cap, per_joule
+                pieces[1], brakes, load, False, d, price, -right[k - 1], w[count], cap, per_joule
             )
             doubt[k] = ROUNDINGS * (abs(bound[k]) + per_joule * (w[count] + abs(load.r0) * d))
         else:
@@ -159,9 +160,7 @@ def bound_kernel(train, tables, cells, caps, w, multiplier, left, right, top_v, 
                 arrival = min(0.0, left[k] - right[k - 1]) * caps.node[k]
             leaving = -right[k] * w[count] if k == last else 0.0
             size = (train.davis_a_n + abs(cells.grade_n[k])) / mass
-            h = Hamiltonian(
-                pieces, pulls, brakes, dynamics, tables.traction, tables.regeneration, load, size, multiplier
-            )
+            h = Hamiltonian(pieces, pulls, brakes, dynamics, tables.traction, tables.regeneration, load, size, price)
             cell_v = min(math.sqrt(cap) * (1.0 + 4.0 * UNIT_ROUNDOFF), top_v)
             mean, rounding = cell_kernel(h, left[k], right[k], d, cell_v, caps.rise[k, 0], caps.rise[k, 1])
             bound[k] = d * mean + arrival + leaving

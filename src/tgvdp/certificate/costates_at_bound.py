@@ -9,7 +9,16 @@ is not: behind a drop slower trains pull harder, and with the tangent the least 
 import math
 
 from tgvdp._jit import kernel, leaf
-from tgvdp.certificate.efforts import load_at, load_in, merge_tables, piece_at, piece_value, same_load
+from tgvdp.certificate.efforts import (
+    load_at,
+    load_in,
+    merge_tables,
+    piece_at,
+    piece_value,
+    price_in,
+    same_forces,
+    train_in,
+)
 from tgvdp.certificate.hamiltonian import Hamiltonian
 from tgvdp.physics.codes import TRACTION
 
@@ -113,14 +122,15 @@ def raise_costates(train, tables, multiplier, cells, cap, w, label, top_v, piece
             raised = False
             continue
         load = load_in(train, cells, k)
-        if pulls == 0 or not same_load(cells, k, merged):
+        if pulls == 0 or not same_forces(cells, k, merged):
             merged = k
-            pulls, _, _ = merge_tables(train, load, top_v, pieces)
-        h = Hamiltonian(pieces, pulls, 0, 0, tables.traction, tables.regeneration, load, 0.0, multiplier)
+            pulls, _, _ = merge_tables(train_in(train, cells, k), load, top_v, pieces)
+        price = price_in(train, cells, k, multiplier)
+        h = Hamiltonian(pieces, pulls, 0, 0, tables.traction, tables.regeneration, load, 0.0, price)
         d = cells.length_m[k]
         fast = math.sqrt(w[k + 1])
         tangent, excess = tangent_and_excess(h, p, fast)
-        raised = raised or excess > _SPARE * multiplier / (fast * fast * fast)
+        raised = raised or excess > _SPARE * price / (fast * fast * fast)
         if not raised:
             continue
         before = min(p - d * (tangent - excess), hold)

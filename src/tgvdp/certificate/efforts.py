@@ -4,6 +4,8 @@ import math
 from typing import NamedTuple
 
 from tgvdp._jit import kernel, leaf
+from tgvdp.model.track import POWERED
+from tgvdp.physics.forces import unpowered
 
 #: Columns of a table of effort pieces: from_mps, P, c0, c1, c2, c3.
 PIECE_COLUMNS = 6
@@ -31,9 +33,22 @@ def load_at(load, v):
 
 
 @leaf
-def same_load(cells, k, j):
-    """Whether the load is the same in two cells."""
-    return cells.grade_n[k] == cells.grade_n[j] and cells.air[k] == cells.air[j]
+def train_in(train, cells, k):
+    """The train as a cell has it: without current in a neutral section."""
+    return train if cells.supply[k] == POWERED else unpowered(train)
+
+
+@leaf
+def price_in(train, cells, k, multiplier):
+    """Price of a second in a cell per unit of inertia: λ with auxiliaries, less what those do not draw there."""
+    return multiplier - cells.saved_w[k] / train.inertia_kg
+
+
+@leaf
+def same_forces(cells, k, j):
+    """Whether load and efforts are the same in two cells."""
+    powered = (cells.supply[k] == POWERED) == (cells.supply[j] == POWERED)
+    return powered and cells.grade_n[k] == cells.grade_n[j] and cells.air[k] == cells.air[j]
 
 
 @leaf

@@ -16,7 +16,6 @@ from tgvdp.certificate.regime_costates import Costates
 from tgvdp.certificate.regimes import LabelledRun, row_efforts
 from tgvdp.certificate.speed_bound import Caps, lower_caps, speed_bound
 from tgvdp.line.cells import Cells, cells_of
-from tgvdp.model.track import LOWERED
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Rows
 from tgvdp.physics.energy import EnergyTables, energy_tables
@@ -88,6 +87,15 @@ class Ledger(NamedTuple):
         return (float(self.doubt.sum()) + adding) * UNIT_ROUNDOFF
 
 
+def _broken_at(table: _Floats, more_mps: _Floats) -> _Floats:
+    """An effort curve's table, (n, 6), whose pieces also break at given speeds."""
+    from_mps = np.union1d(table[:, 0], more_mps)
+    broken = table[np.searchsorted(table[:, 0], from_mps, side="right") - 1]
+    broken[:, 0] = from_mps
+    broken.setflags(write=False)  # as the tables of effort curves: one type for the kernels
+    return np.asarray(broken)
+
+
 class BoundingProblem:
     """A trip prepared for lower bounds of E + λT, E as the trip's energy model has it (but for maps)."""
 
@@ -97,12 +105,6 @@ class BoundingProblem:
         self.energy: EnergyTables = energy_tables(trip.train, trip.energy)
         cells = cells_of(trip)
         self.cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
-        #: What auxiliaries draw at least, where not at all times: elsewhere they are part of the multiplier.
-        self._auxiliary_j = 0.0
-        if LOWERED in cells.supply:
-            draws_s = np.where(cells.supply == LOWERED, 0.0, cells.length_m / np.sqrt(self.cells.limit_w))
-            self._auxiliary_j = self.energy.auxiliary_w * float(draws_s.sum()) * (1.0 - _ROUNDING)
-            self.energy = self.energy._replace(auxiliary_w=0.0)
         self.top_mps = math.sqrt(float(self.cells.limit_w.max())) * (1.0 + 1e-15)
         self.train = self._with_rates()
         size = 2 * max(len(self.train.traction), len(self.train.braking))
@@ -110,14 +112,14 @@ class BoundingProblem:
         self._speed_bounds = self._speed_bound(True), self._speed_bound(False)
 
     def _with_rates(self) -> KernelTrain:
-        """The train with a table of the dynamic brake that breaks where its braking rates do."""
+        """The train with tables of the dynamic brake, or none, that break where its braking rates do."""
         train = self.train
         if len(train.rates) == 0:
             return train
-        from_mps = np.union1d(train.braking[:, 0], train.rates[:, 0])
-        braking = train.braking[np.searchsorted(train.braking[:, 0], from_mps, side="right") - 1]
-        braking[:, 0] = from_mps
-        return train._replace(braking=braking)
+        return train._replace(
+            braking=_broken_at(train.braking, train.rates[:, 0]),
+            no_effort=_broken_at(train.no_effort, train.rates[:, 0]),
+        )
 
     def _speed_bound(self, forward: bool) -> Rows:
         """Rows of an outer bound of the fastest run: by traction from the origin, or by braking to the destination."""
@@ -135,7 +137,10 @@ class BoundingProblem:
         """Energy below which no run of any duration goes, J: effort never returns more than η of its work."""
         work_j = 0.5 * self.train.inertia_kg * (self.trip.end_speed_mps**2 - self.trip.start_speed_mps**2)
         work_j += float((self.train.davis_a_n + self.cells.grade_n) @ self.cells.length_m)
-        return max(self.energy.traction * work_j, self.energy.regeneration * work_j) + self._auxiliary_j
+        work_j = max(self.energy.traction * work_j, self.energy.regeneration * work_j)
+        drawn_w = self.energy.auxiliary_w - self.cells.saved_w
+        least_s = self.cells.length_m / np.sqrt(self.cells.limit_w) * (1.0 - _ROUNDING)
+        return work_j + float(drawn_w @ least_s)
 
     def total(self, multiplier_j_per_s: float) -> float:
         """The multiplier with the power of auxiliaries, which is a price of time, too: what kernels take, J/s."""
@@ -151,7 +156,7 @@ class BoundingProblem:
         ledger = self.ledger(x_m, w, multiplier_j_per_s, fineness)
         if math.isfinite(gain_j):
             ledger = self._ascended(ledger, self.total(multiplier_j_per_s) / self.train.inertia_kg, gain_j)
-        return self.train.inertia_kg * (ledger.total - ledger.error) + self._auxiliary_j
+        return self.train.inertia_kg * (ledger.total - ledger.error)
 
     def ledger(self, x_m: _Floats, w: _Floats, multiplier_j_per_s: float, fineness: float = 1.0) -> Ledger:
         """Bound of E + λT cell by cell.
@@ -231,7 +236,8 @@ class BoundingProblem:
         row_efforts(self.train, x_m, w, grade_n, air, row_effort)
         effort = row_effort[row]
         limit_w = self.cells.limit_w[row_cell][row]
-        cells = Cells(node_m, np.diff(node_m), grade_n[row], air[row], limit_w, self.cells.supply[row_cell][row])
+        supply, saved_w = self.cells.supply[row_cell][row], self.cells.saved_w[row_cell][row]
+        cells = Cells(node_m, np.diff(node_m), grade_n[row], air[row], limit_w, supply, saved_w)
         count = len(row)
         label, source, growth = np.empty(count, dtype=np.int8), np.zeros((count, 4)), np.zeros((count, 4))
         levels = -0.5 * self.energy.traction, -0.5 * self.energy.regeneration

@@ -88,8 +88,7 @@ def _forward(run, first, last, p, out):
 @leaf
 def _stiffness(run, k):
     """∂²H/∂w² = ¾λ/v⁵, times the length of cell k."""
-    middle = 0.5 * (run.w[k] + run.w[k + 1])
-    return 0.75 * run.multiplier * run.cells.length_m[k] / (middle * middle * math.sqrt(middle))
+    return 3.0 * run.source[k, 1] / (run.w[k] + run.w[k + 1]) * run.cells.length_m[k]
 
 
 @kernel

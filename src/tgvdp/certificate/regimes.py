@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import kernel, leaf
-from tgvdp.certificate.efforts import load_in, merge_tables, piece_at, piece_value, same_load
+from tgvdp.certificate.efforts import load_in, merge_tables, piece_at, piece_value, price_in, same_forces, train_in
 from tgvdp.line.cells import Cells
 from tgvdp.physics.codes import (
     BRAKING,
@@ -163,8 +163,8 @@ def label_cells(train, tables, run, top_v, pieces):
     counts = (0, 0, 0)
     for k in range(label.shape[0]):
         load = load_in(train, run.cells, k)
-        if k == 0 or not same_load(run.cells, k, k - 1):
-            counts = merge_tables(train, load, top_v, pieces)
+        if k == 0 or not same_forces(run.cells, k, k - 1):
+            counts = merge_tables(train_in(train, run.cells, k), load, top_v, pieces)
         v0 = math.sqrt(w[k])
         v1 = math.sqrt(w[k + 1])
         v = 0.5 * (v0 + v1)
@@ -173,12 +173,13 @@ def label_cells(train, tables, run, top_v, pieces):
             continue  # cells at a standstill have no costate
         m1 = 1.0 / v
         m3 = 1.0 / (v0 * v1 * v)
+        price = price_in(train, run.cells, k, run.multiplier)
         load_w = 0.5 * load.r1 * m1 + load.r2
         pull_w = _by_w(pieces[0], counts[0], v, m1, m3)
         brake_w = _by_w(pieces[1], counts[1], v, m1, m3)
         dynamic_w = _by_w(pieces[2], counts[2], v, m1, m3)
         for j in range(4):
-            source[k, j] = 0.5 * run.multiplier * m3
+            source[k, j] = 0.5 * price * m3
             growth[k, j] = 2.0 * load_w
         source[k, 0] -= tables.traction * pull_w
         growth[k, 0] -= 2.0 * pull_w

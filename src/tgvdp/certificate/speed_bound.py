@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import kernel, leaf
-from tgvdp.certificate.efforts import Load, largest_effort, load_at, load_in, merge_comfort, piece_at
+from tgvdp.certificate.efforts import Load, largest_effort, load_at, load_in, merge_comfort, piece_at, train_in
 
 #: Change of speed in a row; and the speed of the first one, relative to the largest limit.
 _STEP = 5e-4
@@ -111,14 +111,15 @@ def speed_bound(train, forward, cells, end_w, pieces, rows):
     for j in range(count):
         k = j if forward else count - 1 - j
         load = load_in(train, cells, k)
+        here = train_in(train, cells, k)
         length = cells.length_m[k]
         if forward:
             comfort = train.max_acceleration
-            m = merge_comfort(train.traction, 0.0, mass, comfort, train.rates[:0], load, top, pieces)
+            m = merge_comfort(here.traction, 0.0, mass, comfort, train.rates[:0], load, top, pieces)
         else:
             comfort = train.max_deceleration
             helps = Load(-load.r0, -load.r1, -load.r2)
-            m = merge_comfort(train.braking, train.friction_n, mass, comfort, train.rates, helps, top, pieces)
+            m = merge_comfort(here.braking, train.friction_n, mass, comfort, train.rates, helps, top, pieces)
         w = min(w, limit[k])
         x = 0.0
         above = 0.0  # how far a run may be above a line through the ends of the row before

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.line.resolved import resolve
+from tgvdp.model.track import LOWERED
 from tgvdp.model.trip import Trip
 
 
@@ -26,6 +27,8 @@ class Cells(NamedTuple):
         Squared speed limit (line and train), m²/s²; may be infinite.
     supply : (K,) int8
         Current: one of POWERED, NEUTRAL, LOWERED of `line.resolved`.
+    saved_w : (K,)
+        Power of auxiliaries that is not drawn, as the pantograph is lowered, W: a second is cheaper by that there.
     """
 
     station_m: NDArray[np.float64]
@@ -34,6 +37,7 @@ class Cells(NamedTuple):
     air: NDArray[np.float64]
     limit_w: NDArray[np.float64]
     supply: NDArray[np.int8]
+    saved_w: NDArray[np.float64]
 
 
 def breaks_of(trip: Trip) -> NDArray[np.float64]:
@@ -59,6 +63,8 @@ def cells_of(trip: Trip, stations_m: NDArray[np.float64] | None = None) -> Cells
         station_m = np.union1d(station_m, stations_m)
     line = resolve(trip)
     step = line.step_at(0.5 * (station_m[:-1] + station_m[1:]))
+    supply = line.supply[step]
+    saved_w = np.where(supply == LOWERED, trip.energy.auxiliary_w(trip.train), 0.0)
     return Cells(
-        station_m, np.diff(station_m), line.grade_n[step], line.air[step], line.limit_mps[step] ** 2, line.supply[step]
+        station_m, np.diff(station_m), line.grade_n[step], line.air[step], line.limit_mps[step] ** 2, supply, saved_w
     )

@@ -121,6 +121,10 @@ class EnergyModel:
         if (self.kind == "map") != isinstance(self.map, EnergyMap):
             raise InputError(f"energy: a map belongs to the kind map, got kind {self.kind} and {self.map!r:.40}")
 
+    def auxiliary_w(self, train: Train) -> float:
+        """Power of a train's auxiliaries that counts, W: none at the wheel."""
+        return 0.0 if self.kind == "wheel" else float(train.auxiliary_power_w)
+
 
 class Violation(NamedTuple):
     """A node at which a map breaks the conservation of energy for a train.

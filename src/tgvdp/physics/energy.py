@@ -57,7 +57,7 @@ def energy_tables(train: Train, energy: EnergyModel) -> EnergyTables:
     """
     if energy.kind == "wheel":
         return EnergyTables(1.0, 0.0, 0.0, _NO_NODES, _NO_NODES, _NO_MAP)
-    auxiliary_w = float(train.auxiliary_power_w)
+    auxiliary_w = energy.auxiliary_w(train)
     if energy.map is not None:
         return EnergyTables(1.0, 0.0, auxiliary_w, *energy.map.tables)
     efficiencies = (1.0 / train.traction_efficiency, float(train.regeneration_efficiency))

@@ -9,6 +9,7 @@ where the electrodynamic brake of the curves fades.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -50,6 +51,12 @@ class DemandComparison:
     driven_j: Floats
     optimal_j: Floats
     distance_off: Floats
+
+    def rows(self) -> list[dict[str, Any]]:
+        """One row per running time."""
+        columns = ("time_s", "claimed_j", "driven_j", "optimal_j", "distance_off")
+        values = zip(*(getattr(self, name).tolist() for name in columns), strict=True)
+        return [{"Problem": self.instance.id, **dict(zip(columns, row, strict=True))} for row in values]
 
 
 def demand_comparison(instances: Sequence[Instance]) -> DemandComparison | None:

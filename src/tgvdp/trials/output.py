@@ -6,16 +6,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tgvdp.formulations.problem.instances import Instance
 from tgvdp.report import make_provenance
 from tgvdp.report.files import write_files
 from tgvdp.report.pictures import encode
 from tgvdp.report.plain import csv_text, markdown_table, plain
-from tgvdp.trials.demand_points import demand_comparison
+from tgvdp.trials.demand_points import DemandComparison, demand_comparison
 from tgvdp.trials.execute import Results
 from tgvdp.trials.landscape import landscapes
 from tgvdp.trials.rows import Row, embedding_rows, rows_of, run_rows
-from tgvdp.trials.trip_points import comparison
+from tgvdp.trials.trip_points import Comparison, comparison
 from tgvdp.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
@@ -42,10 +41,16 @@ def write_benchmark(results: Results, folder: Path, elapsed_s: float) -> dict[st
     machine = provenance["machine"]
     rows = rows_of(results, f"{machine['processor']}, one of {machine['cores']} cores")
     embeddings = embedding_rows(results)
-    figures = pictures(results, rows, embeddings)
+    instances = [case.instance for case in plan.cases]
+    compared, driven = comparison(instances), demand_comparison(instances)
+    figures = pictures(results, rows, embeddings) | _comparisons(compared, driven)
     files = {"benchmark.csv": csv_text(rows), "runs.csv": csv_text(run_rows(results))}
     if embeddings:
         files["embeddings.csv"] = csv_text(embeddings)
+    if compared is not None:
+        files["pareto.csv"] = csv_text(compared.rows())
+    if driven is not None:
+        files["pareto_demand.csv"] = csv_text(driven.rows())
     files |= {f"{name}.png": encode(figure, provenance) for name, figure in figures.items()}
     files["benchmark.md"] = page(results, rows, embeddings, list(figures), provenance).encode()
     content = {"schema": SCHEMA, "rows": rows, "embeddings": embeddings, "provenance": provenance}
@@ -127,14 +132,13 @@ def pictures(results: Results, rows: Sequence[Row], embeddings: Sequence[Row]) -
                 for one in deep
             ]
         )  # fmt: skip
-    return found | _comparisons([case.instance for case in results.plan.cases])
+    return found
 
 
-def _comparisons(instances: Sequence[Instance]) -> dict[str, Any]:
+def _comparisons(compared: Comparison | None, driven: DemandComparison | None) -> dict[str, Any]:
     from tgvdp.report.trial_plots import Series, plot_comparison
 
     found: dict[str, Any] = {}
-    compared, driven = comparison(instances), demand_comparison(instances)
     if compared is not None:
         front, *others = (
             Series(one.name, one.time_s, one.energy_j_per_kg)

@@ -9,6 +9,7 @@ it is the three-phase run. Energies are what traction puts in, without regenerat
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,6 +61,18 @@ class Comparison:
     front: Reached
     closed: Reached
     points: list[Reached]
+
+    def rows(self) -> list[dict[str, Any]]:
+        """One row per point, with the least energy of its time, which is that of the three-phase run."""
+        least = dict(zip(self.closed.time_s.tolist(), self.closed.energy_j_per_kg.tolist(), strict=True))
+        return [
+            {
+                "Problem": self.instance.id, "formulation": one.name, "time_s": time_s, "energy_j_per_kg": energy,
+                "least_j_per_kg": least.get(time_s),
+            }
+            for one in (self.closed, *self.points)
+            for time_s, energy in zip(one.time_s.tolist(), one.energy_j_per_kg.tolist(), strict=True)
+        ]  # fmt: skip
 
 
 def comparison(instances: Sequence[Instance]) -> Comparison | None:

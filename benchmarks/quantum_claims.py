@@ -1,0 +1,140 @@
+"""What the published runs show, as sentences whose figures come from the rows: ``python -m benchmarks quantum``.
+
+docs/quantum-benchmark.md holds them between two marks, and a test compares it with the rows. A figure is a median with
+its range, and says over what.
+"""
+
+import csv
+import statistics
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+from tgvdp.report.plain import markdown_table
+
+Row = dict[str, str]
+
+BEGIN, END = "<!-- claims: begin (python -m benchmarks quantum) -->", "<!-- claims: end -->"
+
+
+def claims(folder: Path) -> str:
+    """All statements, from the rows below a folder."""
+    exact, rows = _read(folder / "exact" / "benchmark.csv"), _read(folder / "benchmark.csv")
+    statements = [
+        *_exact(exact),
+        *_penalties(_read(folder / "penalties.csv")),
+        *_front(_read(folder / "pareto.csv"), _read(folder / "exact" / "pareto_demand.csv")),
+    ]
+    bullets = "\n".join(f"- {statement}" for statement in statements)
+    tables = "\n".join((_success(rows), _embeddings(_read(folder / "embeddings" / "embeddings.csv"))))
+    return f"{bullets}\n\n{tables}"
+
+
+def _read(path: Path) -> list[Row]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def _span(values: Iterable[float], unit: str = "") -> str:
+    """Median and range."""
+    found = sorted(values)
+    middle, least, most = map(_short, (statistics.median(found), found[0], found[-1]))
+    return f"{middle}{unit} (median of {len(found)}; {least} to {most})"
+
+
+def _short(value: float) -> str:
+    """Two significant digits, without a power of ten."""
+    return f"{float(f'{value:.2g}'):g}"
+
+
+def _exact(rows: Sequence[Row]) -> Iterator[str]:
+    """Dynamic program, closed form and HiGHS on the whole library."""
+    times = {(row["Problem"], row["solver"]): float(row["elapsed_s median"]) for row in rows if row["status"] == "ok"}
+    proved = {(row["Problem"], row["solver"]) for row in rows if row["p_success"] == "1.0" and _is_proved(row)}
+    binary = [row["Problem"] for row in rows if row["solver"] == "dp" and row["kind"] == "binary"]
+    known = [name for name in binary if (name, "dp") in proved]
+    closed = [name for name in binary if (name, "closed") in times]
+    yield (
+        f"**Dynamic program.** It proves {len(known)} of the {len(binary)} binary instances of the library, "
+        f"N = {_sizes(rows, known)}, in {_span((1e3 * times[name, 'dp'] for name in known), ' ms')}; where the closed "
+        f"form knows the answer, too, that takes {_span((1e3 * times[name, 'closed'] for name in closed), ' ms')}."
+    )
+    objectives = {row["Problem"]: row["Problem"].rpartition("-")[0] for row in rows}
+    squares = {"kinetic", "efficiency", "unequal"}
+    for what, chosen in (
+        ("the constant objective", [name for name in binary if objectives[name] not in squares]),
+        ("an objective with squares of speeds", [name for name in binary if objectives[name] in squares]),
+    ):
+        ended = [name for name in chosen if (name, "milp") in proved]
+        ratios = (times[name, "milp"] / times[name, "dp"] for name in ended)
+        yield (
+            f"**HiGHS, {what}.** Within 10 s it proves {len(ended)} of {len(chosen)} instances, in "
+            f"{_span((times[name, 'milp'] for name in ended), ' s')}, the dynamic program's time times {_span(ratios)}."
+        )
+
+
+def _is_proved(row: Row) -> bool:
+    return bool(row["Optimality Bound"]) and float(row["Optimality Bound"]) == float(row["Best Objective Value"])
+
+
+def _sizes(rows: Sequence[Row], names: Sequence[str]) -> str:
+    sizes = [int(row["N"]) for row in rows if row["Problem"] in names]
+    return f"{min(sizes)}..{max(sizes)}"
+
+
+def _penalties(rows: Sequence[Row]) -> Iterator[str]:
+    """Weights of the instances that can be enumerated."""
+    for encoding in ("bits", "unary"):
+        own = [row for row in rows if row["encoding"] == encoding]
+        ratios = (float(row["sufficient"]) / float(row["critical"]) for row in own if float(row["critical"]))
+        easy = ", ".join(
+            f"{_short(float(row['critical']))} at N = {row['N']}" for row in own if row["Problem"].startswith("easy")
+        )
+        yield (
+            f"**Penalties, {encoding}.** Over the {len(own)} instances of the library that this encoding writes in at "
+            f"most 20 bits, the sufficient weight is the critical one times {_span(ratios)}. On `easy` the critical "
+            f"weight is {easy}: below it the minimum of the QUBO breaks a constraint. The least string is an optimum "
+            f"with the sufficient weight but on {_wrong(own, 'sufficient')}, with `tenfold` but on "
+            f"{_wrong(own, 'tenfold')}."
+        )
+
+
+def _wrong(rows: Sequence[Row], rule: str) -> str:
+    return ", ".join(row["Problem"] for row in rows if row[f"{rule} finds"] == "False") or "none"
+
+
+def _front(binary: Sequence[Row], demand: Sequence[Row]) -> Iterator[str]:
+    """How far the formulations are from the true front."""
+    for name in dict.fromkeys(row["formulation"] for row in binary):
+        own = [row for row in binary if row["formulation"] == name and row["least_j_per_kg"]]
+        above = [100.0 * (float(row["energy_j_per_kg"]) / float(row["least_j_per_kg"]) - 1.0) for row in own]
+        if max(above) > 0.0:
+            yield f"**Above the front, {name}**, on the trip of {own[0]['Problem']}: {_span(above, ' %')}."
+    more = [100.0 * (float(row["driven_j"]) / float(row["optimal_j"]) - 1.0) for row in demand]
+    off = [100.0 * abs(float(row["distance_off"])) for row in demand]
+    yield (
+        f"**Demand model**, on the trip of {demand[0]['Problem']}: driven by fine steps, its demands miss their "
+        f"distance by {_span(off, ' %')}, and take more energy than the best run of the distance that they do cover: "
+        f"{_span(more, ' %')}."
+    )
+
+
+def _success(rows: Sequence[Row]) -> str:
+    """Success of an attempt by solver and instance, of the solvers that draw."""
+    drawn = [row for row in rows if row["p_success"] and row["p from"] != "no draw"]
+    names = [name for name in dict.fromkeys(row["Problem"] for row in drawn) if name.startswith("easy")]
+    table = []
+    for word in dict.fromkeys(row["Workflow"] for row in drawn):
+        found = {row["Problem"]: row for row in drawn if row["Workflow"] == word}
+        cells = {name: _short(float(found[name]["p_success"])) if name in found else "–" for name in names}
+        table.append({"success of an attempt": f"`{word}`", **cells})
+    return markdown_table(table)
+
+
+def _embeddings(rows: Sequence[Row]) -> str:
+    """Qubits and longest chains."""
+    table = []
+    for encoding, topology in dict.fromkeys((row["encoding"], row["topology"]) for row in rows):
+        own = [row for row in rows if (row["encoding"], row["topology"]) == (encoding, topology)]
+        cells = {f"N = {row['N']}": f"{row['qubits'] or '–'} / {row['longest chain'] or '–'}" for row in own}
+        table.append({"qubits / longest chain, `easy`": f"{encoding}, {topology}", **cells})
+    return markdown_table(table)
