@@ -12,7 +12,7 @@ NOTHING = np.empty(0), np.empty(0), np.empty(0, dtype=np.int64)
 @pytest.mark.nojit
 @pytest.mark.parametrize("costate", [1e3, 1e30, 1e200, 1.5e308])
 def test_number_of_cells_has_a_bound(costate):
-    """A costate that grows against coasting without end: its parts once were no number that fits, and were written so."""
+    """A costate that grows without end: its parts once were a number that no integer holds, and were written so."""
     left, right = np.array([0.0, -1.0, costate, 0.0]), np.array([-1.0, costate, -1.0, 0.0])
     values = NODE_M, NODE_W, ROW, left, right, 1.0, 0.05
     count = split_cells(*values, *NOTHING)
