@@ -33,7 +33,7 @@ MAY_IMPORT = {
     "runs": {"model", "line", "physics", "_jit"},
     "methods": {"model", "line", "physics", "runs", "_jit"},
     "certificate": {"model", "line", "physics", "runs", "methods", "_jit"},
-    "journeys": {"model", "runs", "methods", "pareto"},
+    "journeys": {"model", "runs", "methods", "certificate", "pareto"},
     "referee": {"model", "physics", "_jit"},
     "formulations": {"model", "formats"},  # formats: instances are files
     "solvers": {"model", "formulations", "_jit"},

@@ -41,7 +41,7 @@ def test_the_object_that_scripts_read(run, capsys):
 
 
 def test_the_files_and_the_table(run, tmp_path, capsys):
-    assert run("journey", "--at", "5%,10%", "--out", "there") == 0
+    assert run("journey", "--at", "5%,10%", "--out", "there", "--certify") == 0
     shown = capsys.readouterr().out
     assert "proportional to time" in shown
     assert "2 sections, fastest" in shown
@@ -52,6 +52,7 @@ def test_the_files_and_the_table(run, tmp_path, capsys):
     assert [(row["point"], row["section"]) for row in rows] == [("1", "1"), ("1", "2"), ("2", "1"), ("2", "2")]
     front = list(csv.DictReader((tmp_path / "there" / "front.csv").open()))
     assert [float(row["margin_pct"]) for row in front] == pytest.approx([5.0, 10.0], abs=0.01)
+    assert all(0.0 <= float(row["gap_pct"]) < 1.0 for row in front)
     assert all(float(row["all_at_the_end_kwh"]) > float(row["energy_kwh"]) for row in front)
 
 

@@ -2,18 +2,23 @@
 
 import os
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.certificate.front import Certificate, certify_front
+from tgvdp.journeys.bound import JourneyBound, journey_bound
 from tgvdp.journeys.front import JourneyFront
 from tgvdp.journeys.section import SectionRuns
+from tgvdp.methods.budget import SearchBudget
 from tgvdp.model.trip import Trip
 from tgvdp.pareto import ParetoFront
 from tgvdp.referee.replay import Verdict, replay
 from tgvdp.runs.profile import EnergyBalance, Profile
+from tgvdp.second_process import usable_cores
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
@@ -104,6 +109,28 @@ class JourneyResult:
             for run in np.unique(self.found.run[:, number]).tolist():
                 known[number, run] = replay(section.trip, section.profile(run))
         return [[known[number, run] for number, run in enumerate(runs)] for runs in self.found.run.tolist()]
+
+    def certify(self, time_limit_s: float | None = None) -> JourneyBound:
+        """Bound the least energy of every journey, however it splits the time, at the running time of each point.
+
+        Parameters
+        ----------
+        time_limit_s : float, optional
+            Time for it, s; by default as much as the search had.
+        """
+        clock = SearchBudget(time_limit_s=time_limit_s or self.options["time_limit_s"]).start()
+
+        def certificate(section: SectionRuns, run: NDArray[np.int64]) -> Certificate:
+            own = np.unique(run)
+            return certify_front(
+                section.trip, section.fastest, section.front.time_s[own], section.front.energy_j[own],
+                self.found.multiplier_j_per_s, clock,
+            )  # fmt: skip
+
+        with ThreadPoolExecutor(usable_cores()) as cores:
+            certificates = list(cores.map(certificate, self.sections, self.found.run.T))
+        fastest_s = [section.fastest.duration_s for section in self.sections]
+        return journey_bound(certificates, fastest_s, self.front.time_s)
 
     def plot(self, picture: str = "front", index: int | None = None) -> "Picture":
         """Draw a picture; notebooks show it, and its ``savefig`` writes it.

@@ -114,7 +114,8 @@ def journey(
     line = trip_of(train, track, options)
     timetable = load_journey(journey) if isinstance(journey, str | os.PathLike) else journey
     stops_m = _stops_of(line.track, timetable)
-    clock = SearchBudget(time_limit_s=DEFAULT_TIME_S if time_limit_s is None else time_limit_s).start()
+    limit_s = DEFAULT_TIME_S if time_limit_s is None else time_limit_s
+    clock = SearchBudget(time_limit_s=limit_s).start()
     sections = _sections(line, stops_m, clock)
     fastest_s = sum(section.fastest.duration_s for section in sections)
     if at_s or at_margin:
@@ -126,7 +127,7 @@ def journey(
         trip=replace(line, origin_m=stops_m[0], destination_m=stops_m[-1]),
         sections=sections,
         dwell_s=dwell_s,
-        options={**options.as_dict(), "dwell_s": dwell_s, "stops_m": stops_m},
+        options={**options.as_dict(), "time_limit_s": limit_s, "dwell_s": dwell_s, "stops_m": stops_m},
         elapsed_s=time.perf_counter() - started,
         found=found,
         warnings=tuple(_warnings(found, timetable)),

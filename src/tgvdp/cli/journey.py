@@ -20,6 +20,7 @@ from tgvdp.options.search import BY_FIELD, TRIP, arguments_of
 
 if TYPE_CHECKING:
     from tgvdp.api import JourneyResult
+    from tgvdp.journeys.bound import JourneyBound
 
 _EXAMPLES = """
 \b
@@ -36,7 +37,7 @@ _SHARED = (
     *("points", "max_margin_pct", "at", "time_limit_s"),
 )
 _trip = heading(TRIP)
-_output = heading("Output")
+_output = heading("Proof and output")
 _OPTIONS = [
     _trip("--track", metavar="FILE|NAME", shell_complete=complete, help=TRACK_HELP),
     _trip("--train", metavar="FILE|NAME", shell_complete=complete, help=TRAIN_HELP),
@@ -53,6 +54,7 @@ _OPTIONS = [
     _trip("--line-speed", "line_speed_kmh", **LINE_SPEED),
     _trip("--set", "changes", metavar="FIELD=VALUE", multiple=True, shell_complete=complete_fields, help=SET_HELP),
     *(declared(BY_FIELD[field]) for field in _SHARED),
+    _output("--certify", is_flag=True, help="Prove how far the optimum can be; takes seconds."),
     _output("--pictures/--no-pictures", default=True, show_default=True, help="Draw pictures."),
     _output("--out", metavar="DIR", default="journey", show_default=True, help="Folder of the results."),
     _output("--force", is_flag=True, help="Write into a folder that holds files of others."),
@@ -70,6 +72,7 @@ def command(
     dwell_s: float,
     line_speed_kmh: float | None,
     changes: tuple[str, ...],
+    certify: bool,
     pictures: bool,
     out: str,
     force: bool,
@@ -110,24 +113,29 @@ def command(
             failed = sum(not verdict.ok for point in result.verify() for verdict in point)
             about = make_provenance(result.options | case.changed, case.inputs, result.elapsed_s)
             about["elapsed_verify_s"] = time.perf_counter() - started_s
+            bound = None
+            if certify:
+                screen.progress("proving")
+                bound = result.certify()
             screen.progress("drawing and writing")
-            files = write_journey(result, out, about, pictures=pictures)
+            files = write_journey(result, out, about, bound, pictures=pictures)
         folder.drop_earlier(files)
     content = journey_object(result)
     if as_json:
         click.echo(json.dumps(content, ensure_ascii=False, allow_nan=False))
     if not quiet:
-        click.echo(_table(result, content), err=as_json)
+        click.echo(_table(result, content, bound), err=as_json)
         click.echo(f"in {out}: {', '.join(file.name for file in files)}", err=as_json)
     if failed:
         click.echo(f"tgvdp: warning: {failed} runs of sections do not pass the replay", err=True)
     for text in () if quiet else result.warnings:
         click.echo(f"tgvdp: warning: {text}", err=True)
-    return 0 if result.found.complete else BudgetExceededError.exit_code
+    complete = result.found.complete and (bound is None or bound.complete)
+    return 0 if complete else BudgetExceededError.exit_code
 
 
-def _table(result: "JourneyResult", content: Mapping[str, Any]) -> str:
-    """A dozen points at most: time, energy, price, and what the practices take more."""
+def _table(result: "JourneyResult", content: Mapping[str, Any], bound: "JourneyBound | None") -> str:
+    """A dozen points at most: time, energy, price, what the practices take more, and the gap where it is known."""
     front = content["front"]
     chosen = spread(len(front), ROWS)
     rows = [front[index] for index in chosen]
@@ -140,6 +148,9 @@ def _table(result: "JourneyResult", content: Mapping[str, Any]) -> str:
     for name, practice in content["practices"].items():
         more = [practice[index]["energy_kwh"] - front[index]["energy_kwh"] for index in chosen]
         columns.append(column(name.replace("_", " "), "kWh more", 8, aligned(more, 4)))
+    if bound is not None:
+        gap_pct = bound.gap_pct(result.front.energy_j)
+        columns.append(column("gap", "%", 6, [f"{gap_pct[index]:.3f}" for index in chosen]))
     lines = ["  ".join(cells) for cells in zip(*columns, strict=True)]
     lines.append(
         f"{len(result.sections)} sections, fastest {duration(result.fastest_time_s)} without"

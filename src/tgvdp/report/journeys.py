@@ -14,6 +14,7 @@ from tgvdp.units import joule_to_kwh
 
 if TYPE_CHECKING:
     from tgvdp.api import JourneyResult
+    from tgvdp.journeys.bound import JourneyBound
     from tgvdp.report.columns import Columns
 
 SCHEMA = "tgvdp.journey/1"
@@ -53,8 +54,10 @@ def _figures(time_s: float, energy_j: float) -> dict[str, float]:
     return {"time_s": float(time_s), "energy_kwh": joule_to_kwh(float(energy_j))}
 
 
-def front_columns(result: "JourneyResult", content: Mapping[str, Any]) -> "Columns":
-    """Columns of ``front.csv``: each point, and what the practices take at its time."""
+def front_columns(
+    result: "JourneyResult", content: Mapping[str, Any], bound: "JourneyBound | None" = None
+) -> "Columns":
+    """Columns of ``front.csv``: each point, its bound where there is one, and what the practices take at its time."""
     points = content["front"]
     columns: dict[str, list[Any]] = {
         "margin_pct": [margin_pct(point["time_s"], result.fastest_time_s) for point in points],
@@ -63,6 +66,9 @@ def front_columns(result: "JourneyResult", content: Mapping[str, Any]) -> "Colum
         "saved_pct": [saved_pct(float(energy_j), result.fastest_energy_j) for energy_j in result.front.energy_j],
         "price_kwh_per_min": [point["price_kwh_per_min"] for point in points],
     }
+    if bound is not None:
+        columns["lower_bound_kwh"] = [joule_to_kwh(bound_j) for bound_j in bound.lower_bound_j.tolist()]
+        columns["gap_pct"] = bound.gap_pct(result.front.energy_j).tolist()
     for name, practice in content["practices"].items():
         columns[f"{name}_kwh"] = [row["energy_kwh"] for row in practice]
     return columns
@@ -82,6 +88,7 @@ def write_journey(
     result: "JourneyResult",
     out_dir: str | os.PathLike[str],
     provenance: Mapping[str, Any] | None = None,
+    bound: "JourneyBound | None" = None,
     *,
     pictures: bool = True,
 ) -> list[Path]:
@@ -94,6 +101,8 @@ def write_journey(
         Made when absent; files of an earlier run are replaced.
     provenance : mapping, optional
         As `make_provenance` returns it; by default of the result itself.
+    bound : JourneyBound, optional
+        Of ``result.certify()``; without it front.csv holds no bounds.
     pictures : bool
 
     Raises
@@ -108,7 +117,7 @@ def write_journey(
     content = journey_object(result)
     files = {
         "journey.json": to_json(content),
-        "front.csv": to_csv(front_columns(result, content)),
+        "front.csv": to_csv(front_columns(result, content, bound)),
         "allocation.csv": to_csv(allocation_columns(content)),
     }
     if pictures:
