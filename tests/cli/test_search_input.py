@@ -124,8 +124,16 @@ def busy_line(**held):
     ("held", "switches", "notes"),
     [
         ({}, {}, []),
-        ({"stops_m": (0.0, 1000.0, 9000.0)}, {}, ["1 stop between origin and destination is passed"]),
-        ({"stops_m": (0.0, 1000.0, 2000.0, 8500.0)}, {}, ["2 stops between origin and destination are passed"]),
+        (
+            {"stops_m": (0.0, 1000.0, 9000.0)},
+            {},
+            ["1 stop between origin and destination is passed: tgvdp journey stops there"],
+        ),
+        (
+            {"stops_m": (0.0, 1000.0, 2000.0, 8500.0)},
+            {},
+            ["2 stops between origin and destination are passed: tgvdp journey stops there"],
+        ),
         ({"curves": ((0.0, 500.0, 500.0),)}, {}, ["1 curve of the line count nothing: --curves is none"]),
         ({"curves": ((0.0, 500.0, 500.0),)}, {"curves": "roeckl"}, []),
         ({"curves": ((0.0, float("inf"), float("inf")), (8500.0, 300.0, 300.0))}, {}, []),
@@ -147,6 +155,21 @@ def test_what_does_not_act_is_noted(held, switches, notes):
         convention=convention_of("ttobench", **switches),
     )
     assert list(idle(trip)) == [note.replace("Alstom EMU", train.name) for note in notes]
+
+
+def test_restrictions_that_make_nothing_slower_are_noted(tmp_path, capsys):
+    away = ("--speed-restriction", "2000:3000:400", "--speed-restriction", "20km:21km:80")
+    assert search(tmp_path / "out", *SHORT, *away, "--speed-restriction", "2000:3000:60") == 0
+    notes = [line for line in capsys.readouterr().err.splitlines() if "restriction" in line]
+    assert notes == [
+        "tgvdp: note: the speed restriction from 2000 to 3000 m changes nothing: 400 km/h are not reached there anyway",
+        "tgvdp: note: the speed restriction from 20000 to 21000 m lies outside the trip",
+    ]
+
+
+def test_built_in_lines_have_no_parts(tmp_path, capsys):
+    assert search(tmp_path / "out", "--track", "lgv-100km#1") == 3
+    assert capsys.readouterr().err == "tgvdp: error: the built-in track 'lgv-100km' has no part '1': it is one track\n"
 
 
 def test_slips_of_unit_are_noted_and_quiet_silences(tmp_path, capsys):

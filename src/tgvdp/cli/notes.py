@@ -1,8 +1,10 @@
 """What ``tgvdp search`` says about its input and result, a line each: what does not act, and what looks like a slip."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
+
+from tgvdp.units import mps_to_kmh
 
 if TYPE_CHECKING:
     from tgvdp.model.track import Track
@@ -31,6 +33,24 @@ def unused_line_speed(track: "Track", speed_mps: float) -> Iterator[str]:
         yield "--line-speed changes nothing: the file of the line gives a limit everywhere"
 
 
+def idle_restrictions(trip: "Trip", restrictions: Sequence[tuple[float, float, float]]) -> Iterator[str]:
+    """Say which speed restrictions (from, to, m; speed, m/s) of a trip make nothing slower."""
+    limits = trip.track.speed_limits
+    ends_m = [*(row.position_m for row in limits[1:]), trip.track.length_m]
+    for from_m, to_m, speed_mps in restrictions:
+        low_m, high_m = max(from_m, trip.origin_m), min(to_m, trip.destination_m)
+        held_mps = [
+            row.speed_mps
+            for row, end_m in zip(limits, ends_m, strict=True)
+            if row.position_m < high_m and end_m > low_m
+        ]
+        where = f"the speed restriction from {from_m:.12g} to {to_m:.12g} m"
+        if low_m >= high_m:
+            yield f"{where} lies outside the trip"
+        elif min(max(held_mps), trip.train.max_speed_mps) < speed_mps - _SAME_MPS:
+            yield f"{where} changes nothing: {mps_to_kmh(speed_mps):.6g} km/h are not reached there anyway"
+
+
 def idle(trip: "Trip") -> Iterator[str]:
     """What the line holds between origin and destination and the search passes over."""
     track, convention = trip.track, trip.convention
@@ -40,7 +60,8 @@ def idle(trip: "Trip") -> Iterator[str]:
 
     stops = sum(trip.origin_m < stop_m < trip.destination_m for stop_m in track.stops_m)
     if stops:
-        yield f"{_counted(stops, 'stop')} between origin and destination {'is' if stops == 1 else 'are'} passed"
+        are = "is" if stops == 1 else "are"
+        yield f"{_counted(stops, 'stop')} between origin and destination {are} passed: tgvdp journey stops there"
     ends_m = [*(row.position_m for row in track.curves[1:]), track.length_m]
     curves = sum(
         on_the_way(row.position_m, end_m) and not math.isinf(min(abs(row.radius_start_m), abs(row.radius_end_m)))

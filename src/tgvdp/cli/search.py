@@ -10,11 +10,11 @@ import click
 
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand
-from tgvdp.cli.journeys import read_section
-from tgvdp.cli.notes import idle, large_gaps, unused_line_speed, unusual
+from tgvdp.cli.notes import idle, idle_restrictions, large_gaps, unused_line_speed, unusual
 from tgvdp.cli.screen import Screen, energy_table, front_table, power_and_cost
 from tgvdp.cli.search_case import merged, read_case, read_map, suited
 from tgvdp.cli.search_options import search_options
+from tgvdp.cli.timetable_section import read_section
 from tgvdp.errors import BudgetExceededError
 from tgvdp.options.search import arguments_of
 from tgvdp.second_process import SecondProcess
@@ -99,7 +99,8 @@ def command(
         if not quiet:
             trip = trip_of(case.train, case.track, SearchOptions(**arguments))
             spare = () if line_speed_kmh is None else unused_line_speed(case.track, kmh_to_mps(line_speed_kmh))
-            for text in (*unusual(case.train, case.track), *spare, *idle(trip)):
+            slow = idle_restrictions(trip, arguments.get("speed_restrictions", ()))
+            for text in (*unusual(case.train, case.track), *spare, *slow, *idle(trip)):
                 screen.note(text)
         checks = second.promise("tgvdp.api.warm:checks", certify) if warm.checks_missing(certify) else None
         with screen.compiling():

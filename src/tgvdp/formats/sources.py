@@ -58,7 +58,7 @@ def locate(source: Source, kind: catalog.Kind | None = None, folder: Path | None
         text, _, part = text.rpartition("#")
         path = Path(text) if folder is None else folder / text
     if isinstance(source, str) and not _looks_like_path(text) and not _exists(path):
-        raise _unknown(text, kinds)
+        raise _unknown(text, kinds, part)
     return Target(path, part)
 
 
@@ -81,10 +81,12 @@ def _exists(path: Path) -> bool:
         return False
 
 
-def _unknown(text: str, kinds: tuple[catalog.Kind, ...]) -> InputError:
+def _unknown(text: str, kinds: tuple[catalog.Kind, ...], part: str | None) -> InputError:
     what = " or ".join(kinds)
     for other in catalog.KINDS:
         if text in catalog.names(other):
+            if other in kinds:
+                return InputError(f"the built-in {other} {text!r} has no part {part!r}: it is one {other}")
             return InputError(f"{text!r} is a {other}, not a {what}")
     known = [name for kind in kinds for name in catalog.names(kind)]
     near = get_close_matches(text.lower(), known, n=1, cutoff=0.5)
