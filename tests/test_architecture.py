@@ -34,6 +34,7 @@ MAY_IMPORT = {
     "runs": {"model", "line", "physics", "_jit"},
     "methods": {"model", "line", "physics", "runs", "_jit"},
     "certificate": {"model", "line", "physics", "runs", "methods", "_jit"},
+    "journeys": {"model", "runs", "methods", "certificate", "pareto"},
     "referee": {"model", "physics", "_jit"},
     "formulations": {"model", "formats"},  # formats: instances are files
     "solvers": {"model", "formulations", "_jit"},
@@ -47,6 +48,7 @@ MAY_IMPORT = {
         "runs",
         "methods",
         "certificate",
+        "journeys",
         "referee",
         "pareto",
         "report",
@@ -80,7 +82,7 @@ ONLY_IN = {
 }
 CORE = {"numpy", "numba", "networkx", "matplotlib", "click", "msgspec", "tomli_w"}
 QUANTUM = {"dimod", "dwave", "qiskit", "qiskit_aer", "docplex", "neal"}
-SILENT = {"line", "physics", "runs", "methods", "certificate", "referee"}  # no files, no printing
+SILENT = {"line", "physics", "runs", "methods", "certificate", "journeys", "referee"}  # no files, no printing
 FILE_CALLS = {"open", "print", "input"}
 FILE_MODULES = {"pathlib", "os", "io", "shutil", "tempfile", "json", "csv", "logging"}
 

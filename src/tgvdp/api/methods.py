@@ -45,16 +45,15 @@ def continuous_front(
     tolerance_s: float | None = None,
     clean: bool = False,
 ) -> OptimalRuns:
-    """Method ``front``: the costate program, or the generic refinement for what it cannot treat.
+    """Method ``front``: the costate program, or for an energy by a map the generic refinement.
 
-    With ``clean`` its points become extremals of few commands (`methods.extremal`), which takes much longer.
-
-    That is an energy by a map, and stretches without current: the program knows the same train in all cells.
+    With ``clean`` its points become extremals of few commands (`methods.extremal`), which takes much longer, where the
+    line has current throughout.
     """
-    whole = bool((resolve(trip).supply == POWERED).all())
-    find = refine_front
-    if whole and trip.energy.kind != "map":
-        find = extremal_front if clean else optimal_front
+    if trip.energy.kind == "map":
+        return refine_front(trip, fastest, target_s, budget, tolerance_s)
+    powered = bool((resolve(trip).supply == POWERED).all())
+    find = extremal_front if clean and powered else optimal_front
     return find(trip, fastest, target_s, budget, tolerance_s)
 
 

@@ -63,7 +63,7 @@ def search(
     track : Track or str or path
         A line, likewise.
     origin_m, destination_m : float
-        Positions on the track, m; by default its whole length. Stops in between are passed.
+        Positions on the track, m; by default its whole length. Stops in between are passed, see `journey`.
     start_speed_mps, end_speed_mps : float
         Speeds at the two ends, m/s.
     reverse : bool

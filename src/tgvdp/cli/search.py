@@ -10,11 +10,11 @@ import click
 
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand
-from tgvdp.cli.journeys import read_section
 from tgvdp.cli.notes import idle, idle_restrictions, large_gaps, unused_line_speed, unusual
 from tgvdp.cli.screen import Screen, energy_table, front_table, power_and_cost
 from tgvdp.cli.search_case import merged, read_case, read_map, suited
 from tgvdp.cli.search_options import search_options
+from tgvdp.cli.timetable_section import read_section
 from tgvdp.errors import BudgetExceededError
 from tgvdp.options.search import arguments_of
 from tgvdp.second_process import SecondProcess

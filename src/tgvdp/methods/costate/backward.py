@@ -26,8 +26,9 @@ import math
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.methods.costate.characteristics import Step, coast_image, holding_costate, holding_w, saturated_image
 from tgvdp.methods.costate.polyline import Polyline, insert, make_monotone, thin
-from tgvdp.methods.costate.step import transport
+from tgvdp.methods.costate.step import coast_over, transport
 from tgvdp.methods.costate.step_regions import LEAST_WALL, dynamic_suffices, wall_region
+from tgvdp.model.track import POWERED
 from tgvdp.physics.codes import COASTING, CROWDED, DYNAMIC, OK
 
 #: Room for points of the polyline.
@@ -108,9 +109,10 @@ def _step(train, returned, cells, k, multiplier, held_w, held_brake_w, low, fast
     """The step over cell k."""
     bottom = max(low[k], min(floor_w, 0.1 * fast[k]))
     load = train.davis_a_n + cells.grade_n[k]
-    return Step(
-        cells.length_m[k], load, cells.air[k], multiplier, returned, held_w, held_brake_w, bottom, fast[k], wall
-    )
+    price = multiplier - cells.saved_w[k]
+    if cells.supply[k] != POWERED:
+        returned = 0.0
+    return Step(cells.length_m[k], load, cells.air[k], price, returned, held_w, held_brake_w, bottom, fast[k], wall)
 
 
 @kernel
@@ -118,8 +120,8 @@ def switching_speeds(train, returned, cells, low, fast, end_w, multiplier, toler
     """Backward pass: the optimal switching speeds a, a' and b for one multiplier.
 
     Full traction below the line of switching, which ends each cell at a; coasting above it, from the cell's start on to
-    a' or more; full dynamic braking above b ≥ a. All forces are per unit of inertia, and energy is counted so that
-    traction work costs 1.
+    a' or more; full dynamic braking above b ≥ a. In a neutral section they mean nothing. All forces are per unit of
+    inertia, and energy is counted so that traction work costs 1.
 
     Parameters
     ----------
@@ -127,7 +129,7 @@ def switching_speeds(train, returned, cells, low, fast, end_w, multiplier, toler
     returned : float
         Energy that the dynamic brake returns per joule of its work, below 1. If it is 0, b is the envelope.
     cells : Cells
-        Grade forces and drag per unit of inertia.
+        Grade forces, drag and power of auxiliaries per unit of inertia.
     low, fast : (K + 1,) float64
         Slowest and fastest feasible squared speed at each station, m²/s².
     end_w : float
@@ -174,23 +176,29 @@ def switching_speeds(train, returned, cells, low, fast, end_w, multiplier, toler
             held_w = holding_w(train.davis_b, held_air, multiplier)
             held_brake_w = holding_w(train.davis_b, held_air, multiplier / returned) if returned > 0.0 else math.inf
         slack = tolerance * loosen * cells.length_m[k] / typical_m
-        drives, a = _crossing(-0.5, line, n, 0)
-        drives, a = _snapped(held_w, slack, -0.5, line, n, drives, a)
-        n = insert(line, n, drives, a, -0.5)
+        step = _step(train, returned, cells, k, multiplier, held_w, held_brake_w, low, fast, floor_w, fast[k + 1])
+        policy[k + 1] = fast[k + 1]
+        powered = cells.supply[k] == POWERED
+        drives = 0
         coasts = n - 1
-        b = fast[k + 1]
-        if returned > 0.0:
-            coasts, b = _crossing(-0.5 * returned, line, n, drives)
-            n = insert(line, n, coasts, b, -0.5 * returned)
-        policy[k + 1, 0] = a
-        policy[k + 1, 1] = a
-        policy[k + 1, 2] = b
+        if powered:
+            drives, a = _crossing(-0.5, line, n, 0)
+            drives, a = _snapped(held_w, slack, -0.5, line, n, drives, a)
+            n = insert(line, n, drives, a, -0.5)
+            coasts = n - 1
+            policy[k + 1, 0] = a
+            policy[k + 1, 1] = a
+            if returned > 0.0:
+                coasts, b = _crossing(-0.5 * returned, line, n, drives)
+                n = insert(line, n, coasts, b, -0.5 * returned)
+                policy[k + 1, 2] = b
         if k == 0:
             break
         points += n
-        step = _step(train, returned, cells, k, multiplier, held_w, held_brake_w, low, fast, floor_w, fast[k + 1])
-        m, coast_w = transport(train, step, line, n, drives, coasts, images)
-        policy[k + 1, 1] = coast_w
+        if powered:
+            m, policy[k + 1, 1] = transport(train, step, line, n, drives, coasts, images)
+        else:
+            m = coast_over(train, step, line, n, images)
         m = make_monotone(images, m, fast[k])
         if m <= thinned + _GROWTH:
             line, images = images, line

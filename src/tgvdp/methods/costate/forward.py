@@ -16,22 +16,24 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import leaf, part
 from tgvdp.line.cells import Cells
-from tgvdp.methods.costate.forward_cell import ON_CURVE, coast, drive_cell
+from tgvdp.methods.costate.forward_cell import ON_CURVE, coast, coast_through, drive_cell
+from tgvdp.model.track import POWERED
 from tgvdp.physics.arc import duration_and_work
 from tgvdp.physics.cell import Rows, cell_at
 from tgvdp.physics.codes import DYNAMIC
 from tgvdp.physics.energy import regenerated
-from tgvdp.physics.forces import mean_effort, resistance_at
+from tgvdp.physics.forces import mean_effort, resistance_at, unpowered
 from tgvdp.physics.motion import land
 from tgvdp.runs.braking_point import drop_slivers
 
 #: Rows that one cell may take.
 _MOST_ROWS = 2048
-#: Whether a run that enters a cell on the envelope stays on it: never, if a is not below it, if b is not, always.
+#: Whether a run that enters a cell on the envelope stays on it: never, if a is not below it, if b is not, always (as
+#: it does without current).
 _LEAVES = 0
 _AIMS_THERE = 1
 _COASTS_THERE = 2
-_BRAKES_THERE = 3
+_BOUND_THERE = 3
 
 
 class Course(NamedTuple):
@@ -93,13 +95,15 @@ def find_rides(train, course):
         if braked and falls and coast(train, cell, cell.length_m, start) > top:
             course.stays[k] = _COASTS_THERE
             if land(train, DYNAMIC, 1.0, cell, cell.length_m, start) > top * (1.0 + ON_CURVE):
-                course.stays[k] = _BRAKES_THERE
+                course.stays[k] = _BOUND_THERE
+        if course.cells.supply[k] != POWERED:
+            course.stays[k] = _BOUND_THERE
 
 
 @leaf
 def _rides(stays, a, b, top):
     """Whether a run on the envelope, of switching speeds a and b at the end of the cell, stays there."""
-    return stays == _BRAKES_THERE or (stays == _AIMS_THERE and a >= top) or (stays == _COASTS_THERE and b >= top)
+    return stays == _BOUND_THERE or (stays == _AIMS_THERE and a >= top) or (stays == _COASTS_THERE and b >= top)
 
 
 @leaf
@@ -133,11 +137,12 @@ def drive_blend(train, tables, course, first_policy, second_policy, share, scrat
     n : int
         Number of rows; −1 when the buffers are too small.
     time_s, energy_j : float
-        Running time and energy, without auxiliaries.
+        Running time and energy, without auxiliaries, and less what these do not draw where the pantograph is lowered.
     """
     n = 1
     time = 0.0
     energy = 0.0
+    dark = unpowered(train)
     for k in range(course.stays.shape[0]):
         if n + _MOST_ROWS > rows.x.shape[0]:
             return -1, time, energy
@@ -148,20 +153,25 @@ def drive_blend(train, tables, course, first_policy, second_policy, share, scrat
         coasts = first_policy[k + 1, 1] + share * (second_policy[k + 1, 1] - first_policy[k + 1, 1])
         b = first_policy[k + 1, 2] + share * (second_policy[k + 1, 2] - first_policy[k + 1, 2])
         cell = cell_at(course.cells, k)
+        powered = course.cells.supply[k] == POWERED
+        here = train if powered else dark
         first = n
         if w == course.fast[k] and _rides(course.stays[k], a, b, top):
             for i in range(course.row[k] + 1, course.row[k + 1] + 1):
                 rows.x[n] = course.fastest.x[i]
                 rows.w[n] = course.fastest.w[i]
                 n += 1
-        elif w == a and a == coasts <= top and _holds(train, cell, w):  # most cells of a long line
+        elif powered and w == a and a == coasts <= top and _holds(train, cell, w):  # most cells of a long line
             rows.x[n] = cell.end_m
             rows.w[n] = w
             n += 1
         else:
-            a = max(min(a, top), bottom)
-            regenerates = tables.regeneration > 0.0
-            n = drive_cell(train, regenerates, cell, w, a, max(coasts, bottom), max(a, b), top, scratch, rows, n)
+            if powered:
+                a = max(min(a, top), bottom)
+                regenerates = tables.regeneration > 0.0
+                n = drive_cell(train, regenerates, cell, w, a, max(coasts, bottom), max(a, b), top, scratch, rows, n)
+            else:
+                n = coast_through(here, False, cell, w, top, top, scratch, rows, n)
             if n > first + 1:
                 n = drop_slivers(rows, first, n, cell.length_m)
             rows.w[n - 1] = max(min(rows.w[n - 1], top), bottom)
@@ -169,5 +179,5 @@ def drive_blend(train, tables, course, first_policy, second_policy, share, scrat
             d = rows.x[i] - rows.x[i - 1]
             duration, work, _, _ = duration_and_work(train, d, cell.grade_n, cell.air, rows.w[i - 1], rows.w[i])
             time += duration
-            energy += _energy(train, tables, d, work, rows.w[i - 1], rows.w[i])
+            energy += _energy(here, tables, d, work, rows.w[i - 1], rows.w[i]) - course.cells.saved_w[k] * duration
     return n, time, energy

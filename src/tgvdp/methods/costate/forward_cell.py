@@ -196,6 +196,13 @@ def drive_cell(train, regenerates, cell, w, a, coasts, b, top, scratch, rows, n)
         return _append(cell.end_m, aim, rows, n)
     if share > 0.0:
         return _saturated(train, TRACTION, cell, w, math.inf, rows, n)[2]
+    return coast_through(train, regenerates, cell, w, b, top, scratch, rows, n)
+
+
+@part
+def coast_through(train, regenerates, cell, w, b, top, scratch, rows, n):
+    """Append the rows of one cell from w: coasting, and braking where that would end above b or the envelope."""
+    rest = cell.length_m
     landed = coast(train, cell, rest, w)
     if landed <= min(b, top) * (1.0 + ON_CURVE):
         parts = int(min(1.0 + _COAST_ROWS * abs(w - landed) / (w + landed), _MOST_COAST_ROWS))

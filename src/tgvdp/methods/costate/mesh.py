@@ -66,8 +66,9 @@ class Interval:
 class Mesh:
     """Cells of a trip with the envelope of feasible speeds and room for the rows of one run.
 
-    Energies are without auxiliaries, multipliers with them: their power only adds to the price of time. The usual
-    multiplier is the energy for traction over the running time of the fastest run, J/s: the scale of multipliers.
+    Energies are without auxiliaries, multipliers with them: their power only adds to the price of time, and what they
+    do not draw where the pantograph is lowered is taken off the energy. The usual multiplier is the energy for
+    traction over the running time of the fastest run, J/s: the scale of multipliers.
     """
 
     trip: Trip
@@ -81,11 +82,14 @@ class Mesh:
 
     def __post_init__(self) -> None:
         inertia_kg = self.train.inertia_kg
+        self.tables = energy_tables(self.trip.train, self.trip.energy)
         self.unit_train = per_kilogram(self.train)
-        self.unit_cells = self.cells._replace(grade_n=self.cells.grade_n / inertia_kg, air=self.cells.air / inertia_kg)
+        self.unit_cells = self.cells._replace(
+            grade_n=self.cells.grade_n / inertia_kg, air=self.cells.air / inertia_kg,
+            saved_w=self.cells.saved_w / (self.tables.traction * inertia_kg),
+        )  # fmt: skip
         self.top_w = float(self.fast.max())
         self.flat_out = np.column_stack((self.fast,) * 3)
-        self.tables = energy_tables(self.trip.train, self.trip.energy)
         if not self.train.braking[:, 1:].any():
             self.tables = self.tables._replace(regeneration=0.0)
         self.size = 24 * len(self.cells.length_m) + 8192

@@ -1,7 +1,8 @@
 """One step of the backward pass: the costate polyline at the end of a cell, carried to its start."""
 
-from tgvdp._jit import kernel
+from tgvdp._jit import kernel, part
 from tgvdp.methods.costate.characteristics import coast_image, coast_on, holding_costate
+from tgvdp.methods.costate.polyline import insert
 from tgvdp.methods.costate.step_regions import (
     brake_region,
     coast_region,
@@ -15,6 +16,21 @@ from tgvdp.physics.codes import COASTING, DYNAMIC
 
 #: A switching speed beyond the wall is at most this multiple of it.
 _BEYOND = 4.0
+
+
+@part
+def coast_over(train, step, line, n, images):
+    """Images of the polyline one cell back without current: all runs coast, and the friction brake keeps the wall.
+
+    Returns their number.
+    """
+    x, y = images
+    m = coast_region(train, step, line, 0, n - 1, images, 0)
+    if m == 0 or x[m - 1] < step.top:
+        m = wall_region(train, COASTING, step, images, m)
+    if x[0] > step.bottom:  # too slow a run cannot speed up
+        m = insert(images, m, 0, step.bottom, min(holding_costate(train, step, step.bottom, line.w[0]), y[0]))
+    return m
 
 
 @kernel
