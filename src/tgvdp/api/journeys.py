@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from tgvdp.api.journey_result import JourneyResult
 from tgvdp.api.methods import continuous_front
+from tgvdp.api.sense import sensible_numbers
 from tgvdp.api.targets import asked_targets, met_to_s
 from tgvdp.api.trip import trip_of
 from tgvdp.errors import InputError
@@ -34,9 +35,6 @@ from tgvdp.runs.profile import Profile
 from tgvdp.second_process import usable_cores
 
 _Floats = NDArray[np.float64]
-
-#: What is left for a section when the time is up, s: its fastest run at least.
-_LEAST_TIME_S = 1e-3
 
 
 def journey(
@@ -153,12 +151,13 @@ def _sections(line: Trip, stops_m: Sequence[float], clock: Clock) -> tuple[Secti
     """Sections from stop to stop with their fastest runs."""
 
     def method(trip: Trip, fastest: Profile, target_s: _Floats, tolerance_s: float) -> OptimalRuns:
-        left_s = max(clock.limit_s - clock.elapsed_s, _LEAST_TIME_S)
-        return continuous_front(trip, fastest, target_s, SearchBudget(time_limit_s=left_s), tolerance_s)
+        with sensible_numbers(trip):
+            return continuous_front(trip, fastest, target_s, SearchBudget().after(clock), tolerance_s)
 
     def section(ends_m: tuple[float, float]) -> SectionRuns:
         trip = replace(line, origin_m=ends_m[0], destination_m=ends_m[1])
-        return SectionRuns(trip, fastest_run(trip), method)
+        with sensible_numbers(trip):
+            return SectionRuns(trip, fastest_run(trip), method)
 
     with ThreadPoolExecutor(usable_cores()) as cores:
         return tuple(cores.map(section, pairwise(stops_m)))
