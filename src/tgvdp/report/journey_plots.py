@@ -1,7 +1,7 @@
 """Pictures of a journey: its front beside today's practices, its runs, and what each section gets and would give."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -21,7 +21,7 @@ _Floats = NDArray[np.float64]
 
 #: Colours and marks of the practices, in their order.
 _LOOKS = ((style.VERMILION, "s"), (style.GREEN, "^"), (style.PURPLE, "v"))
-_OPTIMUM = "one multiplier (optimum)"
+_OPTIMUM = "optimum"
 _MARKED = 100
 #: Heights of the picture of two panels, and of the names of sections, inches.
 _TALL_IN, _NAMES_IN = 7.2, 1.0
@@ -52,31 +52,43 @@ def draw(result: "JourneyResult", picture: str, index: int | None = None) -> sty
 
 def plot_front(result: "JourneyResult", _: int) -> style.Picture:
     """Draw energy over running time of the front and of today's practices, and below it what these cost more."""
-    figure = style.new_figure(_TALL_IN)
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2.0, 1.0))
+    if not result.found.practices:  # they know no windows
+        figure = style.new_figure()
+        upper = lowest = figure.add_subplot()
+    else:
+        figure = style.new_figure(_TALL_IN)
+        upper, lowest = figure.subplots(2, 1, sharex=True, height_ratios=(2.0, 1.0))
+        _draw_practices(result, upper, lowest)
     front_s, front_j = result.front.time_s, result.front.energy_j
     energy = style.energy_scale(float(np.abs(front_j).max()))
-    marks = max(len(front_s) // 12, 1)
-    shown = []
-    for (name, practice), (color, mark) in zip(result.found.practices.items(), _LOOKS, strict=False):
-        look = {"color": color, "linewidth": 1.3, "marker": mark, "markersize": 4.0, "markevery": marks}
-        margin = 100.0 * (practice.time_s / result.fastest_time_s - 1.0)
-        upper.plot(margin, practice.energy_j * energy.factor, **look, label=name.replace("_", " "))
-        above = -np.array([saved_pct(own, best) for own, best in zip(practice.energy_j, front_j, strict=True)])
-        lower.plot(margin, above, **look)
-        shown.append(float(above.max()))
     upper.plot(
         100.0 * (front_s / result.fastest_time_s - 1.0), front_j * energy.factor, color=style.BLUE, linewidth=2.2,
-        marker="o" if len(front_s) <= _MARKED else None, markersize=3.5, label=_OPTIMUM,
+        marker="o" if len(front_s) <= _MARKED else None, markersize=3.5, label=_OPTIMUM, zorder=3,
     )  # fmt: skip
-    if shown:  # what keeps all for the end would flatten the rest
-        lower.set_ylim(0.0, 1.3 * sorted(shown)[-2] or 1.0)
     style.dress(upper, "", f"{energy_name(result.trip)} ({energy.unit})")
-    fastest = style.clock(result.fastest_time_s)
-    style.dress(lower, f"Running time supplement (%) over the fastest {fastest}", "Dearer by (%)")
+    label = f"Running time supplement (%) over the fastest {style.clock(result.fastest_time_s)}"
+    lowest.set_xlabel(label, fontsize=style.LABEL_PT, fontfamily=style.FONT, color=style.INK)
     style.title(upper, "What does the split of the supplement cost?", f"{_heading(result)}; lower is better")
     style.legend(upper, "center right")
     return figure
+
+
+def _draw_practices(result: "JourneyResult", upper: Axes, lower: Axes) -> None:
+    """Draw the energies of the practices, and how much dearer than the front they are."""
+    energy = style.energy_scale(float(np.abs(result.front.energy_j).max()))
+    marks = max(len(result.front) // 12, 1)
+    shown = []
+    for (name, practice), (color, mark) in zip(result.found.practices.items(), _LOOKS, strict=True):
+        look: dict[str, Any] = {"color": color, "linewidth": 1.3, "marker": mark, "markersize": 4.0, "markevery": marks}
+        margin = 100.0 * (practice.time_s / result.fastest_time_s - 1.0)
+        upper.plot(margin, practice.energy_j * energy.factor, **look, label=name.replace("_", " "))
+        pairs = zip(practice.energy_j, result.front.energy_j, strict=True)
+        above = -np.array([saved_pct(own_j, best_j) for own_j, best_j in pairs])
+        lower.plot(margin, above, **look)
+        shown.append(float(above.max()))
+    style.dress(lower, "", "Dearer by (%)")
+    # What keeps all for the end would flatten the rest.
+    lower.set_ylim(0.0, 1.3 * sorted(shown)[-2] or 1.0)
 
 
 def plot_time_distance(result: "JourneyResult", index: int) -> style.Picture:
