@@ -58,7 +58,14 @@ def test_the_files_and_the_table(run, tmp_path, capsys):
 
 def test_a_timetable(run, capsys):
     assert run("journey", "--journey", "journey.json", "--points", "2", "--no-pictures") == 0
-    assert "only its stops count" in capsys.readouterr().err
+    assert "what it asks of passing at 1 place is not kept" in capsys.readouterr().err
+
+
+def test_a_timetable_that_cannot_be_met(run, tmp_path, capsys):
+    tight = changed(JOURNEY, ("timing points", "values", 3), [4, 0, 150, 0, 0])
+    write_json(tmp_path / "journey.json", tight)
+    assert run("journey", "--journey", "journey.json", "--no-pictures") == 4
+    assert "the window at 4000 m closes at 150 s, the first time possible there is" in capsys.readouterr().err
 
 
 def test_search_says_that_it_passes_stops_and_names_journey(run, capsys):

@@ -154,6 +154,6 @@ def _table(result: "JourneyResult", content: Mapping[str, Any], bound: "JourneyB
     lines = ["  ".join(cells) for cells in zip(*columns, strict=True)]
     lines.append(
         f"{len(result.sections)} sections, fastest {duration(result.fastest_time_s)} without"
-        f" {len(result.sections) - 1} dwells of {result.dwell_s:g} s"
+        f" {len(result.sections) - 1} dwells of {result.windows.dwell_s:g} s"
     )
     return "\n".join(lines)
