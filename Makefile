@@ -1,14 +1,18 @@
 # make run    the main job: a Pareto front for the built-in train on the built-in line, into out/
 # make test   everything that CI checks
 # make hooks  the checks that stand before the tests, before every commit
+# make fuzz   slips of unit and mutated files, ten minutes of each; FUZZ="--seconds 3600 --processes 2" for more
 # make bench  all benchmarks, into results/benchmarks/; wants a quiet machine and about 15 minutes
+# make proof  a survey of random trips on fresh seeds, into results/: SEEDS=1000 trips, none begun after MINUTES=15
 # Both create .venv on first use. Another Python: make run PYTHON=python3.13
 PYTHON ?= python3
+SEEDS ?= 1000
+MINUTES ?= 15
 VENV := .venv
 BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run test hooks bench clean distclean
+.PHONY: run test hooks fuzz bench proof clean distclean
 
 run: $(VENV)/.installed
 	$(BIN)/python -m tgvdp search --out out
@@ -25,8 +29,14 @@ test: $(VENV)/.installed-dev
 hooks: $(VENV)/.installed-dev
 	$(BIN)/pre-commit install
 
+fuzz: $(VENV)/.installed-dev
+	$(BIN)/python -m fuzz --seed `date +%s` $(FUZZ)
+
 bench: $(VENV)/.installed-peers
 	$(BIN)/python -m benchmarks
+
+proof: $(VENV)/.installed-dev
+	$(BIN)/python -m benchmarks.proof --seeds $(SEEDS) --minutes $(MINUTES)
 
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and f"tgvdp needs Python 3.11 or newer, $(PYTHON) is {sys.version.split()[0]}: try make PYTHON=python3.13")'

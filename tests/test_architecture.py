@@ -14,13 +14,14 @@ from tgvdp._jit.cache import KERNEL_FREE
 PACKAGE = Path(__file__).resolve().parents[1] / "src" / "tgvdp"
 
 #: Leaves that every room may use.
-LEAVES = {"errors", "units", "constants", "second_process", "__version__"}
+LEAVES = {"errors", "memory", "units", "constants", "second_process", "__version__"}
 
 #: Room → the rooms it may import besides itself and the leaves. Edges (cli, api) stand last.
 MAY_IMPORT = {
     "errors": set(),
     "units": set(),
     "constants": set(),
+    "memory": set(),
     "second_process": set(),
     "pareto": set(),
     "_jit": set(),
@@ -33,6 +34,7 @@ MAY_IMPORT = {
     "runs": {"model", "line", "physics", "_jit"},
     "methods": {"model", "line", "physics", "runs", "_jit"},
     "certificate": {"model", "line", "physics", "runs", "methods", "_jit"},
+    "journeys": {"model", "runs", "methods", "certificate", "pareto"},
     "referee": {"model", "physics", "_jit"},
     "formulations": {"model", "formats"},  # formats: instances are files
     "solvers": {"model", "formulations", "_jit"},
@@ -46,6 +48,7 @@ MAY_IMPORT = {
         "runs",
         "methods",
         "certificate",
+        "journeys",
         "referee",
         "pareto",
         "report",
@@ -79,7 +82,7 @@ ONLY_IN = {
 }
 CORE = {"numpy", "numba", "networkx", "matplotlib", "click", "msgspec", "tomli_w"}
 QUANTUM = {"dimod", "dwave", "qiskit", "qiskit_aer", "docplex", "neal"}
-SILENT = {"line", "physics", "runs", "methods", "certificate", "referee"}  # no files, no printing
+SILENT = {"line", "physics", "runs", "methods", "certificate", "journeys", "referee"}  # no files, no printing
 FILE_CALLS = {"open", "print", "input"}
 FILE_MODULES = {"pathlib", "os", "io", "shutil", "tempfile", "json", "csv", "logging"}
 
@@ -318,7 +321,7 @@ TESTS = Path(__file__).resolve().parent
 
 def test_tests_mirror_the_rooms():
     folders = {path.name for path in TESTS.iterdir() if any(path.glob("**/test_*.py"))}
-    assert folders <= set(MAY_IMPORT) | {"benchmarks"}  # which is no part of the package, but tested
+    assert folders <= set(MAY_IMPORT) | {"benchmarks", "fuzz"}  # which are no part of the package, but tested
 
 
 def test_no_test_imports_a_test():

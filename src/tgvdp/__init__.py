@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError, MissingExtraError, TgvdpError
 
 if TYPE_CHECKING:
-    from tgvdp.api import Score, SearchResult, score_run, search
+    from tgvdp.api import JourneyResult, Score, SearchResult, journey, score_run, search
     from tgvdp.formats import RecordedRun, load_energy_map, load_run, load_scenario, load_track, load_train
     from tgvdp.model.effort import EffortCurve
     from tgvdp.model.energy import EnergyMap
@@ -33,6 +33,7 @@ __all__ = [
     "Gradient",
     "InfeasibleError",
     "InputError",
+    "JourneyResult",
     "MissingExtraError",
     "ParetoFront",
     "Profile",
@@ -47,6 +48,7 @@ __all__ = [
     "Tunnel",
     "Verdict",
     "__version__",
+    "journey",
     "load_energy_map",
     "load_run",
     "load_scenario",
@@ -62,6 +64,7 @@ _HOMES = {
     "EffortCurve": "tgvdp.model.effort",
     "EnergyMap": "tgvdp.model.energy",
     "Gradient": "tgvdp.model.track",
+    "JourneyResult": "tgvdp.api",
     "ParetoFront": "tgvdp.pareto",
     "Profile": "tgvdp.runs.profile",
     "RecordedRun": "tgvdp.formats",
@@ -73,6 +76,7 @@ _HOMES = {
     "Trip": "tgvdp.model.trip",
     "Tunnel": "tgvdp.model.track",
     "Verdict": "tgvdp.referee.replay",
+    "journey": "tgvdp.api",
     "load_energy_map": "tgvdp.formats",
     "load_run": "tgvdp.formats",
     "load_scenario": "tgvdp.formats",

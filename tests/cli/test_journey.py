@@ -1,5 +1,6 @@
-"""``tgvdp search --journey``: what a section of a timetable decides, and what the search says it does not keep."""
+"""``tgvdp journey``: the object that scripts read, the files, the table, and what ``search`` says of stops."""
 
+import csv
 import json
 
 import pytest
@@ -7,70 +8,71 @@ import pytest
 from tests.helpers.format_case import JOURNEY, TTOBENCH_TRACK, TTOBENCH_TRAIN, changed, write_json
 from tgvdp.cli import main
 
-LONG = changed(JOURNEY, ("timing points", "values", 5, 2), 1500)
+STOPS = changed(TTOBENCH_TRACK, ("stops", "values"), [0, 4000, 10_000])
 
 
 @pytest.fixture
 def run(tmp_path, monkeypatch):
-    """Function that searches a section of a journey and returns exit code and result."""
+    """Function that runs a command on a line of two sections."""
     monkeypatch.chdir(tmp_path)
     write_json(tmp_path / "train.json", TTOBENCH_TRAIN)
-    write_json(tmp_path / "track.json", TTOBENCH_TRACK)
+    write_json(tmp_path / "track.json", STOPS)
+    write_json(tmp_path / "journey.json", JOURNEY)
 
-    def search(section, *options, journey=LONG):
-        write_json(tmp_path / "journey.json", journey)
-        files = ["--train", "train.json", "--track", "track.json", "--journey", f"journey.json{section}"]
-        code = main(["search", *files, "--points", "3", "--no-certify", *options])
-        result = tmp_path / "out" / "result.json"
-        return code, json.loads(result.read_text()) if result.exists() else None
+    def command(name, *options):
+        return main([name, "--train", "train.json", "--track", "track.json", *options])
 
-    return search
+    return command
 
 
-def test_a_section_gives_origin_destination_and_longest_time(run, capsys):
-    code, result = run("#2")
-    assert code == 0
-    options, inputs = result["provenance"]["options"], result["provenance"]["inputs"]
-    assert (options["origin_m"], options["destination_m"]) == (4000.0, 10_000.0)
-    assert options["max_time_s"] == 1140.0
-    assert result["front"][-1]["time_s"] <= 1140.0 + 0.05
-    assert (inputs["journey"]["file"], inputs["journey"]["part"]) == ("journey.json", "2")
-    assert "warning: journey" not in capsys.readouterr().err
+def test_the_object_that_scripts_read(run, capsys):
+    assert run("journey", "--points", "3", "--json", "--no-pictures") == 0
+    content = json.loads(capsys.readouterr().out)
+    assert list(content) == ["schema", "sections", "front", "practices"]
+    assert content["schema"] == "tgvdp.journey/1"
+    assert [list(section) for section in content["sections"]] == [["from_m", "to_m", "fastest_time_s"]] * 2
+    assert [(section["from_m"], section["to_m"]) for section in content["sections"]] == [(0, 4000), (4000, 10_000)]
+    first, *_, last = content["front"]
+    assert set(last) == {"time_s", "energy_kwh", "price_kwh_per_min", "sections"}
+    assert [set(section) for section in last["sections"]] == [{"time_s", "energy_kwh"}] * 2
+    assert first["price_kwh_per_min"] is None
+    assert last["energy_kwh"] == pytest.approx(sum(section["energy_kwh"] for section in last["sections"]))
+    assert all([set(row) for row in rows] == [{"time_s", "energy_kwh"}] * 3 for rows in content["practices"].values())
 
 
-def test_what_is_not_kept_is_said(run, capsys):
-    slow = changed(LONG, ("timing points", "values", 3), [4, 16, 1000, 0, 0])
-    slow = changed(slow, ("timing points", "values", 4), [4, 17, None, 0, 0])
-    slow = changed(slow, ("metadata", "id"), "other_01")
-    slow = changed(slow, ("metadata", "associated track"), "other")
-    code, result = run("", journey=slow)
-    assert code == 0
-    for text in (
-        "it belongs to track other, not to toy",
-        "runs shorter than 930 s arrive before the window opens",
-        "the search does not keep what is asked of passing: at 2000 m 120 to 150 s and 36 to 72 km/h",
-    ):
-        assert f"journey other_01, section 1: {text}" in result["warning"]
-        assert text in capsys.readouterr().err or text in result["warning"]
+def test_the_files_and_the_table(run, tmp_path, capsys):
+    assert run("journey", "--at", "5%,10%", "--out", "there", "--certify") == 0
+    shown = capsys.readouterr().out
+    assert "proportional to time" in shown
+    assert "2 sections, fastest" in shown
+    names = {file.name for file in (tmp_path / "there").iterdir()}
+    pictures = {f"{name}.png" for name in ("front", "time_distance", "profile", "allocation", "price")}
+    assert names == {"journey.json", "front.csv", "allocation.csv", "provenance.json"} | pictures
+    rows = list(csv.DictReader((tmp_path / "there" / "allocation.csv").open()))
+    assert [(row["point"], row["section"]) for row in rows] == [("1", "1"), ("1", "2"), ("2", "1"), ("2", "2")]
+    front = list(csv.DictReader((tmp_path / "there" / "front.csv").open()))
+    assert [float(row["margin_pct"]) for row in front] == pytest.approx([5.0, 10.0], abs=0.01)
+    assert all(0.0 <= float(row["gap_pct"]) < 1.0 for row in front)
+    assert all(float(row["all_at_the_end_kwh"]) > float(row["energy_kwh"]) for row in front)
 
 
-def test_a_section_that_no_train_can_run_in_time(run, capsys):
-    tight = changed(LONG, ("timing points", "values", 3), [4, 0, 150, 0, 0])
-    assert run("", journey=tight)[0] == 4
-    assert "no run takes 150 s or less: the fastest one takes" in capsys.readouterr().err
+def test_a_timetable(run, capsys):
+    assert run("journey", "--journey", "journey.json", "--points", "2", "--no-pictures") == 0
+    assert "what it asks of passing at 1 place is not kept" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("option", ["--from", "--to", "--start-speed", "--end-speed", "--max-margin"])
-def test_what_a_journey_decides_is_not_given_twice(run, capsys, option):
-    assert run("", option, "5")[0] == 2
-    assert f"--journey and {option} exclude each other" in capsys.readouterr().err
+def test_a_timetable_that_cannot_be_met(run, tmp_path, capsys):
+    tight = changed(JOURNEY, ("timing points", "values", 3), [4, 0, 150, 0, 0])
+    write_json(tmp_path / "journey.json", tight)
+    assert run("journey", "--journey", "journey.json", "--no-pictures") == 4
+    assert "the window at 4000 m closes at 150 s, the first time possible there is" in capsys.readouterr().err
 
 
-def test_a_journey_needs_its_track_and_a_section_on_it(run, capsys):
-    assert main(["search", "--journey", "journey.json"]) == 2
-    assert "--journey needs the --track that it belongs to" in capsys.readouterr().err
-    far = changed(LONG, ("timing points", "values", 5, 0), 11)
-    assert run("#2", journey=far)[0] == 3
-    assert "section 2 ends at 11000 m, beyond the 10000 m of track toy" in capsys.readouterr().err
-    assert run("#7")[0] == 3
-    assert "journey.json: has sections 1 to 2, got '7'" in capsys.readouterr().err
+def test_search_says_that_it_passes_stops_and_names_journey(run, capsys):
+    assert run("search", "--points", "2", "--no-certify", "--no-pictures") == 0
+    assert "1 stop between origin and destination is passed: tgvdp journey stops there" in capsys.readouterr().err
+
+
+def test_points_are_asked_for_once(run, capsys):
+    assert run("journey", "--at", "5%", "--points", "3") == 2
+    assert "--at and --points exclude each other" in capsys.readouterr().err

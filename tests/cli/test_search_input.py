@@ -124,8 +124,16 @@ def busy_line(**held):
     ("held", "switches", "notes"),
     [
         ({}, {}, []),
-        ({"stops_m": (0.0, 1000.0, 9000.0)}, {}, ["1 stop between origin and destination is passed"]),
-        ({"stops_m": (0.0, 1000.0, 2000.0, 8500.0)}, {}, ["2 stops between origin and destination are passed"]),
+        (
+            {"stops_m": (0.0, 1000.0, 9000.0)},
+            {},
+            ["1 stop between origin and destination is passed: tgvdp journey stops there"],
+        ),
+        (
+            {"stops_m": (0.0, 1000.0, 2000.0, 8500.0)},
+            {},
+            ["2 stops between origin and destination are passed: tgvdp journey stops there"],
+        ),
         ({"curves": ((0.0, 500.0, 500.0),)}, {}, ["1 curve of the line count nothing: --curves is none"]),
         ({"curves": ((0.0, 500.0, 500.0),)}, {"curves": "roeckl"}, []),
         ({"curves": ((0.0, float("inf"), float("inf")), (8500.0, 300.0, 300.0))}, {}, []),

@@ -58,22 +58,25 @@ _interrupt_hold = _InterruptHold()
 
 
 class _Stopwatch(contextlib.ContextDecorator):
-    """Measures how long kernels were compiled or loaded in this process, whatever nests."""
+    """Measures how long kernels were compiled or loaded in this process, whatever nests, in whatever threads."""
 
     def __init__(self) -> None:
+        self._lock = threading.Lock()
         self._total_s = 0.0
         self._depth = 0
         self._started_s = 0.0
 
     def __enter__(self) -> None:
-        self._depth += 1
-        if self._depth == 1:
-            self._started_s = time.perf_counter()
+        with self._lock:
+            self._depth += 1
+            if self._depth == 1:
+                self._started_s = time.perf_counter()
 
     def __exit__(self, *_: object) -> None:
-        self._depth -= 1
-        if self._depth == 0:
-            self._total_s += time.perf_counter() - self._started_s
+        with self._lock:
+            self._depth -= 1
+            if self._depth == 0:
+                self._total_s += time.perf_counter() - self._started_s
 
     def total_s(self) -> float:
         return self._total_s + (time.perf_counter() - self._started_s if self._depth else 0.0)

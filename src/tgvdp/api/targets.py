@@ -26,6 +26,11 @@ def margin_of(fastest_s: float, max_margin: float, max_time_s: float | None) -> 
     return max_time_s / fastest_s - 1.0
 
 
+def met_to_s(fastest_s: float) -> float:
+    """How well running times have to be met that are not close to each other, s."""
+    return min(_MET_S, _MET_SHARE * fastest_s)
+
+
 def asked_targets(
     fastest_s: float, at_s: Sequence[float], at_margin: Sequence[float]
 ) -> tuple[NDArray[np.float64], float]:
@@ -43,4 +48,4 @@ def asked_targets(
     sorted_s = np.unique(np.where(asked_s <= fastest_s + near_s, fastest_s, asked_s))
     target_s = sorted_s[np.diff(sorted_s, prepend=-np.inf) > _SAME_TIME * fastest_s]
     step_s = float(np.diff(target_s).min(initial=np.inf))
-    return target_s, min(_MET_S, _MET_SHARE * fastest_s, _MET_STEP * step_s)
+    return target_s, min(met_to_s(fastest_s), _MET_STEP * step_s)

@@ -8,6 +8,8 @@ from tgvdp._jit import kernel, leaf
 _UNIFORM = 0.02
 #: At a standstill the first node lies at this share of the row's squared speed.
 _FIRST_SHARE = 1e-4
+#: A costate may grow without bound along a run, and what a cell is cut into must not: 2⁶³ is no number of parts.
+_MOST_PARTS = 1000.0
 
 
 @leaf
@@ -93,7 +95,7 @@ def _parts(left, right, length, w0, w1, multiplier, step):
     if change <= 2.0 * step * size or min(w0, w1) <= 0.0:
         return 1
     drift = 0.5 * multiplier * length / (min(w0, w1) * math.sqrt(max(w0, w1)))
-    return min(math.ceil(max(change, drift) / (step * size)), 1000)
+    return math.ceil(min(max(change, drift) / (step * size), _MOST_PARTS))
 
 
 @kernel

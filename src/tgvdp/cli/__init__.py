@@ -20,6 +20,7 @@ EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
 _COMMANDS = (
     "search",
+    "journey",
     "compare",
     "score",
     "formulate",
@@ -37,6 +38,7 @@ _EXAMPLES = """
 Examples:
   tgvdp search                                   the built-in train on the built-in line
   tgvdp search --train tgv --track flat-100km --out flat
+  tgvdp journey --track line.json --train train.json
   tgvdp catalog                                  the built-in trains and lines
   tgvdp validate my-train.json my-scenario.toml
   tgvdp solve instance.json --solver dp          a problem of the quantum formulations

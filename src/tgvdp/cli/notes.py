@@ -60,7 +60,8 @@ def idle(trip: "Trip") -> Iterator[str]:
 
     stops = sum(trip.origin_m < stop_m < trip.destination_m for stop_m in track.stops_m)
     if stops:
-        yield f"{_counted(stops, 'stop')} between origin and destination {'is' if stops == 1 else 'are'} passed"
+        are = "is" if stops == 1 else "are"
+        yield f"{_counted(stops, 'stop')} between origin and destination {are} passed: tgvdp journey stops there"
     ends_m = [*(row.position_m for row in track.curves[1:]), track.length_m]
     curves = sum(
         on_the_way(row.position_m, end_m) and not math.isinf(min(abs(row.radius_start_m), abs(row.radius_end_m)))

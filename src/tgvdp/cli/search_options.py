@@ -26,9 +26,9 @@ _EVERY_HELP = "Profiles with a row every M metres.  [default: all rows of the se
 _FORMAT_HELP = f"Formats of the pictures, with commas: {', '.join(PICTURE_FORMATS)}."
 _PRICE_HELP = "€/kWh at the pantograph: adds the cost of each run."
 _CO2_HELP = "Grams of CO2 per kWh at the pantograph: adds the emission of each run."
-_TRAIN_HELP = f"Train: a file, or a name of the catalog.  [default: {DEFAULT_TRAIN}]"
-_TRACK_HELP = f"Line: a file, or a name of the catalog.  [default: {DEFAULT_TRACK}]"
-_SET_HELP = (
+TRAIN_HELP = f"Train: a file, or a name of the catalog.  [default: {DEFAULT_TRAIN}]"
+TRACK_HELP = f"Line: a file, or a name of the catalog.  [default: {DEFAULT_TRACK}]"
+SET_HELP = (
     "Set a field of the train or line, by its name and unit in the native format, such as train.mass_t=450; may be"
     " given several times."
 )
@@ -58,7 +58,7 @@ def complete(_: click.Context, parameter: click.Parameter, incomplete: str) -> "
     return [*items, CompletionItem(incomplete, type="file")]
 
 
-def _complete_fields(_: click.Context, __: click.Parameter, incomplete: str) -> "list[CompletionItem]":
+def complete_fields(_: click.Context, __: click.Parameter, incomplete: str) -> "list[CompletionItem]":
     """Complete the fields of trains and lines."""
     from click.shell_completion import CompletionItem
 
@@ -67,7 +67,7 @@ def _complete_fields(_: click.Context, __: click.Parameter, incomplete: str) -> 
     return [CompletionItem(f"{name}=") for name in fields() if name.startswith(incomplete)]
 
 
-def _declared(one: Option) -> Decorator:
+def declared(one: Option) -> Decorator:
     """Option of the command line, as it is declared."""
     settings: dict[str, Any] = {"help": one.summary or None, "metavar": one.metavar or None}
     if one.kind is bool:
@@ -106,8 +106,8 @@ _output = heading("Proof and output")
 
 #: All options in the order of the help page.
 _OPTIONS = [
-    _trip("--track", metavar="FILE|NAME", shell_complete=complete, help=_TRACK_HELP),
-    _trip("--train", metavar="FILE|NAME", shell_complete=complete, help=_TRAIN_HELP),
+    _trip("--track", metavar="FILE|NAME", shell_complete=complete, help=TRACK_HELP),
+    _trip("--train", metavar="FILE|NAME", shell_complete=complete, help=TRAIN_HELP),
     _trip(
         "--scenario",
         metavar="FILE",
@@ -116,8 +116,8 @@ _OPTIONS = [
     ),
     _trip("--journey", metavar="FILE[#N]", shell_complete=complete, help=_JOURNEY_HELP),
     _trip("--line-speed", "line_speed_kmh", **LINE_SPEED),
-    _trip("--set", "changes", metavar="FIELD=VALUE", multiple=True, shell_complete=_complete_fields, help=_SET_HELP),
-    *map(_declared, BY_FIELD.values()),
+    _trip("--set", "changes", metavar="FIELD=VALUE", multiple=True, shell_complete=complete_fields, help=SET_HELP),
+    *map(declared, BY_FIELD.values()),
     _output("--certify/--no-certify", default=True, show_default=True, help="Prove how far the optimum can be."),
     _output("--profiles", type=click.Choice(PROFILE_FORMATS), default="csv", show_default=True, help=_PROFILES_HELP),
     _output("--every", "every_m", metavar="M", type=number("m", above=0.0), help=_EVERY_HELP),

@@ -15,6 +15,7 @@ from tgvdp.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
     from tgvdp.api import SearchResult
+    from tgvdp.model.trip import Trip
 
 _LABELS = 6
 #: Points of a front that are marked one by one; more would be a band.
@@ -58,7 +59,7 @@ def plot_front(result: "SearchResult", lower_bound_j: ArrayLike | None = None) -
     style.dress(axes, f"Delay ({scale.unit}) over the fastest run of {reference}", "Energy saved (%)")
     _add_energy_axis(axes, result)
     _set_limits(axes, delay, np.concatenate(shown))
-    style.title(axes, "How much energy does a later arrival save?", f"{heading(result)}; top left is better")
+    style.title(axes, "How much energy does a later arrival save?", f"{heading(result.trip)}; top left is better")
     style.legend(axes, "lower right")
     return figure
 
@@ -104,7 +105,7 @@ def plot_price(result: "SearchResult", price_per_kwh: float | None = None) -> st
             "right", functions=(lambda value: money * np.asarray(value), lambda value: np.asarray(value) / money)
         )
         _dress_right(right, "Money saved per minute (€/min)")
-    style.title(axes, "What does one more minute save?", f"{energy_name(result)}, {heading(result)}")
+    style.title(axes, "What does one more minute save?", f"{energy_name(result.trip)}, {heading(result.trip)}")
     return figure
 
 
@@ -114,9 +115,9 @@ def _shown_price(price: NDArray[np.float64]) -> float:
     return 1.1 * min(float(known.max()), _PRICE_SHOWN * float(np.median(known)) or 1.0)
 
 
-def energy_name(result: "SearchResult") -> str:
+def energy_name(trip: "Trip") -> str:
     """Name of the energy that all figures of a result count."""
-    model = result.trip.energy
+    model = trip.energy
     return f"Energy by {model.map.name}" if model.map is not None else f"Energy at the {model.kind}"
 
 
@@ -131,9 +132,8 @@ def delay_and_saving(
     return delay_s * scale.factor, saved, scale
 
 
-def heading(result: "SearchResult") -> str:
+def heading(trip: "Trip") -> str:
     """Train, line and distance in one line."""
-    trip = result.trip
     scale = style.distance_scale(trip.distance_m)
     return f"{trip.train.name} on {trip.track.name}, {trip.distance_m * scale.factor:.4g} {scale.unit}"
 
@@ -221,7 +221,7 @@ def _add_energy_axis(axes: Axes, result: "SearchResult") -> None:
             lambda energy: 100.0 * (1.0 - np.asarray(energy) / whole),
         ),
     )
-    _dress_right(right, f"{energy_name(result)} ({scale.unit})")
+    _dress_right(right, f"{energy_name(result.trip)} ({scale.unit})")
 
 
 def _dress_right(right: SecondaryAxis, label: str) -> None:

@@ -81,11 +81,11 @@ def result_html(result: "SearchResult") -> str:
             f"{saved_pct(energy_j, fastest.energy_j):.1f} %",
         )  # fmt: skip
         rows.append("<tr>" + "".join(f'<td style="text-align:right">{cell}</td>' for cell in cells) + "</tr>")
-    heads = ("margin", "time", f"{energy_name(result)} ({scale.unit})", "saved")
+    heads = ("margin", "time", f"{energy_name(result.trip)} ({scale.unit})", "saved")
     head = "".join(f'<th style="text-align:right">{html.escape(name)}</th>' for name in heads)
     notes = "".join(f"<p>{html.escape(warning)}</p>" for warning in result.warnings)
     return (
-        f"<div><p><b>{html.escape(heading(result))}</b>: method {result.method}, {len(front)} points</p>"
+        f"<div><p><b>{html.escape(heading(result.trip))}</b>: method {result.method}, {len(front)} points</p>"
         f'<img alt="Energy saved over delay" src="data:image/png;base64,{picture}"/>'
         f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>{notes}</div>"
     )

@@ -75,10 +75,14 @@ def plot_profile(result: "SearchResult", runs: Sequence[Run] | None = None) -> s
     -------
     matplotlib.figure.Figure
     """
-    runs = runs_shown(result) if runs is None else runs
-    figure, (axes,), along = _over_the_line(result.trip, 1)
-    limit = _draw_speed(axes, result.trip, runs, along)
-    style.title(axes, "How to drive?", f"Speed over distance, {heading(result)}")
+    return plot_speeds(result.trip, runs_shown(result) if runs is None else runs)
+
+
+def plot_speeds(trip: "Trip", runs: Sequence[Run]) -> style.Picture:
+    """Draw speed over distance of some runs, under the speed limits and over the line."""
+    figure, (axes,), along = _over_the_line(trip, 1)
+    limit = _draw_speed(axes, trip, runs, along)
+    style.title(axes, "How to drive?", f"Speed over distance, {heading(trip)}")
     _add_legends(figure, axes, runs, limit)
     return figure
 
@@ -97,7 +101,7 @@ def plot_speed_time(result: "SearchResult") -> style.Picture:
     style.dress(axes, f"Time since departure ({scale.unit})", f"Speed ({speed.unit})")
     axes.set_xlim(0.0, 1.01 * scale.factor * max(run.profile.duration_s for run in runs))
     axes.set_ylim(0.0, 1.06 * speed.factor * top_mps)
-    style.title(axes, "Where do the extra minutes go?", f"Speed over time, {heading(result)}")
+    style.title(axes, "Where do the extra minutes go?", f"Speed over time, {heading(result.trip)}")
     _add_legends(figure, axes, runs, [])
     return figure
 
@@ -124,7 +128,7 @@ def plot_effort(result: "SearchResult") -> style.Picture:
         axes.set_ylim(scale.factor * (min(low, 0.0) - pad), scale.factor * (max(high, 0.0) + pad))
         axes.axhline(0.0, color=style.MUTED, linewidth=0.8)
     averaged = "; pulses are shown as their means" if any(step.averaged for step in steps) else ""
-    style.title(upper, "What does it take at the wheel?", f"Effort and power, {heading(result)}{averaged}")
+    style.title(upper, "What does it take at the wheel?", f"Effort and power, {heading(result.trip)}{averaged}")
     _add_legends(figure, upper, runs, [])
     return figure
 

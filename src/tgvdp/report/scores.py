@@ -182,7 +182,7 @@ def _draw_front(axes: Axes, score: "Score") -> None:
             textcoords="offset points", ha="left" if upright else "center", va="center" if upright else "bottom",
             fontsize=style.SMALL_PT, fontfamily=style.FONT, color=style.INK,
         )  # fmt: skip
-    style.dress(axes, f"Running time ({scale.unit})", f"{energy_name(score.result)} ({energy.unit})")
+    style.dress(axes, f"Running time ({scale.unit})", f"{energy_name(score.result.trip)} ({energy.unit})")
     axes.yaxis.label.set_fontsize(style.SMALL_PT)
     axes.margins(0.08, 0.14)
     style.legend(axes, "upper right")

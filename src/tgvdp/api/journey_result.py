@@ -1,0 +1,181 @@
+"""What a journey returns."""
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.certificate.front import Certificate, certify_front
+from tgvdp.journeys.bound import JourneyBound, journey_bound
+from tgvdp.journeys.front import JourneyFront
+from tgvdp.journeys.section import SectionRuns
+from tgvdp.journeys.windows import Windows
+from tgvdp.methods.budget import SearchBudget
+from tgvdp.model.trip import Trip
+from tgvdp.pareto import ParetoFront
+from tgvdp.referee.replay import Verdict, replay
+from tgvdp.runs.profile import EnergyBalance, Profile
+from tgvdp.second_process import usable_cores
+from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
+
+if TYPE_CHECKING:
+    from tgvdp.report.style import Picture
+
+_Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class JourneyResult:
+    """The front of a journey, and how each of its points splits the time among the sections.
+
+    Attributes
+    ----------
+    trip : Trip
+        From the first stop to the last one.
+    sections : tuple of SectionRuns
+        From stop to stop: ``trip``, ``fastest`` run, and the runs found.
+    windows : Windows
+        When the train may arrive and depart at its stops, and how long it stands there at least.
+    options : dict
+        As asked for, defaults filled in.
+    elapsed_s : float
+        Wall time, s.
+    warnings : tuple of str
+        Where the result is less than was asked for, and why.
+    """
+
+    trip: Trip
+    sections: tuple[SectionRuns, ...]
+    windows: Windows
+    options: dict[str, Any]
+    elapsed_s: float
+    found: JourneyFront
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def front(self) -> ParetoFront:
+        """Running times of the whole journey without dwell, s, and energies, J; the fastest journey first."""
+        return self.found.front
+
+    @property
+    def fastest_time_s(self) -> float:
+        """Running time of the fastest journey, s."""
+        return sum(section.fastest.duration_s for section in self.sections)
+
+    @property
+    def fastest_energy_j(self) -> float:
+        """Energy of the fastest journey, J."""
+        return sum(section.fastest.total_energy_j for section in self.sections)
+
+    @property
+    def section_time_s(self) -> _Floats:
+        """Running time of each section at each point, s, (n, sections) float64."""
+        return np.column_stack(
+            [section.front.time_s[run] for section, run in zip(self.sections, self.found.run.T, strict=True)]
+        )
+
+    @property
+    def section_energy_j(self) -> _Floats:
+        """Energy of each section at each point, J, (n, sections) float64."""
+        return np.column_stack(
+            [section.front.energy_j[run] for section, run in zip(self.sections, self.found.run.T, strict=True)]
+        )
+
+    @property
+    def price_kwh_per_min(self) -> _Floats:
+        """Price of a minute at each point, kWh/min: the multiplier of the section that ends the journey.
+
+        That is the one of all sections, unless windows part them (``found.multiplier_j_per_s``).
+        """
+        return self.found.multiplier_j_per_s[:, -1] * (SECONDS_PER_MINUTE / JOULE_PER_KWH)
+
+    def section_profiles(self, index: int) -> list[Profile]:
+        """Speed profile of each section at one point of the front, each from its own departure."""
+        return [
+            section.profile(run) for section, run in zip(self.sections, self.found.run[index].tolist(), strict=True)
+        ]
+
+    def profile(self, index: int) -> Profile:
+        """Speed profile of the whole journey at one point of the front.
+
+        A stop on the way is two rows at its position, arrival and departure. Times count from the first departure.
+        """
+        departure_s = self.found.departure_s[index]
+        return joined(self.section_profiles(index), departure_s - departure_s[0])
+
+    def verify(self) -> list[list[Verdict]]:
+        """Replay every section of every point by the independent referee."""
+        known: dict[tuple[int, int], Verdict] = {}
+        for number, section in enumerate(self.sections):
+            for run in np.unique(self.found.run[:, number]).tolist():
+                known[number, run] = replay(section.trip, section.profile(run))
+        return [[known[number, run] for number, run in enumerate(runs)] for runs in self.found.run.tolist()]
+
+    def certify(self, time_limit_s: float | None = None) -> JourneyBound:
+        """Bound the least energy of every journey, however it splits the time, at the running time of each point.
+
+        Parameters
+        ----------
+        time_limit_s : float, optional
+            Time for it, s; by default as much as the search had.
+        """
+        clock = SearchBudget(time_limit_s=time_limit_s or self.options["time_limit_s"]).start()
+
+        def certificate(section: SectionRuns, run: NDArray[np.int64]) -> Certificate:
+            own = np.unique(run)
+            return certify_front(
+                section.trip, section.fastest, section.front.time_s[own], section.front.energy_j[own],
+                np.unique(self.found.multiplier_j_per_s), clock,
+            )  # fmt: skip
+
+        with ThreadPoolExecutor(usable_cores()) as cores:
+            certificates = list(cores.map(certificate, self.sections, self.found.run.T))
+        fastest_s = [section.fastest.duration_s for section in self.sections]
+        return journey_bound(certificates, fastest_s, self.front.time_s)
+
+    def plot(self, picture: str = "front", index: int | None = None) -> "Picture":
+        """Draw a picture; notebooks show it, and its ``savefig`` writes it.
+
+        Parameters
+        ----------
+        picture : {"front", "time_distance", "profile", "allocation", "price"}
+            Energy over running time with today's practices; time over distance; speed over distance; what each section
+            gets; what a minute more saves in each section.
+        index : int, optional
+            Point of the front that the last three show; by default the middle one.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from tgvdp.report.journey_plots import draw
+
+        return draw(self, picture, index)
+
+    def save(self, folder: str | os.PathLike[str]) -> list[str]:
+        """Write all files of ``tgvdp journey`` into a folder, all or none, and return their names."""
+        from tgvdp.report.journeys import write_journey
+
+        return [file.name for file in write_journey(self, folder)]
+
+    def __repr__(self) -> str:
+        return (
+            f"<JourneyResult: {self.trip.train.name} on {self.trip.track.name}, {len(self.sections)} sections,"
+            f" {len(self.front)} points from {self.fastest_time_s:.1f} s>"
+        )
+
+
+def joined(profiles: Sequence[Profile], departure_s: _Floats) -> Profile:
+    """Profiles of sections one behind the other, each from its departure, s."""
+    starts_j = np.cumsum([0.0, *(one.total_energy_j for one in profiles[:-1])])
+    names = ("position_m", "speed_mps", "force_n", "regime")
+    return Profile(
+        time_s=np.concatenate([one.time_s + start_s for one, start_s in zip(profiles, departure_s, strict=True)]),
+        energy_j=np.concatenate([one.energy_j + start_j for one, start_j in zip(profiles, starts_j, strict=True)]),
+        balance=EnergyBalance(*np.sum([one.balance for one in profiles], axis=0).tolist()),
+        **{name: np.concatenate([getattr(one, name) for one in profiles]) for name in names},
+    )

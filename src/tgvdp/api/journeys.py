@@ -1,0 +1,199 @@
+"""A journey: a train over all stops of a line, each section from stop to stop solved by the front method."""
+
+import os
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.api.journey_result import JourneyResult
+from tgvdp.api.methods import continuous_front
+from tgvdp.api.sense import sensible_numbers
+from tgvdp.api.targets import asked_targets, met_to_s
+from tgvdp.api.trip import trip_of
+from tgvdp.errors import InfeasibleError, InputError
+from tgvdp.formats import load_journey
+from tgvdp.formats.sources import Source
+from tgvdp.journeys.front import JourneyFront, journey_front
+from tgvdp.journeys.section import SectionRuns
+from tgvdp.journeys.timetable import earliest_arrival_s, timetable_front
+from tgvdp.journeys.windows import Window, Windows, windows_of
+from tgvdp.methods.budget import DEFAULT_TIME_S, Clock, SearchBudget
+from tgvdp.methods.costate.front import OptimalRuns
+from tgvdp.model.checks import require_number
+from tgvdp.model.energy import EnergyMap
+from tgvdp.model.journey import Journey
+from tgvdp.model.track import Track
+from tgvdp.model.train import Train
+from tgvdp.model.trip import Trip
+from tgvdp.options.search import SearchOptions
+from tgvdp.runs.fastest import fastest_run
+from tgvdp.runs.profile import Profile
+from tgvdp.second_process import usable_cores
+
+_Floats = NDArray[np.float64]
+
+
+def journey(
+    train: Train | Source,
+    track: Track | Source,
+    journey: Journey | Source | None = None,
+    *,
+    dwell_s: float = 30.0,
+    reverse: bool = False,
+    speed_restrictions: Sequence[tuple[float, float, float]] = (),
+    energy: str | EnergyMap = "wheel",
+    convention: str = "ttobench",
+    mass_model: str | None = None,
+    limits: str | None = None,
+    curves: str | None = None,
+    tunnels: bool | None = None,
+    wind_mps: float = 0.0,
+    points: int = 60,
+    max_margin: float = 0.25,
+    at_s: Sequence[float] = (),
+    at_margin: Sequence[float] = (),
+    time_limit_s: float | None = None,
+) -> JourneyResult:
+    """Find the front of a train over all stops of a line: least energy for each running time, and who gets the time.
+
+    Parameters
+    ----------
+    train, track
+        As of `tgvdp.search`.
+    journey : Journey or path, optional
+        A timetable, whose stops count in place of the line's own, with their windows of time. With windows the points
+        are least energies for arrivals evenly from the earliest possible one on, as late as the last window allows.
+    dwell_s : float
+        Least standstill at each stop on the way, s; no part of running times.
+    reverse, speed_restrictions, energy, convention, mass_model, limits, curves, tunnels, wind_mps
+        As of `tgvdp.search`.
+    points : int
+        Number of points of the front, evenly in time, the fastest journey included.
+    max_margin : float
+        Largest running-time supplement, as a share of the fastest journey's running time.
+    at_s, at_margin : sequence of float
+        Running times of the whole journey without dwell, s, and supplements as shares, at which to find the points
+        instead. Met to 0.1 s.
+    time_limit_s : float, optional
+        Budget of the whole journey.
+
+    Returns
+    -------
+    JourneyResult
+
+    Raises
+    ------
+    InputError
+        When an option is out of range, or a stop does not lie on the line.
+    InfeasibleError
+        When a section has no run that obeys all limits, no journey is as fast as ``at_s`` asks, or a window cannot be
+        met: the error names it, by how much it is missed, and what would meet it.
+    """
+    started = time.perf_counter()
+    require_number("journey", "dwell_s", dwell_s, "s", at_least=0.0)
+    options = SearchOptions(
+        reverse=reverse,
+        speed_restrictions=speed_restrictions,
+        energy=energy,
+        convention=convention,
+        mass_model=mass_model,
+        limits=limits,
+        curves=curves,
+        tunnels=tunnels,
+        wind_mps=wind_mps,
+        points=points,
+        max_margin=max_margin,
+        at_s=at_s,
+        at_margin=at_margin,
+        time_limit_s=time_limit_s,
+    )
+    line = trip_of(train, track, options)
+    timetable = load_journey(journey) if isinstance(journey, str | os.PathLike) else journey
+    windows = _windows(line.track, timetable, dwell_s)
+    stops_m = (*(window.position_m for window in windows.departures), windows.arrivals[-1].position_m)
+    limit_s = DEFAULT_TIME_S if time_limit_s is None else time_limit_s
+    clock = SearchBudget(time_limit_s=limit_s).start()
+    sections = _sections(line, stops_m, clock)
+    found = _found(sections, windows, options)
+    return JourneyResult(
+        trip=replace(line, origin_m=stops_m[0], destination_m=stops_m[-1]),
+        sections=sections,
+        windows=windows,
+        options={**options.as_dict(), "time_limit_s": limit_s, "dwell_s": dwell_s, "stops_m": stops_m},
+        elapsed_s=time.perf_counter() - started,
+        found=found,
+        warnings=tuple(_warnings(found, timetable)),
+    )
+
+
+def _windows(track: Track, timetable: Journey | None, dwell_s: float) -> Windows:
+    """Stops with their windows: those of a timetable, or those of the line, at any time."""
+    if timetable is None:
+        if len(track.stops_m) < 2:
+            raise InputError(f"journey: track {track.name} has no two stops")
+        stops = tuple(map(Window, track.stops_m))
+        return Windows(stops[:-1], stops[1:], dwell_s)
+    windows = windows_of(timetable, dwell_s)
+    end_m = windows.arrivals[-1].position_m
+    if end_m > track.length_m:
+        raise InputError(
+            f"journey {timetable.name}: ends at {end_m:.12g} m, beyond the {track.length_m:.12g} m of track"
+            f" {track.name}"
+        )
+    return windows
+
+
+def _found(sections: Sequence[SectionRuns], windows: Windows, options: SearchOptions) -> JourneyFront:
+    """The front where it is asked for; with windows its supplements count from the earliest arrival."""
+    fastest_s = sum(section.fastest.duration_s for section in sections)
+    is_asked = bool(options.at_s or options.at_margin)
+    if is_asked:
+        target_s, tolerance_s = asked_targets(fastest_s, options.at_s, options.at_margin)
+        supplement_s = target_s - fastest_s
+    else:
+        supplement_s = fastest_s * np.linspace(0.0, options.max_margin, options.points)
+        tolerance_s = met_to_s(fastest_s)
+    if windows.are_open:
+        return journey_front(sections, supplement_s, tolerance_s, windows.dwell_s)
+    earliest_s, latest_s = earliest_arrival_s(sections, windows), windows.arrivals[-1].latest_s
+    if earliest_s + supplement_s[-1] > latest_s:
+        if is_asked:
+            raise InfeasibleError(
+                f"journey: a supplement of {supplement_s[-1]:.6g} s over the earliest arrival, {earliest_s:.6g} s, is"
+                f" later than the last window allows, {latest_s:.6g} s"
+            )
+        supplement_s = np.linspace(0.0, latest_s - earliest_s, options.points)
+    return timetable_front(sections, windows, earliest_s + supplement_s, tolerance_s)
+
+
+def _sections(line: Trip, stops_m: Sequence[float], clock: Clock) -> tuple[SectionRuns, ...]:
+    """Sections from stop to stop with their fastest runs."""
+
+    def method(trip: Trip, fastest: Profile, target_s: _Floats, tolerance_s: float) -> OptimalRuns:
+        with sensible_numbers(trip):
+            return continuous_front(trip, fastest, target_s, SearchBudget().after(clock), tolerance_s)
+
+    def section(ends_m: tuple[float, float]) -> SectionRuns:
+        trip = replace(line, origin_m=ends_m[0], destination_m=ends_m[1])
+        with sensible_numbers(trip):
+            return SectionRuns(trip, fastest_run(trip), method)
+
+    with ThreadPoolExecutor(usable_cores()) as cores:
+        return tuple(cores.map(section, pairwise(stops_m)))
+
+
+def _warnings(found: JourneyFront, timetable: Journey | None) -> Iterator[str]:
+    """Say where the result is less than was asked for."""
+    if not found.complete:
+        yield "the time limit ended the search: better splits than these may exist"
+    elif found.exhausted:
+        last_s = found.front.time_s[-1]
+        yield f"the front ends with the thriftiest journey, {last_s:.6g} s: running longer saves nothing"
+    if timetable is not None and (passing := sum(len(section.passing) for section in timetable.sections)):
+        places = "1 place" if passing == 1 else f"{passing} places"
+        yield f"journey {timetable.name}: what it asks of passing at {places} is not kept; windows at stops are"

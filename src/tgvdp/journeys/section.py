@@ -1,0 +1,76 @@
+"""The run from one stop to the next: its trip, its fastest run, and all slower runs that were found so far."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.methods.costate.front import OptimalRuns
+from tgvdp.model.trip import Trip
+from tgvdp.pareto import ParetoFront
+from tgvdp.runs.profile import Profile, profile_of
+
+#: Least energy of a trip at increasing running times, s, each met to a tolerance, s: a method.
+Method = Callable[[Trip, Profile, NDArray[np.float64], float], OptimalRuns]
+
+#: Relative difference below which running times are the same.
+_SAME = 1e-9
+
+
+class SectionRuns:
+    """Runs of one section, fastest first, none of them slower and dearer than another.
+
+    Attributes
+    ----------
+    trip : Trip
+    fastest : Profile
+    front : ParetoFront
+        Running times and energies of the runs.
+    multiplier_j_per_s : (n,) float64
+        Multiplier λ of each; infinite for the fastest run.
+    complete : bool
+        False when a time limit left running times out.
+    exhausted : bool
+        Whether running longer than the slowest run saves nothing.
+    """
+
+    def __init__(self, trip: Trip, fastest: Profile, method: Method) -> None:
+        self.trip = trip
+        self.fastest = fastest
+        self._method = method
+        self.front = ParetoFront.of([], [])
+        self.multiplier_j_per_s = np.empty(0)
+        self._runs: list[tuple[OptimalRuns, int]] = []
+        self.complete = True
+        self.exhausted = False
+
+    def reach(self, supplement_s: NDArray[np.float64], tolerance_s: float) -> None:
+        """Find the runs that take given supplements over the fastest run, s, in any order."""
+        wanted_s = np.unique(supplement_s)
+        target_s = self.fastest.duration_s + wanted_s[np.diff(wanted_s, prepend=-np.inf) > tolerance_s]
+        found = self._method(self.trip, self.fastest, target_s, tolerance_s)
+        self.complete &= found.complete
+        self.exhausted |= found.exhausted
+        runs = self._runs + [(found, index) for index in range(len(found.duration_s))]
+        multiplier = np.concatenate((self.multiplier_j_per_s, found.multiplier_j_per_s))
+        self.front = ParetoFront.of(
+            np.concatenate((self.front.time_s, found.duration_s)),
+            np.concatenate((self.front.energy_j, found.energy_j)),
+        )
+        self.multiplier_j_per_s = multiplier[self.front.source]
+        self._runs = [runs[index] for index in self.front.source.tolist()]
+
+    @property
+    def supplement_s(self) -> NDArray[np.float64]:
+        """Supplement of each run over the fastest one, s, (n,) float64."""
+        return np.asarray(self.front.time_s - self.fastest.duration_s)
+
+    def within(self, supplement_s: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Index of the cheapest run that takes no more than each of some supplements, s."""
+        limit_s = (self.fastest.duration_s + supplement_s) * (1.0 + _SAME)
+        return np.asarray(np.searchsorted(self.front.time_s, limit_s, side="right") - 1)
+
+    def profile(self, index: int) -> Profile:
+        """Speed profile of one run."""
+        found, at = self._runs[index]
+        return profile_of(self.trip, *found.rows(at), found.regimes(at))

@@ -1,0 +1,117 @@
+"""``tgvdp.journey``: stops of lines and timetables, published figures, whole profiles, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import tgvdp
+from tests.helpers.documented_case import OSRD_TRACK, OSRD_TRAIN
+from tests.helpers.journey_case import LINE, METRO
+from tgvdp.errors import InfeasibleError, InputError
+from tgvdp.model.journey import Journey, TimingPoint
+
+STOPPING = replace(OSRD_TRACK, stops_m=(0.0, 6000.0, 10_000.0))
+
+
+def test_the_documented_example():
+    """10 km in two sections, 10 % slower: 149.91 and 102.61 kWh when each gets its share, 252.37 kWh jointly."""
+    journey = tgvdp.journey(OSRD_TRAIN, STOPPING, convention="osrd", at_margin=(0.1,))
+    own = journey.found.practices["proportional_to_time"]
+    separate_j = [one.front.energy_j[run] for one, run in zip(journey.sections, own.run[0], strict=True)]
+    assert np.array(separate_j) / 3.6e6 == pytest.approx([149.91, 102.61], rel=1e-3)
+    assert journey.section_time_s[0] == pytest.approx([255.49, 202.92], rel=1e-3)
+    assert journey.front.energy_j[0] / 3.6e6 == pytest.approx(252.37, rel=1e-3)
+    assert journey.front.time_s[0] == pytest.approx(1.1 * journey.fastest_time_s, abs=0.1)
+
+
+def test_the_published_metro_line(shared):
+    train = shared / "ttobench" / "trains" / "CN_Beijing_Subway.json"
+    track = shared / "ttobench" / "tracks" / "CN_Songjiazhuang_Yizhuang.json"
+    journey = tgvdp.journey(train, track, points=10)
+    assert (len(journey.sections), len(journey.front)) == (13, 10)
+    assert all(verdict.ok for point in journey.verify() for verdict in point)
+    wanted_s = journey.fastest_time_s * np.linspace(1.0, 1.25, 10)
+    assert journey.front.time_s == pytest.approx(wanted_s, abs=0.1)
+    assert journey.section_time_s.sum(axis=1) == pytest.approx(journey.front.time_s)
+    assert journey.section_energy_j.sum(axis=1) == pytest.approx(journey.front.energy_j)
+    for practice in journey.found.practices.values():
+        assert (practice.energy_j >= journey.front.energy_j).all()
+
+
+@pytest.fixture(scope="module")
+def metro():
+    return tgvdp.journey(METRO, LINE, points=5, dwell_s=20.0, energy="pantograph")
+
+
+def test_a_profile_of_the_whole_journey(metro):
+    profile = metro.profile(3)
+    assert profile.duration_s == pytest.approx(metro.front.time_s[3] + 3 * 20.0)
+    assert profile.total_energy_j == pytest.approx(metro.front.energy_j[3])
+    assert profile.balance.pantograph_j == pytest.approx(metro.front.energy_j[3])
+    assert (np.diff(profile.position_m) >= 0.0).all()
+    assert (np.diff(profile.time_s) > 0.0).all()
+    stands = profile.position_m[1:][np.diff(profile.position_m) == 0.0]
+    assert stands.tolist() == [1200.0, 3400.0, 4300.0]
+    assert np.diff(profile.time_s)[np.diff(profile.position_m) == 0.0] == pytest.approx(20.0)
+
+
+def test_every_section_of_every_point_replays(metro):
+    verdicts = metro.verify()
+    assert (len(verdicts), len(verdicts[0])) == (5, 4)
+    assert all(verdict.ok for point in verdicts for verdict in point)
+    assert "4 sections, 5 points" in repr(metro)
+
+
+def test_prices_fall_and_are_those_of_the_front(metro):
+    price = metro.price_kwh_per_min
+    slope = -60.0 / 3.6e6 * np.diff(metro.front.energy_j) / np.diff(metro.front.time_s)
+    assert np.isinf(price[0])
+    assert (np.diff(price[1:]) < 0.0).all()
+    assert (slope[1:] < price[1:-1]).all()
+    assert (slope[1:] > price[2:]).all()
+
+
+def test_stops_of_a_timetable_count_in_place_of_the_lines():
+    def stop(position_m, earliest_s=-np.inf, latest_s=np.inf):
+        return TimingPoint(position_m, earliest_s, latest_s, 0.0, 0.0)
+
+    free = Journey(points=(stop(500.0), stop(3400.0), stop(3400.0), stop(6000.0)), track=LINE.name)
+    journey = tgvdp.journey(METRO, LINE, free, points=2)
+    assert [one.trip.origin_m for one in journey.sections] == [500.0, 3400.0]
+    assert (journey.trip.origin_m, journey.trip.destination_m) == (500.0, 6000.0)
+    assert not journey.warnings
+    passing = replace(free, points=(free.points[0], TimingPoint(900.0, 10.0, 90.0), *free.points[1:]))
+    assert "asks of passing at 1 place is not kept" in tgvdp.journey(METRO, LINE, passing, points=2).warnings[0]
+    far = replace(free, points=(stop(0.0), stop(9000.0)))
+    with pytest.raises(InputError, match="ends at 9000 m, beyond the 6000 m of track metro line"):
+        tgvdp.journey(METRO, LINE, far)
+
+
+def test_the_other_direction_has_the_same_stops():
+    there = tgvdp.journey(METRO, LINE, points=2)
+    back = tgvdp.journey(METRO, LINE, points=2, reverse=True)
+    lengths = [[one.trip.distance_m for one in journey.sections] for journey in (there, back)]
+    assert lengths[0] == lengths[1][::-1]
+
+
+def test_a_front_that_ends_says_so():
+    journey = tgvdp.journey(METRO, LINE, points=4, max_margin=6.0, energy="pantograph")
+    assert journey.found.exhausted
+    assert "the front ends with the thriftiest journey" in journey.warnings[0]
+
+
+def test_what_is_refused():
+    with pytest.raises(InfeasibleError, match="no run takes 100 s"):
+        tgvdp.journey(METRO, LINE, at_s=(100.0,))
+    with pytest.raises(InputError, match="dwell_s must be at least 0 s"):
+        tgvdp.journey(METRO, LINE, dwell_s=-1.0)
+    with pytest.raises(InputError, match="has no two stops"):
+        tgvdp.journey(METRO, replace(LINE, stops_m=(0.0,)))
+
+
+def test_a_time_limit_leaves_the_fastest_runs_at_least():
+    journey = tgvdp.journey(METRO, LINE, points=4, time_limit_s=1e-3)
+    assert not journey.found.complete
+    assert journey.front.time_s[0] == pytest.approx(journey.fastest_time_s)
+    assert "the time limit ended the search" in journey.warnings[0]
