@@ -1,6 +1,5 @@
 """The only place where benchmarks reach into the search: cells of a chosen size, and clocks around its phases."""
 
-import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -8,6 +7,7 @@ from typing import Any
 from unittest import mock
 
 import tgvdp.api.run
+from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate import backward, front, mesh
 
 
@@ -20,12 +20,17 @@ def finer_cells(factor: float) -> Iterator[None]:
 
 
 def mesh_of(result: Any) -> mesh.Mesh:
-    """The mesh that a search used, built once more: the one with as many cells as it counted."""
-    steps = range(round(math.log(front._FINEST / front._COARSEST, front._REFINEMENT)) + 1)
-    meshes = (
-        mesh.Mesh.of(result.trip, result.fastest.profile, front._COARSEST * front._REFINEMENT**step) for step in steps
-    )
-    return next(one for one in meshes if len(one.cells.length_m) == result.counters["cells"])
+    """The mesh that a search used: the last one of the same search done once more."""
+    used: list[mesh.Mesh] = []
+    chosen = front.ExtremalFront
+
+    def noted(mesh: mesh.Mesh, *arguments: Any) -> front.ExtremalFront:
+        used.append(mesh)
+        return chosen(mesh, *arguments)
+
+    with mock.patch.object(front, "ExtremalFront", noted):
+        front.optimal_front(result.trip, result.fastest.profile, result.front.time_s, SearchBudget())
+    return used[-1]
 
 
 def _clocked(call: Callable[..., Any], name: str, spent_s: dict[str, float]) -> Callable[..., Any]:

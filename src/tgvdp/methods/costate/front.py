@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from tgvdp.line.resolved import resolve
 from tgvdp.methods.budget import Clock, SearchBudget
+from tgvdp.methods.costate.doubt import doubted_cells
 from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.costate.multipliers import ExtremalFront, OutOfTime
 from tgvdp.model.trip import Trip
@@ -25,10 +26,9 @@ from tgvdp.runs.resistance_correction import follow
 _STEP_TOL = 0.05
 #: Relative difference below which running times are the same.
 _SAME = 1e-9
-#: The first mesh, in cells of the usual size; the factor between meshes, and the last one.
+#: The first mesh, in cells of the usual size, and how often cells may be halved.
 _COARSEST = 0.25
-_REFINEMENT = 2.0
-_FINEST = 16.0
+_MOST_HALVINGS = 6
 
 
 @dataclass
@@ -158,30 +158,31 @@ class _Search:
     def runs(self) -> _Found:
         """Runs on a mesh that is fine enough.
 
-        Cells are halved until runs on a mesh of half as many are hardly dearer, and no extremal is dearer, at its own
-        multiplier, than another run that was found.
+        Cells are halved where that makes extremals cheaper, and once more where one is dearer, at its own multiplier,
+        than another run that was found.
         """
         found: _Found | None = None
-        fineness = _COARSEST
         try:
-            front = self._marched(fineness)
-            coarser = self._marched(fineness / _REFINEMENT)
-            while True:
-                last = fineness >= _FINEST
-                if last or front.agrees(coarser):
+            mesh = Mesh.of(self.trip, self.fastest, _COARSEST)
+            settled: set[float] = set()
+            for halving in range(_MOST_HALVINGS + 1):
+                last = halving == _MOST_HALVINGS
+                front = self._marched(mesh)
+                asked = doubted_cells(front, settled)
+                if last or not asked.any():
                     driven = self._driven(front)
                     if found is None or driven.complete:
                         self.counters["cells"] = len(front.mesh.cells.length_m)
                         found = driven
                     if last or not driven.complete or front.stands(driven.runs):
-                        return found
-                fineness *= _REFINEMENT
-                front, coarser = self._marched(fineness), front
+                        break
+                    asked[:] = True
+                mesh = mesh.halved(asked)
         except OutOfTime:
-            return found or _Found([], False, True)
+            pass
+        return found or _Found([], False, True)
 
-    def _marched(self, fineness: float) -> ExtremalFront:
-        mesh = Mesh.of(self.trip, self.fastest, fineness)
+    def _marched(self, mesh: Mesh) -> ExtremalFront:
         front = ExtremalFront(mesh, self.tolerance_s, self.least_multiplier, self.counters, self.clock)
         front.reach(float(self.aims_s[0]), float(self.aims_s[-1]))
         return front

@@ -88,7 +88,7 @@ class Mesh:
             grade_n=self.cells.grade_n / inertia_kg, air=self.cells.air / inertia_kg,
             saved_w=self.cells.saved_w / (self.tables.traction * inertia_kg),
         )  # fmt: skip
-        self.top_w = float(self.fast.max())
+        self.floor_w = _FLOOR * float(self.fast.max())
         self.flat_out = np.column_stack((self.fast,) * 4)
         if not self.train.braking[:, 1:].any():
             self.tables = self.tables._replace(regeneration=0.0)
@@ -103,19 +103,29 @@ class Mesh:
     @classmethod
     def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0) -> "Mesh":
         """Mesh for a trip whose fastest run is known, its cells ``fineness`` times as fine as usual."""
-        train = kernel_train(trip.train)
         cell_m = max(_cell_size(trip, fastest) / fineness, trip.distance_m / _MOST_CELLS)
-        cells = cells_of(trip, graded_stations(trip, fastest, cell_m))
-        low, fast, *fastest_rows = envelope_of(trip, cells, train)
-        cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
         # A run downhill may need no energy at all.
-        least_j = 5e-4 * train.inertia_kg * float(fastest.speed_mps.max()) ** 2
+        least_j = 5e-4 * trip.train.inertia_kg * float(fastest.speed_mps.max()) ** 2
         balance = fastest.balance
         drawn_j = balance.wheel_j
         if trip.energy.kind != "wheel":
             drawn_j = balance.pantograph_j + balance.regenerated_j - balance.auxiliary_j
         usual_multiplier = max(drawn_j, least_j) / fastest.duration_s
-        return cls(trip, train, cells, low, fast, (fastest_rows[0], fastest_rows[1]), cell_m, usual_multiplier)
+        return cls._on(trip, graded_stations(trip, fastest, cell_m), cell_m, usual_multiplier)
+
+    @classmethod
+    def _on(cls, trip: Trip, stations_m: NDArray[np.float64], typical_m: float, usual_multiplier: float) -> "Mesh":
+        train = kernel_train(trip.train)
+        cells = cells_of(trip, stations_m)
+        low, fast, *fastest_rows = envelope_of(trip, cells, train)
+        cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
+        return cls(trip, train, cells, low, fast, (fastest_rows[0], fastest_rows[1]), typical_m, usual_multiplier)
+
+    def halved(self, which: NDArray[np.bool_]) -> "Mesh":
+        """The mesh with some of its cells, (K,), cut in two."""
+        middle_m = self.cells.station_m[:-1][which] + 0.5 * self.cells.length_m[which]
+        stations_m = np.concatenate((self.cells.station_m, middle_m))
+        return Mesh._on(self.trip, stations_m, self.typical_m, self.usual_multiplier)
 
     def _switching_speeds(self, multiplier: float, counters: dict[str, int]) -> NDArray[np.float64]:
         """Optimal squared switching speeds, (K + 1, 4), for a multiplier in J/s."""
@@ -125,7 +135,7 @@ class Mesh:
         status, points = costate.switching_speeds(
             self.unit_train, self.tables.regeneration / self.tables.traction, self.unit_cells, self.low, self.fast,
             self.trip.end_speed_mps**2, multiplier / (self.tables.traction * inertia_kg), tolerance, self.typical_m,
-            _FLOOR * self.top_w, switch, self.room,
+            self.floor_w, switch, self.room,
         )  # fmt: skip
         counters["extremals"] += 1
         counters["costates"] += points
@@ -154,6 +164,11 @@ class Mesh:
             if status == OK:
                 return int(self.runs[0, 1]), self.runs[0, 2], self.runs[0, 3]
             self.rows = room_for_rows(2 * len(self.rows.x))
+
+    def rows_of(self, extremal: Extremal, counters: dict[str, int]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Rows of an extremal, which hold until the next run is driven: positions from the origin, m, and v², m²/s²."""
+        n = self.drive(extremal.switch, extremal.switch, 0.0, counters)[0]
+        return self.rows.x[:n], self.rows.w[:n]
 
     def meet(
         self,

@@ -38,12 +38,7 @@ _SAME = 1e-9
 _MOST_EXTREMALS = 250
 #: Runs between two looks at the clock, at most.
 _AT_ONCE = 50
-#: A mesh is fine enough when its cost is below that of the mesh before by less than this share of the energy: as
-#: errors fall by 3 to 8 from mesh to mesh, its own is a fraction of that.
-_MESH_LOSS = 1e-3
-#: ... if it has more cells by this factor at least, ...
-_GROWTH = 1.08
-#: ... and when no extremal is dearer, at its own multiplier, than any other run by this share of the energy.
+#: A mesh is too coarse when an extremal is dearer, at its own multiplier, than another run by this share of the energy.
 _EXTREMAL_LOSS = 5e-4
 
 
@@ -84,7 +79,7 @@ class ExtremalFront:
             and self.extremals[1].time_s > first_s
             and self._pieces(*self.extremals[:2]) > 1
         ):
-            self._watch()
+            self.watch()
             if not self._split(1):
                 break
         return saves
@@ -93,7 +88,7 @@ class ExtremalFront:
         while len(self.extremals) < 2 or self.extremals[-1].time_s < target_s - self.tolerance_s:
             if self.idle >= _IDLE_STEPS:
                 return False
-            self._watch()
+            self.watch()
             extremal = self.mesh.extremal(self.multiplier, self.counters)
             last = self.extremals[-1]
             if extremal.energy_j < last.energy_j - _SAME * self.scale_j and extremal.time_s > last.time_s:
@@ -106,36 +101,21 @@ class ExtremalFront:
             self.multiplier = max(self.multiplier * math.exp(-_MARCH), self.least_multiplier)
         return True
 
-    def _watch(self) -> None:
+    def watch(self) -> None:
         """Look at the clock; between two looks lie a few kernels of some 10 ms each on 1000 km."""
         if self.clock.expired:
             raise OutOfTime
 
-    def _base_j(self, energy_j: float) -> float:
+    def base_j(self, energy_j: float) -> float:
         """What shares of an energy are shares of: a net energy may be 0."""
         return max(energy_j, _LEAST_SHARE * self.scale_j)
-
-    def agrees(self, coarser: "ExtremalFront") -> bool:
-        """Whether a coarser mesh gives runs that are hardly dearer, for the multipliers that both marched through.
-
-        Not where the line's own breaks make nearly all cells: two meshes that are the same always agree.
-        """
-        if len(self.mesh.cells.length_m) < _GROWTH * len(coarser.mesh.cells.length_m):
-            return False
-        costs = {extremal.multiplier: extremal.cost_j(extremal.multiplier) for extremal in coarser.extremals[1:]}
-        both = [extremal for extremal in self.extremals[1:] if extremal.multiplier in costs]
-        return bool(both) and all(
-            costs[extremal.multiplier] - extremal.cost_j(extremal.multiplier)
-            <= _MESH_LOSS * self._base_j(extremal.energy_j)
-            for extremal in both
-        )
 
     def stands(self, runs: list[Run]) -> bool:
         """Whether no run is cheaper than an extremal at the extremal's own multiplier, which no run can be."""
         times_s, energies_j = (np.array([run[column] for run in runs]) for column in range(2))
         return all(
             extremal.cost_j(extremal.multiplier) - float((energies_j + extremal.multiplier * times_s).min())
-            <= _EXTREMAL_LOSS * self._base_j(extremal.energy_j)
+            <= _EXTREMAL_LOSS * self.base_j(extremal.energy_j)
             for extremal in self.extremals[1:]
             if math.isfinite(extremal.multiplier)
         )
@@ -156,7 +136,7 @@ class ExtremalFront:
         times_s = target_s.tolist()
         at = 0
         while at < len(times_s):
-            self._watch()
+            self.watch()
             ends_s = [extremal.time_s for extremal in self.extremals]
             second = min(max(bisect_left(ends_s, times_s[at]), 1), len(ends_s) - 1)
             before, after = self.extremals[second - 1], self.extremals[second]
@@ -187,7 +167,7 @@ class ExtremalFront:
                     return
                 loss = math.inf
             elif status == NOT_MET:
-                self._watch()
+                self.watch()
                 fast, slow = (blend(before, after, share) for share in interval.bracket)
                 run = self._bridge(fast, slow, float(target_s[at]))
                 if loss < math.inf and not self._keeps(before, after, run) and self._split(second):
@@ -199,7 +179,7 @@ class ExtremalFront:
         """Into how many pieces to cut the front between two extremals so that none holds a surprise."""
         if math.isinf(before.multiplier):
             return 1 if after.time_s - before.time_s <= self.tolerance_s else 2
-        bend = tangent_gap(before, after) / self._base_j(after.energy_j)
+        bend = tangent_gap(before, after) / self.base_j(after.energy_j)
         # Tangents part from the chord with the square of the distance between the extremals.
         return math.ceil(math.sqrt(bend / _BEND))
 
@@ -207,7 +187,7 @@ class ExtremalFront:
         """Whether a run keeps what the cubic through two extremals promises."""
         if math.isinf(before.multiplier):
             return True
-        loss_j = _BLEND_LOSS * self._base_j(run.energy_j)
+        loss_j = _BLEND_LOSS * self.base_j(run.energy_j)
         return run.energy_j <= energy_between(before, after, run.time_s) + loss_j
 
     def _split(self, second: int, share: float = 0.5) -> bool:

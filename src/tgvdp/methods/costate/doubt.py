@@ -1,0 +1,72 @@
+"""Which cells of a mesh are too long, told by runs on cells of half the size.
+
+What a run on the long cells costs more than one on the short ones, at the same multiplier, is lost in two ways. Within
+a cell both may come from and to the same speeds, and one costs more; what it has more at the end of a cell in kinetic
+energy is worth its price. Or they differ in speed for many cells: as the Hamiltonian is stationary along an extremal, a
+difference δ in w = v² costs ½·δ²·∂²H/∂w² per metre, of which ∂²(λ/v)/∂w² = ¾λ/v⁵ is the part that holds a run at its
+speed. The loss itself is known, so that only the shares of the cells in it are estimated.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.methods.costate.extremal import Extremal
+from tgvdp.methods.costate.mesh import Mesh
+from tgvdp.methods.costate.multipliers import ExtremalFront
+from tgvdp.runs.profile import profile_of
+
+#: A mesh is fine enough when half its cells save no extremal more than this share of its energy: as the error falls by
+#: four from one to the other, its own is a third more.
+_MESH_LOSS = 1e-4
+
+
+def doubted_cells(front: ExtremalFront, settled: set[float]) -> NDArray[np.bool_]:
+    """Cells that lose more than their part of what a mesh may lose at any multiplier of a front's extremals.
+
+    Parameters
+    ----------
+    front : ExtremalFront
+        With the extremals that its targets need.
+    settled : set of float, modified in place
+        Multipliers, J/s, at which the mesh, or one of which it is a refinement, is known to lose less.
+
+    Returns
+    -------
+    (K,) bool
+    """
+    mesh = front.mesh
+    count = len(mesh.cells.length_m)
+    finer = mesh.halved(np.ones(count, dtype=np.bool_))
+    loss = np.zeros(count)
+    for extremal in front.extremals:
+        if math.isfinite(extremal.multiplier) and extremal.multiplier not in settled:
+            front.watch()
+            other = finer.extremal(extremal.multiplier, front.counters)
+            loss_j = extremal.cost_j(extremal.multiplier) - other.cost_j(extremal.multiplier)
+            allowed_j = _MESH_LOSS * front.base_j(extremal.energy_j)
+            if loss_j <= allowed_j:
+                settled.add(extremal.multiplier)
+            else:
+                loss = np.maximum(loss, loss_j / allowed_j * _shares(front, extremal, finer, other))
+    return np.asarray(loss * count > 1.0)
+
+
+def _shares(front: ExtremalFront, extremal: Extremal, finer: Mesh, other: Extremal) -> NDArray[np.float64]:
+    """Shares of the cells, (K,), in what an extremal loses against that on a finer mesh, each by its larger one."""
+    mesh = front.mesh
+    station_m = mesh.cells.station_m
+    price_j_per_s = extremal.multiplier - mesh.tables.auxiliary_w
+    w, cost_j = (np.empty((2, len(station_m))) for _ in range(2))
+    for index, (one, run) in enumerate(((mesh, extremal), (finer, other))):
+        x_m, run_w = (rows.copy() for rows in one.rows_of(run, front.counters))
+        profile = profile_of(mesh.trip, x_m, run_w)
+        w[index] = np.interp(station_m, x_m, run_w)
+        cost_j[index] = np.interp(station_m, x_m, profile.energy_j + price_j_per_s * profile.time_s)
+    apart_w = w[0] - w[1]
+    stiff = apart_w**2 / np.maximum(w.max(axis=0), mesh.floor_w) ** 2.5
+    bends = mesh.cells.length_m * (stiff[:-1] + stiff[1:])
+    kinetic_j = 0.5 * mesh.train.inertia_kg * mesh.tables.traction * apart_w
+    local = np.maximum(np.diff(cost_j[0] - cost_j[1] - kinetic_j), 0.0)
+    return np.maximum(*(share / max(float(share.sum()), np.finfo(float).tiny) for share in (bends, local)))
