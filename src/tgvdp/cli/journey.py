@@ -1,6 +1,5 @@
 """``tgvdp journey``: a train over all stops of a line, and the split of its supplement over the sections."""
 
-import json
 import time
 from collections.abc import Mapping
 from functools import partial
@@ -8,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from tgvdp.cli import echo_json
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand, apply_all, heading
 from tgvdp.cli.notes import unusual
@@ -122,7 +122,7 @@ def command(
         folder.drop_earlier(files)
     content = journey_object(result)
     if as_json:
-        click.echo(json.dumps(content, ensure_ascii=False, allow_nan=False))
+        echo_json(content)
     if not quiet:
         click.echo(_table(result, content, bound), err=as_json)
         click.echo(f"in {out}: {', '.join(file.name for file in files)}", err=as_json)
