@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from tgvdp.api.journey_result import JourneyResult
 from tgvdp.api.methods import continuous_front
+from tgvdp.api.sense import sensible_numbers
 from tgvdp.api.targets import asked_targets, met_to_s
 from tgvdp.api.trip import trip_of
 from tgvdp.errors import InfeasibleError, InputError
@@ -35,9 +36,6 @@ from tgvdp.runs.profile import Profile
 from tgvdp.second_process import usable_cores
 
 _Floats = NDArray[np.float64]
-
-#: What is left for a section when the time is up, s: its fastest run at least.
-_LEAST_TIME_S = 1e-3
 
 
 def journey(
@@ -189,10 +187,14 @@ def _solver(clock: Clock) -> Callable[[Trip], SectionRuns]:
     """What makes the runs of a trip within the time that is left: by the front method."""
 
     def method(trip: Trip, fastest: Profile, target_s: _Floats, tolerance_s: float) -> OptimalRuns:
-        left_s = max(clock.limit_s - clock.elapsed_s, _LEAST_TIME_S)
-        return continuous_front(trip, fastest, target_s, SearchBudget(time_limit_s=left_s), tolerance_s)
+        with sensible_numbers(trip):
+            return continuous_front(trip, fastest, target_s, SearchBudget().after(clock), tolerance_s)
 
-    return lambda trip: SectionRuns(trip, fastest_run(trip), method)
+    def solved(trip: Trip) -> SectionRuns:
+        with sensible_numbers(trip):
+            return SectionRuns(trip, fastest_run(trip), method)
+
+    return solved
 
 
 def _warnings(found: JourneyFront) -> Iterator[str]:
