@@ -56,9 +56,13 @@ def test_the_files_and_the_table(run, tmp_path, capsys):
     assert all(float(row["all_at_the_end_kwh"]) > float(row["energy_kwh"]) for row in front)
 
 
-def test_a_timetable(run, capsys):
-    assert run("journey", "--journey", "journey.json", "--points", "2", "--no-pictures") == 0
-    assert "what it asks of passing at 1 place is not kept" in capsys.readouterr().err
+def test_a_timetable(run, tmp_path, capsys):
+    loose = changed(JOURNEY, ("timing points", "values", 5, 2), 1500)
+    write_json(tmp_path / "journey.json", loose)
+    assert run("journey", "--journey", "journey.json", "--points", "2", "--no-pictures", "--json") == 0
+    content = json.loads(capsys.readouterr().out)
+    assert content["practices"] == {}
+    assert 270.0 <= content["front"][-1]["sections"][0]["time_s"] <= 330.0
 
 
 def test_a_timetable_that_cannot_be_met(run, tmp_path, capsys):

@@ -13,6 +13,7 @@ from tgvdp.certificate.front import Certificate, certify_front
 from tgvdp.journeys.bound import JourneyBound, journey_bound
 from tgvdp.journeys.front import JourneyFront
 from tgvdp.journeys.section import SectionRuns
+from tgvdp.journeys.timed import PassedRuns
 from tgvdp.journeys.windows import Windows
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.model.trip import Trip
@@ -36,10 +37,10 @@ class JourneyResult:
     ----------
     trip : Trip
         From the first stop to the last one.
-    sections : tuple of SectionRuns
+    sections : tuple of SectionRuns or PassedRuns
         From stop to stop: ``trip``, ``fastest`` run, and the runs found.
     windows : Windows
-        When the train may arrive and depart at its stops, and how long it stands there at least.
+        When the train may arrive, depart and pass, and how long it stands at least.
     options : dict
         As asked for, defaults filled in.
     elapsed_s : float
@@ -49,7 +50,7 @@ class JourneyResult:
     """
 
     trip: Trip
-    sections: tuple[SectionRuns, ...]
+    sections: tuple[SectionRuns | PassedRuns, ...]
     windows: Windows
     options: dict[str, Any]
     elapsed_s: float
@@ -75,14 +76,14 @@ class JourneyResult:
     def section_time_s(self) -> _Floats:
         """Running time of each section at each point, s, (n, sections) float64."""
         return np.column_stack(
-            [section.front.time_s[run] for section, run in zip(self.sections, self.found.run.T, strict=True)]
+            [section.time_s[run] for section, run in zip(self.sections, self.found.run.T, strict=True)]
         )
 
     @property
     def section_energy_j(self) -> _Floats:
         """Energy of each section at each point, J, (n, sections) float64."""
         return np.column_stack(
-            [section.front.energy_j[run] for section, run in zip(self.sections, self.found.run.T, strict=True)]
+            [section.energy_j[run] for section, run in zip(self.sections, self.found.run.T, strict=True)]
         )
 
     @property
@@ -125,10 +126,10 @@ class JourneyResult:
         """
         clock = SearchBudget(time_limit_s=time_limit_s or self.options["time_limit_s"]).start()
 
-        def certificate(section: SectionRuns, run: NDArray[np.int64]) -> Certificate:
+        def certificate(section: SectionRuns | PassedRuns, run: NDArray[np.int64]) -> Certificate:
             own = np.unique(run)
             return certify_front(
-                section.trip, section.fastest, section.front.time_s[own], section.front.energy_j[own],
+                section.trip, section.fastest, section.time_s[own], section.energy_j[own],
                 np.unique(self.found.multiplier_j_per_s), clock,
             )  # fmt: skip
 

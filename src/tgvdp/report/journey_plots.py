@@ -108,7 +108,7 @@ def plot_time_distance(result: "JourneyResult", index: int) -> style.Picture:
         )
     for section in result.sections[1:]:
         axes.axvline(section.trip.origin_m * along.factor, color=style.MUTED, linewidth=0.7, linestyle=":")
-    windows = [one for one in (*result.windows.departures, *result.windows.arrivals) if not one.is_open]
+    windows = [one for one in (*result.windows.departures, *result.windows.arrivals) if np.isfinite(one[1:3]).any()]
     for number, window in enumerate(windows):
         ends = np.clip((window.earliest_s, window.latest_s), 0.0, 1.1 * last_s) * scale.factor
         axes.plot(
@@ -135,7 +135,7 @@ def plot_allocation(result: "JourneyResult", index: int) -> style.Picture:
     fastest_s = np.array([section.fastest.duration_s for section in result.sections])
     rows = {_OPTIMUM: (style.BLUE, result.section_time_s[index] - fastest_s)}
     for (name, practice), (color, _) in zip(result.found.practices.items(), _LOOKS, strict=False):
-        time_s = [one.front.time_s[run] for one, run in zip(result.sections, practice.run[index], strict=True)]
+        time_s = [one.time_s[run] for one, run in zip(result.sections, practice.run[index], strict=True)]
         rows[name.replace("_", " ")] = (color, np.array(time_s) - fastest_s)
     width = _BARS / len(rows)
     place = np.arange(len(fastest_s))

@@ -89,7 +89,7 @@ class Mesh:
             saved_w=self.cells.saved_w / (self.tables.traction * inertia_kg),
         )  # fmt: skip
         self.top_w = float(self.fast.max())
-        self.flat_out = np.column_stack((self.fast,) * 3)
+        self.flat_out = np.column_stack((self.fast,) * 4)
         if not self.train.braking[:, 1:].any():
             self.tables = self.tables._replace(regeneration=0.0)
         self.size = 24 * len(self.cells.length_m) + 8192
@@ -118,7 +118,7 @@ class Mesh:
         return cls(trip, train, cells, low, fast, (fastest_rows[0], fastest_rows[1]), cell_m, usual_multiplier)
 
     def _switching_speeds(self, multiplier: float, counters: dict[str, int]) -> NDArray[np.float64]:
-        """Optimal squared switching speeds, (K + 1, 3), for a multiplier in J/s."""
+        """Optimal squared switching speeds, (K + 1, 4), for a multiplier in J/s."""
         inertia_kg = self.train.inertia_kg
         switch = np.empty_like(self.flat_out)
         tolerance = _TOLERANCE * min(1.0, multiplier / self.usual_multiplier)
