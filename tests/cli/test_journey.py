@@ -80,3 +80,19 @@ def test_search_says_that_it_passes_stops_and_names_journey(run, capsys):
 def test_points_are_asked_for_once(run, capsys):
     assert run("journey", "--at", "5%", "--points", "3") == 2
     assert "--at and --points exclude each other" in capsys.readouterr().err
+
+
+def test_several_trains(run, tmp_path, capsys):
+    write_json(tmp_path / "heavy.json", changed(TTOBENCH_TRAIN, ("metadata", "id"), "heavy"))
+    assert run("journey", "--train", "heavy.json", "--points", "4", "--json", "--out", "both", "--no-pictures") == 0
+    shown = capsys.readouterr()
+    content = json.loads(shown.out)
+    assert content["schema"] == "tgvdp.journeys/1"
+    assert [one["train"] for one in content["trains"]] == ["toy", "heavy"]
+    assert all(one["schema"] == "tgvdp.journey/1" for one in content["trains"])
+    assert "heavy" in shown.err
+    rows = list(csv.DictReader((tmp_path / "both" / "compare.csv").open()))
+    assert {row["name"] for row in rows} == {"toy", "heavy"}
+    assert (tmp_path / "both" / "compare.png").exists()
+    assert (tmp_path / "both" / "train-2" / "front.csv").exists()
+    assert run("journey", "--train", "heavy.json", "--points", "4", "--out", "both", "--no-pictures") == 0

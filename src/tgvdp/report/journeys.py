@@ -1,7 +1,7 @@
 """A journey as an object and as files."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from tgvdp.report.columns import Columns
 
 SCHEMA = "tgvdp.journey/1"
+#: A front may end a hundredth of a second before the margin that was asked for.
+_MARGIN_SLACK_PCT = 0.1
 
 
 def journey_object(result: "JourneyResult") -> dict[str, Any]:
@@ -127,3 +129,56 @@ def write_journey(
 
         files |= {f"{name}.png": encode(draw(result, name), provenance) for name in PICTURES}
     return write_ledger(out_dir, files, provenance)
+
+
+def trains_object(results: Sequence["JourneyResult"]) -> dict[str, Any]:
+    """Compare the journeys of several trains at equal margins: an object of schema tgvdp.compare/1."""
+    from tgvdp.report.comparison import MARGINS_PCT, compare_object, names_of
+
+    contents = list(map(_comparable, results))
+    reach_pct = min(margin_pct(float(one.front.time_s[-1]), one.fastest_time_s) for one in results)
+    margins_pct = [margin for margin in MARGINS_PCT if margin <= reach_pct + _MARGIN_SLACK_PCT] or [0.0]
+    return compare_object(contents, names_of(contents), margins_pct)
+
+
+def write_trains(results: Sequence["JourneyResult"], out_dir: str | os.PathLike[str]) -> list[Path]:
+    """Write the comparison of several trains: an object, a table and a picture.
+
+    Raises
+    ------
+    InputError
+        When the folder cannot be written.
+    """
+    from tgvdp.report.comparison import compare_columns, names_of, plot_comparison
+    from tgvdp.report.pictures import encode
+
+    contents = list(map(_comparable, results))
+    inputs = {f"train-{number}": one.trip.train for number, one in enumerate(results, start=1)}
+    options = results[0].options
+    provenance = make_provenance(
+        options, {**inputs, "track": results[0].trip.track}, sum(one.elapsed_s for one in results)
+    )
+    content = trains_object(results)
+    files = {
+        "compare.json": to_json({**content, "provenance": provenance}),
+        "compare.csv": to_csv(compare_columns(content)),
+        "compare.png": encode(plot_comparison(contents, names_of(contents)), provenance),
+    }
+    return write_ledger(out_dir, files, provenance)
+
+
+def _comparable(result: "JourneyResult") -> dict[str, Any]:
+    """What a comparison reads of a result, the fastest journey first."""
+    trip = result.trip
+    return {
+        "method": "front" if result.windows.are_open else "timetable",  # whose fastest journey is not on its front
+        "trip": {
+            "train": trip.train.name,
+            "track": trip.track.name,
+            "origin_m": trip.origin_m,
+            "destination_m": trip.destination_m,
+        },
+        "energy": {"model": trip.energy.kind} if trip.energy.map is None else {"map": trip.energy.map.name},
+        "fastest": _figures(result.fastest_time_s, result.fastest_energy_j),
+        "front": list(map(_figures, result.front.time_s, result.front.energy_j)),
+    }
