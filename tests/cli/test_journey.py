@@ -96,3 +96,13 @@ def test_several_trains(run, tmp_path, capsys):
     assert (tmp_path / "both" / "compare.png").exists()
     assert (tmp_path / "both" / "train-2" / "front.csv").exists()
     assert run("journey", "--train", "heavy.json", "--points", "4", "--out", "both", "--no-pictures") == 0
+
+
+def test_delays(run, tmp_path, capsys):
+    assert run("journey", "--at", "5%,10%", "--delay", "15", "--out", "late") == 0
+    shown = capsys.readouterr().out
+    assert "cheapest as planned on the second front" in shown
+    rows = list(csv.DictReader((tmp_path / "late" / "robustness.csv").open()))
+    assert rows[0]["allocation"] == "optimum"
+    assert float(rows[0]["expected_kwh"]) > float(rows[0]["planned_kwh"])
+    assert (tmp_path / "late" / "robustness.png").exists()

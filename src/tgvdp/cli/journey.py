@@ -19,10 +19,12 @@ from tgvdp.cli.search_case import merged, read_case, read_map
 from tgvdp.cli.search_options import SET_HELP, TRACK_HELP, TRAIN_HELP, complete, complete_fields, declared
 from tgvdp.errors import BudgetExceededError
 from tgvdp.options.search import BY_FIELD, TRIP, arguments_of
+from tgvdp.units import joule_to_kwh
 
 if TYPE_CHECKING:
     from tgvdp.api import JourneyResult
     from tgvdp.journeys.bound import JourneyBound
+    from tgvdp.journeys.delays import Robustness
 
 _EXAMPLES = """
 \b
@@ -34,6 +36,7 @@ Examples:
   tgvdp journey --track line.json --train train.json --points 100 --json --no-pictures > journey.json
 """
 _JOURNEY_HELP = "A timetable: its stops count in place of the line's, its windows are kept."
+_DELAY_HELP = "Mean delay of departures: simulates how late and how dear the splits of the middle point are."
 _TRAINS_HELP = f"{TRAIN_HELP} May be given several times."
 _SEVERAL, _COMPARED = "tgvdp.journeys/1", ("compare.json", "compare.csv", "compare.png")
 #: Options of a search that a journey has, too, by their names in files.
@@ -59,6 +62,7 @@ _OPTIONS = [
     _trip("--line-speed", "line_speed_kmh", **LINE_SPEED),
     _trip("--set", "changes", metavar="FIELD=VALUE", multiple=True, shell_complete=complete_fields, help=SET_HELP),
     *(declared(BY_FIELD[field]) for field in _SHARED),
+    _output("--delay", "mean_delay_s", metavar="S", type=number("s", above=0.0), help=_DELAY_HELP),
     _output("--certify", is_flag=True, help="Prove how far the optimum can be; takes seconds."),
     _output("--pictures/--no-pictures", default=True, show_default=True, help="Draw pictures."),
     _output("--out", metavar="DIR", default="journey", show_default=True, help="Folder of the results."),
@@ -95,6 +99,8 @@ def command(trains: tuple[str, ...], out: str, force: bool, as_json: bool, quiet
         names = [*(home.name for home in homes), *_COMPARED] if several else [file.name for file in done[0].files]
         click.echo(f"in {out}: {', '.join(names)}", err=as_json)
     for one in done:
+        if one.robustness is not None and not quiet:
+            click.echo(_robustness_table(one.robustness), err=as_json)
         if one.failed:
             click.echo(f"tgvdp: warning: {one.failed} runs of sections do not pass the replay", err=True)
         for text in () if quiet else one.result.warnings:
@@ -104,11 +110,12 @@ def command(trains: tuple[str, ...], out: str, force: bool, as_json: bool, quiet
 
 
 class _Done(NamedTuple):
-    """A journey with its object, its certificate, its files, and how many of its runs do not replay."""
+    """A journey with its object, its proof, its simulation, its files, and how many of its runs do not replay."""
 
     result: "JourneyResult"
     content: dict[str, Any]
     bound: "JourneyBound | None"
+    robustness: "Robustness | None"
     files: list[Path]
     failed: int
 
@@ -124,6 +131,7 @@ def _run(
     dwell_s: float,
     line_speed_kmh: float | None,
     changes: tuple[str, ...],
+    mean_delay_s: float | None,
     certify: bool,
     pictures: bool,
     **given: Any,
@@ -158,9 +166,10 @@ def _run(
         if certify:
             screen.progress("proving")
             bound = result.certify()
+        robustness = None if mean_delay_s is None else result.robustness(mean_delay_s=mean_delay_s)
         screen.progress("drawing and writing")
-        files = write_journey(result, home, about, bound, pictures=pictures)
-    return _Done(result, journey_object(result), bound, files, failed)
+        files = write_journey(result, home, about, bound, robustness, pictures=pictures)
+    return _Done(result, journey_object(result), bound, robustness, files, failed)
 
 
 def _compared(done: Sequence[_Done], out: str, folder: OutFolder) -> str:
@@ -195,3 +204,18 @@ def _table(result: "JourneyResult", content: Mapping[str, Any], bound: "JourneyB
         f" {len(result.sections) - 1} dwells of {result.options['dwell_s']:g} s"
     )
     return "\n".join(lines)
+
+
+def _robustness_table(robustness: "Robustness") -> str:
+    """The optimum, today's practices, and the allocation on both fronts."""
+    named = [at for at, name in enumerate(robustness.names) if "%" not in name]
+    rows = dict.fromkeys([*named, robustness.on_both])
+    columns = [
+        column("", "with delays", 11, [robustness.names[at].replace("_", " ") for at in rows]),
+        column("planned", "kWh", 8, aligned([joule_to_kwh(float(robustness.planned_j[at])) for at in rows], 5)),
+        column("expected", "kWh", 8, aligned([joule_to_kwh(float(robustness.energy_j[at])) for at in rows], 5)),
+        column("delay", "s", 7, aligned([float(robustness.delay_s[at]) for at in rows], 4)),
+        column("punctual", "%", 8, [f"{100.0 * robustness.punctual[at]:.1f}" for at in rows]),
+    ]
+    lines = ["  ".join(cells) for cells in zip(*columns, strict=True)]
+    return "\n".join([*lines, f"cheapest as planned on the second front: {robustness.names[robustness.on_both]}"])

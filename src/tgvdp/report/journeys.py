@@ -15,6 +15,7 @@ from tgvdp.units import joule_to_kwh
 if TYPE_CHECKING:
     from tgvdp.api import JourneyResult
     from tgvdp.journeys.bound import JourneyBound
+    from tgvdp.journeys.delays import Robustness
     from tgvdp.report.columns import Columns
 
 SCHEMA = "tgvdp.journey/1"
@@ -86,11 +87,24 @@ def allocation_columns(content: Mapping[str, Any]) -> "Columns":
     return {name: [row[name] for row in rows] for name in rows[0]}
 
 
+def robustness_columns(robustness: "Robustness") -> "Columns":
+    """Columns of ``robustness.csv``: an allocation per row."""
+    return {
+        "allocation": list(robustness.names),
+        "planned_kwh": list(map(joule_to_kwh, robustness.planned_j.tolist())),
+        "expected_kwh": list(map(joule_to_kwh, robustness.energy_j.tolist())),
+        "expected_delay_s": robustness.delay_s.tolist(),
+        "punctual_pct": (100.0 * robustness.punctual).tolist(),
+        "on_the_second_front": [str(at in robustness.front.source).lower() for at in range(len(robustness.names))],
+    }
+
+
 def write_journey(
     result: "JourneyResult",
     out_dir: str | os.PathLike[str],
     provenance: Mapping[str, Any] | None = None,
     bound: "JourneyBound | None" = None,
+    robustness: "Robustness | None" = None,
     *,
     pictures: bool = True,
 ) -> list[Path]:
@@ -105,6 +119,8 @@ def write_journey(
         As `make_provenance` returns it; by default of the result itself.
     bound : JourneyBound, optional
         Of ``result.certify()``; without it front.csv holds no bounds.
+    robustness : Robustness, optional
+        Of ``result.robustness()``: adds robustness.csv and its picture.
     pictures : bool
 
     Raises
@@ -122,12 +138,16 @@ def write_journey(
         "front.csv": to_csv(front_columns(result, content, bound)),
         "allocation.csv": to_csv(allocation_columns(content)),
     }
+    if robustness is not None:
+        files["robustness.csv"] = to_csv(robustness_columns(robustness))
     if pictures:
         # Here, so that whoever wants no picture does not wait for matplotlib.
-        from tgvdp.report.journey_plots import PICTURES, draw
+        from tgvdp.report.journey_plots import PICTURES, draw, plot_robustness
         from tgvdp.report.pictures import encode
 
         files |= {f"{name}.png": encode(draw(result, name), provenance) for name in PICTURES}
+        if robustness is not None:
+            files["robustness.png"] = encode(plot_robustness(result, robustness), provenance)
     return write_ledger(out_dir, files, provenance)
 
 
