@@ -107,7 +107,7 @@ def command(
     if as_json:
         echo_json(content)
     elif not quiet:
-        click.echo(_table(content))
+        click.echo(compare_table(content))
         click.echo(f"in {out}: {', '.join(file.name for file in files)}")
     if "warning" in content and not quiet:
         click.echo(f"tgvdp: warning: {content['warning']}", err=True)
@@ -162,8 +162,8 @@ def _searched(
     return contents, inputs
 
 
-def _table(content: Mapping[str, Any]) -> str:
-    """One row per margin: energy and saving of each."""
+def compare_table(content: Mapping[str, Any]) -> str:
+    """One row per margin: energy and saving of each, of an object of schema tgvdp.compare/1."""
     rows = content["rows"]
     columns = [column("margin", "%", 6, [f"{margin:g}" for margin in dict.fromkeys(row["margin_pct"] for row in rows)])]
     for name in (run["name"] for run in content["runs"]):
