@@ -8,11 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-<<<<<<< HEAD
 from tgvdp.cli import echo_json
-=======
 from tgvdp.cli.compare import compare_table
->>>>>>> main
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand, apply_all, heading
 from tgvdp.cli.notes import unusual
@@ -96,11 +93,7 @@ def command(trains: tuple[str, ...], out: str, force: bool, as_json: bool, quiet
         own.drop_earlier(one.files)
     content = {"schema": _SEVERAL, "trains": [{"train": one.result.trip.train.name, **one.content} for one in done]}
     if as_json:
-<<<<<<< HEAD
-        echo_json(content)
-=======
-        click.echo(json.dumps(content if several else done[0].content, ensure_ascii=False, allow_nan=False))
->>>>>>> main
+        echo_json(content if several else done[0].content)
     if not quiet:
         click.echo(compared if several else _table(*done[0][:3]), err=as_json)
         names = [*(home.name for home in homes), *_COMPARED] if several else [file.name for file in done[0].files]
