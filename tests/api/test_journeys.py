@@ -81,8 +81,6 @@ def test_stops_of_a_timetable_count_in_place_of_the_lines():
     assert [one.trip.origin_m for one in journey.sections] == [500.0, 3400.0]
     assert (journey.trip.origin_m, journey.trip.destination_m) == (500.0, 6000.0)
     assert not journey.warnings
-    passing = replace(free, points=(free.points[0], TimingPoint(900.0, 10.0, 90.0), *free.points[1:]))
-    assert "asks of passing at 1 place is not kept" in tgvdp.journey(METRO, LINE, passing, points=2).warnings[0]
     far = replace(free, points=(stop(0.0), stop(9000.0)))
     with pytest.raises(InputError, match="ends at 9000 m, beyond the 6000 m of track metro line"):
         tgvdp.journey(METRO, LINE, far)

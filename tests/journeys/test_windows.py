@@ -10,7 +10,7 @@ import tgvdp
 from tests.helpers.journey_case import LINE, METRO, method, sections_of
 from tgvdp.errors import InfeasibleError
 from tgvdp.journeys.multiplier import Demand
-from tgvdp.journeys.windows import Timetable, Window, Windows
+from tgvdp.journeys.windows import Timetable, Windows
 from tgvdp.model.journey import Journey, TimingPoint
 
 THREE = replace(LINE, stops_m=LINE.stops_m[:4])
@@ -141,8 +141,9 @@ def test_who_asks_for_more_than_the_last_window_allows():
 
 def test_schedules_in_closed_form():
     """λ = exp(−T) in both sections, the second may begin at 3 s: what is saved until then is free."""
+    point = TimingPoint
     demand = Demand(np.linspace(0.0, 10.0, 21), -np.linspace(0.0, 10.0, 21))
-    windows = Windows((Window(0.0, 0.0, 0.0), Window(1.0, 3.0)), (Window(1.0), Window(2.0)), 0.0)
+    windows = Windows((point(0.0, 0.0, 0.0), point(1.0, 3.0)), (point(1.0), point(2.0)), (0.0,))
     found = Timetable(windows, [1.0, 1.0], [demand, demand], 0.0).at(np.array([4.0, 5.0, 9.0]))
     assert found.supplement_s == pytest.approx(np.array([[2.0, 0.0], [2.0, 1.0], [3.5, 3.5]]), abs=0.1)
     assert found.departure_s[:, 1] == pytest.approx([3.0, 3.0, 4.5], abs=0.1)

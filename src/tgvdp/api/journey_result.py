@@ -10,9 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.certificate.front import Certificate, certify_front
+from tgvdp.errors import InputError
 from tgvdp.journeys.bound import JourneyBound, journey_bound
+from tgvdp.journeys.delays import Delays, Robustness, robustness, standard_delays
 from tgvdp.journeys.front import JourneyFront
 from tgvdp.journeys.section import SectionRuns
+from tgvdp.journeys.timed import PassedRuns
 from tgvdp.journeys.windows import Windows
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.model.trip import Trip
@@ -36,10 +39,10 @@ class JourneyResult:
     ----------
     trip : Trip
         From the first stop to the last one.
-    sections : tuple of SectionRuns
+    sections : tuple of SectionRuns or PassedRuns
         From stop to stop: ``trip``, ``fastest`` run, and the runs found.
     windows : Windows
-        When the train may arrive and depart at its stops, and how long it stands there at least.
+        When the train may arrive, depart and pass, and how long it stands at least.
     options : dict
         As asked for, defaults filled in.
     elapsed_s : float
@@ -49,7 +52,7 @@ class JourneyResult:
     """
 
     trip: Trip
-    sections: tuple[SectionRuns, ...]
+    sections: tuple[SectionRuns | PassedRuns, ...]
     windows: Windows
     options: dict[str, Any]
     elapsed_s: float
@@ -75,14 +78,14 @@ class JourneyResult:
     def section_time_s(self) -> _Floats:
         """Running time of each section at each point, s, (n, sections) float64."""
         return np.column_stack(
-            [section.front.time_s[run] for section, run in zip(self.sections, self.found.run.T, strict=True)]
+            [section.time_s[run] for section, run in zip(self.sections, self.found.run.T, strict=True)]
         )
 
     @property
     def section_energy_j(self) -> _Floats:
         """Energy of each section at each point, J, (n, sections) float64."""
         return np.column_stack(
-            [section.front.energy_j[run] for section, run in zip(self.sections, self.found.run.T, strict=True)]
+            [section.energy_j[run] for section, run in zip(self.sections, self.found.run.T, strict=True)]
         )
 
     @property
@@ -125,10 +128,10 @@ class JourneyResult:
         """
         clock = SearchBudget(time_limit_s=time_limit_s or self.options["time_limit_s"]).start()
 
-        def certificate(section: SectionRuns, run: NDArray[np.int64]) -> Certificate:
+        def certificate(section: SectionRuns | PassedRuns, run: NDArray[np.int64]) -> Certificate:
             own = np.unique(run)
             return certify_front(
-                section.trip, section.fastest, section.front.time_s[own], section.front.energy_j[own],
+                section.trip, section.fastest, section.time_s[own], section.energy_j[own],
                 np.unique(self.found.multiplier_j_per_s), clock,
             )  # fmt: skip
 
@@ -136,6 +139,37 @@ class JourneyResult:
             certificates = list(cores.map(certificate, self.sections, self.found.run.T))
         fastest_s = [section.fastest.duration_s for section in self.sections]
         return journey_bound(certificates, fastest_s, self.front.time_s)
+
+    def robustness(
+        self, index: int | None = None, mean_delay_s: float = 20.0, delays: Delays | None = None
+    ) -> Robustness:
+        """Simulate delays: what the optimum, today's practices and mixtures of them take and how late they are.
+
+        Parameters
+        ----------
+        index : int, optional
+            Point of the front whose running time all of them have; by default the middle one.
+        mean_delay_s : float
+            Mean delay of departures, s, of the standard delays.
+        delays : Delays, optional
+            Others in their place.
+
+        Raises
+        ------
+        InputError
+            With windows, which the simulation does not know, and when delays are out of range.
+        """
+        at = len(self.front) // 2 if index is None else index
+        between = [section for section in self.sections if isinstance(section, SectionRuns)]
+        if not self.windows.are_open or len(between) < len(self.sections):
+            raise InputError("journey: delays are simulated without windows only")
+        allocations_s = {"optimum": self.section_time_s[at]}
+        for name, practice in self.found.practices.items():
+            own_s = [section.time_s[run] for section, run in zip(between, practice.run[at], strict=True)]
+            allocations_s[name] = np.array(own_s)
+        if delays is None:
+            delays = standard_delays([section.fastest.duration_s for section in between], mean_delay_s)
+        return robustness(between, allocations_s, self.options["dwell_s"], delays)
 
     def plot(self, picture: str = "front", index: int | None = None) -> "Picture":
         """Draw a picture; notebooks show it, and its ``savefig`` writes it.

@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
@@ -20,13 +20,13 @@ from tgvdp.formats import load_journey
 from tgvdp.formats.sources import Source
 from tgvdp.journeys.front import JourneyFront, journey_front
 from tgvdp.journeys.section import SectionRuns
-from tgvdp.journeys.timetable import earliest_arrival_s, timetable_front
-from tgvdp.journeys.windows import Window, Windows, windows_of
+from tgvdp.journeys.timed import PassedRuns, TimedJourney
+from tgvdp.journeys.windows import Windows, windows_of
 from tgvdp.methods.budget import DEFAULT_TIME_S, Clock, SearchBudget
 from tgvdp.methods.costate.front import OptimalRuns
 from tgvdp.model.checks import require_number
 from tgvdp.model.energy import EnergyMap
-from tgvdp.model.journey import Journey
+from tgvdp.model.journey import Journey, TimingPoint
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
@@ -66,8 +66,8 @@ def journey(
     train, track
         As of `tgvdp.search`.
     journey : Journey or path, optional
-        A timetable, whose stops count in place of the line's own, with their windows of time. With windows the points
-        are least energies for arrivals evenly from the earliest possible one on, as late as the last window allows.
+        A timetable, whose stops count in place of the line's own, with its windows of time and speed. With windows the
+        points are least energies for arrivals evenly from the earliest possible one on, as late as the last one allows.
     dwell_s : float
         Least standstill at each stop on the way, s; no part of running times.
     reverse, speed_restrictions, energy, convention, mass_model, limits, curves, tunnels, wind_mps
@@ -115,19 +115,31 @@ def journey(
     line = trip_of(train, track, options)
     timetable = load_journey(journey) if isinstance(journey, str | os.PathLike) else journey
     windows = _windows(line.track, timetable, dwell_s)
-    stops_m = (*(window.position_m for window in windows.departures), windows.arrivals[-1].position_m)
+    stops_m = (
+        *(windows.departures[parts[0]].position_m for parts in windows.sections),
+        windows.arrivals[-1].position_m,
+    )
     limit_s = DEFAULT_TIME_S if time_limit_s is None else time_limit_s
     clock = SearchBudget(time_limit_s=limit_s).start()
-    sections = _sections(line, stops_m, clock)
-    found = _found(sections, windows, options)
+    solved = _solver(clock)
+    whole = replace(line, origin_m=stops_m[0], destination_m=stops_m[-1])
+    with ThreadPoolExecutor(usable_cores()) as cores:
+        trips = [replace(line, origin_m=from_m, destination_m=to_m) for from_m, to_m in pairwise(stops_m)]
+        between = tuple(cores.map(solved, trips))
+    sections: tuple[SectionRuns | PassedRuns, ...] = between
+    if windows.are_open:
+        supplement_s, tolerance_s = _supplements(between, options)
+        found = journey_front(between, supplement_s, tolerance_s, dwell_s)
+    else:
+        sections, found = _timed(TimedJourney(between, whole, windows, solved), options)
     return JourneyResult(
-        trip=replace(line, origin_m=stops_m[0], destination_m=stops_m[-1]),
+        trip=whole,
         sections=sections,
         windows=windows,
         options={**options.as_dict(), "time_limit_s": limit_s, "dwell_s": dwell_s, "stops_m": stops_m},
         elapsed_s=time.perf_counter() - started,
         found=found,
-        warnings=tuple(_warnings(found, timetable)),
+        warnings=tuple(_warnings(found)),
     )
 
 
@@ -136,8 +148,8 @@ def _windows(track: Track, timetable: Journey | None, dwell_s: float) -> Windows
     if timetable is None:
         if len(track.stops_m) < 2:
             raise InputError(f"journey: track {track.name} has no two stops")
-        stops = tuple(map(Window, track.stops_m))
-        return Windows(stops[:-1], stops[1:], dwell_s)
+        stops = tuple(map(TimingPoint, track.stops_m))
+        return Windows(stops[:-1], stops[1:], (dwell_s,) * (len(stops) - 2))
     windows = windows_of(timetable, dwell_s)
     end_m = windows.arrivals[-1].position_m
     if end_m > track.length_m:
@@ -148,52 +160,47 @@ def _windows(track: Track, timetable: Journey | None, dwell_s: float) -> Windows
     return windows
 
 
-def _found(sections: Sequence[SectionRuns], windows: Windows, options: SearchOptions) -> JourneyFront:
-    """The front where it is asked for; with windows its supplements count from the earliest arrival."""
+def _supplements(sections: Sequence[SectionRuns], options: SearchOptions) -> tuple[_Floats, float]:
+    """Increasing supplements over the fastest runs that are asked for, s, and how well they have to be met, s."""
     fastest_s = sum(section.fastest.duration_s for section in sections)
-    is_asked = bool(options.at_s or options.at_margin)
-    if is_asked:
+    if options.at_s or options.at_margin:
         target_s, tolerance_s = asked_targets(fastest_s, options.at_s, options.at_margin)
-        supplement_s = target_s - fastest_s
-    else:
-        supplement_s = fastest_s * np.linspace(0.0, options.max_margin, options.points)
-        tolerance_s = met_to_s(fastest_s)
-    if windows.are_open:
-        return journey_front(sections, supplement_s, tolerance_s, windows.dwell_s)
-    earliest_s, latest_s = earliest_arrival_s(sections, windows), windows.arrivals[-1].latest_s
+        return target_s - fastest_s, tolerance_s
+    return fastest_s * np.linspace(0.0, options.max_margin, options.points), met_to_s(fastest_s)
+
+
+def _timed(journey: TimedJourney, options: SearchOptions) -> tuple[tuple[PassedRuns, ...], JourneyFront]:
+    """With windows supplements count from the earliest arrival, as far as the last window allows."""
+    supplement_s, tolerance_s = _supplements(journey.sections, options)
+    earliest_s, latest_s = journey.earliest_s, journey.windows.arrivals[-1].latest_s
     if earliest_s + supplement_s[-1] > latest_s:
-        if is_asked:
+        if options.at_s or options.at_margin:
             raise InfeasibleError(
                 f"journey: a supplement of {supplement_s[-1]:.6g} s over the earliest arrival, {earliest_s:.6g} s, is"
                 f" later than the last window allows, {latest_s:.6g} s"
             )
         supplement_s = np.linspace(0.0, latest_s - earliest_s, options.points)
-    return timetable_front(sections, windows, earliest_s + supplement_s, tolerance_s)
+    return journey.front(earliest_s + supplement_s, tolerance_s)
 
 
-def _sections(line: Trip, stops_m: Sequence[float], clock: Clock) -> tuple[SectionRuns, ...]:
-    """Sections from stop to stop with their fastest runs."""
+def _solver(clock: Clock) -> Callable[[Trip], SectionRuns]:
+    """What makes the runs of a trip within the time that is left: by the front method."""
 
     def method(trip: Trip, fastest: Profile, target_s: _Floats, tolerance_s: float) -> OptimalRuns:
         with sensible_numbers(trip):
             return continuous_front(trip, fastest, target_s, SearchBudget().after(clock), tolerance_s)
 
-    def section(ends_m: tuple[float, float]) -> SectionRuns:
-        trip = replace(line, origin_m=ends_m[0], destination_m=ends_m[1])
+    def solved(trip: Trip) -> SectionRuns:
         with sensible_numbers(trip):
             return SectionRuns(trip, fastest_run(trip), method)
 
-    with ThreadPoolExecutor(usable_cores()) as cores:
-        return tuple(cores.map(section, pairwise(stops_m)))
+    return solved
 
 
-def _warnings(found: JourneyFront, timetable: Journey | None) -> Iterator[str]:
+def _warnings(found: JourneyFront) -> Iterator[str]:
     """Say where the result is less than was asked for."""
     if not found.complete:
         yield "the time limit ended the search: better splits than these may exist"
     elif found.exhausted:
         last_s = found.front.time_s[-1]
         yield f"the front ends with the thriftiest journey, {last_s:.6g} s: running longer saves nothing"
-    if timetable is not None and (passing := sum(len(section.passing) for section in timetable.sections)):
-        places = "1 place" if passing == 1 else f"{passing} places"
-        yield f"journey {timetable.name}: what it asks of passing at {places} is not kept; windows at stops are"

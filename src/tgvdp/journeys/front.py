@@ -91,7 +91,7 @@ def journey_front(
     dwell_s : float
         Standstill at each stop on the way, s.
     """
-    search = Search(sections, supplement_s, tolerance_s / len(sections))
+    search = _Search(sections, supplement_s, tolerance_s / len(sections))
     shares = practices(sections, supplement_s)
     samples = _sampled(sections, float(supplement_s[-1]), search.tolerance_s)
     merged_s, is_off = samples.merged(supplement_s)
@@ -121,7 +121,7 @@ def journey_front(
     )
 
 
-class Search:
+class _Search:
     """Sections, the supplements that all of them together shall take, s, and the allocations tried so far."""
 
     def __init__(self, sections: Sequence[SectionRuns], supplement_s: _Floats, tolerance_s: float) -> None:

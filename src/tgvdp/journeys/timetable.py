@@ -1,4 +1,4 @@
-"""The front of a journey with windows at its stops: least energy for each arrival at its end."""
+"""From runs to a timetable: sections are sampled as far as windows let them take time, and solved as it is planned."""
 
 from collections.abc import Sequence
 
@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import InfeasibleError
-from tgvdp.journeys.front import ROUNDS, JourneyFront, Search, reach
-from tgvdp.journeys.multiplier import Demand, demand_of
+from tgvdp.journeys.front import ROUNDS, reach
+from tgvdp.journeys.multiplier import demand_of
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.journeys.windows import Schedule, Timetable, Windows
-from tgvdp.pareto import ParetoFront
 
 _Floats = NDArray[np.float64]
 
@@ -20,84 +19,41 @@ _FIRST_MARGIN, _SAMPLES = 0.5, 32
 _MOST_MARGIN = 8.0
 #: A section that takes this share of what is known of its front may take more.
 _AT_THE_END = 0.98
-#: What takes any time, s: for whether windows can be met at all before a section is solved.
-_ANY_TIME = Demand(np.array([0.0, 1e9]), np.array([1.0, 0.0]))
 
 
-def earliest_arrival_s(sections: Sequence[SectionRuns], windows: Windows) -> float:
-    """When the journey can end at the earliest, on its clock, s.
-
-    Raises
-    ------
-    InfeasibleError
-        When a window closes before the fastest runs reach it.
-    """
+def timetable_of(sections: Sequence[SectionRuns], windows: Windows, slack_s: float) -> Timetable:
+    """The timetable of sections, as far as their runs are known."""
     fastest_s = [section.fastest.duration_s for section in sections]
-    return Timetable(windows, fastest_s, [_ANY_TIME] * len(sections), 0.0).arrival.first_s
+    return Timetable(windows, fastest_s, [demand_of(section) for section in sections], slack_s)
 
 
-def timetable_front(
-    sections: Sequence[SectionRuns], windows: Windows, arrival_s: _Floats, tolerance_s: float
-) -> JourneyFront:
-    """Find the front of a journey with windows.
-
-    Parameters
-    ----------
-    sections : sequence of SectionRuns
-        New ones: their runs are found here.
-    windows : Windows
-    arrival_s : (n,) float64
-        Increasing times on the journey's clock at which it may end, s.
-    tolerance_s : float
-        How well running times are met, s: no arrival is later.
-
-    Raises
-    ------
-    InfeasibleError
-        When a window cannot be met.
-    """
-    own_s = tolerance_s / len(sections)
-    # Runs are earlier than their times by the tolerance at most.
-    windows = windows._replace(
-        arrivals=tuple(one._replace(earliest_s=min(one.earliest_s + own_s, one.latest_s)) for one in windows.arrivals)
-    )
-    _sample(sections, windows, arrival_s, own_s)
+def planned(sections: Sequence[SectionRuns], windows: Windows, arrival_s: _Floats, tolerance_s: float) -> Schedule:
+    """Plan arrivals, s, in rounds: each solves the sections as the last one planned, and knows multipliers better."""
     for _ in range(ROUNDS):
-        schedule = _schedule(sections, windows, arrival_s, own_s)
-        reach(sections, schedule.supplement_s, own_s)
-    found = Search(sections, schedule.supplement_s.sum(axis=1), own_s).allocations(schedule.supplement_s)
-    front = ParetoFront.of(found.time_s, found.energy_j)
-    kept = front.source
-    return JourneyFront(
-        front=front,
-        run=found.run[kept],
-        departure_s=schedule.departure_s[kept],
-        multiplier_j_per_s=schedule.multiplier_j_per_s[kept],
-        practices={},
-        complete=all(section.complete for section in sections),
-        exhausted=False,
-    )
+        plan = timetable_of(sections, windows, tolerance_s).at(arrival_s)
+        reach(sections, plan.supplement_s, tolerance_s)
+    return plan
 
 
-def _schedule(sections: Sequence[SectionRuns], windows: Windows, arrival_s: _Floats, slack_s: float) -> Schedule:
-    fastest_s = [section.fastest.duration_s for section in sections]
-    return Timetable(windows, fastest_s, [demand_of(section) for section in sections], slack_s).at(arrival_s)
-
-
-def _sample(sections: Sequence[SectionRuns], windows: Windows, arrival_s: _Floats, tolerance_s: float) -> None:
-    """Sample the sections' fronts as far as the windows let them take time."""
+def sample(sections: Sequence[SectionRuns], windows: Windows, arrival_s: _Floats, tolerance_s: float) -> None:
+    """Sample the sections' fronts as far as the windows let them take time, where that is not done yet."""
+    shares = np.linspace(0.0, 1.0, _SAMPLES) ** 2
     fastest_s = np.array([section.fastest.duration_s for section in sections])
-    margin = np.full(len(sections), _FIRST_MARGIN)
+    new = [section for section in sections if not len(section.front)]
+    if new:
+        reach(new, np.outer(shares, [_FIRST_MARGIN * one.fastest.duration_s for one in new]), tolerance_s)
     while True:
-        reach(sections, np.outer(np.linspace(0.0, 1.0, _SAMPLES) ** 2, margin * fastest_s), tolerance_s)
-        may_grow = np.array([not one.exhausted and one.complete for one in sections]) & (margin < _MOST_MARGIN)
+        known_s = np.array([one.supplement_s[-1] for one in sections])
+        may_grow = np.array([not one.exhausted and one.complete for one in sections])
+        may_grow &= known_s < _MOST_MARGIN * fastest_s
         try:
-            taken_s = _schedule(sections, windows, arrival_s, tolerance_s).supplement_s.max(axis=0)
+            taken_s = timetable_of(sections, windows, tolerance_s).at(arrival_s).supplement_s.max(axis=0)
         except InfeasibleError:  # a window opens later than any run known arrives
             if not may_grow.any():
                 raise
             taken_s = np.full(len(sections), np.inf)
-        short = may_grow & (taken_s >= _AT_THE_END * np.array([one.supplement_s[-1] for one in sections]))
-        if not short.any():
+        short = np.flatnonzero(may_grow & (taken_s >= _AT_THE_END * known_s)).tolist()
+        if not short:
             return
-        margin[short] *= 2.0
+        further_s = 2.0 * np.maximum(known_s, _FIRST_MARGIN * fastest_s)
+        reach([sections[at] for at in short], np.outer(shares, further_s[short]), tolerance_s)

@@ -1,4 +1,4 @@
-"""Windows of time at stops: when a timetable wants the train to arrive and to depart.
+"""Windows of time: when a timetable wants the train to arrive, to depart and to pass.
 
 Between two binding windows the sections run at one multiplier, as without windows; at a binding one it changes. Both
 follow from the least energy of all that lies before a stop as a function of the time on its clock. It is convex where
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tgvdp.errors import InfeasibleError
 from tgvdp.journeys.multiplier import Demand
-from tgvdp.model.journey import Journey
+from tgvdp.model.journey import Journey, TimingPoint
 
 _Floats = NDArray[np.float64]
 
@@ -23,41 +23,72 @@ _Floats = NDArray[np.float64]
 _CUTS = 8
 
 
-class Window(NamedTuple):
-    """Earliest and latest time on the clock of the journey, s, at a position on the line, m."""
-
-    position_m: float
-    earliest_s: float = -math.inf
-    latest_s: float = math.inf
-
-    @property
-    def is_open(self) -> bool:
-        """Whether any time will do."""
-        return math.isinf(self.earliest_s) and math.isinf(self.latest_s)
-
-
 class Windows(NamedTuple):
-    """Windows of the departures and arrivals of all sections, and the least standstill at the stops between, s."""
+    """Windows of the departures and arrivals of all parts of a journey, and how long it stands between them.
 
-    departures: tuple[Window, ...]
-    arrivals: tuple[Window, ...]
-    dwell_s: float
+    Attributes
+    ----------
+    departures, arrivals : tuple of TimingPoint
+    dwells_s : tuple of float or None
+        Least standstill between two parts, s; None where the train passes.
+    """
+
+    departures: tuple[TimingPoint, ...]
+    arrivals: tuple[TimingPoint, ...]
+    dwells_s: tuple[float | None, ...]
 
     @property
     def are_open(self) -> bool:
-        """Whether any departure and arrival will do, but for that of the journey itself."""
-        return all(window.is_open for window in (*self.departures[1:], *self.arrivals))
+        """Whether any departure and arrival will do, but for that of the journey itself, and any speed."""
+        return None not in self.dwells_s and all(map(is_open, (*self.departures[1:], *self.arrivals)))
+
+    def opened_later(self, by_s: float) -> "Windows":
+        """Windows of arrivals open later, s: runs are earlier than their times by a tolerance."""
+        arrivals = [one._replace(earliest_s=min(one.earliest_s + by_s, one.latest_s)) for one in self.arrivals]
+        return self._replace(arrivals=tuple(arrivals))
 
     @property
     def start_s(self) -> float:
         """Earliest departure of the journey, s."""
         return self.departures[0].earliest_s if math.isfinite(self.departures[0].earliest_s) else 0.0
 
+    @property
+    def sections(self) -> tuple[tuple[int, ...], ...]:
+        """Numbers of the parts of each section between two stops."""
+        stops = [0, *(part for part, dwell_s in enumerate(self.dwells_s, start=1) if dwell_s is not None)]
+        ends = [*stops[1:], len(self.arrivals)]
+        return tuple(tuple(range(first, end)) for first, end in zip(stops, ends, strict=True))
+
+
+def is_open(point: TimingPoint) -> bool:
+    """Whether any time will do."""
+    return math.isinf(point.earliest_s) and math.isinf(point.latest_s)
+
 
 def windows_of(journey: Journey, dwell_s: float) -> Windows:
-    """Windows at the stops of a timetable."""
-    stops = [Window(*point[:3]) for point in journey.points if point.is_stop]
-    return Windows(tuple(stops[0::2]), tuple(stops[1::2]), dwell_s)
+    """Windows of a timetable: parts lie between its stops and the points whose passing it asks something of."""
+    departures = [journey.points[0]]
+    arrivals: list[TimingPoint] = []
+    dwells_s: list[float | None] = []
+    for point in journey.points[1:]:
+        if point.is_stop and len(arrivals) == len(departures):  # it was here that it arrived
+            departures.append(point)
+            dwells_s.append(dwell_s)
+        elif point.is_stop:
+            arrivals.append(point)
+        elif not point.is_free:
+            arrivals.append(point)
+            departures.append(TimingPoint(point.position_m))
+            dwells_s.append(None)
+    return Windows(tuple(departures), tuple(arrivals), tuple(dwells_s))
+
+
+class WindowMissedError(InfeasibleError):
+    """A window cannot be met: which, by how much, s, and what would meet it."""
+
+    def __init__(self, which: str, missed_s: float, remedy: str) -> None:
+        super().__init__(f"{which}: it is missed by {missed_s:.4g} s, and met when it {remedy}")
+        self.missed_s = missed_s
 
 
 class Clock(NamedTuple):
@@ -74,25 +105,27 @@ class Clock(NamedTuple):
         """The last time that still saves something, s."""
         return self.first_s + float(self.length_s.sum())
 
-    def within(self, window: Window, slack_s: float) -> "Clock":
+    def within(self, window: TimingPoint, slack_s: float) -> "Clock":
         """Cut off what lies outside a window.
 
         Raises
         ------
-        InfeasibleError
+        WindowMissedError
             When nothing is left but for a slack.
         """
         if self.first_s > window.latest_s + slack_s:
-            raise InfeasibleError(
+            raise WindowMissedError(
                 f"journey: the window at {window.position_m:.6g} m closes at {window.latest_s:.6g} s, the first time"
-                f" possible there is {self.first_s:.6g} s: it is missed by {self.first_s - window.latest_s:.4g} s, and"
-                " met when it closes so much later"
+                f" possible there is {self.first_s:.6g} s",
+                self.first_s - window.latest_s,
+                "closes so much later",
             )
         if self.last_s < window.earliest_s - slack_s:
-            raise InfeasibleError(
+            raise WindowMissedError(
                 f"journey: the window at {window.position_m:.6g} m opens at {window.earliest_s:.6g} s, the slowest"
-                f" runs that were sought are there at {self.last_s:.6g} s: it is missed by"
-                f" {window.earliest_s - self.last_s:.4g} s, and met when it opens so much earlier"
+                f" runs that were sought are there at {self.last_s:.6g} s",
+                window.earliest_s - self.last_s,
+                "opens so much earlier",
             )
         edges_s = self.first_s + np.concatenate(([0.0], np.cumsum(self.length_s)))
         start_s, end_s = edges_s[:-1], edges_s[1:]
@@ -130,7 +163,7 @@ class Timetable:
 
     Raises
     ------
-    InfeasibleError
+    WindowMissedError
         When the windows cannot be met: names the first one that is missed, by how much, and what would meet it.
     """
 
@@ -143,8 +176,9 @@ class Timetable:
         self._runs: list[_Run] = []
         for number, (own_s, demand) in enumerate(zip(fastest_s, demands, strict=True)):
             if number:
-                before = self._runs[-1].arrival.after(windows.dwell_s)
-                departure = before.within(windows.departures[number], slack_s)
+                departure = self._runs[-1].arrival
+                if (dwell_s := windows.dwells_s[number - 1]) is not None:
+                    departure = departure.after(dwell_s).within(windows.departures[number], slack_s)
             self._runs.append(_run(departure, own_s, demand, windows.arrivals[number], slack_s))
 
     @property
@@ -155,7 +189,8 @@ class Timetable:
     def at(self, arrival_s: _Floats) -> Schedule:
         """Schedules of least energy that arrive at given times, s, (n,), within `arrival`."""
         columns = []
-        for run, fastest_s in zip(reversed(self._runs), reversed(self._fastest_s), strict=True):
+        before_s = [0.0, *(dwell_s or 0.0 for dwell_s in self.windows.dwells_s)]
+        for run, fastest_s, dwell_s in zip(self._runs[::-1], self._fastest_s[::-1], before_s[::-1], strict=True):
             arrival_s = np.clip(arrival_s, run.arrival.first_s, run.arrival.last_s)
             filled_s = arrival_s - run.whole.first_s
             edges_s = np.concatenate(([0.0], np.cumsum(run.whole.length_s)))
@@ -163,11 +198,11 @@ class Timetable:
             at = np.minimum(np.searchsorted(edges_s[1:], filled_s), len(run.own_s) - 1)
             departure_s = arrival_s - fastest_s - own_s
             columns.append((departure_s, own_s, np.where(own_s > 0.0, run.whole.multiplier_j_per_s[at], np.inf)))
-            arrival_s = departure_s - self.windows.dwell_s
+            arrival_s = departure_s - dwell_s
         return Schedule(*map(np.column_stack, zip(*columns[::-1], strict=True)))
 
 
-def _run(departure: Clock, fastest_s: float, demand: Demand, window: Window, slack_s: float) -> _Run:
+def _run(departure: Clock, fastest_s: float, demand: Demand, window: TimingPoint, slack_s: float) -> _Run:
     """Let a section follow a departure."""
     parts = np.linspace(0.0, 1.0, 2 * _CUTS + 1)[1::2]
     steps_s, falls = np.diff(demand.supplement_s), np.diff(demand.log_multiplier)
