@@ -1,7 +1,6 @@
 """Where the front method ends: too many points, running times that jump, plain grids, and an impatient user."""
 
 import os
-import re
 import signal
 import sys
 import threading
@@ -12,6 +11,7 @@ import pytest
 
 import tgvdp
 from tests.helpers.twins.trips import random_trip
+from tgvdp import EffortCurve, Track, Train
 from tgvdp.errors import InfeasibleError, TgvdpError
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate import backward as costate
@@ -35,20 +35,25 @@ def test_a_polyline_without_room_is_a_named_error(monkeypatch):
         search(random_trip(20131), points=3)
 
 
-def test_running_times_that_jump_are_named():
-    """Which of these trips jumps over a wanted time depends on the last digits of the extremals; most of them do."""
-    named = 0
-    for seed in (20116, 20131, 20179, 20200, 11, 13, 61, 115):
-        result = search(random_trip(seed), points=60, max_margin=0.25)
-        assert result.complete
-        for warning in result.warnings:
-            if "running times jump" not in warning:
-                continue
-            named += 1
-            for time_s in map(float, re.findall(r"([\d.e+-]+) s\b", warning)):
-                assert not np.isclose(result.front.time_s, time_s, rtol=1e-5).any()
-                assert result.front.time_s.min() < time_s <= result.front.time_s[0] * 1.25 * (1.0 + 1e-5)
-    assert named >= 3
+@pytest.mark.parametrize("seed", [20116, 20131, 20179, 20200, 11, 13, 61, 115])
+def test_running_times_over_which_policies_jump_are_met(seed):
+    """Most of these trips once had "running times jump" and a faster run in place of a point."""
+    result = search(random_trip(seed), points=60, max_margin=0.25)
+    assert not result.warnings
+    assert len(result.front.time_s) == 60
+    assert all(verdict.ok for verdict in result.verify())
+
+
+def test_points_close_to_each_other_on_level_track_are_met():
+    """A policy drives a cell in one way or another, which alone is a jump of the running time by 0.1 to 0.3 s."""
+    train = Train(
+        mass_kg=200e3, traction=EffortCurve.from_caps(200e3, 3e6), friction_brake_n=200e3,
+        davis_a_n=3000.0, davis_b_n_per_mps=50.0, davis_c_n_per_mps2=6.0,
+    )  # fmt: skip
+    result = tgvdp.search(train, Track(length_m=20e3, speed_limits=((0.0, 40.0),)), points=500)
+    assert not result.warnings
+    assert len(result.front.time_s) == 500
+    assert (np.diff(result.front.energy_j) < 0.0).all()
 
 
 @pytest.mark.parametrize("first", range(40000, 40150, 30))

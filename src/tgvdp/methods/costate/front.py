@@ -19,7 +19,7 @@ from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.costate.multipliers import ExtremalFront, OutOfTime
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
-from tgvdp.runs.profile import Profile
+from tgvdp.runs.profile import Profile, profile_of
 from tgvdp.runs.resistance_correction import follow
 
 #: How well a point meets its running time by default: a share of the step to the next point.
@@ -103,7 +103,6 @@ def optimal_front(
         When the costate program fails; it never returns a wrong front in silence.
     """
     clock = budget.start()
-    line = resolve(trip)
     counters = {"cells": 0, "extremals": 0, "runs": 0, "costates": 0}
     slower = target_s > fastest.duration_s * (1.0 + _SAME)
     if tolerance_s is None:
@@ -128,11 +127,22 @@ def optimal_front(
             not found or run.time_s > found[-1].time_s * (1.0 + _SAME)
         ):
             found.append(run)
+    found[met:] = [_followed(trip, run, auxiliary_w) for run in found[met:]]
     duration, energy, multipliers = (np.array([run[column] for run in found], dtype=np.float64) for column in range(3))
     return OptimalRuns(
         duration, energy + auxiliary_w * duration, np.maximum(multipliers - auxiliary_w, 0.0), complete, not saves,
-        counters, [rows] * met + [follow(trip.train, line, run.x_m, run.w) for run in found[met:]], tuple(missed_s),
+        counters, [(run.x_m, run.w) for run in found], tuple(missed_s),
     )  # fmt: skip
+
+
+def _followed(trip: Trip, run: Run, auxiliary_w: float) -> Run:
+    """The run with its true resistance, and rows cut where an effort drops: its time is another then."""
+    x_m, w = follow(trip.train, resolve(trip), run.x_m, run.w)
+    if len(x_m) == len(run.x_m):
+        return run._replace(x_m=x_m, w=w)
+    profile = profile_of(trip, x_m, w)
+    energy_j = profile.total_energy_j - auxiliary_w * profile.duration_s
+    return Run(profile.duration_s, energy_j, run.multiplier, x_m, w)
 
 
 class _Found(NamedTuple):

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.methods.budget import Clock
+from tgvdp.methods.costate.bridge import bridge
 from tgvdp.methods.costate.extremal import Extremal, blend, energy_between, multiplier_between, tangent_gap
 from tgvdp.methods.costate.mesh import Interval, Mesh, Run
 from tgvdp.physics.codes import NOT_KEPT, NOT_MET
@@ -169,7 +170,7 @@ class ExtremalFront:
             elif status == NOT_MET:
                 self.watch()
                 fast, slow = (blend(before, after, share) for share in interval.bracket)
-                run = self._bridge(fast, slow, float(target_s[at]))
+                run = bridge(self.mesh, fast, slow, float(target_s[at]), self.tolerance_s, self.counters)
                 if loss < math.inf and not self._keeps(before, after, run) and self._split(second):
                     return
                 at += 1
@@ -210,28 +211,3 @@ class ExtremalFront:
         else:
             self.extremals[second] = replace(after, multiplier=middle.multiplier)  # ... or at a higher multiplier
         return middle.multiplier < _HIGHEST_MULTIPLIER * self.mesh.usual_multiplier
-
-    def _bridge(self, fast: NDArray[np.float64], slow: NDArray[np.float64], target_s: float) -> Run:
-        """Meet a time at which the running time of blends jumps: the slow policy up to one station, then the fast.
-
-        Moving that station cell by cell, and blending in its own cell alone, leaves no jump.
-        """
-        first, last = 0, len(fast)
-        while last - first > 1:
-            middle = (first + last) // 2
-            mixed = np.concatenate((slow[:middle], fast[middle:]))
-            if self.mesh.drive(mixed, mixed, 0.0, self.counters)[1] < target_s:
-                first = middle
-            else:
-                last = middle
-        here = np.concatenate((slow[:first], fast[first:]))
-        there = np.concatenate((slow[:last], fast[last:]))
-        lo, hi = 0.0, 1.0
-        run = self.mesh.drive(here, there, 0.5, self.counters)
-        while abs(run[1] - target_s) > self.tolerance_s and hi - lo > _SAME:
-            middle_share = 0.5 * (lo + hi)
-            lo, hi = (middle_share, hi) if run[1] < target_s else (lo, middle_share)
-            run = self.mesh.drive(here, there, 0.5 * (lo + hi), self.counters)
-        if run[1] > target_s + self.tolerance_s:  # the time jumps even within one cell: rather too early than too late
-            run = self.mesh.drive(here, there, lo, self.counters)
-        return self._kept_run(run, math.nan)

@@ -1,0 +1,92 @@
+"""Runs for times over which the running time of blended policies jumps.
+
+First the slow policy up to one station, then the fast one: moving that station cell by cell, and blending in its own
+cell alone, leaves next to no jump. What is left comes from rows that a policy drives in one way or another; two runs
+that are that near are blended themselves, speed by speed, and the time of the blend has no jump at all.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.methods.costate.mesh import Mesh, Run
+from tgvdp.physics.roots import Bracket
+from tgvdp.runs.profile import profile_of
+
+_Floats = NDArray[np.float64]
+
+#: Two shares of the second policy that are nearer are one.
+_SAME = 1e-9
+#: Runs are blended whose squared speeds differ by this share at most: of an effort P/v, which is convex in w, that asks
+#: for 2e-4 more than there is.
+_NEAR = 0.05
+#: Steps that find the share of a blend of two runs.
+_STEPS = 60
+
+
+def bridge(
+    mesh: Mesh, fast: _Floats, slow: _Floats, target_s: float, tolerance_s: float, counters: dict[str, int]
+) -> Run:
+    """Run between those of two policies, (K + 1, 4), that takes a time; where none is found, the next faster one."""
+    quick, late = _driven(mesh, fast, counters), _driven(mesh, slow, counters)
+    if not _near(quick, late):
+        first, last = 0, len(fast)
+        while last - first > 1:
+            middle = (first + last) // 2
+            mixed = np.concatenate((slow[:middle], fast[middle:]))
+            if mesh.drive(mixed, mixed, 0.0, counters)[1] < target_s:
+                first = middle
+            else:
+                last = middle
+        here = np.concatenate((slow[:first], fast[first:]))
+        there = np.concatenate((slow[:last], fast[last:]))
+        quick, late = _driven(mesh, here, counters), _driven(mesh, there, counters)
+        lo, hi = 0.0, 1.0
+        while hi - lo > _SAME and late.time_s - quick.time_s > tolerance_s and not _near(quick, late):
+            share = 0.5 * (lo + hi)
+            run = _driven(mesh, here + share * (there - here), counters)
+            if run.time_s < target_s:
+                lo, quick = share, run
+            else:
+                hi, late = share, run
+    if abs(late.time_s - target_s) <= tolerance_s:
+        return late
+    if abs(quick.time_s - target_s) <= tolerance_s or not _near(quick, late):
+        return quick
+    return _blended(mesh, quick, late, target_s, tolerance_s)
+
+
+def _driven(mesh: Mesh, policy: _Floats, counters: dict[str, int]) -> Run:
+    n, time_s, energy_j = mesh.drive(policy, policy, 0.0, counters)
+    return Run(time_s, energy_j, math.nan, mesh.rows.x[:n].copy(), mesh.rows.w[:n].copy())
+
+
+def _on_rows_of_both(quick: Run, late: Run) -> tuple[_Floats, _Floats, _Floats]:
+    """Positions of the rows of two runs, and their squared speeds there."""
+    x_m = np.union1d(quick.x_m, late.x_m)
+    return x_m, np.interp(x_m, quick.x_m, quick.w), np.interp(x_m, late.x_m, late.w)
+
+
+def _near(quick: Run, late: Run) -> bool:
+    """Whether two runs are so near that a blend of them is a run."""
+    _, quick_w, late_w = _on_rows_of_both(quick, late)
+    return bool((np.abs(quick_w - late_w) <= _NEAR * np.maximum(quick_w, late_w)).all())
+
+
+def _blended(mesh: Mesh, quick: Run, late: Run, target_s: float, tolerance_s: float) -> Run:
+    """Blend of the squared speeds of two runs that takes a time between theirs."""
+    x_m, quick_w, late_w = _on_rows_of_both(quick, late)
+    bracket = Bracket(0.0, 1.0, quick.time_s - target_s, late.time_s - target_s)
+    w = quick_w
+    for _ in range(_STEPS):
+        share = bracket.secant()
+        w = quick_w + share * (late_w - quick_w)
+        speed_mps = np.sqrt(w)
+        f = float((2.0 * np.diff(x_m) / (speed_mps[:-1] + speed_mps[1:])).sum()) - target_s
+        if abs(f) <= 0.1 * tolerance_s:
+            break
+        bracket = bracket.narrowed(share, f)
+    profile = profile_of(mesh.trip, x_m, w)
+    energy_j = profile.total_energy_j - mesh.tables.auxiliary_w * profile.duration_s
+    return Run(profile.duration_s, energy_j, math.nan, x_m, w)
