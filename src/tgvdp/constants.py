@@ -11,7 +11,7 @@ FEASIBILITY_RTOL = 1e-9
 
 #: Verdict of the replay referee: largest relative error of running time and energy, in percent.
 REPLAY_TIME_PCT = 0.01
-REPLAY_ENERGY_PCT = 0.01
+REPLAY_ENERGY_PCT = 0.02
 #: ... largest excess of effort and acceleration over their limits, in percent.
 REPLAY_EFFORT_PCT = 0.1
 #: ... largest overspeed, relative to the largest speed of the run (floating-point noise only).

@@ -81,8 +81,6 @@ def test_stops_of_a_timetable_count_in_place_of_the_lines():
     assert [one.trip.origin_m for one in journey.sections] == [500.0, 3400.0]
     assert (journey.trip.origin_m, journey.trip.destination_m) == (500.0, 6000.0)
     assert not journey.warnings
-    timed = replace(free, points=(stop(500.0, 0.0, 0.0), *free.points[1:]))
-    assert "its windows of time and speed are not kept" in tgvdp.journey(METRO, LINE, timed, points=2).warnings[0]
     far = replace(free, points=(stop(0.0), stop(9000.0)))
     with pytest.raises(InputError, match="ends at 9000 m, beyond the 6000 m of track metro line"):
         tgvdp.journey(METRO, LINE, far)

@@ -56,9 +56,20 @@ def test_the_files_and_the_table(run, tmp_path, capsys):
     assert all(float(row["all_at_the_end_kwh"]) > float(row["energy_kwh"]) for row in front)
 
 
-def test_a_timetable(run, capsys):
-    assert run("journey", "--journey", "journey.json", "--points", "2", "--no-pictures") == 0
-    assert "only its stops count" in capsys.readouterr().err
+def test_a_timetable(run, tmp_path, capsys):
+    loose = changed(JOURNEY, ("timing points", "values", 5, 2), 1500)
+    write_json(tmp_path / "journey.json", loose)
+    assert run("journey", "--journey", "journey.json", "--points", "2", "--no-pictures", "--json") == 0
+    content = json.loads(capsys.readouterr().out)
+    assert content["practices"] == {}
+    assert 270.0 <= content["front"][-1]["sections"][0]["time_s"] <= 330.0
+
+
+def test_a_timetable_that_cannot_be_met(run, tmp_path, capsys):
+    tight = changed(JOURNEY, ("timing points", "values", 3), [4, 0, 150, 0, 0])
+    write_json(tmp_path / "journey.json", tight)
+    assert run("journey", "--journey", "journey.json", "--no-pictures") == 4
+    assert "the window at 4000 m closes at 150 s, the first time possible there is" in capsys.readouterr().err
 
 
 def test_search_says_that_it_passes_stops_and_names_journey(run, capsys):

@@ -18,6 +18,7 @@ from tgvdp.formulations.circuit.qaoa import (
     ramp_angles,
 )
 from tgvdp.formulations.circuit.statevector import MAX_QUBITS, evaluate, sample, statevector
+from tgvdp.formulations.circuit.walls import Walls
 from tgvdp.formulations.qubo.ising import ising_of
 from tgvdp.formulations.qubo.qubo import bits_of
 
@@ -162,3 +163,36 @@ def test_qasm_declares_what_it_uses_and_keeps_all_digits():
 def test_wrong_input_is_refused(call, message):
     with pytest.raises(InputError, match=message):
         call()
+
+
+def test_walls_are_the_full_circuit_within_its_strings_in_order():
+    """Against matrices over all strings, the moves as X between projectors on the neighbours, and the start's sines."""
+    qubo, registers = random_qubo(5, 3), ((0, 1, 2), (3, 4))
+    walls, chosen = Walls(registers), angles(3, 2)
+    bits = walls.bits(np.arange(12))
+    index = bits @ (1 << np.arange(5))
+    assert np.allclose(walls.energies(qubo), qubo.all_energies()[index])
+    one, zero = np.diag([0, 1]), np.diag([1, 0])
+    state = np.zeros(32, dtype=complex)
+    state[index] = np.outer(*(np.sin(np.pi * np.arange(1, h + 2) / (h + 2)) for h in (3, 2))).ravel()
+    state /= np.linalg.norm(state)
+    for gamma, beta in zip(*chosen, strict=True):
+        state = np.exp(-1j * gamma * qubo.all_energies()) * state
+        for first in (0, 1):
+            for register in registers:
+                for j in range(first, len(register), 2):
+                    below = on_qubit(one, register[j - 1], 5) if j else np.eye(32)
+                    above = on_qubit(zero, register[j + 1], 5) if j + 1 < len(register) else np.eye(32)
+                    there = below @ above
+                    move = there @ on_qubit(PAULI_X, register[j], 5)
+                    state = state + there @ ((np.cos(beta) - 1.0) * state) - 1j * np.sin(beta) * (move @ state)
+    found = walls.state(walls.energies(qubo), chosen)
+    assert np.allclose(found, state[index]) and np.linalg.norm(found) == pytest.approx(1.0)
+
+
+def test_a_slow_ramp_of_walls_ends_in_the_lowest_string_in_order():
+    qubo = random_qubo(5, 8)
+    walls = Walls(((0, 1, 2), (3, 4)))
+    energies = walls.energies(qubo)
+    state = walls.state(energies, ramp_angles(2000, 0.3, float(energies.std())))
+    assert np.argmax(np.abs(state)) == np.argmin(energies) and np.abs(state).max() ** 2 > 0.9

@@ -85,7 +85,7 @@ def make_result(trip, cruise_mps, *, complete=True):
         front=front,
         counters={"expanded": 12, "generated": 34},
         complete=complete,
-        options={"points": len(cruise_mps), "time_limit_s": None},
+        options={"points": len(cruise_mps), "time_limit_s": None, "max_memory_b": None},
         elapsed_s=0.25,
         _found=Found(front.time_s, front.energy_j, rows),
     )

@@ -7,11 +7,10 @@ import pytest
 
 from tests.helpers.instance_case import binary_instance
 from tgvdp.errors import InputError
-from tgvdp.formulations.circuit.qaoa import energy_scale
 from tgvdp.formulations.circuit.statevector import evaluate
 from tgvdp.formulations.qubo.encodings import encode
-from tgvdp.formulations.qubo.ising import ising_of
 from tgvdp.solvers.allowance import Allowance
+from tgvdp.solvers.circuit.angles import RAMP_STEPS, space_of
 from tgvdp.solvers.registry import solve
 
 
@@ -23,14 +22,13 @@ def test_optimised_angles_are_stationary_and_better_with_more_layers():
     pytest.importorskip("scipy")
     from tgvdp.solvers.circuit.angles import optimised_angles
 
-    qubo = encode(binary_instance(4), "unary").qubo
-    energies, scale = qubo.all_energies(), energy_scale(ising_of(qubo, -1))
+    space = space_of(encode(binary_instance(4), "unary"), "x")
     expected = []
     for layers in (1, 2, 3):
-        found = optimised_angles(energies, scale, layers, 2, seed=1)
-        value = evaluate(energies, found.angles)
-        assert np.abs(value.gamma).max() / scale < 1e-3 * scale
-        assert np.abs(value.beta).max() < 1e-3 * scale
+        found = optimised_angles(space, layers, 2, seed=1)
+        value = evaluate(space.energies, found.angles)
+        assert np.abs(value.gamma).max() / space.scale < 1e-3 * space.scale
+        assert np.abs(value.beta).max() < 1e-3 * space.scale
         expected.append(value.energy)
     assert expected == sorted(expected, reverse=True)
 
@@ -50,6 +48,34 @@ def test_unary_beats_bits():
     pytest.importorskip("scipy")
     instance = binary_instance(4)
     assert details(instance)["success_probability"] > 10 * details(instance, "bits")["success_probability"]
+
+
+def test_a_fixed_ramp_is_one_of_those_that_are_tried():
+    instance = binary_instance(4)
+    best = details(instance, angles="ramp", layers=5)
+    fixed = [details(instance, angles="ramp", layers=5, step=step) for step in RAMP_STEPS]
+    assert min(one["expected_energy"] for one in fixed) == best["expected_energy"]
+    assert all(one["evaluations"] == 0 for one in fixed)
+
+
+def test_walls_never_break_a_register_and_find_more():
+    instance = binary_instance(6, distance_units=6.0)
+    turned, moved = (details(instance, angles="ramp", layers=10, mixer=mixer) for mixer in ("x", "walls"))
+    assert moved["success_probability"] > turned["success_probability"]
+    assert moved["random_probability"] == turned["random_probability"]
+    space = space_of(encode(instance, "unary"), "walls")
+    registers = [
+        check
+        for z in range(space.energies.size)
+        for check in encode(instance, "unary").decode(space.bits(z)).checks
+        if "registers" in check.name
+    ]
+    assert all(check.satisfied for check in registers) and registers
+
+
+def test_walls_need_registers():
+    with pytest.raises(InputError, match="strings in order, as unary has"):
+        details(binary_instance(4), "bits", angles="ramp", mixer="walls")
 
 
 def test_too_many_and_no_qubits_are_refused():

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::tgvdp.formulations.problem.bina
 SMALL = {name: row for name, row in index().items() if int(row["N"]) <= 8}
 BUDGET = {"reads": 20, "sweeps": 100, "time_limit_s": 5.0}
 PACKAGES = {"milp": "scipy", "scip": "pyscipopt", "cqm": "dimod", "exact-qubo": "dimod"}
-SAMPLERS = ("sa", "tabu", "descent", "tree")
+SAMPLERS = ("sa", "pt", "tabu", "descent", "tree")
 
 
 @pytest.mark.parametrize("solver", ["dp", "brute", "closed", "random", *PACKAGES, *SAMPLERS])

@@ -10,14 +10,16 @@ import pytest
 from tests.helpers.instance_case import binary_instance, random_instance
 from tgvdp.errors import InfeasibleError, InputError, MissingExtraError
 from tgvdp.formulations.qubo.bits import BitsForm, encode_bits
-from tgvdp.formulations.qubo.encodings import encode
 from tgvdp.formulations.qubo.qubo import QuboBuilder
-from tgvdp.solvers.allowance import ITEMS, Allowance
+from tgvdp.solvers.allowance import ITEMS, Allowance, BetaRange
 from tgvdp.solvers.registry import SOLVERS, solve
+from tgvdp.solvers.tempering.kernel import temper
 
 pytestmark = pytest.mark.filterwarnings("ignore::tgvdp.formulations.problem.binary.FormulationWarning")
 
-SAMPLERS = ("sa", "tabu", "descent")
+SAMPLERS = ("sa", "pt", "tabu", "descent")
+#: Modules of solvers that need no extra.
+OWN = ("exact.solve", "samplers.coin_tosses", "tempering.solve")
 
 
 @pytest.mark.parametrize("encoding", ["bits", "bits+slack", "unary"])
@@ -50,21 +52,41 @@ def test_seeds_and_budgets_change_what_is_drawn(solver):
         assert drawn(sweeps=1) < drawn(sweeps=2000)
 
 
-def test_tabu_with_its_own_tenure_fails_where_ours_succeeds():
+def test_a_longer_tenure_makes_tabu_search_find_what_a_short_one_misses():
     pytest.importorskip("dwave.samplers")
-    from dwave.samplers import TabuSampler
-
-    from tgvdp.solvers.samplers.bqm import bqm_of
-    from tgvdp.solvers.samplers.sampling import best_of, samples_of
-
     instance = binary_instance(8, distance_units=10.0)
-    encoded = encode(instance, "bits")
-    own = TabuSampler().sample(bqm_of(encoded.qubo), num_reads=50, seed=1, timeout=None, num_restarts=5)
-    default = best_of(encoded, samples_of(own, encoded.qubo))
-    ours = solve(instance, "tabu", "bits", allowance=Allowance(reads=50))
-    assert ours.details["tenure"] == 8
-    assert ours.details["best_reads"] == 50
-    assert default.best_reads < 10
+
+    def drawn(tenure):
+        return solve(instance, "tabu", "bits", allowance=Allowance(reads=50, tenure=tenure)).details
+
+    assert drawn(0.5)["tenure"] == 8 and drawn(1e-3)["tenure"] == 1
+    assert drawn(0.5)["best_reads"] > 2 * drawn(1e-3)["best_reads"]
+
+
+@pytest.mark.parametrize("solver", ["sa", "pt"])
+def test_temperatures_decide_what_annealing_finds(solver):
+    """Far too hot is tossing coins."""
+    pytest.importorskip("dwave.samplers")
+    instance = binary_instance(16, distance_units=40.0)
+    best = solve(instance, "dp").objective
+
+    def successes(beta):
+        found = solve(instance, solver, "unary", 0.3, Allowance(beta=beta, sweeps=300))
+        return found.details["best_reads"] if found.feasible and found.objective == best else 0
+
+    assert successes(BetaRange(1e-6, 2e-6)) == 0
+    assert successes(BetaRange(1.0, 20.0)) > 20
+
+
+def test_tempering_returns_the_lowest_string_that_it_met():
+    rng = np.random.default_rng(5)
+    linear = rng.normal(size=10)
+    upper = np.triu(rng.normal(size=(10, 10)), 1)
+    strings = (np.arange(1 << 10)[:, None] >> np.arange(10)) & 1
+    energies = strings @ linear + np.einsum("ki,ij,kj->k", strings, upper, strings)
+    bits = temper(linear, upper + upper.T, np.geomspace(0.1, 10.0, 4), 50, 20, 7)
+    assert (bits == strings[energies.argmin()]).all(axis=1).mean() > 0.9
+    assert np.array_equal(bits, temper(linear, upper + upper.T, np.geomspace(0.1, 10.0, 4), 50, 20, 7))
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -165,9 +187,7 @@ def no_extra(monkeypatch):
     monkeypatch.setattr(sys, "meta_path", [Blocked(), *sys.meta_path])
 
 
-@pytest.mark.parametrize(
-    "solver", [name for name, entry in SOLVERS.items() if entry.module not in ("exact.solve", "samplers.coin_tosses")]
-)
+@pytest.mark.parametrize("solver", [name for name, entry in SOLVERS.items() if entry.module not in OWN])
 def test_a_missing_extra_is_one_line_that_says_what_to_install(solver, no_extra):
     with pytest.raises(MissingExtraError) as caught:
         solve(binary_instance(4), solver)
@@ -177,11 +197,9 @@ def test_a_missing_extra_is_one_line_that_says_what_to_install(solver, no_extra)
     assert "\n" not in message
 
 
-@pytest.mark.parametrize(
-    "solver", [name for name, entry in SOLVERS.items() if entry.module in ("exact.solve", "samplers.coin_tosses")]
-)
+@pytest.mark.parametrize("solver", [name for name, entry in SOLVERS.items() if entry.module in OWN])
 def test_exact_solvers_need_no_extra(solver, no_extra):
-    assert solve(binary_instance(4), solver).optimal == (solver != "random")
+    assert solve(binary_instance(4), solver).optimal == (solver not in ("random", "pt"))
 
 
 def test_every_field_of_an_allowance_is_declared_and_used():
@@ -199,6 +217,13 @@ def test_every_field_of_an_allowance_is_declared_and_used():
         ({"layers": 0}, "layers"),
         ({"starts": -1}, "starts"),
         ({"angles": "best"}, "angles"),
+        ({"mixer": "y"}, "mixer"),
+        ({"tenure": 1.5}, "tenure must be above 0 and at most 1"),
+        ({"beta": BetaRange(2.0, 1.0)}, "LOW < HIGH"),
+        ({"replicas": 1}, "replicas"),
+        ({"step": 0.5}, "needs angles ramp"),
+        ({"mixer": "walls"}, "needs angles ramp"),
+        ({"chain_strength": -1.0}, "chain-strength"),
         ({"time_limit_s": 0.0}, "time-limit"),
     ],
 )

@@ -53,6 +53,8 @@ def table(out):
         (" sa:bits:sweeps=10:penalty=0.5 ", "sa:bits:penalty=0.5:sweeps=10"),
         ("qaoa:bits+slack:layers=2:runs=1", "qaoa:bits+slack:layers=2"),
         ("milp:time-limit=5", "milp:time-limit=5"),
+        ("sa:unary:sweeps=9:beta=0.5..20", "sa:unary:beta=0.5..20:sweeps=9"),
+        ("qaoa:unary:angles=ramp:step=0.7:mixer=walls", "qaoa:unary:angles=ramp:mixer=walls:step=0.7"),
         ("tabu:unary:penalty=tenfold", "tabu:unary:penalty=tenfold"),
     ],
 )
@@ -69,6 +71,7 @@ def test_words_of_solvers(text, label):
         ("dp:unary", "dp takes runs=…, not 'unary'"),
         ("dp:reads=3", "not 'reads=3'"),
         ("sa:sweeps=many", "'many' is no value of sweeps"),
+        ("sa:beta=3", "'3' is no value of beta"),
         ("sa:penalty=-1", "'-1' is no value of penalty"),
         ("sa:runs=0", "'0' is no value of runs"),
         ("sa:reads=0", "reads must be"),

@@ -13,6 +13,8 @@ from tgvdp.certificate.front import Certificate, certify_front
 from tgvdp.journeys.bound import JourneyBound, journey_bound
 from tgvdp.journeys.front import JourneyFront
 from tgvdp.journeys.section import SectionRuns
+from tgvdp.journeys.timed import PassedRuns
+from tgvdp.journeys.windows import Windows
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.model.trip import Trip
 from tgvdp.pareto import ParetoFront
@@ -35,10 +37,10 @@ class JourneyResult:
     ----------
     trip : Trip
         From the first stop to the last one.
-    sections : tuple of SectionRuns
+    sections : tuple of SectionRuns or PassedRuns
         From stop to stop: ``trip``, ``fastest`` run, and the runs found.
-    dwell_s : float
-        Standstill at each stop on the way, s.
+    windows : Windows
+        When the train may arrive, depart and pass, and how long it stands at least.
     options : dict
         As asked for, defaults filled in.
     elapsed_s : float
@@ -48,8 +50,8 @@ class JourneyResult:
     """
 
     trip: Trip
-    sections: tuple[SectionRuns, ...]
-    dwell_s: float
+    sections: tuple[SectionRuns | PassedRuns, ...]
+    windows: Windows
     options: dict[str, Any]
     elapsed_s: float
     found: JourneyFront
@@ -74,20 +76,23 @@ class JourneyResult:
     def section_time_s(self) -> _Floats:
         """Running time of each section at each point, s, (n, sections) float64."""
         return np.column_stack(
-            [section.front.time_s[run] for section, run in zip(self.sections, self.found.run.T, strict=True)]
+            [section.time_s[run] for section, run in zip(self.sections, self.found.run.T, strict=True)]
         )
 
     @property
     def section_energy_j(self) -> _Floats:
         """Energy of each section at each point, J, (n, sections) float64."""
         return np.column_stack(
-            [section.front.energy_j[run] for section, run in zip(self.sections, self.found.run.T, strict=True)]
+            [section.energy_j[run] for section, run in zip(self.sections, self.found.run.T, strict=True)]
         )
 
     @property
     def price_kwh_per_min(self) -> _Floats:
-        """Price of a minute at each point, kWh/min: the multiplier of all sections (infinite if fastest)."""
-        return self.found.multiplier_j_per_s * (SECONDS_PER_MINUTE / JOULE_PER_KWH)
+        """Price of a minute at each point, kWh/min: the multiplier of the section that ends the journey.
+
+        That is the one of all sections, unless windows part them (``found.multiplier_j_per_s``).
+        """
+        return self.found.multiplier_j_per_s[:, -1] * (SECONDS_PER_MINUTE / JOULE_PER_KWH)
 
     def section_profiles(self, index: int) -> list[Profile]:
         """Speed profile of each section at one point of the front, each from its own departure."""
@@ -98,9 +103,10 @@ class JourneyResult:
     def profile(self, index: int) -> Profile:
         """Speed profile of the whole journey at one point of the front.
 
-        A stop on the way is two rows at its position, arrival and departure, the dwell between them.
+        A stop on the way is two rows at its position, arrival and departure. Times count from the first departure.
         """
-        return joined(self.section_profiles(index), self.dwell_s)
+        departure_s = self.found.departure_s[index]
+        return joined(self.section_profiles(index), departure_s - departure_s[0])
 
     def verify(self) -> list[list[Verdict]]:
         """Replay every section of every point by the independent referee."""
@@ -120,11 +126,11 @@ class JourneyResult:
         """
         clock = SearchBudget(time_limit_s=time_limit_s or self.options["time_limit_s"]).start()
 
-        def certificate(section: SectionRuns, run: NDArray[np.int64]) -> Certificate:
+        def certificate(section: SectionRuns | PassedRuns, run: NDArray[np.int64]) -> Certificate:
             own = np.unique(run)
             return certify_front(
-                section.trip, section.fastest, section.front.time_s[own], section.front.energy_j[own],
-                self.found.multiplier_j_per_s, clock,
+                section.trip, section.fastest, section.time_s[own], section.energy_j[own],
+                np.unique(self.found.multiplier_j_per_s), clock,
             )  # fmt: skip
 
         with ThreadPoolExecutor(usable_cores()) as cores:
@@ -164,13 +170,12 @@ class JourneyResult:
         )
 
 
-def joined(profiles: Sequence[Profile], dwell_s: float) -> Profile:
-    """Profiles of sections one behind the other, with a dwell at each stop between them."""
-    starts_s = np.cumsum([0.0, *(one.duration_s + dwell_s for one in profiles[:-1])])
+def joined(profiles: Sequence[Profile], departure_s: _Floats) -> Profile:
+    """Profiles of sections one behind the other, each from its departure, s."""
     starts_j = np.cumsum([0.0, *(one.total_energy_j for one in profiles[:-1])])
     names = ("position_m", "speed_mps", "force_n", "regime")
     return Profile(
-        time_s=np.concatenate([one.time_s + start_s for one, start_s in zip(profiles, starts_s, strict=True)]),
+        time_s=np.concatenate([one.time_s + start_s for one, start_s in zip(profiles, departure_s, strict=True)]),
         energy_j=np.concatenate([one.energy_j + start_j for one, start_j in zip(profiles, starts_j, strict=True)]),
         balance=EnergyBalance(*np.sum([one.balance for one in profiles], axis=0).tolist()),
         **{name: np.concatenate([getattr(one, name) for one in profiles]) for name in names},

@@ -30,7 +30,7 @@ Examples:
   tgvdp journey --track line.json --train train.json --journey journey.json --out timetable
   tgvdp journey --track line.json --train train.json --points 100 --json --no-pictures > journey.json
 """
-_JOURNEY_HELP = "A timetable, whose stops count in place of the line's."
+_JOURNEY_HELP = "A timetable: its stops count in place of the line's, its windows are kept."
 #: Options of a search that a journey has, too, by their names in files.
 _SHARED = (
     *("reverse", "speed_restriction", "energy", "convention", "mass_model", "limits", "curves", "tunnels", "wind_kmh"),
@@ -154,6 +154,6 @@ def _table(result: "JourneyResult", content: Mapping[str, Any], bound: "JourneyB
     lines = ["  ".join(cells) for cells in zip(*columns, strict=True)]
     lines.append(
         f"{len(result.sections)} sections, fastest {duration(result.fastest_time_s)} without"
-        f" {len(result.sections) - 1} dwells of {result.dwell_s:g} s"
+        f" {len(result.sections) - 1} dwells of {result.options['dwell_s']:g} s"
     )
     return "\n".join(lines)

@@ -23,7 +23,11 @@ from tgvdp.units import kmh_to_mps
 if TYPE_CHECKING:
     from tgvdp.api import SearchResult
     from tgvdp.certificate.front import Certificate
+    from tgvdp.methods.budget import Clock
     from tgvdp.referee.replay import Verdict
+
+#: What replay, proof and tables have at least, where what comes before them took all the time: a share of that.
+_CHECKS_SHARE = 0.125
 
 _EXAMPLES = """
 \b
@@ -104,7 +108,10 @@ def command(
                 screen.note(text)
         checks = second.promise("tgvdp.api.warm:checks", certify) if warm.checks_missing(certify) else None
         with screen.compiling():
+            limit_s = arguments.get("time_limit_s")
+            clock = (api.SearchBudget() if limit_s is None else api.SearchBudget(time_limit_s=limit_s)).start()
             result = api.search(case.train, case.track, **arguments)
+            left_s = clock.left_s(_CHECKS_SHARE)
             if section is not None:
                 result = replace(result, warnings=(*result.warnings, *section.broken_by(result.fastest.time_s)))
             about = make_provenance(result.options | case.changed, case.inputs, result.elapsed_s)
@@ -113,12 +120,14 @@ def command(
             if checks is not None:
                 with screen.waiting():
                     checks()
-            verdicts, certificate, checks_s = _checked(result, certify, screen)
+            clock = api.SearchBudget(time_limit_s=left_s).start()
+            verdicts, certificate, checks_s = _checked(result, certify, screen, clock)
             front = _asked(second, "front_files", formats, result, about, certificate)
             tariff = make_tariff(price_per_kwh, co2_g_per_kwh)
             files, content = write_results(
                 result, out, about | checks_s, verdicts, certificate, profiles=profiles, every_m=every_m,
                 pictures=formats, tariff=tariff, drawn=lambda: front() | runs(), progress=screen.progress,
+                time_s=clock.left_s(_CHECKS_SHARE),
             )  # fmt: skip
         folder.drop_earlier(files)
 
@@ -142,7 +151,7 @@ def _asked(second: SecondProcess, task: str, formats: Sequence[str], *shown: Any
 
 
 def _checked(
-    result: "SearchResult", certify: bool, screen: Screen
+    result: "SearchResult", certify: bool, screen: Screen, clock: "Clock"
 ) -> "tuple[list[Verdict], Certificate | None, dict[str, float]]":
     """Replay a result and, if asked for, prove it; with entries of the provenance: how long each took, s."""
     screen.progress("replaying")
@@ -153,7 +162,7 @@ def _checked(
         return verdicts, None, checks_s
     screen.progress("proving")
     started_s = time.perf_counter()
-    certificate = result.certify()
+    certificate = result.certify(clock.left_s(_CHECKS_SHARE))
     checks_s["elapsed_certify_s"] = time.perf_counter() - started_s
     return verdicts, certificate, checks_s
 

@@ -9,12 +9,14 @@ import click
 from tgvdp.cli.numbers import number
 from tgvdp.errors import BudgetExceededError
 from tgvdp.formulations.qubo.names import ENCODINGS, PENALTIES, PenaltyRule, parse_penalty
-from tgvdp.solvers.allowance import ITEMS, Allowance, Item
+from tgvdp.solvers.allowance import ITEMS, Allowance, Item, beta_range
 from tgvdp.solvers.registry import SOLVERS
 
 if TYPE_CHECKING:
     from tgvdp.formulations.problem.instances import Instance
     from tgvdp.formulations.problem.schedule import Solution
+
+_METAVARS: dict[Any, str] = {str: "NAME", int: "INTEGER", beta_range: "LOW..HIGH"}
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
@@ -46,7 +48,7 @@ def _budget(command: _Command) -> _Command:
     for item in reversed(ITEMS):
         default = getattr(Allowance, item.field)
         help_text = item.help if default is None else f"{item.help}  [default: {default}]"
-        metavar = {float: "S", str: "NAME"}.get(item.kind) if not item.choices else None
+        metavar = None if item.choices else _METAVARS.get(item.read, item.unit.upper() or "NUMBER")
         command = click.option(f"--{item.key}", item.field, type=_type(item), metavar=metavar, help=help_text)(command)
     return command
 
@@ -54,7 +56,8 @@ def _budget(command: _Command) -> _Command:
 def _type(item: Item) -> Any:
     if item.choices:
         return click.Choice(item.choices)
-    return {int: click.IntRange(item.least, item.most), float: number("s", above=0.0), str: str}[item.kind]
+    ranged: dict[Any, Any] = {int: click.IntRange(item.least, item.most), float: number(item.unit, above=0.0)}
+    return ranged.get(item.read, item.read)
 
 
 @click.command("solve", epilog=_EXAMPLES)

@@ -37,7 +37,8 @@ class Solver(NamedTuple):
 
 _BOTH = ("binary", "demand")
 _SAMPLER = ("reads", "seed")
-_QAOA = ("layers", "angles", "starts", "backend", *_SAMPLER)
+_QAOA = ("layers", "mixer", "angles", "step", "starts", "backend", *_SAMPLER)
+_DWAVE = ("backend", "chain_strength", "anneal_us", *_SAMPLER)
 
 SOLVERS: dict[str, Solver] = {
     "dp": Solver("exact.solve", "solve_dp", _BOTH),
@@ -47,14 +48,15 @@ SOLVERS: dict[str, Solver] = {
     "scip": Solver("programs.scip", "solve_scip", _BOTH, uses=("time_limit_s",)),
     "cqm": Solver("programs.cqm", "solve_cqm"),
     "leap": Solver("programs.cqm", "solve_leap", _BOTH, uses=("time_limit_s",)),
-    "sa": Solver("samplers.annealing", "solve_sa", qubo=True, uses=("sweeps", *_SAMPLER)),
-    "tabu": Solver("samplers.annealing", "solve_tabu", qubo=True, uses=("sweeps", *_SAMPLER)),
+    "sa": Solver("samplers.annealing", "solve_sa", qubo=True, uses=("sweeps", "beta", *_SAMPLER)),
+    "pt": Solver("tempering.solve", "solve_pt", qubo=True, uses=("sweeps", "beta", "replicas", *_SAMPLER)),
+    "tabu": Solver("samplers.annealing", "solve_tabu", qubo=True, uses=("sweeps", "tenure", *_SAMPLER)),
     "descent": Solver("samplers.annealing", "solve_descent", qubo=True, uses=_SAMPLER),
     "random": Solver("samplers.coin_tosses", "solve_random", qubo=True, uses=_SAMPLER),
     "tree": Solver("samplers.annealing", "solve_tree", qubo=True),
     "exact-qubo": Solver("samplers.annealing", "solve_exact_qubo", qubo=True),
     "qaoa": Solver("circuit.angles", "solve_qaoa", qubo=True, uses=_QAOA),
-    "dwave": Solver("samplers.cloud", "solve_dwave", qubo=True, uses=("backend", *_SAMPLER)),
+    "dwave": Solver("samplers.cloud", "solve_dwave", qubo=True, uses=_DWAVE),
 }
 
 

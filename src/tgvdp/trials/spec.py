@@ -26,7 +26,7 @@ def _shown(value: object) -> str:
 
 #: Keys of a solver's budget, the field of `Allowance` that they set, and how they are read. Trials count their seeds.
 _BUDGET: Mapping[str, tuple[str, Callable[[str], Any]]] = {
-    item.key: (item.field, item.kind) for item in ITEMS if item.field != "seed"
+    item.key: (item.field, item.read) for item in ITEMS if item.field != "seed"
 }
 
 

@@ -41,6 +41,8 @@ class Encoded:
     complete : bool
         Whether every feasible schedule has a string that violates nothing: ``total`` limits on accelerations forbid
         some.
+    registers : tuple of tuple of int
+        Bits of the unary registers, the lowest level first, and bits that stand alone; empty where there are none.
     """
 
     qubo: Qubo
@@ -51,3 +53,4 @@ class Encoded:
     objective: Qubo = field(repr=False)
     violation: Qubo = field(repr=False)
     complete: bool = True
+    registers: tuple[tuple[int, ...], ...] = ()

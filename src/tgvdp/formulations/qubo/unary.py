@@ -74,7 +74,11 @@ def encode_unary(
             instance, unit * np.array(heights), (Check("unary registers in order", float(broken), "bits"),)
         )
 
-    return Encoded(joined(objective, violation, penalty), instance, "unary", penalty, decode, objective, violation)
+    alone = range(sum(map(len, columns)), objective.n)  # slack bits of a tolerance
+    return Encoded(
+        joined(objective, violation, penalty), instance, "unary", penalty, decode, objective, violation,
+        registers=(*(tuple(column) for column in columns if column), *((bit,) for bit in alone)),
+    )  # fmt: skip
 
 
 def _add_distance(parts: Builder, instance: BinaryInstance, bits: list[int], multiplier: float | None) -> None:

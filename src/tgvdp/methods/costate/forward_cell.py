@@ -8,7 +8,7 @@ from tgvdp.physics.arc import arc, duration_and_work
 from tgvdp.physics.cell import Cell, rest_of
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK, TRACTION
 from tgvdp.physics.forces import effort_at, mean_effort, mean_resistance, resistance_at
-from tgvdp.physics.motion import land, march
+from tgvdp.physics.motion import land, march, net_force
 from tgvdp.runs.braking_point import braked_w, drive_then_brake
 
 #: Where full effort would take less than this share of a cell, a change of speed is spread over the cell: it is a drift
@@ -124,17 +124,18 @@ def _brake_late(train, regime, cell, w, top, scratch, rows, n):
 
 
 @part
-def _regenerate(train, cell, w, b, top, scratch, rows, n):
+def _regenerate(train, cell, w, b, c, top, scratch, rows, n):
     """Slow down to b, or to the envelope if that is lower, where coasting would end above it: by the dynamic brake.
 
-    All brakes only where that one would leave the envelope.
+    All brakes only where that one would end above c, or leave the envelope.
     """
     target = min(b, top)
     status, _, work = arc(train, cell.length_m, cell.grade_n, cell.air, w, target)
     limit_n = mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
     if status == OK and -work <= _GENTLE_SHARE * cell.length_m * limit_n:
         return _evenly(train, cell, w, target, rows, n)
-    if w < target:  # the descent accelerates the train to b, where the dynamic brake holds it if it can
+    v = math.sqrt(target)
+    if w < target and net_force(train, DYNAMIC, cell, v, v) <= 0.0:  # the descent leads to b, where it is held
         left, w, n = _saturated(train, COASTING, cell, w, target, rows, n)
         cell = rest_of(cell, cell.end_m - left, left)
         if left <= 0.0:
@@ -143,11 +144,13 @@ def _regenerate(train, cell, w, b, top, scratch, rows, n):
         held = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, target))
         return drive_then_brake(train, COASTING, DYNAMIC, held, w, target, scratch, rows, n)
     first = n
-    landed, n = _saturated(train, DYNAMIC, cell, w, target, rows, n)[1:]
-    if landed <= top * (1.0 + ON_CURVE):
+    landed, n = _saturated(train, DYNAMIC, cell, w, target if w > target else 0.0, rows, n)[1:]
+    if landed <= min(c, top) * (1.0 + ON_CURVE):
         rows.x[n - 1] = cell.end_m  # its rows may meet the target a hair before the braking curve does
         return n
-    return _brake_late(train, DYNAMIC, cell, w, top, scratch, rows, first)
+    if c < top:  # where it is held, if all brakes can
+        cell = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, c))
+    return _brake_late(train, DYNAMIC, cell, w, min(c, top), scratch, rows, first)
 
 
 @part
@@ -190,11 +193,11 @@ def _drive_to_line(train, cell, w, line, slope, top, rows, n):
 
 
 @part
-def drive_cell(train, regenerates, cell, w, a, coasts, b, top, scratch, rows, n):
+def drive_cell(train, regenerates, cell, w, a, coasts, b, c, top, scratch, rows, n):
     """Append the rows of one cell from w.
 
     The line of switching between traction and coasting ends at a; a run that coasts from its start on ends at
-    ``coasts``. b is where dynamic braking begins, ``top`` the envelope at the end.
+    ``coasts``. b is where dynamic braking begins, c where all brakes do, ``top`` the envelope at the end.
     """
     if coasts < a:
         a = 0.5 * (a + coasts)
@@ -224,11 +227,11 @@ def drive_cell(train, regenerates, cell, w, a, coasts, b, top, scratch, rows, n)
         return _evenly(train, cell, w, aim, rows, n)
     if share > 0.0:
         return _saturated(train, TRACTION, cell, w, math.inf, rows, n)[2]
-    return coast_through(train, regenerates, cell, w, b, top, scratch, rows, n)
+    return coast_through(train, regenerates, cell, w, b, c, top, scratch, rows, n)
 
 
 @part
-def coast_through(train, regenerates, cell, w, b, top, scratch, rows, n):
+def coast_through(train, regenerates, cell, w, b, c, top, scratch, rows, n):
     """Append the rows of one cell from w: coasting, and braking where that would end above b or the envelope."""
     rest = cell.length_m
     landed = coast(train, cell, rest, w)
@@ -242,5 +245,5 @@ def coast_through(train, regenerates, cell, w, b, top, scratch, rows, n):
         rows.w[n - 1] = min(w, b, top)  # a rounding error above, and braking would be a sliver
         return n
     if regenerates:
-        return _regenerate(train, cell, w, b, top, scratch, rows, n)
+        return _regenerate(train, cell, w, b, c, top, scratch, rows, n)
     return _brake_late(train, COASTING, cell, w, top, scratch, rows, n)

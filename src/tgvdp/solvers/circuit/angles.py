@@ -6,26 +6,22 @@ spread over all strings, so that starting angles fit every instance.
 """
 
 import time
+from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from tgvdp.errors import InputError
-from tgvdp.formulations.circuit.qaoa import (
-    Angles,
-    checked_angles,
-    energy_scale,
-    interpolated,
-    qaoa_circuit,
-    ramp_angles,
-)
+from tgvdp.formulations.circuit.qaoa import Angles, checked_angles, interpolated, qaoa_circuit, ramp_angles
 from tgvdp.formulations.circuit.statevector import MAX_QUBITS, evaluate, sample, statevector
+from tgvdp.formulations.circuit.walls import Walls
 from tgvdp.formulations.problem.schedule import Solution
 from tgvdp.formulations.qubo.encoded import Encoded
 from tgvdp.formulations.qubo.ising import ising_of
 from tgvdp.formulations.qubo.qubo import bits_of
-from tgvdp.solvers.allowance import Allowance
+from tgvdp.solvers.allowance import Allowance, MixerChoice
 from tgvdp.solvers.extras import extra
 from tgvdp.solvers.samplers.sampling import Samples, lowest, sampled_solution
 
@@ -43,8 +39,50 @@ class Found(NamedTuple):
     evaluations: int
 
 
+class Space(NamedTuple):
+    """The strings that a circuit can reach.
+
+    Attributes
+    ----------
+    energies, violation : (S,) float64
+    bits : callable
+        Numbers of strings → their bits.
+    state : callable
+        Angles → (S,) amplitudes.
+    """
+
+    energies: NDArray[np.float64]
+    violation: NDArray[np.float64]
+    bits: Callable[[ArrayLike], NDArray[np.int8]]
+    state: Callable[[Angles], NDArray[np.complex128]]
+
+    @property
+    def scale(self) -> float:
+        """Spread of the energies, against which γ is measured."""
+        return float(self.energies.std()) or 1.0
+
+
+def space_of(encoded: Encoded, mixer: MixerChoice) -> Space:
+    """All strings, or those whose registers are in order.
+
+    Raises
+    ------
+    InputError
+        When there are too many, or no registers.
+    """
+    qubo = encoded.qubo
+    if mixer == "walls":
+        walls = Walls(encoded.registers)
+        energies = walls.energies(qubo)
+        return Space(energies, walls.energies(encoded.violation), walls.bits, partial(walls.state, energies))
+    if not 1 <= qubo.n <= MAX_QUBITS:
+        raise InputError(f"solver qaoa: {qubo.n} bits, but 1 to {MAX_QUBITS} qubits are simulated")
+    energies = qubo.all_energies()
+    return Space(energies, encoded.violation.all_energies(), partial(bits_of, n=qubo.n), partial(statevector, energies))
+
+
 def solve_qaoa(encoded: Encoded, allowance: Allowance) -> Solution:
-    """Sample the state of QAOA; uses ``layers``, ``angles``, ``starts``, ``reads`` (shots), ``seed`` and ``backend``.
+    """Sample the state of QAOA; uses ``reads`` (shots), ``seed``, ``backend`` and what `_angles` does.
 
     The solution is the best of the shots. ``success_probability`` in its details is that of one shot, exact (without
     noise), to give a string that violates nothing and reaches the constrained optimum; ``random_probability`` is that
@@ -53,34 +91,27 @@ def solve_qaoa(encoded: Encoded, allowance: Allowance) -> Solution:
     Raises
     ------
     InputError
-        When there are more than `MAX_QUBITS` bits, or the backend cannot be used.
+        When there are too many bits, or the backend cannot be used.
     """
-    qubo = encoded.qubo
-    if not 1 <= qubo.n <= MAX_QUBITS:
-        raise InputError(f"solver qaoa: {qubo.n} bits, but 1 to {MAX_QUBITS} qubits are simulated")
     start = time.perf_counter()
-    energies = qubo.all_energies()
-    ising = ising_of(qubo, -1)
-    scale = energy_scale(ising) or 1.0
-    if allowance.angles == "ramp":
-        found = best_ramp(energies, scale, allowance.layers)
-    else:
-        found = optimised_angles(energies, scale, allowance.layers, allowance.starts, allowance.seed)
-    state = statevector(energies, found.angles)
+    space = space_of(encoded, allowance.mixer)
+    found = _angles(space, allowance)
+    state = space.state(found.angles)
     setup_s = time.perf_counter() - start
     machine: dict[str, Any] = {"backend": None}
     if allowance.backend is None:
         drawn = sample(state, allowance.reads, np.random.default_rng(allowance.seed))
-        samples = Samples(bits_of(drawn, qubo.n), np.ones(allowance.reads, dtype=np.int64))
+        samples = Samples(space.bits(drawn), np.ones(allowance.reads, dtype=np.int64))
     else:
         from tgvdp.solvers.circuit.qiskit import run_circuit
 
-        circuit = qaoa_circuit(ising, found.angles)
+        circuit = qaoa_circuit(ising_of(encoded.qubo, -1), found.angles)
         samples, ran = run_circuit(circuit, allowance.backend, allowance.reads, allowance.seed)
         machine |= ran
     elapsed_s = time.perf_counter() - start
     details = {
         "layers": allowance.layers,
+        "mixer": allowance.mixer,
         "angles": allowance.angles,
         "gamma": found.angles.gamma.tolist(),
         "beta": found.angles.beta.tolist(),
@@ -88,24 +119,34 @@ def solve_qaoa(encoded: Encoded, allowance: Allowance) -> Solution:
         "setup_s": setup_s,
         "seed": allowance.seed,
         **machine,
-        **probabilities(encoded, energies, np.abs(state) ** 2),
+        **probabilities(encoded, space, np.abs(state) ** 2),
     }
     return sampled_solution("qaoa", encoded, samples, elapsed_s, details)
 
 
-def best_ramp(energies: NDArray[np.float64], scale: float, layers: int) -> Found:
+def _angles(space: Space, allowance: Allowance) -> Found:
+    """Angles as ``layers``, ``mixer``, ``angles``, ``step``, ``starts`` and ``seed`` say."""
+    if allowance.step is not None:
+        return Found(ramp_angles(allowance.layers, allowance.step, space.scale), 0)
+    if allowance.angles == "ramp":
+        return best_ramp(space, allowance.layers)
+    return optimised_angles(space, allowance.layers, allowance.starts, allowance.seed)
+
+
+def best_ramp(space: Space, layers: int) -> Found:
     """Ramp of the lowest expected energy among those of `RAMP_STEPS`."""
 
     def expected(angles: Angles) -> float:
-        return float(np.sum(np.abs(statevector(energies, angles)) ** 2 * energies))
+        return float(np.sum(np.abs(space.state(angles)) ** 2 * space.energies))
 
-    ramps = [ramp_angles(layers, step, scale) for step in RAMP_STEPS]
+    ramps = [ramp_angles(layers, step, space.scale) for step in RAMP_STEPS]
     return Found(min(ramps, key=expected), len(ramps))
 
 
-def optimised_angles(energies: NDArray[np.float64], scale: float, layers: int, starts: int, seed: int) -> Found:
-    """Angles of the lowest expected energy that the search of the module's docstring finds."""
+def optimised_angles(space: Space, layers: int, starts: int, seed: int) -> Found:
+    """Angles of the lowest expected energy that the search of the module's docstring finds, over all strings."""
     minimize = extra("scipy.optimize", "solver qaoa").minimize
+    energies, scale = space.energies, space.scale
     mean = float(energies.mean())
     evaluations = 0
 
@@ -128,15 +169,13 @@ def optimised_angles(energies: NDArray[np.float64], scale: float, layers: int, s
         random = [
             Angles(rng.uniform(0.0, 2.0, p) / scale, rng.uniform(-np.pi / 2, np.pi / 2, p)) for _ in range(starts)
         ]
-        candidates = [*known, best_ramp(energies, scale, p).angles, *random]
+        candidates = [*known, best_ramp(space, p).angles, *random]
         best = min(map(descended, candidates), key=lambda pair: pair[0])[1]
         known = [interpolated(best)]
     return Found(best, evaluations + layers * len(RAMP_STEPS))
 
 
-def probabilities(
-    encoded: Encoded, energies: NDArray[np.float64], chance: NDArray[np.float64]
-) -> dict[str, float | None]:
+def probabilities(encoded: Encoded, space: Space, chance: NDArray[np.float64]) -> dict[str, float | None]:
     """Exact probabilities of one shot: of success, of a ground state, of no violation, and the expected energy.
 
     Success is a string without violation whose schedule is feasible and reaches the least objective of all such
@@ -144,26 +183,30 @@ def probabilities(
 
     Parameters
     ----------
-    energies, chance : (2**n,) float64
+    encoded : Encoded
+    space : Space
+    chance : (S,) float64
+        Of each of its strings.
     """
-    unbroken = encoded.violation.all_energies() < 0.5  # whole numbers, and rounding
-    optima = _optima(encoded, energies, np.flatnonzero(unbroken))
-    ground = lowest(energies, encoded.qubo)
+    unbroken = space.violation < 0.5  # whole numbers, and rounding
+    optima = _optima(encoded, space, np.flatnonzero(unbroken))
+    ground = lowest(space.energies, encoded.qubo)
     return {
-        "expected_energy": float(np.sum(chance * energies)),
+        "expected_energy": float(np.sum(chance * space.energies)),
         "success_probability": float(chance[optima].sum()) if optima.size else None,
-        "random_probability": optima.size / chance.size if optima.size else None,
+        "random_probability": optima.size / 2.0**encoded.qubo.n if optima.size else None,
         "ground_state_probability": float(chance[ground].sum()),
         "unviolated_probability": float(chance[unbroken].sum()),
     }
 
 
-def _optima(encoded: Encoded, energies: NDArray[np.float64], unbroken: NDArray[np.int64]) -> NDArray[np.int64]:
+def _optima(encoded: Encoded, space: Space, unbroken: NDArray[np.int64]) -> NDArray[np.int64]:
     """Strings that are feasible and of the least objective, among those whose QUBO part is unviolated."""
+    energies = space.energies
     order = unbroken[np.argsort(energies[unbroken], kind="stable")]
     best, found = None, []
     for z in order.tolist():
-        schedule = encoded.decode(bits_of(z, encoded.qubo.n))
+        schedule = encoded.decode(space.bits(z))
         if best is not None and schedule.objective != best and energies[z] > energies[found[-1]]:
             break
         if schedule.feasible:

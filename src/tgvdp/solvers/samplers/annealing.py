@@ -29,21 +29,26 @@ MAX_TREE_BITS = 5000
 
 
 def solve_sa(encoded: Encoded, allowance: Allowance) -> Solution:
-    """Simulated annealing; uses ``reads``, ``sweeps`` and ``seed``, and dwave-samplers' own range of temperatures."""
+    """Simulated annealing; uses ``reads``, ``sweeps``, ``beta`` and ``seed``.
+
+    Temperatures fall in geometric progression; without ``beta`` their range is dwave-samplers' own.
+    """
     sampler = extra("dwave.samplers", "solver sa").SimulatedAnnealingSampler()
-    budget = {"num_reads": allowance.reads, "num_sweeps": allowance.sweeps, "seed": allowance.seed}
-    return _sampled("sa", sampler, encoded, budget, {"sweeps": allowance.sweeps, "seed": allowance.seed})
+    budget = {
+        "num_reads": allowance.reads, "num_sweeps": allowance.sweeps, "beta_range": allowance.beta,
+        "seed": allowance.seed,
+    }  # fmt: skip
+    used = {"sweeps": allowance.sweeps, "beta": allowance.beta and str(allowance.beta), "seed": allowance.seed}
+    return _sampled("sa", sampler, encoded, budget, used)
 
 
 def solve_tabu(encoded: Encoded, allowance: Allowance) -> Solution:
-    """Tabu search of tenure n/2, restarted every `TABU_STAGE` sweeps; uses ``reads``, ``sweeps`` and ``seed``.
+    """Tabu search, restarted every `TABU_STAGE` sweeps; uses ``reads``, ``sweeps``, ``tenure`` and ``seed``.
 
-    Tuned on bits and unary instances of N = 8..20: the package's own tenure, n/4 and at most 20, or no restart, finds
-    the optimum of bits with N = 8 in 2 % of the reads, this in all. There is no limit of time, because results would
-    depend on the machine.
+    There is no limit of time, because results would depend on the machine.
     """
     sampler = extra("dwave.samplers", "solver tabu").TabuSampler()
-    tenure = max(1, encoded.qubo.n // 2)
+    tenure = max(1, min(encoded.qubo.n - 1, int(allowance.tenure * encoded.qubo.n)))
     restarts = max(0, ceil(allowance.sweeps / TABU_STAGE) - 1)
     stage = min(allowance.sweeps, TABU_STAGE)
     budget = {
