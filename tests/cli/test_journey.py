@@ -80,3 +80,29 @@ def test_search_says_that_it_passes_stops_and_names_journey(run, capsys):
 def test_points_are_asked_for_once(run, capsys):
     assert run("journey", "--at", "5%", "--points", "3") == 2
     assert "--at and --points exclude each other" in capsys.readouterr().err
+
+
+def test_several_trains(run, tmp_path, capsys):
+    write_json(tmp_path / "heavy.json", changed(TTOBENCH_TRAIN, ("metadata", "id"), "heavy"))
+    assert run("journey", "--train", "heavy.json", "--points", "4", "--json", "--out", "both", "--no-pictures") == 0
+    shown = capsys.readouterr()
+    content = json.loads(shown.out)
+    assert content["schema"] == "tgvdp.journeys/1"
+    assert [one["train"] for one in content["trains"]] == ["toy", "heavy"]
+    assert all(one["schema"] == "tgvdp.journey/1" for one in content["trains"])
+    assert "heavy" in shown.err
+    rows = list(csv.DictReader((tmp_path / "both" / "compare.csv").open()))
+    assert {row["name"] for row in rows} == {"toy", "heavy"}
+    assert (tmp_path / "both" / "compare.png").exists()
+    assert (tmp_path / "both" / "train-2" / "front.csv").exists()
+    assert run("journey", "--train", "heavy.json", "--points", "4", "--out", "both", "--no-pictures") == 0
+
+
+def test_delays(run, tmp_path, capsys):
+    assert run("journey", "--at", "5%,10%", "--delay", "15", "--out", "late") == 0
+    shown = capsys.readouterr().out
+    assert "cheapest as planned on the second front" in shown
+    rows = list(csv.DictReader((tmp_path / "late" / "robustness.csv").open()))
+    assert rows[0]["allocation"] == "optimum"
+    assert float(rows[0]["expected_kwh"]) > float(rows[0]["planned_kwh"])
+    assert (tmp_path / "late" / "robustness.png").exists()

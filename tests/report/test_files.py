@@ -112,7 +112,7 @@ def test_options_out_of_range(result, tmp_path, options, message):
 
 def test_provenance_is_that_of_the_result_unless_given(result, tmp_path):
     written = write_results(result, tmp_path, {}, [VERDICT] * 3, pictures=[])
-    assert written.content["provenance"]["options"] == {"points": 3, "time_limit_s": None, "max_memory_b": None}
+    assert written.content["provenance"]["options"] == {"points": 3, "time_limit_s": 60.0, "max_memory_b": None}
     assert set(written.content["provenance"]["inputs"]) == {"train", "track"}
     assert json.loads((tmp_path / "result.json").read_text(encoding="utf-8")) == written.content
     assert {path.name for path in written.files} == {path.name for path in tmp_path.iterdir()}

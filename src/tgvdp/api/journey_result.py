@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.certificate.front import Certificate, certify_front
+from tgvdp.errors import InputError
 from tgvdp.journeys.bound import JourneyBound, journey_bound
+from tgvdp.journeys.delays import Delays, Robustness, robustness, standard_delays
 from tgvdp.journeys.front import JourneyFront
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.journeys.timed import PassedRuns
@@ -137,6 +139,37 @@ class JourneyResult:
             certificates = list(cores.map(certificate, self.sections, self.found.run.T))
         fastest_s = [section.fastest.duration_s for section in self.sections]
         return journey_bound(certificates, fastest_s, self.front.time_s)
+
+    def robustness(
+        self, index: int | None = None, mean_delay_s: float = 20.0, delays: Delays | None = None
+    ) -> Robustness:
+        """Simulate delays: what the optimum, today's practices and mixtures of them take and how late they are.
+
+        Parameters
+        ----------
+        index : int, optional
+            Point of the front whose running time all of them have; by default the middle one.
+        mean_delay_s : float
+            Mean delay of departures, s, of the standard delays.
+        delays : Delays, optional
+            Others in their place.
+
+        Raises
+        ------
+        InputError
+            With windows, which the simulation does not know, and when delays are out of range.
+        """
+        at = len(self.front) // 2 if index is None else index
+        between = [section for section in self.sections if isinstance(section, SectionRuns)]
+        if not self.windows.are_open or len(between) < len(self.sections):
+            raise InputError("journey: delays are simulated without windows only")
+        allocations_s = {"optimum": self.section_time_s[at]}
+        for name, practice in self.found.practices.items():
+            own_s = [section.time_s[run] for section, run in zip(between, practice.run[at], strict=True)]
+            allocations_s[name] = np.array(own_s)
+        if delays is None:
+            delays = standard_delays([section.fastest.duration_s for section in between], mean_delay_s)
+        return robustness(between, allocations_s, self.options["dwell_s"], delays)
 
     def plot(self, picture: str = "front", index: int | None = None) -> "Picture":
         """Draw a picture; notebooks show it, and its ``savefig`` writes it.

@@ -16,7 +16,7 @@ from tgvdp.methods.costate.front import OptimalRuns
 from tgvdp.methods.grid.paths import GridPaths
 from tgvdp.model.trip import Trip
 from tgvdp.pareto import ParetoFront
-from tgvdp.referee.replay import Verdict, replay
+from tgvdp.referee.replay import NOT_REPLAYED, Verdict, replay
 from tgvdp.runs.profile import Profile, profile_of
 from tgvdp.runs.samples import rows_of, sampled
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
@@ -89,10 +89,20 @@ class SearchResult:
         known = self._found.regimes(source) if isinstance(self._found, OptimalRuns) else None
         return profile_of(self.trip, *self._found.rows(source), known)
 
-    def verify(self) -> list[Verdict]:
-        """Replay every point of the front by the independent referee."""
+    def verify(self, time_limit_s: float | None = None) -> list[Verdict]:
+        """Replay every point of the front by the independent referee.
+
+        Parameters
+        ----------
+        time_limit_s : float, optional
+            Time for it, s; by default as much as the search had. ``ok`` of points that are not reached is None.
+        """
+        clock = self._budget(time_limit_s).start()
         with self._computing():
-            return [replay(self.trip, self._profile(index)) for index in range(len(self.front))]
+            return [
+                NOT_REPLAYED if clock.expired else replay(self.trip, self._profile(index))
+                for index in range(len(self.front))
+            ]
 
     def certify(self, time_limit_s: float | None = None) -> Certificate:
         """Bound the least energy of the continuous problem at the running time of every point of the front.
@@ -104,9 +114,8 @@ class SearchResult:
         time_limit_s : float, optional
             Time for it, s; by default as much as the search had. Points that are not reached have no bound.
         """
-        budget = SearchBudget(time_limit_s=self.options["time_limit_s"] if time_limit_s is None else time_limit_s)
         with self._computing():
-            return self._certified(budget)
+            return self._certified(self._budget(time_limit_s))
 
     def _certified(self, budget: SearchBudget) -> Certificate:
         clock = budget.start()
@@ -118,6 +127,9 @@ class SearchResult:
         return certify_front(
             self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, found.multiplier_j_per_s, clock
         )
+
+    def _budget(self, time_limit_s: float | None) -> SearchBudget:
+        return SearchBudget(time_limit_s=self.options["time_limit_s"] if time_limit_s is None else time_limit_s)
 
     def _computing(self) -> AbstractContextManager[None]:
         return sensible_numbers(self.trip, self.options["max_memory_b"])

@@ -1,6 +1,5 @@
 """``tgvdp search``: the Pareto front of one trip, as files, a table or one JSON object."""
 
-import json
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -8,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from tgvdp.cli import echo_json
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand
 from tgvdp.cli.notes import idle, idle_restrictions, large_gaps, unused_line_speed, unusual
@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 
 #: What replay, proof and tables have at least, where what comes before them took all the time: a share of that.
 _CHECKS_SHARE = 0.125
+
+#: Points that a warning names.
+_NAMED = 20
 
 _EXAMPLES = """
 \b
@@ -132,7 +135,7 @@ def command(
         folder.drop_earlier(files)
 
     if as_json:
-        click.echo(json.dumps(content, ensure_ascii=False, allow_nan=False))
+        echo_json(content)
     if not quiet:
         click.echo(_title(result, changes), err=as_json)
         click.echo(front_table(content), err=as_json)
@@ -156,7 +159,7 @@ def _checked(
     """Replay a result and, if asked for, prove it; with entries of the provenance: how long each took, s."""
     screen.progress("replaying")
     started_s = time.perf_counter()
-    verdicts = result.verify()
+    verdicts = result.verify(clock.left_s(_CHECKS_SHARE))
     checks_s = {"elapsed_verify_s": time.perf_counter() - started_s}
     if not certify:
         return verdicts, None, checks_s
@@ -175,12 +178,18 @@ def _title(result: "SearchResult", changes: Sequence[str]) -> str:
 
 def _judge(content: Mapping[str, Any], is_proved: bool, quiet: bool) -> int:
     """Exit code of a result, and a word on stderr where it is not all that was asked for."""
-    failed = [str(point["id"]) for point in content["front"] if not point["replay"]["ok"]]
+    front = content["front"]
+    failed = [str(point["id"]) for point in front if point["replay"]["ok"] is False]
     if failed:
-        click.echo(f"tgvdp: warning: points {', '.join(failed)} do not pass the replay", err=True)
+        more = f" and {len(failed) - _NAMED} more" if len(failed) > _NAMED else ""
+        click.echo(f"tgvdp: warning: points {', '.join(failed[:_NAMED])}{more} do not pass the replay", err=True)
+    unknown = sum(point["replay"]["ok"] is None for point in front)
     if content["complete"]:
         if "warning" in content and not quiet:
             click.echo(f"tgvdp: warning: {content['warning']}", err=True)
+        if unknown:
+            click.echo(f"tgvdp: budget reached: the time limit ended the replay, {unknown} points had none", err=True)
+            return BudgetExceededError.exit_code
         if is_proved:
             return 0
         click.echo("tgvdp: budget reached: the time limit ended the proof, bounds are missing or loose", err=True)

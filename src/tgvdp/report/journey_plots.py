@@ -16,6 +16,7 @@ from tgvdp.units import SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
     from tgvdp.api import JourneyResult
+    from tgvdp.journeys.delays import Robustness
 
 _Floats = NDArray[np.float64]
 
@@ -177,6 +178,39 @@ def plot_price(result: "JourneyResult", index: int) -> style.Picture:
     axes.set_ylim(0.0, 1.3 * top or 1.0)
     style.title(axes, "Where would one more minute save most?", f"{_heading(result)}, {_named(result, index)}")
     style.legend(axes, "upper left", columns=2)
+    return figure
+
+
+def plot_robustness(result: "JourneyResult", robustness: "Robustness") -> style.Picture:
+    """Draw expected energy over expected delay of the allocations of one journey time, and their second front."""
+    figure = style.new_figure()
+    axes = figure.add_subplot()
+    energy = style.energy_scale(float(np.abs(robustness.energy_j).max()))
+    energies = robustness.energy_j * energy.factor
+    axes.plot(
+        robustness.delay_s, energies, "o", color=style.FAINT, markeredgecolor=style.MUTED, markersize=4.0,
+        label="mixtures", linestyle="none",
+    )  # fmt: skip
+    front = robustness.front
+    axes.plot(front.time_s, front.energy_j * energy.factor, color=style.INK, linewidth=1.2, label="second front")
+    looks = {_OPTIMUM: (style.BLUE, "o"), **dict(zip(result.found.practices, _LOOKS, strict=True))}
+    for name, (color, mark) in looks.items():
+        at = robustness.names.index(name)
+        axes.plot(
+            robustness.delay_s[at], energies[at], mark, color=color, markersize=9.0, linestyle="none",
+            label=name.replace("_", " "),
+        )  # fmt: skip
+    both = robustness.on_both
+    axes.plot(robustness.delay_s[both], energies[both], "*", color=style.ORANGE, markersize=15.0, linestyle="none",
+              label=f"on both: {robustness.names[both].replace('_', ' ')}")  # fmt: skip
+    # What keeps all for the end would flatten the rest.
+    near = [at for at, name in enumerate(robustness.names) if "all_at_the_end" not in name]
+    for setter, values in ((axes.set_xlim, robustness.delay_s[near]), (axes.set_ylim, energies[near])):
+        pad = 0.15 * float(np.ptp(values)) or 1.0
+        setter(float(values.min()) - pad, float(values.max()) + pad)
+    style.dress(axes, "Expected delay at stops (s)", f"Expected energy ({energy.unit})")
+    style.title(axes, "What does the split do when trains are late?", f"{_heading(result)}; lower left is better")
+    style.legend(axes, "upper left")
     return figure
 
 
