@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.methods.costate.mesh import Mesh, Run
+from tgvdp.physics.forces import mean_effort
 from tgvdp.physics.roots import Bracket
 from tgvdp.runs.profile import profile_of
 
@@ -18,9 +19,11 @@ _Floats = NDArray[np.float64]
 
 #: Two shares of the second policy that are nearer are one.
 _SAME = 1e-9
-#: Runs are blended whose squared speeds differ by this share at most: of an effort P/v, which is convex in w, that asks
-#: for 2e-4 more than there is.
+#: Runs whose squared speeds differ by this share at most are blended without looking for nearer ones.
 _NEAR = 0.05
+#: An effort P/v is convex in w, so that a blend of two runs at full effort asks for more than there is: this share more
+#: at most.
+_EXCESS = 2e-4
 #: Steps that find the share of a blend of two runs.
 _STEPS = 60
 
@@ -52,7 +55,7 @@ def bridge(
                 hi, late = share, run
     if abs(late.time_s - target_s) <= tolerance_s:
         return late
-    if abs(quick.time_s - target_s) <= tolerance_s or not _near(quick, late):
+    if abs(quick.time_s - target_s) <= tolerance_s:
         return quick
     return _blended(mesh, quick, late, target_s, tolerance_s)
 
@@ -69,16 +72,16 @@ def _on_rows_of_both(quick: Run, late: Run) -> tuple[_Floats, _Floats, _Floats]:
 
 
 def _near(quick: Run, late: Run) -> bool:
-    """Whether two runs are so near that a blend of them is a run."""
+    """Whether two runs are so near that a blend of them is as good as one between nearer ones."""
     _, quick_w, late_w = _on_rows_of_both(quick, late)
     return bool((np.abs(quick_w - late_w) <= _NEAR * np.maximum(quick_w, late_w)).all())
 
 
 def _blended(mesh: Mesh, quick: Run, late: Run, target_s: float, tolerance_s: float) -> Run:
-    """Blend of the squared speeds of two runs that takes a time between theirs."""
+    """Blend of the squared speeds of two runs that takes a time between theirs; the first one where there is none."""
     x_m, quick_w, late_w = _on_rows_of_both(quick, late)
     bracket = Bracket(0.0, 1.0, quick.time_s - target_s, late.time_s - target_s)
-    w = quick_w
+    w, speed_mps = quick_w, np.sqrt(quick_w)
     for _ in range(_STEPS):
         share = bracket.secant()
         w = quick_w + share * (late_w - quick_w)
@@ -88,5 +91,9 @@ def _blended(mesh: Mesh, quick: Run, late: Run, target_s: float, tolerance_s: fl
             break
         bracket = bracket.narrowed(share, f)
     profile = profile_of(mesh.trip, x_m, w)
+    ends_mps = zip(speed_mps[:-1].tolist(), speed_mps[1:].tolist(), strict=True)
+    most_n = np.array([mean_effort(mesh.train.traction, *ends) for ends in ends_mps])
+    if (profile.force_n[:-1] > (1.0 + _EXCESS) * most_n).any():
+        return quick
     energy_j = profile.total_energy_j - mesh.tables.auxiliary_w * profile.duration_s
     return Run(profile.duration_s, energy_j, math.nan, x_m, w)
