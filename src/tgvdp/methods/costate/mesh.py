@@ -32,6 +32,8 @@ _MOST_CELLS = 50_000
 #: Thinning tolerance of the costate polyline, per cell; smaller where the multiplier is below E/T of the fastest
 #: run, because the costates of coasting shrink with it.
 _TOLERANCE = 2e-5
+#: Times as many rows as motion makes on its own where a limit of effort binds: a run's time is right to 1e-6 then.
+_ROWS = 4.0
 #: Squared speed below which costates are not carried, relative to the trip's top.
 _FLOOR = 1e-4
 _NO_ENDS = np.full(6, np.inf)
@@ -103,7 +105,7 @@ class Mesh:
     @classmethod
     def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0) -> "Mesh":
         """Mesh for a trip whose fastest run is known, its cells ``fineness`` times as fine as usual."""
-        train = kernel_train(trip.train)
+        train = kernel_train(trip.train)._replace(rows=_ROWS)
         cell_m = max(_cell_size(trip, fastest) / fineness, trip.distance_m / _MOST_CELLS)
         cells = cells_of(trip, graded_stations(trip, fastest, cell_m))
         low, fast, *fastest_rows = envelope_of(trip, cells, train)
