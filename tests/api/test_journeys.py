@@ -113,3 +113,17 @@ def test_a_time_limit_leaves_the_fastest_runs_at_least():
     assert not journey.found.complete
     assert journey.front.time_s[0] == pytest.approx(journey.fastest_time_s)
     assert "the time limit ended the search" in journey.warnings[0]
+
+
+def test_the_linear_margin_is_as_defined():
+    """Every stretch takes the same ratio of its fastest time."""
+    journey = tgvdp.journey(METRO, LINE, points=4, dwell_s=0.0)
+    for index in range(1, 4):
+        ratio = journey.front.time_s[index] / journey.fastest_time_s
+        scaled, fastest = journey.linear_margin(index), journey.linear_margin(0)
+        assert scaled.time_s == pytest.approx(ratio * fastest.time_s, rel=1e-9)
+        assert scaled.speed_mps == pytest.approx(fastest.speed_mps / ratio, rel=1e-9)
+        assert scaled.duration_s == pytest.approx(journey.front.time_s[index], rel=1e-9)
+    assert journey.linear_margin_j[0] == pytest.approx(journey.fastest_energy_j)
+    assert (journey.linear_margin_j[1:] > journey.found.practices["proportional_to_time"].energy_j[1:]).all()
+    assert (np.diff(journey.linear_margin_j) < 0.0).all()

@@ -4,6 +4,7 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from tgvdp.errors import InputError
 from tgvdp.journeys.bound import JourneyBound, journey_bound
 from tgvdp.journeys.delays import Delays, Robustness, robustness, standard_delays
 from tgvdp.journeys.front import JourneyFront
+from tgvdp.journeys.practices import linear_margin
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.journeys.timed import PassedRuns
 from tgvdp.journeys.windows import Windows
@@ -95,6 +97,18 @@ class JourneyResult:
         That is the one of all sections, unless windows part them (``found.multiplier_j_per_s``).
         """
         return self.found.multiplier_j_per_s[:, -1] * (SECONDS_PER_MINUTE / JOULE_PER_KWH)
+
+    def linear_margin(self, index: int) -> Profile:
+        """Speed profile of the fastest journey with all speeds scaled to the running time of one point of the front."""
+        ratio = float(self.front.time_s[index]) / self.fastest_time_s
+        runs = [linear_margin(section.trip, section.fastest, ratio) for section in self.sections]
+        until_next_s = [run.duration_s + self.options["dwell_s"] for run in runs]
+        return joined(runs, np.cumsum([0.0, *until_next_s[:-1]]))
+
+    @cached_property
+    def linear_margin_j(self) -> _Floats:
+        """Energy of `linear_margin` at each point, J, (n,) float64."""
+        return np.array([self.linear_margin(index).total_energy_j for index in range(len(self.front))])
 
     def section_profiles(self, index: int) -> list[Profile]:
         """Speed profile of each section at one point of the front, each from its own departure."""

@@ -22,10 +22,13 @@ _Floats = NDArray[np.float64]
 
 #: Colours and marks of the practices, in their order.
 _LOOKS = ((style.VERMILION, "s"), (style.GREEN, "^"), (style.PURPLE, "v"))
+_LINEAR_LOOK = (style.ORANGE, "D")
 _OPTIMUM = "optimum"
 _MARKED = 100
 #: Heights of the picture of two panels, and of the names of sections, inches.
 _TALL_IN, _NAMES_IN = 7.2, 1.0
+#: Room for a legend above what is drawn.
+_LEGEND_SHARE = 0.22
 #: Share of a section's room that its bars take, and bars below which each has its stop's position.
 _BARS, _MOST_NAMES = 0.8, 24
 
@@ -70,7 +73,9 @@ def plot_front(result: "JourneyResult", _: int) -> style.Picture:
     label = f"Running time supplement (%) over the fastest {style.clock(result.fastest_time_s)}"
     lowest.set_xlabel(label, fontsize=style.LABEL_PT, fontfamily=style.FONT, color=style.INK)
     style.title(upper, "What does the split of the supplement cost?", f"{_heading(result)}; lower is better")
-    style.legend(upper, "center right")
+    low, high = upper.get_ylim()
+    upper.set_ylim(low, high + _LEGEND_SHARE * (high - low))
+    style.legend(upper, "upper right", columns=3)
     return figure
 
 
@@ -78,18 +83,22 @@ def _draw_practices(result: "JourneyResult", upper: Axes, lower: Axes) -> None:
     """Draw the energies of the practices, and how much dearer than the front they are."""
     energy = style.energy_scale(float(np.abs(result.front.energy_j).max()))
     marks = max(len(result.front) // 12, 1)
+    drawn = {name: (practice.time_s, practice.energy_j) for name, practice in result.found.practices.items()}
+    drawn["linear_margin"] = (result.front.time_s, result.linear_margin_j)
     shown = []
-    for (name, practice), (color, mark) in zip(result.found.practices.items(), _LOOKS, strict=True):
-        look: dict[str, Any] = {"color": color, "linewidth": 1.3, "marker": mark, "markersize": 4.0, "markevery": marks}
-        margin = 100.0 * (practice.time_s / result.fastest_time_s - 1.0)
-        upper.plot(margin, practice.energy_j * energy.factor, **look, label=name.replace("_", " "))
-        pairs = zip(practice.energy_j, result.front.energy_j, strict=True)
+    for (name, (time_s, energy_j)), (color, mark) in zip(drawn.items(), (*_LOOKS, _LINEAR_LOOK), strict=True):
+        look: dict[str, Any] = {
+            "color": color, "linewidth": 1.3, "marker": mark, "markersize": 4.0, "markevery": marks,
+        }  # fmt: skip
+        margin = 100.0 * (time_s / result.fastest_time_s - 1.0)
+        upper.plot(margin, energy_j * energy.factor, **look, label=name.replace("_", " "))
+        pairs = zip(energy_j, result.front.energy_j, strict=True)
         above = -np.array([saved_pct(own_j, best_j) for own_j, best_j in pairs])
         lower.plot(margin, above, **look)
         shown.append(float(above.max()))
     style.dress(lower, "", "Dearer by (%)")
-    # What keeps all for the end would flatten the rest.
-    lower.set_ylim(0.0, 1.3 * sorted(shown)[-2] or 1.0)
+    # What is far dearer than the rest would flatten it.
+    lower.set_ylim(0.0, 1.3 * sorted(shown)[1] or 1.0)
 
 
 def plot_time_distance(result: "JourneyResult", index: int) -> style.Picture:

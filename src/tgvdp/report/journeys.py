@@ -30,7 +30,7 @@ def journey_object(result: "JourneyResult") -> dict[str, Any]:
         front.time_s, front.energy_j, result.price_kwh_per_min, result.section_time_s, result.section_energy_j,
         strict=True,
     )  # fmt: skip
-    content = {
+    content: dict[str, Any] = {
         "schema": SCHEMA,
         "sections": [
             {
@@ -49,6 +49,8 @@ def journey_object(result: "JourneyResult") -> dict[str, Any]:
             for name, practice in result.found.practices.items()
         },
     }
+    if result.windows.are_open:
+        content["practices"]["linear_margin"] = list(map(_figures, front.time_s, result.linear_margin_j))
     plain_content: dict[str, Any] = plain(content)
     return plain_content
 
