@@ -1,6 +1,7 @@
 # make run    the main job: a Pareto front for the built-in train on the built-in line, into out/
 # make test   everything that CI checks
 # make hooks  the checks that stand before the tests, before every commit
+# make fuzz   slips of unit and mutated files, ten minutes of each; FUZZ="--seconds 3600 --processes 2" for more
 # make bench  all benchmarks, into results/benchmarks/; wants a quiet machine and about 15 minutes
 # make proof  a survey of random trips on fresh seeds, into results/: SEEDS=1000 trips, none begun after MINUTES=15
 # Both create .venv on first use. Another Python: make run PYTHON=python3.13
@@ -11,7 +12,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run test hooks bench proof clean distclean
+.PHONY: run test hooks fuzz bench proof clean distclean
 
 run: $(VENV)/.installed
 	$(BIN)/python -m tgvdp search --out out
@@ -27,6 +28,9 @@ test: $(VENV)/.installed-dev
 
 hooks: $(VENV)/.installed-dev
 	$(BIN)/pre-commit install
+
+fuzz: $(VENV)/.installed-dev
+	$(BIN)/python -m fuzz --seed `date +%s` $(FUZZ)
 
 bench: $(VENV)/.installed-peers
 	$(BIN)/python -m benchmarks

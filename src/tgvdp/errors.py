@@ -1,7 +1,8 @@
 """Everything that can go wrong, and the exit code that each case has on the command line.
 
-Exit codes: 2 usage (raised by the command-line parser itself), 3 bad input, 4 infeasible, 5 budget reached with a
-partial result, 130 interrupted. A message is one line that names the file, the field, the value and its unit.
+Exit codes: 1 a fault of tgvdp, 2 usage (raised by the command-line parser itself), 3 bad input, 4 infeasible, 5 budget
+reached with a partial result, 130 interrupted. A message is one line that names the file, the field, the value and its
+unit.
 """
 
 
@@ -23,6 +24,10 @@ class MissingExtraError(InputError):
 
 class UnavailableError(InputError):
     """A machine or a service of others cannot be used: no account, no such machine, no network."""
+
+
+class NumericalError(TgvdpError):
+    """The arithmetic failed on this input: numbers beyond sense, which then are named, or a fault of tgvdp."""
 
 
 class InfeasibleError(TgvdpError):

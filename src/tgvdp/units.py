@@ -32,6 +32,7 @@ _TO_SI: dict[str, dict[str, tuple[float, float]]] = {
         "kg/m": (1.0, 1.0),
     },
     "gradient": {"permil": (1.0, 1.0), "‰": (1.0, 1.0), "%": (10.0, 1.0)},
+    "memory": {"B": (1.0, 1.0), "MB": (1e6, 1.0), "GB": (1e9, 1.0)},
     "ratio": {"-": (1.0, 1.0), "%": (1.0, 100.0)},
 }
 
@@ -46,7 +47,7 @@ def to_si(value: float, unit: str, quantity: str) -> float:
         As in the file; ``²`` and ``^2`` are the same.
     quantity : str
         One of length, area, speed, time, acceleration, mass, force, power, force per speed, force per squared speed,
-        gradient (result in ‰), ratio.
+        gradient (result in ‰), memory, ratio.
 
     Raises
     ------

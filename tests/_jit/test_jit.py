@@ -154,6 +154,24 @@ def test_no_home_folder_warns_and_goes_on(program):
     assert errors.count("RuntimeWarning") == 1
 
 
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="folders have no owner here")
+def test_cache_that_others_could_have_written_is_neither_read_nor_filled(program, tmp_path):
+    assert program() == (["42.0", "0"], "")
+    (folder,) = (tmp_path / "cache").iterdir()
+    assert folder.stat().st_mode & 0o777 == 0o700
+    folder.chmod(0o770)
+    words, stderr = program()
+    assert words == ["42.0", "0"]
+    assert stderr.count("can be written by others") == 1
+    folder.chmod(0o700)
+    assert program() == (["42.0", "1"], "")
+    if os.geteuid() == 0:
+        os.chown(folder, 12345, 12345)
+        words, stderr = program()
+        assert words == ["42.0", "0"]
+        assert stderr.count("belongs to another user") == 1
+
+
 def test_modes_of_numba_do_not_share_a_cache(program):
     program()
     assert program(NUMBA_BOUNDSCHECK="1") == (["42.0", "0"], "")

@@ -81,8 +81,6 @@ def test_stops_of_a_timetable_count_in_place_of_the_lines():
     assert [one.trip.origin_m for one in journey.sections] == [500.0, 3400.0]
     assert (journey.trip.origin_m, journey.trip.destination_m) == (500.0, 6000.0)
     assert not journey.warnings
-    timed = replace(free, points=(stop(500.0, 0.0, 0.0), *free.points[1:]))
-    assert "its windows of time and speed are not kept" in tgvdp.journey(METRO, LINE, timed, points=2).warnings[0]
     far = replace(free, points=(stop(0.0), stop(9000.0)))
     with pytest.raises(InputError, match="ends at 9000 m, beyond the 6000 m of track metro line"):
         tgvdp.journey(METRO, LINE, far)
@@ -115,3 +113,17 @@ def test_a_time_limit_leaves_the_fastest_runs_at_least():
     assert not journey.found.complete
     assert journey.front.time_s[0] == pytest.approx(journey.fastest_time_s)
     assert "the time limit ended the search" in journey.warnings[0]
+
+
+def test_the_linear_margin_is_as_defined():
+    """Every stretch takes the same ratio of its fastest time."""
+    journey = tgvdp.journey(METRO, LINE, points=4, dwell_s=0.0)
+    for index in range(1, 4):
+        ratio = journey.front.time_s[index] / journey.fastest_time_s
+        scaled, fastest = journey.linear_margin(index), journey.linear_margin(0)
+        assert scaled.time_s == pytest.approx(ratio * fastest.time_s, rel=1e-9)
+        assert scaled.speed_mps == pytest.approx(fastest.speed_mps / ratio, rel=1e-9)
+        assert scaled.duration_s == pytest.approx(journey.front.time_s[index], rel=1e-9)
+    assert journey.linear_margin_j[0] == pytest.approx(journey.fastest_energy_j)
+    assert (journey.linear_margin_j[1:] > journey.found.practices["proportional_to_time"].energy_j[1:]).all()
+    assert (np.diff(journey.linear_margin_j) < 0.0).all()

@@ -10,8 +10,8 @@ from tgvdp.certificate.cell_bounds import cell_kernel, standstill_cell
 from tgvdp.certificate.costates_at_bound import tangent_and_excess
 from tgvdp.certificate.efforts import Load, largest_effort, load_at, merge_tables, piece_at, piece_value
 from tgvdp.certificate.hamiltonian import Hamiltonian, least_hamiltonian
-from tgvdp.certificate.minimum import least_on_piece
 from tgvdp.physics.forces import kernel_train
+from tgvdp.physics.minimum import least_on_piece
 
 pytestmark = pytest.mark.nojit
 

@@ -56,9 +56,20 @@ def test_the_files_and_the_table(run, tmp_path, capsys):
     assert all(float(row["all_at_the_end_kwh"]) > float(row["energy_kwh"]) for row in front)
 
 
-def test_a_timetable(run, capsys):
-    assert run("journey", "--journey", "journey.json", "--points", "2", "--no-pictures") == 0
-    assert "only its stops count" in capsys.readouterr().err
+def test_a_timetable(run, tmp_path, capsys):
+    loose = changed(JOURNEY, ("timing points", "values", 5, 2), 1500)
+    write_json(tmp_path / "journey.json", loose)
+    assert run("journey", "--journey", "journey.json", "--points", "2", "--no-pictures", "--json") == 0
+    content = json.loads(capsys.readouterr().out)
+    assert content["practices"] == {}
+    assert 270.0 <= content["front"][-1]["sections"][0]["time_s"] <= 330.0
+
+
+def test_a_timetable_that_cannot_be_met(run, tmp_path, capsys):
+    tight = changed(JOURNEY, ("timing points", "values", 3), [4, 0, 150, 0, 0])
+    write_json(tmp_path / "journey.json", tight)
+    assert run("journey", "--journey", "journey.json", "--no-pictures") == 4
+    assert "the window at 4000 m closes at 150 s, the first time possible there is" in capsys.readouterr().err
 
 
 def test_search_says_that_it_passes_stops_and_names_journey(run, capsys):
@@ -69,3 +80,29 @@ def test_search_says_that_it_passes_stops_and_names_journey(run, capsys):
 def test_points_are_asked_for_once(run, capsys):
     assert run("journey", "--at", "5%", "--points", "3") == 2
     assert "--at and --points exclude each other" in capsys.readouterr().err
+
+
+def test_several_trains(run, tmp_path, capsys):
+    write_json(tmp_path / "heavy.json", changed(TTOBENCH_TRAIN, ("metadata", "id"), "heavy"))
+    assert run("journey", "--train", "heavy.json", "--points", "4", "--json", "--out", "both", "--no-pictures") == 0
+    shown = capsys.readouterr()
+    content = json.loads(shown.out)
+    assert content["schema"] == "tgvdp.journeys/1"
+    assert [one["train"] for one in content["trains"]] == ["toy", "heavy"]
+    assert all(one["schema"] == "tgvdp.journey/1" for one in content["trains"])
+    assert "heavy" in shown.err
+    rows = list(csv.DictReader((tmp_path / "both" / "compare.csv").open()))
+    assert {row["name"] for row in rows} == {"toy", "heavy"}
+    assert (tmp_path / "both" / "compare.png").exists()
+    assert (tmp_path / "both" / "train-2" / "front.csv").exists()
+    assert run("journey", "--train", "heavy.json", "--points", "4", "--out", "both", "--no-pictures") == 0
+
+
+def test_delays(run, tmp_path, capsys):
+    assert run("journey", "--at", "5%,10%", "--delay", "15", "--out", "late") == 0
+    shown = capsys.readouterr().out
+    assert "cheapest as planned on the second front" in shown
+    rows = list(csv.DictReader((tmp_path / "late" / "robustness.csv").open()))
+    assert rows[0]["allocation"] == "optimum"
+    assert float(rows[0]["expected_kwh"]) > float(rows[0]["planned_kwh"])
+    assert (tmp_path / "late" / "robustness.png").exists()

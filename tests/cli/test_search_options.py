@@ -52,7 +52,7 @@ def test_every_option_reaches_the_search(tmp_path, calls):
     line = "--train alstom-emu --track flat-100km --reverse --speed-restriction 1500:2km:72"
     trip = f"{line} --from 1000 --to 3000 --start-speed 36 --end-speed 18"
     line = "--convention osrd --mass-model point --limits head --curves roeckl --no-tunnels --wind 18"
-    common = f"--energy wheel {line} --max-margin 30 --time-limit 20 --no-certify --quiet"
+    common = f"--energy wheel {line} --max-margin 30 --time-limit 20 --max-memory 4GB --no-certify --quiet"
     grid = "--segment 500 --speeds 12 --max-labels 100000"
     best_first = "--method best-first --paths 3 --heuristic time --no-dominance --bounds"
     for out, options in enumerate(("--points 7 --clean", f"{grid} {best_first}")):
@@ -76,6 +76,7 @@ def test_every_option_reaches_the_search(tmp_path, calls):
         "tunnels": False,
         "max_margin": 0.3,
         "time_limit_s": 20.0,
+        "max_memory_b": 4e9,
     }
     assert on_front == shared | {"points": 7, "clean": True}
     assert on_grid == shared | {

@@ -23,7 +23,7 @@ VERDICT = Verdict(
     speed_error_mps=0.0,
     ok=True,
 )
-PROVENANCE = {"tgvdp": "0.1.0", "options": {"points": 3, "time_limit_s": None}, "inputs": {}, "elapsed_s": 0.25}
+PROVENANCE = {"tgvdp": "0.1.0", "options": {"points": 3, "time_limit_s": 60.0}, "inputs": {}, "elapsed_s": 0.25}
 
 
 class Found(NamedTuple):
@@ -85,7 +85,7 @@ def make_result(trip, cruise_mps, *, complete=True):
         front=front,
         counters={"expanded": 12, "generated": 34},
         complete=complete,
-        options={"points": len(cruise_mps), "time_limit_s": None},
+        options={"points": len(cruise_mps), "time_limit_s": 60.0, "max_memory_b": None},
         elapsed_s=0.25,
         _found=Found(front.time_s, front.energy_j, rows),
     )

@@ -188,6 +188,21 @@ def test_march_holds_at_a_drop_of_the_effort():
         assert len(v) < 120
 
 
+@pytest.mark.parametrize("excess_n", [50.0, 1e3, 2e4])
+def test_march_slows_down_to_its_balance_below_a_drop(excess_n):
+    """At 10 m/s the climb takes a little more than the 150 kN below the drop: the train comes to rest below it."""
+    train = railcar(traction=EffortCurve.from_points([(0, 2e5), (10, 1.5e5), (10, 1e5), (60, 8e4)]))
+    permil = 1000.0 * (150e3 + excess_n - train.resistance_n(10.0)) / (train.mass_kg * 9.81)
+    x, v = drive(train, TRACTION, 50000.0, permil, 14.0)
+    load_n = running.grade_n(train, permil)
+    assert train.traction.effort_n(v[-1]) == pytest.approx(train.resistance_n(v[-1]) + load_n, rel=1e-5)
+    assert v[-1] < 10.0
+    for d, v0, v1 in zip(np.diff(x), v, v[1:], strict=False):
+        known = kernel_train(train)
+        effort_n = 0.5 * known.inertia_kg * (v1**2 - v0**2) / d + mean_resistance(known, 7.0, v0, v1) + load_n
+        assert effort_n <= mean_effort(known.traction, v0, v1) * (1.0 + 1e-6)
+
+
 def test_march_over_a_thousand_kilometres_is_short():
     x, v = drive(railcar(), TRACTION, 1e6, 0.0, 0.0)
     power_n = 3e6 / v[-1]

@@ -112,7 +112,7 @@ def test_options_out_of_range(result, tmp_path, options, message):
 
 def test_provenance_is_that_of_the_result_unless_given(result, tmp_path):
     written = write_results(result, tmp_path, {}, [VERDICT] * 3, pictures=[])
-    assert written.content["provenance"]["options"] == {"points": 3, "time_limit_s": None}
+    assert written.content["provenance"]["options"] == {"points": 3, "time_limit_s": 60.0, "max_memory_b": None}
     assert set(written.content["provenance"]["inputs"]) == {"train", "track"}
     assert json.loads((tmp_path / "result.json").read_text(encoding="utf-8")) == written.content
     assert {path.name for path in written.files} == {path.name for path in tmp_path.iterdir()}
@@ -123,7 +123,7 @@ def test_many_profiles_are_thinned_with_a_word(result, monkeypatch, tmp_path):
     assert choose_runs(result, most_rows=90).points == [0, 2]
     assert choose_runs(result, most_rows=1).points == [0, 2]
     assert choose_runs(result).points == [0, 1, 2]
-    monkeypatch.setattr(results, "choose_runs", lambda result, every_m: choose_runs(result, every_m, 90))
+    monkeypatch.setattr(results, "most_rows_in", lambda _: 90)
     content = write_results(result, tmp_path, PROVENANCE, [VERDICT] * 3, pictures=["png"], progress=told.append).content
     assert content["warning"] == "2 of 3 profiles are written, evenly spread: all would have 123 rows"
     lines = (tmp_path / "profiles.csv").read_text().splitlines()[1:]

@@ -16,7 +16,7 @@ def journey():
     ("picture", "texts"),
     [
         ("front", ("What does the split of the supplement cost?", "Dearer by (%)")),
-        ("time_distance", ("When is the train where?", "Time since departure (s)")),
+        ("time_distance", ("When is the train where?", "Time on the journey's clock (s)")),
         ("profile", ("How to drive?", "Speed (km/h)")),
         ("allocation", ("Who gets the time?", "Supplement (s)")),
         ("price", ("Where would one more minute save most?", "Energy saved per minute (kWh/min)")),

@@ -120,6 +120,16 @@ def test_a_row_that_slows_down_under_traction_is_cut_too():
     assert w[1] == pytest.approx(100.0)
 
 
+def test_a_speed_that_is_held_at_a_drop_is_below_it():
+    """60 ‰ take 59 kN, which there are below 10 m/s alone: a hair above they are half as much again as there is."""
+    trip = strip_trip(track=Track(length_m=300.0, speed_limits=((0.0, 60.0),), gradients=((0.0, 60.0),)))
+    just_above = 100.0 * (1.0 + 5e-9)
+    x_m, w = cut(trip, [0.0, 100.0, 200.0, 300.0], [100.0, just_above, just_above, just_above])
+    assert x_m.tolist() == [0.0, 100.0, 200.0, 300.0]
+    assert ((100.0 * (1.0 - 2e-9) < w[1:-1]) & (w[1:-1] < 100.0)).all()
+    assert w[0] == 100.0
+
+
 def test_braking_is_cut_where_its_rate_jumps():
     """From 20 m/s at 0.4 m/s² to 12 and 6 m/s at 1.2 and 0.6 m/s², with 0.9 m/s² for comfort."""
     train = replace(PLAIN, braking_rates=((0.0, 0.6), (6.0, 1.2), (12.0, 0.4)), max_deceleration_mps2=0.9)

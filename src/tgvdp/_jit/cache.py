@@ -6,7 +6,8 @@ in a folder of their own, named by everything that decides what they compile to:
 rooms that can matter to a kernel, the versions of Python, numba and numpy, the steps of compilation, and the switches
 of numba that change the code. Each entry carries its own digest; what cannot be read or does not match is deleted and
 compiled again. Where nothing can be written, one warning says so and compilation goes on without a cache; what is
-there is used, so that a filled folder may be read-only.
+there is used, so that a filled folder may be read-only. The key folder has mode 0700, and one that another user (but
+root) owns or others can write is not read: its entries are pickles and machine code.
 
 The folder is ``$TGVDP_CACHE_DIR``, else the user's cache folder of the platform. Deleting it is always safe, also
 under a running program.
@@ -18,6 +19,7 @@ import hashlib
 import os
 import pickle
 import shutil
+import stat
 import sys
 import warnings
 from collections.abc import Callable, Iterator
@@ -103,10 +105,33 @@ def remove_old_folders(root: Path, kept: int = KEPT_FOLDERS) -> None:
 
 @functools.cache
 def key_folder() -> Path:
+    """Folder of the kernels of these sources, absent or safe to load from.
+
+    Raises
+    ------
+    OSError
+        When there is no place for it, or others could have written into it.
+    """
     folder = cache_root() / cache_key(PACKAGE)
+    _require_private(folder)
     with contextlib.suppress(OSError):  # absent or read-only: only the order of clearing up depends on it
         os.utime(folder)
     return folder
+
+
+def _require_private(folder: Path) -> None:
+    """Refuse a folder that somebody else owns or can write: what lies there is executed.
+
+    The folders above need no look: whoever can put another one in its place owns that.
+    """
+    if not hasattr(os, "geteuid"):
+        return
+    with contextlib.suppress(FileNotFoundError, NotADirectoryError):
+        status = folder.stat()
+        if status.st_uid not in (os.geteuid(), 0):
+            raise OSError(f"{folder} belongs to another user")
+        if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+            raise OSError(f"{folder} can be written by others")
 
 
 @functools.cache

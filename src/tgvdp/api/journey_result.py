@@ -4,15 +4,21 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.certificate.front import Certificate, certify_front
+from tgvdp.errors import InputError
 from tgvdp.journeys.bound import JourneyBound, journey_bound
+from tgvdp.journeys.delays import Delays, Robustness, robustness, standard_delays
 from tgvdp.journeys.front import JourneyFront
+from tgvdp.journeys.practices import linear_margin
 from tgvdp.journeys.section import SectionRuns
+from tgvdp.journeys.timed import PassedRuns
+from tgvdp.journeys.windows import Windows
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.model.trip import Trip
 from tgvdp.pareto import ParetoFront
@@ -35,10 +41,10 @@ class JourneyResult:
     ----------
     trip : Trip
         From the first stop to the last one.
-    sections : tuple of SectionRuns
+    sections : tuple of SectionRuns or PassedRuns
         From stop to stop: ``trip``, ``fastest`` run, and the runs found.
-    dwell_s : float
-        Standstill at each stop on the way, s.
+    windows : Windows
+        When the train may arrive, depart and pass, and how long it stands at least.
     options : dict
         As asked for, defaults filled in.
     elapsed_s : float
@@ -48,8 +54,8 @@ class JourneyResult:
     """
 
     trip: Trip
-    sections: tuple[SectionRuns, ...]
-    dwell_s: float
+    sections: tuple[SectionRuns | PassedRuns, ...]
+    windows: Windows
     options: dict[str, Any]
     elapsed_s: float
     found: JourneyFront
@@ -74,20 +80,35 @@ class JourneyResult:
     def section_time_s(self) -> _Floats:
         """Running time of each section at each point, s, (n, sections) float64."""
         return np.column_stack(
-            [section.front.time_s[run] for section, run in zip(self.sections, self.found.run.T, strict=True)]
+            [section.time_s[run] for section, run in zip(self.sections, self.found.run.T, strict=True)]
         )
 
     @property
     def section_energy_j(self) -> _Floats:
         """Energy of each section at each point, J, (n, sections) float64."""
         return np.column_stack(
-            [section.front.energy_j[run] for section, run in zip(self.sections, self.found.run.T, strict=True)]
+            [section.energy_j[run] for section, run in zip(self.sections, self.found.run.T, strict=True)]
         )
 
     @property
     def price_kwh_per_min(self) -> _Floats:
-        """Price of a minute at each point, kWh/min: the multiplier of all sections (infinite if fastest)."""
-        return self.found.multiplier_j_per_s * (SECONDS_PER_MINUTE / JOULE_PER_KWH)
+        """Price of a minute at each point, kWh/min: the multiplier of the section that ends the journey.
+
+        That is the one of all sections, unless windows part them (``found.multiplier_j_per_s``).
+        """
+        return self.found.multiplier_j_per_s[:, -1] * (SECONDS_PER_MINUTE / JOULE_PER_KWH)
+
+    def linear_margin(self, index: int) -> Profile:
+        """Speed profile of the fastest journey with all speeds scaled to the running time of one point of the front."""
+        ratio = float(self.front.time_s[index]) / self.fastest_time_s
+        runs = [linear_margin(section.trip, section.fastest, ratio) for section in self.sections]
+        until_next_s = [run.duration_s + self.options["dwell_s"] for run in runs]
+        return joined(runs, np.cumsum([0.0, *until_next_s[:-1]]))
+
+    @cached_property
+    def linear_margin_j(self) -> _Floats:
+        """Energy of `linear_margin` at each point, J, (n,) float64."""
+        return np.array([self.linear_margin(index).total_energy_j for index in range(len(self.front))])
 
     def section_profiles(self, index: int) -> list[Profile]:
         """Speed profile of each section at one point of the front, each from its own departure."""
@@ -98,9 +119,10 @@ class JourneyResult:
     def profile(self, index: int) -> Profile:
         """Speed profile of the whole journey at one point of the front.
 
-        A stop on the way is two rows at its position, arrival and departure, the dwell between them.
+        A stop on the way is two rows at its position, arrival and departure. Times count from the first departure.
         """
-        return joined(self.section_profiles(index), self.dwell_s)
+        departure_s = self.found.departure_s[index]
+        return joined(self.section_profiles(index), departure_s - departure_s[0])
 
     def verify(self) -> list[list[Verdict]]:
         """Replay every section of every point by the independent referee."""
@@ -120,17 +142,48 @@ class JourneyResult:
         """
         clock = SearchBudget(time_limit_s=time_limit_s or self.options["time_limit_s"]).start()
 
-        def certificate(section: SectionRuns, run: NDArray[np.int64]) -> Certificate:
+        def certificate(section: SectionRuns | PassedRuns, run: NDArray[np.int64]) -> Certificate:
             own = np.unique(run)
             return certify_front(
-                section.trip, section.fastest, section.front.time_s[own], section.front.energy_j[own],
-                self.found.multiplier_j_per_s, clock,
+                section.trip, section.fastest, section.time_s[own], section.energy_j[own],
+                np.unique(self.found.multiplier_j_per_s), clock,
             )  # fmt: skip
 
         with ThreadPoolExecutor(usable_cores()) as cores:
             certificates = list(cores.map(certificate, self.sections, self.found.run.T))
         fastest_s = [section.fastest.duration_s for section in self.sections]
         return journey_bound(certificates, fastest_s, self.front.time_s)
+
+    def robustness(
+        self, index: int | None = None, mean_delay_s: float = 20.0, delays: Delays | None = None
+    ) -> Robustness:
+        """Simulate delays: what the optimum, today's practices and mixtures of them take and how late they are.
+
+        Parameters
+        ----------
+        index : int, optional
+            Point of the front whose running time all of them have; by default the middle one.
+        mean_delay_s : float
+            Mean delay of departures, s, of the standard delays.
+        delays : Delays, optional
+            Others in their place.
+
+        Raises
+        ------
+        InputError
+            With windows, which the simulation does not know, and when delays are out of range.
+        """
+        at = len(self.front) // 2 if index is None else index
+        between = [section for section in self.sections if isinstance(section, SectionRuns)]
+        if not self.windows.are_open or len(between) < len(self.sections):
+            raise InputError("journey: delays are simulated without windows only")
+        allocations_s = {"optimum": self.section_time_s[at]}
+        for name, practice in self.found.practices.items():
+            own_s = [section.time_s[run] for section, run in zip(between, practice.run[at], strict=True)]
+            allocations_s[name] = np.array(own_s)
+        if delays is None:
+            delays = standard_delays([section.fastest.duration_s for section in between], mean_delay_s)
+        return robustness(between, allocations_s, self.options["dwell_s"], delays)
 
     def plot(self, picture: str = "front", index: int | None = None) -> "Picture":
         """Draw a picture; notebooks show it, and its ``savefig`` writes it.
@@ -164,13 +217,12 @@ class JourneyResult:
         )
 
 
-def joined(profiles: Sequence[Profile], dwell_s: float) -> Profile:
-    """Profiles of sections one behind the other, with a dwell at each stop between them."""
-    starts_s = np.cumsum([0.0, *(one.duration_s + dwell_s for one in profiles[:-1])])
+def joined(profiles: Sequence[Profile], departure_s: _Floats) -> Profile:
+    """Profiles of sections one behind the other, each from its departure, s."""
     starts_j = np.cumsum([0.0, *(one.total_energy_j for one in profiles[:-1])])
     names = ("position_m", "speed_mps", "force_n", "regime")
     return Profile(
-        time_s=np.concatenate([one.time_s + start_s for one, start_s in zip(profiles, starts_s, strict=True)]),
+        time_s=np.concatenate([one.time_s + start_s for one, start_s in zip(profiles, departure_s, strict=True)]),
         energy_j=np.concatenate([one.energy_j + start_j for one, start_j in zip(profiles, starts_j, strict=True)]),
         balance=EnergyBalance(*np.sum([one.balance for one in profiles], axis=0).tolist()),
         **{name: np.concatenate([getattr(one, name) for one in profiles]) for name in names},

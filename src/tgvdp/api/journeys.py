@@ -1,9 +1,8 @@
 """A journey: a train over all stops of a line, each section from stop to stop solved by the front method."""
 
-import math
 import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
@@ -13,13 +12,16 @@ from numpy.typing import NDArray
 
 from tgvdp.api.journey_result import JourneyResult
 from tgvdp.api.methods import continuous_front
+from tgvdp.api.sense import sensible_numbers
 from tgvdp.api.targets import asked_targets, met_to_s
 from tgvdp.api.trip import trip_of
-from tgvdp.errors import InputError
+from tgvdp.errors import InfeasibleError, InputError
 from tgvdp.formats import load_journey
 from tgvdp.formats.sources import Source
 from tgvdp.journeys.front import JourneyFront, journey_front
 from tgvdp.journeys.section import SectionRuns
+from tgvdp.journeys.timed import PassedRuns, TimedJourney
+from tgvdp.journeys.windows import Windows, windows_of
 from tgvdp.methods.budget import DEFAULT_TIME_S, Clock, SearchBudget
 from tgvdp.methods.costate.front import OptimalRuns
 from tgvdp.model.checks import require_number
@@ -34,9 +36,6 @@ from tgvdp.runs.profile import Profile
 from tgvdp.second_process import usable_cores
 
 _Floats = NDArray[np.float64]
-
-#: What is left for a section when the time is up, s: its fastest run at least.
-_LEAST_TIME_S = 1e-3
 
 
 def journey(
@@ -67,9 +66,10 @@ def journey(
     train, track
         As of `tgvdp.search`.
     journey : Journey or path, optional
-        A timetable, whose stops count in place of the line's own.
+        A timetable, whose stops count in place of the line's own, with its windows of time and speed. With windows the
+        points are least energies for arrivals evenly from the earliest possible one on, as late as the last one allows.
     dwell_s : float
-        Standstill at each stop on the way, s; no part of running times.
+        Least standstill at each stop on the way, s; no part of running times.
     reverse, speed_restrictions, energy, convention, mass_model, limits, curves, tunnels, wind_mps
         As of `tgvdp.search`.
     points : int
@@ -91,7 +91,8 @@ def journey(
     InputError
         When an option is out of range, or a stop does not lie on the line.
     InfeasibleError
-        When a section has no run that obeys all limits, or no journey is as fast as ``at_s`` asks.
+        When a section has no run that obeys all limits, no journey is as fast as ``at_s`` asks, or a window cannot be
+        met: the error names it, by how much it is missed, and what would meet it.
     """
     started = time.perf_counter()
     require_number("journey", "dwell_s", dwell_s, "s", at_least=0.0)
@@ -113,68 +114,93 @@ def journey(
     )
     line = trip_of(train, track, options)
     timetable = load_journey(journey) if isinstance(journey, str | os.PathLike) else journey
-    stops_m = _stops_of(line.track, timetable)
+    windows = _windows(line.track, timetable, dwell_s)
+    stops_m = (
+        *(windows.departures[parts[0]].position_m for parts in windows.sections),
+        windows.arrivals[-1].position_m,
+    )
     limit_s = DEFAULT_TIME_S if time_limit_s is None else time_limit_s
     clock = SearchBudget(time_limit_s=limit_s).start()
-    sections = _sections(line, stops_m, clock)
-    fastest_s = sum(section.fastest.duration_s for section in sections)
-    if at_s or at_margin:
-        target_s, tolerance_s = asked_targets(fastest_s, options.at_s, options.at_margin)
+    solved = _solver(clock)
+    whole = replace(line, origin_m=stops_m[0], destination_m=stops_m[-1])
+    with ThreadPoolExecutor(usable_cores()) as cores:
+        trips = [replace(line, origin_m=from_m, destination_m=to_m) for from_m, to_m in pairwise(stops_m)]
+        between = tuple(cores.map(solved, trips))
+    sections: tuple[SectionRuns | PassedRuns, ...] = between
+    if windows.are_open:
+        supplement_s, tolerance_s = _supplements(between, options)
+        found = journey_front(between, supplement_s, tolerance_s, dwell_s)
     else:
-        target_s, tolerance_s = fastest_s * np.linspace(1.0, 1.0 + max_margin, points), met_to_s(fastest_s)
-    found = journey_front(sections, target_s - fastest_s, tolerance_s)
+        sections, found = _timed(TimedJourney(between, whole, windows, solved), options)
     return JourneyResult(
-        trip=replace(line, origin_m=stops_m[0], destination_m=stops_m[-1]),
+        trip=whole,
         sections=sections,
-        dwell_s=dwell_s,
+        windows=windows,
         options={**options.as_dict(), "time_limit_s": limit_s, "dwell_s": dwell_s, "stops_m": stops_m},
         elapsed_s=time.perf_counter() - started,
         found=found,
-        warnings=tuple(_warnings(found, timetable)),
+        warnings=tuple(_warnings(found)),
     )
 
 
-def _stops_of(track: Track, timetable: Journey | None) -> tuple[float, ...]:
-    """Positions of all stops, m, the two ends included."""
+def _windows(track: Track, timetable: Journey | None, dwell_s: float) -> Windows:
+    """Stops with their windows: those of a timetable, or those of the line, at any time."""
     if timetable is None:
         if len(track.stops_m) < 2:
             raise InputError(f"journey: track {track.name} has no two stops")
-        return track.stops_m
-    stops_m = (timetable.points[0].position_m, *(section.destination_m for section in timetable.sections))
-    if stops_m[-1] > track.length_m:
+        stops = tuple(map(TimingPoint, track.stops_m))
+        return Windows(stops[:-1], stops[1:], (dwell_s,) * (len(stops) - 2))
+    windows = windows_of(timetable, dwell_s)
+    end_m = windows.arrivals[-1].position_m
+    if end_m > track.length_m:
         raise InputError(
-            f"journey {timetable.name}: ends at {stops_m[-1]:.12g} m, beyond the {track.length_m:.12g} m of track"
+            f"journey {timetable.name}: ends at {end_m:.12g} m, beyond the {track.length_m:.12g} m of track"
             f" {track.name}"
         )
-    return stops_m
+    return windows
 
 
-def _sections(line: Trip, stops_m: Sequence[float], clock: Clock) -> tuple[SectionRuns, ...]:
-    """Sections from stop to stop with their fastest runs."""
+def _supplements(sections: Sequence[SectionRuns], options: SearchOptions) -> tuple[_Floats, float]:
+    """Increasing supplements over the fastest runs that are asked for, s, and how well they have to be met, s."""
+    fastest_s = sum(section.fastest.duration_s for section in sections)
+    if options.at_s or options.at_margin:
+        target_s, tolerance_s = asked_targets(fastest_s, options.at_s, options.at_margin)
+        return target_s - fastest_s, tolerance_s
+    return fastest_s * np.linspace(0.0, options.max_margin, options.points), met_to_s(fastest_s)
+
+
+def _timed(journey: TimedJourney, options: SearchOptions) -> tuple[tuple[PassedRuns, ...], JourneyFront]:
+    """With windows supplements count from the earliest arrival, as far as the last window allows."""
+    supplement_s, tolerance_s = _supplements(journey.sections, options)
+    earliest_s, latest_s = journey.earliest_s, journey.windows.arrivals[-1].latest_s
+    if earliest_s + supplement_s[-1] > latest_s:
+        if options.at_s or options.at_margin:
+            raise InfeasibleError(
+                f"journey: a supplement of {supplement_s[-1]:.6g} s over the earliest arrival, {earliest_s:.6g} s, is"
+                f" later than the last window allows, {latest_s:.6g} s"
+            )
+        supplement_s = np.linspace(0.0, latest_s - earliest_s, options.points)
+    return journey.front(earliest_s + supplement_s, tolerance_s)
+
+
+def _solver(clock: Clock) -> Callable[[Trip], SectionRuns]:
+    """What makes the runs of a trip within the time that is left: by the front method."""
 
     def method(trip: Trip, fastest: Profile, target_s: _Floats, tolerance_s: float) -> OptimalRuns:
-        left_s = max(clock.limit_s - clock.elapsed_s, _LEAST_TIME_S)
-        return continuous_front(trip, fastest, target_s, SearchBudget(time_limit_s=left_s), tolerance_s)
+        with sensible_numbers(trip):
+            return continuous_front(trip, fastest, target_s, SearchBudget().after(clock), tolerance_s)
 
-    def section(ends_m: tuple[float, float]) -> SectionRuns:
-        trip = replace(line, origin_m=ends_m[0], destination_m=ends_m[1])
-        return SectionRuns(trip, fastest_run(trip), method)
+    def solved(trip: Trip) -> SectionRuns:
+        with sensible_numbers(trip):
+            return SectionRuns(trip, fastest_run(trip), method)
 
-    with ThreadPoolExecutor(usable_cores()) as cores:
-        return tuple(cores.map(section, pairwise(stops_m)))
+    return solved
 
 
-def _warnings(found: JourneyFront, timetable: Journey | None) -> Iterator[str]:
+def _warnings(found: JourneyFront) -> Iterator[str]:
     """Say where the result is less than was asked for."""
     if not found.complete:
         yield "the time limit ended the search: better splits than these may exist"
     elif found.exhausted:
         last_s = found.front.time_s[-1]
         yield f"the front ends with the thriftiest journey, {last_s:.6g} s: running longer saves nothing"
-    if timetable is not None and any(_asks(point) for point in timetable.points):
-        yield f"journey {timetable.name}: only its stops count, its windows of time and speed are not kept"
-
-
-def _asks(point: TimingPoint) -> bool:
-    """Whether a timetable asks for more than a stop."""
-    return not (point.is_free if not point.is_stop else point._replace(highest_mps=math.inf).is_free)

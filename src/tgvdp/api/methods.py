@@ -1,6 +1,6 @@
 """Dispatch to the methods, and what a search of each is told about its result."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +19,6 @@ from tgvdp.model.track import POWERED
 from tgvdp.model.trip import Trip
 from tgvdp.options.search import SearchOptions
 from tgvdp.runs.profile import Profile
-
-#: What a search on a grid has left when building the grid took all the time, s.
-_LEAST_TIME_S = 1e-3
 
 #: Running times that a warning spells out.
 _SHOWN = 5
@@ -78,7 +75,7 @@ def find(
         speeds = DEFAULT_SPEEDS if speeds is None else speeds
     clock = budget.start()
     grid = build_grid(trip, segment_m, speeds, budget)
-    budget = replace(budget, time_limit_s=max(budget.time_limit_s - clock.elapsed_s, _LEAST_TIME_S))
+    budget = budget.after(clock)
     if exact:
         return exact_front(grid, max_time_s, budget)
     return best_first(

@@ -1,6 +1,7 @@
 """What a search returns."""
 
 import os
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -8,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.api.methods import Fastest, continuous_front
+from tgvdp.api.sense import sensible_numbers
 from tgvdp.certificate.front import Certificate, certify_front
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate.front import OptimalRuns
 from tgvdp.methods.grid.paths import GridPaths
 from tgvdp.model.trip import Trip
 from tgvdp.pareto import ParetoFront
-from tgvdp.referee.replay import Verdict, replay
+from tgvdp.referee.replay import NOT_REPLAYED, Verdict, replay
 from tgvdp.runs.profile import Profile, profile_of
 from tgvdp.runs.samples import rows_of, sampled
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
@@ -79,13 +81,28 @@ class SearchResult:
 
     def profile(self, index: int) -> Profile:
         """Speed profile of one point of the front."""
+        with self._computing():
+            return self._profile(index)
+
+    def _profile(self, index: int) -> Profile:
         source = int(self.front.source[index])
         known = self._found.regimes(source) if isinstance(self._found, OptimalRuns) else None
         return profile_of(self.trip, *self._found.rows(source), known)
 
-    def verify(self) -> list[Verdict]:
-        """Replay every point of the front by the independent referee."""
-        return [replay(self.trip, self.profile(index)) for index in range(len(self.front))]
+    def verify(self, time_limit_s: float | None = None) -> list[Verdict]:
+        """Replay every point of the front by the independent referee.
+
+        Parameters
+        ----------
+        time_limit_s : float, optional
+            Time for it, s; by default as much as the search had. ``ok`` of points that are not reached is None.
+        """
+        clock = self._budget(time_limit_s).start()
+        with self._computing():
+            return [
+                NOT_REPLAYED if clock.expired else replay(self.trip, self._profile(index))
+                for index in range(len(self.front))
+            ]
 
     def certify(self, time_limit_s: float | None = None) -> Certificate:
         """Bound the least energy of the continuous problem at the running time of every point of the front.
@@ -97,7 +114,10 @@ class SearchResult:
         time_limit_s : float, optional
             Time for it, s; by default as much as the search had. Points that are not reached have no bound.
         """
-        budget = SearchBudget(time_limit_s=self.options["time_limit_s"] if time_limit_s is None else time_limit_s)
+        with self._computing():
+            return self._certified(self._budget(time_limit_s))
+
+    def _certified(self, budget: SearchBudget) -> Certificate:
         clock = budget.start()
         found = self._found
         if not isinstance(found, OptimalRuns):
@@ -107,6 +127,12 @@ class SearchResult:
         return certify_front(
             self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, found.multiplier_j_per_s, clock
         )
+
+    def _budget(self, time_limit_s: float | None) -> SearchBudget:
+        return SearchBudget(time_limit_s=self.options["time_limit_s"] if time_limit_s is None else time_limit_s)
+
+    def _computing(self) -> AbstractContextManager[None]:
+        return sensible_numbers(self.trip, self.options["max_memory_b"])
 
     def plot(self, picture: str = "front", *, certificate: Certificate | None = None) -> "Picture":
         """Draw a picture; notebooks show it, and its ``savefig`` writes it.

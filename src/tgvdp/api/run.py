@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from tgvdp.api.methods import Fastest, find, warnings_of
 from tgvdp.api.result import SearchResult
+from tgvdp.api.sense import sensible_numbers
 from tgvdp.api.targets import margin_of
 from tgvdp.api.trip import trip_of
 from tgvdp.errors import BudgetExceededError
@@ -49,6 +50,7 @@ def search(
     speeds: int | None = None,
     max_labels: int | None = None,
     time_limit_s: float | None = None,
+    max_memory_b: float | None = None,
     dominance: bool = True,
     bounds: bool = True,
 ) -> SearchResult:
@@ -107,6 +109,8 @@ def search(
         Grid of the methods ``exact`` and ``best-first``; see `tgvdp.methods.grid.grid`.
     max_labels, time_limit_s
         Budget; see `tgvdp.methods.budget`.
+    max_memory_b : float, optional
+        Memory of the process at most, B; by default half of what the machine or its container has.
 
     Returns
     -------
@@ -149,6 +153,7 @@ def search(
         speeds=speeds,
         max_labels=max_labels,
         time_limit_s=time_limit_s,
+        max_memory_b=max_memory_b,
         dominance=dominance,
         bounds=bounds,
     )
@@ -162,13 +167,14 @@ def run_search(train: Train | Source, track: Track | Source, options: SearchOpti
         max_labels=options.max_labels,
         time_limit_s=DEFAULT_TIME_S if options.time_limit_s is None else options.time_limit_s,
     )
-    trip = trip_of(train, track, options)
-    profile = fastest_run(trip)
-    step_m = trip.convention.step_m
-    stepped_s = None if step_m is None else stepped_time_s(trip, step_m)
-    fastest = Fastest(profile.duration_s, profile.total_energy_j, profile, stepped_s)
-    max_margin = margin_of(fastest.time_s, options.max_margin, options.max_time_s)
-    found = find(trip, fastest, budget, options, max_margin)
+    trip, clock = trip_of(train, track, options), budget.start()
+    with sensible_numbers(trip, options.max_memory_b):
+        profile = fastest_run(trip)
+        step_m = trip.convention.step_m
+        stepped_s = None if step_m is None else stepped_time_s(trip, step_m, expired=lambda: clock.expired)
+        fastest = Fastest(profile.duration_s, profile.total_energy_j, profile, stepped_s)
+        max_margin = margin_of(fastest.time_s, options.max_margin, options.max_time_s)
+        found = find(trip, fastest, budget.after(clock), options, max_margin)
     if len(found.duration_s) == 0:
         raise BudgetExceededError("the budget ended before the first path was found: raise the label or time limit")
     return SearchResult(

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import kernel, leaf
 from tgvdp.certificate.efforts import Load, piece_at
-from tgvdp.certificate.minimum import least_on_piece
+from tgvdp.physics.minimum import least_on_piece
 
 #: Roundings in one evaluation of the Hamiltonian: coefficients and value, 40 at most; and a spare factor of 5.
 ROUNDINGS = 200.0

@@ -196,7 +196,8 @@ def tidy_labels(run, sliver, bound_w):
     Such are phases shorter than ``sliver`` metres, or much shorter than the cells around it if these are of one regime,
     and partial effort away from both the limit and the optimal holding speed, at which p' = 0 whatever the gradient:
     the run only steps from one switching speed to the next. The limit is that of the cell, or where a run keeps a
-    speed ``bound_w``, (K,): where effort drops it goes no faster.
+    speed ``bound_w``, (K,): where effort drops it goes no faster. A speed that is kept by friction on top of the whole
+    dynamic brake is optimal where that returns most energy for the time.
     """
     label, source, growth = run.label, run.source, run.growth
     w = run.w
@@ -218,7 +219,7 @@ def tidy_labels(run, sliver, bound_w):
                 scale += source[last, 1] * length[last]
                 free = free and w[last] < cap[last] * (1.0 - TOUCH) and w[last + 1] < cap[last] * (1.0 - TOUCH)
                 steady = abs(w[last + 1] - w[last]) <= _STEADY * w[last]
-                free = free and not (steady and w[last] > bound_w[last] * (1.0 - TOUCH))
+                free = free and not (steady and (w[last] > bound_w[last] * (1.0 - TOUCH) or label[k] == HELD_BACK))
                 last += 1
             short = span <= sliver
             if k > 0 and last < count and label[k - 1] == label[last]:

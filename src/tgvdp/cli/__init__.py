@@ -5,17 +5,23 @@ single place where an error becomes one line on stderr and an exit code (see `tg
 """
 
 import importlib
+import io
+import json
+import os
+import sys
 import warnings
 from collections.abc import Sequence
 from difflib import get_close_matches
 from typing import Any
 
 import click
+from click.shell_completion import get_completion_class
 
 from tgvdp import __version__
 from tgvdp.errors import InputError, TgvdpError
 
 PROGRAM = "tgvdp"
+_COMPLETION_VARIABLE = "_TGVDP_COMPLETE"
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
 _COMMANDS = (
@@ -133,9 +139,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments : sequence of str, optional
         Without the program's name; ``sys.argv[1:]`` by default.
     """
+    _write_what_terminals_can()
     with warnings.catch_warnings():
         warnings.showwarning = _show_warning  # type: ignore[assignment]
         try:
+            _check_completion()
             code = cli.main(args=arguments, prog_name=PROGRAM, standalone_mode=False)
         except _Bare:
             click.echo(_GREETING, err=True)
@@ -155,10 +163,32 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return int(code or 0)
 
 
+def _write_what_terminals_can() -> None:
+    """Have characters that a terminal's encoding lacks, such as ‰, stand as question marks."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+
+
+def _check_completion() -> None:
+    """Refuse what is no request for completion in the variable of shells; click would end in silence."""
+    asked = os.environ.get(_COMPLETION_VARIABLE, "")
+    shell, _, what = asked.partition("_")
+    if asked and not (get_completion_class(shell) and what in ("source", "complete")):
+        raise click.UsageError(f"{_COMPLETION_VARIABLE}: must be SHELL_source or SHELL_complete, got {asked!r:.40}")
+
+
+def echo_json(content: Any) -> None:
+    """Print an object as one line of JSON, in the characters that the terminal's encoding has."""
+    plain = (getattr(sys.stdout, "encoding", None) or "").lower().replace("-", "") != "utf8"
+    click.echo(json.dumps(content, ensure_ascii=plain, allow_nan=False))
+
+
 def _fail(message: str, exit_code: int) -> int:
     click.echo(f"{PROGRAM}: error: {' '.join(message.split())}", err=True)
     return exit_code
 
 
 def _show_warning(message: Warning | str, *_: object) -> None:
-    click.echo(f"{PROGRAM}: warning: {' '.join(str(message).split())}", err=True)
+    # One line; numba's are followed by a traceback of its own.
+    click.echo(f"{PROGRAM}: warning: {str(message).strip().partition(chr(10))[0]}", err=True)

@@ -1,6 +1,5 @@
 """``tgvdp bench``: solvers against each other on many instances, with everything that is finished kept."""
 
-import json
 import sys
 import time
 from pathlib import Path
@@ -8,6 +7,7 @@ from typing import Any
 
 import click
 
+from tgvdp.cli import echo_json
 from tgvdp.cli.screen import Screen, duration
 from tgvdp.solvers.allowance import ITEMS
 
@@ -95,7 +95,10 @@ def command(
         bar = _Bar(screen)
         results = run_benchmark(plan, out, bar)
         content = write_benchmark(results, out, time.perf_counter() - started)
-    click.echo(json.dumps(content) if as_json else _table(content["rows"]))
+    if as_json:
+        echo_json(content)
+    else:
+        click.echo(_table(content["rows"]))
     if not as_json:
         click.echo(f"{len(content['rows'])} rows; {', '.join(content['files'])} in {out}", file=sys.stderr)
 

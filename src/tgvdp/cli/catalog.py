@@ -1,12 +1,12 @@
 """``tgvdp catalog``: the trains, lines, energy maps and instances of the formulations that come with tgvdp."""
 
-import json
 import textwrap
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from tgvdp.cli import echo_json
 from tgvdp.errors import InputError
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def command(name: str | None, as_json: bool) -> None:
     entries = _entries(name)
     if as_json:
         listed = [_plain(*entry) for entry in entries]
-        click.echo(json.dumps({"schema": SCHEMA, "entries": listed}, ensure_ascii=False, allow_nan=False))
+        echo_json({"schema": SCHEMA, "entries": listed})
         return
     if name is not None:
         ((entry, description),) = entries

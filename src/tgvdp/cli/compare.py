@@ -1,7 +1,6 @@
 """``tgvdp compare``: several results, or several trains and lines, at equal margins."""
 
 import itertools
-import json
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Any
 
 import click
 
+from tgvdp.cli import echo_json
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.numbers import number
 from tgvdp.cli.screen import Screen, aligned, column
@@ -105,9 +105,9 @@ def command(
         files = write_ledger(out, written, provenance)
     folder.drop_earlier(files)
     if as_json:
-        click.echo(json.dumps(content, ensure_ascii=False, allow_nan=False))
+        echo_json(content)
     elif not quiet:
-        click.echo(_table(content))
+        click.echo(compare_table(content))
         click.echo(f"in {out}: {', '.join(file.name for file in files)}")
     if "warning" in content and not quiet:
         click.echo(f"tgvdp: warning: {content['warning']}", err=True)
@@ -162,8 +162,8 @@ def _searched(
     return contents, inputs
 
 
-def _table(content: Mapping[str, Any]) -> str:
-    """One row per margin: energy and saving of each."""
+def compare_table(content: Mapping[str, Any]) -> str:
+    """One row per margin: energy and saving of each, of an object of schema tgvdp.compare/1."""
     rows = content["rows"]
     columns = [column("margin", "%", 6, [f"{margin:g}" for margin in dict.fromkeys(row["margin_pct"] for row in rows)])]
     for name in (run["name"] for run in content["runs"]):

@@ -1,13 +1,15 @@
 """``tgvdp journey``: a train over all stops of a line, and the split of its supplement over the sections."""
 
-import json
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from tgvdp.cli import echo_json
+from tgvdp.cli.compare import compare_table
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand, apply_all, heading
 from tgvdp.cli.notes import unusual
@@ -17,10 +19,12 @@ from tgvdp.cli.search_case import merged, read_case, read_map
 from tgvdp.cli.search_options import SET_HELP, TRACK_HELP, TRAIN_HELP, complete, complete_fields, declared
 from tgvdp.errors import BudgetExceededError
 from tgvdp.options.search import BY_FIELD, TRIP, arguments_of
+from tgvdp.units import joule_to_kwh
 
 if TYPE_CHECKING:
     from tgvdp.api import JourneyResult
     from tgvdp.journeys.bound import JourneyBound
+    from tgvdp.journeys.delays import Robustness
 
 _EXAMPLES = """
 \b
@@ -28,9 +32,13 @@ Examples:
   tgvdp journey --track line.json --train train.json
   tgvdp journey --track line.json --train train.json --dwell 45 --at "5%,8%"
   tgvdp journey --track line.json --train train.json --journey journey.json --out timetable
+  tgvdp journey --track line.json --train train.json --train other.json --out trains
   tgvdp journey --track line.json --train train.json --points 100 --json --no-pictures > journey.json
 """
-_JOURNEY_HELP = "A timetable, whose stops count in place of the line's."
+_JOURNEY_HELP = "A timetable: its stops count in place of the line's, its windows are kept."
+_DELAY_HELP = "Mean delay of departures: simulates how late and how dear the splits of the middle point are."
+_TRAINS_HELP = f"{TRAIN_HELP} May be given several times."
+_SEVERAL, _COMPARED = "tgvdp.journeys/1", ("compare.json", "compare.csv", "compare.png")
 #: Options of a search that a journey has, too, by their names in files.
 _SHARED = (
     *("reverse", "speed_restriction", "energy", "convention", "mass_model", "limits", "curves", "tunnels", "wind_kmh"),
@@ -40,7 +48,7 @@ _trip = heading(TRIP)
 _output = heading("Proof and output")
 _OPTIONS = [
     _trip("--track", metavar="FILE|NAME", shell_complete=complete, help=TRACK_HELP),
-    _trip("--train", metavar="FILE|NAME", shell_complete=complete, help=TRAIN_HELP),
+    _trip("--train", "trains", metavar="FILE|NAME", multiple=True, shell_complete=complete, help=_TRAINS_HELP),
     _trip("--journey", "timetable", metavar="FILE", shell_complete=complete, help=_JOURNEY_HELP),
     _trip(
         "--dwell",
@@ -54,6 +62,7 @@ _OPTIONS = [
     _trip("--line-speed", "line_speed_kmh", **LINE_SPEED),
     _trip("--set", "changes", metavar="FIELD=VALUE", multiple=True, shell_complete=complete_fields, help=SET_HELP),
     *(declared(BY_FIELD[field]) for field in _SHARED),
+    _output("--delay", "mean_delay_s", metavar="S", type=number("s", above=0.0), help=_DELAY_HELP),
     _output("--certify", is_flag=True, help="Prove how far the optimum can be; takes seconds."),
     _output("--pictures/--no-pictures", default=True, show_default=True, help="Draw pictures."),
     _output("--out", metavar="DIR", default="journey", show_default=True, help="Folder of the results."),
@@ -65,73 +74,111 @@ _OPTIONS = [
 
 @click.command("journey", cls=GroupedCommand, epilog=_EXAMPLES)
 @partial(apply_all, _OPTIONS)
-def command(
-    track: str | None,
-    train: str | None,
-    timetable: str | None,
-    dwell_s: float,
-    line_speed_kmh: float | None,
-    changes: tuple[str, ...],
-    certify: bool,
-    pictures: bool,
-    out: str,
-    force: bool,
-    as_json: bool,
-    quiet: bool,
-    **given: Any,
-) -> int:
+def command(trains: tuple[str, ...], out: str, force: bool, as_json: bool, quiet: bool, **asked: Any) -> int:
     """Run a train over all stops of a line: least energy for each running time, and the best split of the time.
 
     Each section between two stops has its own front. The journey's front splits the supplement so that one more second
     saves the same in every section; beside it stands what today's practices take. Writes journey.json, front.csv,
-    allocation.csv and pictures into a folder; docs/journeys.md says what they hold.
+    allocation.csv and pictures into a folder; docs/journeys.md says what they hold. Of several trains each has a folder
+    of its own in there, beside a table and a picture of who saves what.
     """
+    several = len(trains) > 1
     folder = OutFolder(out, force=force)
+    homes = [Path(out) / f"train-{number}" for number in range(1, len(trains) + 1)] if several else [Path(out)]
+    folders = [OutFolder(str(home), force=force) for home in homes] if several else [folder]
     with Screen(quiet=quiet) as screen:
-        case = read_case(train, track, None, line_speed_kmh).with_fields(changes)
-        options = merged({}, {name: value for name, value in given.items() if value is not None})
-        read_map(options, case)
-        stops = None
-        if timetable is not None:
-            from tgvdp.formats import read_source
-
-            read = read_source(timetable, "journey")
-            stops, case.inputs["journey"] = read.value, read.fingerprint
-        if not quiet:
-            for text in unusual(case.train, case.track):
-                screen.note(text)
-        screen.progress(f"searching: {case.train.name} on {case.track.name}")
-        # These bring numba: neither --help nor an error in the input waits for it.
-        from tgvdp import api
-        from tgvdp.report import make_provenance
-        from tgvdp.report.journeys import journey_object, write_journey
-
-        with screen.compiling():
-            result = api.journey(case.train, case.track, stops, dwell_s=dwell_s, **arguments_of(options))
-            screen.progress("replaying")
-            started_s = time.perf_counter()
-            failed = sum(not verdict.ok for point in result.verify() for verdict in point)
-            about = make_provenance(result.options | case.changed, case.inputs, result.elapsed_s)
-            about["elapsed_verify_s"] = time.perf_counter() - started_s
-            bound = None
-            if certify:
-                screen.progress("proving")
-                bound = result.certify()
-            screen.progress("drawing and writing")
-            files = write_journey(result, out, about, bound, pictures=pictures)
-        folder.drop_earlier(files)
-    content = journey_object(result)
+        done = [_run(screen, train, home, quiet, **asked) for train, home in zip(trains or (None,), homes, strict=True)]
+        compared = _compared(done, out, folder) if several else ""
+    for own, one in zip(folders, done, strict=True):
+        own.drop_earlier(one.files)
+    content = {"schema": _SEVERAL, "trains": [{"train": one.result.trip.train.name, **one.content} for one in done]}
     if as_json:
-        click.echo(json.dumps(content, ensure_ascii=False, allow_nan=False))
+        echo_json(content if several else done[0].content)
     if not quiet:
-        click.echo(_table(result, content, bound), err=as_json)
-        click.echo(f"in {out}: {', '.join(file.name for file in files)}", err=as_json)
-    if failed:
-        click.echo(f"tgvdp: warning: {failed} runs of sections do not pass the replay", err=True)
-    for text in () if quiet else result.warnings:
-        click.echo(f"tgvdp: warning: {text}", err=True)
-    complete = result.found.complete and (bound is None or bound.complete)
+        click.echo(compared if several else _table(*done[0][:3]), err=as_json)
+        names = [*(home.name for home in homes), *_COMPARED] if several else [file.name for file in done[0].files]
+        click.echo(f"in {out}: {', '.join(names)}", err=as_json)
+    for one in done:
+        if one.robustness is not None and not quiet:
+            click.echo(_robustness_table(one.robustness), err=as_json)
+        if one.failed:
+            click.echo(f"tgvdp: warning: {one.failed} runs of sections do not pass the replay", err=True)
+        for text in () if quiet else one.result.warnings:
+            click.echo(f"tgvdp: warning: {text}", err=True)
+    complete = all(one.result.found.complete and (one.bound is None or one.bound.complete) for one in done)
     return 0 if complete else BudgetExceededError.exit_code
+
+
+class _Done(NamedTuple):
+    """A journey with its object, its proof, its simulation, its files, and how many of its runs do not replay."""
+
+    result: "JourneyResult"
+    content: dict[str, Any]
+    bound: "JourneyBound | None"
+    robustness: "Robustness | None"
+    files: list[Path]
+    failed: int
+
+
+def _run(
+    screen: Screen,
+    train: str | None,
+    home: Path,
+    quiet: bool,
+    *,
+    track: str | None,
+    timetable: str | None,
+    dwell_s: float,
+    line_speed_kmh: float | None,
+    changes: tuple[str, ...],
+    mean_delay_s: float | None,
+    certify: bool,
+    pictures: bool,
+    **given: Any,
+) -> _Done:
+    """Run one train and write its files."""
+    case = read_case(train, track, None, line_speed_kmh).with_fields(changes)
+    options = merged({}, {name: value for name, value in given.items() if value is not None})
+    read_map(options, case)
+    stops = None
+    if timetable is not None:
+        from tgvdp.formats import read_source
+
+        read = read_source(timetable, "journey")
+        stops, case.inputs["journey"] = read.value, read.fingerprint
+    if not quiet:
+        for text in unusual(case.train, case.track):
+            screen.note(text)
+    screen.progress(f"searching: {case.train.name} on {case.track.name}")
+    # These bring numba: neither --help nor an error in the input waits for it.
+    from tgvdp import api
+    from tgvdp.report import make_provenance
+    from tgvdp.report.journeys import journey_object, write_journey
+
+    with screen.compiling():
+        result = api.journey(case.train, case.track, stops, dwell_s=dwell_s, **arguments_of(options))
+        screen.progress("replaying")
+        started_s = time.perf_counter()
+        failed = sum(not verdict.ok for point in result.verify() for verdict in point)
+        about = make_provenance(result.options | case.changed, case.inputs, result.elapsed_s)
+        about["elapsed_verify_s"] = time.perf_counter() - started_s
+        bound = None
+        if certify:
+            screen.progress("proving")
+            bound = result.certify()
+        robustness = None if mean_delay_s is None else result.robustness(mean_delay_s=mean_delay_s)
+        screen.progress("drawing and writing")
+        files = write_journey(result, home, about, bound, robustness, pictures=pictures)
+    return _Done(result, journey_object(result), bound, robustness, files, failed)
+
+
+def _compared(done: Sequence[_Done], out: str, folder: OutFolder) -> str:
+    """Write who saves what; returns its table."""
+    from tgvdp.report.journeys import trains_object, write_trains
+
+    results = [one.result for one in done]
+    folder.drop_earlier(write_trains(results, out))
+    return compare_table(trains_object(results))
 
 
 def _table(result: "JourneyResult", content: Mapping[str, Any], bound: "JourneyBound | None") -> str:
@@ -154,6 +201,21 @@ def _table(result: "JourneyResult", content: Mapping[str, Any], bound: "JourneyB
     lines = ["  ".join(cells) for cells in zip(*columns, strict=True)]
     lines.append(
         f"{len(result.sections)} sections, fastest {duration(result.fastest_time_s)} without"
-        f" {len(result.sections) - 1} dwells of {result.dwell_s:g} s"
+        f" {len(result.sections) - 1} dwells of {result.options['dwell_s']:g} s"
     )
     return "\n".join(lines)
+
+
+def _robustness_table(robustness: "Robustness") -> str:
+    """The optimum, today's practices, and the allocation on both fronts."""
+    named = [at for at, name in enumerate(robustness.names) if "%" not in name]
+    rows = dict.fromkeys([*named, robustness.on_both])
+    columns = [
+        column("", "with delays", 11, [robustness.names[at].replace("_", " ") for at in rows]),
+        column("planned", "kWh", 8, aligned([joule_to_kwh(float(robustness.planned_j[at])) for at in rows], 5)),
+        column("expected", "kWh", 8, aligned([joule_to_kwh(float(robustness.energy_j[at])) for at in rows], 5)),
+        column("delay", "s", 7, aligned([float(robustness.delay_s[at]) for at in rows], 4)),
+        column("punctual", "%", 8, [f"{100.0 * robustness.punctual[at]:.1f}" for at in rows]),
+    ]
+    lines = ["  ".join(cells) for cells in zip(*columns, strict=True)]
+    return "\n".join([*lines, f"cheapest as planned on the second front: {robustness.names[robustness.on_both]}"])

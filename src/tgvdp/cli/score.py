@@ -1,12 +1,12 @@
 """``tgvdp score``: a recorded run against the front."""
 
-import json
 import time
 from collections.abc import Mapping
 from typing import Any
 
 import click
 
+from tgvdp.cli import echo_json
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.numbers import number
 from tgvdp.cli.screen import Screen, duration
@@ -103,7 +103,7 @@ def command(
         files = write_ledger(out, {"score.json": to_json(content), "score.png": picture}, provenance)
     folder.drop_earlier(files)
     if as_json:
-        click.echo(json.dumps(content, ensure_ascii=False, allow_nan=False))
+        echo_json(content)
     elif not quiet:
         click.echo(_table(content))
         click.echo(f"in {out}: {', '.join(file.name for file in files)}")

@@ -1,6 +1,5 @@
 """``tgvdp search``: the Pareto front of one trip, as files, a table or one JSON object."""
 
-import json
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -8,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from tgvdp.cli import echo_json
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand
 from tgvdp.cli.notes import idle, idle_restrictions, large_gaps, unused_line_speed, unusual
@@ -23,7 +23,14 @@ from tgvdp.units import kmh_to_mps
 if TYPE_CHECKING:
     from tgvdp.api import SearchResult
     from tgvdp.certificate.front import Certificate
+    from tgvdp.methods.budget import Clock
     from tgvdp.referee.replay import Verdict
+
+#: What replay, proof and tables have at least, where what comes before them took all the time: a share of that.
+_CHECKS_SHARE = 0.125
+
+#: Points that a warning names.
+_NAMED = 20
 
 _EXAMPLES = """
 \b
@@ -104,7 +111,10 @@ def command(
                 screen.note(text)
         checks = second.promise("tgvdp.api.warm:checks", certify) if warm.checks_missing(certify) else None
         with screen.compiling():
+            limit_s = arguments.get("time_limit_s")
+            clock = (api.SearchBudget() if limit_s is None else api.SearchBudget(time_limit_s=limit_s)).start()
             result = api.search(case.train, case.track, **arguments)
+            left_s = clock.left_s(_CHECKS_SHARE)
             if section is not None:
                 result = replace(result, warnings=(*result.warnings, *section.broken_by(result.fastest.time_s)))
             about = make_provenance(result.options | case.changed, case.inputs, result.elapsed_s)
@@ -113,17 +123,19 @@ def command(
             if checks is not None:
                 with screen.waiting():
                     checks()
-            verdicts, certificate, checks_s = _checked(result, certify, screen)
+            clock = api.SearchBudget(time_limit_s=left_s).start()
+            verdicts, certificate, checks_s = _checked(result, certify, screen, clock)
             front = _asked(second, "front_files", formats, result, about, certificate)
             tariff = make_tariff(price_per_kwh, co2_g_per_kwh)
             files, content = write_results(
                 result, out, about | checks_s, verdicts, certificate, profiles=profiles, every_m=every_m,
                 pictures=formats, tariff=tariff, drawn=lambda: front() | runs(), progress=screen.progress,
+                time_s=clock.left_s(_CHECKS_SHARE),
             )  # fmt: skip
         folder.drop_earlier(files)
 
     if as_json:
-        click.echo(json.dumps(content, ensure_ascii=False, allow_nan=False))
+        echo_json(content)
     if not quiet:
         click.echo(_title(result, changes), err=as_json)
         click.echo(front_table(content), err=as_json)
@@ -142,18 +154,18 @@ def _asked(second: SecondProcess, task: str, formats: Sequence[str], *shown: Any
 
 
 def _checked(
-    result: "SearchResult", certify: bool, screen: Screen
+    result: "SearchResult", certify: bool, screen: Screen, clock: "Clock"
 ) -> "tuple[list[Verdict], Certificate | None, dict[str, float]]":
     """Replay a result and, if asked for, prove it; with entries of the provenance: how long each took, s."""
     screen.progress("replaying")
     started_s = time.perf_counter()
-    verdicts = result.verify()
+    verdicts = result.verify(clock.left_s(_CHECKS_SHARE))
     checks_s = {"elapsed_verify_s": time.perf_counter() - started_s}
     if not certify:
         return verdicts, None, checks_s
     screen.progress("proving")
     started_s = time.perf_counter()
-    certificate = result.certify()
+    certificate = result.certify(clock.left_s(_CHECKS_SHARE))
     checks_s["elapsed_certify_s"] = time.perf_counter() - started_s
     return verdicts, certificate, checks_s
 
@@ -166,12 +178,18 @@ def _title(result: "SearchResult", changes: Sequence[str]) -> str:
 
 def _judge(content: Mapping[str, Any], is_proved: bool, quiet: bool) -> int:
     """Exit code of a result, and a word on stderr where it is not all that was asked for."""
-    failed = [str(point["id"]) for point in content["front"] if not point["replay"]["ok"]]
+    front = content["front"]
+    failed = [str(point["id"]) for point in front if point["replay"]["ok"] is False]
     if failed:
-        click.echo(f"tgvdp: warning: points {', '.join(failed)} do not pass the replay", err=True)
+        more = f" and {len(failed) - _NAMED} more" if len(failed) > _NAMED else ""
+        click.echo(f"tgvdp: warning: points {', '.join(failed[:_NAMED])}{more} do not pass the replay", err=True)
+    unknown = sum(point["replay"]["ok"] is None for point in front)
     if content["complete"]:
         if "warning" in content and not quiet:
             click.echo(f"tgvdp: warning: {content['warning']}", err=True)
+        if unknown:
+            click.echo(f"tgvdp: budget reached: the time limit ended the replay, {unknown} points had none", err=True)
+            return BudgetExceededError.exit_code
         if is_proved:
             return 0
         click.echo("tgvdp: budget reached: the time limit ended the proof, bounds are missing or loose", err=True)

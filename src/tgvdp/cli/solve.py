@@ -1,11 +1,11 @@
 """``tgvdp solve``: solve one instance of the formulations and replay what comes out."""
 
-import json
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from tgvdp.cli import echo_json
 from tgvdp.cli.numbers import number
 from tgvdp.errors import BudgetExceededError
 from tgvdp.formulations.qubo.names import ENCODINGS, PENALTIES, PenaltyRule, parse_penalty
@@ -95,7 +95,10 @@ def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bo
         raise click.UsageError(f"solver {solver} does not use --{key}; {users} do", click.get_current_context())
     solution = solve(problem, solver, encoding, penalty, Allowance(**given))
     content = solution_object(problem, solution)
-    click.echo(json.dumps(content) if as_json else table(problem, solution))
+    if as_json:
+        echo_json(content)
+    else:
+        click.echo(table(problem, solution))
     return 0 if solution.feasible else BudgetExceededError.exit_code
 
 

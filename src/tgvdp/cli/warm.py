@@ -1,11 +1,11 @@
 """``tgvdp warm``: compile all that a search may need, before somebody waits for it."""
 
-import json
 import time
 import warnings
 
 import click
 
+from tgvdp.cli import echo_json
 from tgvdp.cli.screen import Screen
 from tgvdp.errors import InputError
 from tgvdp.second_process import SecondProcess
@@ -49,7 +49,7 @@ def command(as_json: bool, quiet: bool) -> None:
     if as_json:
         kernels = [one._asdict() for one in done]
         content = {"schema": SCHEMA, "folder": str(warm.key_folder()), "compiled": kernels, "elapsed_s": elapsed_s}
-        click.echo(json.dumps(content, ensure_ascii=False, allow_nan=False))
+        echo_json(content)
     elif not quiet:
         for one in done:
             click.echo(f"{one.elapsed_s:6.1f} s  {one.kernel}")

@@ -27,7 +27,7 @@ _Floats = NDArray[np.float64]
 _STEPS = 16
 _FIRST_STEPS = 32
 #: Rounds of solving the sections at their split.
-_ROUNDS = 3
+ROUNDS = 3
 #: A sample that is above the hull of its front by less than this share of the energy is on it: so exact are runs.
 _ON_HULL = 1e-4
 #: A run that misses what it was given by more than this multiple of the tolerance stands before a jump.
@@ -54,10 +54,12 @@ class JourneyFront:
         Running times without dwell, s, and energies, J.
     run : (n, sections) int64
         Each section's run at each point, among its `SectionRuns`.
-    multiplier_j_per_s : (n,) float64
-        The multiplier of all sections; infinite for the fastest journey.
+    departure_s : (n, sections) float64
+        When each section begins, on the clock of the journey, s.
+    multiplier_j_per_s : (n, sections) float64
+        The multiplier of each section: one for all but where windows part them; infinite for the fastest journey.
     practices : dict of str to Allocations
-        What today's practices make of the same running times.
+        What today's practices make of the same running times; they know no windows.
     complete : bool
         False when a time limit ended the search.
     exhausted : bool
@@ -66,13 +68,16 @@ class JourneyFront:
 
     front: ParetoFront
     run: NDArray[np.int64]
+    departure_s: _Floats
     multiplier_j_per_s: _Floats
     practices: dict[str, Allocations]
     complete: bool
     exhausted: bool
 
 
-def journey_front(sections: Sequence[SectionRuns], supplement_s: _Floats, tolerance_s: float) -> JourneyFront:
+def journey_front(
+    sections: Sequence[SectionRuns], supplement_s: _Floats, tolerance_s: float, dwell_s: float = 0.0
+) -> JourneyFront:
     """Find the front of a journey.
 
     Parameters
@@ -83,6 +88,8 @@ def journey_front(sections: Sequence[SectionRuns], supplement_s: _Floats, tolera
         Increasing supplements over the sum of the fastest runs, s.
     tolerance_s : float
         How well they are met, s: no point is later.
+    dwell_s : float
+        Standstill at each stop on the way, s.
     """
     search = _Search(sections, supplement_s, tolerance_s / len(sections))
     shares = practices(sections, supplement_s)
@@ -90,7 +97,7 @@ def journey_front(sections: Sequence[SectionRuns], supplement_s: _Floats, tolera
     merged_s, is_off = samples.merged(supplement_s)
     splits = [search.split()]
     search.attempt(*shares.values(), search.beside(merged_s, is_off), splits[0].supplement_s)
-    while len(splits) < _ROUNDS:
+    while len(splits) < ROUNDS:
         splits.append(search.split())
         search.attempt(splits[-1].supplement_s)
     taken_s, is_short = search.short()
@@ -98,12 +105,16 @@ def journey_front(sections: Sequence[SectionRuns], supplement_s: _Floats, tolera
         search.attempt(search.beside(taken_s, is_short))
     _, best = search.best()
     front = ParetoFront.of(best.time_s, best.energy_j)
+    until_next_s = dwell_s + np.column_stack(
+        [one.front.time_s[run] for one, run in zip(sections, best.run.T, strict=True)]
+    )
     kept = front.source
     last_s = search.fastest_s + float(supplement_s[-1])
     return JourneyFront(
         front=front,
         run=best.run[kept],
-        multiplier_j_per_s=splits[-1].multiplier_j_per_s[kept],
+        departure_s=(np.cumsum(until_next_s, axis=1) - until_next_s)[kept],
+        multiplier_j_per_s=np.repeat(splits[-1].multiplier_j_per_s[kept, None], len(sections), axis=1),
         practices={name: search.allocations(share_s[kept]) for name, share_s in shares.items()},
         complete=all(section.complete for section in sections),
         exhausted=bool(front.time_s[-1] < last_s - _SHORT * tolerance_s),

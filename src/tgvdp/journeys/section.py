@@ -70,7 +70,23 @@ class SectionRuns:
         limit_s = (self.fastest.duration_s + supplement_s) * (1.0 + _SAME)
         return np.asarray(np.searchsorted(self.front.time_s, limit_s, side="right") - 1)
 
+    @property
+    def time_s(self) -> NDArray[np.float64]:
+        """Running time of each run, s, (n,) float64."""
+        return self.front.time_s
+
+    @property
+    def energy_j(self) -> NDArray[np.float64]:
+        """Energy of each run, J, (n,) float64."""
+        return self.front.energy_j
+
+    def rows(self, index: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int8]]:
+        """Rows of one run: positions from the origin, m, squared speeds, m²/s², and what is known of their regimes."""
+        found, at = self._runs[index]
+        x_m, w = found.rows(at)
+        known = found.regimes(at)
+        return x_m, w, np.full(len(x_m) - 1, -1, dtype=np.int8) if known is None else known
+
     def profile(self, index: int) -> Profile:
         """Speed profile of one run."""
-        found, at = self._runs[index]
-        return profile_of(self.trip, *found.rows(at), found.regimes(at))
+        return profile_of(self.trip, *self.rows(index))

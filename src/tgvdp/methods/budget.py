@@ -1,6 +1,6 @@
 """What a search may spend: labels and time."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from tgvdp._jit import working_s
 from tgvdp.errors import InputError
@@ -8,6 +8,8 @@ from tgvdp.model.checks import require_number
 
 #: Time limit unless the caller says otherwise: a search always has a budget.
 DEFAULT_TIME_S = 60.0
+#: What is left when all the time is up, s.
+_LEAST_TIME_S = 1e-3
 #: Labels are numbered by int32.
 MOST_LABELS = 2**31 - 2
 
@@ -45,6 +47,10 @@ class SearchBudget:
         """Name the part of the budget that ended a search: its labels where these were full, else its time."""
         return f"the budget of {most_labels:,} labels" if full else f"the time limit of {self.time_limit_s:.3g} s"
 
+    def after(self, clock: "Clock") -> "SearchBudget":
+        """What is left of the time; never nothing, so that whoever is asked next says that the time is up."""
+        return replace(self, time_limit_s=max(clock.left_s(), _LEAST_TIME_S))
+
     def start(self) -> "Clock":
         """Start the clock."""
         return Clock(working_s(), self.time_limit_s)
@@ -61,6 +67,10 @@ class Clock:
     def elapsed_s(self) -> float:
         """Seconds since the start."""
         return working_s() - self.started_s
+
+    def left_s(self, least_share: float = 0.0) -> float:
+        """Seconds that are left, or a share of the limit if that is more."""
+        return max(self.limit_s - self.elapsed_s, least_share * self.limit_s)
 
     @property
     def expired(self) -> bool:

@@ -25,6 +25,7 @@ _UNITS = {
     "s": _Unit("_s", "time", "s"),
     "km/h": _Unit("_kmh", "speed", "m/s"),
     "%": _Unit("_pct", "ratio", "as a share"),
+    "MB": _Unit("_mb", "memory", "B"),
 }
 
 
@@ -47,7 +48,7 @@ class Option:
     heading : str
         What it stands under on the help page.
     unit : str
-        Of people, on the command line and in files: m, s, km/h or %; empty: a plain number or none.
+        Of people, on the command line and in files: m, s, km/h, % or MB; empty: a plain number or none.
     above, at_least, at_most : float, optional
         Range in that unit.
     infinite_ok : bool

@@ -207,6 +207,16 @@ class SearchOptions:
         infinite_ok=True,
         metavar="S",
     )
+    max_memory_b: float | None = option(
+        None,
+        "Take no more memory than this.",
+        name="max-memory",
+        heading=BUDGET,
+        unit="MB",
+        above=0.0,
+        metavar="MB",
+        shown_default="half of the machine's",
+    )
     dominance: bool = option(True, "drop dominated paths.", name="dominance", heading=GRID, methods=_BEST_FIRST)
     bounds: bool = option(True, "prune by bounds of the cost to go.", name="bounds", heading=GRID, methods=_BEST_FIRST)
 

@@ -6,6 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import leaf
+from tgvdp.errors import NumericalError
+from tgvdp.memory import ask_for
+
+#: Rows of one run at most, a hundred times those of the fastest run on 500 km: more of them are no motion of a train.
+MOST_ROWS = 1 << 22
 
 
 class Cell(NamedTuple):
@@ -36,6 +41,22 @@ class Rows(NamedTuple):
 
     x: NDArray[np.float64]
     w: NDArray[np.float64]
+
+
+def room_for_rows(count: int) -> Rows:
+    """Room for so many rows of one run.
+
+    Raises
+    ------
+    NumericalError
+        When these are more than `MOST_ROWS`.
+    BudgetExceededError
+        When there is not enough memory.
+    """
+    if count > MOST_ROWS:
+        raise NumericalError(f"one run takes more than {MOST_ROWS:,} rows")
+    ask_for(16.0 * count, f"{count:,} rows of runs")
+    return Rows(*np.empty((2, count)))
 
 
 @leaf

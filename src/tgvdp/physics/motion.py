@@ -166,6 +166,13 @@ def march(train, regime, sign, cell, length_m, w, target_w, rows, n):
         v = math.sqrt(w)
         net = net_force(train, regime, cell, v, v)
         rising = sign * net > 0.0
+        if regime == TRACTION and sign > 0.0 and net < 0.0:  # what is below counts: the effort may drop at v
+            below = v * (1.0 - BELOW_DROP)
+            net = net_force(train, regime, cell, below, below)
+            if net >= 0.0:  # above the drop the train slows down, below it gains speed
+                xs[n] = length_m
+                ws[n] = w * (1.0 - BELOW_DROP)
+                return length_m, ws[n], n + 1
         end = math.inf if rising else 0.0
         if regime == TRACTION:
             end = _row_end(train.traction, 0.0, v, rising, train.rows)
@@ -195,11 +202,6 @@ def march(train, regime, sign, cell, length_m, w, target_w, rows, n):
             mean = sign * net_force(train, regime, cell, v, math.sqrt(next_w))
             if mean * (next_w - w) > 0.0:
                 row_m = 0.5 * train.inertia_kg * (next_w - w) / mean
-            elif regime == TRACTION and sign > 0.0 and not rising:
-                # The effort drops here: above it the train slows down, below it gains speed.
-                xs[n] = length_m
-                ws[n] = w * (1.0 - BELOW_DROP)
-                return length_m, ws[n], n + 1
         if x + row_m < length_m:
             x += row_m
             w = next_w

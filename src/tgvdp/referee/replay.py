@@ -55,9 +55,9 @@ class Verdict:
         the comfort limit, in percent.
     speed_error_mps : float
         Largest difference between claimed and replayed speed at the end of a row, m/s.
-    ok : bool
+    ok : bool or None
         Whether all are within the tolerances of `tgvdp.constants`, every break of the line is a row, and the run goes
-        from origin to destination with the speeds asked for.
+        from origin to destination with the speeds asked for. None where there was no time for a replay.
     """
 
     time_error_pct: float
@@ -65,7 +65,11 @@ class Verdict:
     overspeed_mps: float
     effort_excess_pct: float
     speed_error_mps: float
-    ok: bool
+    ok: bool | None
+
+
+#: Of a run that was not replayed.
+NOT_REPLAYED = Verdict(np.nan, np.nan, np.nan, np.nan, np.nan, None)
 
 
 def _largest(differences: NDArray[np.float64]) -> float:

@@ -1,7 +1,7 @@
 """Pictures of a journey: its front beside today's practices, its runs, and what each section gets and would give."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,19 +12,23 @@ from tgvdp.report import style
 from tgvdp.report.front_plots import energy_name, heading
 from tgvdp.report.profile_plots import Run, plot_speeds
 from tgvdp.report.tables import margin_pct, saved_pct
-from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
+from tgvdp.units import SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
     from tgvdp.api import JourneyResult
+    from tgvdp.journeys.delays import Robustness
 
 _Floats = NDArray[np.float64]
 
 #: Colours and marks of the practices, in their order.
 _LOOKS = ((style.VERMILION, "s"), (style.GREEN, "^"), (style.PURPLE, "v"))
-_OPTIMUM = "one multiplier (optimum)"
+_LINEAR_LOOK = (style.ORANGE, "D")
+_OPTIMUM = "optimum"
 _MARKED = 100
 #: Heights of the picture of two panels, and of the names of sections, inches.
 _TALL_IN, _NAMES_IN = 7.2, 1.0
+#: Room for a legend above what is drawn.
+_LEGEND_SHARE = 0.22
 #: Share of a section's room that its bars take, and bars below which each has its stop's position.
 _BARS, _MOST_NAMES = 0.8, 24
 
@@ -52,48 +56,78 @@ def draw(result: "JourneyResult", picture: str, index: int | None = None) -> sty
 
 def plot_front(result: "JourneyResult", _: int) -> style.Picture:
     """Draw energy over running time of the front and of today's practices, and below it what these cost more."""
-    figure = style.new_figure(_TALL_IN)
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2.0, 1.0))
+    if not result.found.practices:  # they know no windows
+        figure = style.new_figure()
+        upper = lowest = figure.add_subplot()
+    else:
+        figure = style.new_figure(_TALL_IN)
+        upper, lowest = figure.subplots(2, 1, sharex=True, height_ratios=(2.0, 1.0))
+        _draw_practices(result, upper, lowest)
     front_s, front_j = result.front.time_s, result.front.energy_j
     energy = style.energy_scale(float(np.abs(front_j).max()))
-    marks = max(len(front_s) // 12, 1)
-    shown = []
-    for (name, practice), (color, mark) in zip(result.found.practices.items(), _LOOKS, strict=True):
-        look = {"color": color, "linewidth": 1.3, "marker": mark, "markersize": 4.0, "markevery": marks}
-        margin = 100.0 * (practice.time_s / result.fastest_time_s - 1.0)
-        upper.plot(margin, practice.energy_j * energy.factor, **look, label=name.replace("_", " "))
-        above = -np.array([saved_pct(own, best) for own, best in zip(practice.energy_j, front_j, strict=True)])
-        lower.plot(margin, above, **look)
-        shown.append(float(above.max()))
     upper.plot(
         100.0 * (front_s / result.fastest_time_s - 1.0), front_j * energy.factor, color=style.BLUE, linewidth=2.2,
-        marker="o" if len(front_s) <= _MARKED else None, markersize=3.5, label=_OPTIMUM,
+        marker="o" if len(front_s) <= _MARKED else None, markersize=3.5, label=_OPTIMUM, zorder=3,
     )  # fmt: skip
-    # What keeps all for the end would flatten the rest.
-    lower.set_ylim(0.0, 1.3 * sorted(shown)[-2] or 1.0)
     style.dress(upper, "", f"{energy_name(result.trip)} ({energy.unit})")
-    fastest = style.clock(result.fastest_time_s)
-    style.dress(lower, f"Running time supplement (%) over the fastest {fastest}", "Dearer by (%)")
+    label = f"Running time supplement (%) over the fastest {style.clock(result.fastest_time_s)}"
+    lowest.set_xlabel(label, fontsize=style.LABEL_PT, fontfamily=style.FONT, color=style.INK)
     style.title(upper, "What does the split of the supplement cost?", f"{_heading(result)}; lower is better")
-    style.legend(upper, "center right")
+    low, high = upper.get_ylim()
+    upper.set_ylim(low, high + _LEGEND_SHARE * (high - low))
+    style.legend(upper, "upper right", columns=3)
     return figure
 
 
+def _draw_practices(result: "JourneyResult", upper: Axes, lower: Axes) -> None:
+    """Draw the energies of the practices, and how much dearer than the front they are."""
+    energy = style.energy_scale(float(np.abs(result.front.energy_j).max()))
+    marks = max(len(result.front) // 12, 1)
+    drawn = {name: (practice.time_s, practice.energy_j) for name, practice in result.found.practices.items()}
+    drawn["linear_margin"] = (result.front.time_s, result.linear_margin_j)
+    shown = []
+    for (name, (time_s, energy_j)), (color, mark) in zip(drawn.items(), (*_LOOKS, _LINEAR_LOOK), strict=True):
+        look: dict[str, Any] = {
+            "color": color, "linewidth": 1.3, "marker": mark, "markersize": 4.0, "markevery": marks,
+        }  # fmt: skip
+        margin = 100.0 * (time_s / result.fastest_time_s - 1.0)
+        upper.plot(margin, energy_j * energy.factor, **look, label=name.replace("_", " "))
+        pairs = zip(energy_j, result.front.energy_j, strict=True)
+        above = -np.array([saved_pct(own_j, best_j) for own_j, best_j in pairs])
+        lower.plot(margin, above, **look)
+        shown.append(float(above.max()))
+    style.dress(lower, "", "Dearer by (%)")
+    # What is far dearer than the rest would flatten it.
+    lower.set_ylim(0.0, 1.3 * sorted(shown)[1] or 1.0)
+
+
 def plot_time_distance(result: "JourneyResult", index: int) -> style.Picture:
-    """Draw time over distance of the fastest journey, the chosen one and the thriftiest one, with their dwells."""
+    """Draw time over distance of the fastest journey, the chosen one and the thriftiest one, with stops and windows."""
     figure = style.new_figure()
     axes = figure.add_subplot()
     along = style.distance_scale(result.trip.distance_m)
     runs = _runs(result, index)
-    scale = style.time_scale(max(run.profile.duration_s for run in runs))
-    for run, color in zip(runs, (style.VERMILION, style.ORANGE, style.BLUE)[-len(runs) :], strict=True):
-        x, t = run.profile.position_m * along.factor, run.profile.time_s * scale.factor
-        axes.plot(x, t, color=color, linewidth=1.8, label=run.label)
+    begin_s = result.found.departure_s[_shown(result, index), 0]
+    last_s = max(run.profile.duration_s + first_s for run, first_s in zip(runs, begin_s, strict=True))
+    scale = style.time_scale(last_s)
+    colors = (style.VERMILION, style.ORANGE, style.BLUE)[-len(runs) :]
+    for run, first_s, color in zip(runs, begin_s, colors, strict=True):
+        time_s = run.profile.time_s + first_s
+        axes.plot(
+            run.profile.position_m * along.factor, time_s * scale.factor, color=color, linewidth=1.8, label=run.label
+        )
     for section in result.sections[1:]:
         axes.axvline(section.trip.origin_m * along.factor, color=style.MUTED, linewidth=0.7, linestyle=":")
-    style.dress(axes, f"Position on the line ({along.unit})", f"Time since departure ({scale.unit})")
+    windows = [one for one in (*result.windows.departures, *result.windows.arrivals) if np.isfinite(one[1:3]).any()]
+    for number, window in enumerate(windows):
+        ends = np.clip((window.earliest_s, window.latest_s), 0.0, 1.1 * last_s) * scale.factor
+        axes.plot(
+            [window.position_m * along.factor] * 2, ends, color=style.PURPLE, linewidth=5.0, alpha=0.5,
+            solid_capstyle="butt", label="" if number else "window",
+        )  # fmt: skip
+    style.dress(axes, f"Position on the line ({along.unit})", f"Time on the journey's clock ({scale.unit})")
     axes.set_xlim(result.trip.origin_m * along.factor, result.trip.destination_m * along.factor)
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(0.0, 1.05 * last_s * scale.factor)
     style.title(axes, "When is the train where?", f"Time over distance, {_heading(result)}; dotted lines are stops")
     style.legend(axes, "upper left")
     return figure
@@ -110,8 +144,8 @@ def plot_allocation(result: "JourneyResult", index: int) -> style.Picture:
     axes = figure.add_subplot()
     fastest_s = np.array([section.fastest.duration_s for section in result.sections])
     rows = {_OPTIMUM: (style.BLUE, result.section_time_s[index] - fastest_s)}
-    for (name, practice), (color, _) in zip(result.found.practices.items(), _LOOKS, strict=True):
-        time_s = [one.front.time_s[run] for one, run in zip(result.sections, practice.run[index], strict=True)]
+    for (name, practice), (color, _) in zip(result.found.practices.items(), _LOOKS, strict=False):
+        time_s = [one.time_s[run] for one, run in zip(result.sections, practice.run[index], strict=True)]
         rows[name.replace("_", " ")] = (color, np.array(time_s) - fastest_s)
     width = _BARS / len(rows)
     place = np.arange(len(fastest_s))
@@ -120,8 +154,7 @@ def plot_allocation(result: "JourneyResult", index: int) -> style.Picture:
         axes.bar(place + offset, supplement_s, width, color=color, label=name, linewidth=0)
     # What keeps all for the end would flatten the rest.
     top_s = max(float(supplement_s[:-1].max(initial=0.0)) for _, supplement_s in rows.values())
-    if len(fastest_s) > 1 and top_s > 0.0:
-        axes.set_ylim(0.0, 1.25 * max(top_s, float(rows[_OPTIMUM][1].max())))
+    axes.set_ylim(0.0, 1.25 * max(top_s, float(rows[_OPTIMUM][1].max())) or 1.0)
     _name_sections(axes, result)
     style.dress(axes, axes.get_xlabel(), "Supplement (s)")
     style.title(axes, "Who gets the time?", f"{_heading(result)}, {_named(result, index)}")
@@ -136,7 +169,7 @@ def plot_price(result: "JourneyResult", index: int) -> style.Picture:
     energy = style.energy_scale(float(np.abs(result.front.energy_j).max()))
     per_minute = SECONDS_PER_MINUTE * energy.factor
     runs = {_OPTIMUM: (style.BLUE, "o", result.found.run[index])}
-    for (name, practice), (color, mark) in zip(result.found.practices.items(), _LOOKS, strict=True):
+    for (name, practice), (color, mark) in zip(result.found.practices.items(), _LOOKS, strict=False):
         runs[name.replace("_", " ")] = (color, mark, practice.run[index])
     place = np.arange(len(result.sections))
     top = 0.0
@@ -147,12 +180,46 @@ def plot_price(result: "JourneyResult", index: int) -> style.Picture:
         price[~np.isfinite(price)] = np.nan
         axes.plot(place, price, mark, color=color, markersize=7.0, linestyle="none", label=name)
         top = max(top, float(np.nanmax(price, initial=0.0)))
-    axes.axhline(result.price_kwh_per_min[index] * JOULE_PER_KWH * energy.factor, color=style.BLUE, linewidth=1.0)
+    multiplier = result.found.multiplier_j_per_s[index]
+    axes.step(place, np.where(np.isfinite(multiplier), multiplier, np.nan) * per_minute, where="mid", color=style.BLUE)
     _name_sections(axes, result)
     style.dress(axes, axes.get_xlabel(), f"Energy saved per minute ({energy.unit}/min)")
     axes.set_ylim(0.0, 1.3 * top or 1.0)
     style.title(axes, "Where would one more minute save most?", f"{_heading(result)}, {_named(result, index)}")
     style.legend(axes, "upper left", columns=2)
+    return figure
+
+
+def plot_robustness(result: "JourneyResult", robustness: "Robustness") -> style.Picture:
+    """Draw expected energy over expected delay of the allocations of one journey time, and their second front."""
+    figure = style.new_figure()
+    axes = figure.add_subplot()
+    energy = style.energy_scale(float(np.abs(robustness.energy_j).max()))
+    energies = robustness.energy_j * energy.factor
+    axes.plot(
+        robustness.delay_s, energies, "o", color=style.FAINT, markeredgecolor=style.MUTED, markersize=4.0,
+        label="mixtures", linestyle="none",
+    )  # fmt: skip
+    front = robustness.front
+    axes.plot(front.time_s, front.energy_j * energy.factor, color=style.INK, linewidth=1.2, label="second front")
+    looks = {_OPTIMUM: (style.BLUE, "o"), **dict(zip(result.found.practices, _LOOKS, strict=True))}
+    for name, (color, mark) in looks.items():
+        at = robustness.names.index(name)
+        axes.plot(
+            robustness.delay_s[at], energies[at], mark, color=color, markersize=9.0, linestyle="none",
+            label=name.replace("_", " "),
+        )  # fmt: skip
+    both = robustness.on_both
+    axes.plot(robustness.delay_s[both], energies[both], "*", color=style.ORANGE, markersize=15.0, linestyle="none",
+              label=f"on both: {robustness.names[both].replace('_', ' ')}")  # fmt: skip
+    # What keeps all for the end would flatten the rest.
+    near = [at for at, name in enumerate(robustness.names) if "all_at_the_end" not in name]
+    for setter, values in ((axes.set_xlim, robustness.delay_s[near]), (axes.set_ylim, energies[near])):
+        pad = 0.15 * float(np.ptp(values)) or 1.0
+        setter(float(values.min()) - pad, float(values.max()) + pad)
+    style.dress(axes, "Expected delay at stops (s)", f"Expected energy ({energy.unit})")
+    style.title(axes, "What does the split do when trains are late?", f"{_heading(result)}; lower left is better")
+    style.legend(axes, "upper left")
     return figure
 
 
@@ -169,16 +236,21 @@ PICTURES: dict[str, Callable[["JourneyResult", int], style.Picture]] = {
 def _runs(result: "JourneyResult", index: int) -> list[Run]:
     """The fastest, the chosen and the thriftiest journey, as far as there are so many."""
     looks = (((0, (1.2, 1.2)), 1.2), ((0, (5.0, 1.5)), 1.4), ("-", 1.8))
-    chosen = sorted({0, index, len(result.front) - 1})
+    chosen = _shown(result, index)
     return [
         Run(_named(result, at), result.profile(at), *look)
         for at, look in zip(chosen, looks[-len(chosen) :], strict=True)
     ]
 
 
+def _shown(result: "JourneyResult", index: int) -> list[int]:
+    """The first point, the chosen and the last one, each once."""
+    return sorted({0, index, len(result.front) - 1})
+
+
 def _named(result: "JourneyResult", index: int) -> str:
     """Time and energy of a point against the fastest journey."""
-    if np.isinf(result.price_kwh_per_min[index]):
+    if np.isinf(result.found.multiplier_j_per_s[index]).all():
         return f"fastest, {style.clock(result.fastest_time_s)}"
     margin = margin_pct(float(result.front.time_s[index]), result.fastest_time_s)
     saved = saved_pct(float(result.front.energy_j[index]), result.fastest_energy_j)

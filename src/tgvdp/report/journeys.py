@@ -1,7 +1,7 @@
 """A journey as an object and as files."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,9 +15,12 @@ from tgvdp.units import joule_to_kwh
 if TYPE_CHECKING:
     from tgvdp.api import JourneyResult
     from tgvdp.journeys.bound import JourneyBound
+    from tgvdp.journeys.delays import Robustness
     from tgvdp.report.columns import Columns
 
 SCHEMA = "tgvdp.journey/1"
+#: A front may end a hundredth of a second before the margin that was asked for.
+_MARGIN_SLACK_PCT = 0.1
 
 
 def journey_object(result: "JourneyResult") -> dict[str, Any]:
@@ -27,7 +30,7 @@ def journey_object(result: "JourneyResult") -> dict[str, Any]:
         front.time_s, front.energy_j, result.price_kwh_per_min, result.section_time_s, result.section_energy_j,
         strict=True,
     )  # fmt: skip
-    content = {
+    content: dict[str, Any] = {
         "schema": SCHEMA,
         "sections": [
             {
@@ -46,6 +49,8 @@ def journey_object(result: "JourneyResult") -> dict[str, Any]:
             for name, practice in result.found.practices.items()
         },
     }
+    if result.windows.are_open:
+        content["practices"]["linear_margin"] = list(map(_figures, front.time_s, result.linear_margin_j))
     plain_content: dict[str, Any] = plain(content)
     return plain_content
 
@@ -84,11 +89,24 @@ def allocation_columns(content: Mapping[str, Any]) -> "Columns":
     return {name: [row[name] for row in rows] for name in rows[0]}
 
 
+def robustness_columns(robustness: "Robustness") -> "Columns":
+    """Columns of ``robustness.csv``: an allocation per row."""
+    return {
+        "allocation": list(robustness.names),
+        "planned_kwh": list(map(joule_to_kwh, robustness.planned_j.tolist())),
+        "expected_kwh": list(map(joule_to_kwh, robustness.energy_j.tolist())),
+        "expected_delay_s": robustness.delay_s.tolist(),
+        "punctual_pct": (100.0 * robustness.punctual).tolist(),
+        "on_the_second_front": [str(at in robustness.front.source).lower() for at in range(len(robustness.names))],
+    }
+
+
 def write_journey(
     result: "JourneyResult",
     out_dir: str | os.PathLike[str],
     provenance: Mapping[str, Any] | None = None,
     bound: "JourneyBound | None" = None,
+    robustness: "Robustness | None" = None,
     *,
     pictures: bool = True,
 ) -> list[Path]:
@@ -103,6 +121,8 @@ def write_journey(
         As `make_provenance` returns it; by default of the result itself.
     bound : JourneyBound, optional
         Of ``result.certify()``; without it front.csv holds no bounds.
+    robustness : Robustness, optional
+        Of ``result.robustness()``: adds robustness.csv and its picture.
     pictures : bool
 
     Raises
@@ -120,10 +140,67 @@ def write_journey(
         "front.csv": to_csv(front_columns(result, content, bound)),
         "allocation.csv": to_csv(allocation_columns(content)),
     }
+    if robustness is not None:
+        files["robustness.csv"] = to_csv(robustness_columns(robustness))
     if pictures:
         # Here, so that whoever wants no picture does not wait for matplotlib.
-        from tgvdp.report.journey_plots import PICTURES, draw
+        from tgvdp.report.journey_plots import PICTURES, draw, plot_robustness
         from tgvdp.report.pictures import encode
 
         files |= {f"{name}.png": encode(draw(result, name), provenance) for name in PICTURES}
+        if robustness is not None:
+            files["robustness.png"] = encode(plot_robustness(result, robustness), provenance)
     return write_ledger(out_dir, files, provenance)
+
+
+def trains_object(results: Sequence["JourneyResult"]) -> dict[str, Any]:
+    """Compare the journeys of several trains at equal margins: an object of schema tgvdp.compare/1."""
+    from tgvdp.report.comparison import MARGINS_PCT, compare_object, names_of
+
+    contents = list(map(_comparable, results))
+    reach_pct = min(margin_pct(float(one.front.time_s[-1]), one.fastest_time_s) for one in results)
+    margins_pct = [margin for margin in MARGINS_PCT if margin <= reach_pct + _MARGIN_SLACK_PCT] or [0.0]
+    return compare_object(contents, names_of(contents), margins_pct)
+
+
+def write_trains(results: Sequence["JourneyResult"], out_dir: str | os.PathLike[str]) -> list[Path]:
+    """Write the comparison of several trains: an object, a table and a picture.
+
+    Raises
+    ------
+    InputError
+        When the folder cannot be written.
+    """
+    from tgvdp.report.comparison import compare_columns, names_of, plot_comparison
+    from tgvdp.report.pictures import encode
+
+    contents = list(map(_comparable, results))
+    inputs = {f"train-{number}": one.trip.train for number, one in enumerate(results, start=1)}
+    options = results[0].options
+    provenance = make_provenance(
+        options, {**inputs, "track": results[0].trip.track}, sum(one.elapsed_s for one in results)
+    )
+    content = trains_object(results)
+    files = {
+        "compare.json": to_json({**content, "provenance": provenance}),
+        "compare.csv": to_csv(compare_columns(content)),
+        "compare.png": encode(plot_comparison(contents, names_of(contents)), provenance),
+    }
+    return write_ledger(out_dir, files, provenance)
+
+
+def _comparable(result: "JourneyResult") -> dict[str, Any]:
+    """What a comparison reads of a result, the fastest journey first."""
+    trip = result.trip
+    return {
+        "method": "front" if result.windows.are_open else "timetable",  # whose fastest journey is not on its front
+        "trip": {
+            "train": trip.train.name,
+            "track": trip.track.name,
+            "origin_m": trip.origin_m,
+            "destination_m": trip.destination_m,
+        },
+        "energy": {"model": trip.energy.kind} if trip.energy.map is None else {"map": trip.energy.map.name},
+        "fastest": _figures(result.fastest_time_s, result.fastest_energy_j),
+        "front": list(map(_figures, result.front.time_s, result.front.energy_j)),
+    }

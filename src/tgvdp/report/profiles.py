@@ -22,6 +22,8 @@ PROFILE_DIGITS = {
 FASTEST_ID = "fastest"
 #: Rows that are written at most, of all runs together: what a spreadsheet opens, and some hundred megabytes of CSV.
 MOST_ROWS = 1_000_000
+#: Rows that are written in a second.
+_ROWS_PER_S = 100_000
 
 #: Told what is being done, in a few words.
 Progress = Callable[[str], None]
@@ -44,6 +46,11 @@ class Written(NamedTuple):
     points: list[int]
     every_m: float | None
     note: str
+
+
+def most_rows_in(time_s: float) -> int:
+    """Rows that may be written, where there is so much time for them."""
+    return int(min(MOST_ROWS, _ROWS_PER_S * time_s))
 
 
 def choose_runs(result: "SearchResult", every_m: float | None = None, most_rows: int = MOST_ROWS) -> Written:

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -13,7 +14,7 @@ from tgvdp.report.courses import driving_course_csv
 from tgvdp.report.files import write_files
 from tgvdp.report.pictures import check_formats
 from tgvdp.report.plain import plain
-from tgvdp.report.profiles import PROFILE_DIGITS, Progress, Written, choose_runs, profile_columns
+from tgvdp.report.profiles import PROFILE_DIGITS, Progress, Written, choose_runs, most_rows_in, profile_columns
 from tgvdp.report.provenance import Input, make_provenance
 from tgvdp.report.tables import Tariff, front_columns, result_object
 
@@ -46,6 +47,7 @@ def write_results(
     tariff: Tariff | None = None,
     drawn: Callable[[], Mapping[str, bytes]] | None = None,
     progress: Progress | None = None,
+    time_s: float = math.inf,
 ) -> Results:
     """Write all files of a result into a folder, all or none.
 
@@ -75,6 +77,8 @@ def write_results(
         Returns the pictures, when they are drawn elsewhere meanwhile (`tgvdp.report.gallery`).
     progress : callable, optional
         Told in a few words what is being written.
+    time_s : float, optional
+        Time for the tables, s: where all profiles would take longer, evenly spread ones are written.
 
     Returns
     -------
@@ -93,7 +97,7 @@ def write_results(
     if not provenance:
         inputs: dict[str, Input] = {"train": result.trip.train, "track": result.trip.track}
         provenance = make_provenance(result.options, inputs, result.elapsed_s)
-    written = choose_runs(result, every_m)
+    written = choose_runs(result, every_m, most_rows_in(time_s))
     content = result_object(
         result, result.verify() if verdicts is None else verdicts, provenance, certificate, tariff=tariff,
         notes=[written.note] if written.note else [], progress=progress,

@@ -14,10 +14,11 @@ from tgvdp.line.resolved import ResolvedLine
 from tgvdp.model.track import POWERED
 from tgvdp.model.train import Train
 from tgvdp.physics.forces import KernelTrain, effort_at, mean_brake, mean_effort, mean_resistance, unpowered
+from tgvdp.physics.motion import BELOW_DROP
 
 #: An effort below this share of the starting effort counts as none.
 NO_EFFORT = 3e-5
-#: A speed is between two others when w is by more than this share.
+#: A speed is between two others when w is by more than this share; nearer ones are one.
 _BETWEEN = 1e-8
 #: The effort of a row is found by so many doublings and halvings.
 _DOUBLINGS = 20
@@ -55,6 +56,7 @@ def cut_at_jumps(train: Train, known: KernelTrain, line: ResolvedLine, x_m: Floa
     if not len(traction_mps) and not len(brakes_mps):
         return x_m, w
     traction_w, brakes_w = np.array(traction_mps) ** 2, np.array(brakes_mps) ** 2
+    w = _below_drops(traction_w, w)
     least, most = np.minimum(w[:-1], w[1:]) * (1.0 + _BETWEEN), np.maximum(w[:-1], w[1:]) * (1.0 - _BETWEEN)
     crossings = sum(int(np.sum((least < jump_w) & (jump_w < most))) for jump_w in (*traction_w, *brakes_w))
     if crossings == 0:
@@ -62,6 +64,14 @@ def cut_at_jumps(train: Train, known: KernelTrain, line: ResolvedLine, x_m: Floa
     cut_m, cut_w = np.empty((2, len(x_m) + crossings))
     n = _cut(known, line, traction_w, brakes_w, x_m, w, cut_m, cut_w)
     return (cut_m[:n], cut_w[:n]) if n > len(x_m) else (x_m, w)
+
+
+def _below_drops(traction_w: Floats, w: Floats) -> Floats:
+    """Squared speeds with those that are at a jump of traction just below it, as a train that is held there runs."""
+    inner = w[1:-1]
+    for jump_w in traction_w:
+        inner = np.where(np.abs(inner - jump_w) <= _BETWEEN * jump_w, jump_w * (1.0 - BELOW_DROP), inner)
+    return np.concatenate((w[:1], inner, w[-1:]))
 
 
 @leaf

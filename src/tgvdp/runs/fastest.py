@@ -19,7 +19,7 @@ from tgvdp.line.cells import Cells, cells_of
 from tgvdp.line.resolved import resolve
 from tgvdp.model.track import POWERED
 from tgvdp.model.trip import Trip
-from tgvdp.physics.cell import Rows, cell_at
+from tgvdp.physics.cell import Rows, cell_at, room_for_rows
 from tgvdp.physics.codes import BRAKING, NO_BRAKE, NO_ROOM, OK, STALLED, TOO_FAST, TRACTION
 from tgvdp.physics.forces import KernelTrain, kernel_train, unpowered
 from tgvdp.physics.motion import march, net_force
@@ -164,6 +164,8 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
     ------
     InfeasibleError
         When the train stalls, cannot brake, or cannot meet its start or end speed.
+    NumericalError
+        When a run takes too many rows.
     """
     count = len(cells.length_m)
     reachable = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
@@ -178,7 +180,7 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
     weaker = train._replace(traction=weakened(train.traction, 1.0 - _SPARE))
     size = 16 * count + 2 * _SCRATCH
     while True:
-        rows = Rows(*np.empty((2, size)))
+        rows = room_for_rows(size)
         scratch = Rows(*np.empty((2, _SCRATCH)))
         status, cell, n = envelope_kernel(train, weaker, reachable, start_w, end_w, cap, low, fast, scratch, rows)
         if status != NO_ROOM:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import kernel
+from tgvdp.errors import NumericalError
 from tgvdp.line.resolved import resolve
 from tgvdp.model.energy import PANTOGRAPH
 from tgvdp.model.track import LOWERED, POWERED
@@ -177,6 +178,11 @@ def profile_of(
     Returns
     -------
     Profile
+
+    Raises
+    ------
+    NumericalError
+        When time or energy are not finite.
     """
     train: KernelTrain = kernel_train(trip.train)
     line = resolve(trip)
@@ -189,6 +195,8 @@ def profile_of(
     wheel, braking, drawn, returned, auxiliary = _measure(
         train, tables, at_wheel, x_m, w, grade_n, air, line.supply_between(x_m), time, force, energy, regime
     )
+    if not (np.isfinite(time[-1]) and np.isfinite(energy[-1])):
+        raise NumericalError("the time or the energy of a run is no number")
     if known is not None:
         regime[:-1] = np.where(known >= 0, known, regime[:-1])
         regime[-1] = regime[-2]

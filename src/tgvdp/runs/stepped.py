@@ -14,14 +14,19 @@ both change the running times of its own tests by less than 0.005 s.
 Braking is stepped backwards from where it ends. At constant deceleration that is exact.
 """
 
+import itertools
 import math
 from bisect import bisect_right
+from collections.abc import Callable
 from typing import NamedTuple
 
+from tgvdp.errors import BudgetExceededError
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.model.trip import Trip
 
 _ON_ENVELOPE = 1e-12
+#: Steps between two looks at the clock: some milliseconds.
+_STEPS_PER_LOOK = 1000
 
 
 class _Cell(NamedTuple):
@@ -58,7 +63,7 @@ class _Envelope(NamedTuple):
         return self.w[index] + self.slope(index) * (x_m - self.x_m[index])
 
 
-def stepped_time_s(trip: Trip, step_m: float, cells: Cells | None = None) -> float:
+def stepped_time_s(trip: Trip, step_m: float, cells: Cells | None = None, expired: Callable[[], bool] = bool) -> float:
     """Running time of the fastest run by explicit steps.
 
     Parameters
@@ -68,12 +73,20 @@ def stepped_time_s(trip: Trip, step_m: float, cells: Cells | None = None) -> flo
         Length of a step, m; TrainRuns.jl takes 20.
     cells : Cells, optional
         Of the trip, where they are known already.
+    expired : callable, optional
+        Whether the time for it is up.
 
     Returns
     -------
     float
         s; infinite where steps of that length stall.
+
+    Raises
+    ------
+    BudgetExceededError
+        When the time is up.
     """
+    watch = _watch(expired)
     columns = cells_of(trip) if cells is None else cells
     rows = [
         _Cell(start_m, end_m, grade_n, air, limit_w, _is_powered(trip, 0.5 * (start_m + end_m)))
@@ -86,10 +99,10 @@ def stepped_time_s(trip: Trip, step_m: float, cells: Cells | None = None) -> flo
             strict=True,
         )
     ]
-    envelopes = _envelopes(trip, rows, step_m)
+    envelopes = _envelopes(trip, rows, step_m, watch)
     time_s, w = 0.0, trip.start_speed_mps**2
     for cell, envelope in zip(rows, envelopes, strict=True):
-        in_cell_s, w = _drive(trip, cell, envelope, step_m, min(w, envelope.w[0]))
+        in_cell_s, w = _drive(trip, cell, envelope, step_m, min(w, envelope.w[0]), watch)
         time_s += in_cell_s
         if math.isinf(time_s):
             break
@@ -103,20 +116,32 @@ def _is_powered(trip: Trip, at_m: float) -> bool:
     )
 
 
-def _envelopes(trip: Trip, cells: list[_Cell], step_m: float) -> list[_Envelope]:
+def _watch(expired: Callable[[], bool]) -> Callable[[], None]:
+    """Count steps, and look at the clock after some thousand of them."""
+    steps = itertools.count(1)
+
+    def watch() -> None:
+        if next(steps) % _STEPS_PER_LOOK == 0 and expired():
+            raise BudgetExceededError("the time limit passed among the explicit steps of the convention")
+
+    return watch
+
+
+def _envelopes(trip: Trip, cells: list[_Cell], step_m: float, watch: Callable[[], None]) -> list[_Envelope]:
     """Envelopes of all cells, made backwards from the destination."""
     made: list[_Envelope] = []
     w = trip.end_speed_mps**2
     for cell in reversed(cells):
-        made.append(_envelope(trip, cell, step_m, min(w, cell.limit_w)))
+        made.append(_envelope(trip, cell, step_m, min(w, cell.limit_w), watch))
         w = made[-1].w[0]
     return made[::-1]
 
 
-def _envelope(trip: Trip, cell: _Cell, step_m: float, w: float) -> _Envelope:
+def _envelope(trip: Trip, cell: _Cell, step_m: float, w: float, watch: Callable[[], None]) -> _Envelope:
     """Step backwards from the end of a cell at full braking, up to the limit."""
     positions_m, squares = [cell.end_m], [w]
     while positions_m[-1] > cell.start_m:
+        watch()
         rate, change_w = _deceleration_mps2(trip, cell, w)
         top_w = min(change_w, cell.limit_w)
         to_m = max(positions_m[-1] - step_m, cell.start_m)
@@ -132,10 +157,13 @@ def _envelope(trip: Trip, cell: _Cell, step_m: float, w: float) -> _Envelope:
     return _Envelope(positions_m[::-1], squares[::-1])
 
 
-def _drive(trip: Trip, cell: _Cell, envelope: _Envelope, step_m: float, w: float) -> tuple[float, float]:
+def _drive(
+    trip: Trip, cell: _Cell, envelope: _Envelope, step_m: float, w: float, watch: Callable[[], None]
+) -> tuple[float, float]:
     """Duration of a cell, s, and squared speed at its end, by forward steps under its envelope."""
     time_s, x_m = 0.0, cell.start_m
     while x_m < cell.end_m:
+        watch()
         index = envelope.segment(x_m)
         slope = 2.0 * _acceleration_mps2(trip, cell, w)
         if w >= envelope.at(x_m) * (1.0 - _ON_ENVELOPE) and slope >= envelope.slope(index):

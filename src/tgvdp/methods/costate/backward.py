@@ -9,8 +9,9 @@ Albrecht et al. 2016): with e = 1 for wheel energy, the effort's coefficient in 
 and p never rises above 0: a faster train can always brake to a slower one, for nothing. Braking is therefore left to
 the envelope of feasible speeds, where p is a wall, and the line of switching, along which p = −½, is the whole policy:
 per cell its end a, and the end a' of a run that coasts from the cell's start on. Where the dynamic brake returns r
-joules per joule of its work (traction work costing 1) there is a second level: above b, where p = −½·r, the train
-brakes by it. V is convex in w, so p rises with w.
+joules per joule of its work (traction work costing 1) there are two more levels: above b, where p = −½·r, the train
+brakes by it, and above c, where p = 0, friction helps: at a lower speed a brake of limited power returns more. V is
+convex in w, so p rises with w.
 
 p_k is carried backward as a monotone polyline of points (w, p). A point moves along the flow of its regime,
 w0 = φ(w1) by the explicit midpoint rule, and since V_k(w0) = E + λT + V_{k+1}(w1),
@@ -24,7 +25,14 @@ is in docs/front-method.md.
 import math
 
 from tgvdp._jit import kernel, leaf, part
-from tgvdp.methods.costate.characteristics import Step, coast_image, holding_costate, holding_w, saturated_image
+from tgvdp.methods.costate.characteristics import (
+    Step,
+    coast_image,
+    held_back_w,
+    holding_costate,
+    holding_w,
+    saturated_image,
+)
 from tgvdp.methods.costate.polyline import Polyline, insert, make_monotone, thin
 from tgvdp.methods.costate.step import coast_over, transport
 from tgvdp.methods.costate.step_regions import LEAST_WALL, dynamic_suffices, wall_region
@@ -101,7 +109,10 @@ def _last_cell(train, step, line):
         line.w[n] = min(max(brakes, coasts), top)
         line.p[n] = -0.5 * step.returned
         n += 1
-    return wall_region(train, regime, step, line, n)
+    n = wall_region(train, regime, step, line, n)
+    for i in range(n):
+        line.p[i] = min(line.p[i], 0.0)  # here all brakes work on the envelope only
+    return n
 
 
 @leaf
@@ -117,17 +128,17 @@ def _step(train, returned, cells, k, multiplier, held_w, held_brake_w, low, fast
 
 @kernel
 def switching_speeds(train, returned, cells, low, fast, end_w, multiplier, tolerance, typical_m, floor_w, policy, room):
-    """Backward pass: the optimal switching speeds a, a' and b for one multiplier.
+    """Backward pass: the optimal switching speeds a, a', b and c for one multiplier.
 
     Full traction below the line of switching, which ends each cell at a; coasting above it, from the cell's start on to
-    a' or more; full dynamic braking above b ≥ a. In a neutral section they mean nothing. All forces are per unit of
-    inertia, and energy is counted so that traction work costs 1.
+    a' or more; full dynamic braking above b ≥ a, all brakes above c ≥ b. In a neutral section they mean nothing. All
+    forces are per unit of inertia, and energy is counted so that traction work costs 1.
 
     Parameters
     ----------
     train : KernelTrain
     returned : float
-        Energy that the dynamic brake returns per joule of its work, below 1. If it is 0, b is the envelope.
+        Energy that the dynamic brake returns per joule of its work, below 1. If it is 0, b and c are the envelope.
     cells : Cells
         Grade forces, drag and power of auxiliaries per unit of inertia.
     low, fast : (K + 1,) float64
@@ -142,8 +153,8 @@ def switching_speeds(train, returned, cells, low, fast, end_w, multiplier, toler
         Typical cell length, m.
     floor_w : float
         Below this squared speed the polyline is not carried.
-    policy : (K + 1, 3) float64, modified in place
-        Squared switching speeds a, a' and b for the station at the end of each cell.
+    policy : (K + 1, 4) float64, modified in place
+        Squared switching speeds a, a', b and c for the station at the end of each cell.
     room : (4, size) float64
         Scratch for the polyline; `ROOM` points are plenty.
 
@@ -181,22 +192,31 @@ def switching_speeds(train, returned, cells, low, fast, end_w, multiplier, toler
         powered = cells.supply[k] == POWERED
         drives = 0
         coasts = n - 1
+        brakes = n - 1
         if powered:
             drives, a = _crossing(-0.5, line, n, 0)
             drives, a = _snapped(held_w, slack, -0.5, line, n, drives, a)
             n = insert(line, n, drives, a, -0.5)
             coasts = n - 1
+            brakes = n - 1
             policy[k + 1, 0] = a
             policy[k + 1, 1] = a
             if returned > 0.0:
                 coasts, b = _crossing(-0.5 * returned, line, n, drives)
                 n = insert(line, n, coasts, b, -0.5 * returned)
                 policy[k + 1, 2] = b
+                brakes, c = _crossing(0.0, line, n, coasts)
+                if brakes < n:
+                    held_back = held_back_w(train, returned, multiplier, fast[k + 1])
+                    brakes, c = _snapped(held_back, slack, 0.0, line, n, brakes, c)
+                    n = insert(line, n, brakes, c, 0.0)
+                    policy[k + 1, 3] = c
+                brakes = min(brakes, n - 1)
         if k == 0:
             break
         points += n
         if powered:
-            m, policy[k + 1, 1] = transport(train, step, line, n, drives, coasts, images)
+            m, policy[k + 1, 1] = transport(train, step, line, n, drives, coasts, brakes, images)
         else:
             m = coast_over(train, step, line, n, images)
         m = make_monotone(images, m, fast[k])

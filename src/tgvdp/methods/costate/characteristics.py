@@ -10,7 +10,9 @@ import math
 from typing import NamedTuple
 
 from tgvdp._jit import leaf, part
-from tgvdp.physics.codes import TRACTION
+from tgvdp.physics.codes import BRAKING, TRACTION
+from tgvdp.physics.forces import effort_at
+from tgvdp.physics.minimum import least_on_piece
 
 #: An image below this share of the floor has no costate: it is taken to be there.
 LOST = 0.25
@@ -88,7 +90,10 @@ def coast_back(train, step, length, w1, p1):
 
 @leaf
 def _saturated_slope(train, regime, load, air, v):
-    """Slope dw/ds, its derivative by w, and that of the effort, under full traction or full dynamic braking."""
+    """Slope dw/ds, its derivative by w, and that of the effort that counts, under full traction or full braking.
+
+    Of traction, or of the dynamic brake, alone or with friction.
+    """
     table = train.traction if regime == TRACTION else train.braking
     i = table.shape[0] - 1
     while i > 0 and table[i, 0] > v:
@@ -105,15 +110,20 @@ def _saturated_slope(train, regime, load, air, v):
     net = effort - resistance
     if regime == TRACTION and net >= train.max_acceleration:
         return 2.0 * train.max_acceleration, 0.0, resistance_w
-    if regime != TRACTION and net <= -train.max_deceleration:
-        return -2.0 * train.max_deceleration, 0.0, resistance_w
     effort_w = 0.5 * slope * per_v
+    if regime != TRACTION:
+        full = train.friction_n - effort if regime == BRAKING else -effort
+        rate = effort_at(train.rates, v) if train.rates.shape[0] > 0 else train.max_deceleration
+        if rate < full + resistance:
+            brakes = max(rate - resistance, 0.0)
+            return -2.0 * (brakes + resistance), 0.0, resistance_w if brakes < -effort else effort_w
+        return -2.0 * (full + resistance), 2.0 * (effort_w - resistance_w), effort_w
     return 2.0 * net, 2.0 * (effort_w - resistance_w), effort_w
 
 
 @leaf
 def saturated_back(train, regime, step, length, w1, p1):
-    """Image of a point under full traction or full dynamic braking over a length."""
+    """Image of a point under full traction or full braking, dynamic or by all brakes, over a length."""
     v1 = math.sqrt(w1)
     g, g_w, _ = _saturated_slope(train, regime, step.load, step.air, v1)
     middle_v = math.sqrt(max(w1 - 0.5 * length * g, step.bottom))
@@ -162,3 +172,25 @@ def holding_w(davis_b, air, multiplier):
             if step <= 1e-15 * v:
                 break
     return v * v
+
+
+@part
+def held_back_w(train, returned, multiplier, top_w):
+    """Squared speed v² ≤ ``top_w`` that is held by the whole dynamic brake and friction: the least λ/v − r·D(v).
+
+    On a descent that the dynamic brake cannot hold, that is what a metre costs: its time less the energy returned.
+    """
+    top_v = math.sqrt(top_w)
+    table = train.braking
+    least = math.inf
+    at = top_v
+    for i in range(table.shape[0]):
+        lo = table[i, 0]
+        if lo >= top_v:
+            break
+        hi = min(table[i + 1, 0], top_v) if i + 1 < table.shape[0] else top_v
+        least, at = least_on_piece(
+            multiplier - returned * table[i, 1], -returned * table[i, 2], -returned * table[i, 3],
+            -returned * table[i, 4], -returned * table[i, 5], lo, hi, least, at,
+        )  # fmt: skip
+    return at * at

@@ -12,7 +12,7 @@ from tgvdp.methods.costate.interpolate import cubic_energy_j, cubic_multiplier
 class Extremal:
     """A solved multiplier: λ in J/s, its switching speeds, running time in s and energy in J.
 
-    Those of the front method are (K + 1, 3), see `backward.switching_speeds`; the refinement keeps squared speeds of
+    Those of the front method are (K + 1, 4), see `backward.switching_speeds`; the refinement keeps squared speeds of
     the run itself, (K + 1,).
     """
 

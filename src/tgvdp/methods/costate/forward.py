@@ -1,11 +1,11 @@
 """Drive a train by switching speeds: the forward pass of the front method.
 
-A policy gives three switching speeds a, a' and b ≥ a for every station: full traction below the line of switching,
-which ends at a, coasting above it (from the start of the cell on to a' or more), dynamic braking above b, holding at
-either, and all brakes as late as the envelope of feasible speeds allows. Where braking returns no energy b is the
-envelope. The run is exact within each cell: traction ends where it meets the line, and coasting where it meets the
-braking curve. Where it is on the envelope, and stays there, its rows are those of the fastest run: most of the cells in
-which it gains or loses speed.
+A policy gives four switching speeds a, a' and c ≥ b ≥ a for every station: full traction below the line of switching,
+which ends at a, coasting above it (from the start of the cell on to a' or more), dynamic braking above b, all brakes
+above c, holding at any of them, and all brakes as late as the envelope of feasible speeds allows. Where braking returns
+no energy b and c are the envelope. The run is exact within each cell: traction ends where it meets the line, and
+coasting where it meets the braking curve. Where it is on the envelope, and stays there, its rows are those of the
+fastest run: most of the cells in which it gains or loses speed.
 """
 
 import math
@@ -28,12 +28,12 @@ from tgvdp.runs.braking_point import drop_slivers
 
 #: Rows that one cell may take.
 _MOST_ROWS = 2048
-#: Whether a run that enters a cell on the envelope stays on it: never, if a is not below it, if b is not, always (as
-#: it does without current).
+#: Whether a run that enters a cell on the envelope stays on it: never, if a is not below it, if b is not, if c is not
+#: (which it never is without current).
 _LEAVES = 0
 _AIMS_THERE = 1
 _COASTS_THERE = 2
-_BOUND_THERE = 3
+_BRAKES_THERE = 3
 
 
 class Course(NamedTuple):
@@ -95,15 +95,17 @@ def find_rides(train, course):
         if braked and falls and coast(train, cell, cell.length_m, start) > top:
             course.stays[k] = _COASTS_THERE
             if land(train, DYNAMIC, 1.0, cell, cell.length_m, start) > top * (1.0 + ON_CURVE):
-                course.stays[k] = _BOUND_THERE
+                course.stays[k] = _BRAKES_THERE
         if course.cells.supply[k] != POWERED:
-            course.stays[k] = _BOUND_THERE
+            course.stays[k] = _BRAKES_THERE
 
 
 @leaf
-def _rides(stays, a, b, top):
-    """Whether a run on the envelope, of switching speeds a and b at the end of the cell, stays there."""
-    return stays == _BOUND_THERE or (stays == _AIMS_THERE and a >= top) or (stays == _COASTS_THERE and b >= top)
+def _rides(stays, a, b, c, top):
+    """Whether a run on the envelope, of switching speeds a, b and c at the end of the cell, stays there."""
+    if stays == _BRAKES_THERE:
+        return c >= top
+    return (stays == _AIMS_THERE and a >= top) or (stays == _COASTS_THERE and b >= top)
 
 
 @leaf
@@ -124,7 +126,7 @@ def drive_blend(train, tables, course, first_policy, second_policy, share, scrat
     tables : EnergyTables
         Of which only the two factors count.
     course : Course
-    first_policy, second_policy : (K + 1, 3) float64
+    first_policy, second_policy : (K + 1, 4) float64
         As of `backward.switching_speeds`.
     share : float
         Weight of the second policy.
@@ -152,11 +154,12 @@ def drive_blend(train, tables, course, first_policy, second_policy, share, scrat
         a = first_policy[k + 1, 0] + share * (second_policy[k + 1, 0] - first_policy[k + 1, 0])
         coasts = first_policy[k + 1, 1] + share * (second_policy[k + 1, 1] - first_policy[k + 1, 1])
         b = first_policy[k + 1, 2] + share * (second_policy[k + 1, 2] - first_policy[k + 1, 2])
+        c = first_policy[k + 1, 3] + share * (second_policy[k + 1, 3] - first_policy[k + 1, 3])
         cell = cell_at(course.cells, k)
         powered = course.cells.supply[k] == POWERED
         here = train if powered else dark
         first = n
-        if w == course.fast[k] and _rides(course.stays[k], a, b, top):
+        if w == course.fast[k] and _rides(course.stays[k], a, b, c, top):
             for i in range(course.row[k] + 1, course.row[k + 1] + 1):
                 rows.x[n] = course.fastest.x[i]
                 rows.w[n] = course.fastest.w[i]
@@ -169,9 +172,11 @@ def drive_blend(train, tables, course, first_policy, second_policy, share, scrat
             if powered:
                 a = max(min(a, top), bottom)
                 regenerates = tables.regeneration > 0.0
-                n = drive_cell(train, regenerates, cell, w, a, max(coasts, bottom), max(a, b), top, scratch, rows, n)
+                b = max(a, b)
+                c = max(b, c)
+                n = drive_cell(train, regenerates, cell, w, a, max(coasts, bottom), b, c, top, scratch, rows, n)
             else:
-                n = coast_through(here, False, cell, w, top, top, scratch, rows, n)
+                n = coast_through(here, False, cell, w, top, top, top, scratch, rows, n)
             if n > first + 1:
                 n = drop_slivers(rows, first, n, cell.length_m)
             rows.w[n - 1] = max(min(rows.w[n - 1], top), bottom)

@@ -7,8 +7,8 @@ from tgvdp.constants import FEASIBILITY_RTOL
 from tgvdp.physics.arc import arc, duration_and_work
 from tgvdp.physics.cell import Cell, rest_of
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK, TRACTION
-from tgvdp.physics.forces import mean_effort, mean_resistance, resistance_at
-from tgvdp.physics.motion import land, march
+from tgvdp.physics.forces import effort_at, mean_effort, mean_resistance, resistance_at
+from tgvdp.physics.motion import land, march, net_force
 from tgvdp.runs.braking_point import braked_w, drive_then_brake
 
 #: Where full effort would take less than this share of a cell, a change of speed is spread over the cell: it is a drift
@@ -18,10 +18,10 @@ _GENTLE_SHARE = 0.5
 _DRIFT = 0.1
 #: Two squared speeds nearer than this share are one speed that is held.
 _HELD = 1e-5
-#: Coasting takes so many rows in a cell per relative change of speed, so that a row's constant deceleration misses the
-#: duration by 1e-6 or two; at most ...
-_COAST_ROWS = 100.0
-_MOST_COAST_ROWS = 4.0
+#: Coasting and partial effort take so many rows in a cell per relative change of speed, so that a row's constant
+#: acceleration misses the duration by 1e-7 or two; at most ...
+_ROWS_PER_CHANGE = 300.0
+_MOST_ROWS = 12.0
 #: Relative distance in v² within which a run is on the braking curve.
 ON_CURVE = 1e-8
 #: Share of a length within which two positions are one.
@@ -54,6 +54,12 @@ def _append(x, w, rows, n):
     return n + 1
 
 
+@leaf
+def _parts(w0, w1):
+    """Rows that a change of squared speed within a cell takes."""
+    return int(min(1.0 + _ROWS_PER_CHANGE * abs(w0 - w1) / (w0 + w1), _MOST_ROWS))
+
+
 @part
 def coast(train, cell, length, w):
     """`land` under coasting, without its generality: the resistance is nearly linear in w1, three sweeps solve it."""
@@ -72,6 +78,28 @@ def coast(train, cell, length, w):
     if gain > train.max_acceleration or -gain > train.max_deceleration:
         return land(train, COASTING, 1.0, cell, length, w)
     return x
+
+
+@leaf
+def _gives(train, cell, effort, v):
+    """Whether a train gives an effort at a speed, within its comfort limits."""
+    net = effort - resistance_at(train, cell.air, v) - cell.grade_n
+    most = effort_at(train.traction, v) if effort > 0.0 else effort_at(train.braking, v)
+    comfortable = -train.inertia_kg * train.max_deceleration <= net <= train.inertia_kg * train.max_acceleration
+    return abs(effort) <= most and comfortable
+
+
+@part
+def _evenly(train, cell, w, target, rows, n):
+    """Append rows of one effort through a cell; a single one, of one acceleration, where a limit is near."""
+    effort = duration_and_work(train, cell.length_m, cell.grade_n, cell.air, w, target)[1] / cell.length_m
+    free = _gives(train, cell, effort, math.sqrt(w)) and _gives(train, cell, effort, math.sqrt(target))
+    parts = _parts(w, target) if free else 1
+    pushed = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n - effort, cell.air, cell.limit_w)
+    for i in range(1, parts):
+        w = coast(train, pushed, cell.length_m / parts, w)
+        n = _append(cell.start_m + i * cell.length_m / parts, w, rows, n)
+    return _append(cell.end_m, target, rows, n)
 
 
 @part
@@ -96,17 +124,18 @@ def _brake_late(train, regime, cell, w, top, scratch, rows, n):
 
 
 @part
-def _regenerate(train, cell, w, b, top, scratch, rows, n):
+def _regenerate(train, cell, w, b, c, top, scratch, rows, n):
     """Slow down to b, or to the envelope if that is lower, where coasting would end above it: by the dynamic brake.
 
-    All brakes only where that one would leave the envelope.
+    All brakes only where that one would end above c, or leave the envelope.
     """
     target = min(b, top)
     status, _, work = arc(train, cell.length_m, cell.grade_n, cell.air, w, target)
     limit_n = mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
     if status == OK and -work <= _GENTLE_SHARE * cell.length_m * limit_n:
-        return _append(cell.end_m, target, rows, n)
-    if w < target:  # the descent accelerates the train to b, where the dynamic brake holds it if it can
+        return _evenly(train, cell, w, target, rows, n)
+    v = math.sqrt(target)
+    if w < target and net_force(train, DYNAMIC, cell, v, v) <= 0.0:  # the descent leads to b, where it is held
         left, w, n = _saturated(train, COASTING, cell, w, target, rows, n)
         cell = rest_of(cell, cell.end_m - left, left)
         if left <= 0.0:
@@ -115,11 +144,13 @@ def _regenerate(train, cell, w, b, top, scratch, rows, n):
         held = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, target))
         return drive_then_brake(train, COASTING, DYNAMIC, held, w, target, scratch, rows, n)
     first = n
-    landed, n = _saturated(train, DYNAMIC, cell, w, target, rows, n)[1:]
-    if landed <= top * (1.0 + ON_CURVE):
+    landed, n = _saturated(train, DYNAMIC, cell, w, target if w > target else 0.0, rows, n)[1:]
+    if landed <= min(c, top) * (1.0 + ON_CURVE):
         rows.x[n - 1] = cell.end_m  # its rows may meet the target a hair before the braking curve does
         return n
-    return _brake_late(train, DYNAMIC, cell, w, top, scratch, rows, first)
+    if c < top:  # where it is held, if all brakes can
+        cell = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, c))
+    return _brake_late(train, DYNAMIC, cell, w, min(c, top), scratch, rows, first)
 
 
 @part
@@ -162,11 +193,11 @@ def _drive_to_line(train, cell, w, line, slope, top, rows, n):
 
 
 @part
-def drive_cell(train, regenerates, cell, w, a, coasts, b, top, scratch, rows, n):
+def drive_cell(train, regenerates, cell, w, a, coasts, b, c, top, scratch, rows, n):
     """Append the rows of one cell from w.
 
     The line of switching between traction and coasting ends at a; a run that coasts from its start on ends at
-    ``coasts``. b is where dynamic braking begins, ``top`` the envelope at the end.
+    ``coasts``. b is where dynamic braking begins, c where all brakes do, ``top`` the envelope at the end.
     """
     if coasts < a:
         a = 0.5 * (a + coasts)
@@ -184,7 +215,7 @@ def drive_cell(train, regenerates, cell, w, a, coasts, b, top, scratch, rows, n)
         if 0.0 <= steep <= 0.5 * drop and line <= cell.limit_w and w >= (1.0 - _DRIFT) * coasts:
             share = _pull(train, cell, w, coasts)
             if 0.0 <= share < _GENTLE_SHARE:
-                return _append(cell.end_m, coasts + share * (a - coasts), rows, n)
+                return _evenly(train, cell, w, coasts + share * (a - coasts), rows, n)
         slope = (a - line) / length
         rest, w, n = _drive_to_line(train, cell, w, line, slope, top, rows, n)
         if rest <= 0.0:
@@ -193,19 +224,19 @@ def drive_cell(train, regenerates, cell, w, a, coasts, b, top, scratch, rows, n)
     cell = rest_of(cell, cell.end_m - rest, rest)
     share = _pull(train, cell, w, aim)
     if 0.0 <= share < math.inf:
-        return _append(cell.end_m, aim, rows, n)
+        return _evenly(train, cell, w, aim, rows, n)
     if share > 0.0:
         return _saturated(train, TRACTION, cell, w, math.inf, rows, n)[2]
-    return coast_through(train, regenerates, cell, w, b, top, scratch, rows, n)
+    return coast_through(train, regenerates, cell, w, b, c, top, scratch, rows, n)
 
 
 @part
-def coast_through(train, regenerates, cell, w, b, top, scratch, rows, n):
+def coast_through(train, regenerates, cell, w, b, c, top, scratch, rows, n):
     """Append the rows of one cell from w: coasting, and braking where that would end above b or the envelope."""
     rest = cell.length_m
     landed = coast(train, cell, rest, w)
     if landed <= min(b, top) * (1.0 + ON_CURVE):
-        parts = int(min(1.0 + _COAST_ROWS * abs(w - landed) / (w + landed), _MOST_COAST_ROWS))
+        parts = _parts(w, landed)
         for i in range(1, parts + 1):
             w = landed if parts == 1 else coast(train, cell, rest / parts, w)
             rows.x[n] = cell.start_m + i * rest / parts if i < parts else cell.end_m
@@ -214,5 +245,5 @@ def coast_through(train, regenerates, cell, w, b, top, scratch, rows, n):
         rows.w[n - 1] = min(w, b, top)  # a rounding error above, and braking would be a sliver
         return n
     if regenerates:
-        return _regenerate(train, cell, w, b, top, scratch, rows, n)
+        return _regenerate(train, cell, w, b, c, top, scratch, rows, n)
     return _brake_late(train, COASTING, cell, w, top, scratch, rows, n)

@@ -99,7 +99,7 @@ def optimal_front(
 
     Raises
     ------
-    TgvdpError
+    NumericalError
         When the costate program fails; it never returns a wrong front in silence.
     """
     clock = budget.start()

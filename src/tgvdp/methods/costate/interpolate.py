@@ -127,7 +127,7 @@ def drive(
     course : Course
     start_w : float
         Squared speed at the origin.
-    first_policy, second_policy : (K + 1, 3) float64
+    first_policy, second_policy : (K + 1, 4) float64
         Policies of the two extremals.
     ends : (6,) float64
         Running time, energy and multiplier of the first extremal, then of the second.

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.errors import TgvdpError
+from tgvdp.errors import NumericalError
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.methods.costate import backward as costate
 from tgvdp.methods.costate.extremal import Extremal, ends_of
@@ -16,7 +16,7 @@ from tgvdp.methods.costate.forward import Course
 from tgvdp.methods.costate.interpolate import RUN_COLUMNS, SAMPLES, drive
 from tgvdp.methods.costate.stations import graded_stations
 from tgvdp.model.trip import Trip
-from tgvdp.physics.cell import Rows
+from tgvdp.physics.cell import Rows, room_for_rows
 from tgvdp.physics.codes import NO_ROOM, NOT_MET, OK
 from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train, per_kilogram
@@ -26,9 +26,14 @@ from tgvdp.runs.profile import Profile
 #: Cells per trip at least, and cells within the distance over which starting effort would reach the top speed.
 _CELLS_PER_TRIP = 100
 _CELLS_PER_START = 4
+#: Cells between the breaks of a line at most, five times those of a metro on 500 km on its usual mesh: a train
+#: that is at its top speed within centimetres gets longer ones.
+_MOST_CELLS = 50_000
 #: Thinning tolerance of the costate polyline, per cell; smaller where the multiplier is below E/T of the fastest
 #: run, because the costates of coasting shrink with it.
 _TOLERANCE = 2e-5
+#: Times as many rows as motion makes on its own where a limit of effort binds: a run's time is right to 1e-6 then.
+_ROWS = 4.0
 #: Squared speed below which costates are not carried, relative to the trip's top.
 _FLOOR = 1e-4
 _NO_ENDS = np.full(6, np.inf)
@@ -86,11 +91,11 @@ class Mesh:
             saved_w=self.cells.saved_w / (self.tables.traction * inertia_kg),
         )  # fmt: skip
         self.top_w = float(self.fast.max())
-        self.flat_out = np.column_stack((self.fast,) * 3)
+        self.flat_out = np.column_stack((self.fast,) * 4)
         if not self.train.braking[:, 1:].any():
             self.tables = self.tables._replace(regeneration=0.0)
         self.size = 24 * len(self.cells.length_m) + 8192
-        self.rows = Rows(*np.empty((2, self.size)))
+        self.rows = room_for_rows(self.size)
         self.kept, self.stored = Rows(*np.empty((2, 0))), 0
         self.scratch = Rows(*np.empty((2, 4096)))
         self.samples = np.empty((SAMPLES, 2))
@@ -100,8 +105,8 @@ class Mesh:
     @classmethod
     def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0) -> "Mesh":
         """Mesh for a trip whose fastest run is known, its cells ``fineness`` times as fine as usual."""
-        train = kernel_train(trip.train)
-        cell_m = _cell_size(trip, fastest) / fineness
+        train = kernel_train(trip.train)._replace(rows=_ROWS)
+        cell_m = max(_cell_size(trip, fastest) / fineness, trip.distance_m / _MOST_CELLS)
         cells = cells_of(trip, graded_stations(trip, fastest, cell_m))
         low, fast, *fastest_rows = envelope_of(trip, cells, train)
         cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
@@ -115,7 +120,7 @@ class Mesh:
         return cls(trip, train, cells, low, fast, (fastest_rows[0], fastest_rows[1]), cell_m, usual_multiplier)
 
     def _switching_speeds(self, multiplier: float, counters: dict[str, int]) -> NDArray[np.float64]:
-        """Optimal squared switching speeds, (K + 1, 3), for a multiplier in J/s."""
+        """Optimal squared switching speeds, (K + 1, 4), for a multiplier in J/s."""
         inertia_kg = self.train.inertia_kg
         switch = np.empty_like(self.flat_out)
         tolerance = _TOLERANCE * min(1.0, multiplier / self.usual_multiplier)
@@ -127,9 +132,7 @@ class Mesh:
         counters["extremals"] += 1
         counters["costates"] += points
         if status != OK:
-            raise TgvdpError(
-                f"the costate program lost its way at λ = {multiplier:g} J/s (status {status}); please report"
-            )
+            raise NumericalError(f"the costate program lost its way at λ = {multiplier:g} J/s (status {status})")
         return switch
 
     @cached_property
@@ -152,7 +155,7 @@ class Mesh:
             counters["runs"] += driven
             if status == OK:
                 return int(self.runs[0, 1]), self.runs[0, 2], self.runs[0, 3]
-            self.rows = Rows(*np.empty((2, 2 * len(self.rows.x))))
+            self.rows = room_for_rows(2 * len(self.rows.x))
 
     def meet(
         self,
@@ -187,14 +190,14 @@ class Mesh:
                 return found, status
             if not done:
                 self.size *= 2
-            self.kept, self.stored = Rows(*np.empty((2, self.size))), 0
+            self.kept, self.stored = room_for_rows(self.size), 0
 
     def extremal(self, multiplier: float, counters: dict[str, int]) -> Extremal:
         """Solve and drive one multiplier, J/s; infinite is the fastest run, full traction up to the envelope."""
         switch = self.flat_out if math.isinf(multiplier) else self._switching_speeds(multiplier, counters)
         _, time_s, energy_j = self.drive(switch, switch, 0.0, counters)
         if not math.isfinite(time_s):
-            raise TgvdpError(f"the train of the costate program stalls at λ = {multiplier:g} J/s; please report")
+            raise NumericalError(f"the train of the costate program stalls at λ = {multiplier:g} J/s")
         return Extremal(multiplier, switch, time_s, energy_j)
 
 

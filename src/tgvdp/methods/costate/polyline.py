@@ -34,17 +34,16 @@ def insert(line, n, at, w, p):
 
 @part
 def make_monotone(line, m, top):
-    """Running maximum in both coordinates, p ≤ 0, cut at ``top``; returns the number of points left."""
+    """Running maximum in both coordinates, cut at ``top``; returns the number of points left."""
     x = line.w
     y = line.p
     last_x = x[0]
-    last_y = min(y[0], 0.0)
-    y[0] = last_y
+    last_y = y[0]
     n = m
     for i in range(1, m):
         last_x = max(x[i], last_x)
         x[i] = last_x
-        last_y = min(max(y[i], last_y), 0.0)
+        last_y = max(y[i], last_y)
         y[i] = last_y
         if last_x >= top:
             n = i + 1

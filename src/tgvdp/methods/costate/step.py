@@ -9,6 +9,7 @@ from tgvdp.methods.costate.step_regions import (
     drive_region,
     drop_below,
     dynamic_suffices,
+    friction_region,
     hold,
     wall_region,
 )
@@ -34,7 +35,7 @@ def coast_over(train, step, line, n, images):
 
 
 @kernel
-def transport(train, step, line, n, drives, coasts, images):
+def transport(train, step, line, n, drives, coasts, brakes, images):
     """Images of the polyline one cell back.
 
     Full traction keeps p ≤ −½ within the cell, coasting p ≥ −½ (and p ≤ −r/2, dynamic braking p ≥ −r/2): images that do
@@ -48,15 +49,16 @@ def transport(train, step, line, n, drives, coasts, images):
     step : Step
     line : Polyline
         Of ``n`` points, the crossings of its levels among them.
-    n, drives, coasts : int
-        Points up to the crossing ``drives`` drive, from there up to ``coasts`` they coast, the others brake.
+    n, drives, coasts, brakes : int
+        Points up to the crossing ``drives`` drive, from there up to ``coasts`` they coast, up to ``brakes`` they brake
+        dynamically, the others with all brakes.
     images : Polyline, modified in place
 
     Returns
     -------
     m : int
         Number of images, in the order of the points, not necessarily monotone.
-    coasts : float
+    switch : float
         Squared speed after the cell of a run with p = −½ before it and one regime throughout.
     """
     x, y = images
@@ -84,9 +86,11 @@ def transport(train, step, line, n, drives, coasts, images):
             if not dynamic_suffices(train, step):
                 regime = DYNAMIC
             if regime == DYNAMIC or coasts < n - 1:
-                m = brake_region(train, step, line, coasts, n - 1, images, first, m)
-        if x[m - 1] < top:
+                m = brake_region(train, DYNAMIC, step, line, coasts, brakes, images, first, m)
+        if x[m - 1] < top and brakes == n - 1:
             m = wall_region(train, regime, step, images, m)
+        if step.returned > 0.0:
+            m = friction_region(train, step, line, brakes, n - 1, images, first, m)
     if m == first:
         return m, switch
     if y[first] >= -0.5:

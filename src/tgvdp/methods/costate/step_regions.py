@@ -1,16 +1,23 @@
 """Regions of the costate polyline: which points are carried back by which regime, and what lies between and beyond.
 
-Full traction keeps p ≤ −½ within the cell, coasting p ≥ −½ (and p ≤ −r/2), dynamic braking p ≥ −r/2: images that do not
-are dropped. Between two regimes runs change from one to the other within the cell, or hold a speed, and p is
-interpolated. Beyond the last image runs meet the wall within the cell.
+Full traction keeps p ≤ −½ within the cell, coasting p ≥ −½ (and p ≤ −r/2), dynamic braking p ≥ −r/2 (and p ≤ 0), all
+brakes p ≥ 0: images that do not are dropped. Between two regimes runs change from one to the other within the cell, or
+hold a speed, and p is interpolated. Beyond the last image runs meet the wall within the cell.
 """
 
 import math
 
 from tgvdp._jit import kernel, part
-from tgvdp.methods.costate.characteristics import LOST, coast_back, coast_image, saturated_back, saturated_image
+from tgvdp.methods.costate.characteristics import (
+    LOST,
+    coast_back,
+    coast_image,
+    held_back_w,
+    saturated_back,
+    saturated_image,
+)
 from tgvdp.methods.costate.polyline import insert
-from tgvdp.physics.codes import DYNAMIC, TRACTION
+from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
 from tgvdp.physics.forces import mean_effort, mean_resistance
 
 #: Neighbouring images are no further apart than this factor of w, below this share of the envelope.
@@ -124,18 +131,17 @@ def coast_region(train, step, line, first, last, images, m):
 
 
 @part
-def brake_region(train, step, line, first, last, images, start, m):
-    """Append images under full dynamic braking of the points ``first`` .. ``last`` that keep p ≥ −r/2.
+def brake_region(train, regime, step, line, first, last, images, start, m):
+    """Append images under full braking of the points ``first`` .. ``last`` that keep p above the level of the regime.
 
-    Of the images under coasting from ``start`` on those remain that keep p ≤ −r/2. Returns the number of images.
+    That is −r/2 for the dynamic brake, 0 for all brakes. Of the images from ``start`` on those remain that keep p below
+    it. Returns the number of images.
     """
     x, y = images
-    level = -0.5 * step.returned
-    while m > start + 1 and y[m - 1] > level:
-        m -= 1
-    before = m
+    level = -0.5 * step.returned if regime == DYNAMIC else 0.0
+    m = before = cut_above(level, images, start, m)
     for i in range(first, last + 1):
-        w0, p0 = saturated_image(train, DYNAMIC, step, step.length, line.w[i], line.p[i])
+        w0, p0 = saturated_image(train, regime, step, step.length, line.w[i], max(line.p[i], level))
         if w0 >= step.bottom:
             x[m] = w0
             y[m] = p0
@@ -150,10 +156,37 @@ def brake_region(train, step, line, first, last, images, start, m):
     beyond = x[m - 1]
     m = drop_below(level, images, before, m)
     if m > before:
-        return hold(step.held_brake_w, level, before, m, images)
+        held_w = step.held_brake_w
+        if regime == BRAKING:
+            held_w = held_back_w(train, step.returned, step.multiplier, step.top)
+        return hold(held_w, level, before, m, images)
     x[m] = beyond  # below the level up to the wall
     y[m] = level
     return m + 1
+
+
+@part
+def friction_region(train, step, line, first, last, images, start, m):
+    """Append images under all brakes of the points ``first`` .. ``last`` where p passes 0; returns how many there are.
+
+    Of the images from ``start`` on those remain that keep p ≤ 0.
+    """
+    x, y = images
+    highest = 0.0
+    for i in range(start, m):
+        highest = max(highest, y[i])
+    if highest == 0.0 and first == last:
+        return m
+    if y[start] > 0.0:  # a descent so long that runs from all lower speeds come to the one that is held
+        x[start] = step.bottom
+        y[start] = -0.5 * step.returned
+        m = start + 1
+    m = brake_region(train, BRAKING, step, line, first, last, images, start, m)
+    if x[m - 1] < step.top:  # all brakes follow the wall
+        x[m] = step.top
+        y[m] = y[m - 1]
+        m += 1
+    return m
 
 
 @part
@@ -194,12 +227,12 @@ def wall_region(train, regime, step, images, m):
             continue
         if lost_w < bottom:
             edge = rest + (w0 - bottom) / (w0 - lost_w) / pieces
-            y[m] = min(_wall_image(train, regime, step, edge)[1], 0.0)
+            y[m] = _wall_image(train, regime, step, edge)[1]
             x[m] = bottom
             m += 1
             lost_w = bottom
         x[m] = min(w0, step.top)
-        y[m] = min(p0, 0.0)
+        y[m] = p0
         m += 1
     return m
 
@@ -214,6 +247,21 @@ def hold(held, level, first, m, images):
         x[first - 1] = held
         return m
     return insert(images, m, first, held, level)
+
+
+@part
+def cut_above(level, images, first, m):
+    """Drop images after the ``first`` that lie above a level, but for an edge at the level; returns what is left."""
+    x, y = images
+    i = first
+    while i < m and y[i] <= level:
+        i += 1
+    if i == m:
+        return m
+    if i > first:
+        x[i] -= (x[i] - x[i - 1]) * (y[i] - level) / (y[i] - y[i - 1])
+    y[i] = level
+    return i + 1
 
 
 @part

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.errors import TgvdpError
+from tgvdp.errors import NumericalError
 from tgvdp.line.resolved import resolve
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.extremal import Extremal, multiplier_between
@@ -75,7 +75,7 @@ def refine_front(
     target_s : (n,) float64
         Increasing running times, s.
     budget : SearchBudget
-        Its time limit is looked at before each multiplier.
+        Its time limit is looked at between sweeps.
     tolerance_s : float, optional
         How well running times are met, s; by default a small share of the smallest step between them.
 
@@ -86,7 +86,7 @@ def refine_front(
 
     Raises
     ------
-    TgvdpError
+    NumericalError
         When no run with one constant acceleration per cell is as fast as the envelope.
     """
     clock, line = budget.start(), resolve(trip)
@@ -141,7 +141,7 @@ def _front_on_fine_mesh(
         if drivable and (nearest_s <= _MESH_ERROR * fastest.duration_s or fineness >= _FINEST):
             return front
         if fineness >= _FINEST:
-            raise TgvdpError("the refinement finds no fastest run with one acceleration per cell; please report")
+            raise NumericalError("the refinement finds no fastest run with one acceleration per cell")
         fineness, before_s = 2.0 * fineness, reference.time_s
 
 
@@ -153,7 +153,7 @@ class _Front:
     ) -> None:
         self.mesh, self.tolerance_s, self.counters, self.clock = mesh, tolerance_s, counters, clock
         self.energy, self.relaxed = energy, relaxed_tables(mesh.trip.train, energy)
-        self.level = Level(mesh.trip, mesh.train, mesh.cells)
+        self.level = Level(mesh.trip, mesh.train, mesh.cells, clock)
         self.coarse = self.level.coarser(energy)
         fast = self.level.fast
         self.extremals = [Extremal(math.inf, fast, *self.level.measured(energy, fast))]
@@ -163,8 +163,6 @@ class _Front:
 
     def _solve(self, multiplier: float, start: NDArray[np.float64] | None, step: float) -> Extremal:
         """Run of least E + λT: from a feasible run near it, or from nothing."""
-        if self.clock.expired:
-            raise OutOfTime
         self.counters["extremals"] += 1
         if start is None:
             start, step = self._start(multiplier)

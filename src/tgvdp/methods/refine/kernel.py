@@ -27,11 +27,8 @@ from tgvdp.physics.motion import land
 #: time after that, so often at most.
 _NUDGE = 1e-14
 _NUDGES = 16
-#: Gain of a pass, as a share of E + λT, above which the next pass keeps its step; so many passes at most for a step.
+#: Gain of a sweep, as a share of E + λT, above which the next one keeps its step.
 _GAIN = 1e-5
-_PASSES = 60
-#: From one step to the next finer one.
-_SHRINK = 0.4
 
 
 @kernel
@@ -136,8 +133,8 @@ def _sweep(train, tables, cells, low, fast, multiplier, half, step, w, choices, 
 
 
 @kernel
-def descend(train, tables, cells, low, fast, multiplier, half, first, last, w, choices, best, value):
-    """Improve a run by sweeps with ever smaller steps, each until it is stationary.
+def descend(train, tables, cells, low, fast, multiplier, half, step, cost, most, w, choices, best, value):
+    """Improve a run by sweeps of one step until it is stationary, or has been swept so often.
 
     Parameters
     ----------
@@ -150,8 +147,12 @@ def descend(train, tables, cells, low, fast, multiplier, half, first, last, w, c
         Multiplier λ, J/s.
     half : int
         Speeds to try above and below that of the incumbent, at each station.
-    first, last : float
-        The first step between these speeds, and the smallest one that is of interest, m²/s².
+    step : float
+        Step between these speeds, m²/s².
+    cost : float
+        E + λT of the run by the sweep before, J; infinite where there was none.
+    most : int
+        Sweeps at most.
     w : (K + 1,) float64, modified in place
         The run, which must be feasible; it stays so.
     choices, best, value
@@ -159,22 +160,17 @@ def descend(train, tables, cells, low, fast, multiplier, half, first, last, w, c
 
     Returns
     -------
-    int
-        Number of sweeps.
+    sweeps : int
+    cost : float
+        E + λT of the run, J.
+    stationary : bool
     """
-    sweeps = 0
-    step = first
-    cost = math.inf
-    while True:
-        for _ in range(_PASSES):
-            before = cost
-            cost = _sweep(train, tables, cells, low, fast, multiplier, half, step, w, choices, best, value)
-            sweeps += 1
-            if before - cost <= _GAIN * abs(cost):
-                break
-        step *= _SHRINK
-        if step < last:
-            return sweeps
+    for done in range(most):
+        before = cost
+        cost = _sweep(train, tables, cells, low, fast, multiplier, half, step, w, choices, best, value)
+        if before - cost <= _GAIN * abs(cost):
+            return done + 1, cost, True
+    return most, cost, False
 
 
 @kernel

@@ -7,7 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.line.cells import Cells, breaks_of, cells_of
+from tgvdp.methods.budget import Clock
 from tgvdp.methods.costate.mesh import Mesh
+from tgvdp.methods.costate.multipliers import OutOfTime
 from tgvdp.methods.refine.kernel import blend, descend, envelope_kernel, measure
 from tgvdp.methods.refine.pulse_and_glide import switch
 from tgvdp.model.trip import Trip
@@ -20,6 +22,11 @@ from tgvdp.runs.profile import Profile
 WIDEST = 24
 #: A coarser level keeps every so many stations, and all breaks of the line.
 _COARSENING = 4
+#: Sweeps with one step at most, and from one step to the next finer one.
+_PASSES = 60
+_SHRINK = 0.4
+#: Arcs between two looks at the clock, if one sweep has no more: a quarter of a second.
+_ARCS_AT_ONCE = 2_000_000
 #: Rows nearer to a station than this share of its cell make no station.
 _SLIVER = 1e-3
 
@@ -50,8 +57,8 @@ class Level:
         Largest of them.
     """
 
-    def __init__(self, trip: Trip, train: KernelTrain, cells: Cells) -> None:
-        self.trip, self.train, self.cells = trip, train, cells
+    def __init__(self, trip: Trip, train: KernelTrain, cells: Cells, clock: Clock) -> None:
+        self.trip, self.train, self.cells, self._clock = trip, train, cells, clock
         n = len(cells.station_m)
         self.low, self.fast = np.empty(n), np.empty(n)
         ends_w = trip.start_speed_mps**2, trip.end_speed_mps**2
@@ -76,13 +83,29 @@ class Level:
     def descend(
         self, tables: EnergyTables, multiplier: float, w: NDArray[np.float64], half: int, first: float, last: float
     ) -> int:
-        """Improve a run in place with steps from ``first`` to ``last``, shares of the largest v²; returns sweeps."""
-        return int(
-            descend(
-                self.train, tables, self.cells, self.low, self.fast, multiplier, half,
-                first * self.top_w, last * self.top_w, w, *self._scratch,
-            )
-        )  # fmt: skip
+        """Improve a run in place with steps from ``first`` to ``last``, shares of the largest v²; returns sweeps.
+
+        Raises
+        ------
+        OutOfTime
+            When the time is up; the run is feasible then, too.
+        """
+        sweeps, cost, step = 0, math.inf, first * self.top_w
+        at_once = max(1, _ARCS_AT_ONCE // (len(w) * (2 * half + 1) ** 2))
+        while True:
+            left, stationary = _PASSES, False
+            while left and not stationary:
+                if self._clock.expired:
+                    raise OutOfTime
+                done, cost, stationary = descend(
+                    self.train, tables, self.cells, self.low, self.fast, multiplier, half, step, cost,
+                    min(left, at_once), w, *self._scratch,
+                )  # fmt: skip
+                left -= done
+            sweeps += _PASSES - left
+            step *= _SHRINK
+            if step < last * self.top_w:
+                return sweeps
 
     def blend(self, first: NDArray[np.float64], second: NDArray[np.float64], share: float) -> NDArray[np.float64]:
         """Run between two runs, cut to what is feasible."""
@@ -100,5 +123,5 @@ class Level:
         kept_m = np.union1d(breaks_of(self.trip), self.cells.station_m[::_COARSENING])
         cells = cells_of(self.trip, kept_m)
         top_w = float(self.cells.limit_w.max())
-        level = Level(self.trip, self.train, cells._replace(limit_w=np.minimum(cells.limit_w, top_w)))
+        level = Level(self.trip, self.train, cells._replace(limit_w=np.minimum(cells.limit_w, top_w)), self._clock)
         return level if math.isfinite(level.measured(tables, level.fast)[1]) else None

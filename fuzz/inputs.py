@@ -1,0 +1,115 @@
+"""The files that are changed: those of the catalog, small ones of the tests, and those of others where they are."""
+
+import itertools
+import json
+import re
+import tomllib
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import tomli_w
+
+from tests.helpers import format_case, osrd_case, railml_case, railtoolkit_case
+from tests.helpers.settings import SHARED
+from tgvdp.formats.syntax.yaml import parse_yaml
+from tgvdp.model import catalog
+
+#: A number as a text, and one that is an attribute of XML or a cell of a table.
+_NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
+_NUMBER_ALONE = re.compile(rf'(?<=[",;\n]){_NUMBER.pattern}(?=["\s,;])')
+
+Place = tuple[str | int, ...]
+
+
+class Original(NamedTuple):
+    """A file that loads.
+
+    Attributes
+    ----------
+    name : str
+    kind : {"train", "track", "map", "scenario"}
+    tree : object
+        Tables, lists and values; a list of pieces of text, every second one a number, for XML and tables.
+    write : callable
+        Makes the file of such a tree.
+    """
+
+    name: str
+    kind: str
+    tree: Any
+    write: Callable[[Any], str]
+
+
+def originals() -> list[Original]:
+    """All files, in the same order every time."""
+    return [*_catalog(), *_small(), *_published()]
+
+
+def _catalog() -> Iterator[Original]:
+    for kind in catalog.KINDS:
+        for name in catalog.names(kind):
+            text = catalog.path(name, kind).read_text(encoding="utf-8")
+            yield Original(f"{name}.toml", kind, tomllib.loads(text), tomli_w.dumps)
+
+
+def _small() -> Iterator[Original]:
+    yield Original("toy-train.json", "train", format_case.TTOBENCH_TRAIN_14, json.dumps)
+    yield Original("toy-track.json", "track", format_case.TTOBENCH_TRACK, json.dumps)
+    yield Original("toy.toml", "scenario", tomllib.loads(format_case.SCENARIO), tomli_w.dumps)
+    yield Original("toy-stock.yaml", "train", railtoolkit_case.ROLLING_STOCK, json.dumps)
+    yield Original("toy-paths.yaml", "track", railtoolkit_case.PATHS, json.dumps)
+    yield Original("osrd-train.json", "train", osrd_case.OSRD_TRAIN, json.dumps)
+    yield Original("osrd-path.json", "track", osrd_case.OSRD_PATH, json.dumps)
+    for name, text in railml_case.SAMPLES.items():
+        yield Original(f"{name}.xml", "track" if "line" in name else "train", pieces(text), "".join)
+
+
+def _published() -> Iterator[Original]:
+    folders = {"ttobench/trains": "train", "ttobench/tracks": "track", "osrd": "train",
+               "railtoolkit/trains": "train", "railtoolkit/paths": "track"}  # fmt: skip
+    for folder, kind in folders.items():
+        for path in sorted((SHARED / folder).glob("*.[jy][sa][om][nl]")):
+            text = path.read_text(encoding="utf-8")
+            tree = json.loads(text) if path.suffix == ".json" else parse_yaml(text)[0]
+            yield Original(path.name, kind, tree, json.dumps)
+
+
+def pieces(text: str) -> list[str]:
+    """A text cut before and after each number in it, so that every second piece is one."""
+    cuts = [0, *(end for match in _NUMBER_ALONE.finditer(text) for end in match.span()), len(text)]
+    return [text[start:end] for start, end in itertools.pairwise(cuts)]
+
+
+def leaves(tree: Any, at: Place = ()) -> Iterator[tuple[Place, Any]]:
+    """Every value of a tree with its place."""
+    if not isinstance(tree, dict | list):
+        yield at, tree
+        return
+    for step, child in tree.items() if isinstance(tree, dict) else enumerate(tree):
+        yield from leaves(child, (*at, step))
+
+
+def number_of(value: Any) -> float | None:
+    """A value as a number; None where it is none."""
+    if isinstance(value, bool):
+        return None
+    if isinstance(value, int | float):
+        return float(value)
+    if isinstance(value, str) and _NUMBER.fullmatch(value):
+        return float(value)
+    return None
+
+
+def with_number(value: Any, number: float) -> Any:
+    """A number in the shape of the value that it stands for."""
+    return f"{number:.12g}" if isinstance(value, str) else number
+
+
+def with_value(tree: Any, place: Place, change: Callable[[Any, str | int], None]) -> Any:
+    """Copy a tree along one place only, where a function changes the table or list that holds it."""
+    copy = dict(tree) if isinstance(tree, dict) else list(tree)
+    if len(place) == 1:
+        change(copy, place[0])
+    else:
+        copy[place[0]] = with_value(copy[place[0]], place[1:], change)
+    return copy

@@ -1,0 +1,59 @@
+"""From runs to a timetable: sections are sampled as far as windows let them take time, and solved as it is planned."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.errors import InfeasibleError
+from tgvdp.journeys.front import ROUNDS, reach
+from tgvdp.journeys.multiplier import demand_of
+from tgvdp.journeys.section import SectionRuns
+from tgvdp.journeys.windows import Schedule, Timetable, Windows
+
+_Floats = NDArray[np.float64]
+
+#: Supplements up to this share of the fastest running time are sampled first, at so many times, closer where steeper.
+_FIRST_MARGIN, _SAMPLES = 0.5, 32
+#: ... and up to this share at most.
+_MOST_MARGIN = 8.0
+#: A section that takes this share of what is known of its front may take more.
+_AT_THE_END = 0.98
+
+
+def timetable_of(sections: Sequence[SectionRuns], windows: Windows, slack_s: float) -> Timetable:
+    """The timetable of sections, as far as their runs are known."""
+    fastest_s = [section.fastest.duration_s for section in sections]
+    return Timetable(windows, fastest_s, [demand_of(section) for section in sections], slack_s)
+
+
+def planned(sections: Sequence[SectionRuns], windows: Windows, arrival_s: _Floats, tolerance_s: float) -> Schedule:
+    """Plan arrivals, s, in rounds: each solves the sections as the last one planned, and knows multipliers better."""
+    for _ in range(ROUNDS):
+        plan = timetable_of(sections, windows, tolerance_s).at(arrival_s)
+        reach(sections, plan.supplement_s, tolerance_s)
+    return plan
+
+
+def sample(sections: Sequence[SectionRuns], windows: Windows, arrival_s: _Floats, tolerance_s: float) -> None:
+    """Sample the sections' fronts as far as the windows let them take time, where that is not done yet."""
+    shares = np.linspace(0.0, 1.0, _SAMPLES) ** 2
+    fastest_s = np.array([section.fastest.duration_s for section in sections])
+    new = [section for section in sections if not len(section.front)]
+    if new:
+        reach(new, np.outer(shares, [_FIRST_MARGIN * one.fastest.duration_s for one in new]), tolerance_s)
+    while True:
+        known_s = np.array([one.supplement_s[-1] for one in sections])
+        may_grow = np.array([not one.exhausted and one.complete for one in sections])
+        may_grow &= known_s < _MOST_MARGIN * fastest_s
+        try:
+            taken_s = timetable_of(sections, windows, tolerance_s).at(arrival_s).supplement_s.max(axis=0)
+        except InfeasibleError:  # a window opens later than any run known arrives
+            if not may_grow.any():
+                raise
+            taken_s = np.full(len(sections), np.inf)
+        short = np.flatnonzero(may_grow & (taken_s >= _AT_THE_END * known_s)).tolist()
+        if not short:
+            return
+        further_s = 2.0 * np.maximum(known_s, _FIRST_MARGIN * fastest_s)
+        reach([sections[at] for at in short], np.outer(shares, further_s[short]), tolerance_s)

@@ -1,0 +1,216 @@
+"""Windows of time: when a timetable wants the train to arrive, to depart and to pass.
+
+Between two binding windows the sections run at one multiplier, as without windows; at a binding one it changes. Both
+follow from the least energy of all that lies before a stop as a function of the time on its clock. It is convex where
+fronts are, and told by the multipliers at which later times save energy: a further section merges its own (`Demand`)
+in their order, a window cuts off what lies outside, and waiting adds time that saves nothing.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.errors import InfeasibleError
+from tgvdp.journeys.multiplier import Demand
+from tgvdp.model.journey import Journey, TimingPoint
+
+_Floats = NDArray[np.float64]
+
+#: Stretches into which a demand is cut between two of its points.
+_CUTS = 8
+
+
+class Windows(NamedTuple):
+    """Windows of the departures and arrivals of all parts of a journey, and how long it stands between them.
+
+    Attributes
+    ----------
+    departures, arrivals : tuple of TimingPoint
+    dwells_s : tuple of float or None
+        Least standstill between two parts, s; None where the train passes.
+    """
+
+    departures: tuple[TimingPoint, ...]
+    arrivals: tuple[TimingPoint, ...]
+    dwells_s: tuple[float | None, ...]
+
+    @property
+    def are_open(self) -> bool:
+        """Whether any departure and arrival will do, but for that of the journey itself, and any speed."""
+        return None not in self.dwells_s and all(map(is_open, (*self.departures[1:], *self.arrivals)))
+
+    def opened_later(self, by_s: float) -> "Windows":
+        """Windows of arrivals open later, s: runs are earlier than their times by a tolerance."""
+        arrivals = [one._replace(earliest_s=min(one.earliest_s + by_s, one.latest_s)) for one in self.arrivals]
+        return self._replace(arrivals=tuple(arrivals))
+
+    @property
+    def start_s(self) -> float:
+        """Earliest departure of the journey, s."""
+        return self.departures[0].earliest_s if math.isfinite(self.departures[0].earliest_s) else 0.0
+
+    @property
+    def sections(self) -> tuple[tuple[int, ...], ...]:
+        """Numbers of the parts of each section between two stops."""
+        stops = [0, *(part for part, dwell_s in enumerate(self.dwells_s, start=1) if dwell_s is not None)]
+        ends = [*stops[1:], len(self.arrivals)]
+        return tuple(tuple(range(first, end)) for first, end in zip(stops, ends, strict=True))
+
+
+def is_open(point: TimingPoint) -> bool:
+    """Whether any time will do."""
+    return math.isinf(point.earliest_s) and math.isinf(point.latest_s)
+
+
+def windows_of(journey: Journey, dwell_s: float) -> Windows:
+    """Windows of a timetable: parts lie between its stops and the points whose passing it asks something of."""
+    departures = [journey.points[0]]
+    arrivals: list[TimingPoint] = []
+    dwells_s: list[float | None] = []
+    for point in journey.points[1:]:
+        if point.is_stop and len(arrivals) == len(departures):  # it was here that it arrived
+            departures.append(point)
+            dwells_s.append(dwell_s)
+        elif point.is_stop:
+            arrivals.append(point)
+        elif not point.is_free:
+            arrivals.append(point)
+            departures.append(TimingPoint(point.position_m))
+            dwells_s.append(None)
+    return Windows(tuple(departures), tuple(arrivals), tuple(dwells_s))
+
+
+class WindowMissedError(InfeasibleError):
+    """A window cannot be met: which, by how much, s, and what would meet it."""
+
+    def __init__(self, which: str, missed_s: float, remedy: str) -> None:
+        super().__init__(f"{which}: it is missed by {missed_s:.4g} s, and met when it {remedy}")
+        self.missed_s = missed_s
+
+
+class Clock(NamedTuple):
+    """When a train can be at a stop: the first time, s, and stretches of later ones, (n,), s, with what each of their
+    seconds saves, (n,), J/s, falling.
+    """
+
+    first_s: float
+    length_s: _Floats
+    multiplier_j_per_s: _Floats
+
+    @property
+    def last_s(self) -> float:
+        """The last time that still saves something, s."""
+        return self.first_s + float(self.length_s.sum())
+
+    def within(self, window: TimingPoint, slack_s: float) -> "Clock":
+        """Cut off what lies outside a window.
+
+        Raises
+        ------
+        WindowMissedError
+            When nothing is left but for a slack.
+        """
+        if self.first_s > window.latest_s + slack_s:
+            raise WindowMissedError(
+                f"journey: the window at {window.position_m:.6g} m closes at {window.latest_s:.6g} s, the first time"
+                f" possible there is {self.first_s:.6g} s",
+                self.first_s - window.latest_s,
+                "closes so much later",
+            )
+        if self.last_s < window.earliest_s - slack_s:
+            raise WindowMissedError(
+                f"journey: the window at {window.position_m:.6g} m opens at {window.earliest_s:.6g} s, the slowest"
+                f" runs that were sought are there at {self.last_s:.6g} s",
+                window.earliest_s - self.last_s,
+                "opens so much earlier",
+            )
+        edges_s = self.first_s + np.concatenate(([0.0], np.cumsum(self.length_s)))
+        start_s, end_s = edges_s[:-1], edges_s[1:]
+        low_s, high_s = max(window.earliest_s, self.first_s), max(window.latest_s, self.first_s)
+        length_s = np.maximum(np.minimum(end_s, high_s) - np.maximum(start_s, low_s), 0.0)
+        return Clock(min(low_s, self.last_s), length_s, self.multiplier_j_per_s)
+
+    def after(self, dwell_s: float) -> "Clock":
+        """When the train can leave again: as long after the dwell as one likes."""
+        if math.isinf(self.last_s):
+            return self._replace(first_s=self.first_s + dwell_s)
+        length_s, multiplier = np.append(self.length_s, math.inf), np.append(self.multiplier_j_per_s, 0.0)
+        return Clock(self.first_s + dwell_s, length_s, multiplier)
+
+
+class _Run(NamedTuple):
+    """The run of a section: when it can arrive, and how much of each stretch is the section's own time, s, (n,)."""
+
+    departure: Clock
+    arrival: Clock
+    whole: Clock  # before the window of the arrival
+    own_s: _Floats
+
+
+class Schedule(NamedTuple):
+    """Times on the clock of the journey, s, and multipliers, J/s, (n, sections)."""
+
+    departure_s: _Floats
+    supplement_s: _Floats
+    multiplier_j_per_s: _Floats
+
+
+class Timetable:
+    """The least energy of a journey for each arrival, with windows at its stops.
+
+    Raises
+    ------
+    WindowMissedError
+        When the windows cannot be met: names the first one that is missed, by how much, and what would meet it.
+    """
+
+    def __init__(self, windows: Windows, fastest_s: Sequence[float], demands: Sequence[Demand], slack_s: float) -> None:
+        self.windows = windows
+        first = windows.departures[0]
+        free_s = max(first.latest_s - windows.start_s, 0.0) if math.isfinite(first.earliest_s) else 0.0
+        departure = Clock(windows.start_s, np.array([free_s]), np.zeros(1))
+        self._fastest_s = fastest_s
+        self._runs: list[_Run] = []
+        for number, (own_s, demand) in enumerate(zip(fastest_s, demands, strict=True)):
+            if number:
+                departure = self._runs[-1].arrival
+                if (dwell_s := windows.dwells_s[number - 1]) is not None:
+                    departure = departure.after(dwell_s).within(windows.departures[number], slack_s)
+            self._runs.append(_run(departure, own_s, demand, windows.arrivals[number], slack_s))
+
+    @property
+    def arrival(self) -> Clock:
+        """When the journey can end."""
+        return self._runs[-1].arrival
+
+    def at(self, arrival_s: _Floats) -> Schedule:
+        """Schedules of least energy that arrive at given times, s, (n,), within `arrival`."""
+        columns = []
+        before_s = [0.0, *(dwell_s or 0.0 for dwell_s in self.windows.dwells_s)]
+        for run, fastest_s, dwell_s in zip(self._runs[::-1], self._fastest_s[::-1], before_s[::-1], strict=True):
+            arrival_s = np.clip(arrival_s, run.arrival.first_s, run.arrival.last_s)
+            filled_s = arrival_s - run.whole.first_s
+            edges_s = np.concatenate(([0.0], np.cumsum(run.whole.length_s)))
+            own_s = np.interp(filled_s, edges_s, np.concatenate(([0.0], np.cumsum(run.own_s))))
+            at = np.minimum(np.searchsorted(edges_s[1:], filled_s), len(run.own_s) - 1)
+            departure_s = arrival_s - fastest_s - own_s
+            columns.append((departure_s, own_s, np.where(own_s > 0.0, run.whole.multiplier_j_per_s[at], np.inf)))
+            arrival_s = departure_s - dwell_s
+        return Schedule(*map(np.column_stack, zip(*columns[::-1], strict=True)))
+
+
+def _run(departure: Clock, fastest_s: float, demand: Demand, window: TimingPoint, slack_s: float) -> _Run:
+    """Let a section follow a departure."""
+    parts = np.linspace(0.0, 1.0, 2 * _CUTS + 1)[1::2]
+    steps_s, falls = np.diff(demand.supplement_s), np.diff(demand.log_multiplier)
+    own_s = np.repeat(steps_s / _CUTS, _CUTS)
+    own = np.exp((demand.log_multiplier[:-1, None] + parts * falls[:, None]).ravel())
+    length_s = np.concatenate((departure.length_s, own_s))
+    multiplier = np.concatenate((departure.multiplier_j_per_s, own))
+    order = np.argsort(-multiplier, kind="stable")
+    whole = Clock(departure.first_s + fastest_s, length_s[order], multiplier[order])
+    is_own = np.concatenate((np.zeros(len(departure.length_s)), own_s))
+    return _Run(departure, whole.within(window, slack_s), whole, is_own[order])

@@ -1,0 +1,70 @@
+"""How much memory may be taken: whoever makes arrays whose size the input decides asks first.
+
+The limit is that of ``--max-memory``, by default a share of what the machine, or the container around, has. It is held
+against what the process has in use, as the system says where it does, and what is asked for.
+"""
+
+import contextlib
+import math
+import os
+from collections.abc import Iterator
+from contextvars import ContextVar
+from pathlib import Path
+
+from tgvdp.errors import BudgetExceededError
+
+#: Share of the machine's memory that may be taken unless somebody says otherwise.
+_SHARE = 0.5
+#: Where containers say how much they may take.
+_CONTAINER = Path("/sys/fs/cgroup/memory.max")
+
+_most_b: ContextVar[float | None] = ContextVar("most_b", default=None)
+
+
+def usual_limit_b() -> float:
+    """A share of the memory of the machine or the container, B; infinite where neither tells."""
+    known = [math.inf]
+    with contextlib.suppress(ValueError, OSError, AttributeError):
+        known.append(float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")))
+    with contextlib.suppress(ValueError, OSError):  # no container, or "max"
+        known.append(float(_CONTAINER.read_text()))
+    return _SHARE * min(known)
+
+
+@contextlib.contextmanager
+def limited_memory(most_b: float | None) -> Iterator[None]:
+    """Hold what is done meanwhile to a limit, B; None is `usual_limit_b`."""
+    token = _most_b.set(most_b)
+    try:
+        yield
+    finally:
+        _most_b.reset(token)
+
+
+def ask_for(size_b: float, what: str) -> None:
+    """Ask for memory before it is taken.
+
+    Parameters
+    ----------
+    size_b : float
+    what : str
+        What it is for, for people.
+
+    Raises
+    ------
+    BudgetExceededError
+        When there is not as much.
+    """
+    given = _most_b.get()
+    most_b = usual_limit_b() if given is None else given
+    if _used_b() + size_b > most_b:
+        raise BudgetExceededError(
+            f"{what} would take {size_b / 1e9:.3g} GB, more than {most_b / 1e9:.3g} GB of memory leave (--max-memory)"
+        )
+
+
+def _used_b() -> float:
+    """Memory that this process has in use, B; 0 where the system does not say."""
+    with contextlib.suppress(OSError, ValueError, IndexError):
+        return float(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    return 0.0

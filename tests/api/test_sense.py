@@ -1,0 +1,53 @@
+"""Where arithmetic fails, figures outside their usual ranges are named; without any it is a fault of tgvdp."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import tgvdp
+from tgvdp.api.sense import sensible_numbers
+from tgvdp.errors import BudgetExceededError, InputError, NumericalError
+from tgvdp.memory import ask_for
+from tgvdp.model.trip import Trip
+
+TRAIN, TRACK = tgvdp.load_train("alstom-emu"), tgvdp.load_track("flat-100km")
+
+
+def trip_of(train=TRAIN):
+    return Trip(train=train, track=TRACK, origin_m=0.0, destination_m=TRACK.length_m)
+
+
+def test_a_train_that_creeps_is_searched_within_its_time_and_memory():
+    """Its mesh would have 4 cells per way to its top speed, 10⁹ of them, for which there is no memory."""
+    creeping = replace(TRAIN, max_speed_mps=1e-3 * TRAIN.max_speed_mps)
+    result = tgvdp.search(creeping, TRACK, points=2, time_limit_s=2.0)
+    assert result.elapsed_s < 10.0
+    assert result.fastest.time_s == pytest.approx(TRACK.length_m / creeping.max_speed_mps, rel=0.01)
+
+
+def test_failures_name_the_figures_that_are_unusual():
+    heavy = replace(TRAIN, mass_kg=1e3 * TRAIN.mass_kg)
+    named = r"cannot be computed: train .*: mass .* t \(usual 10 to 40000: t or kg\?\); .*overflow"
+    with pytest.raises(InputError, match=named), sensible_numbers(trip_of(heavy)):
+        np.float64(1e200) * np.float64(1e200)
+    with pytest.raises(InputError, match=r"cannot be computed: .*mass"), sensible_numbers(trip_of(heavy)):
+        raise MemoryError
+
+
+def test_failures_of_usual_figures_are_faults():
+    usual = replace(TRAIN, braking=tgvdp.EffortCurve.from_caps(0.0), friction_brake_n=TRAIN.mass_kg)
+    with pytest.raises(NumericalError, match=r"divide by zero.*please report"), sensible_numbers(trip_of(usual)):
+        np.float64(1.0) / np.float64(0.0)
+    with pytest.raises(BudgetExceededError, match="more memory than there is"), sensible_numbers(trip_of(usual)):
+        raise MemoryError
+
+
+def test_memory_is_asked_for():
+    with sensible_numbers(trip_of(), max_memory_b=1e12):
+        ask_for(1e11, "a lot")
+    refused = pytest.raises(BudgetExceededError, match="a lot would take 100 GB, more than 1 GB")
+    with refused, sensible_numbers(trip_of(), max_memory_b=1e9):
+        ask_for(1e11, "a lot")
+    with pytest.raises(BudgetExceededError, match="--max-memory"):
+        tgvdp.search(TRAIN, TRACK, max_memory_b=1e6)

@@ -1,0 +1,77 @@
+"""Odd environments: a sensible result, or one line; each in a process of its own."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from tgvdp.model import catalog
+
+
+def run(*arguments, **variables):
+    """Run the program with environment variables; returns its exit code, and what it printed as bytes."""
+    environment = {name: text for name, text in os.environ.items() if name != "PYTHONUTF8"} | variables
+    command = [sys.executable, "-m", "tgvdp", *arguments]
+    done = subprocess.run(command, env=environment, capture_output=True, check=False, timeout=120)
+    assert b"Traceback" not in done.stderr
+    return done.returncode, done.stdout, done.stderr
+
+
+SEARCH = ("search", "--track", "flat-100km", "--to", "3km", "--points", "3", "--no-certify")
+
+
+@pytest.mark.parametrize("command", ["catalog", "validate -v tgv", "search --help", "solve easy-n004 --solver dp"])
+def test_terminals_without_all_characters_get_question_marks(command):
+    code, stdout, stderr = run(*command.split(), PYTHONIOENCODING="latin-1")
+    assert (code, stderr) == (0, b"")
+    assert b"?" in stdout
+
+
+def test_json_keeps_all_characters_on_any_terminal():
+    code, stdout, _ = run("catalog", "tgv", "--json", PYTHONIOENCODING="latin-1")
+    assert code == 0
+    assert b"\\u" in stdout
+    assert b"?" not in stdout
+
+
+def test_variables_that_mean_nothing_here_do_no_harm(tmp_path):
+    variables = {"MPLBACKEND": "nonsense", "NUMBA_NUM_THREADS": "0", "PYTHONOPTIMIZE": "2", "LC_ALL": "xx_YY"}
+    code, _, stderr = run(*SEARCH, "--quiet", "--out", str(tmp_path / "out"), **variables)
+    assert (code, stderr) == (0, b"")
+    assert (tmp_path / "out" / "profile.png").exists()
+
+
+def test_unknown_request_for_completion_is_named():
+    code, stdout, stderr = run("catalog", _TGVDP_COMPLETE="elvish_source")
+    assert (code, stdout) == (2, b"")
+    assert stderr.splitlines() == [
+        b"tgvdp: error: _TGVDP_COMPLETE: must be SHELL_source or SHELL_complete, got 'elvish_source'"
+    ]
+    assert run(_TGVDP_COMPLETE="bash_source")[0] == 0
+
+
+@pytest.mark.skipif(sys.platform in ("win32", "darwin"), reason="names of files are text here")
+def test_names_of_files_may_be_no_text(tmp_path):
+    name = os.fsdecode(os.fsencode(tmp_path) + b"/train\xff.toml")
+    with open(name, "wb") as file:
+        file.write(catalog.path("tgv", "train").read_bytes())
+    code, stdout, stderr = run(
+        *SEARCH, "--train", name, "--no-pictures", "--out", os.fsdecode(b"%b/out\xff" % os.fsencode(tmp_path))
+    )
+    assert code == 0
+    assert b"in " in stdout
+    assert all(line.startswith(b"tgvdp: note: ") for line in stderr.splitlines())
+    code, _, stderr = run("validate", name + "x")
+    assert code == 3
+    assert stderr.endswith(b"train\\udcff.tomlx: no such file\n")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limits of resources")
+def test_files_that_grow_too_large_are_said_in_one_line(tmp_path):
+    out = tmp_path / "out"
+    command = f"ulimit -f 8; exec {sys.executable} -m tgvdp {' '.join(SEARCH)} --quiet --no-pictures --out {out}"
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 3
+    assert done.stderr == f"tgvdp: error: {out}: cannot be written: File too large\n"
+    assert list(out.iterdir()) == []

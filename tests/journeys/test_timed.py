@@ -1,0 +1,132 @@
+"""Windows between stops: against the run without them, against exact fronts on a grid, and what cannot be kept."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import tgvdp
+from tests.helpers.journey_case import LINE, METRO
+from tgvdp.errors import InfeasibleError
+from tgvdp.model.journey import Journey, TimingPoint
+
+ONE = replace(LINE, stops_m=(1200.0, 3400.0))
+TWO = replace(LINE, stops_m=(1200.0, 3400.0, 6000.0))
+HALF_M = 2200.0
+
+
+def timetable(*passing, line=ONE, last_s=math.inf):
+    def stop(position_m, earliest_s=-math.inf, latest_s=math.inf):
+        return TimingPoint(position_m, earliest_s, latest_s, 0.0, 0.0)
+
+    first_m, *between_m, end_m = line.stops_m
+    stops = [stop(first_m, 0.0, 0.0), *(stop(at_m) for at_m in between_m for _ in range(2)), stop(end_m, 0.0, last_s)]
+    return Journey(points=tuple(sorted([*stops, *passing], key=lambda point: point.position_m)), track=line.name)
+
+
+def run(*passing, line=ONE, **options):
+    last_s = options.pop("last_s", math.inf)
+    return tgvdp.journey(METRO, line, timetable(*passing, line=line, last_s=last_s), **options)
+
+
+def passed(journey, index, position_m=HALF_M):
+    """Time and speed at a position, s and m/s."""
+    profile = journey.profile(index)
+    time_s = np.interp(position_m, profile.position_m, profile.time_s)
+    return time_s, np.sqrt(np.interp(position_m, profile.position_m, profile.speed_mps**2))
+
+
+def test_a_window_that_does_not_bind_costs_nothing():
+    free = tgvdp.journey(METRO, TWO, points=5)
+    wide = run(TimingPoint(HALF_M, 0.0, 1e4), line=TWO, points=5)
+    assert wide.front.time_s == pytest.approx(free.front.time_s, abs=0.02)
+    assert wide.front.energy_j[1:] == pytest.approx(free.front.energy_j[1:], rel=2e-3)
+    assert (wide.front.energy_j >= free.certify().lower_bound_j * (1.0 - 1e-9)).all()
+
+
+@pytest.mark.parametrize(("shift_s", "width_s"), [(-6.0, 1.0), (6.0, 1.0), (4.0, 0.0)])
+def test_windows_are_met_and_runs_replay(shift_s, width_s):
+    free = tgvdp.journey(METRO, ONE, at_margin=(0.15,))
+    earliest_s = passed(free, 0)[0] + shift_s
+    journey = run(TimingPoint(HALF_M, earliest_s, earliest_s + width_s), points=6, max_margin=0.3)
+    assert len(journey.front) > 2
+    for index in range(len(journey.front)):
+        assert earliest_s - 2e-3 <= passed(journey, index)[0] <= earliest_s + width_s + 2e-3
+    assert all(verdict.ok for point in journey.verify() for verdict in point)
+
+
+def exact_front(from_m, to_m, **speeds):
+    found = tgvdp.search(
+        METRO, ONE, origin_m=from_m, destination_m=to_m, method="exact", segment_m=250.0, speeds=9, **speeds
+    )
+    return found.front.time_s, found.front.energy_j
+
+
+def test_no_exact_path_on_a_grid_with_the_window_is_cheaper():
+    """All Pareto-optimal paths of a grid before and after the point, at four speeds there."""
+    window = TimingPoint(HALF_M, 90.0, 93.0)
+    journey = run(window, points=5, max_margin=0.3)
+    halves = []
+    for speed_mps in (6.0, 9.0, 12.0, 15.0):
+        before = exact_front(1200.0, HALF_M, end_speed_mps=speed_mps)
+        after = exact_front(HALF_M, 3400.0, start_speed_mps=speed_mps)
+        halves.append((*before, *after))
+    for time_s, energy_j in zip(journey.front.time_s[1:], journey.front.energy_j[1:], strict=True):
+        least_j = math.inf
+        for first_s, first_j, second_s, second_j in halves:
+            met = (first_s >= window.earliest_s) & (first_s <= window.latest_s)
+            met = met[:, None] & (first_s[:, None] + second_s <= time_s)
+            least_j = min(least_j, np.where(met, first_j[:, None] + second_j, math.inf).min(initial=math.inf))
+        assert energy_j <= least_j * (1.0 + 1e-3)
+
+
+def test_the_multipliers_part_at_a_binding_window():
+    free = tgvdp.journey(METRO, TWO, at_margin=(0.15,))
+    before_s = passed(free, 0)[0]
+    journey = run(TimingPoint(HALF_M, 0.0, before_s - 5.0), line=TWO, at_margin=(0.15,))
+    assert passed(journey, 0)[0] == pytest.approx(before_s - 5.0, abs=0.01)
+    assert journey.front.energy_j[0] > 1.01 * free.front.energy_j[0]
+
+
+def test_speeds_at_a_point_are_kept():
+    slow = run(TimingPoint(HALF_M, highest_mps=8.0), points=4)
+    assert all(passed(slow, index)[1] <= 8.0 + 1e-6 for index in range(len(slow.front)))
+    fast = run(TimingPoint(HALF_M, lowest_mps=14.0), points=4, max_margin=0.6)
+    assert all(passed(fast, index)[1] >= 14.0 - 1e-6 for index in range(len(fast.front)))
+
+
+def test_two_points_between_two_stops():
+    free = tgvdp.journey(METRO, ONE, at_margin=(0.2,))
+    first_s, second_s = (passed(free, 0, position_m)[0] for position_m in (1800.0, 2800.0))
+    points = TimingPoint(1800.0, first_s - 4.0, first_s - 3.0), TimingPoint(2800.0, second_s + 1.0, second_s + 3.0)
+    journey = run(*points, at_margin=(0.2,))
+    assert first_s - 4.01 <= passed(journey, 0, 1800.0)[0] <= first_s - 2.99
+    assert second_s + 0.99 <= passed(journey, 0, 2800.0)[0] <= second_s + 3.01
+    assert journey.verify()[0][0].ok
+
+
+@pytest.mark.parametrize(
+    ("point", "message"),
+    [
+        (TimingPoint(HALF_M, 0.0, 50.0), "the window at 2200 m closes at 50 s, the first time possible there is"),
+        (
+            TimingPoint(HALF_M, 9000.0, 9500.0),
+            "the window at 2200 m opens at 9000 s, the slowest runs",
+        ),
+        (
+            TimingPoint(HALF_M, lowest_mps=21.0),
+            "2200 m is to be passed at 75.6 km/h at least, the fastest run has 61.2",
+        ),
+    ],
+)
+def test_what_cannot_be_kept_is_named(point, message):
+    with pytest.raises(InfeasibleError, match=message):
+        run(point, points=3)
+
+
+def test_the_published_journey_cannot_be_kept(shared):
+    folder = shared / "ttobench"
+    train, track = folder / "trains" / "CH_Stadler_KISS_SBB.json", folder / "tracks" / "CH_StGallen_Wil.json"
+    with pytest.raises(InfeasibleError, match=r"at 29556.1 m closes at 1450 s, .* is 1556\.\d+ s: it is missed by 106"):
+        tgvdp.journey(train, track, folder / "journeys" / "CH_StGallen_Wil_Journey_01.json")

@@ -1,0 +1,149 @@
+"""Windows at stops: against every split on fine steps, in closed form, and what is said where they cannot be met."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import tgvdp
+from tests.helpers.journey_case import LINE, METRO, method, sections_of
+from tgvdp.errors import InfeasibleError
+from tgvdp.journeys.multiplier import Demand
+from tgvdp.journeys.windows import Timetable, Windows
+from tgvdp.model.journey import Journey, TimingPoint
+
+THREE = replace(LINE, stops_m=LINE.stops_m[:4])
+STOPS_M = THREE.stops_m
+DWELL_S = 20.0
+FASTEST_S = [section.fastest.duration_s for section in sections_of(THREE)]
+FREE = (-math.inf, math.inf)
+
+
+def timetable(arrivals=(FREE, FREE, FREE), departures=((0.0, 0.0), FREE, FREE)):
+    points = []
+    for number in range(3):
+        points.append(TimingPoint(STOPS_M[number], *departures[number], 0.0, 0.0))
+        points.append(TimingPoint(STOPS_M[number + 1], *arrivals[number], 0.0, 0.0))
+    return Journey(points=tuple(points), track=THREE.name)
+
+
+def run(windows, **options):
+    return tgvdp.journey(METRO, THREE, windows, dwell_s=DWELL_S, **options)
+
+
+def clock_of(journey):
+    """Departures and arrivals of each section at each point, s."""
+    return journey.found.departure_s, journey.found.departure_s + journey.section_time_s
+
+
+@pytest.fixture(scope="module")
+def fronts_j():
+    """Energies of the three sections at supplements of whole seconds."""
+    fronts = []
+    for section in sections_of(THREE):
+        target_s = section.fastest.duration_s + np.arange(61.0)
+        found = method(section.trip, section.fastest, target_s, 1e-3)
+        fronts.append(found.energy_j[np.searchsorted(found.duration_s, target_s * (1 + 1e-9), side="right") - 1])
+    return fronts
+
+
+def every_split_j(fronts_j, windows, last_s):
+    """Least energy of all splits by whole seconds that meet the windows and arrive by a time."""
+    first, second, third = np.meshgrid(*(np.arange(61.0),) * 3, indexing="ij")
+    clock_s, met = np.zeros_like(first), np.ones_like(first, dtype=bool)
+    for number, taken_s in enumerate((first, second, third)):
+        departure, arrival = windows.points[2 * number], windows.points[2 * number + 1]
+        clock_s = np.maximum(clock_s, departure.earliest_s)
+        met &= clock_s <= departure.latest_s
+        clock_s = clock_s + FASTEST_S[number] + taken_s
+        met &= (clock_s >= arrival.earliest_s) & (clock_s <= arrival.latest_s)
+        clock_s = clock_s + DWELL_S
+    met &= clock_s - DWELL_S <= last_s
+    energy_j = fronts_j[0][:, None, None] + fronts_j[1][:, None] + fronts_j[2]
+    return float(np.where(met, energy_j, np.inf).min())
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_random_windows_are_met_and_no_split_is_cheaper(fronts_j, seed):
+    random = np.random.default_rng(seed)
+    taken_s = random.uniform(3.0, 25.0, 3)
+    clock_s, arrivals, departures = 0.0, [], [(0.0, 0.0)]
+    for number in range(3):
+        clock_s += FASTEST_S[number] + taken_s[number]
+        arrivals.append((clock_s - random.uniform(3.0, 12.0), clock_s + random.uniform(1.0, 10.0)))
+        clock_s += DWELL_S + random.uniform(0.0, 10.0)
+        departures.append((clock_s - random.uniform(0.0, 10.0), clock_s + random.uniform(0.0, 10.0)))
+    kept = random.random((2, 3)) < 0.7
+    windows = timetable(
+        [one if keep else FREE for one, keep in zip(arrivals, kept[0], strict=True)],
+        [(0.0, 0.0), *(one if keep else FREE for one, keep in zip(departures[1:3], kept[1], strict=False))],
+    )
+    journey = run(windows, points=5)
+    departure_s, arrival_s = clock_of(journey)
+    for number in range(3):
+        first, last = windows.points[2 * number : 2 * number + 2]
+        assert (departure_s[:, number] >= first.earliest_s - 1e-6).all()
+        assert (departure_s[:, number] <= first.latest_s + 1e-6).all()
+        assert (arrival_s[:, number] >= last.earliest_s - 1e-6).all()
+        assert (arrival_s[:, number] <= last.latest_s + 1e-6).all()
+    assert (departure_s[:, 1:] - arrival_s[:, :-1] >= DWELL_S - 1e-6).all()
+    for index in range(1, len(journey.front)):
+        least_j = every_split_j(fronts_j, windows, arrival_s[index, -1] + 0.01)
+        assert journey.front.energy_j[index] <= least_j * (1.0 + 1e-4)
+
+
+def test_a_binding_window_parts_the_multipliers():
+    free = run(timetable(arrivals=(FREE, FREE, (-math.inf, 400.0))), points=4)
+    assert np.ptp(free.found.multiplier_j_per_s[-1]) < 0.02 * free.found.multiplier_j_per_s[-1, 0]
+    tight = run(timetable(arrivals=((-math.inf, FASTEST_S[0] + 2.0), FREE, (-math.inf, 400.0))), points=4)
+    assert clock_of(tight)[1][-1, 0] == pytest.approx(FASTEST_S[0] + 2.0, abs=0.01)
+    first, second, third = tight.found.multiplier_j_per_s[-1]
+    assert first > 2.0 * second
+    assert second == pytest.approx(third, rel=0.02)
+
+
+def test_without_windows_it_is_the_front_of_the_journey():
+    loose = run(timetable(arrivals=(FREE, FREE, (0.0, 1e4))), points=5)
+    plain = tgvdp.journey(METRO, THREE, dwell_s=DWELL_S, points=5)
+    assert loose.front.time_s == pytest.approx(plain.front.time_s, abs=0.02)
+    assert loose.front.energy_j[1:] == pytest.approx(plain.front.energy_j[1:], rel=1e-3)
+
+
+def test_the_profile_waits_where_the_window_is_later():
+    journey = run(timetable(departures=((10.0, 10.0), (200.0, 210.0), FREE)), points=3)
+    departure_s, arrival_s = clock_of(journey)
+    assert departure_s[:, :2] == pytest.approx(np.tile([10.0, 200.0], (len(journey.front), 1)))
+    profile = journey.profile(0)
+    stand = int(np.flatnonzero(np.diff(profile.position_m) == 0.0)[0])
+    assert np.diff(profile.time_s)[stand] == pytest.approx(200.0 - arrival_s[0, 0])
+    journey.plot("time_distance")
+
+
+@pytest.mark.parametrize(
+    ("windows", "message"),
+    [
+        ({"arrivals": ((0.0, FASTEST_S[0] - 3.0), FREE, FREE)}, "closes at .* it is missed by 3 s, and met when"),
+        ({"arrivals": (FREE, FREE, (0.0, sum(FASTEST_S)))}, "at 4300 m closes at .* missed by 40 s"),
+        ({"departures": ((0.0, 0.0), (0.0, FASTEST_S[0]), FREE)}, "at 1200 m closes at .* missed by 20 s"),
+        ({"arrivals": ((9000.0, 9001.0), FREE, FREE)}, "at 1200 m opens at 9000 s, the slowest runs that were sought"),
+    ],
+)
+def test_windows_that_cannot_be_met_are_named(windows, message):
+    with pytest.raises(InfeasibleError, match=message):
+        run(timetable(**windows), points=3)
+
+
+def test_who_asks_for_more_than_the_last_window_allows():
+    with pytest.raises(InfeasibleError, match="is later than the last window allows"):
+        run(timetable(arrivals=(FREE, FREE, (0.0, sum(FASTEST_S) + 45.0))), at_s=(sum(FASTEST_S) + 30.0,))
+
+
+def test_schedules_in_closed_form():
+    """λ = exp(−T) in both sections, the second may begin at 3 s: what is saved until then is free."""
+    point = TimingPoint
+    demand = Demand(np.linspace(0.0, 10.0, 21), -np.linspace(0.0, 10.0, 21))
+    windows = Windows((point(0.0, 0.0, 0.0), point(1.0, 3.0)), (point(1.0), point(2.0)), (0.0,))
+    found = Timetable(windows, [1.0, 1.0], [demand, demand], 0.0).at(np.array([4.0, 5.0, 9.0]))
+    assert found.supplement_s == pytest.approx(np.array([[2.0, 0.0], [2.0, 1.0], [3.5, 3.5]]), abs=0.1)
+    assert found.departure_s[:, 1] == pytest.approx([3.0, 3.0, 4.5], abs=0.1)

@@ -1,0 +1,73 @@
+"""Descents that the dynamic brake cannot hold: at the speed at which it returns most for the time, or at the limit."""
+
+import numpy as np
+import pytest
+
+import tgvdp
+from tgvdp import EffortCurve, Track, Train
+from tgvdp.methods.costate.characteristics import held_back_w
+from tgvdp.physics.forces import kernel_train, per_kilogram
+
+TRAIN = Train(
+    mass_kg=2e6, traction=EffortCurve.from_caps(400e3, 5e6), braking=EffortCurve.from_caps(300e3, 3.6e6),
+    friction_brake_n=800e3, davis_a_n=25e3, davis_b_n_per_mps=200.0, davis_c_n_per_mps2=30.0,
+    rotating_mass_factor=1.06, traction_efficiency=0.87, regeneration_efficiency=0.8,
+)  # fmt: skip
+DESCENT = Track(
+    length_m=50e3,
+    speed_limits=((0.0, 22.2),),
+    gradients=((0.0, 0.0), (10e3, -27.0), (30e3, 0.0), (35e3, 8.0)),
+)
+#: At the corner of the dynamic brake it returns 300 kN over a metre, above it less.
+CORNER_MPS = 12.0
+
+
+@pytest.fixture(scope="module")
+def found():
+    return tgvdp.search(TRAIN, DESCENT, energy="pantograph", at_s=(2900.0, 3348.9, 3800.0))
+
+
+def test_what_was_missed_is_found(found):
+    """The wall of the limit alone gave 159.8 kWh at 3348.9 s."""
+    index = found.front.at_delay(3349.0 - found.fastest.time_s, found.fastest.time_s)
+    assert found.front.energy_j[index] / 3.6e6 <= -315.5
+    assert all(verdict.ok for verdict in found.verify())
+
+
+def test_the_descent_is_run_at_the_corner(found):
+    profile = found.profile(len(found.front.time_s) - 1)
+    speed_mps = np.interp(np.linspace(12e3, 27e3, 50), profile.position_m, profile.speed_mps)
+    assert speed_mps == pytest.approx(CORNER_MPS, rel=1e-6)
+
+
+def test_no_run_lies_below(found):
+    certificate = found.certify()
+    assert (certificate.gap_pct >= -1e-3).all()
+
+
+def test_a_limit_cannot_save_energy(found):
+    """A limit of 12 m/s on the descent gave −215 kWh where the line without it gave 159.8."""
+    limited = Track(
+        length_m=50e3,
+        speed_limits=((0.0, 22.2), (10e3, CORNER_MPS), (30e3, 22.2)),
+        gradients=DESCENT.gradients,
+    )
+    other = tgvdp.search(TRAIN, limited, energy="pantograph", at_s=(3800.0,))
+    price_j_per_s = found.price_kwh_per_min[-1] * 3.6e6 / 60.0
+    late_s = found.front.time_s[-1] - other.front.time_s[-1]
+    assert found.front.energy_j[-1] + price_j_per_s * late_s <= other.front.energy_j[-1] + 1e-3 * 300 * 3.6e6
+
+
+@pytest.mark.parametrize("multiplier", [0.01, 0.1, 0.7, 2.0])
+def test_speed_that_is_held_back_costs_least_per_metre(multiplier):
+    """λ/v − r·D(v) against samples, for a brake whose power is capped and one of a table."""
+
+    for braking in (
+        EffortCurve.from_caps(300e3, 3.6e6),
+        EffortCurve.from_points([(0, 0), (3, 200e3), (20, 260e3), (40, 90e3)]),
+    ):
+        train = per_kilogram(kernel_train(Train(mass_kg=2e6, traction=TRAIN.traction, braking=braking)))
+        v = np.linspace(0.05, 30.0, 30_000)
+        cost = multiplier / v - 0.7 * np.array([braking.effort_n(x) for x in v]) / 2e6
+        held_mps = np.sqrt(held_back_w(train, 0.7, multiplier, 900.0))
+        assert np.interp(held_mps, v, cost) <= cost.min() + 1e-4 * abs(cost.min())
