@@ -17,9 +17,7 @@ import pytest
 from tests.helpers.instance_case import binary_instance
 from tgvdp.cli import main
 from tgvdp.errors import InputError
-from tgvdp.formulations.problem.instances import DemandInstance, read_instance
-from tgvdp.formulations.qubo.encodings import encode
-from tgvdp.instances import find
+from tgvdp.formulations.problem.instances import DemandInstance
 from tgvdp.trials.execute import one_run
 from tgvdp.trials.reference import Case, Reference
 from tgvdp.trials.rows import random_chance, succeeded
@@ -317,18 +315,6 @@ def test_equal_ids_no_instances_and_damaged_files_are_one_line(tmp_path, capsys)
     assert "is damaged" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("topology", "most"), [("pegasus", 982), ("zephyr", 800)])
-def test_a_complete_graph_takes_no_more_qubits_than_the_clique(topology, most):
-    """The unary form of easy-n020 couples all its 100 bits; minorminer alone takes 1616 and 1087."""
-    pytest.importorskip("minorminer")
-    pytest.importorskip("dwave.graphs")
-    from tgvdp.solvers.samplers.embedding import embedding_of
-
-    qubo = encode(read_instance(find("easy-n020")), "unary", "sufficient").qubo
-    found = embedding_of(qubo, topology, seed=1, time_limit_s=1.0)
-    assert found.method == "clique" and found.qubits == most and found.longest_chain == most // 100 + (most % 100 > 0)
-
-
 @pytest.mark.slow
 def test_embeddings_of_a_small_instance(tmp_path):
     pytest.importorskip("minorminer")
@@ -342,7 +328,7 @@ def test_embeddings_of_a_small_instance(tmp_path):
     for encoding, bits in (("bits", 12), ("unary", 9)):
         assert int(rows[encoding]["variables"]) == bits
         assert bits <= int(rows[encoding]["qubits"]) <= 4 * bits
-        assert rows[encoding]["status"] == "ok" and rows[encoding]["method"] in ("minorminer", "clique")
+        assert rows[encoding]["status"] == "ok"
 
 
 def test_the_front_of_the_comparison_is_the_closed_form_and_a_lower_bound():

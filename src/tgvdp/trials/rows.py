@@ -227,7 +227,7 @@ def embedding_rows(results: Results) -> list[Row]:
         {
             "Problem": name, "N": cases[name].instance.steps, "encoding": encoding, "topology": topology,
             "status": found["status"], "variables": found.get("variables"), "couplers": found.get("couplers"),
-            "method": found.get("method"), "qubits": found.get("qubits"), "longest chain": found.get("longest_chain"),
+            "qubits": found.get("qubits"), "longest chain": found.get("longest_chain"),
             "elapsed_s": found.get("elapsed_s"),
         }
         for (name, encoding, topology), found in results.embeddings.items()
