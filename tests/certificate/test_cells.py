@@ -10,7 +10,7 @@ NOTHING = np.empty(0), np.empty(0), np.empty(0, dtype=np.int64)
 
 
 @pytest.mark.nojit
-@pytest.mark.parametrize("costate", [1e3, 1e30, 1e200, 1.5e308])
+@pytest.mark.parametrize("costate", [1e3, 1e30, 1e200, 1e300])
 def test_number_of_cells_has_a_bound(costate):
     """A costate that grows without end: its parts once were a number that no integer holds, and were written so."""
     left, right = np.array([0.0, -1.0, costate, 0.0]), np.array([-1.0, costate, -1.0, 0.0])
@@ -22,3 +22,14 @@ def test_number_of_cells_has_a_bound(costate):
     assert (np.diff(made_m) > 0.0).all()
     assert (made_m[0], made_m[-1]) == (0.0, 400.0)
     assert set(np.diff(made_row)) <= {0, 1}
+
+
+@pytest.mark.nojit
+def test_cells_end_where_the_room_does():
+    left, right = np.array([0.0, -1.0, 3.0, 0.0]), np.array([-1.0, 3.0, -1.0, 0.0])
+    made_m, made_w, made_row = np.zeros(12), np.zeros(12), np.zeros(11, dtype=np.int64)
+    views = made_m[:8], made_w[:8], made_row[:7]
+    assert split_cells(NODE_M, NODE_W, ROW, left, right, 1.0, 0.05, *views) == 7
+    assert not made_m[8:].any()
+    assert not made_w[8:].any()
+    assert not made_row[7:].any()

@@ -56,7 +56,7 @@ def count_cells(x, w, longest, log_step):
 
 @kernel
 def cut_rows(x, w, longest, log_step, node_x, node_w, row):
-    """Cut rows into cells: equal steps of ln w, or of position where w hardly changes."""
+    """Cut rows into cells: equal steps of ln w, or of position where w hardly changes; no more than there is room."""
     n = 0
     node_x[0] = x[0]
     node_w[0] = w[0]
@@ -64,7 +64,7 @@ def cut_rows(x, w, longest, log_step, node_x, node_w, row):
         d = x[i + 1] - x[i]
         w0 = w[i]
         w1 = w[i + 1]
-        parts = _cuts(w0, w1, d, longest, log_step)
+        parts = min(_cuts(w0, w1, d, longest, log_step), row.shape[0] - n)
         hi = max(w0, w1)
         uniform = hi - min(w0, w1) < _UNIFORM * hi
         bottom = _FIRST_SHARE * hi
@@ -95,14 +95,14 @@ def _parts(left, right, length, w0, w1, multiplier, step):
     if change <= 2.0 * step * size or min(w0, w1) <= 0.0:
         return 1
     drift = 0.5 * multiplier * length / (min(w0, w1) * math.sqrt(max(w0, w1)))
-    return math.ceil(min(max(change, drift) / (step * size), _MOST_PARTS))
+    return math.ceil(min(_MOST_PARTS, max(change, drift) / (step * size)))
 
 
 @kernel
 def split_cells(node_x, node_w, row, left, right, multiplier, step, made_x, made_w, made_row):
     """Cut cells again in which p changes much: what is new in ``made_…``; returns the number of cells.
 
-    With empty arrays it only counts.
+    With empty arrays it only counts; into others it writes no more than there is room.
     """
     n = 0
     write = made_row.shape[0] > 0
@@ -115,6 +115,7 @@ def split_cells(node_x, node_w, row, left, right, multiplier, step, made_x, made
         if 0 < k < last:
             parts = _parts(left[k], right[k], node_x[k + 1] - node_x[k], node_w[k], node_w[k + 1], multiplier, step)
         if write:
+            parts = min(parts, made_row.shape[0] - n)
             for j in range(1, parts + 1):
                 share = j / parts
                 made_row[n + j - 1] = row[k]

@@ -136,4 +136,4 @@ def sub_steps(train, force, lever, lo, hi, grade, air, d, w):
         return _SUB_STEPS
     here = slope_at(train, force, lever, 0.0, hi, grade, air, w)[0]
     there = slope_at(train, force, lever, 0.0, hi, grade, air, nearby)[0]
-    return int(min(_SUB_STEPS + 2.0 * d * abs(here - there) / (w - nearby), _MOST_SUB_STEPS))
+    return int(min(_MOST_SUB_STEPS, _SUB_STEPS + 2.0 * d * abs(here - there) / (w - nearby)))

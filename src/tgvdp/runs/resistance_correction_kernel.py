@@ -69,7 +69,7 @@ def count_parts(line, x, w, parts):
             at = _walk(line, at, here_m)
             gain = _gain_at(line, at, here_m, here_w)
             bend = max(bend, abs(gain - gain0 - share * (gain1 - gain0)) / here_w)
-        parts[k] = min(max(math.ceil(math.sqrt(bend / _BEND)), 1), _MOST_PARTS)
+        parts[k] = math.ceil(min(_MOST_PARTS, max(1.0, math.sqrt(bend / _BEND))))
         total += parts[k]
         at = end
         gain0 = gain1

@@ -9,6 +9,7 @@ import pytest
 
 from tests.helpers.fronts import front_to
 from tests.helpers.trips import commuter, trip_on
+from tgvdp.errors import InfeasibleError
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.energy import PANTOGRAPH
@@ -112,3 +113,26 @@ def test_a_strong_train_is_not_slow_to_start_on_a_coarse_mesh(fineness):
         mesh.extremal(multiplier, counters).cost_j(multiplier) - reference.cost_j(multiplier)
         <= 1e-3 * reference.energy_j
     )
+
+
+def barely_climbable(share):
+    """10 km of a climb that takes a share of the starting effort of a train, rolling resistance included."""
+    train = commuter(davis_a_n=4e3)
+    permil = 1e3 * (share * 2.5e5 - 4e3) / (train.mass_kg * 9.81)
+    return trip_on([(0, 30)], [(0, permil)], train=train)
+
+
+@pytest.mark.parametrize("share", [0.9, 0.99, 0.999])
+def test_a_line_that_is_barely_climbed_still_saves_by_time(share):
+    trip = barely_climbable(share)
+    fastest, found = front_to(trip, 1.0, 6)
+    assert len(found.duration_s) == 6
+    assert not found.exhausted
+    assert (np.diff(found.energy_j) < 0.0).all()
+    assert replay(trip, profile_of(trip, *found.rows(5))).ok
+    assert found.duration_s[5] == pytest.approx(2.0 * fastest.duration_s, rel=2e-2)
+
+
+def test_a_line_that_takes_all_effort_is_not_climbed():
+    with pytest.raises(InfeasibleError, match="stalls at 0 m"):
+        fastest_run(barely_climbable(1.0))

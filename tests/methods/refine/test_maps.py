@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import tgvdp
-from tests.helpers.trips import EFFICIENT_HILLS, HILLS
+from tests.helpers.trips import EFFICIENT, EFFICIENT_HILLS, HILLS
 from tests.helpers.twins.running import arc as twin_arc
 from tests.helpers.twins.running import mean_over_distance
 from tgvdp.line.cells import cells_of
@@ -126,6 +126,23 @@ def test_no_plain_grid_is_better():
         multiplier = factor * found.energy_j[0] / found.duration_s[0]
         ours = float((found.energy_j + multiplier * found.duration_s).min())
         assert ours <= grid_cost(trip, fastest, multiplier, 25, 24) * 1.002
+
+
+def test_the_map_of_constant_efficiencies_gives_the_pantograph_front():
+    """Two methods that share no search: sweeps over a table, and the costate program with its factors."""
+    train = EFFICIENT
+    breaks_mps = [piece.from_mps for curve in (train.traction, train.braking) for piece in curve.pieces]
+    speeds = np.union1d(np.linspace(0.0, 44.0, 401), breaks_mps)
+    pull_w = np.array([v * train.traction.effort_n(v) for v in speeds]) / train.traction_efficiency
+    returned_w = np.array([v * train.braking.effort_n(v) for v in speeds]) * train.regeneration_efficiency
+    rows = tuple(zip((-returned_w).tolist(), np.zeros_like(speeds).tolist(), pull_w.tolist(), strict=True))
+    table = EnergyMap(speed_mps=tuple(speeds.tolist()), demand=(-1.0, 0.0, 1.0), power_w=rows)
+    wanted = {"at_margin": (0.02, 0.05, 0.1, 0.2)}
+    by_factors = tgvdp.search(train, HILLS.track, energy="pantograph", **wanted)
+    by_table = tgvdp.search(train, HILLS.track, energy=table, **wanted)
+    price_j_per_s = by_factors.price_kwh_per_min * 6e4
+    late_j = price_j_per_s * (by_table.front.time_s - by_factors.front.time_s)
+    assert by_table.front.energy_j + late_j == pytest.approx(by_factors.front.energy_j, rel=7e-4)
 
 
 @pytest.mark.parametrize("seed", [8, 20, 33, 40])

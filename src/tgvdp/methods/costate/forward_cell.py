@@ -57,7 +57,7 @@ def _append(x, w, rows, n):
 @leaf
 def _parts(w0, w1):
     """Rows that a change of squared speed within a cell takes."""
-    return int(min(1.0 + _ROWS_PER_CHANGE * abs(w0 - w1) / (w0 + w1), _MOST_ROWS))
+    return int(min(_MOST_ROWS, 1.0 + _ROWS_PER_CHANGE * abs(w0 - w1) / (w0 + w1)))
 
 
 @part

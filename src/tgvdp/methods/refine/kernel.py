@@ -87,8 +87,8 @@ def envelope_kernel(train, cells, start_w, end_w, low, fast):
 @leaf
 def _choices(w, low, fast, step, half, choices):
     """Speeds to choose from around w, increasing, within low..fast; returns how many, and which of them is w."""
-    below = min(half, math.ceil((w - low) / step))
-    above = min(half, math.ceil((fast - w) / step))
+    below = math.ceil(min(half, (w - low) / step))
+    above = math.ceil(min(half, (fast - w) / step))
     for j in range(-below, above + 1):
         choices[below + j] = min(max(w + j * step, low), fast)
     return below + above + 1, below
