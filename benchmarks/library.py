@@ -9,7 +9,7 @@ import hashlib
 import json
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -45,6 +45,11 @@ class Entry(NamedTuple):
     def content(self) -> bytes:
         """The file."""
         return (json.dumps({"id": self.name, "params": self.params}, indent=1) + "\n").encode()
+
+    @property
+    def sha256(self) -> str:
+        """Digest of the file."""
+        return hashlib.sha256(self.content).hexdigest()
 
     @property
     def instance(self) -> Instance:
@@ -104,10 +109,10 @@ def zones() -> Iterator[Entry]:
         high, slow = steps // 3, max(1, steps // 8)
         caps = [slow if steps // 4 <= k < steps // 2 else high for k in range(1, steps + 1)]
         caps[3 * steps // 4 - 1] = max(1, high // 2) + 0.5
-        yield _binary("zones", steps, int(0.6 * _farthest(steps, caps)), cap_units=caps)
+        yield _binary("zones", steps, int(0.6 * farthest(steps, caps)), cap_units=caps)
 
 
-def _farthest(steps: int, caps: list[float]) -> int:
+def farthest(steps: int, caps: list[float]) -> int:
     """Longest distance from stop to stop in unit steps within caps."""
     reach = np.array([0, *(int(cap) for cap in caps[:-1]), 0])
     for k in range(1, steps + 1):
@@ -177,8 +182,14 @@ FAMILIES: tuple[Callable[[], Iterator[Entry]], ...] = (
 )  # fmt: skip
 
 
-def certified(entry: Entry) -> dict[str, Any]:
+def certified(entry: Entry, others: Sequence[str] | None = None) -> dict[str, Any]:
     """Row of the index: the optimum by the dynamic program, and which other methods reach the same value.
+
+    Parameters
+    ----------
+    entry : Entry
+    others : sequence of str, optional
+        Solvers that confirm it; by default all that share no algorithm with the dynamic program and end soon.
 
     Raises
     ------
@@ -189,7 +200,7 @@ def certified(entry: Entry) -> dict[str, Any]:
     proof = solve(instance, "dp")
     assert proof.optimal and proof.feasible and proof.replay["feasible"], entry.name
     closed, confirmed = None, []
-    for solver in _others(instance):
+    for solver in _others(instance) if others is None else others:
         try:
             other = solve(
                 instance, solver, allowance=Allowance(time_limit_s=MILP_LIMIT_S if solver == "milp" else None)
@@ -205,7 +216,7 @@ def certified(entry: Entry) -> dict[str, Any]:
     binary = isinstance(instance, BinaryInstance)
     return {
         "file": f"{entry.name}.json",
-        "sha256": hashlib.sha256(entry.content).hexdigest(),
+        "sha256": entry.sha256,
         "id": entry.name,
         "family": entry.family,
         "kind": entry.params["kind"],

@@ -1,60 +1,96 @@
-"""The published runs of `tgvdp bench`: ``python -m benchmarks quantum`` fills results/quantum and goes on where it was.
+"""The published runs: ``python -m benchmarks quantum`` fills results/quantum and goes on where it was.
 
-Penalties and sweeps were tuned for the shortest TTS99 on easy-n010, easy-n014 and easy-n024, none of which is reported
-(docs/quantum-benchmark.md has the grid). QAOA starts from a ramp, the angles of one layer less, and one random point.
+Random families by tuned solvers (benchmarks.families, benchmarks.quantum_tuning), the published instances by the exact
+ones, embeddings, and the statements of docs/quantum-benchmark.md.
 """
 
 import sys
+import time
 from pathlib import Path
 
+from benchmarks.families import FAMILIES, SIZES, members, write
 from benchmarks.output import replace_between
 from benchmarks.quantum_claims import BEGIN, END, claims
 from benchmarks.quantum_penalties import penalty_rows
+from benchmarks.quantum_tuning import TUNING, chosen_words
 from benchmarks.timing import ROOT
 from tgvdp.cli import main as tgvdp
+from tgvdp.instances import find
 from tgvdp.report.files import write_files
 from tgvdp.report.plain import csv_text
+from tgvdp.trials.execute import Plan, Results, merged, run_benchmark
+from tgvdp.trials.output import write_benchmark
+from tgvdp.trials.reference import read_cases
+from tgvdp.trials.spec import parse_spec
 
 #: The page that states what the runs show.
 PAGE = ROOT / "docs" / "quantum-benchmark.md"
-
-#: N = 4..60: constant energy without and with slow zones.
-REPORTED = (
-    *(f"easy-n{steps:03d}" for steps in (4, 6, 8, 9, 12, 16, 20, 30, 40, 60)),
-    *(f"zones-n{steps:03d}" for steps in (6, 8, 12, 20, 40, 60)),
-)
-SOLVERS = (
-    "dp",
-    "milp:time-limit=60",
-    "sa:bits:reads=40",
-    "sa:bits:penalty=0.2:sweeps=10000:reads=40",
-    "sa:unary:reads=40",
-    "sa:unary:penalty=0.2:reads=40",
-    "tabu:bits:penalty=0.2:reads=40",
-    "tabu:unary:penalty=0.3:sweeps=2000:reads=40",
-    *(f"qaoa:{encoding}:layers={p}:starts=1:reads=1000:runs=1" for encoding in ("bits", "unary") for p in (1, 2, 3)),
-    "random:bits:reads=1000:runs=1",
-    "random:unary:reads=1000:runs=1",
-)
+#: Where the instances of the families are written.
+INSTANCES = ROOT / "build" / "quantum-families"
+#: Solvers that are not tuned.
+EXACT = ("dp", "milp:time-limit=2")
+#: Sizes of the families that are run, and attempts on each instance; at N = 40 only single instances are (`NAMED`).
+REPORTED = SIZES[:-1]
+READS = 50
 #: Embeddings, of the sizes that minorminer embeds within a minute.
 EMBEDDED = tuple(f"easy-n{steps:03d}" for steps in (4, 6, 8, 10, 12, 14, 16, 20))
 #: The whole library by the exact solvers.
-EXACT = ("dp", "milp:time-limit=10:runs=1", "closed")
+LIBRARY = ("dp", "milp:time-limit=10:runs=1", "closed")
+#: Published instances on which the solvers tuned for their family and a size are run as well, and further words there:
+#: QAOA with optimised angles, and with a longer ramp than the least effort asks for.
+NAMED = {
+    "easy-n008": (8, ("qaoa:unary:penalty=0.1:layers=3:starts=1",)),
+    "easy-n009": (8, ("qaoa:unary:angles=ramp:penalty=0.1:step=1.2:layers=100",)),
+    "easy-n040": (40, ()),
+    "zones-n040": (40, ()),
+}
 
 
-def runs(folder: Path) -> list[list[str]]:
-    """Arguments of the commands."""
+def families(folder: Path) -> Results:
+    """Runs of the tuned solvers on the random families, one run of each on each instance."""
+    write(INSTANCES)
+    words = chosen_words(TUNING)
+    parts = []
+    for steps in REPORTED:
+        for family in FAMILIES:
+            cases = read_cases([INSTANCES / f"{one.name}.json" for one in members(family, steps, "sample")])
+            solvers = [*EXACT, *(f"{word}:reads={READS}" for word in words.get((family, steps), ()))]
+            plan = Plan(tuple(cases), tuple(map(parse_spec, solvers)), 1)
+            parts.append(run_benchmark(plan, folder, _progress))
+    return merged(parts)
+
+
+def named(folder: Path) -> None:
+    """Runs of the tuned solvers on published instances."""
+    started, words = time.perf_counter(), chosen_words(TUNING)
+    parts = []
+    for name, (steps, more) in NAMED.items():
+        solvers = [f"{word}:reads=100" for word in (*words[name.partition("-")[0], steps], *more)]
+        plan = Plan(tuple(read_cases([find(name)])), tuple(map(parse_spec, solvers)), 1)
+        parts.append(run_benchmark(plan, folder, _progress))
+    write_benchmark(merged(parts), folder, time.perf_counter() - started)
+
+
+def _progress(done: int, total: int, what: str) -> None:
+    if done == total:
+        print(f"{time.strftime('%H:%M:%S')} {total} works", flush=True)
+
+
+def commands(folder: Path) -> list[list[str]]:
+    """Arguments of `tgvdp bench` for what is not of the families."""
     drawn = "random:bits:reads=100:runs=1,random:unary:reads=100:runs=1"
     return [
-        [*REPORTED, "--solvers", ",".join(SOLVERS), "--runs", "5", "--out", str(folder)],
         [*EMBEDDED, "--solvers", drawn, "--embed", "pegasus,zephyr", "--out", str(folder / "embeddings")],
-        ["--up-to", "200", "--solvers", ",".join(EXACT), "--runs", "3", "--out", str(folder / "exact")],
+        ["--up-to", "200", "--solvers", ",".join(LIBRARY), "--runs", "3", "--out", str(folder / "exact")],
     ]
 
 
 def main(folder: Path) -> None:
     """Make the runs that are missing, all tables and pictures, and the statements of the page."""
-    for arguments in runs(folder):
+    started = time.perf_counter()
+    write_benchmark(families(folder), folder, time.perf_counter() - started)
+    named(folder / "named")
+    for arguments in commands(folder):
         code = tgvdp(["bench", *arguments])
         if code:
             sys.exit(code)

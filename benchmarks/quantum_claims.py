@@ -5,11 +5,12 @@ its range, and says over what.
 """
 
 import csv
+import math
 import statistics
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
-from tgvdp.report.plain import markdown_table
+from tgvdp.report.plain import markdown_table, rounded
 
 Row = dict[str, str]
 
@@ -18,15 +19,18 @@ BEGIN, END = "<!-- claims: begin (python -m benchmarks quantum) -->", "<!-- clai
 
 def claims(folder: Path) -> str:
     """All statements, from the rows below a folder."""
-    exact, rows = _read(folder / "exact" / "benchmark.csv"), _read(folder / "benchmark.csv")
     statements = [
-        *_exact(exact),
+        *_exact(_read(folder / "exact" / "benchmark.csv")),
         *_penalties(_read(folder / "penalties.csv")),
-        *_front(_read(folder / "pareto.csv"), _read(folder / "exact" / "pareto_demand.csv")),
+        *_front(_read(folder / "exact" / "pareto.csv"), _read(folder / "exact" / "pareto_demand.csv")),
     ]
-    bullets = "\n".join(f"- {statement}" for statement in statements)
-    tables = "\n".join((_success(rows), _embeddings(_read(folder / "embeddings" / "embeddings.csv"))))
-    return f"{bullets}\n\n{tables}"
+    tables = [
+        _reach(_read(folder / "ensembles.csv")),
+        _growth(_read(folder / "scaling.csv")),
+        _named(_read(folder / "named" / "benchmark.csv")),
+        _embeddings(_read(folder / "embeddings" / "embeddings.csv")),
+    ]
+    return "\n".join(["".join(f"- {statement}\n" for statement in statements), *tables])
 
 
 def _read(path: Path) -> list[Row]:
@@ -37,13 +41,8 @@ def _read(path: Path) -> list[Row]:
 def _span(values: Iterable[float], unit: str = "") -> str:
     """Median and range."""
     found = sorted(values)
-    middle, least, most = map(_short, (statistics.median(found), found[0], found[-1]))
+    middle, least, most = map(rounded, (statistics.median(found), found[0], found[-1]))
     return f"{middle}{unit} (median of {len(found)}; {least} to {most})"
-
-
-def _short(value: float) -> str:
-    """Two significant digits, without a power of ten."""
-    return f"{float(f'{value:.2g}'):g}"
 
 
 def _exact(rows: Sequence[Row]) -> Iterator[str]:
@@ -87,7 +86,7 @@ def _penalties(rows: Sequence[Row]) -> Iterator[str]:
         own = [row for row in rows if row["encoding"] == encoding]
         ratios = (float(row["sufficient"]) / float(row["critical"]) for row in own if float(row["critical"]))
         easy = ", ".join(
-            f"{_short(float(row['critical']))} at N = {row['N']}" for row in own if row["Problem"].startswith("easy")
+            f"{rounded(float(row['critical']))} at N = {row['N']}" for row in own if row["Problem"].startswith("easy")
         )
         yield (
             f"**Penalties, {encoding}.** Over the {len(own)} instances of the library that this encoding writes in at "
@@ -118,15 +117,58 @@ def _front(binary: Sequence[Row], demand: Sequence[Row]) -> Iterator[str]:
     )
 
 
-def _success(rows: Sequence[Row]) -> str:
-    """Success of an attempt by solver and instance, of the solvers that draw."""
-    drawn = [row for row in rows if row["p_success"] and row["p from"] != "no draw"]
-    names = [name for name in dict.fromkeys(row["Problem"] for row in drawn) if name.startswith("easy")]
+def _by_family(rows: Sequence[Row], head: str, cell: Callable[[Sequence[Row]], str]) -> str:
+    """Table of solvers by families."""
+    families = dict.fromkeys(row["family"] for row in rows)
     table = []
-    for word in dict.fromkeys(row["Workflow"] for row in drawn):
-        found = {row["Problem"]: row for row in drawn if row["Workflow"] == word}
-        cells = {name: _short(float(found[name]["p_success"])) if name in found else "–" for name in names}
-        table.append({"success of an attempt": f"`{word}`", **cells})
+    for solver in dict.fromkeys(row["solver"] for row in rows):
+        own = {name: [row for row in rows if (row["solver"], row["family"]) == (solver, name)] for name in families}
+        table.append({head: f"`{solver}`", **{name: cell(found) if found else "–" for name, found in own.items()}})
+    return markdown_table(table)
+
+
+def _reach(rows: Sequence[Row]) -> str:
+    """How far each solver that draws comes on the random families."""
+
+    def cell(tried: Sequence[Row]) -> str:
+        solved = [row for row in tried if math.isfinite(float(row["TTS99 sweeps"]))]
+        if not solved:
+            return "none"
+        last = max(solved, key=lambda row: int(row["N"]))
+        middle, least, most = (rounded(100.0 * float(last[f"p {which}"])) for which in ("median", "least", "most"))
+        return f"N = {last['N']} of {max(int(row['N']) for row in tried)}: {middle} % ({least} to {most})"
+
+    drawn = [row for row in rows if row["draws"] == "True"]
+    return _by_family(drawn, "largest size whose median instance is solved, of those tried: success, range", cell)
+
+
+def _growth(rows: Sequence[Row]) -> str:
+    """How fast the effort grows: in sweeps where a solver draws, else in seconds."""
+
+    def cell(found: Sequence[Row]) -> str:
+        (row,) = (row for row in found if (row["unit"] == "sweeps") == (row["draws"] == "True"))
+        what = "decades per step" if row["draws"] == "True" else "power of N"
+        value, low, high = (rounded(float(row[f"{what}{end}"])) for end in ("", " low", " high"))
+        return f"{'' if row['draws'] == 'True' else 'N^'}{value} [{low}, {high}]"
+
+    return _by_family(
+        rows, "growth of TTS99: decades of sweeps per step; of dp and milp, the power of N of its time", cell
+    )
+
+
+def _named(rows: Sequence[Row]) -> str:
+    """Success on published instances by the settings tuned for their family."""
+    table = [
+        {
+            "instance": row["Problem"], "solver": f"`{row['Workflow']}`",
+            "success of an attempt": f"{rounded(100 * float(row['p_success']))} %",
+            "95 % interval": f"{rounded(100 * float(row['p low']))} to {rounded(100 * float(row['p high']))}"
+            if row["p from"] == "attempts" else "exact",
+            "TTS99, sweeps": rounded(float(row["TTS99 sweeps"])),
+        }
+        for row in rows
+        if row["p_success"]
+    ]  # fmt: skip
     return markdown_table(table)
 
 

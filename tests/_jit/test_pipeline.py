@@ -13,7 +13,7 @@ from tgvdp.errors import InputError
 PROGRAM = """
 import numpy as np
 from tgvdp import load_train, replay
-from tgvdp.certificate.front import certify
+from tgvdp.certificate.line import BoundingProblem
 from tgvdp.model.track import Gradient, SpeedLimit, Track
 from tgvdp.model.trip import Trip
 from tgvdp.runs.profile import profile_of
@@ -23,8 +23,9 @@ trip = Trip(train=load_train("alstom-emu"), track=track, origin_m=0.0, destinati
 x_m = np.array([0.0, 300.0, 700.0, 2000.0, 3500.0, 4300.0, 5000.0])
 profile = profile_of(trip, x_m, np.array([0.0, 180.0, 400.0, 420.0, 400.0, 250.0, 0.0]))
 verdict = replay(trip, profile)
-bound = certify(trip, profile, 3e4)
-numbers = (profile.duration_s, *profile.balance, *vars(verdict).values(), *vars(bound).values())
+rows = profile.position_m, profile.speed_mps**2
+bounds = [BoundingProblem(trip).line(*rows, 3e4, gain_j=gain_j) for gain_j in (np.inf, 1e3)]
+numbers = (profile.duration_s, *profile.balance, *vars(verdict).values(), *bounds)
 print(*(float(number).hex() for number in numbers))
 """
 

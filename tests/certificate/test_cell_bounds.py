@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tgvdp import EffortCurve, Train
-from tgvdp.certificate.cell_bounds import cell_kernel, standstill_cell
+from tgvdp.certificate.cell_bounds import cell_kernel, standstill_cell, standstill_terms
 from tgvdp.certificate.costates_at_bound import tangent_and_excess
 from tgvdp.certificate.efforts import Load, largest_effort, load_at, merge_tables, piece_at, piece_value
 from tgvdp.certificate.hamiltonian import Hamiltonian, least_hamiltonian
@@ -101,18 +101,23 @@ def test_largest_effort_bounds_a_table():
         assert largest_effort(table, len(table), 0.0, v) >= max(samples)
 
 
+def _standstill(pieces, start, length, multiplier, slope, end_w, per_joule):
+    terms = standstill_terms(pieces, 1, Load(0.0, 0.0, 0.0), start, length, multiplier, end_w, 1e6, per_joule)
+    return standstill_cell(*terms, start, slope, per_joule)
+
+
 def test_standstill_cell_is_exact_for_constant_effort():
     # M = 2, no load: w = 4d after d metres, time √(2d/2), work ½w; the other end costs slope·w.
     pieces = np.array([[0.0, 0.0, 2.0, 0.0, 0.0, 0.0]])
     d, multiplier, slope = 3.0, 5.0, -0.8
-    bound = standstill_cell(pieces, 1, Load(0.0, 0.0, 0.0), True, d, multiplier, slope, 0.0, 1e6, 1.0)
+    bound = _standstill(pieces, True, d, multiplier, slope, 0.0, 1.0)
     assert bound == pytest.approx(multiplier * math.sqrt(d) + (0.5 + slope) * 4.0 * d, rel=1e-12)
     # From w = 1 on: w = 1 + 4d, time 2d/(1 + √13), work ½(w − 1).
-    bound = standstill_cell(pieces, 1, Load(0.0, 0.0, 0.0), True, d, multiplier, slope, 1.0, 1e6, 1.0)
+    bound = _standstill(pieces, True, d, multiplier, slope, 1.0, 1.0)
     assert bound == pytest.approx(
         multiplier * 2.0 * d / (1.0 + math.sqrt(13.0)) + (0.5 + slope) * 13.0 - 0.5, rel=1e-12
     )
-    bound = standstill_cell(pieces, 1, Load(0.0, 0.0, 0.0), False, d, multiplier, -0.3, 0.0, 1e6, 0.0)
+    bound = _standstill(pieces, False, d, multiplier, -0.3, 0.0, 0.0)
     assert bound == pytest.approx(multiplier * math.sqrt(d) - 0.3 * 12.0, rel=1e-12)
 
 
@@ -165,8 +170,8 @@ def test_cell_below_a_rising_bound_is_below_every_sample_and_tighter_than_a_flat
     gained = 0.0
     for p0, p1 in ((-3.0, -2.9), (-3.0, -3.0), (-3.0, -3.2), (-0.8, -0.78), (-0.3, -0.35), (0.4, 0.5)):
         args = h, p0, p1, length, top_v
-        found, _ = cell_kernel(*args, start_v**2, end_v**2)
-        flat, _ = cell_kernel(*args, top_v**2, top_v**2)
+        found, *_ = cell_kernel(*args, start_v**2, end_v**2)
+        flat, *_ = cell_kernel(*args, top_v**2, top_v**2)
         samples = []
         for share in np.linspace(0.0, 1.0, 41):
             bound_v = math.sqrt(start_v**2 + share * (end_v**2 - start_v**2))

@@ -27,15 +27,12 @@ LIMITS = Track(
 CLIMB = Track(length_m=8e3, speed_limits=((0.0, 33.0),), gradients=((0.0, 0.0), (2500.0, 22.0), (6000.0, -2.0)))
 
 
-@pytest.mark.parametrize(
-    ("track", "first_pct", "others_pct"), [(LEVEL, 0.7, 0.1), (LIMITS, 1.0, 0.12), (CLIMB, 0.8, 0.2)]
-)
-def test_gaps_of_a_train_with_gears(track, first_pct, others_pct):
+@pytest.mark.parametrize(("track", "most_pct"), [(LEVEL, 0.1), (LIMITS, 0.12), (CLIMB, 0.2)])
+def test_gaps_of_a_train_with_gears(track, most_pct):
     result = tgvdp.search(RAILCAR, track, points=12)
     certificate = result.certify()
     assert certificate.gap_pct.min() > -0.01
-    assert certificate.gap_pct[0] < first_pct
-    assert certificate.gap_pct[1:].max() < others_pct
+    assert certificate.gap_pct.max() < most_pct
     other = tgvdp.search(RAILCAR, track, method="exact", segment_m=500.0, speeds=14)
     for time_s, energy_j in zip(other.path_time_s, other.path_energy_j, strict=True):
         assert energy_j >= certificate.at(time_s) * (1.0 - 3e-4)
@@ -43,7 +40,7 @@ def test_gaps_of_a_train_with_gears(track, first_pct, others_pct):
 
 def _without_chords(monkeypatch):
     monkeypatch.setattr(problem, "raise_costates", lambda *_: None)
-    monkeypatch.setattr(lines, "_MOST_ASCENTS", 0)  # ascent would find them
+    monkeypatch.setattr(lines.LinesUnder, "refine", lambda under, clock: None)  # ascent would find them
 
 
 def test_the_costate_equation_alone_is_much_looser(monkeypatch):
@@ -51,8 +48,8 @@ def test_the_costate_equation_alone_is_much_looser(monkeypatch):
     tight = result.certify().gap_pct
     _without_chords(monkeypatch)
     loose = result.certify().gap_pct
-    assert (loose[:3] > 4.0 * tight[:3]).all()
-    assert (loose > tight).all()
+    assert (loose[1:3] > 4.0 * tight[1:3]).all()
+    assert (loose[1:] > tight[1:]).all()
 
 
 @pytest.mark.parametrize("train", [RAILCAR, tgvdp.load_train("alstom-emu")], ids=lambda train: train.name)

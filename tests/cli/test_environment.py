@@ -75,3 +75,22 @@ def test_files_that_grow_too_large_are_said_in_one_line(tmp_path):
     assert done.returncode == 3
     assert done.stderr == f"tgvdp: error: {out}: cannot be written: File too large\n"
     assert list(out.iterdir()) == []
+
+
+INTERRUPTED = """
+import os, signal, sys, threading
+from tgvdp.__main__ import main
+threading.Timer({after_s}, os.kill, (os.getpid(), signal.SIGINT)).start()
+sys.argv[1:] = ["search", "--points", "1000", "--quiet", "--out", {out!r}]
+sys.exit(main())
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no signals")
+@pytest.mark.parametrize("after_s", [0.05, 0.2, 0.4, 0.8])
+def test_ctrl_c_ends_at_any_moment_in_one_line(tmp_path, after_s):
+    """While libraries are loaded, too, which make other errors of it, or none."""
+    program = INTERRUPTED.format(after_s=after_s, out=str(tmp_path / "out"))
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False, timeout=60)
+    assert (done.returncode, done.stderr) == (130, "tgvdp: error: interrupted\n")
+    assert list(tmp_path.iterdir()) == []

@@ -11,6 +11,7 @@ import time
 import pytest
 
 from tgvdp.cli import main
+from tgvdp.cli.notes import large_gaps
 
 SHORT = ("--track", "flat-100km", "--to", "3000", "--points", "6", "--max-margin", "10")
 FILES = {"result.json", "front.csv", "profiles.csv", "front.png", "profile.png"}
@@ -23,10 +24,7 @@ def search(out, *arguments):
 def test_table_and_files(tmp_path, capsys):
     assert search(tmp_path / "out", *SHORT) == 0
     out, err = capsys.readouterr()
-    assert err.splitlines() == [
-        "tgvdp: note: 1 of 6 points may be more than 0.1 % above the optimum, "
-        "at most 0.282 % (0.281 kWh) at margin 0.00 %"
-    ]
+    assert err == ""
     assert out.splitlines()[1].split() == ["margin", "time", "delay", "energy", "saved", "price", "gap", "gap"]
     assert out.splitlines()[2].split() == ["%", "s", "kWh", "%", "kWh/min", "%", "kWh"]
     assert max(map(len, out.splitlines()[:-1])) <= 80
@@ -35,6 +33,22 @@ def test_table_and_files(tmp_path, capsys):
     assert "fastest run" in out
     assert str(tmp_path / "out") in out
     assert FILES <= {path.name for path in (tmp_path / "out").iterdir()}
+
+
+def test_points_that_may_be_far_from_the_optimum_are_noted():
+    points = [
+        {"gap_pct": gap_pct, "energy_kwh": 100.0, "lower_bound_kwh": bound_kwh, "margin_pct": margin_pct}
+        for gap_pct, bound_kwh, margin_pct in (
+            (0.0, 100.0, 0.0),
+            (0.282, 99.718, 2.5),
+            (None, None, 5.0),
+            (0.11, 99.89, 7.5),
+        )
+    ]
+    assert list(large_gaps({"front": points})) == [
+        "2 of 4 points may be more than 0.1 % above the optimum, at most 0.282 % (0.282 kWh) at margin 2.50 %"
+    ]
+    assert not list(large_gaps({"front": points[:1]}))
 
 
 def test_json_is_one_object_on_stdout(tmp_path, capsys):

@@ -13,7 +13,7 @@ from tgvdp.journeys.bound import journey_bound
 
 def certificate(*lines):
     multiplier, line_j = np.array(lines, dtype=float).reshape(-1, 2).T
-    return Certificate(np.empty(0), np.empty(0), multiplier, line_j)
+    return Certificate(np.empty(0), np.empty(0), multiplier, line_j, 0.0, 0.0)
 
 
 def test_bounds_are_added_at_one_multiplier():

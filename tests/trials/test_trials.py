@@ -147,8 +147,8 @@ def test_files_and_figures_of_a_benchmark(tmp_path, capsys):
     assert bench(out, trip, longer, solvers="dp,closed,random:unary:reads=3000,random:bits:reads=50", runs=3) == 0
     assert "random:unary" in capsys.readouterr().out
     assert {path.name for path in out.iterdir()} == {
-        "benchmark.csv", "benchmark.json", "benchmark.md", "runs.csv", "runs", "success.png", "sizes.png",
-        "landscape.png", "pareto.csv", "pareto.png",
+        "benchmark.csv", "benchmark.json", "benchmark.md", "ensembles.csv", "runs.csv", "runs", "success.png",
+        "sizes.png", "landscape.png", "pareto.csv", "pareto.png",
     }  # fmt: skip
     rows = {(row["Problem"], row["Workflow"]): row for row in table(out)}
     exact = rows["trip", "dp"]
@@ -161,10 +161,10 @@ def test_files_and_figures_of_a_benchmark(tmp_path, capsys):
     assert float(drawn["p low"]) < float(drawn["random p_success"]) < float(drawn["p high"])
     assert float(drawn["TTS99 low s"]) < float(drawn["TTS99 s"]) < float(drawn["TTS99 high s"])
     content = json.loads((out / "benchmark.json").read_text())
-    assert content["schema"] == "tgvdp.bench/1"
-    assert len(content["rows"]) == 8
+    assert content["schema"] == "tgvdp.bench/2"
+    assert "rows" not in content  # they stand in the tables
     assert content["provenance"]["options"]["runs"] == 3
-    assert "| trip | 6 | dp |" in (out / "benchmark.md").read_text()
+    assert "| `closed` | 100 %" in (out / "benchmark.md").read_text()
 
 
 def test_finished_runs_are_found_again_and_changes_made_anew(tmp_path, monkeypatch):

@@ -11,7 +11,7 @@ import numpy as np
 from tgvdp._jit.cache import key_folder
 from tgvdp._jit.watch import Compiled, is_compiled, is_missing, watch
 from tgvdp.api.run import search
-from tgvdp.certificate.ascent import best_steps
+from tgvdp.certificate.ascent import climb
 from tgvdp.certificate.line import BoundingProblem
 from tgvdp.formats import load_train
 from tgvdp.model.track import Gradient, SpeedLimit, Track
@@ -58,4 +58,4 @@ def checks(certified: bool = True) -> list[Compiled]:
 
 def checks_missing(certified: bool = True) -> bool:
     """Whether `checks` would have something to compile for the cache: the last kernel of each is looked for."""
-    return is_missing(replay_rows) or (certified and is_missing(best_steps))
+    return is_missing(replay_rows) or (certified and is_missing(climb))

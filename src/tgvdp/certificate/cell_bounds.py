@@ -13,7 +13,7 @@ docs/certificate.md.
 
 import math
 
-from tgvdp._jit import kernel
+from tgvdp._jit import kernel, leaf, part
 from tgvdp.certificate.efforts import largest_effort, load_at, load_in, merge_tables, price_in, same_forces, train_in
 from tgvdp.certificate.hamiltonian import ROUNDINGS, Hamiltonian, least_hamiltonian
 from tgvdp.certificate.regimes import is_standstill
@@ -24,13 +24,18 @@ _RISE_GAIN = 1e-6
 
 
 @kernel
-def standstill_cell(pieces, n, load, start, length, multiplier, slope, end_w, top_w, per_joule):
-    """Lower bound of time and energy in a cell at whose one end w is (nearly) 0, plus slope·w at the other end.
+def standstill_terms(pieces, n, load, start, length, multiplier, end_w, top_w, per_joule):
+    """Lower bound of time and energy in a cell at whose one end w is (nearly) 0, in two terms: see `standstill_cell`.
 
     The gain of w per metre is at most 2g, g = sup(M − load) after a stop, sup(B + load) before one (``start`` False).
     So w ≤ end_w + 2·g·x, and the time is at least 2d/(√end_w + √(end_w + 2gd)). The energy is at least ``per_joule``
     times the work, ½(w − end_w) + d·load(0) of starting, ½(end_w − w) + d·load(0) of stopping: a and η are the slopes
     of a convex e(f).
+
+    Returns
+    -------
+    rest, reach_w : float
+        The bound but for what depends on w at the other end, and the largest w there, m²/s².
     """
     w = end_w + 4.0 * length * (max(largest_effort(pieces, n, 0.0, 0.0), 0.0) + abs(load.r0))
     gain = 0.0
@@ -44,54 +49,73 @@ def standstill_cell(pieces, n, load, start, length, multiplier, slope, end_w, to
             break
         w *= 2.0
     reach = end_w + 2.0 * gain * length
-    w = min(w, reach)
     least = multiplier * 2.0 * length / (math.sqrt(end_w) + math.sqrt(reach)) if reach > 0.0 else 0.0
     sign = 0.5 * per_joule if start else -0.5 * per_joule
-    return least + min(0.0, (sign + slope) * w) - sign * end_w + per_joule * load.r0 * length
+    return least - sign * end_w + per_joule * load.r0 * length, min(w, reach)
+
+
+@leaf
+def standstill_cell(rest, reach_w, start, slope, per_joule):
+    """Lower bound of a cell at a standstill plus slope·w at its other end, which is least at an end of its range."""
+    sign = 0.5 * per_joule if start else -0.5 * per_joule
+    return rest + min(0.0, (sign + slope) * reach_w)
 
 
 @kernel
 def cell_kernel(h, p0, p1, length, top_v, start_w, end_w):
-    """Lower bound of the mean of H over a cell, and a bound of its rounding error in units of 2⁻⁵³.
+    """Lower bound of the mean of H over a cell, with all that tells how it changes with the costate.
 
     ``p0``, ``p1`` are the costates at its ends, and w is at most linear between ``start_w`` and ``end_w``, and at most
     ``top_v``².
+
+    Returns
+    -------
+    mean, size : float
+        The bound, and a bound of its rounding error in units of 2⁻⁵³.
+    v0, v1 : float
+        The speeds of the least values at the two ends.
+    tilt0, tilt1 : float
+        What μ adds to the slope of the costate there.
     """
     slope = (p1 - p0) / length
     low_w = max(min(start_w, end_w), 0.0)
     low_v = min(math.sqrt(low_w), top_v)
-    mean = 0.0
-    tilted_mean = 0.0
-    size = 0.0
+    if low_v >= top_v:
+        least0, size0, v0 = least_hamiltonian(h, p0, slope, 0.0, top_v)
+        least1, size1, v1 = least_hamiltonian(h, p1, slope, 0.0, top_v)
+        return 0.5 * (least0 + least1), 0.5 * (size0 + size1), v0, v1, 0.0, 0.0
+    # μ is the mean fall of H from the slowest to the fastest of the speeds that not all runs may have
+    fall = 0.0
+    for p in (p0, p1):
+        slow, _, _ = least_hamiltonian(h, p, slope, low_v, low_v)
+        fast, _, _ = least_hamiltonian(h, p, slope, top_v, top_v)
+        fall += 0.5 * (slow - fast)
     tilt = 0.0
-    if (
-        low_v < top_v
-    ):  # μ is the mean fall of H from the slowest to the fastest of the speeds that not all runs may have
-        fall = 0.0
-        for part in range(4):
-            p = p0 if part < 2 else p1
-            v = low_v if part % 2 == 0 else top_v
-            value, _, _ = least_hamiltonian(h, p, slope, v, v)
-            fall += 0.5 * value if part % 2 == 0 else -0.5 * value
-        if fall > _RISE_GAIN * h.multiplier / top_v:
-            tilt = fall / (top_v * top_v - low_w)
-    for end in range(2):
-        p = p1 if end == 1 else p0
-        least, least_size, _ = least_hamiltonian(h, p, slope, 0.0, low_v)
-        tilted = least
-        if low_v < top_v:
-            faster, faster_size, _ = least_hamiltonian(h, p, slope, low_v, top_v)
-            least = min(least, faster)
-            least_size = max(least_size, faster_size)
-        if tilt > 0.0:
-            shift = tilt * (end_w if end == 1 else start_w)
-            faster, faster_size, _ = least_hamiltonian(h, p, slope + tilt, low_v, top_v)
-            tilted = min(tilted, faster - shift)
-            least_size = max(least_size, faster_size + ROUNDINGS * shift)
-        mean += 0.5 * least
-        tilted_mean += 0.5 * tilted
-        size += 0.5 * least_size
-    return max(mean, tilted_mean) if tilt > 0.0 else mean, size
+    if fall > _RISE_GAIN * h.multiplier / top_v:
+        tilt = fall / (top_v * top_v - low_w)
+    least0, tilted0, size0, v0, at0, tilt0 = _end_of_rise(h, p0, slope, low_v, top_v, start_w, tilt)
+    least1, tilted1, size1, v1, at1, tilt1 = _end_of_rise(h, p1, slope, low_v, top_v, end_w, tilt)
+    if tilted0 + tilted1 > least0 + least1:
+        return 0.5 * (tilted0 + tilted1), 0.5 * (size0 + size1), at0, at1, tilt0, tilt1
+    return 0.5 * (least0 + least1), 0.5 * (size0 + size1), v0, v1, 0.0, 0.0
+
+
+@part
+def _end_of_rise(h, p, slope, low_v, top_v, bound_w, tilt):
+    """Least H at an end of a cell in which the speed bound rises, and least H with μ; rounding; where each is."""
+    slow, size, slow_v = least_hamiltonian(h, p, slope, 0.0, low_v)
+    fast, fast_size, fast_v = least_hamiltonian(h, p, slope, low_v, top_v)
+    least = min(slow, fast)
+    v = slow_v if slow <= fast else fast_v
+    size = max(size, fast_size)
+    if tilt <= 0.0:
+        return least, -math.inf, size, v, v, 0.0
+    shift = tilt * bound_w
+    fast, fast_size, fast_v = least_hamiltonian(h, p, slope + tilt, low_v, top_v)
+    size = max(size, fast_size + ROUNDINGS * shift)
+    if slow <= fast - shift:
+        return least, slow, size, v, slow_v, 0.0
+    return least, fast - shift, size, v, fast_v, tilt
 
 
 @kernel
@@ -144,13 +168,13 @@ def bound_kernel(train, tables, cells, caps, w, multiplier, left, right, top_v, 
             pulls, brakes, dynamics = merge_tables(train_in(train, cells, k), load, top_v, pieces)
         if k == 0 and first_stands:
             per_joule = tables.traction
-            bound[k] = standstill_cell(pieces[0], pulls, load, True, d, price, left[1], w[0], cap, per_joule)
+            rest, reach_w = standstill_terms(pieces[0], pulls, load, True, d, price, w[0], cap, per_joule)
+            bound[k] = standstill_cell(rest, reach_w, True, left[1], per_joule)
             doubt[k] = ROUNDINGS * (abs(bound[k]) + per_joule * (w[0] + abs(load.r0) * d))
         elif k == last and last_stands:
             per_joule = tables.regeneration
-            bound[k] = standstill_cell(
-                pieces[1], brakes, load, False, d, price, -right[k - 1], w[count], cap, per_joule
-            )
+            rest, reach_w = standstill_terms(pieces[1], brakes, load, False, d, price, w[count], cap, per_joule)
+            bound[k] = standstill_cell(rest, reach_w, False, -right[k - 1], per_joule)
             doubt[k] = ROUNDINGS * (abs(bound[k]) + per_joule * (w[count] + abs(load.r0) * d))
         else:
             arrival = 0.0  # with the jump of p at the start of the cell, or the start of the trip
@@ -162,6 +186,6 @@ def bound_kernel(train, tables, cells, caps, w, multiplier, left, right, top_v, 
             size = (train.davis_a_n + abs(cells.grade_n[k])) / mass
             h = Hamiltonian(pieces, pulls, brakes, dynamics, tables.traction, tables.regeneration, load, size, price)
             cell_v = min(math.sqrt(cap) * (1.0 + 4.0 * UNIT_ROUNDOFF), top_v)
-            mean, rounding = cell_kernel(h, left[k], right[k], d, cell_v, caps.rise[k, 0], caps.rise[k, 1])
+            mean, rounding, _, _, _, _ = cell_kernel(h, left[k], right[k], d, cell_v, caps.rise[k, 0], caps.rise[k, 1])
             bound[k] = d * mean + arrival + leaving
             doubt[k] = d * rounding + ROUNDINGS * (abs(arrival) + abs(leaving))

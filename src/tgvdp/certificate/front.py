@@ -2,8 +2,8 @@
 
 For a multiplier λ and any costate p(s), every run satisfies E + λT ≥ B(λ, p) (`certificate.cell_bounds`). That is a
 line in the (T, E) plane which no run of the continuous problem passes under: E ≥ B − λT. A certificate is the upper
-envelope of such lines. A poor λ or p only loosens it. See docs/certificate.md for the derivation and for what is
-proven.
+envelope of such lines. A poor λ or p only loosens it. At the running time of the fastest run it is the energy of that:
+no run is as fast, for none is faster anywhere. See docs/certificate.md for the derivation and for what is proven.
 """
 
 import math
@@ -13,24 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.certificate.line import BoundingProblem
-from tgvdp.certificate.lines import NO_ENERGY, all_lines, level_line, own_line, steep_lines, top_j
+from tgvdp.certificate.lines import NO_ENERGY, LinesUnder, top_j
 from tgvdp.methods.budget import Clock, SearchBudget
-from tgvdp.model.checks import require_number
 from tgvdp.model.trip import Trip
 from tgvdp.runs.profile import Profile
 
 _Floats = NDArray[np.float64]
 
+#: Running times that are nearer to the fastest one, relative to it, are that one.
+_SAME_TIME = 1e-9
 #: A few roundings of one multiplication each.
 _ROUNDING = 8.0 * 2.0**-53
-
-
-@dataclass(frozen=True)
-class Bound:
-    """Lower bound of the least energy at one running time, J, and how far above it the energy is, in percent of it."""
-
-    lower_bound_j: float
-    gap_pct: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +37,8 @@ class Certificate:
         for points that the time limit left without one, and where energy is that of a map.
     multiplier_j_per_s, line_j : (m,) float64
         The lines behind it: E ≥ line_j − multiplier_j_per_s·T for every run.
+    fastest_s, fastest_j : float
+        Running time and energy of the fastest run: no other is as fast.
     complete : bool
         False when the time limit ended the work.
     """
@@ -52,12 +47,16 @@ class Certificate:
     gap_pct: _Floats
     multiplier_j_per_s: _Floats
     line_j: _Floats
+    fastest_s: float
+    fastest_j: float
     complete: bool = True
 
     def at(self, time_s: float) -> float:
         """Lower bound of the energy of every run that takes a given time or less, J; −∞ where nothing is known."""
         if len(self.line_j) == 0:
             return -math.inf
+        if time_s <= self.fastest_s * (1.0 + _SAME_TIME):
+            return self.fastest_j
         return float(_envelope(np.array([time_s]), self.multiplier_j_per_s, self.line_j)[0])
 
 
@@ -72,38 +71,6 @@ def _gap_pct(energy_j: _Floats, lower_bound_j: _Floats, scale_j: float) -> _Floa
     size_j = np.abs(energy_j)
     some = size_j > NO_ENERGY * scale_j
     return np.where(some, 100.0 * (energy_j - lower_bound_j) / np.where(some, size_j, 1.0), 0.0)
-
-
-def certify(trip: Trip, profile: Profile, multiplier_j_per_s: float) -> Bound:
-    """Bound the least energy at the running time of one profile.
-
-    Parameters
-    ----------
-    trip : Trip
-    profile : Profile
-        A run of the trip, best an optimal one: the bound holds whatever it is, but is tight only then.
-    multiplier_j_per_s : float
-        Its multiplier λ: energy saved per second more, J/s. For the fastest run, whose λ is infinite, the best of some
-        large ones is taken.
-
-    Returns
-    -------
-    Bound
-
-    Raises
-    ------
-    InputError
-        When the multiplier is not above 0.
-    """
-    multiplier = require_number("certify", "multiplier", multiplier_j_per_s, "J/s", above=0.0, infinite_ok=True)
-    problem = BoundingProblem(trip)
-    if math.isinf(multiplier):
-        lines = list(steep_lines(problem, profile, 0.0, SearchBudget().start()))
-    else:
-        lines = [own_line(problem, profile, multiplier)]
-    multipliers, line_j = np.array([level_line(problem), *lines]).T[:2]
-    lower = _envelope(np.array([profile.duration_s]), multipliers, line_j)
-    return Bound(float(lower[0]), float(_gap_pct(np.array([profile.total_energy_j]), lower, top_j(trip, profile))[0]))
 
 
 def certify_front(
@@ -139,12 +106,19 @@ def certify_front(
     """
     if trip.energy.kind == "map":
         unknown = np.full_like(time_s, np.nan)
-        return Certificate(unknown, unknown, np.empty(0), np.empty(0))
+        return Certificate(unknown, unknown, np.empty(0), np.empty(0), fastest.duration_s, fastest.total_energy_j)
     clock = SearchBudget(time_limit_s=math.inf).start() if clock is None else clock
-    lines, reached = all_lines(BoundingProblem(trip), fastest, time_s, energy_j, multiplier_j_per_s, clock)
-    multipliers, line_j = np.array(lines).T[:2]
+    slower = time_s > fastest.duration_s * (1.0 + _SAME_TIME)
+    under = LinesUnder(BoundingProblem(trip), fastest, time_s[slower], energy_j[slower])
+    reached = under.make_first(multiplier_j_per_s, clock)
+    under.refine(clock)
+    multipliers, line_j = np.array(under.lines).T[:2]
     lower = _envelope(time_s, multipliers, line_j)
     if not reached:  # where the last line is the highest, flatter ones would be higher
         flattest = np.argsort(multipliers)[: min(2, len(multipliers))]
         lower[lower <= _envelope(time_s, multipliers[flattest], line_j[flattest])] = np.nan
-    return Certificate(lower, _gap_pct(energy_j, lower, top_j(trip, fastest)), multipliers, line_j, not clock.expired)
+    lower[~slower] = fastest.total_energy_j
+    gap_pct = _gap_pct(energy_j, lower, top_j(trip, fastest))
+    return Certificate(
+        lower, gap_pct, multipliers, line_j, fastest.duration_s, fastest.total_energy_j, not clock.expired
+    )

@@ -6,14 +6,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.certificate.ascent import STEPS, best_steps
+from tgvdp.certificate.ascent import climb
 from tgvdp.certificate.cell_bounds import UNIT_ROUNDOFF, bound_kernel
 from tgvdp.certificate.cells import count_cells, cut_rows, split_cells, thin_rows
+from tgvdp.certificate.chain import chain_of
 from tgvdp.certificate.costates import run_costates
 from tgvdp.certificate.costates_at_bound import raise_costates
 from tgvdp.certificate.efforts import PIECE_COLUMNS
 from tgvdp.certificate.regime_costates import Costates
 from tgvdp.certificate.regimes import LabelledRun, row_efforts
+from tgvdp.certificate.slopes import SLOPES
 from tgvdp.certificate.speed_bound import Caps, lower_caps, speed_bound
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.model.trip import Trip
@@ -35,12 +37,8 @@ _SAME_PLACE = 1e-8
 _SLIVER = 1e-6
 #: Squared speed inside a trip, relative to the top, below which a costate is not integrated.
 _SLOWEST = 1e-8
-#: Steps of the ascent in units of the costate's size at that place: the first, and the least that is tried.
-_FIRST_STEP, _LEAST_STEP = 0.1, 2e-4
-#: Least size of a costate, in units of what a joule of traction costs: near 0 its steps must not vanish.
-_LEAST_SIZE = 0.02
-#: Cells that an ascent passes over at most, all passes together, which takes half a second.
-_ASCENT_WORK = 60_000
+#: Steps of an ascent at most.
+_MOST_STEPS = 60
 #: More than the rounding error of a sum over the cells of a line, relative to it.
 _ROUNDING = 1e-10
 
@@ -151,7 +149,7 @@ class BoundingProblem:
     ) -> float:
         """Lower bound of E + λT of every run, J, with the costate of the run of rows ``x_m``, ``w``.
 
-        It is improved by ascent for as long as a pass over the line gains ``gain_j``.
+        It is improved by ascent for as long as a step promises to gain ``gain_j``.
         """
         ledger = self.ledger(x_m, w, multiplier_j_per_s, fineness)
         if math.isfinite(gain_j):
@@ -211,20 +209,13 @@ class BoundingProblem:
     def _ascended(self, found: Ledger, multiplier: float, gain_j: float) -> Ledger:
         """The bound with better costates, all moved at once until a pass gains less than ``gain_j``."""
         left, right, count = found.left.copy(), found.right.copy(), len(found.left)
-        scratch = np.empty((2, STEPS)), np.empty((count, 2, STEPS), dtype=np.int8)
-        step, highest = _FIRST_STEP, -math.inf
-        for _ in range(max(1, _ASCENT_WORK // count)):
-            size = step * np.maximum(np.abs(np.column_stack((left, right))), _LEAST_SIZE * self.energy.traction)
-            total = best_steps(
-                self.train, self.energy, found.cells, found.caps, found.w, multiplier, left, right, size,
-                self.top_mps, self._pieces, *scratch,
-            )  # fmt: skip
-            gain, highest = total - highest, max(total, highest)
-            step *= 0.5 if self.train.inertia_kg * gain <= gain_j else 1.0
-            if step < _LEAST_STEP:
-                break
+        climb(
+            self.train, self.energy, found.cells, found.caps, found.w, multiplier, left, right, self.top_mps,
+            self._pieces, gain_j / self.train.inertia_kg, _MOST_STEPS, np.empty((2, count, 2, SLOPES)), np.empty(2),
+            chain_of(2 * count), np.empty((2, count)), np.empty(count),
+        )  # fmt: skip
         better = self.evaluate(found, multiplier, left, right)
-        return better if better.total - better.error > found.total - found.error else found
+        return better if found.total - found.error < better.total - better.error < math.inf else found
 
     def _costates(
         self, x_m: _Floats, w: _Floats, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], multiplier: float

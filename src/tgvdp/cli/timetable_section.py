@@ -41,7 +41,7 @@ class TimetableSection(NamedTuple):
         if count:
             texts = ", ".join(_window(point) for point in self.section.passing[:_SHOWN])
             more = f" and {count - _SHOWN} more" if count > _SHOWN else ""
-            yield f"{name}: the search does not keep what is asked of passing: {texts}{more}"
+            yield f"{name}: the search does not keep what is asked of passing: {texts}{more}; tgvdp journey does"
 
 
 def read_section(

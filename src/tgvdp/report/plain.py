@@ -54,3 +54,8 @@ def shown(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.0f}" if abs(value) >= 1e4 else f"{value:.4g}"
     return str(value)
+
+
+def rounded(value: float, digits: int = 2) -> str:
+    """A number of so many significant digits, without a power of ten where it can be read without."""
+    return "∞" if math.isinf(value) else f"{float(f'{value:.{digits}g}'):.12g}"

@@ -18,7 +18,7 @@ _MARKERS = "osDPX^v"
 #: Solvers and sizes keep their colours from picture to picture; the others take what is left.
 _OF_SOLVERS = {
     "dp": style.BLACK, "milp": style.MUTED, "sa": style.BLUE, "tabu": style.GREEN, "qaoa": style.VERMILION,
-    "random": style.PURPLE, "coin tosses": style.PURPLE,
+    "pt": style.ORANGE, "random": style.PURPLE,
     "variables": style.BLACK, "qubits on pegasus": style.BLUE, "qubits on zephyr": style.VERMILION,
 }  # fmt: skip
 _LEGEND_COLUMNS, _ROW_IN = 3, 0.22
@@ -27,37 +27,43 @@ _LONG_NAME = 34
 
 
 class Series(NamedTuple):
-    """One line of a picture: (n,) abscissae and values, their intervals where there are any, and how it is drawn.
-
-    ``only_bound`` marks values that are no more than the end of their interval, because nothing was found.
-    """
+    """One line of a picture: (n,) abscissae and values, and their intervals where there are any."""
 
     name: str
     x: NDArray[np.float64]
     y: NDArray[np.float64]
     low: NDArray[np.float64] | None = None
     high: NDArray[np.float64] | None = None
-    only_bound: NDArray[np.bool_] | None = None
-    dashed: bool = False
 
 
-def plot_success(success: Sequence[Series], tts_s: Sequence[Series], detail: str) -> Figure:
-    """Draw the success of an attempt, where any attempt is drawn, and TTS99 against N; hollow marks are bounds."""
-    names = [one.name for one in (*success, *tts_s)]
-    figure, axes = _panels(2 if success else 1, names)
+class FamilyPanel(NamedTuple):
+    """Success of an attempt and TTS99 in s of some solvers on one family, against N."""
+
+    family: str
+    success: Sequence[Series]
+    tts_s: Sequence[Series]
+
+
+def plot_success(panels: Sequence[FamilyPanel], detail: str) -> Figure:
+    """Draw success over TTS99, one column per family."""
+    names = list(dict.fromkeys(one.name for panel in panels for one in panel.tts_s))
+    rows = math.ceil(len(names) / _columns(names))
+    figure = style.new_figure(6.2 + _ROW_IN * rows, bottom_in=0.72 + _ROW_IN * rows)
+    axes = figure.subplots(2, len(panels), sharex="col", sharey="row", squeeze=False)
+    figure.subplots_adjust(wspace=0.08)
     looks = _looks(names)
-    for one in success:
-        _draw(axes[0], one, looks[one.name], "v")
-    for one in tts_s:
-        _draw(axes[-1], one, looks[one.name], "^")
-    if success:
-        # Coin tosses soon fall below everything that could be measured: of them only the best need be seen.
-        axes[0].set_ylim(0.5 * _least(one.y.max(keepdims=True) if one.dashed else one.y for one in success), 1.4)
-        style.dress(axes[0], "", "Success of one attempt")
-    _scale(axes, [*success, *tts_s])
-    style.dress(axes[-1], "Steps N", "TTS99 (s)")
-    style.title(axes[0], "Success and time to solution" if success else "Time to solution", detail)
-    _legend(figure, axes)
+    for column, panel in zip(axes.T, panels, strict=True):
+        for axis, lines in zip(column, (panel.success, panel.tts_s), strict=True):
+            for one in lines:
+                _draw(axis, one, looks[one.name])
+        style.dress(column[0])
+        style.dress(column[1], f"Steps N, {panel.family}")
+        column[0].set_ylim(-0.04, 1.04)
+        _scale(column[1:], panel.tts_s)
+    axes[0, 0].set_ylabel("Success of one attempt")
+    axes[1, 0].set_ylabel("TTS99 (s)")
+    style.title(axes[0, 0], "Success and time to solution", detail)
+    _legend(figure, list(axes.flat))
     return figure
 
 
@@ -67,7 +73,7 @@ def plot_sizes(variables: Sequence[Series], couplers: Sequence[Series], detail: 
     looks = _looks([one.name for one in (*variables, *couplers)])
     for axis, series in zip(axes, (variables, couplers), strict=True):
         for one in series:
-            _draw(axis, one, looks[one.name], "o")
+            _draw(axis, one, looks[one.name])
     _scale(axes, [*variables, *couplers])
     style.dress(axes[0], "", "Bits, qubits")
     style.dress(axes[1], "Steps N", "Couplers")
@@ -101,17 +107,24 @@ def plot_landscape(landscapes: Sequence[Depths]) -> Figure:
             one.feasible_distance, one.feasible_energy, "o", color=style.VERMILION, markersize=5.0, clip_on=False,
             label="feasible schedules",
         )  # fmt: skip
-        positive = one.quantiles[one.quantiles > 0.0]
-        threshold = float(positive.min()) if positive.size else 1.0
-        axes.set_yscale("symlog", linthresh=threshold, linscale=0.5)
-        axes.set_ylim(bottom=0.0)
-        top = float(positive.max(initial=threshold))
-        powers = range(math.ceil(math.log10(threshold)), math.floor(math.log10(top)) + 1)
-        axes.set_yticks([0.0, *(10.0**power for power in powers)])
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         style.dress(axes, "Bits to flip to the nearest optimum", "" if index else "Energy above the optimum ((m/s)²)")
         style.title(axes, one.title, one.detail)
+    _scale_energy(panels[0], np.concatenate([one.quantiles.ravel() for one in landscapes]))
     style.legend(figure, "lower center", panels[0].get_legend_handles_labels()[0], 4)
     return figure
+
+
+def _scale_energy(axes: Axes, energies: NDArray[np.float64]) -> None:
+    """Powers of ten above the least positive energy, and linear below it, for all panels."""
+    positive = energies[energies > 0.0]
+    threshold, top = (float(positive.min()), float(positive.max())) if positive.size else (1.0, 1.0)
+    axes.set_yscale("symlog", linthresh=threshold, linscale=0.5)
+    axes.set_ylim(bottom=0.0)
+    powers = range(math.ceil(math.log10(threshold)), math.floor(math.log10(top)) + 1)
+    axes.set_yticks([0.0, *(10.0**power for power in powers)])
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
 
 
 def plot_comparison(front: Series, points: Sequence[Series], unit: str, detail: str) -> Figure:
@@ -131,38 +144,16 @@ def plot_comparison(front: Series, points: Sequence[Series], unit: str, detail: 
     return figure
 
 
-def median_series(
-    name: str,
-    rows: Sequence[Mapping[str, Any]],
-    x: str,
-    y: str,
-    low: str | None = None,
-    high: str | None = None,
-    *,
-    dashed: bool = False,
-) -> Series | None:
-    """Medians of a column over rows of the same abscissa; rows without a value are left out, None where none has one.
-
-    With ``low`` and ``high`` a value of 0 or infinity is replaced by the end of its interval, and marked as a bound.
-    """  # fmt: skip
-    found: dict[float, list[Mapping[str, Any]]] = {}
+def median_series(name: str, rows: Sequence[Mapping[str, Any]], x: str, y: str) -> Series | None:
+    """Medians of a column over rows of the same abscissa that have a value; None where none has one."""
+    found: dict[float, list[float]] = {}
     for row in rows:
         if row[y] is not None:
-            found.setdefault(float(row[x]), []).append(row)
+            found.setdefault(float(row[x]), []).append(row[y])
     if not found:
         return None
     xs = np.array(sorted(found))
-
-    def middle(column: str) -> NDArray[np.float64]:
-        return np.array([float(np.median([row[column] for row in found[value]])) for value in xs.tolist()])
-
-    ys = middle(y)
-    if low is None or high is None:
-        return Series(name, xs, ys, dashed=dashed)
-    lows, highs = middle(low), middle(high)
-    nothing = (ys <= 0.0) | ~np.isfinite(ys)
-    bound = np.where(ys <= 0.0, highs, lows)
-    return Series(name, xs, np.where(nothing, bound, ys), lows, highs, nothing, dashed)
+    return Series(name, xs, np.array([float(np.median(found[value])) for value in xs.tolist()]))
 
 
 _Look = tuple[str, str, str]
@@ -183,31 +174,16 @@ def _looks(names: Sequence[str]) -> dict[str, _Look]:
     return looks
 
 
-def _draw(axes: Axes, one: Series, look: _Look, bound_marker: str) -> None:
-    """Draw a line with its intervals; bounds are hollow triangles that the line does not pass through."""
+def _draw(axes: Axes, one: Series, look: _Look) -> None:
+    """Draw a line with its intervals; what is infinite is left out."""
     color, marker, dashes = look
-    if one.dashed:
-        cross = "x" if one.x.size == 1 else None  # a line through one point is none
-        axes.plot(
-            one.x, one.y, ":" if dashes == "-" else "-.", color=color, linewidth=1.6, marker=cross, label=one.name
-        )
-        return
-    bound = np.zeros(one.x.size, dtype=np.bool_) if one.only_bound is None else one.only_bound
-    known = ~bound & np.isfinite(one.y)
+    known = np.isfinite(one.y)
     axes.plot(
         one.x[known], one.y[known], dashes, marker=marker, color=color, markersize=5.0, linewidth=1.6, label=one.name
     )
     if one.low is not None and one.high is not None:
         high = np.where(np.isfinite(one.high), one.high, one.y)
-        axes.vlines(one.x[known], np.maximum(one.low, 1e-300)[known], high[known], color=color, linewidth=1.0)
-    shown = bound & np.isfinite(one.y)
-    axes.plot(one.x[shown], one.y[shown], bound_marker, color=color, markersize=6.0, markerfacecolor="none")
-
-
-def _least(values: Iterable[NDArray[np.float64]]) -> float:
-    """Least positive value."""
-    every = np.concatenate([np.ones(1), *values])
-    return float(every[every > 0.0].min())
+        axes.vlines(one.x[known], one.low[known], high[known], color=color, linewidth=1.0)
 
 
 def _panels(count: int, names: Sequence[str]) -> tuple[Figure, Sequence[Axes]]:

@@ -2,8 +2,8 @@
 
 import time
 import warnings
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -82,6 +82,18 @@ class Results:
     references: dict[str, Reference]
     runs: dict[tuple[str, str], list[dict[str, Any]]]
     embeddings: dict[tuple[str, str, str], dict[str, Any]]
+
+
+def merged(parts: Sequence[Results]) -> Results:
+    """Results of plans of the same runs and seed, on other instances or by other solvers, as one."""
+    cases = {case.instance.id: case for part in parts for case in part.plan.cases}
+    specs = {spec.label: spec for part in parts for spec in part.plan.specs}
+    plan = replace(parts[0].plan, cases=tuple(cases.values()), specs=tuple(specs.values()))
+    known: list[dict[Any, Any]] = [
+        {key: value for part in parts for key, value in getattr(part, name).items()}
+        for name in ("references", "runs", "embeddings")
+    ]
+    return Results(plan, *known)
 
 
 def run_benchmark(plan: Plan, folder: Path, progress: Callable[[int, int, str], None]) -> Results:

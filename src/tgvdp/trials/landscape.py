@@ -33,8 +33,11 @@ class Landscape:
         Energy above the optimum of the strings at each Hamming distance from the nearest optimum; NaN where none is.
     feasible_distance, feasible_energy : (f,)
         Hamming distance and energy above the optimum of the strings that decode to a feasible schedule.
-    optima, local_minima : int
-        Strings that decode to an optimum; strings whose energy no single flip lowers, optima included.
+    penalty : float
+        λ in (m/s)².
+    optima, strict_minima, weak_minima : int
+        Strings that decode to an optimum; strings that every single flip raises, and those that none lowers but some
+        leave as they are, optima included.
     """
 
     title: str
@@ -42,8 +45,10 @@ class Landscape:
     quantiles: NDArray[np.float64]
     feasible_distance: NDArray[np.int64]
     feasible_energy: NDArray[np.float64]
+    penalty: float
     optima: int
-    local_minima: int
+    strict_minima: int
+    weak_minima: int
 
 
 def landscapes(instances: Sequence[Instance], encodings: Sequence[Encoding]) -> list[Landscape]:
@@ -84,7 +89,8 @@ def landscape(encoded: Encoded) -> Landscape | None:
         quantiles[:, d] = np.quantile(above[distance == d], QUANTILES)
     lowest_flip = np.min([energies[z ^ (1 << bit)] for bit in range(n)], axis=0)
     title = f"{encoded.instance.id}, {encoded.encoding}"
+    strict = int(np.count_nonzero(energies < lowest_flip - tiny))
+    weak = int(np.count_nonzero(energies <= lowest_flip + tiny)) - strict
     return Landscape(
-        title, n, quantiles, distance[feasible], above[feasible], len(optima),
-        int(np.count_nonzero(energies <= lowest_flip + tiny)),
-    )  # fmt: skip
+        title, n, quantiles, distance[feasible], above[feasible], encoded.penalty, len(optima), strict, weak
+    )

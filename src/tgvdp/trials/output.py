@@ -1,7 +1,6 @@
 """Files of a benchmark: tables for programs and for people, pictures, provenance."""
 
 import json
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,8 +10,10 @@ from tgvdp.report.files import write_files
 from tgvdp.report.pictures import encode
 from tgvdp.report.plain import csv_text, markdown_table, plain
 from tgvdp.trials.demand_points import DemandComparison, demand_comparison
-from tgvdp.trials.execute import Results
+from tgvdp.trials.ensembles import ensembles, scaling
+from tgvdp.trials.execute import Plan, Results
 from tgvdp.trials.landscape import landscapes
+from tgvdp.trials.pivot import growth_table, tables
 from tgvdp.trials.rows import Row, embedding_rows, rows_of, run_rows
 from tgvdp.trials.trip_points import Comparison, comparison
 from tgvdp.units import JOULE_PER_KWH
@@ -20,7 +21,7 @@ from tgvdp.units import JOULE_PER_KWH
 if TYPE_CHECKING:
     from tgvdp.report.trial_plots import Series
 
-SCHEMA = "tgvdp.bench/1"
+SCHEMA = "tgvdp.bench/2"
 
 
 def write_benchmark(results: Results, folder: Path, elapsed_s: float) -> dict[str, Any]:
@@ -29,7 +30,8 @@ def write_benchmark(results: Results, folder: Path, elapsed_s: float) -> dict[st
     Returns
     -------
     dict
-        Object of schema tgvdp.bench/1: ``rows``, ``embeddings``, ``files``, ``provenance``.
+        Object of schema tgvdp.bench/2: ``files``, ``provenance``, and what stands in the tables, ``rows`` and
+        ``embeddings``, which benchmark.json leaves to them.
     """
     plan = results.plan
     options = {
@@ -43,61 +45,61 @@ def write_benchmark(results: Results, folder: Path, elapsed_s: float) -> dict[st
     embeddings = embedding_rows(results)
     instances = [case.instance for case in plan.cases]
     compared, driven = comparison(instances), demand_comparison(instances)
-    figures = pictures(results, rows, embeddings) | _comparisons(compared, driven)
+    together, growth = ensembles(rows), scaling(rows)
+    figures = pictures(results, rows, together, embeddings) | _comparisons(compared, driven)
     files = {"benchmark.csv": csv_text(rows), "runs.csv": csv_text(run_rows(results))}
+    for name, found in (("ensembles", together), ("scaling", growth)):
+        if found:
+            files[f"{name}.csv"] = csv_text(found)
     if embeddings:
         files["embeddings.csv"] = csv_text(embeddings)
     if compared is not None:
         files["pareto.csv"] = csv_text(compared.rows())
     if driven is not None:
         files["pareto_demand.csv"] = csv_text(driven.rows())
-    files |= {f"{name}.png": encode(figure, provenance) for name, figure in figures.items()}
-    files["benchmark.md"] = page(results, rows, embeddings, list(figures), provenance).encode()
-    content = {"schema": SCHEMA, "rows": rows, "embeddings": embeddings, "provenance": provenance}
-    names = [*files, "benchmark.json"]
-    whole: dict[str, Any] = plain(content | {"files": names})
-    files["benchmark.json"] = json.dumps(whole, indent=1, ensure_ascii=False).encode() + b"\n"
+    brief = provenance | {"inputs": "benchmark.json"}  # of a thousand instances they outweigh the picture
+    files |= {f"{name}.png": encode(figure, brief) for name, figure in figures.items()}
+    files["benchmark.md"] = page(plan, together, growth, embeddings, list(figures), provenance).encode()
+    content = plain({"schema": SCHEMA, "files": [*files, "benchmark.json"], "provenance": provenance})
+    files["benchmark.json"] = json.dumps(content, indent=1, ensure_ascii=False).encode() + b"\n"
     write_files(folder, files)
+    whole: dict[str, Any] = content | plain({"rows": rows, "embeddings": embeddings})
     return whole
-
-
-#: Columns of the table for people, and what they are called there.
-_SHOWN = {
-    "Problem": "instance", "N": "N", "Workflow": "solver", "# Decision Variables": "variables", "status": "status",
-    "Best Objective Value": "best", "certified optimum": "optimum", "attempts": "attempts",
-    "feasible attempts": "feasible", "successful attempts": "successful", "p_success": "p",
-    "p low": "p ≥", "p high": "p ≤", "random p_success": "random p", "elapsed_s median": "median s",
-    "TTS99 s": "TTS99 s", "TTS99 low s": "TTS99 ≥ s",
-}  # fmt: skip
 
 
 _READING = """\
 An attempt is a read of a sampler, a shot of a circuit, or a whole run of a solver that makes none. It succeeds when its
-decoded schedule is feasible and reaches the certified optimum. p is the probability of that, its interval by Clopper
-and Pearson at 95 % over all attempts (for qaoa: exact, of the state, and the range over runs). TTS99 counts the solver
-alone, sampling and, for qaoa, the search for its angles on the simulator; it leaves out encoding, decoding and replay,
-which all samplers share (`cpu_s` holds everything). `TTS99 ≥` is the lower end of its interval, all that is known where
-nothing succeeded. Random p is degeneracy / 2ⁿ. Durations are medians."""
+decoded schedule is feasible and reaches the certified optimum. A cell holds, as medians over the instances of a family
+and size: the success of an attempt; the sweeps (layers of a circuit) until one attempt has succeeded with probability
+99 %, with its 95 % interval by a bootstrap over instances; and the time of that by the solver alone, for qaoa on the
+simulator. Where the median instance was never solved, the cell says how many were. Settings, ranges and all rows are
+in the CSV files."""
+
+_GROWTH = """\
+Slopes of the median TTS99 over the sizes that have one, with 95 % intervals by the bootstrap: decades per step if it
+grows exponentially, the power of N if it grows as a power. Sizes whose median instance was never solved are left out,
+which flatters those who fail."""
 
 
 def page(
-    results: Results,
-    rows: Sequence[Row],
+    plan: Plan,
+    together: Sequence[Row],
+    growth: Sequence[Row],
     embeddings: Sequence[Row],
     figures: Sequence[str],
     provenance: Mapping[str, Any],
 ) -> str:
-    """The page for people."""
-    plan = results.plan
-    words = [f"`{spec.label}`" + (f" ({spec.runs} runs)" if spec.runs else "") for spec in plan.specs]
+    """The page for people: tables of solvers by sizes, what grows how fast, pictures."""
     parts = [
         "# Benchmark of formulations and solvers",
-        f"{len(plan.cases)} instances, {plan.runs} runs of each solver where no other number stands, seeds "
-        f"{plan.seed}, {plan.seed + 1}, …: {', '.join(words)}.",
+        f"{len(plan.cases)} instances, {plan.runs} runs of each solver where it has no number of its own, seeds "
+        f"{plan.seed}, {plan.seed + 1}, …",
         _READING,
-        *(f"![{name}]({name}.png)" for name in figures),
-        markdown_table([{_SHOWN[name]: row[name] for name in _SHOWN} for row in rows]).rstrip(),
+        *tables(together),
     ]
+    if growth:
+        parts += ["## Growth with N", _GROWTH, growth_table(growth).rstrip()]
+    parts += [f"![{name}]({name}.png)" for name in figures]
     if embeddings:
         parts += ["## Embeddings", markdown_table(embeddings).rstrip()]
     machine = provenance["machine"]
@@ -108,16 +110,17 @@ def page(
     return "\n\n".join(parts) + "\n"
 
 
-def pictures(results: Results, rows: Sequence[Row], embeddings: Sequence[Row]) -> dict[str, Any]:
+def pictures(
+    results: Results, rows: Sequence[Row], together: Sequence[Row], embeddings: Sequence[Row]
+) -> dict[str, Any]:
     """All pictures (matplotlib figures) for which there is something to show, by name."""
     from tgvdp.report.trial_plots import Depths, plot_landscape, plot_sizes, plot_success
+    from tgvdp.trials.panels import family_panels
 
     found: dict[str, Any] = {}
-    success, tts = _success(rows)
-    if tts:
-        found["success"] = plot_success(
-            success, tts, "medians over instances of the same N; bars: 95 % intervals; hollow: bound, nothing succeeded"
-        )
+    panels = family_panels(together)
+    if panels:
+        found["success"] = plot_success(panels, "medians over the instances of a family and size; bars: 95 % intervals")
     variables, couplers = _sizes(rows, embeddings)
     if variables and couplers:
         found["sizes"] = plot_sizes(variables, couplers, "bits of the QUBOs, and qubits of their embeddings")
@@ -126,7 +129,9 @@ def pictures(results: Results, rows: Sequence[Row], embeddings: Sequence[Row]) -
         found["landscape"] = plot_landscape(
             [
                 Depths(
-                    one.title, f"{one.bits} bits, {one.optima} optima, {one.local_minima} local minima",
+                    one.title,
+                    f"λ = {one.penalty:.3g} (m/s)²; {one.optima} optima, {one.strict_minima} strict and "
+                    f"{one.weak_minima} weak minima",
                     one.quantiles, one.feasible_distance, one.feasible_energy,
                 )
                 for one in deep
@@ -159,31 +164,6 @@ def _comparisons(compared: Comparison | None, driven: DemandComparison | None) -
         detail = f"{driven.instance.id} in more and fewer steps; fine steps miss its distance by up to {worst:.1f} %"
         found["pareto_demand"] = plot_comparison(best, [claimed, fine], "kWh", detail)
     return found
-
-
-def _success(rows: Sequence[Row]) -> "tuple[list[Series], list[Series]]":
-    from tgvdp.report.trial_plots import median_series
-
-    binary = [row for row in rows if row["kind"] == "binary"]
-    names = _short(list(dict.fromkeys(row["Workflow"] for row in binary)))
-    success, tts = [], []
-    for workflow, label in names.items():
-        own = [row for row in binary if row["Workflow"] == workflow]
-        if any(row["p from"] not in ("no draw", None) for row in own):
-            success.append(median_series(label, own, "N", "p_success", "p low", "p high"))
-        if own[0]["solver"] == "random":  # a bound from a few tosses says nothing
-            own = [row for row in own if row["p_success"]]
-        tts.append(median_series(label, own, "N", "TTS99 s", "TTS99 low s", "TTS99 high s"))
-    for encoding in dict.fromkeys(row["encoding"] for row in binary if row["encoding"]):
-        own = [row for row in binary if row["encoding"] == encoding]
-        success.append(median_series(f"coin tosses, {encoding} (exact)", own, "N", "random p_success", dashed=True))
-    return [one for one in success if one is not None], [one for one in tts if one is not None]
-
-
-def _short(labels: Sequence[str]) -> dict[str, str]:
-    """Names for pictures: without the keys that say how long a solver runs, where all stay different."""
-    short = [re.sub(r":(reads|starts|time-limit)=[^:]*", "", label) for label in labels]
-    return {label: one if short.count(one) == 1 else label for label, one in zip(labels, short, strict=True)}
 
 
 def _sizes(rows: Sequence[Row], embeddings: Sequence[Row]) -> "tuple[list[Series], list[Series]]":

@@ -24,10 +24,11 @@ _SAME = 1e-12
 
 def rows_of(results: Results, hardware: str) -> list[Row]:
     """All rows, by size of the instance and in the order of the solvers."""
+    cases = {case.instance.id: case for case in results.plan.cases}
+    specs = {spec.label: spec for spec in results.plan.specs}
     return [
-        _row(case, spec, results.references[case.instance.id], results.runs[case.instance.id, spec.label], hardware)
-        for case in results.plan.cases
-        for spec in results.plan.specs
+        _row(cases[name], specs[label], results.references[name], runs, hardware)
+        for (name, label), runs in results.runs.items()
     ]
 
 
@@ -106,8 +107,15 @@ def _ours(case: Case, spec: SolverSpec, reference: Reference, runs: Sequence[Rec
         needed = None if row[p] is None else attempts_to_success(row[p])
         known = needed is not None and per_attempt_s is not None
         row[f"{name} attempts"] = needed
+        row[f"{name} sweeps"] = None if needed is None else needed * _sweeps(found)
         row[f"{name} s"] = setup_s + needed * per_attempt_s if known else None  # type: ignore[operator]
     return row
+
+
+def _sweeps(found: Sequence[Record]) -> int:
+    """Updates per bit of one attempt: sweeps of a sampler, layers of a circuit, else one."""
+    details = found[0]["details"] if found else {}
+    return int(details.get("sweeps") or details.get("layers") or 1)
 
 
 def _chance(

@@ -103,7 +103,11 @@ def compare(instance: BinaryInstance) -> Comparison | None:
     ]
     if instance.acc_units == instance.dec_units:
         points.append(
-            _reached("binary, kinetic (unary by sa)", [replace(trip, model="kinetic") for trip in chosen], "sa")
+            _reached(
+                f"kinetic (unary by sa, {_BUDGET.reads} reads of {_BUDGET.sweeps} sweeps)",
+                [replace(trip, model="kinetic") for trip in chosen],
+                "sa",
+            )
         )
     times = np.array([trip.steps * trip.dt_s for trip in chosen])
     return Comparison(instance, _front(instance, cap, times), _closed(instance, cap, times), points)
