@@ -190,8 +190,7 @@ def climb(
     while steps < most and poor < _MOST_POOR:
         steps += 1
         _fill_chain(tables, cells, caps, w, multiplier, left, right, slopes[now], ends, soft, chain)
-        if not solve_chain(2 * first, 2 * last + 1, gain / (last - first + 1), chain):
-            break
+        solve_chain(2 * first, 2 * last + 1, gain / (last - first + 1), chain)
         _carry(w, chain, tried)
         reached = fill_slopes(
             train, tables, cells, caps, w, multiplier, tried[0], tried[1], top_v, pieces, slopes[1 - now], ends

@@ -24,9 +24,7 @@ from numpy.typing import NDArray
 from tgvdp._jit import kernel, leaf, part
 
 #: Points of a polyline at most, but for those that one unknown adds.
-_MOST_POINTS = 256
-#: And on average, for which there is room.
-_USUAL_POINTS = 128
+_MOST_POINTS = 120
 #: Levels at which the slope of an unknown may step down.
 LEVELS = 3
 
@@ -78,7 +76,7 @@ class Chain(NamedTuple):
 def chain_of(unknowns: int) -> Chain:
     """Room for a chain of so many unknowns."""
     at, lowest, highest, slope, bend, link, cap, best = np.zeros((8, unknowns))
-    p, d = np.empty((2, _USUAL_POINTS * unknowns + 8 * _MOST_POINTS))
+    p, d = np.empty((2, _MOST_POINTS * (unknowns + 8)))
     drop, first = np.zeros((unknowns, LEVELS)), np.zeros(unknowns + 1, dtype=np.int64)
     return Chain(at, lowest, highest, slope, bend, link, cap, np.zeros(LEVELS), drop, best, p, d, first)
 
@@ -243,10 +241,8 @@ def _meets(chain, start, end, d):
 def solve_chain(start, end, loss, chain):
     """Fill in the best values of the unknowns ``start`` to ``end``; ``start`` is even, ``end`` odd.
 
-    Returns
-    -------
-    bool
-        False where there was no room for all polylines.
+    Polylines are thinned by points that change the best sum by no more than ``loss`` each, or by more where there are
+    too many.
     """
     n = 0
     chain.first[start] = 0
@@ -255,8 +251,6 @@ def solve_chain(start, end, loss, chain):
     raw = 0
     raw_end = n
     for i in range(start, end + 1):
-        if n + 8 * _MOST_POINTS > chain.p.shape[0]:
-            return False
         if i > start:
             before = chain.first[i - 1]
             if i % 2 == 1:
@@ -279,7 +273,6 @@ def solve_chain(start, end, loss, chain):
         else:
             highest = _meets(chain, first, last, 0.0)
             chain.best[i] = min(max(after, _meets(chain, first, last, chain.cap[i + 1])), max(highest, chain.p[first]))
-    return True
 
 
 @leaf
