@@ -18,7 +18,7 @@ def record(path, profile, *, head="position_m,speed_kmh", every_m=20.0):
     x = np.arange(profile.position_m[0], profile.position_m[-1], every_m)
     x = np.union1d(x, profile.position_m)
     v = np.sqrt(np.interp(x, profile.position_m, profile.speed_mps**2))
-    path.write_text("\n".join([head, *(f"{a:.6f},{3.6 * b:.9f}" for a, b in zip(x, v, strict=True))]))
+    path.write_text("\n".join([head, *(f"{a:.9f},{3.6 * b:.9f}" for a, b in zip(x, v, strict=True))]))
     return path
 
 
