@@ -102,7 +102,7 @@ def search(
         (method ``front``): neither `points` nor `max_margin` nor `max_time_s` matters then. Met to 0.05 s.
     clean : bool
         Whether each point is rebuilt as an extremal of few commands, as a driver would run (method ``front``; energies
-        by a map and neutral sections keep their runs). It takes seconds in place of milliseconds; docs/extremals.md.
+        by a map and neutral sections keep their runs). It takes ten times as long; docs/extremals.md.
     paths, heuristic, dominance, bounds
         Of method ``best-first``; see `tgvdp.methods.grid.best_first`.
     segment_m, speeds

@@ -145,7 +145,7 @@ class SearchOptions:
     )
     clean: bool = option(
         False,
-        "rebuild each point as a clean extremal: few phases, as a driver would; seconds in place of milliseconds.",
+        "rebuild each point as a clean extremal: few phases, as a driver would; ten times as slow.",
         name="clean",
         heading=SEARCH,
         methods=_FRONT,

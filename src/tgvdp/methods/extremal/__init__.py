@@ -2,7 +2,7 @@
 
 A command says from where on the train pulls, coasts or brakes by its dynamic brake; holding and riding the envelope
 follow by geometry (`simulate`). One backward `sweep` yields costate, slope and tangent flow, and with them Newton's
-step in all switches of a block at once (`newton`).
+step in all switches at once, and to the next running time (`newton`); `pins` hold where a run touches the envelope.
 
-Invariants: every list of commands drives to a feasible run; a step is kept only where E + λT falls.
+Invariants: every list of commands drives to a feasible run; at a multiplier a step is kept only where E + λT falls.
 """

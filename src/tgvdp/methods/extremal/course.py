@@ -16,9 +16,6 @@ from tgvdp.physics.forces import (
     KernelTrain,
     effort_at,
     kernel_train,
-    mean_brake,
-    mean_effort,
-    mean_resistance,
     per_kilogram,
 )
 from tgvdp.runs.fastest import envelope_of
@@ -29,6 +26,8 @@ _ROWS = 8.0
 _ENVELOPE_ROWS = 16.0
 #: Rows of the envelope that are shorter than this share of the distance are rounding.
 _SLIVER = 1e-12
+#: Share of the greatest squared speed below which a train creeps.
+_CREEPS = 1e-4
 #: An effort below this share of the starting effort is none.
 _NO_EFFORT = 1e-6
 
@@ -54,6 +53,8 @@ class Course(NamedTuple):
         What a joule of the dynamic brake is worth, in joules of traction; 0 without regeneration.
     corner_m : (c,)
         Where the envelope turns from braking to traction: at the ends of braking curves.
+    least_w : float
+        Squared speed at which traction takes over from whatever slows the train down: no extremal creeps.
     """
 
     station_m: NDArray[np.float64]
@@ -67,6 +68,7 @@ class Course(NamedTuple):
     energy: NDArray[np.float64]
     returned: float
     corner_m: NDArray[np.float64]
+    least_w: float
 
 
 def course_of(trip: Trip) -> tuple[KernelTrain, Course]:
@@ -89,8 +91,9 @@ def course_of(trip: Trip) -> tuple[KernelTrain, Course]:
     effort[np.abs(effort) < _NO_EFFORT * starting] = 0.0
     corners_m = x_m[1:-1][(effort[:-2] < 0.0) & (effort[1:-1] > 0.0)]
     return unit, Course(
-        cells.station_m, grade, air, envelope.low, x_m, w, effort, duration, energy, returned, corners_m
-    )
+        cells.station_m, grade, air, envelope.low, x_m, w, effort, duration, energy, returned, corners_m,
+        _CREEPS * float(w.max()),
+    )  # fmt: skip
 
 
 @kernel
@@ -111,27 +114,6 @@ def account(train, returned, grade, air, d, w0, w1):
         if returned > 0.0:
             energy = -returned * d * regenerated(train, -work / d, math.sqrt(w0), math.sqrt(w1))
     return duration, energy, work / d
-
-
-@kernel
-def worst_excess(train, grade, air, cell, x, w):
-    """Largest share by which a row passes the mean of its effort limit, or comfort; ``cell`` is of the row's end."""
-    worst = 0.0
-    little = 1e-3 * effort_at(train.traction, 0.0)
-    for j in range(1, x.shape[0]):
-        k = cell[j]
-        d = x[j] - x[j - 1]
-        v0 = math.sqrt(w[j - 1])
-        v1 = math.sqrt(w[j])
-        gain = 0.5 * (w[j] - w[j - 1]) / d
-        worst = max(worst, gain / train.max_acceleration - 1.0, -gain / train.max_deceleration - 1.0)
-        effort = duration_and_work(train, d, grade[k], air[k], w[j - 1], w[j])[1] / d
-        if effort > little:
-            worst = max(worst, effort / mean_effort(train.traction, v0, v1) - 1.0)
-        elif effort < -little:
-            load = mean_resistance(train, air[k], v0, v1) + grade[k]
-            worst = max(worst, -effort / max(mean_brake(train, load, v0, v1), little) - 1.0)
-    return worst
 
 
 @kernel

@@ -7,6 +7,7 @@ dearer, the program's run stands, and the counters say so (docs/extremals.md).
 
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from tgvdp.line.resolved import resolve
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.front import OptimalRuns, optimal_front
 from tgvdp.methods.extremal.simulate import ENVELOPE
-from tgvdp.methods.extremal.solve import Extremal, Floats, Solver
+from tgvdp.methods.extremal.solve import Extremal, Floats, Solver, unbound
 from tgvdp.model.trip import Trip
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, HELD_BACK, HOLDING, RETARDED, TRACTION
 from tgvdp.runs.profile import Profile
@@ -28,17 +29,21 @@ _TIME_RTOL = 2e-7
 #: time is worth: the program's rows claim times that are short by a few times 1e-5.
 _DEARER = 2e-5
 _TIME_DOUBT = 2e-5
-#: ... if it goes on with the commands of the point before, it must not cost more than this, or its own are tried.
-_NO_DEARER = -2e-6
 #: Net energies may be 0: shares are of no less than this share of the fastest run's.
 _LEAST_SHARE = 0.1
-#: Every so many points the program's own commands are tried in any case.
-_OFTEN = 8
-#: After so many points the attempt ends where a smaller share of them has an extremal.
-_HOPELESS = 6
-_LEAST_FOUND = 0.6
-#: What a phase under a second may save, as a share of energy, and be dropped all the same.
+#: What a phase that is too short to drive may save, as a share of energy, and be dropped all the same.
 _PRUNED = 1e-5
+#: Points at which structures are searched anew, and how many more there may be where walks end.
+_MARKS = 8
+_MORE_MARKS = 8
+#: What is dearer than the program's run by this share of energy at its multiplier will hardly become an extremal; after
+#: so many searches without any there is none.
+_HOPELESS = 3e-3
+_MOST_IN_VAIN = 3
+#: Longest step of the running time along the front, as a share.
+_STRIDE = 0.006
+#: Two energies at one time are the same within this share.
+_SAME_ENERGY = 1e-7
 #: Largest share by which a row's effort may pass its limit: it may join the envelope within one of its rows.
 _MOST_EXCESS = 8e-4
 #: Regime of a profile for each of a row; the envelope has none of its own.
@@ -54,7 +59,7 @@ class _Point:
     extremal: Extremal
     x_m: Floats
     w: Floats
-    regime: NDArray[np.int64]
+    regime: NDArray[np.int8]
 
 
 def extremal_front(
@@ -92,8 +97,6 @@ class _Cleaning:
         self.prices = found.multiplier_j_per_s + self.auxiliary_w
         self.energies = found.energy_j - self.auxiliary_w * found.duration_s
         self.scale_j = abs(float(self.energies[0]))
-        finite = np.isfinite(self.prices) & (self.prices > 0.0)
-        self.known_s, self.known_price = found.duration_s[finite], self.prices[finite]
         #: The run of the program that each target has, or −1.
         self.own = np.full(len(self.target_s), -1)
         at = np.searchsorted(self.target_s, found.duration_s * (1.0 - _SAME))
@@ -105,97 +108,106 @@ class _Cleaning:
         wanted = np.flatnonzero(self.target_s > self.fastest.duration_s * (1.0 + _SAME))
         if self.found.exhausted or not self.found.complete:
             wanted = wanted[self.target_s[wanted] <= self.found.duration_s[-1]]
-        if len(self.known_s):
-            before: Extremal | None = None
-            for count, k in enumerate(wanted.tolist()):
-                if self.clock.expired:
+        if len(wanted):
+            self.first, self.last = int(wanted[0]), int(wanted[-1])
+            for count, k in enumerate(np.unique(np.linspace(self.first, self.last, _MARKS + 1).astype(np.int64)[1:])):
+                self._search(int(k))
+                if count + 1 == _MOST_IN_VAIN and not self.points:
+                    return self._joined()
+            left = [k for k in wanted.tolist() if k not in self.points]
+            for _ in range(_MORE_MARKS):
+                if not left:
                     break
-                self._find(k, before, count % _OFTEN == 0)
-                before = self.points[k].extremal if k in self.points else None
-                if count >= _HOPELESS and len(self.points) < _LEAST_FOUND * count:
-                    break
-            for k in wanted[::-1].tolist():
-                if self.clock.expired:
-                    break
-                if k + 1 in self.points and (k not in self.points or self._differs(k)):
-                    self._try(k, [self.points[k + 1].extremal.commands], self.points[k + 1].extremal.price)
-            for k in sorted(self.points):
-                if self.clock.expired:
-                    break
-                self._prune(k)
+                tried = left[len(left) // 2]
+                self._search(tried)
+                left = [k for k in left if k not in self.points and k != tried]
         return self._joined()
 
-    def _prune(self, k: int) -> None:
-        """Drop the phases of a point that are shorter than a second, where that costs little."""
-        solver, extremal, time_s = self.solver, self.points[k].extremal, float(self.target_s[k])
-        solver.descend(extremal.commands, extremal.price, 0)
-        pruned = solver.prune(extremal, extremal.price, loss=_PRUNED)
-        if len(pruned.commands) >= len(extremal.commands):
-            return
-        aim_s = time_s * (1.0 - 0.5 * _TIME_RTOL)
-        slope = self._slope(time_s)[1]
-        met = solver.meet(pruned.commands, extremal.price, slope, aim_s, 0.5 * _TIME_RTOL * time_s)
-        shorter = len(extremal.commands) - len(pruned.commands)
-        if met is None or self._excess(k, met) > _DEARER:
-            return
-        if met.energy_j <= extremal.energy_j + shorter * _PRUNED * max(
-            abs(extremal.energy_j), _LEAST_SHARE * self.scale_j
-        ):
-            rows = solver.kept_rows()
-            if solver.excess <= _MOST_EXCESS:
-                self.points[k] = _Point(met, *rows)
-
-    def _differs(self, k: int) -> bool:
-        """Whether a point has other commands than the next one."""
-        one, other = self.points[k].extremal.commands, self.points[k + 1].extremal.commands
-        return len(one) != len(other) or bool((one[:, 0] != other[:, 0]).any())
-
-    def _slope(self, time_s: float) -> tuple[float, float]:
-        """Price at a time, and dT/dlnλ there, by the program's runs."""
-        logs = np.log(self.known_price)
-        price = math.exp(float(np.interp(time_s, self.known_s, logs)))
-        i = int(np.clip(np.searchsorted(self.known_s, time_s), 1, max(len(logs) - 2, 1)))
-        low, high = max(i - 2, 0), min(i + 1, len(logs) - 1)
-        span = float(logs[high] - logs[low])
-        slope = float(self.known_s[high] - self.known_s[low]) / span if span < 0.0 else -0.2 * time_s
-        return price, min(slope, -1e-4 * time_s)
-
-    def _find(self, k: int, before: Extremal | None, look: bool) -> None:
-        """Find an extremal for a target."""
-        time_s = float(self.target_s[k])
-        price, slope = self._slope(time_s)
-        if before is not None:
-            warm = before.price * math.exp((time_s - before.time_s) / slope) if before.price > 0.0 else price
-            self._try(k, [before.commands], warm)
-            if not look and k in self.points and self._excess(k, self.points[k].extremal) <= _NO_DEARER:
-                return
+    def _search(self, k: int) -> None:
+        """Search the structure of a point from the program's run, and go on with it in both directions."""
         own = int(self.own[k])
-        if own < 0 or not math.isfinite(self.prices[own]) or self.prices[own] <= 0.0:
+        if self.clock.expired or own < 0 or not math.isfinite(self.prices[own]) or self.prices[own] <= 0.0:
             return
-        x_m, w = self.found.rows(own)
         price = float(self.prices[own])
-        seeds = [self.solver.commands_of(x_m, w, price, short_s) for short_s in (1.5, 0.1)]
+        seeds = [self.solver.commands_of(*self.found.rows(own), price, short_s) for short_s in (1.5, 0.1)]
         candidates = [seed for seed in seeds if seed is not None]
-        if before is not None:
-            candidates.append(before.commands)
-        settled = self.solver.settle(candidates, price) if candidates else None
-        if settled is not None:
-            self._try(k, [settled.commands], price)
+        if k in self.points:
+            candidates.append(self.points[k].extremal.commands)
+        most_j = float(self.energies[own] + price * self.found.duration_s[own]) + _HOPELESS * self._base_j(own)
+        settled = self.solver.settle(candidates, price, most_j) if candidates else None
+        if settled is not None and self._meet(k, k, settled.commands, price) is not None:
+            self._walk(k, self.first)
+            self._walk(k, self.last)
 
-    def _try(self, k: int, seeds: list[Floats], price: float) -> None:
-        """Meet a target's time from some commands, and keep what is cheaper than what there is."""
-        time_s = float(self.target_s[k])
-        slope = self._slope(time_s)[1]
-        aim_s = time_s * (1.0 - 0.5 * _TIME_RTOL)
-        for commands in seeds:
-            extremal = self.solver.meet(commands, price, slope, aim_s, 0.5 * _TIME_RTOL * time_s)
-            if extremal is None or self._excess(k, extremal) > _DEARER:
-                continue
-            if k in self.points and extremal.energy_j > self.points[k].extremal.energy_j - 1e-9 * self.scale_j:
-                continue
-            rows = self.solver.kept_rows()
-            if self.solver.excess <= _MOST_EXCESS:
-                self.points[k] = _Point(extremal, *rows)
+    def _walk(self, k: int, end: int) -> None:
+        """Go on from a point to its neighbours as long as that is better than what there is."""
+        if k not in self.points or k == end:
+            return
+        step = 1 if end > k else -1
+        here = self.points[k].extremal
+        _, commands, price = self.solver.meet(here.commands, here.price, *self._aims(k, k + step), self._tolerance_s(k))
+        while k != end and not self.clock.expired:
+            way_s = self._way(k, k + step)
+            for aim_s, next_s in pairwise(way_s[1:]):
+                found, commands, price = self.solver.meet(commands, price, aim_s, next_s, self._tolerance_s(k))
+                if found is None:
+                    return
+            k += step
+            ahead = self._meet(k, k + step, commands, price)
+            if ahead is None:
+                return
+            commands, price = ahead
+
+    def _way(self, k: int, after: int) -> list[float]:
+        """Running times from one target to another, in steps that Newton's rule can follow."""
+        after = min(max(after, self.first), self.last)
+        start_s, end_s = self.target_s[[k, after]] * (1.0 - 0.5 * _TIME_RTOL)
+        steps = max(math.ceil(abs(end_s - start_s) / (_STRIDE * start_s)), 1)
+        return np.linspace(start_s, end_s, steps + 1).tolist()
+
+    def _aims(self, k: int, after: int) -> tuple[float, float]:
+        """The running time of a target, and that which comes next on the way to another."""
+        way_s = self._way(k, after)
+        return way_s[0], way_s[1]
+
+    def _tolerance_s(self, k: int) -> float:
+        return 0.5 * _TIME_RTOL * float(self.target_s[k])
+
+    def _meet(self, k: int, after: int, commands: Floats, price: float) -> tuple[Floats, float] | None:
+        """Meet a target's time from some commands, and keep what is found if it is better than what there is.
+
+        Returns commands and price foreseen for another target; None if nothing better is found.
+        """
+        solver = self.solver
+        aims, tolerance_s = self._aims(k, after), self._tolerance_s(k)
+        found, ahead, ahead_price = solver.meet(commands, price, *aims, tolerance_s)
+        if found is None:
+            settled = solver.at_price(unbound(commands), price)
+            if settled is not None:
+                found, ahead, ahead_price = solver.meet(settled.commands, price, *aims, tolerance_s)
+        if found is None:
+            return None
+        fewer = solver.shorter(found)
+        if fewer is not None:
+            pruned, onward, onward_price = solver.meet(fewer, found.price, *aims, tolerance_s)
+            dropped = len(found.commands) - len(fewer)
+            if pruned is not None and pruned.energy_j <= found.energy_j + dropped * _PRUNED * self._base_j(k):
+                found, ahead, ahead_price = pruned, onward, onward_price
+            else:
+                found, ahead, ahead_price = solver.meet(found.commands, found.price, *aims, tolerance_s)
+        if found is None or self._excess(k, found) > _DEARER:
+            return None
+        if k in self.points and found.energy_j > self.points[k].extremal.energy_j - _SAME_ENERGY * self.scale_j:
+            return None
+        rows = solver.kept_rows()
+        if rows[3] > _MOST_EXCESS:
+            return None
+        self.points[k] = _Point(found, *rows[:3])
+        return ahead, ahead_price
+
+    def _base_j(self, k: int) -> float:
+        """Energy that shares are of."""
+        return max(abs(float(self.energies[min(k, len(self.energies) - 1)])), _LEAST_SHARE * self.scale_j)
 
     def _excess(self, k: int, extremal: Extremal) -> float:
         """By what share an extremal is dearer than the program's run at the same time."""
@@ -206,7 +218,7 @@ class _Cleaning:
         late_s = extremal.time_s - float(self.found.duration_s[own])
         if late_s > 0.05 * extremal.time_s:  # a faster run stood for the target: to be cheaper is all that is asked
             late_s = 0.0
-        base_j = max(abs(float(self.energies[own])), _LEAST_SHARE * self.scale_j)
+        base_j = self._base_j(own)
         doubt_j = price * _TIME_DOUBT * extremal.time_s
         return (extremal.energy_j + price * late_s - doubt_j - float(self.energies[own])) / base_j
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel, leaf, part
+from tgvdp._jit import leaf, part
 from tgvdp.methods.extremal.course import account
 from tgvdp.physics.cell import Cell
 from tgvdp.physics.cell import Rows as PlainRows
@@ -69,7 +69,7 @@ def is_anchor(regime):
     return regime == HOLDING or regime >= RETARDED
 
 
-@leaf
+@part
 def effort_of(train, regime, grade, air, v):
     """Effort of a regime at a speed, comfort limits included."""
     net = net_force(train, regime, Cell(0.0, 0.0, 0.0, grade, air, math.inf), v, v)
@@ -178,38 +178,9 @@ def _rides(train, course, regime, grade, air, e, w):
     return course.effort[e] <= own * (1.0 - _SAME_BRAKE) + _SAME_EFFORT
 
 
-@leaf
-def _row_at(x_m, x):
-    """Row of an increasing column that holds a position."""
-    lo = 0
-    hi = x_m.shape[0] - 1
-    while hi - lo > 1:
-        middle = (lo + hi) // 2
-        if x_m[middle] <= x:
-            lo = middle
-        else:
-            hi = middle
-    return lo
-
-
-@kernel
+@part
 def simulate(train, course, levels, commands, count, start_w, rows, starts, events):
-    """Drive commands from the start to the end; see `simulate_from`."""
-    rows.x[0] = 0.0
-    rows.w[0] = start_w
-    for i in range(count):
-        starts[i] = -1
-    starts[0] = 0
-    regime = int(commands[0, REGIME])
-    mode = ENVELOPE if start_w >= course.w[0] * (1.0 - _ON_CURVE) else regime
-    return simulate_from(
-        train, course, levels, commands, 0, count, regime, mode, course.station_m[-1], rows, starts, events
-    )
-
-
-@kernel
-def simulate_from(train, course, levels, commands, c, count, regime, mode, stop_m, rows, starts, events):
-    """Drive commands from the first row on, which is there, until an anchor is met at some position or later.
+    """Drive commands from the start to the end.
 
     Parameters
     ----------
@@ -220,12 +191,8 @@ def simulate_from(train, course, levels, commands, c, count, regime, mode, stop_
         As of `held_speeds`.
     commands : (size, 4) float64
         ``count`` commands in order; the first starts at 0.
-    c, count : int
-        The command in force, and the number of all.
-    regime, mode : int
-        The regime in force, and how the run follows it: that regime, a hold, or the envelope.
-    stop_m : float
-        Where to stop, once the run is on an anchor.
+    count : int
+    start_w : float
     rows : Rows, modified in place
     starts : (size,) int64, modified in place
         Row at whose start each command sets the regime; −1 of a command that was never reached.
@@ -239,6 +206,12 @@ def simulate_from(train, course, levels, commands, c, count, regime, mode, stop_
     happened : int
         Number of events.
     """
+    for i in range(count):
+        starts[i] = -1
+    starts[0] = 0
+    c = 0
+    regime = int(commands[0, REGIME])
+    mode = ENVELOPE if start_w >= course.w[0] * (1.0 - _ON_CURVE) else regime
     station = course.station_m
     cells = station.shape[0] - 1
     end = station[cells]
@@ -250,10 +223,12 @@ def simulate_from(train, course, levels, commands, c, count, regime, mode, stop_
     rows.regime[0] = ENVELOPE
     rows.cell[0] = 0
     n = 1
-    x = xs[0]
-    w = ws[0]
-    k = min(_row_at(station, x + _SAME_M), cells - 1)
-    e = _row_at(course.x_m, x + _SAME_M)
+    x = 0.0
+    w = start_w
+    xs[0] = x
+    ws[0] = w
+    k = 0
+    e = 0
     happened = 0
     turns = 0
     while x < end:
@@ -262,8 +237,6 @@ def simulate_from(train, course, levels, commands, c, count, regime, mode, stop_
             return -1, happened
         while k < cells - 1 and x >= station[k + 1] - _SAME_M:
             k += 1
-        if x >= stop_m - _SAME_M and is_anchor(mode):
-            break
         while c + 1 < count and x >= commands[c + 1, AT] - _SAME_M:
             c += 1
             starts[c] = n - 1
@@ -273,8 +246,6 @@ def simulate_from(train, course, levels, commands, c, count, regime, mode, stop_
         grade = course.grade[k]
         air = course.air[k]
         until = station[k + 1]
-        if x < stop_m - _SAME_M:
-            until = min(until, stop_m)
         if c + 1 < count:
             until = min(until, max(commands[c + 1, AT], x + _SAME_M))
         enabled = x >= commands[c, HOLDS_FROM] - _SAME_M
@@ -367,7 +338,8 @@ def simulate_from(train, course, levels, commands, c, count, regime, mode, stop_
                     happened += 1
                 mode = ENVELOPE
             continue
-        target = math.inf if regime == TRACTION else 0.0
+        least = min(course.least_w, 0.5 * w)
+        target = math.inf if regime == TRACTION else least
         level = 0
         if enabled:
             brake = effort_at(train.braking, v)
@@ -386,7 +358,7 @@ def simulate_from(train, course, levels, commands, c, count, regime, mode, stop_
             xs[m - 1] = until
         if regime != TRACTION:
             for j in range(n, m):
-                if ws[j] < _slowest(train, course, k, xs[j]) or ws[j] <= 0.0:
+                if ws[j] <= least or ws[j] < _slowest(train, course, k, xs[j]):
                     if j == n and xs[j] - x < 1e-3 and ws[j] <= 0.0:
                         return -2, happened
                     m = j + 1 if ws[j] > 0.0 else j

@@ -8,28 +8,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.methods.extremal.commands import extract
-from tgvdp.methods.extremal.course import course_of, held_speeds, worst_excess
-from tgvdp.methods.extremal.newton import MOST_COMMANDS, descend, work_of
-from tgvdp.methods.extremal.simulate import AT, BOUND, COMMAND_COLUMNS, ENVELOPE, HOLDS_FROM, Rows, simulate
+from tgvdp.methods.extremal.course import course_of, held_speeds
+from tgvdp.methods.extremal.newton import newton
+from tgvdp.methods.extremal.simulate import AT, BOUND, COMMAND_COLUMNS, HOLDS_FROM, Rows
 from tgvdp.methods.extremal.structure import amend, coast_before_brakes, cross, shorten
-from tgvdp.methods.extremal.sweep import ACTIVE, lift
+from tgvdp.methods.extremal.sweep import lift
+from tgvdp.methods.extremal.thin import thin
+from tgvdp.methods.extremal.work import MOST_COMMANDS, work_of
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
 
 Floats = NDArray[np.float64]
 
-_MOST_ROUNDS = 2
 _ROUNDS = 3
+#: Runs to rest at a multiplier, and to a running time, at most.
+_MOST_TO_REST = 16
+_MOST_TO_MEET = 10
 #: Durations, as shares of the running time but no more than so many seconds: of phases that are absorbed when commands
 #: are told from a run, or dropped, and of contradictions of the costate and holds by the brakes that count.
 _SHARE = 2e-3
 _ABSORBED_S, _DROPPED_S, _NOTED_S, _HELD_S = 1.5, 1.0, 0.3, 5.0
 _SAME_END = 1e-6
-#: Rows shorter than this share of the distance are none.
-_SLIVER = 1e-9
-#: ... and rows shorter than this share of the one before, at an effort that differs by less than this share.
-_SHORT_ROW = 0.05
-_SAME_EFFORT = 0.01
 
 
 class Extremal(NamedTuple):
@@ -47,7 +46,7 @@ class Extremal(NamedTuple):
         return self.energy_j + price * self.time_s
 
 
-def _unbound(commands: Floats) -> Floats:
+def unbound(commands: Floats) -> Floats:
     """Commands for another multiplier, at which no switch is known to be bound."""
     free = commands.copy()
     free[:, BOUND] = 0.0
@@ -71,9 +70,10 @@ class Solver:
         self.cell = np.zeros(20000, dtype=np.int64)
         self.phases = np.zeros((2000, 5))
         self.out = np.zeros((MOST_COMMANDS, COMMAND_COLUMNS))
+        size = len(self.work.whole.x)
+        self.kept = np.empty(size), np.empty(size), np.empty(size, dtype=np.int8), np.empty(2 * size, dtype=np.int64)
         self.rows = 0
         self.runs = 0
-        self.excess = 0.0
 
     def _seconds(self, most_s: float) -> float:
         """A short duration, by the fastest running time."""
@@ -103,21 +103,7 @@ class Solver:
         )
         return self.commands[:count].copy() if count > 0 else None
 
-    def drive(self, commands: Floats, price: float) -> Extremal | None:
-        """The run of commands as they are."""
-        self._hold(price)
-        count = len(commands)
-        self.commands[:count] = commands
-        n, happened = simulate(
-            self.train, self.course, self.levels, self.commands, count, self.start_w, self.work.whole,
-            self.work.starts, self.work.events,
-        )  # fmt: skip
-        self.runs += 1
-        return self._found(count, price, n, happened, False)
-
     def _found(self, count: int, price: float, n: int, happened: int, rests: bool) -> Extremal | None:
-        if n < 0:
-            return None
         self.rows = n
         whole = self.work.whole
         if whole.w[n - 1] < self.course.w[-1] * (1.0 - _SAME_END):
@@ -127,27 +113,39 @@ class Solver:
             rests, self.work.events[:happened].copy(),
         )  # fmt: skip
 
-    def descend(self, commands: Floats, price: float, rounds: int = _MOST_ROUNDS) -> Extremal | None:
-        """Descend from commands at a multiplier."""
-        per_unit = self._hold(price)
+    def rest(self, commands: Floats, price: float, most_runs: int = _MOST_TO_REST) -> Extremal | None:
+        """Newton's steps from commands at a multiplier; 1 run drives them as they are."""
+        return self._newton(commands, price, math.inf, math.inf, 0.0, most_runs)[0]
+
+    def _newton(
+        self, commands: Floats, price: float, target_s: float, next_s: float, tolerance_s: float, most_runs: int
+    ) -> tuple[Extremal | None, int, float]:
+        """What `newton` finds; the number of commands, and the price that is foreseen for the next running time."""
         count = len(commands)
         self.commands[:count] = commands
-        n, happened, done, rests = descend(
-            self.train, self.course, self.levels, per_unit, self.commands, count, self.start_w, self.work, rounds
-        )
-        self.runs += done
-        return self._found(count, price, n, happened, rests)
+        n, happened, count, per_unit, next_unit, runs, rests = newton(
+            self.train, self.course, self.levels, self.commands, count, self.start_w, price / self.unit_j, target_s,
+            next_s, tolerance_s, self._seconds(_DROPPED_S), most_runs, self.work,
+        )  # fmt: skip
+        self.runs += runs
+        if n <= 0:
+            return None, count, price
+        return self._found(count, per_unit * self.unit_j, n, happened, rests), count, next_unit * self.unit_j
+
+    def drive(self, commands: Floats, price: float) -> Extremal | None:
+        """The run of commands as they are, and its sweep."""
+        return self.rest(commands, price, 1)
 
     def at_price(self, commands: Floats, price: float) -> Extremal | None:
-        """Descend, and command what had to happen without a command."""
-        best = self.descend(commands, price)
+        """Come to rest at a multiplier, and command what had to happen without a command."""
+        best = self.rest(commands, price)
         for _ in range(_ROUNDS):
             if best is None or not len(best.events):
                 break
             given = self._with_events(best)
             if given is None:
                 break
-            found = self.descend(given, price)
+            found = self.rest(given, price)
             if found is None or found.cost_j(price) > best.cost_j(price) - 1e-9 * abs(best.cost_j(price)):
                 break
             best = found
@@ -202,25 +200,28 @@ class Solver:
         allowance = 1e-9 * abs(better.cost_j(price)) + max(bias, 0.0)
         if mixed is None or mixed.cost_j(price) > better.cost_j(price) + allowance:
             return self._again(better)
-        found = self.descend(mixed.commands, price)
+        found = self.rest(mixed.commands, price)
         return found if found is not None else self._again(better)
 
     def _again(self, found: Extremal) -> Extremal:
         """Make the last run that of an extremal."""
-        self.descend(found.commands, found.price, 0)
+        self.drive(found.commands, found.price)
         return found
 
-    def settle(self, candidates: list[Floats], price: float) -> Extremal | None:
-        """Descend from each of some commands, take the best stretches, and add and drop phases as long as that pays."""
+    def settle(self, candidates: list[Floats], price: float, most_j: float) -> Extremal | None:
+        """Descend from each of some commands, take the best stretches, and add and drop phases as long as that pays.
+
+        None if the best of them costs more than ``most_j``.
+        """
         best: Extremal | None = None
         rows = self.work.whole, 0
         for candidate in candidates:
-            found = self.at_price(_unbound(candidate), price)
+            found = self.at_price(unbound(candidate), price)
             if found is None:
                 continue
             best = found if best is None else self.best_of(best, rows, found, price)
             rows = self.run()
-        if best is None:
+        if best is None or best.cost_j(price) > most_j:
             return None
         size, added = coast_before_brakes(
             self.course, price / self.unit_j, best.commands, len(best.commands), *rows, self.work.starts,
@@ -270,106 +271,27 @@ class Solver:
             return self._again(best)
         return self.best_of(best, rows, other, price, loss * abs(best.energy_j))
 
-    def kept_rows(self) -> tuple[Floats, Floats, NDArray[np.int64]]:
-        """Rows of the run that was found last: positions, squared speeds, and the regime along each but the last.
+    def shorter(self, found: Extremal, least_s: float = _DROPPED_S) -> Floats | None:
+        """Commands of the run that was found last without its phases that are too short; None if there are none."""
+        self.commands[: len(found.commands)] = found.commands
+        size = shorten(
+            self.commands, len(found.commands), self.work.whole, self.rows, self.work.starts, self._seconds(least_s),
+            self.out,
+        )  # fmt: skip
+        return self.out[:size].copy() if size < len(found.commands) else None
 
-        Rows that are too short to drive are left out, but not those at breaks of the line, and rows of the envelope are
-        whole.
+    def kept_rows(self) -> tuple[Floats, Floats, NDArray[np.int8], float]:
+        """Rows of the run that was found last: positions, squared speeds, the regime along each but the last.
+
+        And the largest share by which one passes its effort limit.
         """
-        whole, n = self.work.whole, self.rows
-        x_m = whole.x[:n]
-        fixed = np.isin(x_m, self.course.station_m)
-        fixed[0] = fixed[-1] = True
-        keep = np.ones(n, dtype=np.bool_)
-        # Commands that change nothing cut rows of the envelope, whose efforts are right as means alone.
-        rides = whole.regime[:n] == ENVELOPE
-        keep[1:-1] = ~(rides[1:-1] & rides[2:]) | fixed[1:-1] | np.isin(x_m[1:-1], self.course.x_m)
-        last = 0
-        for i in np.flatnonzero(keep)[1:].tolist():
-            if x_m[i] - x_m[last] < _SLIVER * self.trip.distance_m:
-                drop = i if not fixed[i] else last
-                keep[drop] = fixed[drop]
-            last = i if keep[i] else last
-        self._merge(keep, fixed)
-        regime = whole.regime[:n][keep]
-        self.excess = worst_excess(
-            self.train, self.course.grade, self.course.air, whole.cell[:n][keep], x_m[keep], whole.w[:n][keep]
-        )
-        return x_m[keep], whole.w[:n][keep], regime[1:].copy()
-
-    def _merge(self, keep: NDArray[np.bool_], fixed: NDArray[np.bool_]) -> None:
-        """Let short rows be part of those before, at the same effort: they join the envelope within one of its own."""
-        x_m, effort = self.work.whole.x, self.work.whole.effort
-        nodes = np.flatnonzero(keep)
-        for before, node, after in zip(nodes[:-2].tolist(), nodes[1:-1].tolist(), nodes[2:].tolist(), strict=True):
-            short = x_m[after] - x_m[node] < _SHORT_ROW * (x_m[node] - x_m[before])
-            same = abs(effort[after] - effort[node]) < _SAME_EFFORT * abs(effort[node])
-            if short and same and keep[before] and not fixed[node]:
-                keep[node] = False
+        size, excess = thin(self.train, self.course, self.work.whole, self.rows, *self.kept)
+        x_m, w, regime, _ = self.kept
+        return x_m[:size].copy(), w[:size].copy(), regime[: size - 1].copy(), excess
 
     def meet(
-        self, commands: Floats, price: float, slope: float, target_s: float, tolerance_s: float
-    ) -> Extremal | None:
-        """The extremal of a running time: a bracketed secant on ln λ; ``slope`` is dT/dlnλ."""
-        slow = fast = None
-        last = None
-        found: Extremal | None = None
-        commands = _unbound(commands)
-        for turn in range(14):
-            found = self.at_price(commands, price)
-            if found is None:
-                return None
-            miss = found.time_s - target_s
-            if abs(miss) <= tolerance_s:
-                return found
-            if last is not None and price != last[0]:
-                secant = (found.time_s - last[1]) / math.log(price / last[0])
-                if secant < 0.0:
-                    slope = secant
-            last = (price, found.time_s)
-            commands = _unbound(found.commands)
-            if miss > 0.0:
-                slow = (price, miss)
-            else:
-                fast = (price, miss)
-            step = -miss / slope
-            step = min(max(step, -0.3), 0.3)
-            new = price * math.exp(step)
-            if slow and fast:
-                lo, hi = math.log(slow[0]), math.log(fast[0])
-                if hi <= lo or hi - lo < 1e-9:
-                    return self.close(found, target_s, tolerance_s)
-                if not lo < math.log(new) < hi or turn > 7:
-                    new = math.exp(0.5 * (lo + hi))
-            price = new
-        return None if found is None else self.close(found, target_s, tolerance_s)
-
-    def close(self, found: Extremal, target_s: float, tolerance_s: float) -> Extremal | None:
-        """Meet the time by the last free switch: dE = −λ dT whichever is moved."""
-        for i in range(len(found.commands) - 1, 0, -1):
-            if self.work.found[i, ACTIVE] == 0.0 or self.work.pinned[i]:
-                continue
-            commands = found.commands.copy()
-            x0, t0 = commands[i, AT], found.time_s
-            xa, ta = x0, t0
-            commands[i, AT] = x0 + 1e-5 * self.trip.distance_m
-            for _ in range(8):
-                now = self.drive(commands, found.price)
-                if now is None:
-                    break
-                if abs(now.time_s - target_s) < tolerance_s:
-                    return now
-                xb, tb = commands[i, AT], now.time_s
-                if tb == ta:
-                    break
-                new = xb + (target_s - tb) * (xb - xa) / (tb - ta)
-                if (
-                    abs(new - x0) > 0.01 * self.trip.distance_m
-                    or new <= commands[i - 1, AT]
-                    or (i + 1 < len(commands) and new >= commands[i + 1, AT])
-                ):
-                    break
-                xa, ta = xb, tb
-                commands[i, AT] = new
-            self.descend(found.commands, found.price, 0)
-        return None
+        self, commands: Floats, price: float, target_s: float, next_s: float, tolerance_s: float
+    ) -> tuple[Extremal | None, Floats, float]:
+        """The extremal of a running time from commands and a multiplier near it; those foreseen for the next time."""
+        found, count, next_price = self._newton(commands, price, target_s, next_s, tolerance_s, _MOST_TO_MEET)
+        return found, self.work.trial[:count].copy(), next_price

@@ -6,12 +6,36 @@ All at one multiplier, where stretches between two places at which runs coincide
 import math
 
 from tgvdp._jit import kernel, part
-from tgvdp.methods.extremal.newton import cost_at
+from tgvdp.methods.extremal.course import account
 from tgvdp.methods.extremal.simulate import AT, BOUND, ENVELOPE, HOLDS_FROM, REGIME, is_anchor
 from tgvdp.physics.codes import COASTING, DYNAMIC, HOLDING, TRACTION
 
 #: Two runs coincide where their w differ by a smaller share.
 _SAME_W = 1e-7
+
+
+@part
+def _cost_at(train, course, price, rows, n, x):
+    """E + λT from the start up to a position, and the squared speed there."""
+    lo = 0
+    hi = n - 1
+    while hi - lo > 1:
+        middle = (lo + hi) // 2
+        if rows.x[middle] <= x:
+            lo = middle
+        else:
+            hi = middle
+    d = rows.x[hi] - rows.x[lo]
+    part_m = min(max(x - rows.x[lo], 0.0), d)
+    cost = rows.energy[lo] + price * rows.time[lo]
+    if part_m <= 0.0:
+        return cost, rows.w[lo]
+    if part_m >= d:
+        return rows.energy[hi] + price * rows.time[hi], rows.w[hi]
+    w = rows.w[lo] + (rows.w[hi] - rows.w[lo]) * part_m / d
+    k = rows.cell[hi]
+    duration, energy, _ = account(train, course.returned, course.grade[k], course.air[k], part_m, rows.w[lo], w)
+    return cost + energy + price * duration, w
 
 
 @part
@@ -99,10 +123,10 @@ def cross(train, course, price, a, n, first, first_count, b, m, second, second_c
                 from_m = until_m
             stretches += 1
         if started >= 0.0 and (same or at_end):
-            here, _ = cost_at(train, course, price, a, n, x)
-            here0, _ = cost_at(train, course, price, a, n, started)
-            there, _ = cost_at(train, course, price, b, m, x)
-            there0, _ = cost_at(train, course, price, b, m, started)
+            here, _ = _cost_at(train, course, price, a, n, x)
+            here0, _ = _cost_at(train, course, price, a, n, started)
+            there, _ = _cost_at(train, course, price, b, m, x)
+            there0, _ = _cost_at(train, course, price, b, m, started)
             second_wins = (there - there0) - (here - here0) < bias
             if second_wins:
                 taken += 1
@@ -266,6 +290,7 @@ def shorten(commands, count, rows, n, starts, short_s, out):
     A phase begins where a command sets another regime, and ends where the run next meets an anchor or a command.
     """
     size = _copy(commands, 0, out, 0, 0.0)
+    from_row = -1  # where the phases began that were dropped last
     for i in range(1, count):
         j = starts[i]
         drop = False
@@ -281,8 +306,11 @@ def shorten(commands, count, rows, n, starts, short_s, out):
         if j < 0:
             drop = True
         if drop:
+            from_row = j if from_row < 0 else from_row
             continue
-        if commands[i, REGIME] == out[size - 1, REGIME] and not is_anchor(rows.regime[j]):
+        before = rows.regime[from_row if from_row >= 0 else j]
+        from_row = -1
+        if commands[i, REGIME] == out[size - 1, REGIME] and not is_anchor(before):
             continue
         size = _copy(commands, i, out, size, 0.0)
     return size

@@ -14,14 +14,15 @@ import math
 
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.methods.extremal.simulate import ENVELOPE, is_anchor
-from tgvdp.physics.codes import COASTING, DYNAMIC, HELD_BACK, HOLDING, TRACTION
+from tgvdp.physics.codes import COASTING, DYNAMIC, HELD_BACK, HOLDING, RETARDED, TRACTION
 
 #: Columns of what a sweep says of a command: derivative g of the cost by its position while the switches after it take
 #: their steps, its derivative A (its size where it is not positive), that by the squared speed B, the jump of effort Δ,
-#: σ = g/Δ, the flow from the active switch before it, whether it is active, and the derivative of the cost while all
-#: other switches stay.
-GAIN, CURVATURE, CROSS, JUMP, SIGMA, FLOW, ACTIVE, SLOPE = range(8)
-SWITCH_COLUMNS = 8
+#: σ = g/Δ, the flow from the active switch before it, whether it is active (−1: and A is not positive), the derivative
+#: of the cost while all other switches stay, that of g by the multiplier, that of the running time, and what the
+#: multiplier adds to the squared speed at a switch that leaves a hold.
+GAIN, CURVATURE, CROSS, JUMP, SIGMA, FLOW, ACTIVE, SLOPE, BY_MULTIPLIER, OF_TIME, HELD_W = range(11)
+SWITCH_COLUMNS = 11
 #: How a switch may be bound.
 PINNED = 1
 FIXED = 2
@@ -29,7 +30,7 @@ FIXED = 2
 _LEAST_W = 1e-6
 
 
-@leaf
+@part
 def _terms(train, regime, grade, air, v):
     """Effort and load with their first two derivatives by w, at a speed: f, f_w, f_ww, ρ, ρ_w, ρ_ww."""
     load = train.davis_a_n + v * (train.davis_b + v * air) + grade
@@ -73,15 +74,21 @@ def _terms(train, regime, grade, air, v):
 
 
 @leaf
-def _rates(train, regime, worth, grade, air, price, w, p, q):
-    """p', q' and the logarithmic slope of the flow."""
-    v = math.sqrt(w)
-    _, f_w, f_ww, _, load_w, load_ww = _terms(train, regime, grade, air, v)
+def _slopes(terms, worth, price, v, w, p, q):
+    """Derivatives p' and q' from the terms at a speed."""
+    _, f_w, f_ww, _, load_w, load_ww = terms
     cubed = 1.0 / (v * w)
     sum_ = worth + 2.0 * p
     slope = 0.5 * price * cubed + 2.0 * p * load_w - sum_ * f_w
     bend = -0.75 * price * cubed / w + 2.0 * p * load_ww - sum_ * f_ww
-    return slope, bend - 4.0 * (f_w - load_w) * q, 2.0 * (f_w - load_w)
+    return slope, bend - 4.0 * (f_w - load_w) * q
+
+
+@part
+def _slope(train, regime, worth, grade, air, price, w, p, q):
+    """Derivative p' at a squared speed."""
+    v = math.sqrt(w)
+    return _slopes(_terms(train, regime, grade, air, v), worth, price, v, w, p, q)[0]
 
 
 @leaf
@@ -91,7 +98,8 @@ def cost_of(effort, brake, returned):
 
 
 @leaf
-def _brake_effort(train, v):
+def brake_effort(train, v):
+    """Largest effort of the dynamic brake."""
     table = train.braking
     i = table.shape[0] - 1
     while i > 0 and table[i, 0] > v:
@@ -104,13 +112,39 @@ def _brake_effort(train, v):
 def _row_back(train, regime, worth, grade, air, price, d, w0, w, p, q):
     """p, q at the start of a row from those at its end, and the flow over it: Runge and Kutta's rule."""
     wm = 0.5 * (w0 + w)
-    a1, b1, _ = _rates(train, regime, worth, grade, air, price, w, p, q)
-    a2, b2, _ = _rates(train, regime, worth, grade, air, price, wm, p - 0.5 * d * a1, q - 0.5 * d * b1)
-    a3, b3, c3 = _rates(train, regime, worth, grade, air, price, wm, p - 0.5 * d * a2, q - 0.5 * d * b2)
-    a4, b4, _ = _rates(train, regime, worth, grade, air, price, w0, p - d * a3, q - d * b3)
+    v0 = math.sqrt(w0)
+    vm = math.sqrt(wm)
+    v = math.sqrt(w)
+    middle = _terms(train, regime, grade, air, vm)
+    a1, b1 = _slopes(_terms(train, regime, grade, air, v), worth, price, v, w, p, q)
+    a2, b2 = _slopes(middle, worth, price, vm, wm, p - 0.5 * d * a1, q - 0.5 * d * b1)
+    a3, b3 = _slopes(middle, worth, price, vm, wm, p - 0.5 * d * a2, q - 0.5 * d * b2)
+    a4, b4 = _slopes(_terms(train, regime, grade, air, v0), worth, price, v0, w0, p - d * a3, q - d * b3)
     p -= d / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
     q -= d / 6.0 * (b1 + 2.0 * b2 + 2.0 * b3 + b4)
-    return p, q, math.exp(d * c3)
+    return p, q, math.exp(2.0 * d * (middle[1] - middle[4]))
+
+
+@leaf
+def _held_slope(train, returned, regime, air, v):
+    """Derivative of the squared speed that a multiplier holds by that multiplier: λ = V²·R'(V), or r times that."""
+    if regime == HOLDING:
+        return 1.0 / (train.davis_b + 3.0 * air * v)
+    return 1.0 / (returned * (train.davis_b + 3.0 * air * v)) if regime == RETARDED else 0.0
+
+
+@leaf
+def flow_over(train, course, k, regime, w, d):
+    """Growth of a difference in w over so many metres of a regime."""
+    _, f_w, _, _, load_w, _ = _terms(train, regime, course.grade[k], course.air[k], math.sqrt(w))
+    return math.exp(2.0 * (f_w - load_w) * d)
+
+
+@leaf
+def force_balance(train, course, k, regime, w):
+    """Effort less load of a regime."""
+    f, _, _, load, _, _ = _terms(train, regime, course.grade[k], course.air[k], math.sqrt(w))
+    return f - load
 
 
 @leaf
@@ -123,16 +157,16 @@ def _effort_jump(train, regime, v):
     return 0
 
 
-@kernel
-def sweep(train, course, price, commands, low, count, rows, n, starts, pinned, found, p_at, q_at):
+@part
+def sweep(train, course, price, count, rows, n, starts, pinned, found, p_at, stepped_at):
     """Costate of a run, and Newton's terms for its switches.
 
     Parameters
     ----------
-    train, course, commands, rows, starts
+    train, course, rows, starts
         As of `simulate`, which drove them.
-    low, count : int
-        Only commands from ``low`` up to ``count`` are looked at.
+    count : int
+        Number of commands.
     price : float
         λ per unit of inertia, in energy of traction.
     n : int
@@ -142,17 +176,26 @@ def sweep(train, course, price, commands, low, count, rows, n, starts, pinned, f
         `FIXED` for those that stay where they are.
     found : (size, SWITCH_COLUMNS) float64, modified in place
         For each command, see above; zeros where the switch is not active.
-    p_at, q_at : (size,) float64, modified in place
-        p, without the steps of switches, and q at the end of each row; not a number on the envelope.
+    p_at, stepped_at : (size,) float64, modified in place
+        p at the end of each row, and what the steps of the switches after it add to that; p is not a number on the
+        envelope.
+
+    Returns
+    -------
+    by_multiplier : float
+        Derivative of the running time by the multiplier while all switches stay: that of the speeds that are held.
     """
     c = count - 1
-    for i in range(low, count):
+    for i in range(1, count):
         for column in range(SWITCH_COLUMNS):
             found[i, column] = 0.0
     p = math.nan
     q = 0.0
     flow = 0.0
     stepped = 0.0  # what the steps of the switches downstream add to p
+    tau = 0.0  # derivative of the time to go by w
+    moved = 0.0  # what the steps that a change of the multiplier asks for add to it in dp/dλ
+    by_multiplier = 0.0
     after = -1
     for j in range(n - 1, 0, -1):
         up = rows.regime[j]
@@ -163,12 +206,12 @@ def sweep(train, course, price, commands, low, count, rows, n, starts, pinned, f
         if j < n - 1:
             down = rows.regime[j + 1]
             kd = rows.cell[j + 1]
-            while c >= low and (starts[c] > j or starts[c] < 0):
+            while c >= 1 and (starts[c] > j or starts[c] < 0):
                 c -= 1
             if free and is_anchor(down):
                 f1, _, _, _, _, _ = _terms(train, up, course.grade[k], course.air[k], v)
                 worth = course.returned if up == DYNAMIC else 1.0
-                brake = _brake_effort(train, v)
+                brake = brake_effort(train, v)
                 f2 = rows.effort[j + 1]
                 q = 0.0
                 if down == HOLDING:
@@ -182,11 +225,13 @@ def sweep(train, course, price, commands, low, count, rows, n, starts, pinned, f
                     p = -0.5
                     if gap > 0.0:
                         p = -(cost_of(f1, brake, course.returned) - cost_of(f2, brake, course.returned)) / gap
-                        slope, _, _ = _rates(train, up, worth, course.grade[k], course.air[k], price, w, p, 0.0)
+                        slope = _slope(train, up, worth, course.grade[k], course.air[k], price, w, p, 0.0)
                         q = slope / gap
                 flow = 0.0
                 stepped = 0.0
-            active = c >= low and starts[c] == j and not is_anchor(down) and up != down and p == p
+                tau = 0.0
+                moved = 0.0
+            active = c >= 1 and starts[c] == j and not is_anchor(down) and up != down and p == p
             if active:
                 f2, _, _, _, _, _ = _terms(train, down, course.grade[kd], course.air[kd], v)
                 f1 = rows.effort[j]
@@ -194,10 +239,10 @@ def sweep(train, course, price, commands, low, count, rows, n, starts, pinned, f
                     f1, _, _, _, _, _ = _terms(train, up, course.grade[k], course.air[k], v)
                 active = up != ENVELOPE or f1 > f2 + 1e-6 * abs(f1)
             if active:
-                brake = _brake_effort(train, v)
+                brake = brake_effort(train, v)
                 jump = f1 - f2
                 worth = course.returned if down == DYNAMIC else 1.0
-                slope, _, _ = _rates(train, down, worth, course.grade[kd], course.air[kd], price, w, p, q)
+                slope = _slope(train, down, worth, course.grade[kd], course.air[kd], price, w, p, q)
                 g = cost_of(f1, brake, course.returned) - cost_of(f2, brake, course.returned) + 2.0 * p * jump
                 a = 2.0 * jump * slope + 4.0 * q * jump * jump
                 row = found[c]
@@ -207,7 +252,12 @@ def sweep(train, course, price, commands, low, count, rows, n, starts, pinned, f
                 row[JUMP] = jump
                 row[SIGMA] = g / jump if jump != 0.0 else 0.0
                 row[SLOPE] = g - 2.0 * stepped * jump
-                row[ACTIVE] = 1.0
+                row[ACTIVE] = 1.0 if a > 1e-3 * least else -1.0
+                row[BY_MULTIPLIER] = 2.0 * jump * (tau + moved)
+                row[OF_TIME] = 2.0 * jump * tau
+                if up in (HOLDING, RETARDED):
+                    row[HELD_W] = _held_slope(train, course.returned, up, course.air[k], v)
+                    row[CROSS] = 2.0 * jump * q
             if active and pinned[c] != FIXED:
                 if after >= 0:
                     found[after, FLOW] = flow
@@ -219,13 +269,15 @@ def sweep(train, course, price, commands, low, count, rows, n, starts, pinned, f
                         worth = course.returned if up == DYNAMIC else 1.0
                         p -= 0.5 * g / jump
                         stepped -= 0.5 * g / jump
-                        slope, _, _ = _rates(train, up, worth, course.grade[k], course.air[k], price, w, p, 0.0)
+                        slope = _slope(train, up, worth, course.grade[k], course.air[k], price, w, p, 0.0)
                         q = 0.5 * slope / jump
                         row[CROSS] = 0.0
+                        moved = -tau
                     else:
                         b = row[CROSS]
                         p -= b * g / row[CURVATURE]
                         stepped -= b * g / row[CURVATURE]
+                        moved -= b * row[BY_MULTIPLIER] / row[CURVATURE]
                         q -= b * b / row[CURVATURE]
             elif free and not is_anchor(down) and up == down and up != COASTING:
                 i = _effort_jump(train, up, v)
@@ -240,35 +292,45 @@ def sweep(train, course, price, commands, low, count, rows, n, starts, pinned, f
                         stepped *= (f2 - load) / (f1 - load)
                         q = q * ((f2 - load) / (f1 - load)) ** 2
                         q += (worth + 2.0 * p) * (w2 - w1) / (2.0 * (f1 - load))
+            if up in (HOLDING, RETARDED) and not is_anchor(down):
+                by_multiplier += tau * _held_slope(train, course.returned, up, course.air[k], v)
         elif free:
             p = 0.0
             q = 0.0
         p_at[j] = p - stepped
-        q_at[j] = q
+        stepped_at[j] = stepped
         if free:
             w0 = max(rows.w[j - 1], _LEAST_W * w)
             worth = course.returned if up == DYNAMIC else 1.0
-            p, q, growth = _row_back(
-                train, up, worth, course.grade[k], course.air[k], price, rows.x[j] - rows.x[j - 1], w0, w, p, q
-            )
+            d = rows.x[j] - rows.x[j - 1]
+            p, q, growth = _row_back(train, up, worth, course.grade[k], course.air[k], price, d, w0, w, p, q)
+            wm = 0.5 * (w0 + w)
+            tau = growth * tau - 0.5 * d * math.sqrt(growth) / (wm * math.sqrt(wm))
             flow *= growth
             stepped *= growth
+            moved *= growth
         elif up == HOLDING:
             p = -0.5
             q = 0.0
             flow = 0.0
+            by_multiplier -= (
+                0.5 * (rows.x[j] - rows.x[j - 1]) / (v * w) * _held_slope(train, course.returned, up, course.air[k], v)
+            )
         elif up == HELD_BACK:
             p = 0.0
             flow = 0.0
         elif up < ENVELOPE:
             p = -0.5 * course.returned
             flow = 0.0
+            by_multiplier -= (
+                0.5 * (rows.x[j] - rows.x[j - 1]) / (v * w) * _held_slope(train, course.returned, up, course.air[k], v)
+            )
         else:
             p = math.nan
             flow = 0.0
     p_at[0] = p - stepped
-    q_at[0] = q
-    return after
+    stepped_at[0] = stepped
+    return by_multiplier
 
 
 @kernel
