@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import quad
 
 import tgvdp
+from benchmarks.proof.trips import proof_trip
 from tgvdp import EffortCurve, Track, Train, Trip
 from tgvdp.certificate.line import BoundingProblem
 from tgvdp.physics.arc import arc
@@ -283,3 +284,10 @@ def test_bound_at_the_pantograph_is_below_every_run(friction_n):
             ).all()
         own_j = problem.line(*rows, multiplier_j_per_s) - multiplier_j_per_s * profile.duration_s
         assert own_j > 0.9 * result.front.energy_j[index]
+
+
+def test_costates_that_overflow_are_none():
+    """Drag makes a costate that is a hair off grow e-fold every hundred metres: over 105 km beyond all numbers."""
+    trip = proof_trip(20017)
+    result = tgvdp.search(trip.train, trip.track, points=3, **trip.options)
+    assert result.certify().gap_pct.max() < 0.1

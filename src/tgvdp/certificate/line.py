@@ -37,6 +37,8 @@ _SAME_PLACE = 1e-8
 _SLIVER = 1e-6
 #: Squared speed inside a trip, relative to the top, below which a costate is not integrated.
 _SLOWEST = 1e-8
+#: Costates whose squares are no numbers are none themselves.
+_LARGEST = math.sqrt(float(np.finfo(np.float64).max))
 #: Steps of an ascent at most.
 _MOST_STEPS = 60
 #: More than the rounding error of a sum over the cells of a line, relative to it.
@@ -238,7 +240,7 @@ class BoundingProblem:
             self.train, self.energy, run, caps.cell, _SLIVER * self.trip.distance_m, self.top_mps, self._pieces,
             Costates(left, right, np.empty(count + 1), np.empty(count + 1)),
         )  # fmt: skip
-        lost = ~(np.isfinite(left) & np.isfinite(right))  # rows that are no run at all may make p overflow
+        lost = ~((np.abs(left) < _LARGEST) & (np.abs(right) < _LARGEST))  # where nothing bounds its growth p overflows
         left[lost] = right[lost] = 0.0
         return Ledger(np.empty(count), np.empty(count), left, right, cells, caps, node_w, label)
 
