@@ -91,7 +91,7 @@ def test_bounds_are_in_every_table_when_proven(result):
     unknown = content_of(result)["front"][1]
     assert [unknown[name] for name in ("price_kwh_per_min", "lower_bound_kwh", "gap_pct")] == [None, None, None]
     bound_j = 0.99 * result.front.energy_j
-    certificate = Certificate(bound_j, np.full(3, 1.0), np.array([1.0]), np.array([0.0]))
+    certificate = Certificate(bound_j, np.full(3, 1.0), np.array([1.0]), np.array([0.0]), 0.0, 0.0)
     content = result_object(result, [VERDICT] * 3, PROVENANCE, certificate)
     for point, row in zip(content["front"], table(front_csv(content)), strict=True):
         assert point["lower_bound_kwh"] == pytest.approx(0.99 * point["energy_kwh"])

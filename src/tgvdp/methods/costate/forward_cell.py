@@ -7,7 +7,7 @@ from tgvdp.constants import FEASIBILITY_RTOL
 from tgvdp.physics.arc import arc, duration_and_work
 from tgvdp.physics.cell import Cell, rest_of
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK, TRACTION
-from tgvdp.physics.forces import effort_at, mean_effort, mean_resistance, resistance_at
+from tgvdp.physics.forces import brake_at, effort_at, mean_effort, mean_resistance, resistance_at
 from tgvdp.physics.motion import land, march, net_force
 from tgvdp.runs.braking_point import braked_w, drive_then_brake
 
@@ -83,8 +83,11 @@ def coast(train, cell, length, w):
 @leaf
 def _gives(train, cell, effort, v):
     """Whether a train gives an effort at a speed, within its comfort limits."""
-    net = effort - resistance_at(train, cell.air, v) - cell.grade_n
+    load = resistance_at(train, cell.air, v) + cell.grade_n
+    net = effort - load
     most = effort_at(train.traction, v) if effort > 0.0 else effort_at(train.braking, v)
+    if effort < 0.0:  # braking rates leave less to the brakes the more the load slows down
+        most = min(most, brake_at(train, load, v))
     comfortable = -train.inertia_kg * train.max_deceleration <= net <= train.inertia_kg * train.max_acceleration
     return abs(effort) <= most and comfortable
 
