@@ -28,7 +28,8 @@ def run(tmp_path, monkeypatch):
 def test_the_object_that_scripts_read(run, capsys):
     assert run("journey", "--points", "3", "--json", "--no-pictures") == 0
     content = json.loads(capsys.readouterr().out)
-    assert list(content) == ["schema", "sections", "front", "practices"]
+    assert list(content) == ["schema", "sections", "front", "practices", "complete"]
+    assert content["complete"] is True
     assert content["schema"] == "tgvdp.journey/1"
     assert [list(section) for section in content["sections"]] == [["from_m", "to_m", "fastest_time_s"]] * 2
     assert [(section["from_m"], section["to_m"]) for section in content["sections"]] == [(0, 4000), (4000, 10_000)]
@@ -38,6 +39,11 @@ def test_the_object_that_scripts_read(run, capsys):
     assert first["price_kwh_per_min"] is None
     assert last["energy_kwh"] == pytest.approx(sum(section["energy_kwh"] for section in last["sections"]))
     assert all([set(row) for row in rows] == [{"time_s", "energy_kwh"}] * 3 for rows in content["practices"].values())
+
+
+def test_what_a_budget_cut_off_is_labelled(run, capsys):
+    assert run("journey", "--time-limit", "1e-6", "--json", "--no-pictures") == 5
+    assert json.loads(capsys.readouterr().out)["complete"] is False
 
 
 def test_the_files_and_the_table(run, tmp_path, capsys):

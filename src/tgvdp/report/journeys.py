@@ -48,6 +48,7 @@ def journey_object(result: "JourneyResult") -> dict[str, Any]:
             name: list(map(_figures, practice.time_s, practice.energy_j))
             for name, practice in result.found.practices.items()
         },
+        "complete": result.found.complete,
     }
     if result.windows.are_open:
         content["practices"]["linear_margin"] = list(map(_figures, front.time_s, result.linear_margin_j))

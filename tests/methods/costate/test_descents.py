@@ -71,3 +71,17 @@ def test_speed_that_is_held_back_costs_least_per_metre(multiplier):
         cost = multiplier / v - 0.7 * np.array([braking.effort_n(x) for x in v]) / 2e6
         held_mps = np.sqrt(held_back_w(train, 0.7, multiplier, 900.0))
         assert np.interp(held_mps, v, cost) <= cost.min() + 1e-4 * abs(cost.min())
+
+
+@pytest.mark.parametrize("dynamic_n", [36e3, 150e3])
+def test_a_trip_may_start_on_a_descent_that_the_dynamic_brake_cannot_hold(dynamic_n):
+    """From a standstill that brake alone passes the speed at which it begins: it is no braking curve then."""
+    train = Train(
+        mass_kg=860e3, rotating_mass_factor=1.06, traction=EffortCurve.from_caps(730e3, 5.57e6),
+        braking=EffortCurve.from_caps(dynamic_n, 5.57e6), friction_brake_n=500e3, davis_a_n=8600.0,
+        davis_c_n_per_mps2=7.8, traction_efficiency=0.85, regeneration_efficiency=0.6,
+    )  # fmt: skip
+    track = Track(length_m=12e3, speed_limits=((0.0, 40 / 3.6),), gradients=((0.0, -25.0),))
+    result = tgvdp.search(train, track, energy="pantograph", points=6)
+    assert all(verdict.ok for verdict in result.verify())
+    assert result.certify().gap_pct.max() < 0.3

@@ -143,7 +143,8 @@ def _regenerate(train, cell, w, b, c, top, scratch, rows, n):
         cell = rest_of(cell, cell.end_m - left, left)
         if left <= 0.0:
             return n
-    if w <= braked_w(train, DYNAMIC, cell, target, cell.length_m, scratch) * (1.0 + ON_CURVE):
+    braked = braked_w(train, DYNAMIC, cell, target, cell.length_m, scratch)
+    if 0.0 < braked and w <= braked * (1.0 + ON_CURVE):  # 0: it passes the target even from a standstill
         held = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, target))
         return drive_then_brake(train, COASTING, DYNAMIC, held, w, target, scratch, rows, n)
     first = n
