@@ -9,7 +9,7 @@ import tgvdp
 from tests.helpers.twins.level import optimal_run
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate.front import optimal_front
-from tgvdp.methods.extremal.simulate import AT
+from tgvdp.methods.extremal.command import AT
 from tgvdp.methods.extremal.solve import Solver
 from tgvdp.methods.extremal.sweep import ACTIVE, SLOPE
 from tgvdp.model.energy import PANTOGRAPH, EnergyModel

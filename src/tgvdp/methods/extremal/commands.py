@@ -3,7 +3,8 @@
 import math
 
 from tgvdp._jit import kernel, part
-from tgvdp.methods.extremal.simulate import AT, BOUND, ENVELOPE, HOLDS_FROM, REGIME, effort_of, is_anchor
+from tgvdp.methods.extremal.command import HOLDS_FROM, REGIME, write_command
+from tgvdp.methods.extremal.simulate import ENVELOPE, effort_of, is_anchor
 from tgvdp.physics.arc import duration_and_work
 from tgvdp.physics.codes import COASTING, DYNAMIC, HELD_BACK, HOLDING, RETARDED, TRACTION
 from tgvdp.physics.forces import effort_at
@@ -189,10 +190,7 @@ def extract(train, course, levels, x, w, n, short_s, cell, phases, commands):
     count = _smooth(phases, count, w, cell, levels)
     count = _absorb(phases, count, short_s)
     count = _smooth(phases, count, w, cell, levels)
-    commands[0, REGIME] = TRACTION
-    commands[0, AT] = 0.0
-    commands[0, HOLDS_FROM] = 0.0
-    m = 1
+    m = write_command(commands, 0, TRACTION, 0.0, 0.0)
     for i in range(count):
         label = int(phases[i, 0])
         first = int(phases[i, 1])
@@ -222,10 +220,7 @@ def extract(train, course, levels, x, w, n, short_s, cell, phases, commands):
                 if from_m != at_m:
                     commands[m - 1, HOLDS_FROM] = from_m
             else:
-                commands[m, REGIME] = label
-                commands[m, AT] = at_m
-                commands[m, HOLDS_FROM] = from_m
-                m += 1
+                m = write_command(commands, m, label, at_m, from_m)
         elif label == ENVELOPE and now != TRACTION:
             # What coasts or brakes leaves the envelope where that needs effort: to stay takes traction.
             for j in range(first, last):
@@ -233,21 +228,13 @@ def extract(train, course, levels, x, w, n, short_s, cell, phases, commands):
                 kj = cell[j + 1]
                 effort = duration_and_work(train, d, course.grade[kj], course.air[kj], w[j], w[j + 1])[1] / d
                 if effort > 0.004 * start:
-                    commands[m, REGIME] = TRACTION
-                    commands[m, AT] = x[j]
-                    commands[m, HOLDS_FROM] = x[j]
-                    m += 1
+                    m = write_command(commands, m, TRACTION, x[j], x[j])
                     break
         elif label == HOLDING and now != TRACTION:
             # What coasts holds a speed that it falls to; to one that it has fallen below it takes traction.
             under = w[first] < levels[cell[first + 1], 0]
             if under or now == DYNAMIC:
-                commands[m, REGIME] = TRACTION if under else COASTING
-                commands[m, AT] = x[first]
-                commands[m, HOLDS_FROM] = x[first]
-                m += 1
+                m = write_command(commands, m, TRACTION if under else COASTING, x[first], x[first])
     if commands[m - 1, REGIME] != TRACTION:
         commands[m - 1, HOLDS_FROM] = math.inf
-    for i in range(m):
-        commands[i, BOUND] = 0.0
     return m

@@ -8,9 +8,10 @@ envelope instead. From one point of a front to the next two or three runs do.
 import math
 
 from tgvdp._jit import kernel, part
+from tgvdp.methods.extremal.command import AT, BOUND, HOLDS_FROM, REGIME, copy_command, copy_commands
 from tgvdp.methods.extremal.course import held_speeds
 from tgvdp.methods.extremal.pins import fix_corners, pin, release
-from tgvdp.methods.extremal.simulate import AT, BOUND, HOLDS_FROM, REGIME, is_anchor, simulate
+from tgvdp.methods.extremal.simulate import is_anchor, simulate
 from tgvdp.methods.extremal.sweep import (
     ACTIVE,
     BY_MULTIPLIER,
@@ -119,23 +120,13 @@ def _apply(commands, count, work, step, rate, dprice, end):
 
 
 @part
-def _take(trial, count, commands):
-    """Copy commands."""
-    for i in range(count):
-        for column in range(commands.shape[1]):
-            commands[i, column] = trial[i, column]
-
-
-@part
 def _tidy(commands, count):
     """Leave out commands that are superseded where they begin; returns the number of the others."""
     size = 1
     for i in range(1, count):
         if i + 1 < count and commands[i + 1, AT] <= commands[i, AT] + _NOWHERE_M:
             continue
-        for column in range(commands.shape[1]):
-            commands[size, column] = commands[i, column]
-        size += 1
+        size = copy_command(commands, i, commands, size)
     return size
 
 
@@ -158,9 +149,7 @@ def _drop_vanishing(commands, count, work, dprice, short_s):
                 if not is_anchor(rows.regime[starts[i - 1]]):  # else what leaves the hold
                     commands[size - 1, HOLDS_FROM] = max(commands[size - 1, HOLDS_FROM], commands[i, HOLDS_FROM])
                     continue
-        for column in range(commands.shape[1]):
-            commands[size, column] = commands[i, column]
-        size += 1
+        size = copy_command(commands, i, commands, size)
     return size
 
 
@@ -219,7 +208,7 @@ def _let_go(train, course, commands, count, n, little, work):
         if work.push[i] > 0.0:
             work.step[i] = work.push[i]
     _apply(commands, count, work, work.step, work.rate, 0.0, course.station_m[-1])
-    _take(work.trial, count, commands)
+    copy_commands(work.trial, count, commands)
     return True
 
 
@@ -294,7 +283,7 @@ def newton(
             return n, happened, count, price, price, turn + 1, False
         if best_cost < math.inf and (lost or (not timed and cost > best_cost + little)):
             count = best_count
-            _take(work.best, count, commands)
+            copy_commands(work.best, count, commands)
             if dropped:  # at a loss: they stay
                 dropped = False
                 may_drop = False
@@ -305,7 +294,7 @@ def newton(
                     work.step[i] = shrink * work.best_step[i]
                     work.rate[i] = 0.0
                 _apply(commands, count, work, work.step, work.rate, 0.0, end)
-                _take(work.trial, count, commands)
+                copy_commands(work.trial, count, commands)
             continue
         dropped = False
         most = _MOST_CHANGE * price
@@ -327,7 +316,7 @@ def newton(
             if not abs(per_price) > 0.0:
                 break
             dprice = min(max((target_s - time_s - change) / per_price, -most), most)
-        _take(commands, count, work.best)
+        copy_commands(commands, count, work.best)
         for i in range(count):
             work.best_step[i] = work.step[i]
         best_count = count
@@ -340,6 +329,6 @@ def newton(
             dropped = True
             continue
         _apply(commands, count, work, work.step, work.rate, dprice, end)
-        _take(work.trial, count, commands)
+        copy_commands(work.trial, count, commands)
         price += dprice
     return 0, 0, count, price, price, most_runs, False

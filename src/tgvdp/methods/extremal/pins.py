@@ -9,7 +9,8 @@ import math
 import numpy as np
 
 from tgvdp._jit import part
-from tgvdp.methods.extremal.simulate import AT, BOUND, ENVELOPE, HOLDS_FROM, REGIME, effort_of
+from tgvdp.methods.extremal.command import AT, BOUND, HOLDS_FROM, REGIME
+from tgvdp.methods.extremal.simulate import ENVELOPE, effort_of
 from tgvdp.methods.extremal.sweep import (
     ACTIVE,
     CURVATURE,

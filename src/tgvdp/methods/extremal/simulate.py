@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import leaf, part
+from tgvdp.methods.extremal.command import AT, HOLDS_FROM, REGIME
 from tgvdp.methods.extremal.course import account
 from tgvdp.physics.cell import Cell
 from tgvdp.physics.cell import Rows as PlainRows
@@ -24,10 +25,6 @@ from tgvdp.physics.motion import march, net_force
 
 #: Regime of rows on the envelope, besides those of `physics.codes`.
 ENVELOPE = 8
-#: Columns of a command, (n, 4): regime, position from the origin in m, position from which it may hold, and whether its
-#: switch is bound: `newton.PINNED`, or 0.
-REGIME, AT, HOLDS_FROM, BOUND = range(4)
-COMMAND_COLUMNS = 4
 #: Columns of an event, (n, 3): the regime that took over, where, and w if that was on the envelope, else 0.
 MOST_EVENTS = 64
 

@@ -7,10 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.methods.extremal.command import AT, BOUND, COMMAND_COLUMNS, HOLDS_FROM
 from tgvdp.methods.extremal.commands import extract
 from tgvdp.methods.extremal.course import course_of, held_speeds
 from tgvdp.methods.extremal.newton import newton
-from tgvdp.methods.extremal.simulate import AT, BOUND, COMMAND_COLUMNS, HOLDS_FROM, Rows
+from tgvdp.methods.extremal.simulate import Rows
 from tgvdp.methods.extremal.structure import amend, coast_before_brakes, cross, shorten
 from tgvdp.methods.extremal.sweep import lift
 from tgvdp.methods.extremal.thin import thin

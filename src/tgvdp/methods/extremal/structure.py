@@ -6,8 +6,9 @@ All at one multiplier, where stretches between two places at which runs coincide
 import math
 
 from tgvdp._jit import kernel, part
+from tgvdp.methods.extremal.command import AT, HOLDS_FROM, REGIME, copy_command, write_command
 from tgvdp.methods.extremal.course import account
-from tgvdp.methods.extremal.simulate import AT, BOUND, ENVELOPE, HOLDS_FROM, REGIME, is_anchor
+from tgvdp.methods.extremal.simulate import ENVELOPE, is_anchor
 from tgvdp.physics.codes import COASTING, DYNAMIC, HOLDING, TRACTION
 
 #: Two runs coincide where their w differ by a smaller share.
@@ -39,16 +40,6 @@ def _cost_at(train, course, price, rows, n, x):
 
 
 @part
-def _copy(commands, i, out, count, shift):
-    """Append a command to others, not before the last of them."""
-    out[count, REGIME] = commands[i, REGIME]
-    out[count, AT] = commands[i, AT] + shift
-    out[count, HOLDS_FROM] = commands[i, HOLDS_FROM]
-    out[count, BOUND] = commands[i, BOUND]
-    return count + 1
-
-
-@part
 def _at(rows, j, x):
     """Squared speed of the row that ends at j, at a position."""
     d = rows.x[j] - rows.x[j - 1]
@@ -65,12 +56,12 @@ def _part_of(commands, count, from_m, until_m, regime, asserted, out, size):
     if from_m > 0.0 and commands[last, REGIME] != regime and asserted and size > 0:
         if size >= out.shape[0]:
             return size
-        size = _copy(commands, last, out, size, from_m - commands[last, AT])
-        if out[size - 1, HOLDS_FROM] < from_m:
-            out[size - 1, HOLDS_FROM] = from_m
+        size = copy_command(commands, last, out, size)
+        out[size - 1, AT] = from_m
+        out[size - 1, HOLDS_FROM] = max(out[size - 1, HOLDS_FROM], from_m)
     for i in range(count):
         if from_m <= commands[i, AT] < until_m and size < out.shape[0]:
-            size = _copy(commands, i, out, size, 0.0)
+            size = copy_command(commands, i, out, size)
     return size
 
 
@@ -171,13 +162,13 @@ def amend(course, commands, count, rows, n, starts, p_at, least_s, margin, share
     added = 0
     j = 1
     retard = -0.5 * course.returned
-    size = _copy(commands, 0, out, 0, 0.0)
+    size = copy_command(commands, 0, out, 0)
     c = 1
     while j < n:
         while c < count and commands[c, AT] <= rows.x[j - 1] + 1e-9:
             if size >= out.shape[0] - 3:
                 return size, added
-            size = _copy(commands, c, out, size, 0.0)
+            size = copy_command(commands, c, out, size)
             c += 1
         wanted = -1
         regime = rows.regime[j]
@@ -211,19 +202,12 @@ def amend(course, commands, count, rows, n, starts, p_at, least_s, margin, share
             xa = rows.x[first - 1]
             xb = rows.x[j - 1]
             trim = 0.5 * (1.0 - share) * (xb - xa)
-            last = size - 1
-            out[size, REGIME] = wanted
-            out[size, BOUND] = 0.0
-            out[size, AT] = xa + trim
-            out[size, HOLDS_FROM] = xa + trim
-            out[size + 1, REGIME] = regime
-            out[size + 1, BOUND] = 0.0
-            out[size + 1, AT] = xb - trim
-            out[size + 1, HOLDS_FROM] = max(xb - trim, out[last, HOLDS_FROM])
-            size += 2
+            holds_from = out[size - 1, HOLDS_FROM]
+            size = write_command(out, size, wanted, xa + trim, xa + trim)
+            size = write_command(out, size, regime, xb - trim, max(xb - trim, holds_from))
             added += 1
     while c < count and size < out.shape[0]:
-        size = _copy(commands, c, out, size, 0.0)
+        size = copy_command(commands, c, out, size)
         c += 1
     return size, added
 
@@ -248,7 +232,7 @@ def coast_before_brakes(course, price, commands, count, rows, n, starts, least_s
         while c < count and (starts[c] < 0 or starts[c] <= j - 1):
             if size >= out.shape[0] - 3:
                 return size, added
-            size = _copy(commands, c, out, size, 0.0)
+            size = copy_command(commands, c, out, size)
             c += 1
         regime = int(out[size - 1, REGIME])
         braking = rows.regime[j] == ENVELOPE and rows.effort[j] < 0.0
@@ -265,20 +249,13 @@ def coast_before_brakes(course, price, commands, count, rows, n, starts, least_s
             continue
         back = w * math.sqrt(w) / price
         at = max(x - back, 0.5 * (out[size - 1, AT] + x))
-        out[size, REGIME] = COASTING
-        out[size, BOUND] = 0.0
-        out[size, AT] = at
-        out[size, HOLDS_FROM] = math.inf
-        size += 1
+        holds_from = out[size - 1, HOLDS_FROM]
+        size = write_command(out, size, COASTING, at, math.inf)
         added += 1
         if j < n and (c >= count or starts[c] < 0 or starts[c] > j - 1):
-            out[size, REGIME] = TRACTION
-            out[size, BOUND] = 0.0
-            out[size, AT] = rows.x[j - 1]
-            out[size, HOLDS_FROM] = max(rows.x[j - 1], out[size - 2, HOLDS_FROM])
-            size += 1
+            size = write_command(out, size, TRACTION, rows.x[j - 1], max(rows.x[j - 1], holds_from))
     while c < count and size < out.shape[0]:
-        size = _copy(commands, c, out, size, 0.0)
+        size = copy_command(commands, c, out, size)
         c += 1
     return size, added
 
@@ -289,7 +266,7 @@ def shorten(commands, count, rows, n, starts, short_s, out):
 
     A phase begins where a command sets another regime, and ends where the run next meets an anchor or a command.
     """
-    size = _copy(commands, 0, out, 0, 0.0)
+    size = copy_command(commands, 0, out, 0)
     from_row = -1  # where the phases began that were dropped last
     for i in range(1, count):
         j = starts[i]
@@ -312,5 +289,5 @@ def shorten(commands, count, rows, n, starts, short_s, out):
         from_row = -1
         if commands[i, REGIME] == out[size - 1, REGIME] and not is_anchor(before):
             continue
-        size = _copy(commands, i, out, size, 0.0)
+        size = copy_command(commands, i, out, size)
     return size

@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.methods.extremal.simulate import COMMAND_COLUMNS, MOST_EVENTS, Rows, rows_of
+from tgvdp.methods.extremal.command import COMMAND_COLUMNS
+from tgvdp.methods.extremal.simulate import MOST_EVENTS, Rows, rows_of
 from tgvdp.methods.extremal.sweep import SWITCH_COLUMNS
 
 MOST_COMMANDS = 400
