@@ -37,6 +37,7 @@ _COMMANDS = (
     "validate",
     "convert",
     "warm",
+    "selftest",
     "completion",
 )
 
