@@ -54,8 +54,13 @@ MAY_IMPORT = {
         "report",
         "_jit",
     },
+    "verification": {
+        *("model", "formats", "physics", "runs", "methods", "referee", "formulations", "instances", "solvers"),
+        *("report", "api"),
+    },
     "cli": {
         *("model", "options", "formats", "report", "api", "formulations", "instances", "solvers", "trials", ""),
+        "verification",
     },
     "__main__": {"cli"},
     "": {"model", "formats", "runs", "referee", "pareto", "api"},  # the package itself: public names

@@ -36,6 +36,7 @@ _COMMANDS = (
     "validate",
     "convert",
     "warm",
+    "selftest",
     "completion",
 )
 
