@@ -39,6 +39,7 @@ MAY_IMPORT = {
     "formulations": {"model", "formats"},  # formats: instances are files
     "solvers": {"model", "formulations", "_jit"},
     "report": {"model", "runs"},
+    "sweeps": {"model", "options", "formats", "runs", "api"},
     "trials": {"model", "formulations", "instances", "solvers", "report", "api"},
     "api": {
         "model",
@@ -60,7 +61,7 @@ MAY_IMPORT = {
     },
     "cli": {
         *("model", "options", "formats", "report", "api", "formulations", "instances", "solvers", "trials", ""),
-        "verification",
+        *("sweeps", "verification"),
     },
     "__main__": {"cli"},
     "": {"model", "formats", "runs", "referee", "pareto", "api"},  # the package itself: public names
@@ -301,7 +302,15 @@ def test_import_loads_nothing_heavy():
 
 @pytest.mark.parametrize(
     "arguments",
-    [["--help"], ["--version"], ["search", "--help"], ["catalog", "--help"], ["solve", "--help"], ["bench", "--help"]],
+    [
+        ["--help"],
+        ["--version"],
+        ["search", "--help"],
+        ["catalog", "--help"],
+        ["solve", "--help"],
+        ["bench", "--help"],
+        ["sweep", "--help"],
+    ],
 )
 def test_help_loads_nothing_heavy(arguments):
     assert loaded_by(f"from tgvdp.cli import main\nmain({arguments})") == []

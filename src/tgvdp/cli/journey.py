@@ -19,7 +19,7 @@ from tgvdp.cli.screen import ROWS, Screen, aligned, column, duration, spread
 from tgvdp.cli.search_case import merged, read_case, read_map
 from tgvdp.cli.search_options import SET_HELP, TRACK_HELP, TRAIN_HELP, complete, complete_fields, declared
 from tgvdp.errors import BudgetExceededError
-from tgvdp.options.search import BY_FIELD, TRIP, arguments_of
+from tgvdp.options.search import BY_FIELD, JOURNEY_FIELDS, TRIP, arguments_of
 from tgvdp.units import joule_to_kwh
 
 if TYPE_CHECKING:
@@ -41,11 +41,6 @@ _DELAY_HELP = "Mean delay of departures: simulates how late and how dear the spl
 _TRAINS_HELP = f"{TRAIN_HELP} May be given several times."
 _MAIN = "journey.json"
 _SEVERAL, _COMPARED = "tgvdp.journeys/1", ("compare.json", "compare.csv", "compare.png")
-#: Options of a search that a journey has, too, by their names in files.
-_SHARED = (
-    *("reverse", "speed_restriction", "energy", "convention", "mass_model", "limits", "curves", "tunnels", "wind_kmh"),
-    *("points", "max_margin_pct", "at", "time_limit_s", "max_memory_mb"),
-)
 _trip = heading(TRIP)
 _output = heading("Proof and output")
 _OPTIONS = [
@@ -63,7 +58,7 @@ _OPTIONS = [
     ),
     _trip("--line-speed", "line_speed_kmh", **LINE_SPEED),
     _trip("--set", "changes", metavar="FIELD=VALUE", multiple=True, shell_complete=complete_fields, help=SET_HELP),
-    *(declared(BY_FIELD[field]) for field in _SHARED),
+    *(declared(BY_FIELD[field]) for field in JOURNEY_FIELDS),
     _output("--delay", "mean_delay_s", metavar="S", type=number("s", above=0.0), help=_DELAY_HELP),
     _output("--certify", is_flag=True, help="Prove how far the optimum can be; takes seconds."),
     _output("--pictures/--no-pictures", default=True, show_default=True, help="Draw pictures."),
