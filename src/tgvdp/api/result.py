@@ -12,11 +12,12 @@ from tgvdp.api.budget import budget_of
 from tgvdp.api.methods import Fastest, continuous_front
 from tgvdp.api.sense import sensible_numbers
 from tgvdp.certificate.front import Certificate, certify_front
-from tgvdp.methods.budget import SearchBudget
+from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.front import OptimalRuns
 from tgvdp.methods.grid.paths import GridPaths
 from tgvdp.model.trip import Trip
 from tgvdp.pareto import ParetoFront
+from tgvdp.progress import tell
 from tgvdp.referee.replay import NOT_REPLAYED, Verdict, replay
 from tgvdp.runs.profile import Profile, profile_of
 from tgvdp.runs.samples import rows_of, sampled
@@ -100,10 +101,11 @@ class SearchResult:
         """
         clock = budget_of(self.options, time_limit_s).start()
         with self._computing():
-            return [
-                NOT_REPLAYED if clock.expired else replay(self.trip, self._profile(index))
-                for index in range(len(self.front))
-            ]
+            return [self._verdict(index, clock) for index in range(len(self.front))]
+
+    def _verdict(self, index: int, clock: Clock) -> Verdict:
+        tell("replaying", index, len(self.front))
+        return NOT_REPLAYED if clock.expired else replay(self.trip, self._profile(index))
 
     def certify(self, time_limit_s: float | None = None) -> Certificate:
         """Bound the least energy of the continuous problem at the running time of every point of the front.
