@@ -28,6 +28,7 @@ _COMMANDS = (
     "search",
     "journey",
     "compare",
+    "explore",
     "score",
     "formulate",
     "solve",

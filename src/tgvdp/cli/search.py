@@ -84,7 +84,7 @@ def command(
         raise click.UsageError("--every is for profiles as csv, parquet or xlsx", click.get_current_context())
     if journey is not None and track is None and scenario is None:
         raise click.UsageError("--journey needs the --track that it belongs to", click.get_current_context())
-    folder = OutFolder(out, force=force)
+    folder = OutFolder(out, "result.json", force=force)
     with Screen(quiet=quiet) as screen, SecondProcess() as second:
         if pictures:
             second.load("tgvdp.api.warm", "tgvdp.report.gallery")
@@ -98,6 +98,7 @@ def command(
         # These bring numba: neither --help nor an error in the input waits for it.
         from tgvdp import api
         from tgvdp.api import warm
+        from tgvdp.api.budget import budget_of
         from tgvdp.api.trip import trip_of
         from tgvdp.options.search import SearchOptions
         from tgvdp.report import make_provenance, make_tariff, write_results
@@ -111,8 +112,7 @@ def command(
                 screen.note(text)
         checks = second.promise("tgvdp.api.warm:checks", certify) if warm.checks_missing(certify) else None
         with screen.compiling():
-            limit_s = arguments.get("time_limit_s")
-            clock = (api.SearchBudget() if limit_s is None else api.SearchBudget(time_limit_s=limit_s)).start()
+            clock = budget_of(arguments).start()
             result = api.search(case.train, case.track, **arguments)
             left_s = clock.left_s(_CHECKS_SHARE)
             if section is not None:
