@@ -100,7 +100,7 @@ class SearchResult:
         clock = self._budget(time_limit_s).start()
         with self._computing():
             return [
-                NOT_REPLAYED if clock.expired else replay(self.trip, self._profile(index))
+                NOT_REPLAYED if clock.expired else replay(self.trip, self._profile(index), lambda: clock.expired)
                 for index in range(len(self.front))
             ]
 
