@@ -88,7 +88,7 @@ def command(
     if journey is not None and track is None and scenario is None:
         raise click.UsageError("--journey needs the --track that it belongs to", click.get_current_context())
     started_s = time.perf_counter()
-    folder = OutFolder(out, force=force)
+    folder = OutFolder(out, "result.json", force=force)
     with Screen(quiet=quiet) as screen, SecondProcess() as second:
         if pictures:
             second.load("tgvdp.api.warm", "tgvdp.report.gallery")
@@ -102,6 +102,7 @@ def command(
         # These bring numba: neither --help nor an error in the input waits for it.
         from tgvdp import api
         from tgvdp.api import warm
+        from tgvdp.api.budget import budget_of
         from tgvdp.api.trip import trip_of
         from tgvdp.options.search import SearchOptions
         from tgvdp.report import make_provenance, make_tariff, write_results
@@ -115,8 +116,7 @@ def command(
                 screen.note(text)
         checks = second.promise("tgvdp.api.warm:checks", certify) if warm.checks_missing(certify) else None
         with screen.compiling():
-            limit_s = arguments.get("time_limit_s")
-            budget = api.SearchBudget() if limit_s is None else api.SearchBudget(time_limit_s=limit_s)
+            budget = budget_of(arguments)
             clock = budget.start(time.perf_counter() - started_s)
             result = api.search(case.train, case.track, **arguments | {"time_limit_s": _search_s(clock)})
             result = replace(result, options=result.options | {"time_limit_s": budget.time_limit_s})

@@ -119,13 +119,20 @@ def write_results(
 
 
 def write_ledger(
-    out_dir: str | os.PathLike[str], files: Mapping[str, bytes], provenance: Mapping[str, Any]
+    out_dir: str | os.PathLike[str],
+    files: Mapping[str, bytes],
+    provenance: Mapping[str, Any],
+    beneath: Sequence[Path] = (),
 ) -> list[Path]:
-    """Write files, and ``provenance.json`` with the provenance and the SHA-256 of each of them."""
+    """Write files, and ``provenance.json`` with the provenance and the SHA-256 of each of them.
+
+    It lists files that were written into folders beneath, too.
+    """
+    listed = {**files, **{file.relative_to(out_dir).as_posix(): file.read_bytes() for file in beneath}}
     ledger = {
         "schema": "tgvdp.provenance/1",
         **plain(provenance),
-        "files": {name: hashlib.sha256(data).hexdigest() for name, data in files.items()},
+        "files": {name: hashlib.sha256(data).hexdigest() for name, data in listed.items()},
     }
     return write_files(out_dir, {**files, "provenance.json": to_json(ledger)})
 

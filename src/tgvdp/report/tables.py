@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tgvdp.model.checks import require_number
 from tgvdp.model.energy import violations
+from tgvdp.report.line_met import line_object
 from tgvdp.report.plain import plain
 from tgvdp.runs.comfort import ride_of
 from tgvdp.runs.peak_power import peak_power_w
@@ -151,6 +152,7 @@ def result_object(
         "method": result.method,
         "complete": bool(result.complete),
         "trip": _trip_of(result),
+        "line": plain(line_object(result.trip)),
         "energy": _energy_of(result),
         "tariff": tariff._asdict(),
         "fastest": {

@@ -15,9 +15,11 @@ from tests.helpers.grid_case import (
     random_graph,
     toy_trip,
 )
+from tgvdp.constants import HEURISTICS
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.methods.budget import SearchBudget
-from tgvdp.methods.grid.best_first import HEURISTICS, Options, best_first, best_first_paths
+from tgvdp.methods.grid.best_first import best_first, best_first_paths
+from tgvdp.methods.grid.best_first_rules import Options
 from tgvdp.methods.grid.exact import exact_front, exact_paths
 from tgvdp.methods.grid.grid import build_grid
 from tgvdp.methods.grid.layered import layered_graph
