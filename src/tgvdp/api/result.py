@@ -105,7 +105,7 @@ class SearchResult:
 
     def _verdict(self, index: int, clock: Clock) -> Verdict:
         tell("replaying", index, len(self.front))
-        return NOT_REPLAYED if clock.expired else replay(self.trip, self._profile(index))
+        return NOT_REPLAYED if clock.expired else replay(self.trip, self._profile(index), lambda: clock.expired)
 
     def certify(self, time_limit_s: float | None = None) -> Certificate:
         """Bound the least energy of the continuous problem at the running time of every point of the front.

@@ -139,7 +139,7 @@ def test_the_time_limit_holds_within_half_a_second():
     grid = build_grid(toy_trip(), segment_m=0.05, speeds=40)
     best_first(grid, FAR, BUDGET, "time", 1)
     started = time.perf_counter()
-    with pytest.raises(BudgetExceededError, match=r"0\.2 s"):
+    with pytest.raises(BudgetExceededError, match="time limit ended the search"):
         best_first(grid, FAR, SearchBudget(20_000_000, 0.2), "energy", dominance=False, bounds=False)
     assert time.perf_counter() - started < 0.2 + 0.5
 
