@@ -42,6 +42,7 @@ _OPTIONS = [
     ),
     _output("--out", metavar="DIR", default="sweep", show_default=True, help="Folder of the results."),
     _output("--resume", is_flag=True, help="Go on with what the folder holds, after an interruption or a longer spec."),
+    _output("--retry", is_flag=True, help="With --resume: solve again what failed, was killed or ended by its budget."),
     _output("--dry-run", is_flag=True, help="Only count the scenarios, and estimate how long they take."),
     _output("--json", "as_json", is_flag=True, help="Print one JSON object on stdout, everything else on stderr."),
     _output("--quiet", is_flag=True, help="Print nothing but errors and what --json asks for."),
@@ -62,6 +63,7 @@ def command(
     worker_memory: float | None,
     out: str,
     resume: bool,
+    retry: bool,
     dry_run: bool,
     as_json: bool,
     quiet: bool,
@@ -74,7 +76,9 @@ def command(
     """
     if scheduler is not None and (workers is not None or worker_memory is not None):
         raise click.UsageError("--workers and --worker-memory are for this machine, not for a --scheduler's")
-    from tgvdp.sweeps.engine import Cluster
+    if retry and not resume:
+        raise click.UsageError("--retry goes with --resume")
+    from tgvdp.sweeps.cluster import Cluster
     from tgvdp.sweeps.read import read_spec
 
     spec = read_spec(path)
@@ -87,7 +91,7 @@ def command(
 
         screen.progress(f"starting: {len(spec)} scenarios")
         started_s = time.perf_counter()
-        done = run_sweep(spec, Path(out), cluster, resume=resume, told=_teller(screen))
+        done = run_sweep(spec, Path(out), cluster, resume=resume, retry=retry, told=_teller(screen))
     content = done.content | {"elapsed_s": time.perf_counter() - started_s}
     if as_json:
         echo_json(content)
