@@ -218,6 +218,7 @@ def _timing_columns(block: _Block) -> Any:
         {
             "scenario": arrow.array([one.number for one in block.scenarios], arrow.int64()),
             "elapsed_s": arrow.array([one.elapsed_s for one in block.finished], arrow.float64()),
+            "cpu_s": arrow.array([one.cpu_s for one in block.finished], arrow.float64()),
             "worker": arrow.array([one.worker for one in block.finished], arrow.string()),
         }
     )
