@@ -71,6 +71,12 @@ class Record(NamedTuple):
     cpu_s: float = 0.0
     worker: str = ""
 
+    @property
+    def rows(self) -> int:
+        """Rows of all tables that this is."""
+        profiles = 0 if self.profiles is None else len(self.profiles["point"])
+        return profiles + (0 if self.front is None else len(self.front.time_s))
+
 
 def solve_batch(content: bytes, engine: str) -> bytes:
     """Solve the tasks of a batch.
@@ -124,7 +130,7 @@ def _solved(task: Task) -> Record:
         allocation = Allocation(journey.section_time_s, journey.section_energy_j, ends_m)
         status: Status = "done" if journey.found.complete else "partial"
         return Record(task.id, status, None, journey.fastest_time_s, journey.fastest_energy_j, front, allocation)
-    result = api.search(train, track, **task.arguments)
+    result = api.search(train, track, **{"max_memory_b": _worker_memory_b(), **task.arguments})
     price = result.price_kwh_per_min
     front = Front(
         result.front.time_s, result.front.energy_j, np.full(len(result.front), np.nan) if price is None else price
@@ -157,6 +163,17 @@ def _profiles(result: Any, every_m: float) -> dict[str, Any]:
 @functools.cache
 def _worker() -> str:
     return f"{platform.node()}:{os.getpid()}"
+
+
+def _worker_memory_b() -> float | None:
+    """Memory that Dask grants this worker, B: whoever asks for more is refused before the worker is killed."""
+    from distributed import get_worker
+
+    try:
+        limit_b: float | None = get_worker().memory_manager.memory_limit
+    except ValueError:  # no worker: an estimate
+        return None
+    return limit_b
 
 
 def _load_kernels(task: Task) -> None:
