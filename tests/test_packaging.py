@@ -34,11 +34,12 @@ def test_wheel_holds_every_source_and_data_file(wheel):
     files = [
         path
         for path in PACKAGE.rglob("*")
-        if path.suffix in {".py", ".toml", ".json", ".csv"} or path.name == "py.typed"
+        if path.suffix in {".py", ".toml", ".json", ".csv", ".html", ".css", ".js", ".svg"} or path.name == "py.typed"
     ]
     assert {path.relative_to(PACKAGE.parent).as_posix() for path in files} <= set(wheel.namelist())
     assert "tgvdp/py.typed" in wheel.namelist()
     assert "tgvdp/instances/easy-n008.json" in wheel.namelist()
+    assert "tgvdp/explorer/page/vendor/uPlot.LICENSE" in wheel.namelist()
     assert any(re.fullmatch(r"tgvdp/model/catalog/\w+/tgv\.toml", name) for name in wheel.namelist())
 
 

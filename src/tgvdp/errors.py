@@ -1,8 +1,8 @@
 """Everything that can go wrong, and the exit code that each case has on the command line.
 
 Exit codes: 1 a fault of tgvdp, 2 usage (raised by the command-line parser itself), 3 bad input, 4 infeasible, 5 budget
-reached with a partial result, 130 interrupted. A message is one line that names the file, the field, the value and its
-unit.
+reached with a partial result, 6 some scenarios of a sweep failed, 130 interrupted. A message is one line that names the
+file, the field, the value and its unit.
 """
 
 
@@ -40,3 +40,9 @@ class BudgetExceededError(TgvdpError):
     """A label or time budget ended before there was anything to return."""
 
     exit_code = 5
+
+
+class TasksFailedError(TgvdpError):
+    """Some scenarios of a sweep failed; the others are done."""
+
+    exit_code = 6

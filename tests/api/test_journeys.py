@@ -8,7 +8,7 @@ import pytest
 import tgvdp
 from tests.helpers.documented_case import OSRD_TRACK, OSRD_TRAIN
 from tests.helpers.journey_case import LINE, METRO
-from tgvdp.errors import InfeasibleError, InputError
+from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.model.journey import Journey, TimingPoint
 
 STOPPING = replace(OSRD_TRACK, stops_m=(0.0, 6000.0, 10_000.0))
@@ -81,6 +81,8 @@ def test_stops_of_a_timetable_count_in_place_of_the_lines():
     assert [one.trip.origin_m for one in journey.sections] == [500.0, 3400.0]
     assert (journey.trip.origin_m, journey.trip.destination_m) == (500.0, 6000.0)
     assert not journey.warnings
+    elsewhere = tgvdp.journey(METRO, LINE, replace(free, track="another"), points=2)
+    assert elsewhere.warnings == ("journey journey belongs to track another, not to metro line",)
     far = replace(free, points=(stop(0.0), stop(9000.0)))
     with pytest.raises(InputError, match="ends at 9000 m, beyond the 6000 m of track metro line"):
         tgvdp.journey(METRO, LINE, far)
@@ -97,6 +99,21 @@ def test_a_front_that_ends_says_so():
     journey = tgvdp.journey(METRO, LINE, points=4, max_margin=6.0, energy="pantograph")
     assert journey.found.exhausted
     assert "the front ends with the thriftiest journey" in journey.warnings[0]
+
+
+def test_a_point_that_is_faster_and_cheaper_is_not_the_thriftiest_journey(shared):
+    """Of runs by a map a faster one may be cheaper: the front ends before what was asked for, and saves on."""
+    train = shared / "ttobench" / "trains" / "CN_Beijing_Subway.json"
+    track = shared / "ttobench" / "tracks" / "CN_Songjiazhuang_Yizhuang.json"
+    journey = tgvdp.journey(train, track, points=5, energy="map")
+    assert journey.front.time_s[-1] < 1.25 * journey.fastest_time_s - 0.05
+    assert not any(section.exhausted for section in journey.sections)
+    assert not journey.warnings
+
+
+def test_memory_is_asked_for():
+    with pytest.raises(BudgetExceededError, match="--max-memory"):
+        tgvdp.journey(METRO, LINE, points=4, max_memory_b=1e6)
 
 
 def test_what_is_refused():
@@ -124,6 +141,6 @@ def test_the_linear_margin_is_as_defined():
         assert scaled.time_s == pytest.approx(ratio * fastest.time_s, rel=1e-9)
         assert scaled.speed_mps == pytest.approx(fastest.speed_mps / ratio, rel=1e-9)
         assert scaled.duration_s == pytest.approx(journey.front.time_s[index], rel=1e-9)
-    assert journey.linear_margin_j[0] == pytest.approx(journey.fastest_energy_j)
+    assert journey.linear_margin_j[0] == pytest.approx(journey.fastest_energy_j, rel=1e-15)
     assert (journey.linear_margin_j[1:] > journey.found.practices["proportional_to_time"].energy_j[1:]).all()
     assert (np.diff(journey.linear_margin_j) < 0.0).all()

@@ -46,6 +46,23 @@ def test_folders_of_results(tmp_path, capsys):
     assert rows[2].split()[1:] == ["–"] * 4  # no front goes so far
 
 
+def test_figures_between_points_say_how_far_they_may_be_off(tmp_path, capsys):
+    """Of a coarse front 2 % are read off a straight line: dearer than the front, and not by more than is said."""
+    for name, at in (("coarse", "0%,10%"), ("fine", "0%,2%,10%")):
+        arguments = ["--train", "tgv", *SHORT, "--at", at, "--no-pictures", "--no-certify", "--quiet"]
+        assert main(["search", *arguments, "--out", str(tmp_path / name)]) == 0
+    folders = [str(tmp_path / name) for name in ("coarse", "fine")]
+    assert main(["compare", *folders, "--at", "2%,10%", "--out", str(tmp_path / "out"), "--json"]) == 0
+    shown = capsys.readouterr()
+    content = json.loads(shown.out)
+    coarse, _, fine, _ = content["rows"]
+    assert fine["at_most_above_pct"] == pytest.approx(0.0, abs=0.1)
+    above_pct = 100.0 * (1.0 - fine["energy_kwh"] / coarse["energy_kwh"])
+    assert 1.0 < above_pct <= coarse["at_most_above_pct"]
+    assert "read off a straight line, which may be" in content["warning"]
+    assert "--at puts points there" in shown.err
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
@@ -109,7 +126,7 @@ def test_results_are_named_by_what_tells_them_apart(contents):
 def test_different_energies_are_told(contents):
     other = {**contents[1], "energy": {"model": "pantograph"}}
     assert "a wheel, b pantograph" in compare_object([contents[0], other], ["a", "b"])["warning"]
-    assert "warning" not in compare_object(contents, ["a", "b"])
+    assert "different energies" not in compare_object(contents, ["a", "b"]).get("warning", "")
 
 
 def test_the_picture_has_a_line_for_each(contents):

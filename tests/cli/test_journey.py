@@ -112,3 +112,41 @@ def test_delays(run, tmp_path, capsys):
     assert rows[0]["allocation"] == "optimum"
     assert float(rows[0]["expected_kwh"]) > float(rows[0]["planned_kwh"])
     assert (tmp_path / "late" / "robustness.png").exists()
+
+
+def test_a_folder_of_a_search_is_not_written_into(run, tmp_path, capsys):
+    assert run("search", "--points", "2", "--no-certify", "--no-pictures", "--out", "there") == 0
+    held = {file.name for file in (tmp_path / "there").iterdir()}
+    assert run("journey", "--points", "2", "--no-pictures", "--out", "there") == 3
+    assert "there: holds results of tgvdp search, which would be lost" in capsys.readouterr().err
+    assert {file.name for file in (tmp_path / "there").iterdir()} == held
+    assert run("journey", "--points", "2", "--no-pictures", "--out", "there", "--force") == 0
+
+
+def test_folders_of_trains_that_are_no_longer_run_go(run, tmp_path):
+    write_json(tmp_path / "heavy.json", changed(TTOBENCH_TRAIN, ("metadata", "id"), "heavy"))
+    options = ("--points", "2", "--out", "both", "--no-pictures", "--quiet")
+    assert run("journey", "--train", "heavy.json", "--train", "train.json", *options) == 0
+    (tmp_path / "both" / "train-3" / "mine.txt").write_text("not tgvdp's")
+    assert run("journey", "--train", "heavy.json", *options) == 0
+    assert {file.name for file in (tmp_path / "both" / "train-3").iterdir()} == {"mine.txt"}
+    assert run("journey", *options) == 0
+    names = {file.name for file in (tmp_path / "both").iterdir()}
+    assert names == {"journey.json", "front.csv", "allocation.csv", "provenance.json", "train-3"}
+
+
+def test_trains_with_a_timetable_count_from_their_earliest_journey(run, tmp_path, capsys):
+    write_json(tmp_path / "journey.json", changed(JOURNEY, ("timing points", "values", 5, 2), 1500))
+    write_json(tmp_path / "heavy.json", changed(TTOBENCH_TRAIN, ("metadata", "id"), "heavy"))
+    options = ("--journey", "journey.json", "--points", "3", "--no-pictures", "--out", "both")
+    assert run("journey", "--train", "heavy.json", *options) == 0
+    assert "–" not in capsys.readouterr().out.splitlines()[2]
+    rows = list(csv.DictReader((tmp_path / "both" / "compare.csv").open()))
+    assert all(float(row["saved_pct"]) == 0.0 for row in rows if float(row["margin_pct"]) == 0.0)
+
+
+def test_a_map_has_no_gap(run, capsys):
+    assert run("journey", "--energy", "map", "--points", "2", "--certify", "--no-pictures") == 0
+    shown = capsys.readouterr()
+    assert "inf" not in shown.out
+    assert "--certify: energies by a map have no bound" in shown.err

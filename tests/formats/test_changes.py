@@ -1,5 +1,6 @@
 """Fields set by their names in the native format: only they change, in their units, and slips are named."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -68,6 +69,14 @@ def test_slips_are_named(assignment, part):
         changed(TRAIN, TRACK, [assignment])
     assert str(error.value).startswith("--set: ")
     assert part in str(error.value)
+
+
+def test_a_share_is_of_what_is_there():
+    train, track = changed(TRAIN, TRACK, ["train.mass_t=110%", "track.speed_limits[1].speed_kmh=50 %"])
+    assert train.mass_kg == pytest.approx(1.1 * TRAIN.mass_kg, rel=1e-15)
+    assert track.speed_limits[1].speed_mps == pytest.approx(0.5 * TRACK.speed_limits[1].speed_mps, rel=1e-15)
+    with pytest.raises(InputError, match=r"--set: train.max_deceleration_mps2: there is no number of which 50% could"):
+        changed(replace(TRAIN, max_deceleration_mps2=math.inf), TRACK, ["train.max_deceleration_mps2=50%"])
 
 
 def test_fields_for_completion():

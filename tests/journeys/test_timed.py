@@ -81,6 +81,21 @@ def test_no_exact_path_on_a_grid_with_the_window_is_cheaper():
         assert energy_j <= least_j * (1.0 + 1e-3)
 
 
+def test_windows_hold_for_energies_by_a_map():
+    """Runs by a map may be slower and dearer than another; who is faster than planned waits before it leaves."""
+    free = tgvdp.journey(METRO, TWO, at_margin=(0.2,), energy="map", dwell_s=20.0)
+    first_s, last_s = (free.profile(0).time_s[at] for at in (np.searchsorted(free.profile(0).position_m, 3400.0), -1))
+    rows = list(timetable(line=TWO, last_s=last_s + 10.0).points)
+    rows[1] = rows[1]._replace(earliest_s=first_s - 1.0, latest_s=first_s + 1.0)
+    rows[3] = rows[3]._replace(earliest_s=last_s - 2.0)
+    journey = tgvdp.journey(METRO, TWO, Journey(points=tuple(rows)), energy="map", dwell_s=20.0, points=6)
+    arrival_s = journey.found.departure_s + journey.section_time_s
+    assert (arrival_s[:, 0] >= first_s - 1.0).all()
+    assert (arrival_s[:, 0] <= first_s + 1.0 + 1e-9).all()
+    assert (arrival_s[:, 1] >= last_s - 2.0).all()
+    assert not journey.found.left
+
+
 def test_the_multipliers_part_at_a_binding_window():
     free = tgvdp.journey(METRO, TWO, at_margin=(0.15,))
     before_s = passed(free, 0)[0]

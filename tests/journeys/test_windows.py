@@ -134,9 +134,23 @@ def test_windows_that_cannot_be_met_are_named(windows, message):
         run(timetable(**windows), points=3)
 
 
-def test_who_asks_for_more_than_the_last_window_allows():
+def test_asked_times_are_arrivals_on_the_clock_and_margins_count_from_the_earliest():
+    first_s = sum(FASTEST_S) + 2 * DWELL_S
+    windows = timetable(departures=((10.0, 10.0), FREE, FREE), arrivals=(FREE, FREE, (0.0, first_s + 60.0)))
+    journey = run(windows, at_s=(first_s + 30.0,), at_margin=(0.05,))
+    asked_s = [first_s + 10.0 + 0.05 * sum(FASTEST_S), first_s + 30.0]
+    assert clock_of(journey)[1][:, -1] == pytest.approx(asked_s, abs=0.1)
     with pytest.raises(InfeasibleError, match="is later than the last window allows"):
-        run(timetable(arrivals=(FREE, FREE, (0.0, sum(FASTEST_S) + 45.0))), at_s=(sum(FASTEST_S) + 30.0,))
+        run(windows, at_s=(first_s + 61.0,))
+    with pytest.raises(InfeasibleError, match=f"it cannot arrive at {first_s:.6g} s: the earliest arrival is"):
+        run(windows, at_s=(first_s,))
+
+
+def test_a_window_that_is_left_is_named():
+    windows = Windows((TimingPoint(0.0),), (TimingPoint(5.0, 10.0, 12.0),), ())
+    assert not windows.left_by(np.zeros((2, 1)), np.array([[10.0], [12.0]]), 1e-3)
+    told = windows.left_by(np.zeros((2, 1)), np.array([[9.5], [12.2]]), 1e-3)
+    assert told == "the window at 5 m is left: the train is there 0.5 s earlier than it opens"
 
 
 def test_schedules_in_closed_form():

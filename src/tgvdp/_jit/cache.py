@@ -40,7 +40,8 @@ CACHE_DIR_VARIABLE = "TGVDP_CACHE_DIR"
 KEPT_FOLDERS = 8
 #: Rooms that no kernel lives in or imports (a test sees to it): their changes leave the kernels as they are.
 KERNEL_FREE = (
-    *("api", "cli", "formats", "formulations", "instances", "journeys", "options", "report", "trials"),
+    *("api", "cli", "explorer", "formats", "formulations", "instances", "journeys", "options", "report"),
+    *("sweeps", "trials", "verification"),
     *("solvers/circuit", "solvers/programs", "solvers/samplers"),
 )
 _KEY_LENGTH = 32
@@ -135,11 +136,13 @@ def _require_private(folder: Path) -> None:
 
 
 @functools.cache
-def _make_folder() -> None:
+def make_folder() -> Path:
+    """Make `key_folder` where it is absent; raises `OSError`, too, when it cannot be made."""
     folder = key_folder()
     if not folder.is_dir():
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)  # private: what lies here is executed
         remove_old_folders(folder.parent)
+    return folder
 
 
 @functools.cache
@@ -169,7 +172,7 @@ class _Locator(_CacheLocator):
         return cls(py_func, py_file)
 
     def ensure_cache_path(self) -> None:
-        _make_folder()
+        make_folder()
         super().ensure_cache_path()
 
     def get_cache_path(self) -> str:

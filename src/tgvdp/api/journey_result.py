@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.api.budget import budget_of
+from tgvdp.api.sense import sensible_numbers
 from tgvdp.certificate.front import Certificate, certify_front
 from tgvdp.errors import InputError
 from tgvdp.journeys.bound import JourneyBound, journey_bound
@@ -19,7 +21,6 @@ from tgvdp.journeys.practices import linear_margin
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.journeys.timed import PassedRuns
 from tgvdp.journeys.windows import Windows
-from tgvdp.methods.budget import SearchBudget
 from tgvdp.model.trip import Trip
 from tgvdp.pareto import ParetoFront
 from tgvdp.referee.replay import Verdict, replay
@@ -129,7 +130,8 @@ class JourneyResult:
         known: dict[tuple[int, int], Verdict] = {}
         for number, section in enumerate(self.sections):
             for run in np.unique(self.found.run[:, number]).tolist():
-                known[number, run] = replay(section.trip, section.profile(run))
+                with sensible_numbers(section.trip, self.options["max_memory_b"]):
+                    known[number, run] = replay(section.trip, section.profile(run))
         return [[known[number, run] for number, run in enumerate(runs)] for runs in self.found.run.tolist()]
 
     def certify(self, time_limit_s: float | None = None) -> JourneyBound:
@@ -140,19 +142,19 @@ class JourneyResult:
         time_limit_s : float, optional
             Time for it, s; by default as much as the search had.
         """
-        clock = SearchBudget(time_limit_s=time_limit_s or self.options["time_limit_s"]).start()
+        clock = budget_of(self.options, time_limit_s).start()
 
         def certificate(section: SectionRuns | PassedRuns, run: NDArray[np.int64]) -> Certificate:
             own = np.unique(run)
-            return certify_front(
-                section.trip, section.fastest, section.time_s[own], section.energy_j[own],
-                np.unique(self.found.multiplier_j_per_s), clock,
-            )  # fmt: skip
+            with sensible_numbers(section.trip, self.options["max_memory_b"]):
+                return certify_front(
+                    section.trip, section.fastest, section.time_s[own], section.energy_j[own],
+                    np.unique(self.found.multiplier_j_per_s), clock,
+                )  # fmt: skip
 
         with ThreadPoolExecutor(usable_cores()) as cores:
             certificates = list(cores.map(certificate, self.sections, self.found.run.T))
-        fastest_s = [section.fastest.duration_s for section in self.sections]
-        return journey_bound(certificates, fastest_s, self.front.time_s)
+        return journey_bound(certificates, self.front.time_s)
 
     def robustness(
         self, index: int | None = None, mean_delay_s: float = 20.0, delays: Delays | None = None

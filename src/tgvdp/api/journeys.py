@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.api.budget import budget_of
 from tgvdp.api.journey_result import JourneyResult
 from tgvdp.api.methods import continuous_front
 from tgvdp.api.sense import sensible_numbers
@@ -22,7 +23,8 @@ from tgvdp.journeys.front import JourneyFront, journey_front
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.journeys.timed import PassedRuns, TimedJourney
 from tgvdp.journeys.windows import Windows, windows_of
-from tgvdp.methods.budget import DEFAULT_TIME_S, Clock, SearchBudget
+from tgvdp.memory import limited_memory
+from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.front import OptimalRuns
 from tgvdp.model.checks import require_number
 from tgvdp.model.energy import EnergyMap
@@ -58,6 +60,7 @@ def journey(
     at_s: Sequence[float] = (),
     at_margin: Sequence[float] = (),
     time_limit_s: float | None = None,
+    max_memory_b: float | None = None,
 ) -> JourneyResult:
     """Find the front of a train over all stops of a line: least energy for each running time, and who gets the time.
 
@@ -77,10 +80,13 @@ def journey(
     max_margin : float
         Largest running-time supplement, as a share of the fastest journey's running time.
     at_s, at_margin : sequence of float
-        Running times of the whole journey without dwell, s, and supplements as shares, at which to find the points
-        instead. Met to 0.1 s.
+        Running times of the whole journey without dwell, s, and supplements as shares of the fastest one, at which to
+        find the points instead. Met to 0.1 s. With windows times are arrivals at the end, on the timetable's clock, and
+        supplements count from the earliest arrival.
     time_limit_s : float, optional
         Budget of the whole journey.
+    max_memory_b : float, optional
+        As of `tgvdp.search`.
 
     Returns
     -------
@@ -111,6 +117,7 @@ def journey(
         at_s=at_s,
         at_margin=at_margin,
         time_limit_s=time_limit_s,
+        max_memory_b=max_memory_b,
     )
     line = trip_of(train, track, options)
     timetable = load_journey(journey) if isinstance(journey, str | os.PathLike) else journey
@@ -119,28 +126,35 @@ def journey(
         *(windows.departures[parts[0]].position_m for parts in windows.sections),
         windows.arrivals[-1].position_m,
     )
-    limit_s = DEFAULT_TIME_S if time_limit_s is None else time_limit_s
-    clock = SearchBudget(time_limit_s=limit_s).start()
-    solved = _solver(clock)
+    budget = budget_of(options.as_dict())
+    solved = _solver(budget.start(), max_memory_b)
     whole = replace(line, origin_m=stops_m[0], destination_m=stops_m[-1])
-    with ThreadPoolExecutor(usable_cores()) as cores:
-        trips = [replace(line, origin_m=from_m, destination_m=to_m) for from_m, to_m in pairwise(stops_m)]
-        between = tuple(cores.map(solved, trips))
-    sections: tuple[SectionRuns | PassedRuns, ...] = between
-    if windows.are_open:
-        supplement_s, tolerance_s = _supplements(between, options)
-        found = journey_front(between, supplement_s, tolerance_s, dwell_s)
-    else:
-        sections, found = _timed(TimedJourney(between, whole, windows, solved), options)
+    with limited_memory(max_memory_b):
+        with ThreadPoolExecutor(usable_cores()) as cores:
+            trips = [replace(line, origin_m=from_m, destination_m=to_m) for from_m, to_m in pairwise(stops_m)]
+            between = tuple(cores.map(solved, trips))
+        sections: tuple[SectionRuns | PassedRuns, ...] = between
+        if windows.are_open:
+            supplement_s, tolerance_s = _supplements(between, options)
+            found = journey_front(between, supplement_s, tolerance_s, dwell_s)
+        else:
+            sections, found = _timed(TimedJourney(between, whole, windows, solved), options)
+    filled = {"time_limit_s": budget.time_limit_s, "dwell_s": dwell_s, "stops_m": stops_m}
     return JourneyResult(
         trip=whole,
         sections=sections,
         windows=windows,
-        options={**options.as_dict(), "time_limit_s": limit_s, "dwell_s": dwell_s, "stops_m": stops_m},
+        options={**options.as_dict(), **filled},
         elapsed_s=time.perf_counter() - started,
         found=found,
-        warnings=tuple(_warnings(found)),
+        warnings=(*_foreign(line.track, timetable), *_warnings(found)),
     )
+
+
+def _foreign(track: Track, timetable: Journey | None) -> Iterator[str]:
+    """Say where a timetable names another track than the one it is run on."""
+    if timetable is not None and timetable.track != track.name:
+        yield f"journey {timetable.name} belongs to track {timetable.track}, not to {track.name}"
 
 
 def _windows(track: Track, timetable: Journey | None, dwell_s: float) -> Windows:
@@ -170,28 +184,34 @@ def _supplements(sections: Sequence[SectionRuns], options: SearchOptions) -> tup
 
 
 def _timed(journey: TimedJourney, options: SearchOptions) -> tuple[tuple[PassedRuns, ...], JourneyFront]:
-    """With windows supplements count from the earliest arrival, as far as the last window allows."""
-    supplement_s, tolerance_s = _supplements(journey.sections, options)
+    """With windows arrivals count: on the timetable's clock, or over the earliest one, until the last window closes."""
+    fastest_s = sum(section.fastest.duration_s for section in journey.sections)
     earliest_s, latest_s = journey.earliest_s, journey.windows.arrivals[-1].latest_s
-    if earliest_s + supplement_s[-1] > latest_s:
-        if options.at_s or options.at_margin:
+    if options.at_s or options.at_margin:
+        arrival_s = np.unique([*options.at_s, *(earliest_s + fastest_s * margin for margin in options.at_margin)])
+        if arrival_s[0] < earliest_s - met_to_s(fastest_s):
             raise InfeasibleError(
-                f"journey: a supplement of {supplement_s[-1]:.6g} s over the earliest arrival, {earliest_s:.6g} s, is"
-                f" later than the last window allows, {latest_s:.6g} s"
+                f"journey: it cannot arrive at {arrival_s[0]:.6g} s: the earliest arrival is {earliest_s:.6g} s"
             )
-        supplement_s = np.linspace(0.0, latest_s - earliest_s, options.points)
-    return journey.front(earliest_s + supplement_s, tolerance_s)
+        if arrival_s[-1] > latest_s:
+            raise InfeasibleError(
+                f"journey: an arrival at {arrival_s[-1]:.6g} s is later than the last window allows, {latest_s:.6g} s"
+            )
+    else:
+        last_s = min(earliest_s + fastest_s * options.max_margin, latest_s)
+        arrival_s = np.linspace(earliest_s, last_s, options.points)
+    return journey.front(np.maximum(arrival_s, earliest_s), met_to_s(fastest_s))
 
 
-def _solver(clock: Clock) -> Callable[[Trip], SectionRuns]:
-    """What makes the runs of a trip within the time that is left: by the front method."""
+def _solver(clock: Clock, max_memory_b: float | None) -> Callable[[Trip], SectionRuns]:
+    """What makes the runs of a trip within the time and the memory that are left: by the front method."""
 
     def method(trip: Trip, fastest: Profile, target_s: _Floats, tolerance_s: float) -> OptimalRuns:
-        with sensible_numbers(trip):
+        with sensible_numbers(trip, max_memory_b):
             return continuous_front(trip, fastest, target_s, SearchBudget().after(clock), tolerance_s)
 
     def solved(trip: Trip) -> SectionRuns:
-        with sensible_numbers(trip):
+        with sensible_numbers(trip, max_memory_b):
             return SectionRuns(trip, fastest_run(trip), method)
 
     return solved
@@ -201,6 +221,8 @@ def _warnings(found: JourneyFront) -> Iterator[str]:
     """Say where the result is less than was asked for."""
     if not found.complete:
         yield "the time limit ended the search: better splits than these may exist"
-    elif found.exhausted:
+    if found.left:
+        yield found.left
+    if found.complete and found.exhausted:
         last_s = found.front.time_s[-1]
         yield f"the front ends with the thriftiest journey, {last_s:.6g} s: running longer saves nothing"

@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.api.budget import budget_of
 from tgvdp.api.methods import Fastest, continuous_front
 from tgvdp.api.sense import sensible_numbers
 from tgvdp.certificate.front import Certificate, certify_front
-from tgvdp.methods.budget import SearchBudget
+from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.front import OptimalRuns
 from tgvdp.methods.grid.paths import GridPaths
 from tgvdp.model.trip import Trip
 from tgvdp.pareto import ParetoFront
+from tgvdp.progress import tell
 from tgvdp.referee.replay import NOT_REPLAYED, Verdict, replay
 from tgvdp.runs.profile import Profile, profile_of
 from tgvdp.runs.samples import rows_of, sampled
@@ -97,12 +99,13 @@ class SearchResult:
         time_limit_s : float, optional
             Time for it, s; by default as much as the search had. ``ok`` of points that are not reached is None.
         """
-        clock = self._budget(time_limit_s).start()
+        clock = budget_of(self.options, time_limit_s).start()
         with self._computing():
-            return [
-                NOT_REPLAYED if clock.expired else replay(self.trip, self._profile(index))
-                for index in range(len(self.front))
-            ]
+            return [self._verdict(index, clock) for index in range(len(self.front))]
+
+    def _verdict(self, index: int, clock: Clock) -> Verdict:
+        tell("replaying", index, len(self.front))
+        return NOT_REPLAYED if clock.expired else replay(self.trip, self._profile(index), lambda: clock.expired)
 
     def certify(self, time_limit_s: float | None = None) -> Certificate:
         """Bound the least energy of the continuous problem at the running time of every point of the front.
@@ -115,7 +118,7 @@ class SearchResult:
             Time for it, s; by default as much as the search had. Points that are not reached have no bound.
         """
         with self._computing():
-            return self._certified(self._budget(time_limit_s))
+            return self._certified(budget_of(self.options, time_limit_s))
 
     def _certified(self, budget: SearchBudget) -> Certificate:
         clock = budget.start()
@@ -127,9 +130,6 @@ class SearchResult:
         return certify_front(
             self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, found.multiplier_j_per_s, clock
         )
-
-    def _budget(self, time_limit_s: float | None) -> SearchBudget:
-        return SearchBudget(time_limit_s=self.options["time_limit_s"] if time_limit_s is None else time_limit_s)
 
     def _computing(self) -> AbstractContextManager[None]:
         return sensible_numbers(self.trip, self.options["max_memory_b"])

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Sequence
 
+from tgvdp.api.budget import budget_of
 from tgvdp.api.methods import Fastest, find, warnings_of
 from tgvdp.api.result import SearchResult
 from tgvdp.api.sense import sensible_numbers
@@ -10,7 +11,6 @@ from tgvdp.api.targets import margin_of
 from tgvdp.api.trip import trip_of
 from tgvdp.errors import BudgetExceededError
 from tgvdp.formats.sources import Source
-from tgvdp.methods.budget import DEFAULT_TIME_S, SearchBudget
 from tgvdp.model.energy import EnergyMap
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
@@ -163,10 +163,7 @@ def search(
 def run_search(train: Train | Source, track: Track | Source, options: SearchOptions) -> SearchResult:
     """Do what `search` is asked for."""
     started = time.perf_counter()
-    budget = SearchBudget(
-        max_labels=options.max_labels,
-        time_limit_s=DEFAULT_TIME_S if options.time_limit_s is None else options.time_limit_s,
-    )
+    budget = budget_of(options.as_dict())
     trip, clock = trip_of(train, track, options), budget.start()
     with sensible_numbers(trip, options.max_memory_b):
         profile = fastest_run(trip)

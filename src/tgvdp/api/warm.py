@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tgvdp._jit.cache import key_folder
+from tgvdp._jit.cache import key_folder, make_folder
 from tgvdp._jit.watch import Compiled, is_compiled, is_missing, watch
 from tgvdp.api.run import search
 from tgvdp.certificate.ascent import climb
@@ -20,7 +20,7 @@ from tgvdp.referee.drive import replay_rows
 from tgvdp.referee.replay import replay
 from tgvdp.runs.profile import profile_of
 
-__all__ = ["TOURS", "Compiled", "checks", "checks_missing", "is_compiled", "key_folder", "tour", "watch"]
+__all__ = ["TOURS", "Compiled", "checks", "checks_missing", "is_compiled", "key_folder", "make_folder", "tour", "watch"]
 
 _TRAIN = "alstom-emu"  # its effort has a drop
 _TRACK = Track(

@@ -18,6 +18,7 @@ from tgvdp.errors import TgvdpError
 from tgvdp.methods.budget import Clock
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.model.trip import Trip
+from tgvdp.progress import tell
 from tgvdp.runs.profile import Profile
 
 _Floats = NDArray[np.float64]
@@ -131,6 +132,7 @@ class LinesUnder:
 
     def _make(self, multiplier: float) -> None:
         """Add a line for a multiplier, J/s; the certificate is only looser without it."""
+        tell("proving", lines=len(self.lines))
         line = self._line(multiplier, 0.0)
         if line is not None:
             self.lines.append(line)

@@ -28,14 +28,17 @@ _COMMANDS = (
     "search",
     "journey",
     "compare",
+    "explore",
     "score",
     "formulate",
     "solve",
     "bench",
+    "sweep",
     "catalog",
     "validate",
     "convert",
     "warm",
+    "selftest",
     "completion",
 )
 
@@ -49,6 +52,7 @@ Examples:
   tgvdp validate my-train.json my-scenario.toml
   tgvdp solve instance.json --solver dp          a problem of the quantum formulations
   tgvdp convert line.xml line.toml               from railML to the native format
+  tgvdp sweep network.toml --out network         thousands of searches
 """
 
 
@@ -127,7 +131,7 @@ def cli() -> None:
     """Find the Pareto front of delay against energy for a train on a line.
 
     Exit codes: 0 done, 2 wrong usage, 3 bad input, 4 infeasible, 5 budget reached (a partial result, labelled so),
-    130 interrupted.
+    6 some scenarios of a sweep failed, 130 interrupted.
     """
 
 

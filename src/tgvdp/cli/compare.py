@@ -81,7 +81,7 @@ def command(
         )
     if not folders and not (trains or tracks):
         raise click.UsageError("name folders of results, or trains and lines: --train a --train b --track x", context)
-    folder = OutFolder(out, force=force)
+    folder = OutFolder(out, "compare.json", force=force)
     started_s = time.perf_counter()
     with Screen(quiet=quiet) as screen:
         margins_pct = _margins(at)

@@ -1,7 +1,8 @@
 """``tgvdp journey``: a train over all stops of a line, and the split of its supplement over the sections."""
 
+import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -18,7 +19,7 @@ from tgvdp.cli.screen import ROWS, Screen, aligned, column, duration, spread
 from tgvdp.cli.search_case import merged, read_case, read_map
 from tgvdp.cli.search_options import SET_HELP, TRACK_HELP, TRAIN_HELP, complete, complete_fields, declared
 from tgvdp.errors import BudgetExceededError
-from tgvdp.options.search import BY_FIELD, TRIP, arguments_of
+from tgvdp.options.search import BY_FIELD, JOURNEY_FIELDS, TRIP, arguments_of
 from tgvdp.units import joule_to_kwh
 
 if TYPE_CHECKING:
@@ -38,12 +39,8 @@ Examples:
 _JOURNEY_HELP = "A timetable: its stops count in place of the line's, its windows are kept."
 _DELAY_HELP = "Mean delay of departures: simulates how late and how dear the splits of the middle point are."
 _TRAINS_HELP = f"{TRAIN_HELP} May be given several times."
+_MAIN = "journey.json"
 _SEVERAL, _COMPARED = "tgvdp.journeys/1", ("compare.json", "compare.csv", "compare.png")
-#: Options of a search that a journey has, too, by their names in files.
-_SHARED = (
-    *("reverse", "speed_restriction", "energy", "convention", "mass_model", "limits", "curves", "tunnels", "wind_kmh"),
-    *("points", "max_margin_pct", "at", "time_limit_s"),
-)
 _trip = heading(TRIP)
 _output = heading("Proof and output")
 _OPTIONS = [
@@ -61,7 +58,7 @@ _OPTIONS = [
     ),
     _trip("--line-speed", "line_speed_kmh", **LINE_SPEED),
     _trip("--set", "changes", metavar="FIELD=VALUE", multiple=True, shell_complete=complete_fields, help=SET_HELP),
-    *(declared(BY_FIELD[field]) for field in _SHARED),
+    *(declared(BY_FIELD[field]) for field in JOURNEY_FIELDS),
     _output("--delay", "mean_delay_s", metavar="S", type=number("s", above=0.0), help=_DELAY_HELP),
     _output("--certify", is_flag=True, help="Prove how far the optimum can be; takes seconds."),
     _output("--pictures/--no-pictures", default=True, show_default=True, help="Draw pictures."),
@@ -83,19 +80,20 @@ def command(trains: tuple[str, ...], out: str, force: bool, as_json: bool, quiet
     of its own in there, beside a table and a picture of who saves what.
     """
     several = len(trains) > 1
-    folder = OutFolder(out, force=force)
+    folder = OutFolder(out, _MAIN, force=force)
     homes = [Path(out) / f"train-{number}" for number in range(1, len(trains) + 1)] if several else [Path(out)]
-    folders = [OutFolder(str(home), force=force) for home in homes] if several else [folder]
+    for home in homes:
+        OutFolder(str(home), _MAIN, force=force)
     with Screen(quiet=quiet) as screen:
         done = [_run(screen, train, home, quiet, **asked) for train, home in zip(trains or (None,), homes, strict=True)]
-        compared = _compared(done, out, folder) if several else ""
-    for own, one in zip(folders, done, strict=True):
-        own.drop_earlier(one.files)
+        files = [file for one in done for file in one.files]
+        compared = _compared(done, out, files) if several else None
+    folder.drop_earlier(files if compared is None else [*files, *compared.files])
     content = {"schema": _SEVERAL, "trains": [{"train": one.result.trip.train.name, **one.content} for one in done]}
     if as_json:
         echo_json(content if several else done[0].content)
     if not quiet:
-        click.echo(compared if several else _table(*done[0][:3]), err=as_json)
+        click.echo(_table(*done[0][:3]) if compared is None else compare_table(compared.content), err=as_json)
         names = [*(home.name for home in homes), *_COMPARED] if several else [file.name for file in done[0].files]
         click.echo(f"in {out}: {', '.join(names)}", err=as_json)
     for one in done:
@@ -103,8 +101,10 @@ def command(trains: tuple[str, ...], out: str, force: bool, as_json: bool, quiet
             click.echo(_robustness_table(one.robustness), err=as_json)
         if one.failed:
             click.echo(f"tgvdp: warning: {one.failed} runs of sections do not pass the replay", err=True)
-        for text in () if quiet else one.result.warnings:
+        for text in () if quiet else _warnings(one):
             click.echo(f"tgvdp: warning: {text}", err=True)
+    if compared is not None and "warning" in compared.content and not quiet:
+        click.echo(f"tgvdp: warning: {compared.content['warning']}", err=True)
     complete = all(one.result.found.complete and (one.bound is None or one.bound.complete) for one in done)
     return 0 if complete else BudgetExceededError.exit_code
 
@@ -172,13 +172,26 @@ def _run(
     return _Done(result, journey_object(result), bound, robustness, files, failed)
 
 
-def _compared(done: Sequence[_Done], out: str, folder: OutFolder) -> str:
-    """Write who saves what; returns its table."""
+def _warnings(done: _Done) -> Iterator[str]:
+    """Where a result is less than was asked for."""
+    yield from done.result.warnings
+    if done.bound is not None and done.result.trip.energy.map is not None:
+        yield "--certify: energies by a map have no bound"
+
+
+class _Compared(NamedTuple):
+    """Who saves what, and the files that say so."""
+
+    content: dict[str, Any]
+    files: list[Path]
+
+
+def _compared(done: Sequence[_Done], out: str, beneath: Sequence[Path]) -> _Compared:
+    """Write who saves what."""
     from tgvdp.report.journeys import trains_object, write_trains
 
     results = [one.result for one in done]
-    folder.drop_earlier(write_trains(results, out))
-    return compare_table(trains_object(results))
+    return _Compared(trains_object(results), write_trains(results, out, beneath))
 
 
 def _table(result: "JourneyResult", content: Mapping[str, Any], bound: "JourneyBound | None") -> str:
@@ -197,7 +210,8 @@ def _table(result: "JourneyResult", content: Mapping[str, Any], bound: "JourneyB
         columns.append(column(name.replace("_", " "), "kWh more", 8, aligned(more, 4)))
     if bound is not None:
         gap_pct = bound.gap_pct(result.front.energy_j)
-        columns.append(column("gap", "%", 6, [f"{gap_pct[index]:.3f}" for index in chosen]))
+        gaps = [f"{gap_pct[index]:.3f}" if math.isfinite(gap_pct[index]) else "–" for index in chosen]
+        columns.append(column("gap", "%", 6, gaps))
     lines = ["  ".join(cells) for cells in zip(*columns, strict=True)]
     lines.append(
         f"{len(result.sections)} sections, fastest {duration(result.fastest_time_s)} without"

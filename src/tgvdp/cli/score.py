@@ -79,7 +79,7 @@ def command(
     """
     from tgvdp.formats import load_run
 
-    folder = OutFolder(out, force=force)
+    folder = OutFolder(out, "score.json", force=force)
     options: dict[str, Any] = {"energy": energy} if convention is None else {"energy": energy, "convention": convention}
     with Screen(quiet=quiet) as screen:
         record, case = load_run(run), read_case(train, track, None)

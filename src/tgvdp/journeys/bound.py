@@ -19,12 +19,14 @@ _Floats = NDArray[np.float64]
 
 #: Sums of a few hundred roundings, relative to the largest of their terms.
 _ROUNDING = 1e-13
+#: Running times that are nearer to the fastest one, relative to it, are that one.
+_SAME_TIME = 1e-9
 
 
 class JourneyBound(NamedTuple):
     """Lower bounds of the least energy of a journey at given running times, J, and whether they were worked out whole.
 
-    The bound is −∞ where nothing is known.
+    The bound is NaN where nothing is known.
     """
 
     lower_bound_j: _Floats
@@ -35,30 +37,33 @@ class JourneyBound(NamedTuple):
         return np.asarray(100.0 * (energy_j - self.lower_bound_j) / np.abs(energy_j))
 
 
-def journey_bound(certificates: Sequence[Certificate], fastest_s: Sequence[float], time_s: _Floats) -> JourneyBound:
+def journey_bound(certificates: Sequence[Certificate], time_s: _Floats) -> JourneyBound:
     """Bound the least energy of all sections together.
 
     Parameters
     ----------
     certificates : sequence of Certificate
         Of the sections.
-    fastest_s : sequence of float
-        Their fastest running times, s.
     time_s : (n,) float64
         Running times of the journey without dwell, s.
     """
     complete = all(one.complete for one in certificates)
     if any(len(one.line_j) == 0 for one in certificates):
-        return JourneyBound(np.full(len(time_s), -math.inf), complete)
+        return JourneyBound(np.full(len(time_s), math.nan), complete)
     multiplier = np.unique(np.concatenate([one.multiplier_j_per_s for one in certificates]))
-    parts_j = [_best_lines(one, own_s, multiplier) for one, own_s in zip(certificates, fastest_s, strict=True)]
+    parts_j = [_best_lines(one, multiplier) for one in certificates]
     line_j = np.sum(parts_j, axis=0)
     cost_j = multiplier[:, None] * time_s
     rounding_j = _ROUNDING * (np.sum(np.abs(parts_j), axis=0)[:, None] + cost_j)
-    return JourneyBound(np.max(line_j[:, None] - cost_j - rounding_j, axis=0), complete)
+    lower_j = np.max(line_j[:, None] - cost_j - rounding_j, axis=0)
+    lower_j[np.isneginf(lower_j)] = math.nan
+    # No section is faster than its fastest run, and none is as fast.
+    fastest_s = sum(one.fastest_s for one in certificates)
+    lower_j[time_s <= fastest_s * (1.0 + _SAME_TIME)] = sum(one.fastest_j for one in certificates)
+    return JourneyBound(lower_j, complete)
 
 
-def _best_lines(certificate: Certificate, fastest_s: float, multiplier: _Floats) -> _Floats:
+def _best_lines(certificate: Certificate, multiplier: _Floats) -> _Floats:
     """c(λ) of a section for increasing multipliers, J; −∞ below its least one."""
     order = np.lexsort((-certificate.line_j, certificate.multiplier_j_per_s))
     own, line_j = certificate.multiplier_j_per_s[order], certificate.line_j[order]
@@ -66,6 +71,6 @@ def _best_lines(certificate: Certificate, fastest_s: float, multiplier: _Floats)
     own, line_j = own[first], line_j[first]
     hull = on_hull(own, -line_j)
     mixed_j = np.interp(multiplier, own[hull], line_j[hull], left=-math.inf, right=-math.inf)
-    rays_j = line_j[hull] + (multiplier[:, None] - own[hull]) * fastest_s
+    rays_j = line_j[hull] + (multiplier[:, None] - own[hull]) * certificate.fastest_s
     rays_j[multiplier[:, None] < own[hull]] = -math.inf
     return np.asarray(np.maximum(mixed_j, rays_j.max(axis=1)))

@@ -132,8 +132,8 @@ def _simulated(
         held_s = delays.running_s[:, number]
         running_s = np.clip(timetable_s - departure_s - held_s, section.fastest.duration_s, own_s)
         arrival_s = departure_s + running_s + held_s
-        energy_j += np.interp(running_s, section.time_s, section.energy_j)
-        planned_j += float(np.interp(own_s, section.time_s, section.energy_j))
+        energy_j += np.interp(running_s, section.front.time_s, section.front.energy_j)
+        planned_j += float(np.interp(own_s, section.front.time_s, section.front.energy_j))
         late_s += np.maximum(arrival_s - timetable_s, 0.0)
     punctual = float(np.mean(arrival_s - timetable_s <= _PUNCTUAL_S))
     return planned_j, float(energy_j.mean()), float(late_s.mean()) / len(sections), punctual

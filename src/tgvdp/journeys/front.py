@@ -64,6 +64,8 @@ class JourneyFront:
         False when a time limit ended the search.
     exhausted : bool
         Whether the front ends with the thriftiest journey: running longer saves nothing.
+    left : str
+        Which window is left, and by how much, where runs do not meet their times.
     """
 
     front: ParetoFront
@@ -73,6 +75,7 @@ class JourneyFront:
     practices: dict[str, Allocations]
     complete: bool
     exhausted: bool
+    left: str = ""
 
 
 def journey_front(
@@ -105,9 +108,7 @@ def journey_front(
         search.attempt(search.beside(taken_s, is_short))
     _, best = search.best()
     front = ParetoFront.of(best.time_s, best.energy_j)
-    until_next_s = dwell_s + np.column_stack(
-        [one.front.time_s[run] for one, run in zip(sections, best.run.T, strict=True)]
-    )
+    until_next_s = dwell_s + np.column_stack([one.time_s[run] for one, run in zip(sections, best.run.T, strict=True)])
     kept = front.source
     last_s = search.fastest_s + float(supplement_s[-1])
     return JourneyFront(
@@ -117,7 +118,8 @@ def journey_front(
         multiplier_j_per_s=np.repeat(splits[-1].multiplier_j_per_s[kept, None], len(sections), axis=1),
         practices={name: search.allocations(share_s[kept]) for name, share_s in shares.items()},
         complete=all(section.complete for section in sections),
-        exhausted=bool(front.time_s[-1] < last_s - _SHORT * tolerance_s),
+        exhausted=all(section.exhausted for section in sections)
+        and bool(front.time_s[-1] < last_s - _SHORT * tolerance_s),
     )
 
 
@@ -154,10 +156,12 @@ class _Search:
 
     def allocations(self, supplement_s: _Floats) -> Allocations:
         """What known runs within given supplements, (n, sections), s, take together."""
-        run = np.column_stack([one.within(own_s) for one, own_s in zip(self.sections, supplement_s.T, strict=True)])
-        chosen = [one.front for one in self.sections]
-        time_s = np.sum([front.time_s[own] for front, own in zip(chosen, run.T, strict=True)], axis=0)
-        energy_j = np.sum([front.energy_j[own] for front, own in zip(chosen, run.T, strict=True)], axis=0)
+        run = np.column_stack(
+            [one.cheapest_within(own_s) for one, own_s in zip(self.sections, supplement_s.T, strict=True)]
+        )
+        chosen = list(zip(self.sections, run.T, strict=True))
+        time_s = np.sum([one.time_s[own] for one, own in chosen], axis=0)
+        energy_j = np.sum([one.energy_j[own] for one, own in chosen], axis=0)
         return Allocations(time_s, energy_j, run)
 
     def best(self) -> tuple[_Floats, Allocations]:
@@ -173,7 +177,9 @@ class _Search:
         Running times jump over what these were given.
         """
         given_s, best = self.best()
-        taken_s = np.column_stack([one.supplement_s[run] for one, run in zip(self.sections, best.run.T, strict=True)])
+        taken_s = np.column_stack(
+            [one.time_s[run] - one.fastest.duration_s for one, run in zip(self.sections, best.run.T, strict=True)]
+        )
         return taken_s, given_s - taken_s > _SHORT * self.tolerance_s
 
 
@@ -217,7 +223,7 @@ def _sampled(sections: Sequence[SectionRuns], last_s: float, tolerance_s: float)
         sampled_s = np.column_stack([step_s * np.minimum(steps, count) for count in counts])
         reach(sections, sampled_s, tolerance_s)
         energy_j = [
-            one.front.energy_j[one.within(np.asarray(step_s * steps[: count + 1]))]
+            one.energy_j[one.cheapest_within(np.asarray(step_s * steps[: count + 1]))]
             for one, count in zip(sections, counts, strict=True)
         ]
         sums = least_sums(energy_j)

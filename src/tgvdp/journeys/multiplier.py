@@ -60,7 +60,7 @@ def demand_of(section: SectionRuns) -> Demand:
         return Demand(np.zeros(2), np.array([1.0, 0.0]))
     # A multiplier lies between the slopes on both sides of its run.
     slope = -np.diff(energy_j) / np.diff(supplement_s)
-    multiplier = np.clip(section.multiplier_j_per_s[hull][1:], np.append(slope[1:], 0.0), slope)
+    multiplier = np.clip(section.multiplier_j_per_s[section.front.source[hull]][1:], np.append(slope[1:], 0.0), slope)
     multiplier = np.maximum(multiplier, _NONE * slope[0])
     exponent = 1.0 - multiplier[0] / slope[0]
     exponent = min(max(exponent, _LEAST_EXPONENT), _MOST_EXPONENT)

@@ -11,6 +11,9 @@ from tgvdp.runs.profile import Profile, profile_of
 
 _Floats = NDArray[np.float64]
 
+#: A ratio that differs from 1 by less differs by rounding.
+_SAME = 1e-12
+
 
 def practices(sections: Sequence[SectionRuns], total_s: _Floats) -> dict[str, _Floats]:
     """Supplements of each section, s, (n, sections), by the practice's name.
@@ -34,4 +37,6 @@ def linear_margin(trip: Trip, fastest: Profile, ratio: float) -> Profile:
 
     Every stretch then takes that ratio of its fastest time, the whole run included.
     """
+    if ratio <= 1.0 + _SAME:
+        return fastest
     return profile_of(trip, fastest.position_m - trip.origin_m, (fastest.speed_mps / ratio) ** 2)

@@ -18,16 +18,16 @@ _SAME = 1e-9
 
 
 class SectionRuns:
-    """Runs of one section, fastest first, none of them slower and dearer than another.
+    """Runs of one section, fastest first.
 
     Attributes
     ----------
     trip : Trip
     fastest : Profile
+    time_s, energy_j, multiplier_j_per_s : (n,) float64
+        Running times, s, increasing, energies, J, and multipliers λ, J/s, of all runs; λ is infinite for the fastest.
     front : ParetoFront
-        Running times and energies of the runs.
-    multiplier_j_per_s : (n,) float64
-        Multiplier λ of each; infinite for the fastest run.
+        Of them, whose ``source`` are their numbers: runs may be slower and dearer than another, as those by a map.
     complete : bool
         False when a time limit left running times out.
     exhausted : bool
@@ -38,8 +38,8 @@ class SectionRuns:
         self.trip = trip
         self.fastest = fastest
         self._method = method
+        self.time_s, self.energy_j, self.multiplier_j_per_s = np.empty((3, 0))
         self.front = ParetoFront.of([], [])
-        self.multiplier_j_per_s = np.empty(0)
         self._runs: list[tuple[OptimalRuns, int]] = []
         self.complete = True
         self.exhausted = False
@@ -52,33 +52,30 @@ class SectionRuns:
         self.complete &= found.complete
         self.exhausted |= found.exhausted
         runs = self._runs + [(found, index) for index in range(len(found.duration_s))]
-        multiplier = np.concatenate((self.multiplier_j_per_s, found.multiplier_j_per_s))
-        self.front = ParetoFront.of(
-            np.concatenate((self.front.time_s, found.duration_s)),
-            np.concatenate((self.front.energy_j, found.energy_j)),
-        )
-        self.multiplier_j_per_s = multiplier[self.front.source]
-        self._runs = [runs[index] for index in self.front.source.tolist()]
+        known = np.array([found.duration_s, found.energy_j, found.multiplier_j_per_s])
+        columns = np.concatenate(([self.time_s, self.energy_j, self.multiplier_j_per_s], known), axis=1)
+        order = np.lexsort((columns[1], columns[0]))
+        order = order[np.diff(columns[0][order], prepend=-np.inf) > 0.0]  # of equal times the cheapest
+        self.time_s, self.energy_j, self.multiplier_j_per_s = columns[:, order]
+        self._runs = [runs[index] for index in order.tolist()]
+        self.front = ParetoFront.of(self.time_s, self.energy_j)
 
     @property
     def supplement_s(self) -> NDArray[np.float64]:
-        """Supplement of each run over the fastest one, s, (n,) float64."""
+        """Supplement of each run of the front over the fastest one, s, (n,) float64."""
         return np.asarray(self.front.time_s - self.fastest.duration_s)
 
-    def within(self, supplement_s: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Index of the cheapest run that takes no more than each of some supplements, s."""
+    def cheapest_within(self, supplement_s: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Number of the cheapest run that takes no more than each of some supplements, s."""
+        return np.asarray(self.front.source[self._last_within(self.front.time_s, supplement_s)])
+
+    def slowest_within(self, supplement_s: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Number of the slowest run that takes no more than each of some supplements, s."""
+        return self._last_within(self.time_s, supplement_s)
+
+    def _last_within(self, time_s: NDArray[np.float64], supplement_s: NDArray[np.float64]) -> NDArray[np.int64]:
         limit_s = (self.fastest.duration_s + supplement_s) * (1.0 + _SAME)
-        return np.asarray(np.searchsorted(self.front.time_s, limit_s, side="right") - 1)
-
-    @property
-    def time_s(self) -> NDArray[np.float64]:
-        """Running time of each run, s, (n,) float64."""
-        return self.front.time_s
-
-    @property
-    def energy_j(self) -> NDArray[np.float64]:
-        """Energy of each run, J, (n,) float64."""
-        return self.front.energy_j
+        return np.asarray(np.searchsorted(time_s, limit_s, side="right") - 1)
 
     def rows(self, index: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int8]]:
         """Rows of one run: positions from the origin, m, squared speeds, m²/s², and what is known of their regimes."""

@@ -166,7 +166,7 @@ class TimedJourney:
         # Only now, as groups of speeds share parts, whose runs are numbered anew when more are found.
         runs = [
             [
-                (part, int(part.within(taken_s)))
+                (part, int(part.slowest_within(taken_s)))
                 for part, taken_s in zip(self.parts(speeds[at]), supplement_s[at], strict=True)
             ]
             for at in met
@@ -178,17 +178,38 @@ class TimedJourney:
         front = ParetoFront.of(
             np.sum([one.time_s for one in sections], axis=0), np.sum([one.energy_j for one in sections], axis=0)
         )
-        kept = np.array(met)[front.source]
+        kept = front.source
+        driven = [self._driven(departure_s[met[at]], supplement_s[met[at]], runs[at]) for at in kept.tolist()]
+        leaving_s, coming_s = np.array(driven).swapaxes(0, 1)
         found = JourneyFront(
             front=front,
-            run=np.repeat(front.source[:, None], len(sections), axis=1),
-            departure_s=departure_s[kept][:, [parts[0] for parts in windows.sections]],
-            multiplier_j_per_s=multiplier[kept][:, [parts[-1] for parts in windows.sections]],
+            run=np.repeat(kept[:, None], len(sections), axis=1),
+            departure_s=leaving_s[:, [parts[0] for parts in windows.sections]],
+            multiplier_j_per_s=multiplier[met][kept][:, [parts[-1] for parts in windows.sections]],
             practices={},
             complete=all(part.complete for part in self._known.values()),
             exhausted=False,
+            left=self.windows.left_by(leaving_s, coming_s, tolerance_s),
         )
         return tuple(sections), found
+
+    def _driven(
+        self, departure_s: _Floats, supplement_s: _Floats, runs: Sequence[tuple[SectionRuns, int]]
+    ) -> tuple[_Floats, _Floats]:
+        """Departures and arrivals of all parts, s, of runs that are a little faster than planned.
+
+        The train waits for that at the stop before, as far as the window there lets it: it comes as planned.
+        """
+        planned_s = supplement_s + [part.fastest.duration_s for part, _ in runs]
+        own_s = np.array([part.time_s[run] for part, run in runs])
+        departure_s = departure_s.copy()
+        for parts in self.windows.sections:
+            first = parts[0]
+            waited_s = departure_s[first] + planned_s[first] - own_s[first]
+            departure_s[first] = max(departure_s[first], min(waited_s, self.windows.departures[first].latest_s))
+            for part in parts[1:]:
+                departure_s[part] = departure_s[part - 1] + own_s[part - 1]
+        return departure_s, departure_s + own_s
 
     def _best(self, windows: Windows, arrival_s: _Floats, tolerance_s: float) -> dict[int, Speeds]:
         """The speeds of least energy by the number of the arrival, s; not where those that were tried are too slow."""
@@ -226,7 +247,10 @@ class TimedJourney:
         timetable = timetable_of(parts, windows, tolerance_s)
         taken_s = timetable.at(arrival_s).supplement_s
         energy_j = np.sum(
-            [np.interp(own_s, one.supplement_s, one.energy_j) for one, own_s in zip(parts, taken_s.T, strict=True)],
+            [
+                np.interp(own_s, one.supplement_s, one.front.energy_j)
+                for one, own_s in zip(parts, taken_s.T, strict=True)
+            ],
             axis=0,
         )
         return np.where(arrival_s >= timetable.arrival.first_s - tolerance_s, energy_j, np.inf)

@@ -47,6 +47,18 @@ class Windows(NamedTuple):
         arrivals = [one._replace(earliest_s=min(one.earliest_s + by_s, one.latest_s)) for one in self.arrivals]
         return self._replace(arrivals=tuple(arrivals))
 
+    def left_by(self, departure_s: _Floats, arrival_s: _Floats, slack_s: float) -> str:
+        """Say which window is left most, and by how much, by departures and arrivals, (n, parts), s; else nothing."""
+        worst_s, text = slack_s, ""
+        for points, clock_s in ((self.departures, departure_s), (self.arrivals, arrival_s)):
+            for point, own_s in zip(points, clock_s.T, strict=True):
+                early_s, late_s = point.earliest_s - float(own_s.min()), float(own_s.max()) - point.latest_s
+                if max(early_s, late_s) > worst_s:
+                    worst_s = max(early_s, late_s)
+                    side = "earlier than it opens" if early_s > late_s else "later than it closes"
+                    text = f"the window at {point.position_m:.6g} m is left: the train is there {worst_s:.3g} s {side}"
+        return text
+
     @property
     def start_s(self) -> float:
         """Earliest departure of the journey, s."""

@@ -246,6 +246,12 @@ OPTIONS: tuple[Option, ...] = options_of(SearchOptions)
 #: Those that people set, by their names in files.
 BY_FIELD: dict[str, Option] = {one.field: one for one in OPTIONS if one.name}
 
+#: Those of them that a journey has, too.
+JOURNEY_FIELDS = (
+    *("reverse", "speed_restriction", "energy", "convention", "mass_model", "limits", "curves", "tunnels", "wind_kmh"),
+    *("points", "max_margin_pct", "at", "time_limit_s", "max_memory_mb"),
+)
+
 
 def by_argument(argument: str) -> Option:
     """Option of a name in Python."""

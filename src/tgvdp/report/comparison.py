@@ -2,18 +2,19 @@
 
 import json
 import os
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from tgvdp.errors import InputError
-from tgvdp.report import style
+from tgvdp.report import palette, style
 from tgvdp.report.plain import plain
 from tgvdp.report.tables import SCHEMA as SEARCH_SCHEMA
 from tgvdp.report.tables import saved_pct
-from tgvdp.units import JOULE_PER_KWH
+from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
     from tgvdp.report.columns import Columns
@@ -22,8 +23,12 @@ SCHEMA = "tgvdp.compare/1"
 #: Margins that are compared where nobody names any, %.
 MARGINS_PCT = (0.0, 2.0, 5.0, 10.0, 15.0, 20.0, 25.0)
 #: Columns of ``compare.csv``.
-COMPARE_COLUMNS = ("name", "margin_pct", "time_s", "energy_kwh", "saved_pct", "against_first_pct")
-_COLORS = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE, style.SKY, style.BLACK)
+COMPARE_COLUMNS = ("name", "margin_pct", "time_s", "energy_kwh", "saved_pct", "against_first_pct", "at_most_above_pct")
+#: A front may end a hundredth of a second before the margin that was asked for.
+_END_SHARE = 1e-3
+#: Figures that may lie further above their front than this are said to, %.
+_TELLING_PCT = 0.1
+_COLORS = (palette.BLUE, palette.VERMILION, palette.GREEN, palette.PURPLE, palette.ORANGE, palette.SKY, palette.BLACK)
 _DASHES = ("-", "--", ":", "-.")
 
 
@@ -77,13 +82,14 @@ def compare_object(
     -------
     dict
         Schema tgvdp.compare/1; docs/results.md says what each field means. Between two points of a front a straight
-        line is taken, which is not below the front.
+        line is taken, which is not below the front; ``at_most_above_pct`` says how far it can be above, and ``warning``
+        where that is much.
     """
     runs, rows = [], []
     first: dict[float, float] = {}
     for name, content in zip(names, contents, strict=True):
         fastest = content["fastest"]
-        time_s, energy_kwh = _front(content)
+        front = _front(content)
         model = content["energy"]
         runs.append(
             {
@@ -96,9 +102,8 @@ def compare_object(
         )
         for margin in margins_pct:
             at_s = fastest["time_s"] * (1.0 + margin / 100.0)
-            # A front may end a hundredth of a second before the margin that was asked for.
-            known = time_s[0] <= at_s <= time_s[-1] + 1e-3 * time_s[0]
-            energy = float(np.interp(at_s, time_s, energy_kwh)) if known else None
+            read = front.at(at_s)
+            energy = None if read is None else read.energy_kwh
             first.setdefault(margin, np.nan if energy is None else energy)
             rows.append(
                 {
@@ -108,25 +113,70 @@ def compare_object(
                     "energy_kwh": energy,
                     "saved_pct": None if energy is None else saved_pct(energy, fastest["energy_kwh"]),
                     "against_first_pct": None if energy is None else -saved_pct(energy, first[margin]),
+                    "at_most_above_pct": None if read is None else read.at_most_above_pct,
                 }
             )
     content = {"schema": SCHEMA, "runs": runs, "rows": rows}
-    if len({run["energy"] for run in runs}) > 1:
-        content["warning"] = "the results count different energies: " + ", ".join(
-            f"{run['name']} {run['energy']}" for run in runs
-        )
+    if warnings := _warnings(runs, rows):
+        content["warning"] = "; ".join(warnings)
     plain_content: dict[str, Any] = plain(content)
     return plain_content
 
 
-def _front(content: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Running times and energies, the fastest run first."""
+def _warnings(runs: Sequence[Mapping[str, Any]], rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """What figures beside each other do not say."""
+    warnings = []
+    if len({run["energy"] for run in runs}) > 1:
+        counted = ", ".join(f"{run['name']} {run['energy']}" for run in runs)
+        warnings.append(f"the results count different energies: {counted}")
+    above_pct = max((row["at_most_above_pct"] or 0.0 for row in rows), default=0.0)
+    if above_pct > _TELLING_PCT:
+        warnings.append(
+            f"margins between two points of a front are read off a straight line, which may be {above_pct:.2g} % too"
+            " dear: --at puts points there"
+        )
+    return warnings
+
+
+class _Read(NamedTuple):
+    """An energy read off a front, kWh, and how far above the front it can be, %."""
+
+    energy_kwh: float
+    at_most_above_pct: float
+
+
+class _Front(NamedTuple):
+    """Running times, s, energies, kWh, and prices, kWh/min (NaN where unknown), the fastest run first, (n,)."""
+
+    time_s: Any
+    energy_kwh: Any
+    price_kwh_per_min: Any
+
+    def at(self, at_s: float) -> _Read | None:
+        """Energy at a running time, s; None where the front does not reach."""
+        time_s, energy_kwh = self.time_s, self.energy_kwh
+        if not time_s[0] <= at_s <= time_s[-1] * (1.0 + _END_SHARE):
+            return None
+        energy = float(np.interp(at_s, time_s, energy_kwh))
+        after = bisect_left(time_s, at_s)
+        if after in (0, len(time_s)) or time_s[after] == at_s:
+            return _Read(energy, 0.0)
+        # No run of a convex front is below the tangents at its points, nor dearer than a faster one.
+        minutes = (np.array([at_s, at_s]) - time_s[after - 1 : after + 1]) / SECONDS_PER_MINUTE
+        tangents = energy_kwh[after - 1 : after + 1] - self.price_kwh_per_min[after - 1 : after + 1] * minutes
+        least = max(float(np.nanmax(tangents, initial=-np.inf)), float(energy_kwh[after]))
+        return _Read(energy, max(saved_pct(least, energy), 0.0))
+
+
+def _front(content: Mapping[str, Any]) -> _Front:
+    """The front of a result."""
     points = [content["fastest"], *content["front"]]
-    time_s = np.array([point["time_s"] for point in points])
-    energy_kwh = np.array([point["energy_kwh"] for point in points])
+    names = ("time_s", "energy_kwh", "price_kwh_per_min")
+    columns = (np.array([point.get(name) for point in points], dtype=np.float64) for name in names)
+    front = _Front(*columns)
     # On a grid the front begins well after the fastest run: no straight line leads from the one to the other.
-    gap = content["method"] != "front" or time_s.size == 1
-    return (time_s[1:], energy_kwh[1:]) if gap and time_s.size > 1 else (time_s, energy_kwh)
+    gap = content["method"] != "front" and len(points) > 1
+    return _Front(*(column[1:] for column in front)) if gap else front
 
 
 def compare_columns(content: Mapping[str, Any]) -> "Columns":
@@ -152,9 +202,9 @@ def plot_comparison(contents: Sequence[Mapping[str, Any]], names: Sequence[str])
     upper, lower = figure.subplots(2, 1)
     figure.subplots_adjust(hspace=0.28)
     fronts = [_front(content) for content in contents]
-    scale = style.time_scale(max(float(time_s.max()) for time_s, _ in fronts))
-    energy = style.energy_scale(JOULE_PER_KWH * max(float(np.abs(kwh).max()) for _, kwh in fronts))
-    for index, (content, name, (time_s, kwh)) in enumerate(zip(contents, names, fronts, strict=True)):
+    scale = style.time_scale(max(float(front.time_s.max()) for front in fronts))
+    energy = style.energy_scale(JOULE_PER_KWH * max(float(np.abs(front.energy_kwh).max()) for front in fronts))
+    for index, (content, name, (time_s, kwh, _)) in enumerate(zip(contents, names, fronts, strict=True)):
         fastest = content["fastest"]
         look = {
             "color": _COLORS[index % len(_COLORS)], "linestyle": _DASHES[index % len(_DASHES)], "linewidth": 2.0,

@@ -155,17 +155,23 @@ def write_journey(
 
 
 def trains_object(results: Sequence["JourneyResult"]) -> dict[str, Any]:
-    """Compare the journeys of several trains at equal margins: an object of schema tgvdp.compare/1."""
+    """Compare the journeys of several trains at equal margins: an object of schema tgvdp.compare/1.
+
+    With windows margins count from each train's earliest journey.
+    """
     from tgvdp.report.comparison import MARGINS_PCT, compare_object, names_of
 
     contents = list(map(_comparable, results))
-    reach_pct = min(margin_pct(float(one.front.time_s[-1]), one.fastest_time_s) for one in results)
-    margins_pct = [margin for margin in MARGINS_PCT if margin <= reach_pct + _MARGIN_SLACK_PCT] or [0.0]
+    reach_pct = min(margin_pct(one["front"][-1]["time_s"], one["fastest"]["time_s"]) for one in contents)
+    asked_pct = tuple(100.0 * margin for margin in results[0].options["at_margin"]) or MARGINS_PCT
+    margins_pct = [margin for margin in asked_pct if margin <= reach_pct + _MARGIN_SLACK_PCT] or [0.0]
     return compare_object(contents, names_of(contents), margins_pct)
 
 
-def write_trains(results: Sequence["JourneyResult"], out_dir: str | os.PathLike[str]) -> list[Path]:
-    """Write the comparison of several trains: an object, a table and a picture.
+def write_trains(
+    results: Sequence["JourneyResult"], out_dir: str | os.PathLike[str], beneath: Sequence[Path]
+) -> list[Path]:
+    """Write the comparison of several trains: an object, a table and a picture; their own files lie beneath.
 
     Raises
     ------
@@ -187,21 +193,27 @@ def write_trains(results: Sequence["JourneyResult"], out_dir: str | os.PathLike[
         "compare.csv": to_csv(compare_columns(content)),
         "compare.png": encode(plot_comparison(contents, names_of(contents)), provenance),
     }
-    return write_ledger(out_dir, files, provenance)
+    return write_ledger(out_dir, files, provenance, beneath)
 
 
 def _comparable(result: "JourneyResult") -> dict[str, Any]:
     """What a comparison reads of a result, the fastest journey first."""
     trip = result.trip
+    points: list[dict[str, Any]] = list(map(_figures, result.front.time_s, result.front.energy_j))
+    fastest = points[0]  # ... that windows allow, whose prices are not those of running times
+    if result.windows.are_open:
+        fastest = _figures(result.fastest_time_s, result.fastest_energy_j)
+        for point, price in zip(points[1:], result.price_kwh_per_min[1:].tolist(), strict=True):
+            point["price_kwh_per_min"] = price
     return {
-        "method": "front" if result.windows.are_open else "timetable",  # whose fastest journey is not on its front
+        "method": "front",
         "trip": {
             "train": trip.train.name,
             "track": trip.track.name,
             "origin_m": trip.origin_m,
             "destination_m": trip.destination_m,
         },
-        "energy": {"model": trip.energy.kind} if trip.energy.map is None else {"map": trip.energy.map.name},
-        "fastest": _figures(result.fastest_time_s, result.fastest_energy_j),
-        "front": list(map(_figures, result.front.time_s, result.front.energy_j)),
+        "energy": {"model": trip.energy.kind if trip.energy.map is None else trip.energy.map.name},
+        "fastest": fastest,
+        "front": points,
     }

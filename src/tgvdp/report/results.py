@@ -4,6 +4,7 @@ import hashlib
 import json
 import math
 import os
+import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -78,7 +79,8 @@ def write_results(
     progress : callable, optional
         Told in a few words what is being written.
     time_s : float, optional
-        Time for the tables, s: where all profiles would take longer, evenly spread ones are written.
+        Time for summing up and for the tables, s, half of it for each. Points that are not summed up lack the figures
+        of their rows; where all profiles would take longer, evenly spread ones are written.
 
     Returns
     -------
@@ -97,10 +99,12 @@ def write_results(
     if not provenance:
         inputs: dict[str, Input] = {"train": result.trip.train, "track": result.trip.track}
         provenance = make_provenance(result.options, inputs, result.elapsed_s)
-    written = choose_runs(result, every_m, most_rows_in(time_s))
+    started_s, half_s = time.perf_counter(), 0.5 * time_s
+    written = choose_runs(result, every_m, most_rows_in(half_s))
     content = result_object(
         result, result.verify() if verdicts is None else verdicts, provenance, certificate, tariff=tariff,
         notes=[written.note] if written.note else [], progress=progress,
+        expired=lambda: time.perf_counter() - started_s > half_s,
     )  # fmt: skip
     files = {
         "result.json": to_json(content),
@@ -115,13 +119,20 @@ def write_results(
 
 
 def write_ledger(
-    out_dir: str | os.PathLike[str], files: Mapping[str, bytes], provenance: Mapping[str, Any]
+    out_dir: str | os.PathLike[str],
+    files: Mapping[str, bytes],
+    provenance: Mapping[str, Any],
+    beneath: Sequence[Path] = (),
 ) -> list[Path]:
-    """Write files, and ``provenance.json`` with the provenance and the SHA-256 of each of them."""
+    """Write files, and ``provenance.json`` with the provenance and the SHA-256 of each of them.
+
+    It lists files that were written into folders beneath, too.
+    """
+    listed = {**files, **{file.relative_to(out_dir).as_posix(): file.read_bytes() for file in beneath}}
     ledger = {
         "schema": "tgvdp.provenance/1",
         **plain(provenance),
-        "files": {name: hashlib.sha256(data).hexdigest() for name, data in files.items()},
+        "files": {name: hashlib.sha256(data).hexdigest() for name, data in listed.items()},
     }
     return write_files(out_dir, {**files, "provenance.json": to_json(ledger)})
 

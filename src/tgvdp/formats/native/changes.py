@@ -23,6 +23,7 @@ from tgvdp.model.train import Train
 
 _SPECS: dict[str, type[Struct]] = {"train": TrainSpec, "track": TrackSpec}
 _STEP = re.compile(r"(\w+)((?:\[\d+\])*)")
+_SHARE = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*%")
 #: Stands for the path of a file in errors.
 _OWNER = Path("--set")
 
@@ -36,7 +37,7 @@ def changed(train: Train, track: Track, assignments: Sequence[str]) -> tuple[Tra
     """Return train and track with fields set, each as ``train.FIELD=VALUE`` or ``track.FIELD=VALUE``.
 
     A field may lie deeper (``train.traction.force_kn``) or in a row (``track.speed_limits[2].speed_kmh``); a value is
-    written as in TOML, and what TOML cannot read is text.
+    written as in TOML, and what TOML cannot read is text; ``train.mass_t=110%`` is a share of the number that is there.
 
     Raises
     ------
@@ -83,6 +84,16 @@ def _value(text: str) -> Any:
         return text
 
 
+def _share_of(held: Any, value: Any, at: str) -> Any:
+    """A value; with % a share of the number that is there."""
+    match = _SHARE.fullmatch(value) if isinstance(value, str) else None
+    if match is None:
+        return value
+    if isinstance(held, bool) or not isinstance(held, int | float):
+        raise InputError(f"--set: {at}: there is no number of which {value} could be taken")
+    return held * float(match[1]) / 100.0
+
+
 def _put(tree: Any, steps: Sequence[str | int], value: Any, at: str = "") -> None:
     """Set a field of a tree in place; tables on the way are made where they are absent, rows are not."""
     step, *below = steps
@@ -92,7 +103,8 @@ def _put(tree: Any, steps: Sequence[str | int], value: Any, at: str = "") -> Non
     if isinstance(step, int) and step >= len(tree):
         raise InputError(f"--set: {at}: has rows [0] to [{len(tree) - 1}], got [{step}]")
     if not below:
-        tree[step] = value
+        held = tree[step] if isinstance(step, int) else tree.get(step)
+        tree[step] = _share_of(held, value, f"{at}.{step}".lstrip("."))
         return
     inner = tree[step] if isinstance(step, int) else tree.setdefault(step, {})
     _put(inner, below, value, f"{at}[{step}]" if isinstance(step, int) else f"{at}.{step}".lstrip("."))

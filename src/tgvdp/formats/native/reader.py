@@ -14,7 +14,7 @@ from tgvdp.errors import InputError
 from tgvdp.formats.native.energy_map import MapSpec, make_map
 from tgvdp.formats.native.specs import CurveSpec, EffortSpec, FileSpec, PolynomialSpec, RunSpec, TrackSpec, TrainSpec
 from tgvdp.formats.sources import label, locate
-from tgvdp.formats.syntax.reading import Document, bad, errors_named, read_document, shown
+from tgvdp.formats.syntax.reading import Document, bad, errors_named, read_document, require_not_alone, shown
 from tgvdp.formats.syntax.typed import decode, suggestion
 from tgvdp.formats.tables.effort import read_effort
 from tgvdp.model.adhesion import Adhesion
@@ -56,14 +56,14 @@ def read_native(document: Document) -> NativeFile:
     path = document.path
     file = decode(path, document.tree, FileSpec)
     name = path.stem if file.name is UNSET else file.name
-    tables = dict(_effort_tables(path, file.train)) if isinstance(file.train, TrainSpec) else {}
+    tables = dict(_effort_tables(document, file.train)) if isinstance(file.train, TrainSpec) else {}
     with errors_named(path):
         return NativeFile(
             require_text("file", "name", name),
             _train(path, file.train, name, tables) if isinstance(file.train, TrainSpec) else _reference(file.train),
             _track(path, file.track, name) if isinstance(file.track, TrackSpec) else _reference(file.track),
             make_map(file.map, name) if isinstance(file.map, MapSpec) else _reference(file.map),
-            {} if file.run is UNSET else _options(path, file.run),
+            {} if file.run is UNSET else run_options(path, file.run),
             {label(table.document.path): table.document.digest for table in tables.values()},
         )
 
@@ -79,12 +79,14 @@ class _EffortTable(NamedTuple):
     part: str | None
 
 
-def _effort_tables(path: Path, spec: TrainSpec) -> Iterator[tuple[str, _EffortTable]]:
+def _effort_tables(document: Document, spec: TrainSpec) -> Iterator[tuple[str, _EffortTable]]:
     """Files that the effort of a train is read from, by its field."""
+    path = document.path
     for field in ("traction", "braking"):
         effort: EffortSpec | UnsetType = getattr(spec, field)
         if effort is not UNSET and effort.file is not UNSET:
             with errors_named(path, f"train.{field}.file"):
+                require_not_alone(document, effort.file)
                 target = locate(effort.file, folder=path.parent)
                 yield field, _EffortTable(read_document(target.path), target.part)
 
@@ -179,23 +181,31 @@ def _curves(path: Path, rows: list[CurveSpec]) -> Iterator[Curve]:
         yield Curve(row.from_m, float(row.radius_start_m), float(row.radius_end_m))
 
 
-def _options(path: Path, run: dict[str, Any]) -> dict[str, Any]:
-    fields = structs.asdict(decode(path, run, RunSpec, ("run",)))
+def run_options(path: Path, run: dict[str, Any], table: str = "run") -> dict[str, Any]:
+    """Options of a search from a table of a file, by their names there, checked; the table's name is for errors.
+
+    Raises
+    ------
+    InputError
+        When a field is unknown, mistyped, out of range, or without effect beside another one.
+    """
+    fields = structs.asdict(decode(path, run, RunSpec, (table,)))
     options = {field: value for field, value in fields.items() if value is not UNSET}
     for field, value in options.items():
-        _check_option(path, BY_FIELD[field], value, options)
+        _check_option(path, f"{table}.{field}", BY_FIELD[field], value, options)
     if "from_m" in options and "to_m" in options and not options["from_m"] < options["to_m"]:
-        raise bad(path, f"run.to_m: must lie after run.from_m, got {options['to_m']:g} m after {options['from_m']:g} m")
+        from_m, to_m = options["from_m"], options["to_m"]
+        raise bad(path, f"{table}.to_m: must lie after {table}.from_m, got {to_m:g} m after {from_m:g} m")
     return options
 
 
-def _check_option(path: Path, one: Option, value: Any, options: Mapping[str, Any]) -> None:
+def _check_option(path: Path, place: str, one: Option, value: Any, options: Mapping[str, Any]) -> None:
     """Refuse what types let pass: unknown names, texts that cannot be read, options without effect."""
     if one.choices and value not in one.choices:
-        raise bad(path, f"run.{one.field}: unknown {one.field} {shown(value)}{suggestion(value, one.choices)}")
+        raise bad(path, f"{place}: unknown {one.field} {shown(value)}{suggestion(value, one.choices)}")
     idle = [other.field for other in excluded_by(one) if other.field in options]
     if idle:
-        raise bad(path, f"run.{one.field}: cannot stand beside {' and '.join(idle)}")
+        raise bad(path, f"{place}: cannot stand beside {' and '.join(idle)}")
     if one.read is not None:
-        with errors_named(path, f"run.{one.field}"):
+        with errors_named(path, place):
             one.read(value)

@@ -17,6 +17,7 @@ from tgvdp.methods.costate.bridge import bridge
 from tgvdp.methods.costate.extremal import Extremal, blend, energy_between, multiplier_between, tangent_gap
 from tgvdp.methods.costate.mesh import Interval, Mesh, Run
 from tgvdp.physics.codes import NOT_KEPT, NOT_MET
+from tgvdp.progress import tell
 
 #: A blend of two extremals may cost this share of energy more than the cubic through them promises.
 _BLEND_LOSS = 2e-4
@@ -103,7 +104,8 @@ class ExtremalFront:
         return True
 
     def watch(self) -> None:
-        """Look at the clock; between two looks lie a few kernels of some 10 ms each on 1000 km."""
+        """Look at the clock, and tell what is done; between two looks lie some kernels of 10 ms each on 1000 km."""
+        tell("searching", **self.counters)
         if self.clock.expired:
             raise OutOfTime
 

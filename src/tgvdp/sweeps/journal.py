@@ -1,0 +1,189 @@
+"""What is done: a SQLite file that survives whatever is killed, with one row per scenario.
+
+A row is told by its key, so that a sweep that is extended finds again what it has, and one of another engine finds
+nothing. The write-ahead log is synced with every commit, and the file is locked as long as somebody writes.
+"""
+
+import contextlib
+import itertools
+import sqlite3
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from tgvdp.errors import InputError
+from tgvdp.sweeps.work import Record
+
+SCHEMA = "tgvdp.sweep-journal/1"
+_TABLES = """
+CREATE TABLE about (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE scenario (
+    id INTEGER PRIMARY KEY,
+    key BLOB NOT NULL UNIQUE,
+    number INTEGER,
+    status TEXT,
+    error TEXT,
+    fastest_time_s REAL,
+    fastest_energy_j REAL,
+    points INTEGER,
+    part INTEGER,
+    elapsed_s REAL,
+    worker TEXT
+);
+CREATE UNIQUE INDEX by_number ON scenario (number) WHERE number IS NOT NULL;
+"""
+_CHUNK = 10_000
+
+
+class Finished(NamedTuple):
+    """A row of the journal: what came of a scenario, and the part file that holds its points; None where it has none.
+
+    ``status`` is None as long as the scenario is to be done.
+    """
+
+    id: int
+    key: bytes
+    number: int
+    status: str | None
+    error: str | None
+    fastest_time_s: float | None
+    fastest_energy_j: float | None
+    points: int | None
+    part: int | None
+    elapsed_s: float | None
+    worker: str | None
+
+
+class Journal:
+    """The journal of a sweep.
+
+    Parameters
+    ----------
+    path : Path
+        Made when absent.
+
+    Raises
+    ------
+    InputError
+        When somebody else writes it, or it is none.
+    """
+
+    def __init__(self, path: Path) -> None:
+        is_new = not path.exists()
+        self._database = sqlite3.connect(path, timeout=0.0, isolation_level=None)
+        try:
+            self._database.execute("PRAGMA locking_mode = EXCLUSIVE")
+            self._database.execute("PRAGMA journal_mode = WAL")
+            self._database.execute("PRAGMA synchronous = FULL")
+            if is_new or not self._database.execute("SELECT name FROM sqlite_master").fetchone():
+                self._database.executescript(f"BEGIN IMMEDIATE; {_TABLES} COMMIT;")
+                self.note("schema", SCHEMA)
+            held = self.noted("schema")
+        except sqlite3.DatabaseError as error:
+            busy = "locked" in str(error)
+            what = "another sweep is writing here" if busy else f"is no journal of a sweep: {error}"
+            raise InputError(f"{path}: {what}") from None
+        if held != SCHEMA:
+            raise InputError(f"{path}: is of schema {held}, this version knows {SCHEMA}")
+
+    def close(self) -> None:
+        """Give the file back."""
+        self._database.close()
+
+    def noted(self, name: str) -> str | None:
+        """What was noted about the sweep."""
+        row = self._database.execute("SELECT value FROM about WHERE name = ?", (name,)).fetchone()
+        return None if row is None else str(row[0])
+
+    def note(self, name: str, value: str) -> None:
+        """Note something about the sweep."""
+        self._database.execute("INSERT OR REPLACE INTO about VALUES (?, ?)", (name, value))
+
+    @contextlib.contextmanager
+    def _transaction(self) -> Iterator[None]:
+        self._database.execute("BEGIN IMMEDIATE")
+        try:
+            yield
+        except BaseException:
+            with contextlib.suppress(sqlite3.Error):  # where the disk is full, it is rolled back already
+                self._database.execute("ROLLBACK")
+            raise
+        self._database.execute("COMMIT")
+
+    def enrol(self, keys: Iterable[bytes], plan: str) -> None:
+        """Take in the scenarios of a plan, by their numbers; of equal ones the first.
+
+        What was done of them before stays done. A plan that is in already is not taken in again.
+        """
+        if self.noted("plan") == plan:
+            return
+        with self._transaction():
+            self._database.execute("UPDATE scenario SET number = NULL WHERE number IS NOT NULL")
+            numbered = enumerate(keys)
+            while chunk := [(key, number) for number, key in itertools.islice(numbered, _CHUNK)]:
+                self._database.executemany(
+                    "INSERT INTO scenario (key, number) VALUES (?, ?) ON CONFLICT (key)"
+                    " DO UPDATE SET number = excluded.number WHERE number IS NULL",
+                    chunk,
+                )
+            self.note("plan", plan)
+
+    def forget(self, statuses: Sequence[str]) -> None:
+        """Have scenarios of some states done again."""
+        marks = ", ".join("?" * len(statuses))
+        self._database.execute(f"UPDATE scenario SET status = NULL, error = NULL WHERE status IN ({marks})", statuses)
+
+    def pending(self) -> Iterator[tuple[int, int]]:
+        """Ids and numbers of what is to be done, by number; rows may be changed meanwhile."""
+        yield from self._rows("id, number", "status IS NULL", 1)  # type: ignore[misc]
+
+    def finished(self) -> Iterator[Finished]:
+        """All scenarios of the plan, by number, done or not."""
+        yield from map(
+            Finished._make, self._rows(", ".join(Finished._fields), "TRUE", Finished._fields.index("number"))
+        )
+
+    def _rows(self, columns: str, condition: str, number_at: int) -> Iterator[tuple[object, ...]]:
+        last = -1
+        query = f"SELECT {columns} FROM scenario WHERE number > ? AND {condition} ORDER BY number LIMIT {_CHUNK}"
+        while rows := self._database.execute(query, (last,)).fetchall():
+            yield from rows
+            last = rows[-1][number_at]
+
+    def counts(self) -> dict[str | None, int]:
+        """How many scenarios of the plan have each status."""
+        query = "SELECT status, count(*) FROM scenario WHERE number IS NOT NULL GROUP BY status"
+        return dict(self._database.execute(query).fetchall())
+
+    def errors(self, most: int) -> list[tuple[int, str, str]]:
+        """Numbers, states and errors of the first scenarios of the plan that have one."""
+        query = "SELECT number, status, error FROM scenario WHERE number IS NOT NULL AND error IS NOT NULL"
+        return self._database.execute(f"{query} ORDER BY number LIMIT ?", (most,)).fetchall()
+
+    def next_part(self) -> int:
+        """Number of a part file that nothing refers to."""
+        (last,) = self._database.execute("SELECT coalesce(max(part), -1) FROM scenario").fetchone()
+        return int(last) + 1
+
+    def commit(self, records: Sequence[Record], part: int) -> None:
+        """Keep what came of tasks whose points are in a part file; on disk when this returns."""
+        rows = [
+            (
+                record.status,
+                record.error,
+                record.fastest_time_s,
+                record.fastest_energy_j,
+                None if record.front is None else len(record.front.time_s),
+                None if record.front is None else part,
+                record.elapsed_s,
+                record.worker,
+                record.id,
+            )
+            for record in records
+        ]
+        with self._transaction():
+            self._database.executemany(
+                "UPDATE scenario SET status = ?, error = ?, fastest_time_s = ?, fastest_energy_j = ?, points = ?,"
+                " part = ?, elapsed_s = ?, worker = ? WHERE id = ?",
+                rows,
+            )

@@ -1,0 +1,196 @@
+"""From SPEC.toml to a sweep: trains and lines are read once, here, so that workers need no files."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+from msgspec import Meta, Struct
+
+from tgvdp.errors import InputError
+from tgvdp.formats import read_source
+from tgvdp.formats.detect import load_all
+from tgvdp.formats.native.changes import changed
+from tgvdp.formats.native.reader import run_options
+from tgvdp.formats.syntax.reading import bad, errors_named, read_document, shown
+from tgvdp.formats.syntax.typed import decode
+from tgvdp.model import catalog
+from tgvdp.model.track import Track
+from tgvdp.options.search import BY_FIELD, JOURNEY_FIELDS
+from tgvdp.options.texts import parse_quantity
+from tgvdp.sweeps.scenario import Kind, Part, Section
+from tgvdp.sweeps.spec import SET, Axis, SweepSpec, written
+
+#: Files of a folder that may hold a train or a line.
+_SUFFIXES = {".toml", ".json", ".yaml", ".yml", ".xml", ".railml", ".csv", ".xlsx"}
+#: Options whose place the sections take.
+_PLACES = ("from_m", "to_m")
+_WHOLE, _STOPS, _JOURNEY = "whole", "stops", "journey"
+_Role = Literal["train", "track"]
+_Values = Annotated[list[Any], Meta(min_length=1)]
+_Names = Annotated[list[str], Meta(min_length=1)]
+
+
+class _File(Struct, forbid_unknown_fields=True):
+    """The tables of a spec; see docs/sweeps.md."""
+
+    trains: _Names
+    lines: _Names
+    sections: str | _Names = _WHOLE
+    dwell_s: Annotated[float, Meta(ge=0.0)] | None = None
+    profiles_every_m: Annotated[float, Meta(gt=0.0)] | None = None
+    run: dict[str, Any] = {}
+    product: dict[str, _Values] = {}
+    zip: list[dict[str, _Values]] = []
+
+
+def read_spec(path: Path) -> SweepSpec:
+    """Read a spec, and the trains and lines that it names; relative paths count from its folder.
+
+    Raises
+    ------
+    InputError
+        When the file, one that it names, or a value in it is wrong: the error names file and field.
+    """
+    document = read_document(path)
+    file = decode(path, document.tree, _File)
+    kind: Kind = "journey" if file.sections == _JOURNEY else "search"
+    if kind == "search" and file.dwell_s is not None:
+        raise bad(path, f"dwell_s: belongs to sections = {_JOURNEY!r}")
+    if kind == "journey" and file.profiles_every_m is not None:
+        raise bad(path, f"profiles_every_m: is for sections from stop to stop, not for {_JOURNEY!r}")
+    trains = tuple(_parts(path, "trains", file.trains, "train"))
+    lines = tuple(_parts(path, "lines", file.lines, "track"))
+    axes = _axes(path, file)
+    run = run_options(path, file.run)
+    for axis in axes:
+        _check(path, axis, run, trains[0], lines[0])
+    _check_fields(path, kind, [("run", field) for field in run])
+    spec = SweepSpec(
+        trains=trains,
+        lines=lines,
+        sections=tuple(tuple(_sections(path, file.sections, line)) for line in lines),
+        axes=axes,
+        run=run,
+        kind=kind,
+        profiles_every_m=file.profiles_every_m,
+        dwell_s=file.dwell_s,
+        sha256=document.digest,
+    )
+    _check_fields(path, kind, [("product or zip", name) for name in spec.parameters if not name.startswith(SET)])
+    return spec
+
+
+class _Found(NamedTuple):
+    """A train or line of a folder or file, as it is read, and its name in the results."""
+
+    source: str
+    name: str
+
+
+def _parts(path: Path, field: str, sources: Sequence[str], role: _Role) -> Iterator[Part]:
+    """All trains or lines that are named; of a folder and of a file all that it holds."""
+    names: set[str] = set()
+    for index, source in enumerate(sources):
+        with errors_named(path, f"{field}[{index}]"):
+            for found in _found(path.parent, source, role):
+                if found.name in names:
+                    raise InputError(f"two {field} are called {shown(found.name)}")
+                names.add(found.name)
+                read = read_source(found.source, role)
+                yield Part(found.name, read.value, read.path.name, read.sha256)
+
+
+def _found(folder: Path, source: str, role: _Role) -> Iterator[_Found]:
+    if source in catalog.names(role):
+        yield _Found(source, source)
+        return
+    place = folder / source
+    if place.is_dir():
+        files = [file for file in sorted(place.iterdir()) if file.is_file() and file.suffix.lower() in _SUFFIXES]
+        held = [found for file in files for found in _held(file, role)]
+        if not held:
+            raise InputError(f"{place}: no file in this folder holds a {role}")
+        yield from held
+    elif "#" in source and not place.exists():
+        yield _Found(str(place), Path(source).name)
+    else:
+        yield from _held(place, role) or [_Found(str(place), place.stem)]  # whose error says what it holds instead
+
+
+def _held(file: Path, role: _Role) -> list[_Found]:
+    """Each train or line that a file holds."""
+    held = [one for one in load_all(file) if getattr(one, role) is not None]
+    if len(held) == 1:
+        return [_Found(str(file), file.stem)]
+    return [_Found(f"{file}#{one.name}", f"{file.stem}#{one.name}") for one in held]
+
+
+def _sections(path: Path, given: str | Sequence[str], line: Part) -> Iterator[Section]:
+    """Sections of a line: the whole, from stop to stop, over all stops, or those that are listed."""
+    track: Track = line.value
+    if isinstance(given, str):
+        if given not in (_WHOLE, _STOPS, _JOURNEY):
+            raise bad(path, f"sections: must be {_WHOLE}, {_STOPS}, {_JOURNEY} or a list of FROM:TO, got {given!r:.40}")
+        ends_m = (0.0, track.length_m) if given != _STOPS or len(track.stops_m) < 2 else track.stops_m
+        yield from (
+            Section(_JOURNEY if given == _JOURNEY else _section_name(*pair), *pair) for pair in pairwise(ends_m)
+        )
+        return
+    for index, text in enumerate(given):
+        with errors_named(path, f"sections[{index}]"):
+            section = _section(text)
+            if section.to_m > track.length_m:
+                raise InputError(f"ends beyond the {track.length_m:.12g} m of line {line.name}, got {text!r:.40}")
+            yield section
+
+
+def _section(text: str) -> Section:
+    start, colon, end = text.partition(":")
+    if not colon:
+        raise InputError(f"must be FROM:TO such as 0:12.5km, got {text!r:.40}")
+    from_m, to_m = parse_quantity(start, "m"), parse_quantity(end, "m")
+    if not 0.0 <= from_m < to_m:
+        raise InputError(f"must be FROM:TO with 0 <= FROM < TO, got {text!r:.40}")
+    return Section(_section_name(from_m, to_m), from_m, to_m)
+
+
+def _section_name(from_m: float, to_m: float) -> str:
+    return f"{from_m:.12g}-{to_m:.12g}"
+
+
+def _axes(path: Path, file: _File) -> tuple[Axis, ...]:
+    """What varies: every field of ``product`` on its own, those of each ``zip`` together."""
+    axes = [Axis((name,), tuple((value,) for value in values)) for name, values in file.product.items()]
+    for index, table in enumerate(file.zip):
+        lengths = {name: len(values) for name, values in table.items()}
+        if len(set(lengths.values())) != 1:
+            got = ", ".join(f"{name} with {length}" for name, length in lengths.items())
+            raise bad(path, f"zip[{index}]: all lists must be equally long, got {got or 'none'}")
+        axes.append(Axis(tuple(table), tuple(zip(*table.values(), strict=True))))
+    names = [name for axis in axes for name in axis.names]
+    for name in names:
+        if names.count(name) > 1 or name in file.run:
+            raise bad(path, f"{name}: stands in more than one of run, product and zip")
+    return tuple(axes)
+
+
+def _check(path: Path, axis: Axis, run: Mapping[str, Any], train: Part, line: Part) -> None:
+    """Refuse values that no search could take, before the first one starts."""
+    for row in axis.rows:
+        given = dict(zip(axis.names, row, strict=True))
+        place = " and ".join(given)
+        run_options(path, {**run, **{name: value for name, value in given.items() if not name.startswith(SET)}}, place)
+        changes = [f"{name}={written(value)}" for name, value in given.items() if name.startswith(SET)]
+        if changes:
+            with errors_named(path, place):
+                changed(train.value, line.value, changes)
+
+
+def _check_fields(path: Path, kind: Kind, given: Sequence[tuple[str, str]]) -> None:
+    """Refuse options that a sweep has another place for, or that journeys lack."""
+    for place, field in given:
+        if field in _PLACES:
+            raise bad(path, f"{place}.{field}: the sections of a sweep say from where to where")
+        if kind == "journey" and field not in JOURNEY_FIELDS:
+            raise bad(path, f"{place}.{field}: journeys have no {BY_FIELD[field].flag}")

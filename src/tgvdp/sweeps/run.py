@@ -1,0 +1,205 @@
+"""A sweep with files: what is done is kept, what is not is solved, and at the end the tables are made."""
+
+import sqlite3
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from tgvdp.errors import InputError
+from tgvdp.sweeps.batches import Batches
+from tgvdp.sweeps.cluster import Cluster, connected, dashboard_of
+from tgvdp.sweeps.engine import Engine
+from tgvdp.sweeps.journal import Journal
+from tgvdp.sweeps.parts import write_part
+from tgvdp.sweeps.scenario import Task, engine_version, task_of
+from tgvdp.sweeps.spec import SweepSpec
+from tgvdp.sweeps.tables import write_tables
+from tgvdp.sweeps.work import Record
+
+#: Folder, within that of the results, of what a sweep needs to go on.
+WORK = "work"
+JOURNAL = "journal.sqlite"
+SCHEMA = "tgvdp.sweep/1"
+_ERRORS = 20
+#: What may come out better on another machine or another day.
+_UNSATISFYING = ("partial", "failed", "killed")
+#: Time between two commits, s: what a killed driver loses at most.
+COMMIT_S = 1.0
+
+
+@dataclass
+class Progress:
+    """How far a sweep is.
+
+    Attributes
+    ----------
+    total, done, failed : int
+        Scenarios; done counts all that are finished, failed ones too.
+    started_with : int
+        Of these, what an earlier run had done.
+    started_s : float
+        By `time.perf_counter`.
+    dashboard : str
+        Address of Dask's dashboard; empty where there is none.
+    """
+
+    total: int
+    done: int
+    failed: int
+    started_with: int
+    started_s: float
+    dashboard: str = ""
+
+    @property
+    def per_second(self) -> float:
+        """Scenarios of this run per second."""
+        return (self.done - self.started_with) / max(time.perf_counter() - self.started_s, 1e-9)
+
+    @property
+    def left_s(self) -> float | None:
+        """Time that is left at this pace, s."""
+        return None if self.done == self.started_with else (self.total - self.done) / self.per_second
+
+
+class Outcome(NamedTuple):
+    """What a sweep came to.
+
+    Attributes
+    ----------
+    content : dict
+        ``schema``; ``scenarios`` of the spec, ``distinct`` ones, and of these those ``done``, ``partial``, ``failed``
+        and ``killed``, those done ``earlier``; ``files``.
+    errors : list of str
+        What went wrong first.
+    """
+
+    content: dict[str, Any]
+    errors: list[str]
+
+
+def run_sweep(
+    spec: SweepSpec,
+    out: Path,
+    cluster: Cluster,
+    *,
+    resume: bool = False,
+    retry: bool = False,
+    told: Callable[[Progress], object] = bool,
+) -> Outcome:
+    """Run a sweep, or what is left of it, and write its tables.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    out : Path
+        Folder; made when absent.
+    cluster : Cluster
+    resume : bool
+        Go on with what the folder holds.
+    retry : bool
+        Solve again what failed, was killed or ended by its budget.
+    told : callable
+        Told now and then how far it is.
+
+    Returns
+    -------
+    Outcome
+
+    Raises
+    ------
+    InputError
+        When the folder holds a sweep and `resume` is not asked for, or it cannot be written.
+    """
+    work = out / WORK
+    if (work / JOURNAL).exists() and not resume:
+        raise InputError(f"{out}: holds a sweep already: --resume goes on with it")
+    try:
+        work.mkdir(parents=True, exist_ok=True)
+        journal = Journal(work / JOURNAL)
+        try:
+            engine = engine_version()
+            journal.enrol((scenario.key(engine) for scenario in spec), f"{spec.sha256} {engine}")
+            if retry:
+                journal.forget(_UNSATISFYING)
+            progress = _solve(spec, journal, work, cluster, told)
+            return _outcome(spec, journal, progress, write_tables(spec, journal, work, out), out)
+        finally:
+            journal.close()
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written: {error.strerror or error}") from error
+    except sqlite3.Error as error:
+        raise InputError(f"{out}: cannot be written: {error}") from error
+
+
+def _outcome(spec: SweepSpec, journal: Journal, progress: Progress, files: list[Path], out: Path) -> Outcome:
+    counts = journal.counts()
+    content = {
+        "schema": SCHEMA,
+        "scenarios": len(spec),
+        "distinct": progress.total,
+        **{status: counts.get(status, 0) for status in ("done", "partial", "failed", "killed")},
+        "earlier": progress.started_with,
+        "files": [file.relative_to(out).as_posix() for file in files],
+    }
+    errors = [f"scenario {number} {status}: {error}" for number, status, error in journal.errors(_ERRORS)]
+    return Outcome(content, errors)
+
+
+def _solve(
+    spec: SweepSpec, journal: Journal, work: Path, cluster: Cluster, told: Callable[[Progress], object]
+) -> Progress:
+    """Solve what is pending."""
+    counts = journal.counts()
+    total, pending = sum(counts.values()), counts.get(None, 0)
+    failed = counts.get("failed", 0) + counts.get("killed", 0)
+    progress = Progress(total, total - pending, failed, total - pending, time.perf_counter())
+    if not pending:
+        return progress
+    taken = 0
+
+    def tasks() -> Iterator[Task]:
+        nonlocal taken
+        for id, number in journal.pending():
+            taken += 1
+            yield task_of(spec[number], id, spec.profiles_every_m)
+
+    with connected(cluster) as client:
+        progress.dashboard = dashboard_of(client)
+        progress.started_s = time.perf_counter()
+        keeper = _Keeper(journal, work)
+        try:
+            for records in Engine(client, Batches(tasks(), lambda: pending - taken)).records():
+                keeper.keep(records)
+                progress.done += len(records)
+                progress.failed += sum(record.status in ("failed", "killed") for record in records)
+                told(progress)
+        finally:
+            keeper.commit()
+    return progress
+
+
+class _Keeper:
+    """Keeps records, together those of a moment: one part file, one commit."""
+
+    def __init__(self, journal: Journal, work: Path) -> None:
+        self._journal, self._work = journal, work
+        self._part = journal.next_part()
+        self._held: list[Record] = []
+        self._since_s = time.perf_counter()
+
+    def keep(self, records: list[Record]) -> None:
+        """Keep records, soon."""
+        self._held += records
+        if time.perf_counter() - self._since_s >= COMMIT_S:
+            self.commit()
+
+    def commit(self) -> None:
+        """Keep now what is held: the rows first, then that they are there."""
+        self._since_s = time.perf_counter()
+        if self._held:
+            write_part(self._work, self._part, self._held)
+            self._journal.commit(self._held, self._part)
+            self._held = []
+            self._part += 1

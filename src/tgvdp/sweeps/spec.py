@@ -1,0 +1,131 @@
+"""What a sweep runs: trains × lines × sections × everything that varies, as a sequence of scenarios.
+
+A scenario is made when it is asked for, by its number, so that a sweep of a million takes no memory. Lines change
+slowest and the last axis fastest: neighbours share their line and train.
+"""
+
+import math
+from bisect import bisect_right
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+from typing import Any, overload
+
+from tgvdp.options.search import arguments_of, by_argument
+from tgvdp.sweeps.scenario import Kind, Part, Scenario, Section
+
+#: What a field of a train or line begins with; others are options of the search.
+SET = ("train.", "track.")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """What varies together: names of fields or options, and their values, a row each."""
+
+    names: tuple[str, ...]
+    rows: tuple[tuple[Any, ...], ...]
+
+
+@dataclass(frozen=True)
+class SweepSpec(Sequence[Scenario]):
+    """A sweep.
+
+    Attributes
+    ----------
+    trains, lines : tuple of Part
+    sections : tuple of tuple of Section
+        Of each line.
+    axes : tuple of Axis
+        Every row of one with every row of the others.
+    run : mapping
+        Options that all scenarios have, by their names in files.
+    kind : {"search", "journey"}
+    profiles_every_m : float or None
+        Distance of the rows of speed profiles, m; None: no profiles.
+    dwell_s : float
+        Least standstill at stops, of journeys.
+    sha256 : str
+        Of the file's bytes.
+    """
+
+    trains: tuple[Part, ...]
+    lines: tuple[Part, ...]
+    sections: tuple[tuple[Section, ...], ...]
+    axes: tuple[Axis, ...]
+    run: Mapping[str, Any]
+    kind: Kind
+    profiles_every_m: float | None
+    dwell_s: float | None
+    sha256: str
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of all that varies beside train, line and section."""
+        return tuple(name for axis in self.axes for name in axis.names)
+
+    @property
+    def _combinations(self) -> int:
+        return math.prod(len(axis.rows) for axis in self.axes)
+
+    def _ends(self) -> list[int]:
+        """Number of the first scenario behind each line."""
+        return list(accumulate(len(self.trains) * len(own) * self._combinations for own in self.sections))
+
+    def __len__(self) -> int:
+        return self._ends()[-1]
+
+    @overload
+    def __getitem__(self, number: int) -> Scenario: ...
+    @overload
+    def __getitem__(self, number: slice) -> list[Scenario]: ...
+    def __getitem__(self, number: int | slice) -> Scenario | list[Scenario]:
+        if isinstance(number, slice):
+            return [self[one] for one in range(*number.indices(len(self)))]
+        ends = self._ends()
+        if not 0 <= number < ends[-1]:
+            raise IndexError(number)
+        at = bisect_right(ends, number)
+        rest = number - (ends[at - 1] if at else 0)
+        rest, combination = divmod(rest, self._combinations)
+        train, section = divmod(rest, len(self.sections[at]))
+        return self._scenario(number, self.trains[train], self.lines[at], self.sections[at][section], combination)
+
+    def _scenario(self, number: int, train: Part, line: Part, section: Section, combination: int) -> Scenario:
+        chosen: dict[str, Any] = {}
+        for axis in reversed(self.axes):
+            combination, row = divmod(combination, len(axis.rows))
+            chosen = dict(zip(axis.names, axis.rows[row], strict=True)) | chosen
+        options = dict(self.run) | {name: value for name, value in chosen.items() if not name.startswith(SET)}
+        arguments = arguments_of(options)
+        if self.kind == "search":
+            arguments |= _ends_of(section, line, bool(arguments.get("reverse")))
+        elif self.dwell_s is not None:
+            arguments["dwell_s"] = self.dwell_s
+        return Scenario(
+            number=number,
+            train=train,
+            line=line,
+            section=section,
+            kind=self.kind,
+            changes=tuple(f"{name}={written(value)}" for name, value in chosen.items() if name.startswith(SET)),
+            arguments={name: value for name, value in arguments.items() if not _is_default(name, value)},
+            parameters=chosen,
+        )
+
+
+def written(value: Any) -> str:
+    """Return a value as ``--set`` takes it."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _ends_of(section: Section, line: Part, reverse: bool) -> dict[str, float | None]:
+    """Origin and destination of a stretch; on the line in the other direction positions count from its other end."""
+    length_m = line.value.length_m
+    from_m, to_m = section.from_m, section.to_m
+    if reverse:
+        from_m, to_m = length_m - to_m, length_m - from_m
+    return {"origin_m": from_m, "destination_m": None if to_m == length_m else to_m}
+
+
+def _is_default(argument: str, value: Any) -> bool:
+    return argument != "dwell_s" and bool(value == by_argument(argument).default)
