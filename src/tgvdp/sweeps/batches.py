@@ -1,4 +1,4 @@
-"""Tasks of batches: as many as take about as long as is worth a message, by what their like have taken."""
+"""Tasks of batches: as many as take about as long as is worth a message, by the processor time that their like took."""
 
 from collections.abc import Callable, Iterator
 
