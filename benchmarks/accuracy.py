@@ -10,7 +10,7 @@ import tgvdp
 from benchmarks.instances import Instance, reference_instances
 from benchmarks.output import Report
 from benchmarks.timing import median_s
-from tgvdp.report import style
+from tgvdp.report import palette, style
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
 
 MARGINS_PCT = (3.0, 5.0, 10.0, 15.0, 20.0)
@@ -134,12 +134,12 @@ def _figures(rows: list[dict[str, Any]]) -> dict[str, Any]:
 def _plot(rows: list[dict[str, Any]]) -> Any:
     figure = style.new_figure(3.0 + 0.28 * len(rows))
     axes = figure.add_subplot()
-    colors = (style.BLUE, style.SKY, style.GREEN, style.ORANGE, style.VERMILION)
+    colors = (palette.BLUE, palette.SKY, palette.GREEN, palette.ORANGE, palette.VERMILION)
     for margin, color in zip(MARGINS_PCT, colors, strict=True):
         gaps = [row[f"gap % at {margin:g} %"] for row in rows]
         axes.plot(gaps, range(len(rows)), "o", color=color, markersize=5, label=f"{margin:g} % margin")
-    axes.axvline(0.0, color=style.INK, linewidth=0.8)
-    axes.axvspan(-0.03, 0.03, color=style.GROUND, zorder=0)
+    axes.axvline(0.0, color=palette.INK, linewidth=0.8)
+    axes.axvspan(-0.03, 0.03, color=palette.GROUND, zorder=0)
     axes.set_yticks(range(len(rows)), [row["instance"] for row in rows])
     axes.invert_yaxis()
     style.dress(axes, "energy above the reference optimum, %")

@@ -19,7 +19,7 @@ from tgvdp.methods.grid.exact import exact_paths
 from tgvdp.methods.grid.grid import build_grid
 from tgvdp.methods.grid.layered import LayeredGraph, layered_graph
 from tgvdp.model.trip import Trip
-from tgvdp.report import style
+from tgvdp.report import palette, style
 from tgvdp.runs.fastest import fastest_run
 
 SOURCE = Path(__file__).with_name("peer_boa.c")
@@ -193,13 +193,13 @@ def _plot(rows: list[dict[str, Any]]) -> Any:
     figure = style.new_figure(2.2 + 0.4 * len(rows))
     axes = figure.add_subplot()
     place = np.arange(len(rows))
-    bars = (("ours ms", style.VERMILION), ("BOA* ms", style.BLUE), ("NAMOA*dr ms", style.SKY))
+    bars = (("ours ms", palette.VERMILION), ("BOA* ms", palette.BLUE), ("NAMOA*dr ms", palette.SKY))
     for shift, (column, color) in enumerate(bars):
         axes.barh(place + 0.26 * (shift - 1), [row[column] for row in rows], 0.24, color=color, label=column[:-3])
     for y, row in zip(place, rows, strict=True):
         axes.annotate(
             f" {row['BOA* ratio']:.1f} ×", (row["BOA* ms"], y), va="center", fontsize=style.SMALL_PT,
-            fontfamily=style.FONT, color=style.INK,
+            fontfamily=style.FONT, color=palette.INK,
         )  # fmt: skip
     axes.set_yticks(place, [row["graph"] for row in rows])
     axes.invert_yaxis()

@@ -13,7 +13,7 @@ from benchmarks.ipopt_nlp import DirectTranscription, Solution
 from benchmarks.output import Report
 from benchmarks.timing import median_s
 from tgvdp.referee.replay import Verdict, replay
-from tgvdp.report import style
+from tgvdp.report import palette, style
 from tgvdp.runs.profile import profile_of
 
 #: Cells per trip that are tried, coarsest first: the fewer, the faster for IPOPT.
@@ -174,13 +174,13 @@ def _plot(rows: list[dict[str, Any]]) -> Any:
     figure = style.new_figure(2.2 + 0.4 * len(rows))
     axes = figure.add_subplot()
     place = np.arange(len(rows))
-    bars = (("ours ms", style.VERMILION), ("IPOPT warm ms", style.SKY), ("IPOPT cold ms", style.BLUE))
+    bars = (("ours ms", palette.VERMILION), ("IPOPT warm ms", palette.SKY), ("IPOPT cold ms", palette.BLUE))
     for shift, (column, color) in enumerate(bars):
         axes.barh(place + 0.26 * (shift - 1), [row[column] for row in rows], 0.24, color=color, label=column[:-3])
     for y, row in zip(place, rows, strict=True):
         axes.annotate(
             f" {row['warm ratio']:.0f} ×", (row["IPOPT cold ms"], y), va="center", fontsize=style.SMALL_PT,
-            fontfamily=style.FONT, color=style.INK,
+            fontfamily=style.FONT, color=palette.INK,
         )  # fmt: skip
     axes.set_yticks(place, [row["instance"] for row in rows])
     axes.invert_yaxis()

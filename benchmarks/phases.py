@@ -13,13 +13,13 @@ from benchmarks.output import Report
 from benchmarks.timing import median_s
 from tgvdp._jit import kernel
 from tgvdp.physics.arc import arc
-from tgvdp.report import style
+from tgvdp.report import palette, style
 
 #: Bytes of one row of a run as the search keeps it: position and squared speed.
 _ROW_BYTES = 16
 _COPY_BYTES = 64 * 2**20
 _WANTED = ("00_reference", "CH_StGallen_Wil", "CN_Songjiazhuang_Yizhuang 0–2631 m")
-_COLORS = (style.MUTED, style.SKY, style.BLUE, style.VERMILION, style.ORANGE)
+_COLORS = (palette.MUTED, palette.SKY, palette.BLUE, palette.VERMILION, palette.ORANGE)
 
 
 @kernel

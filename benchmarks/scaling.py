@@ -12,7 +12,7 @@ from benchmarks.inside import finer_cells
 from benchmarks.instances import SHARED, synthetic_instance
 from benchmarks.output import Report
 from benchmarks.timing import median_s, probe
-from tgvdp.report import style
+from tgvdp.report import palette, style
 
 LENGTHS_KM = (30, 60, 125, 250, 500, 1000)
 POINTS = (15, 30, 60, 120, 240)
@@ -123,10 +123,10 @@ def _plot(rows: list[dict[str, Any]]) -> Any:
     labels = {"length km": "length, km", "points": "points", "cells factor": "cells, × default", "threads": "threads"}
     for axes, (varied, label) in zip(figure.subplots(1, 4), labels.items(), strict=True):
         members = [row for row in rows if row["varied"] == varied]
-        axes.plot([row["value"] for row in members], [row["front ms"] for row in members], "o-", color=style.BLUE)
+        axes.plot([row["value"] for row in members], [row["front ms"] for row in members], "o-", color=palette.BLUE)
         axes.set_ylim(bottom=0.0)
         if varied == "threads":
             axes.set_xticks([row["value"] for row in members])
         style.dress(axes, label, "front, ms" if varied == "length km" else "")
-    figure.suptitle("Time of a front", x=0.01, ha="left", fontsize=style.TITLE_PT, fontweight="bold", color=style.INK)
+    figure.suptitle("Time of a front", x=0.01, ha="left", fontsize=style.TITLE_PT, fontweight="bold", color=palette.INK)
     return figure

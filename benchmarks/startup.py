@@ -9,7 +9,7 @@ from typing import Any
 from benchmarks.instances import SHARED
 from benchmarks.output import Report
 from benchmarks.timing import probe, run_fresh
-from tgvdp.report import style
+from tgvdp.report import palette, style
 
 SHORT_M, LONG_M = 30e3, 500e3
 
@@ -110,12 +110,12 @@ def _plot(figures: dict[str, float]) -> Any:
     figure = style.new_figure(3.4)
     left, right = figure.subplots(1, 2)
     names = ("loading numpy, numba and tgvdp.search", "compilation, cached", "compilation, cold")
-    left.barh(["loading", "cached", "cold"], [figures[name] for name in names], 0.6, color=style.BLUE)
+    left.barh(["loading", "cached", "cold"], [figures[name] for name in names], 0.6, color=palette.BLUE)
     style.dress(left, "s")
     style.title(left, "The first front", "on top of the front itself")
     names = ("memory after loading", "peak memory, 60 points with profiles")
-    right.barh(["loaded", "peak"], [figures[name] for name in names], 0.6, color=style.GREEN)
-    right.axvline(300.0, color=style.VERMILION, linewidth=1.0)
+    right.barh(["loaded", "peak"], [figures[name] for name in names], 0.6, color=palette.GREEN)
+    right.axvline(300.0, color=palette.VERMILION, linewidth=1.0)
     style.dress(right, "MB")
     style.title(right, "Memory", "red: the bar")
     return figure

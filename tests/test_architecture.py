@@ -14,7 +14,7 @@ from tgvdp._jit.cache import KERNEL_FREE
 PACKAGE = Path(__file__).resolve().parents[1] / "src" / "tgvdp"
 
 #: Leaves that every room may use.
-LEAVES = {"errors", "memory", "units", "constants", "second_process", "__version__"}
+LEAVES = {"errors", "memory", "progress", "units", "constants", "second_process", "__version__"}
 
 #: Room → the rooms it may import besides itself and the leaves. Edges (cli, api) stand last.
 MAY_IMPORT = {
@@ -22,6 +22,7 @@ MAY_IMPORT = {
     "units": set(),
     "constants": set(),
     "memory": set(),
+    "progress": set(),
     "second_process": set(),
     "pareto": set(),
     "_jit": set(),
@@ -40,7 +41,7 @@ MAY_IMPORT = {
     "formulations": {"model", "formats"},  # formats: instances are files
     "solvers": {"model", "formulations", "_jit"},
     "report": {"model", "runs"},
-    "sweeps": {"model", "options", "formats", "runs", "api"},
+    "sweeps": {"model", "options", "formats", "runs", "pareto", "report", "api"},
     "trials": {"model", "formulations", "instances", "solvers", "report", "api"},
     "api": {
         "model",
@@ -57,16 +58,17 @@ MAY_IMPORT = {
         "report",
         "_jit",
     },
+    "explorer": {"model", "options", "formats", "runs", "report", "api"},
     "verification": {
         *("model", "formats", "physics", "runs", "methods", "referee", "formulations", "instances", "solvers"),
         *("report", "api"),
     },
     "cli": {
         *("model", "options", "formats", "report", "api", "formulations", "instances", "solvers", "trials", ""),
-        *("sweeps", "verification"),
+        *("explorer", "sweeps", "verification"),
     },
     "__main__": {"cli"},
-    "": {"model", "formats", "runs", "referee", "pareto", "api"},  # the package itself: public names
+    "": {"model", "formats", "runs", "referee", "pareto", "api", "sweeps"},  # the package itself: public names
 }
 
 #: Room within `formulations` → the others that it may import, for types or not.
@@ -87,7 +89,11 @@ ONLY_IN = {
     "matplotlib": ("report",),
     "networkx": ("methods/grid/networkx_view.py", "formulations/qubo/couplers.py"),
     "click": ("cli",),
+    "starlette": ("explorer/server",),
+    "uvicorn": ("explorer/server",),
 }
+#: Extras with a room of their own, which only a command that needs them imports: there they may stand at the top.
+AT_HOME = {"starlette", "uvicorn"}
 CORE = {"numpy", "numba", "networkx", "matplotlib", "click", "msgspec", "tomli_w"}
 QUANTUM = {"dimod", "dwave", "qiskit", "qiskit_aer", "docplex", "neal"}
 SILENT = {"line", "physics", "runs", "methods", "certificate", "journeys", "referee"}  # no files, no printing
@@ -168,7 +174,7 @@ def third_party_faults(imports):
             yield f"{one}, which only {' and '.join(ONLY_IN[top])} may"
         if top in QUANTUM and one.room != "solvers":
             yield f"{one}, which only solvers may"
-        known = top in CORE or top == "tgvdp" or top in sys.stdlib_module_names
+        known = top in CORE | AT_HOME or top == "tgvdp" or top in sys.stdlib_module_names
         if not known and one.at_module_level and not one.for_types_only:
             yield f"{one}, an extra, at module level"
 
@@ -275,6 +281,8 @@ def test_rooms_that_compute_neither_print_nor_touch_files():
         ("solvers/a.py", "import dimod"),
         ("trials.py", "def f():\n    import qiskit"),
         ("runs/a.py", "import casadi"),
+        ("explorer/compute/a.py", "def f():\n    import starlette"),
+        ("report/a.py", "from tgvdp.explorer.assets import assets"),
     ],
 )
 def test_rules_catch_a_breach(room, text):

@@ -34,11 +34,12 @@ def test_wheel_holds_every_source_and_data_file(wheel):
     files = [
         path
         for path in PACKAGE.rglob("*")
-        if path.suffix in {".py", ".toml", ".json", ".csv"} or path.name == "py.typed"
+        if path.suffix in {".py", ".toml", ".json", ".csv", ".html", ".css", ".js", ".svg"} or path.name == "py.typed"
     ]
     assert {path.relative_to(PACKAGE.parent).as_posix() for path in files} <= set(wheel.namelist())
     assert "tgvdp/py.typed" in wheel.namelist()
     assert "tgvdp/instances/easy-n008.json" in wheel.namelist()
+    assert "tgvdp/explorer/page/vendor/uPlot.LICENSE" in wheel.namelist()
     assert any(re.fullmatch(r"tgvdp/model/catalog/\w+/tgv\.toml", name) for name in wheel.namelist())
 
 
@@ -77,10 +78,12 @@ def test_core_dependencies_are_those_that_are_imported():
     assert declared <= foreign
 
 
-def test_ci_calls_make_test_and_nothing_cleverer():
+def test_ci_gets_a_browser_calls_make_test_and_does_nothing_cleverer():
     script = ROOT / ".ci" / "run"
     assert os.access(script, os.X_OK)
-    assert script.read_text().splitlines()[1:] == ["set -euo pipefail", 'cd "$(dirname "$0")/.."', "make test"]
+    assert os.access(ROOT / ".ci" / "browser", os.X_OK)
+    lines = ["set -euo pipefail", 'cd "$(dirname "$0")/.."', ".ci/browser", "make test"]
+    assert script.read_text().splitlines()[1:] == lines
 
 
 def test_public_names_resolve_and_are_listed():

@@ -224,3 +224,16 @@ def test_a_row_across_a_drop_of_traction_is_refused(rises):
     verdict = replay(trip, profile_of(trip, np.array([0.0, length_m]), np.array(speeds_mps) ** 2))
     assert verdict.effort_excess_pct < 1e-6
     assert not verdict.ok
+
+
+def test_parts_between_two_looks_at_the_clock_add_up_to_the_whole(honest, monkeypatch):
+    whole = replay(TRIP, honest)
+    monkeypatch.setattr(referee, "_SUB_STEPS_AT_ONCE", 20)
+    assert replay(TRIP, honest) == whole
+
+
+def test_a_replay_ends_when_its_time_is_up(honest, monkeypatch):
+    monkeypatch.setattr(referee, "_SUB_STEPS_AT_ONCE", 20)
+    looks = iter([False, False, True])
+    assert replay(TRIP, honest, lambda: next(looks)).ok is None
+    assert list(looks) == []

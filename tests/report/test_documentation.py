@@ -12,7 +12,7 @@ from tgvdp.cli import main
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "results.md"
 SHORT = ("--track", "flat-100km", "--to", "3km", "--quiet")
 #: Groups whose entries differ from case to case, or are documented once for all.
-OPEN = ("counters", "options", "inputs", "files", "provenance", "balance", "ride", "distance_pct")
+OPEN = ("counters", "features", "options", "inputs", "files", "provenance", "balance", "ride", "distance_pct")
 
 
 def documented(section):

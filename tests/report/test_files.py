@@ -12,6 +12,7 @@ import matplotlib.image
 import pytest
 
 from tests.helpers.report_case import PROVENANCE, VERDICT, make_result, railway_trip, toy_trip
+from tgvdp.cli.screen import energy_table, power_and_cost
 from tgvdp.errors import InputError
 from tgvdp.report import check_writable, make_provenance, results, write_results
 from tgvdp.report.files import write_files
@@ -121,7 +122,7 @@ def test_provenance_is_that_of_the_result_unless_given(result, tmp_path):
 def test_many_profiles_are_thinned_with_a_word(result, monkeypatch, tmp_path):
     told = []
     assert choose_runs(result, most_rows=90).points == [0, 2]
-    assert choose_runs(result, most_rows=1).points == [0, 2]
+    assert choose_runs(result, most_rows=90).every_m is None
     assert choose_runs(result).points == [0, 1, 2]
     monkeypatch.setattr(results, "most_rows_in", lambda _: 90)
     content = write_results(result, tmp_path, PROVENANCE, [VERDICT] * 3, pictures=["png"], progress=told.append).content
@@ -130,6 +131,26 @@ def test_many_profiles_are_thinned_with_a_word(result, monkeypatch, tmp_path):
     assert list(dict.fromkeys(line.split(",")[0] for line in lines)) == ["fastest", "0", "2"]
     assert told[0] == "summing up, 0 of 3"
     assert {"writing profiles, 0 of 2", "drawing"} <= set(told)
+
+
+def test_runs_of_too_many_rows_are_sampled_with_a_word(result, tmp_path):
+    chosen = choose_runs(result, most_rows=1)
+    assert chosen.points == [0, 2]
+    assert chosen.every_m == pytest.approx(result.trip.distance_m / 100)
+    assert "2 of 3 profiles are written with a row every" in chosen.note
+
+
+def test_points_that_are_not_summed_up_lack_what_their_rows_say(result, tmp_path):
+    content = write_results(result, tmp_path, PROVENANCE, [VERDICT] * 3, pictures=[], time_s=0.0).content
+    assert content["fastest"]["peak_power_kw"] > 0.0
+    for point in content["front"]:
+        assert point["peak_power_kw"] is None
+        assert set(point["balance"].values()) == set(point["ride"].values()) == {None}
+        assert point["energy_kwh"] > 0.0
+    assert energy_table(content) == ""
+    assert "→ –" in power_and_cost(content)
+    lines = (tmp_path / "front.csv").read_text().splitlines()
+    assert lines[1].count(",,") > 0
 
 
 def test_verdicts_come_from_the_result_unless_given(result, tmp_path):

@@ -13,10 +13,10 @@ from tests.helpers.report_case import Found, make_result, railway_trip, toy_trip
 from tgvdp import search
 from tgvdp.errors import InputError
 from tgvdp.model.energy import PANTOGRAPH, WHEEL, EnergyMap, EnergyModel
-from tgvdp.report import plot_effort, plot_front, plot_price, plot_profile, plot_speed_time, style
+from tgvdp.report import palette, plot_effort, plot_front, plot_price, plot_profile, plot_speed_time, style
 from tgvdp.report.gallery import PICTURES, draw, pictures_of
-from tgvdp.report.line_strip import altitude_of, features_of
-from tgvdp.report.profile_plots import speed_curve, speed_limits_of
+from tgvdp.report.line_met import altitude_of, features_of, speed_limits_of
+from tgvdp.report.profile_plots import speed_curve
 from tgvdp.runs.profile import profile_of
 
 MAP = EnergyModel(
@@ -153,7 +153,7 @@ def test_regimes_are_in_colour_and_named(result):
     profile = result.fastest.profile
     fastest = collections(figure.axes[0], LineCollection)[0]
     changes = np.flatnonzero(np.diff(profile.regime)) + 1
-    expected = [style.REGIME_COLORS[profile.regime_names[row]] for row in (0, *changes)]
+    expected = [palette.REGIME_COLORS[profile.regime_names[row]] for row in (0, *changes)]
     assert [tuple(color) for color in fastest.get_colors()] == [to_rgba(color) for color in expected]
     starts = [segment[0, 0] for segment in fastest.get_segments()]
     np.testing.assert_allclose(starts, profile.position_m[[0, *changes]] / 1e3)
@@ -330,9 +330,9 @@ def test_clock(seconds, text):
     assert style.clock(seconds) == text
 
 
-@pytest.mark.parametrize("regimes", [tuple(style.REGIME_COLORS)])
+@pytest.mark.parametrize("regimes", [tuple(palette.REGIME_COLORS)])
 def test_every_regime_has_its_own_colour(regimes):
     from tgvdp.runs.profile import REGIMES
 
     assert regimes == REGIMES
-    assert len(set(style.REGIME_COLORS.values())) == len(REGIMES)
+    assert len(set(palette.REGIME_COLORS.values())) == len(REGIMES)

@@ -40,7 +40,7 @@ CACHE_DIR_VARIABLE = "TGVDP_CACHE_DIR"
 KEPT_FOLDERS = 8
 #: Rooms that no kernel lives in or imports (a test sees to it): their changes leave the kernels as they are.
 KERNEL_FREE = (
-    *("api", "cli", "formats", "formulations", "instances", "journeys", "options", "report"),
+    *("api", "cli", "explorer", "formats", "formulations", "instances", "journeys", "options", "report"),
     *("sweeps", "trials", "verification"),
     *("solvers/circuit", "solvers/programs", "solvers/samplers"),
 )

@@ -12,13 +12,15 @@ from tgvdp.api.budget import budget_of
 from tgvdp.api.methods import Fastest, continuous_front
 from tgvdp.api.sense import sensible_numbers
 from tgvdp.certificate.front import Certificate, certify_front
-from tgvdp.methods.budget import SearchBudget
+from tgvdp.journeys.practices import linear_margin
+from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.front import OptimalRuns
 from tgvdp.methods.grid.paths import GridPaths
 from tgvdp.model.trip import Trip
 from tgvdp.pareto import ParetoFront
+from tgvdp.progress import tell
 from tgvdp.referee.replay import NOT_REPLAYED, Verdict, replay
-from tgvdp.runs.profile import Profile, profile_of
+from tgvdp.runs.profile import Profile, drawn_energy_j, profile_of
 from tgvdp.runs.samples import rows_of, sampled
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
 
@@ -85,6 +87,10 @@ class SearchResult:
         with self._computing():
             return self._profile(index)
 
+    def linear_margin(self, index: int) -> Profile:
+        """Speed profile of today's practice: the fastest run with all speeds scaled to the time of one point."""
+        return linear_margin(self.trip, self.fastest.profile, float(self.front.time_s[index]) / self.fastest.time_s)
+
     def _profile(self, index: int) -> Profile:
         source = int(self.front.source[index])
         known = self._found.regimes(source) if isinstance(self._found, OptimalRuns) else None
@@ -100,10 +106,11 @@ class SearchResult:
         """
         clock = budget_of(self.options, time_limit_s).start()
         with self._computing():
-            return [
-                NOT_REPLAYED if clock.expired else replay(self.trip, self._profile(index))
-                for index in range(len(self.front))
-            ]
+            return [self._verdict(index, clock) for index in range(len(self.front))]
+
+    def _verdict(self, index: int, clock: Clock) -> Verdict:
+        tell("replaying", index, len(self.front))
+        return NOT_REPLAYED if clock.expired else replay(self.trip, self._profile(index), lambda: clock.expired)
 
     def certify(self, time_limit_s: float | None = None) -> Certificate:
         """Bound the least energy of the continuous problem at the running time of every point of the front.
@@ -126,8 +133,15 @@ class SearchResult:
             target_s = np.linspace(first_s, first_s + max(last_s - first_s, 1e-3 * first_s), _CERTIFIED_TIMES)
             found = continuous_front(self.trip, self.fastest.profile, target_s, budget)
         return certify_front(
-            self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, found.multiplier_j_per_s, clock
-        )
+            self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, self._drawn_j(),
+            found.multiplier_j_per_s, clock,
+        )  # fmt: skip
+
+    def _drawn_j(self) -> NDArray[np.float64]:
+        """Energy of each point before what braking returns, J."""
+        if self.trip.energy.kind == "wheel":
+            return self.front.energy_j
+        return np.array([drawn_energy_j(self.trip, self._profile(index)) for index in range(len(self.front))])
 
     def _computing(self) -> AbstractContextManager[None]:
         return sensible_numbers(self.trip, self.options["max_memory_b"])

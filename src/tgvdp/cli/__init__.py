@@ -28,6 +28,8 @@ _COMMANDS = (
     "search",
     "journey",
     "compare",
+    "explore",
+    "report",
     "score",
     "formulate",
     "solve",

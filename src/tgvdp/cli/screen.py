@@ -162,7 +162,8 @@ def energy_table(content: Mapping[str, Any]) -> str:
     model = content["energy"]
     front = content["front"]
     runs = {"fastest run": content["fastest"]["balance"]}
-    runs |= {f"{front[i]['margin_pct']:.2f} %": front[i]["balance"] for i in spread(len(front), 3)[1:]}
+    summed_up = [point for point in front if point["balance"]["wheel_kwh"] is not None]
+    runs |= {f"{summed_up[i]['margin_pct']:.2f} %": summed_up[i]["balance"] for i in spread(len(summed_up), 3)[1:]}
     telling = any(abs(one["pantograph_kwh"] - one["wheel_kwh"]) > 1e-9 * abs(one["wheel_kwh"]) for one in runs.values())
     if not telling:
         return ""

@@ -26,8 +26,11 @@ if TYPE_CHECKING:
     from tgvdp.methods.budget import Clock
     from tgvdp.referee.replay import Verdict
 
-#: What replay, proof and tables have at least, where what comes before them took all the time: a share of that.
-_CHECKS_SHARE = 0.125
+#: What replay, proof and tables have each, where what comes before them takes all the time: that share of the limit,
+#: but no more than so many seconds.
+_CHECKS_SHARE, _CHECKS_S = 0.125, 1.0
+#: Share of the limit that a search has at least, however long it took to get there.
+_SEARCH_SHARE = 0.5
 
 #: Points that a warning names.
 _NAMED = 20
@@ -84,6 +87,7 @@ def command(
         raise click.UsageError("--every is for profiles as csv, parquet or xlsx", click.get_current_context())
     if journey is not None and track is None and scenario is None:
         raise click.UsageError("--journey needs the --track that it belongs to", click.get_current_context())
+    started_s = time.perf_counter()
     folder = OutFolder(out, "result.json", force=force)
     with Screen(quiet=quiet) as screen, SecondProcess() as second:
         if pictures:
@@ -112,25 +116,29 @@ def command(
                 screen.note(text)
         checks = second.promise("tgvdp.api.warm:checks", certify) if warm.checks_missing(certify) else None
         with screen.compiling():
-            clock = budget_of(arguments).start()
-            result = api.search(case.train, case.track, **arguments)
-            left_s = clock.left_s(_CHECKS_SHARE)
+            budget = budget_of(arguments)
+            clock = budget.start(time.perf_counter() - started_s)
+            result = api.search(case.train, case.track, **arguments | {"time_limit_s": _search_s(clock)})
+            result = replace(result, options=result.options | {"time_limit_s": budget.time_limit_s})
             if section is not None:
                 result = replace(result, warnings=(*result.warnings, *section.broken_by(result.fastest.time_s)))
             about = make_provenance(result.options | case.changed, case.inputs, result.elapsed_s)
             formats = format if pictures else ()
             runs = _asked(second, "run_files", formats, result, about, price_per_kwh)
             if checks is not None:
+                elapsed_s = clock.elapsed_s
                 with screen.waiting():
                     checks()
-            clock = api.SearchBudget(time_limit_s=left_s).start()
+                clock = budget.start(
+                    elapsed_s
+                )  # what the other process compiles counts no more than what this one does
             verdicts, certificate, checks_s = _checked(result, certify, screen, clock)
             front = _asked(second, "front_files", formats, result, about, certificate)
             tariff = make_tariff(price_per_kwh, co2_g_per_kwh)
             files, content = write_results(
                 result, out, about | checks_s, verdicts, certificate, profiles=profiles, every_m=every_m,
                 pictures=formats, tariff=tariff, drawn=lambda: front() | runs(), progress=screen.progress,
-                time_s=clock.left_s(_CHECKS_SHARE),
+                time_s=_left_s(clock),
             )  # fmt: skip
         folder.drop_earlier(files)
 
@@ -148,6 +156,17 @@ def command(
     return _judge(content, certificate is None or certificate.complete, quiet)
 
 
+def _search_s(clock: "Clock") -> float:
+    """Time that the search may take, s, so that replay, proof and tables have theirs."""
+    return max(_left_s(clock, 3), _SEARCH_SHARE * clock.limit_s)
+
+
+def _left_s(clock: "Clock", parts_after: int = 0) -> float:
+    """Time that a part of the command may take, s, so that those after it have theirs."""
+    share_s = min(_CHECKS_SHARE * clock.limit_s, _CHECKS_S)
+    return max(clock.left_s() - parts_after * share_s, share_s)
+
+
 def _asked(second: SecondProcess, task: str, formats: Sequence[str], *shown: Any) -> Callable[[], dict[str, bytes]]:
     """Have pictures drawn in formats, if any; what is returned waits for their files."""
     return second.promise(f"tgvdp.report.gallery:{task}", formats, *shown) if formats else dict
@@ -159,13 +178,13 @@ def _checked(
     """Replay a result and, if asked for, prove it; with entries of the provenance: how long each took, s."""
     screen.progress("replaying")
     started_s = time.perf_counter()
-    verdicts = result.verify(clock.left_s(_CHECKS_SHARE))
+    verdicts = result.verify(_left_s(clock, 2))
     checks_s = {"elapsed_verify_s": time.perf_counter() - started_s}
     if not certify:
         return verdicts, None, checks_s
     screen.progress("proving")
     started_s = time.perf_counter()
-    certificate = result.certify(clock.left_s(_CHECKS_SHARE))
+    certificate = result.certify(_left_s(clock, 1))
     checks_s["elapsed_certify_s"] = time.perf_counter() - started_s
     return verdicts, certificate, checks_s
 
@@ -184,15 +203,20 @@ def _judge(content: Mapping[str, Any], is_proved: bool, quiet: bool) -> int:
         more = f" and {len(failed) - _NAMED} more" if len(failed) > _NAMED else ""
         click.echo(f"tgvdp: warning: points {', '.join(failed[:_NAMED])}{more} do not pass the replay", err=True)
     unknown = sum(point["replay"]["ok"] is None for point in front)
-    if content["complete"]:
-        if "warning" in content and not quiet:
-            click.echo(f"tgvdp: warning: {content['warning']}", err=True)
-        if unknown:
-            click.echo(f"tgvdp: budget reached: the time limit ended the replay, {unknown} points had none", err=True)
-            return BudgetExceededError.exit_code
-        if is_proved:
-            return 0
-        click.echo("tgvdp: budget reached: the time limit ended the proof, bounds are missing or loose", err=True)
-        return BudgetExceededError.exit_code
-    click.echo(f"tgvdp: budget reached: {content['warning']}", err=True)
+    bare = sum(point["peak_power_kw"] is None for point in front)
+    if not content["complete"]:
+        ended = content["warning"]
+    elif unknown:
+        ended = f"the time limit ended the replay, {unknown} points had none"
+    elif bare:
+        ended = f"the time limit ended the summing up, {bare} points lack it"
+    elif not is_proved:
+        ended = "the time limit ended the proof, bounds are missing or loose"
+    else:
+        ended = ""
+    if content["complete"] and "warning" in content and not quiet:
+        click.echo(f"tgvdp: warning: {content['warning']}", err=True)
+    if not ended:
+        return 0
+    click.echo(f"tgvdp: budget reached: {ended}", err=True)
     return BudgetExceededError.exit_code

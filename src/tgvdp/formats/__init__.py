@@ -1,6 +1,6 @@
 """Files in: native, TTOBench, railtoolkit, OSRD, railML and tables; told apart by content, SI from here on."""
 
-from tgvdp.formats.detect import Scenario, read_source
+from tgvdp.formats.detect import Scenario, load_bytes, read_source
 from tgvdp.formats.load import (
     input_digest,
     load_energy_map,
@@ -20,6 +20,7 @@ __all__ = [
     "Scenario",
     "describe_file",
     "input_digest",
+    "load_bytes",
     "load_energy_map",
     "load_journey",
     "load_run",

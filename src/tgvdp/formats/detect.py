@@ -14,7 +14,7 @@ from tgvdp.formats.osrd import stock as osrd
 from tgvdp.formats.railml import reader as railml
 from tgvdp.formats.railtoolkit import reader as railtoolkit
 from tgvdp.formats.sources import Source, Target, label, locate
-from tgvdp.formats.syntax.reading import Document, bad, errors_named, read_document
+from tgvdp.formats.syntax.reading import Document, bad, errors_named, parse_document, read_document, require_not_alone
 from tgvdp.formats.tables import reader as tables
 from tgvdp.formats.ttobench import reader as ttobench
 from tgvdp.model import catalog
@@ -135,10 +135,33 @@ def load_all(path: Source, *, line_speed_mps: float | None = None) -> tuple[Scen
         When the file, something in it or one that it references is missing or wrong.
     """
     target = locate(path)
-    document = read_target(target, line_speed_mps)
+    return _each(read_target(target, line_speed_mps), target.part)
+
+
+def load_bytes(name: str, data: bytes, *, line_speed_mps: float | None = None) -> tuple[Scenario, ...]:
+    """Load everything that the bytes of a file hold which came from elsewhere; no other file is opened for it.
+
+    Parameters
+    ----------
+    name : str
+        Of the file, for errors and for what its suffix says; nothing is looked for there.
+    data : bytes
+    line_speed_mps : float, optional
+        See `tgvdp.formats.load.load_track`.
+
+    Raises
+    ------
+    InputError
+        When something in it is wrong, or when it references another file.
+    """
+    document = replace(parse_document(Path(name), data), is_alone=True)
+    return _each(_with_line_speed(document, line_speed_mps), None)
+
+
+def _each(document: Document, part: str | None) -> tuple[Scenario, ...]:
     content = _open(document)
-    if content is None or target.part is not None or content.is_one:
-        return (_scenario(document, content, target.part, KINDS),)
+    if content is None or part is not None or content.is_one:
+        return (_scenario(document, content, part, KINDS),)
     # Named as they are chosen: names for people need not be unique.
     return tuple(
         replace(_held(document, content, {kind: item.id}), name=item.id)
@@ -156,7 +179,10 @@ def _read(
 
 def read_target(target: Target, line_speed_mps: float | None) -> Document:
     """Read the file of a target, to be taken with a line speed; see `tgvdp.formats.load.load_track`."""
-    document = read_document(target.path)
+    return _with_line_speed(read_document(target.path), line_speed_mps)
+
+
+def _with_line_speed(document: Document, line_speed_mps: float | None) -> Document:
     if line_speed_mps is None:
         return document
     speed_mps = require_number("line speed", "line_speed", line_speed_mps, "m/s", above=0.0)
@@ -241,6 +267,8 @@ def _follow(document: Document, kind: catalog.Kind, reference: str, chain: tuple
     path, speed_mps = document.path, document.line_speed_mps
     chain = (*chain, path)
     with errors_named(path, kind):
+        if reference not in catalog.names(kind):
+            require_not_alone(document, reference)
         target = locate(reference, kind, path.parent)
         if any(_same(target.path, before) for before in chain):
             raise InputError(f"the references go round in a circle, got {reference!r:.60}")

@@ -45,15 +45,15 @@ class SearchBudget:
 
     def text(self, *, full: bool, most_labels: int) -> str:
         """Name the part of the budget that ended a search: its labels where these were full, else its time."""
-        return f"the budget of {most_labels:,} labels" if full else f"the time limit of {self.time_limit_s:.3g} s"
+        return f"the budget of {most_labels:,} labels" if full else "the time limit"
 
     def after(self, clock: "Clock") -> "SearchBudget":
         """What is left of the time; never nothing, so that whoever is asked next says that the time is up."""
         return replace(self, time_limit_s=max(clock.left_s(), _LEAST_TIME_S))
 
-    def start(self) -> "Clock":
-        """Start the clock."""
-        return Clock(working_s(), self.time_limit_s)
+    def start(self, elapsed_s: float = 0.0) -> "Clock":
+        """Start the clock, or one that has been running for a while."""
+        return Clock(working_s() - elapsed_s, self.time_limit_s)
 
 
 @dataclass(frozen=True)
@@ -68,9 +68,9 @@ class Clock:
         """Seconds since the start."""
         return working_s() - self.started_s
 
-    def left_s(self, least_share: float = 0.0) -> float:
-        """Seconds that are left, or a share of the limit if that is more."""
-        return max(self.limit_s - self.elapsed_s, least_share * self.limit_s)
+    def left_s(self) -> float:
+        """Seconds that are left; below 0 when the limit has passed."""
+        return self.limit_s - self.elapsed_s
 
     @property
     def expired(self) -> bool:

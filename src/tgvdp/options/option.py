@@ -110,14 +110,20 @@ class Option:
         parts = (f"{owners}{self.help}", f"[default: {default}]" if default else "")
         return "  ".join(filter(None, parts))
 
+    @property
+    def shown_value(self) -> Any:
+        """Default in the unit of people; None where there is none, or where something else decides."""
+        if self.default is None or self.default == ():
+            return None
+        return from_si(self.default, self.unit, _UNITS[self.unit].quantity) if self.unit else self.default
+
     def _default_text(self) -> str:
-        if self.default is None or self.default is False or self.default == ():
+        value = self.shown_value
+        if value is None or value is False:
             return ""
-        if self.default is True:
+        if value is True:
             return self.name
-        if not self.unit:
-            return str(self.default)
-        return f"{from_si(self.default, self.unit, _UNITS[self.unit].quantity):g}"
+        return f"{value:g}" if self.unit else str(value)
 
     def arguments(self, value: Any) -> dict[str, Any]:
         """Arguments of `tgvdp.search` that a value in the unit of people sets."""

@@ -104,7 +104,7 @@ def _drawn(law, tables, h, w, after, seconds, lines, efforts, stages):
 
 @part
 def _drive_row(train, tables, line, parts, command, lever, x, d, w0, w1):
-    """Drive along one row; returns squared speed at its end, seconds, and energy drawn without auxiliaries.
+    """Drive along one row; returns w at its end, seconds, energy drawn without auxiliaries, and sub-steps.
 
     Where the effort limit has a break between the speeds of the row, a step ends there: the scheme is of fourth order
     on each side of it, and of none across a jump.
@@ -151,18 +151,25 @@ def _drive_row(train, tables, line, parts, command, lever, x, d, w0, w1):
         else:
             done = end
             j += 1
-    return w, seconds, drawn
+    return w, seconds, drawn, count
 
 
 @kernel
-def replay_rows(train, tables, line, supply, x, speed, force, time, energy):
-    """Replay all rows; cumulative time and energy in place; returns effort excess and speed error."""
+def replay_rows(train, tables, line, supply, x, speed, force, time, energy, first, most_sub_steps):
+    """Replay rows from the ``first`` on, until so many sub-steps are made; cumulative time and energy in place.
+
+    Returns the row that comes next, effort excess and speed error; these are infinite where there is nothing to replay.
+    """
     excess = -1.0
     speed_error = 0.0
     dark = unpowered(train)
-    time[0] = 0.0
-    energy[0] = 0.0
-    for i in range(x.shape[0] - 1):
+    if first == 0:
+        time[0] = 0.0
+        energy[0] = 0.0
+    last = x.shape[0] - 1
+    made = 0
+    i = first
+    while i < last and made < most_sub_steps:
         d = x[i + 1] - x[i]
         w0 = speed[i] * speed[i]
         w1 = speed[i + 1] * speed[i + 1]
@@ -172,7 +179,7 @@ def replay_rows(train, tables, line, supply, x, speed, force, time, energy):
         if limit == 0.0:  # no current, or no brake: what counts as no effort is a share of the starting effort
             share = abs(force[i]) / effort_at(train.traction, 0.0)
             if share > _NO_EFFORT:
-                return np.inf, np.inf
+                return last, np.inf, np.inf
         acceleration = 0.5 * (w1 - w0) / d
         if force[i] < 0.0 and train.rates.shape[0] > 0:  # next to nothing is left to brakes where the load slows enough
             excess = max(excess, (-force[i] - limit) / effort_at(train.rates, 0.5 * (speed[i] + speed[i + 1])))
@@ -180,9 +187,11 @@ def replay_rows(train, tables, line, supply, x, speed, force, time, energy):
             excess = max(excess, lever - 1.0)
         excess = max(excess, acceleration / train.max_acceleration - 1.0, -acceleration / train.max_deceleration - 1.0)
         command = commanded(here, line, force[i], limit, x[i], d, w0, w1)
-        w, seconds, drawn = _drive_row(here, tables, line, parts_at(line, x[i]), command, lever, x[i], d, w0, w1)
+        w, seconds, drawn, count = _drive_row(here, tables, line, parts_at(line, x[i]), command, lever, x[i], d, w0, w1)
         time[i + 1] = time[i] + seconds
         drawn = 0.0 if supply[i] == LOWERED else drawn + tables.auxiliary_w * seconds
         energy[i + 1] = energy[i] + drawn + 0.5 * train.inertia_kg * abs(w1 - w)
         speed_error = max(speed_error, abs(np.sqrt(max(w, 0.0)) - speed[i + 1]))
-    return excess, speed_error
+        made += count
+        i += 1
+    return i, excess, speed_error

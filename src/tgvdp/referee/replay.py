@@ -13,6 +13,7 @@ brake would grow to 10⁻³ of its top speed at the stop, which a driver correct
 what the claimed speed at the end of a row is off in kinetic energy counts in full as an error of energy.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -37,6 +38,8 @@ if TYPE_CHECKING:
 
 #: Where two sides of a break are one position, relative to it.
 _SAME_POSITION = 1e-12
+#: Sub-steps between two looks at the clock: a tenth of a second; usual runs have some thousand.
+_SUB_STEPS_AT_ONCE = 200_000
 
 
 @dataclass(frozen=True)
@@ -98,18 +101,21 @@ def _overspeed(trip: Trip, profile: "Profile") -> float:
     return max(0.0, float(np.max(fastest - limit)))
 
 
-def replay(trip: Trip, profile: "Profile") -> Verdict:
+def replay(trip: Trip, profile: "Profile", expired: Callable[[], bool] = bool) -> Verdict:
     """Drive a profile again and compare with what it claims.
 
     Parameters
     ----------
     trip : Trip
     profile : Profile
+    expired : callable, optional
+        Whether the time for it is up.
 
     Returns
     -------
     Verdict
-        Errors are infinite where there is nothing to compare: a row of no length, or effort where there can be none.
+        `NOT_REPLAYED` where the time was up before the end. Errors are infinite where there is nothing to compare: a
+        row of no length, or effort where there can be none.
     """
     train: KernelTrain = kernel_train(trip.train)
     x = profile.position_m
@@ -119,9 +125,14 @@ def replay(trip: Trip, profile: "Profile") -> Verdict:
     time, energy = np.empty(len(x)), np.empty(len(x))
     tables = energy_tables(trip.train, trip.energy)
     supply = supply_seen(trip, 0.5 * (x[:-1] + x[1:]))
-    excess, speed_error = replay_rows(
-        train, tables, see_line(trip), supply, x, profile.speed_mps, profile.force_n, time, energy
-    )
+    line, row, excess, speed_error = see_line(trip), 0, -1.0, 0.0
+    while row < len(x) - 1:
+        if row and expired():
+            return NOT_REPLAYED
+        row, *found = replay_rows(
+            train, tables, line, supply, x, profile.speed_mps, profile.force_n, time, energy, row, _SUB_STEPS_AT_ONCE
+        )
+        excess, speed_error = max(excess, found[0]), max(speed_error, found[1])
     overspeed = _overspeed(trip, profile)
     excess_pct = max(0.0, 100.0 * excess)
     if not np.isfinite(speed_error):

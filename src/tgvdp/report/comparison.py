@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from tgvdp.errors import InputError
-from tgvdp.report import style
+from tgvdp.report import palette, style
 from tgvdp.report.plain import plain
 from tgvdp.report.tables import SCHEMA as SEARCH_SCHEMA
 from tgvdp.report.tables import saved_pct
@@ -28,7 +28,7 @@ COMPARE_COLUMNS = ("name", "margin_pct", "time_s", "energy_kwh", "saved_pct", "a
 _END_SHARE = 1e-3
 #: Figures that may lie further above their front than this are said to, %.
 _TELLING_PCT = 0.1
-_COLORS = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE, style.SKY, style.BLACK)
+_COLORS = (palette.BLUE, palette.VERMILION, palette.GREEN, palette.PURPLE, palette.ORANGE, palette.SKY, palette.BLACK)
 _DASHES = ("-", "--", ":", "-.")
 
 

@@ -7,10 +7,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from tgvdp.report import style
+from tgvdp.report import palette, style
 from tgvdp.units import KMH_PER_MPS
 
-_COLORS = (style.BLUE, style.VERMILION, style.GREEN, style.ORANGE, style.PURPLE)
+_COLORS = (palette.BLUE, palette.VERMILION, palette.GREEN, palette.ORANGE, palette.PURPLE)
 
 
 class Curve(NamedTuple):
@@ -32,7 +32,7 @@ def plot_curves(
         color = _COLORS[index % len(_COLORS)]
         axes.plot(curve.x, curve.y, "--" if curve.dashed else "-", color=color, linewidth=2.0, label=curve.label)
     for mark in marks:
-        axes.axvline(mark, color=style.MUTED, linewidth=1.0, linestyle=":")
+        axes.axvline(mark, color=palette.MUTED, linewidth=1.0, linestyle=":")
     style.dress(axes, x_label, y_label)
     style.title(axes, heading, detail)
     handles = axes.get_legend_handles_labels()[0]

@@ -9,7 +9,7 @@ from matplotlib.axes._secondary_axes import SecondaryAxis
 from numpy.typing import ArrayLike, NDArray
 
 from tgvdp.errors import InputError
-from tgvdp.report import style
+from tgvdp.report import palette, style
 from tgvdp.report.tables import saved_pct
 from tgvdp.units import JOULE_PER_KWH
 
@@ -51,7 +51,7 @@ def plot_front(result: "SearchResult", lower_bound_j: ArrayLike | None = None) -
         shown.append(_draw_band(axes, result, delay, lower_bound_j))
     mark = "o" if delay.size <= _MARKED else None
     axes.plot(
-        delay, saved, marker=mark, color=style.BLUE, linewidth=1.8, markersize=4.5, label="Pareto front", zorder=3
+        delay, saved, marker=mark, color=palette.BLUE, linewidth=1.8, markersize=4.5, label="Pareto front", zorder=3
     )
     _draw_fastest(axes)
     _label_margins(axes, result, delay, saved)
@@ -93,7 +93,7 @@ def plot_price(result: "SearchResult", price_per_kwh: float | None = None) -> st
     shown = price * (JOULE_PER_KWH * energy.factor)
     margin = 100.0 * (result.front.time_s / result.fastest.time_s - 1.0)
     axes.plot(
-        margin, shown, marker="o" if margin.size <= _MARKED else None, color=style.BLUE, linewidth=1.8, markersize=4.5
+        margin, shown, marker="o" if margin.size <= _MARKED else None, color=palette.BLUE, linewidth=1.8, markersize=4.5
     )
     style.dress(axes, "Running time supplement (%)", f"Energy saved per minute ({energy.unit}/min)")
     if np.nanmax(shown, initial=0.0) > 0.0:
@@ -140,7 +140,7 @@ def heading(trip: "Trip") -> str:
 
 def _draw_fastest(axes: Axes) -> None:
     axes.plot(
-        [0.0], [0.0], "*", markersize=15, color=style.VERMILION, markeredgecolor="white", linestyle="none",
+        [0.0], [0.0], "*", markersize=15, color=palette.VERMILION, markeredgecolor="white", linestyle="none",
         label="fastest run", zorder=5,
     )  # fmt: skip
 
@@ -152,7 +152,7 @@ def _draw_dominated(axes: Axes, result: "SearchResult", scale: style.Scale) -> N
     delay, saved, _ = delay_and_saving(result, result.path_time_s[below], result.path_energy_j[below], scale)
     if result.method != "front" and delay.size:
         axes.plot(
-            delay, saved, "o", color=style.FAINT, markeredgecolor=style.MUTED, markeredgewidth=0.5, markersize=4.0,
+            delay, saved, "o", color=palette.FAINT, markeredgecolor=palette.MUTED, markeredgewidth=0.5, markersize=4.0,
             label="other paths found", zorder=2,
         )  # fmt: skip
         return saved
@@ -174,7 +174,7 @@ def _draw_band(
     # In kWh: per cent of the fastest run's energy, as on this axis, are not the per cent of the table's gaps.
     most_kwh = max(float((result.front.energy_j - bound_j)[known].max()), 0.0) / JOULE_PER_KWH
     axes.fill_between(
-        delay, saved, np.where(known, ceiling, np.nan), color=style.SKY, alpha=0.45, linewidth=0, zorder=2,
+        delay, saved, np.where(known, ceiling, np.nan), color=palette.SKY, alpha=0.45, linewidth=0, zorder=2,
         label=f"room up to the proven bound, at most {most_kwh:.3g} kWh",
     )  # fmt: skip
     return ceiling[known]
@@ -191,13 +191,13 @@ def _label_margins(axes: Axes, result: "SearchResult", delay: NDArray[np.float64
     wanted = np.arange(step, top + 1e-3 * step + 1e-2, step)
     wanted = wanted[wanted >= margins[0]]
     at, height = np.interp(wanted, margins, delay), np.interp(wanted, margins, saved)
-    axes.plot(at, height, "D", color=style.INK, markersize=6.0, zorder=4)
+    axes.plot(at, height, "D", color=palette.INK, markersize=6.0, zorder=4)
     for margin, x, y in zip(wanted.tolist(), at.tolist(), height.tolist(), strict=True):
         # Below the curve there is always room, except past its right end: there the label goes above.
         side, offset = ("left", (6.0, -13.0)) if x < 0.9 * delay[-1] else ("right", (8.0, 11.0))
         axes.annotate(
             f"+{margin:g} %: {y:.1f} % saved", (x, y), offset,
-            textcoords="offset points", ha=side, fontsize=style.SMALL_PT, fontfamily=style.FONT, color=style.INK,
+            textcoords="offset points", ha=side, fontsize=style.SMALL_PT, fontfamily=style.FONT, color=palette.INK,
         )  # fmt: skip
 
 
@@ -225,9 +225,9 @@ def _add_energy_axis(axes: Axes, result: "SearchResult") -> None:
 
 
 def _dress_right(right: SecondaryAxis, label: str) -> None:
-    right.set_ylabel(label, fontsize=style.LABEL_PT, fontfamily=style.FONT, color=style.INK)
-    right.tick_params(labelsize=style.SMALL_PT, colors=style.INK, labelfontfamily=style.FONT)
-    right.spines["right"].set_color(style.MUTED)
+    right.set_ylabel(label, fontsize=style.LABEL_PT, fontfamily=style.FONT, color=palette.INK)
+    right.tick_params(labelsize=style.SMALL_PT, colors=palette.INK, labelfontfamily=style.FONT)
+    right.spines["right"].set_color(palette.MUTED)
 
 
 def _set_limits(axes: Axes, delay: NDArray[np.float64], saved: NDArray[np.float64]) -> None:

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from tgvdp.errors import InputError
-from tgvdp.report import style
+from tgvdp.report import palette, style
 from tgvdp.report.front_plots import energy_name, heading
 from tgvdp.report.profile_plots import Run, plot_speeds
 from tgvdp.report.tables import margin_pct, saved_pct
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 _Floats = NDArray[np.float64]
 
 #: Colours and marks of the practices, in their order.
-_LOOKS = ((style.VERMILION, "s"), (style.GREEN, "^"), (style.PURPLE, "v"))
-_LINEAR_LOOK = (style.ORANGE, "D")
+_LOOKS = ((palette.VERMILION, "s"), (palette.GREEN, "^"), (palette.PURPLE, "v"))
+_LINEAR_LOOK = (palette.ORANGE, "D")
 _OPTIMUM = "optimum"
 _MARKED = 100
 #: Heights of the picture of two panels, and of the names of sections, inches.
@@ -66,12 +66,12 @@ def plot_front(result: "JourneyResult", _: int) -> style.Picture:
     front_s, front_j = result.front.time_s, result.front.energy_j
     energy = style.energy_scale(float(np.abs(front_j).max()))
     upper.plot(
-        100.0 * (front_s / result.fastest_time_s - 1.0), front_j * energy.factor, color=style.BLUE, linewidth=2.2,
+        100.0 * (front_s / result.fastest_time_s - 1.0), front_j * energy.factor, color=palette.BLUE, linewidth=2.2,
         marker="o" if len(front_s) <= _MARKED else None, markersize=3.5, label=_OPTIMUM, zorder=3,
     )  # fmt: skip
     style.dress(upper, "", f"{energy_name(result.trip)} ({energy.unit})")
     label = f"Running time supplement (%) over the fastest {style.clock(result.fastest_time_s)}"
-    lowest.set_xlabel(label, fontsize=style.LABEL_PT, fontfamily=style.FONT, color=style.INK)
+    lowest.set_xlabel(label, fontsize=style.LABEL_PT, fontfamily=style.FONT, color=palette.INK)
     style.title(upper, "What does the split of the supplement cost?", f"{_heading(result)}; lower is better")
     low, high = upper.get_ylim()
     upper.set_ylim(low, high + _LEGEND_SHARE * (high - low))
@@ -110,19 +110,19 @@ def plot_time_distance(result: "JourneyResult", index: int) -> style.Picture:
     begin_s = result.found.departure_s[_shown(result, index), 0]
     last_s = max(run.profile.duration_s + first_s for run, first_s in zip(runs, begin_s, strict=True))
     scale = style.time_scale(last_s)
-    colors = (style.VERMILION, style.ORANGE, style.BLUE)[-len(runs) :]
+    colors = (palette.VERMILION, palette.ORANGE, palette.BLUE)[-len(runs) :]
     for run, first_s, color in zip(runs, begin_s, colors, strict=True):
         time_s = run.profile.time_s + first_s
         axes.plot(
             run.profile.position_m * along.factor, time_s * scale.factor, color=color, linewidth=1.8, label=run.label
         )
     for section in result.sections[1:]:
-        axes.axvline(section.trip.origin_m * along.factor, color=style.MUTED, linewidth=0.7, linestyle=":")
+        axes.axvline(section.trip.origin_m * along.factor, color=palette.MUTED, linewidth=0.7, linestyle=":")
     windows = [one for one in (*result.windows.departures, *result.windows.arrivals) if np.isfinite(one[1:3]).any()]
     for number, window in enumerate(windows):
         ends = np.clip((window.earliest_s, window.latest_s), 0.0, 1.1 * last_s) * scale.factor
         axes.plot(
-            [window.position_m * along.factor] * 2, ends, color=style.PURPLE, linewidth=5.0, alpha=0.5,
+            [window.position_m * along.factor] * 2, ends, color=palette.PURPLE, linewidth=5.0, alpha=0.5,
             solid_capstyle="butt", label="" if number else "window",
         )  # fmt: skip
     style.dress(axes, f"Position on the line ({along.unit})", f"Time on the journey's clock ({scale.unit})")
@@ -143,7 +143,7 @@ def plot_allocation(result: "JourneyResult", index: int) -> style.Picture:
     figure = style.new_figure(bottom_in=_NAMES_IN)
     axes = figure.add_subplot()
     fastest_s = np.array([section.fastest.duration_s for section in result.sections])
-    rows = {_OPTIMUM: (style.BLUE, result.section_time_s[index] - fastest_s)}
+    rows = {_OPTIMUM: (palette.BLUE, result.section_time_s[index] - fastest_s)}
     for (name, practice), (color, _) in zip(result.found.practices.items(), _LOOKS, strict=False):
         time_s = [one.time_s[run] for one, run in zip(result.sections, practice.run[index], strict=True)]
         rows[name.replace("_", " ")] = (color, np.array(time_s) - fastest_s)
@@ -168,7 +168,7 @@ def plot_price(result: "JourneyResult", index: int) -> style.Picture:
     axes = figure.add_subplot()
     energy = style.energy_scale(float(np.abs(result.front.energy_j).max()))
     per_minute = SECONDS_PER_MINUTE * energy.factor
-    runs = {_OPTIMUM: (style.BLUE, "o", result.found.run[index])}
+    runs = {_OPTIMUM: (palette.BLUE, "o", result.found.run[index])}
     for (name, practice), (color, mark) in zip(result.found.practices.items(), _LOOKS, strict=False):
         runs[name.replace("_", " ")] = (color, mark, practice.run[index])
     place = np.arange(len(result.sections))
@@ -181,7 +181,9 @@ def plot_price(result: "JourneyResult", index: int) -> style.Picture:
         axes.plot(place, price, mark, color=color, markersize=7.0, linestyle="none", label=name)
         top = max(top, float(np.nanmax(price, initial=0.0)))
     multiplier = result.found.multiplier_j_per_s[index]
-    axes.step(place, np.where(np.isfinite(multiplier), multiplier, np.nan) * per_minute, where="mid", color=style.BLUE)
+    axes.step(
+        place, np.where(np.isfinite(multiplier), multiplier, np.nan) * per_minute, where="mid", color=palette.BLUE
+    )
     _name_sections(axes, result)
     style.dress(axes, axes.get_xlabel(), f"Energy saved per minute ({energy.unit}/min)")
     axes.set_ylim(0.0, 1.3 * top or 1.0)
@@ -197,12 +199,12 @@ def plot_robustness(result: "JourneyResult", robustness: "Robustness") -> style.
     energy = style.energy_scale(float(np.abs(robustness.energy_j).max()))
     energies = robustness.energy_j * energy.factor
     axes.plot(
-        robustness.delay_s, energies, "o", color=style.FAINT, markeredgecolor=style.MUTED, markersize=4.0,
+        robustness.delay_s, energies, "o", color=palette.FAINT, markeredgecolor=palette.MUTED, markersize=4.0,
         label="mixtures", linestyle="none",
     )  # fmt: skip
     front = robustness.front
-    axes.plot(front.time_s, front.energy_j * energy.factor, color=style.INK, linewidth=1.2, label="second front")
-    looks = {_OPTIMUM: (style.BLUE, "o"), **dict(zip(result.found.practices, _LOOKS, strict=True))}
+    axes.plot(front.time_s, front.energy_j * energy.factor, color=palette.INK, linewidth=1.2, label="second front")
+    looks = {_OPTIMUM: (palette.BLUE, "o"), **dict(zip(result.found.practices, _LOOKS, strict=True))}
     for name, (color, mark) in looks.items():
         at = robustness.names.index(name)
         axes.plot(
@@ -210,7 +212,7 @@ def plot_robustness(result: "JourneyResult", robustness: "Robustness") -> style.
             label=name.replace("_", " "),
         )  # fmt: skip
     both = robustness.on_both
-    axes.plot(robustness.delay_s[both], energies[both], "*", color=style.ORANGE, markersize=15.0, linestyle="none",
+    axes.plot(robustness.delay_s[both], energies[both], "*", color=palette.ORANGE, markersize=15.0, linestyle="none",
               label=f"on both: {robustness.names[both].replace('_', ' ')}")  # fmt: skip
     # What keeps all for the end would flatten the rest.
     near = [at for at, name in enumerate(robustness.names) if "all_at_the_end" not in name]

@@ -9,9 +9,10 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from tgvdp.report import style
+from tgvdp.report import palette, style
 from tgvdp.report.front_plots import heading
-from tgvdp.report.line_strip import BAR_IN, TERRAIN_IN, altitude_of, draw_features, draw_terrain, features_of
+from tgvdp.report.line_met import altitude_of, features_of, speed_limits_of
+from tgvdp.report.line_strip import BAR_IN, TERRAIN_IN, draw_features, draw_terrain
 from tgvdp.report.tables import margin_pct, saved_pct
 from tgvdp.runs.profile import REGIMES
 
@@ -126,7 +127,7 @@ def plot_effort(result: "SearchResult") -> style.Picture:
         style.dress(axes, "", f"{name} ({scale.unit})")
         pad = 0.06 * (max(high, 0.0) - min(low, 0.0)) or 1.0
         axes.set_ylim(scale.factor * (min(low, 0.0) - pad), scale.factor * (max(high, 0.0) + pad))
-        axes.axhline(0.0, color=style.MUTED, linewidth=0.8)
+        axes.axhline(0.0, color=palette.MUTED, linewidth=0.8)
     averaged = "; pulses are shown as their means" if any(step.averaged for step in steps) else ""
     style.title(upper, "What does it take at the wheel?", f"Effort and power, {heading(result.trip)}{averaged}")
     _add_legends(figure, upper, runs, [])
@@ -175,7 +176,7 @@ def _over_the_line(trip: "Trip", panels: int) -> tuple[style.Picture, list[Axes]
             for axes in stack[:panels]:
                 spans = np.column_stack((section.from_m, section.length_m)) * along.factor
                 axes.broken_barh(
-                    spans.tolist(), (0.0, 1.0), transform=axes.get_xaxis_transform(), facecolor=style.PURPLE,
+                    spans.tolist(), (0.0, 1.0), transform=axes.get_xaxis_transform(), facecolor=palette.PURPLE,
                     alpha=0.25, linewidth=0,
                 )  # fmt: skip
     if terrain is not None:
@@ -197,7 +198,7 @@ def _draw_speed(axes: Axes, trip: "Trip", runs: Sequence[Run], along: float) -> 
     if limit_mps.min() <= ceiling_mps:
         ceiling_mps = min(ceiling_mps, float(limit_mps.max()))
         shown = axes.step(
-            limit_position_m * along, limit_mps * speed.factor, where="post", color=style.MUTED, linewidth=1.2,
+            limit_position_m * along, limit_mps * speed.factor, where="post", color=palette.MUTED, linewidth=1.2,
             label="speed limit",
         )  # fmt: skip
     else:
@@ -210,22 +211,13 @@ def _draw_speed(axes: Axes, trip: "Trip", runs: Sequence[Run], along: float) -> 
     return shown
 
 
-def speed_limits_of(trip: "Trip") -> tuple[Floats, Floats]:
-    """Positions on the track (m) from which speed limits (m/s) of line and train hold; the last row ends the trip."""
-    limits = np.array(trip.track.speed_limits, dtype=np.float64)
-    first = int(np.searchsorted(limits[:, 0], trip.origin_m, side="right")) - 1
-    rows = limits[first:][limits[first:, 0] < trip.destination_m]
-    position_m = np.append(np.maximum(rows[:, 0], trip.origin_m), trip.destination_m)
-    return position_m, np.minimum(np.append(rows[:, 1], rows[-1, 1]), trip.train.max_speed_mps)
-
-
 def draw_run(axes: Axes, run: Run, x: Floats, y: Floats, regime: NDArray[np.int8]) -> None:
     """Draw one line whose pieces have the colour of the regime that begins at each of its points."""
     points = np.column_stack((x, y))
     starts = np.concatenate(([0], np.flatnonzero(np.diff(regime)) + 1))
     ends = np.append(starts[1:], regime.size - 1)
     pieces = [points[start : end + 1] for start, end in zip(starts, ends, strict=True)]
-    colors = [style.REGIME_COLORS[REGIMES[regime[start]]] for start in starts]
+    colors = [palette.REGIME_COLORS[REGIMES[regime[start]]] for start in starts]
     axes.add_collection(
         LineCollection(pieces, colors=colors, linewidths=run.width, linestyles=[run.dashes], capstyle="butt", zorder=3)
     )
@@ -236,10 +228,10 @@ def _add_legends(figure: style.Picture, axes: Axes, runs: Sequence[Run], limit: 
     used = {int(code) for run in runs for code in np.unique(run.profile.regime)}
     names = [name for code, name in enumerate(REGIMES) if code in used]
     entries = [
-        Line2D([], [], color=style.INK, linestyle=run.dashes, linewidth=run.width, label=run.label) for run in runs
+        Line2D([], [], color=palette.INK, linestyle=run.dashes, linewidth=run.width, label=run.label) for run in runs
     ]
     style.legend(figure, "lower center", entries, len(entries))
-    regimes = [Line2D([], [], color=style.REGIME_COLORS[name], linewidth=3.0, label=name) for name in names]
+    regimes = [Line2D([], [], color=palette.REGIME_COLORS[name], linewidth=3.0, label=name) for name in names]
     style.legend(axes, "above right", [*regimes, *limit], len(regimes) + len(limit))
 
 

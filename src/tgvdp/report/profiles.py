@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from tgvdp.report.columns import Columns
     from tgvdp.runs.profile import Profile
 
-PROFILE_COLUMNS = ("id", *Samples._fields)
 #: Significant digits of the largest number, so that neighbouring rows are exact enough to be replayed.
 PROFILE_DIGITS = {
     "position_m": 14, "speed_mps": 12, "limit_mps": 7, "gradient_permil": 5, "time_s": 12, "force_n": 9, "energy_j": 12,
@@ -22,8 +21,8 @@ PROFILE_DIGITS = {
 FASTEST_ID = "fastest"
 #: Rows that are written at most, of all runs together: what a spreadsheet opens, and some hundred megabytes of CSV.
 MOST_ROWS = 1_000_000
-#: Rows that are written in a second.
-_ROWS_PER_S = 100_000
+#: Rows that are written in a second, and those of a sampled run at least.
+_ROWS_PER_S, _LEAST_ROWS = 100_000, 100
 
 #: Told what is being done, in a few words.
 Progress = Callable[[str], None]
@@ -40,7 +39,7 @@ class Written(NamedTuple):
     every_m : float, optional
         Distance of the samples, m; None for all rows.
     note : str
-        Why these are not all; empty where they are.
+        Why this is not all; empty where it is.
     """
 
     points: list[int]
@@ -56,6 +55,9 @@ def most_rows_in(time_s: float) -> int:
 def choose_runs(result: "SearchResult", every_m: float | None = None, most_rows: int = MOST_ROWS) -> Written:
     """Choose the runs to write: all, or evenly spread ones where all would have more than ``most_rows`` rows.
 
+    Where even two of them would, they are sampled. How many rows a run has is told by the first, the middle and the
+    last one.
+
     Raises
     ------
     InputError
@@ -63,14 +65,18 @@ def choose_runs(result: "SearchResult", every_m: float | None = None, most_rows:
     """
     count = len(result.front)
     if every_m is None:
-        rows = sum(len(result.profile(index).position_m) for index in range(count))
+        each = max(len(result.profile(index).position_m) for index in {0, count // 2, count - 1})
     else:
-        rows = count * sample_count(result.trip, every_m)
-    if rows <= most_rows:
+        each = sample_count(result.trip, every_m)
+    if count * each <= most_rows:
         return Written(list(range(count)), every_m, "")
-    kept = max(2, count * most_rows // rows)
+    kept = max(2, most_rows // each)
     points = np.unique(np.linspace(0, count - 1, kept).round().astype(int)).tolist()
-    note = f"{len(points)} of {count} profiles are written, evenly spread: all would have {rows} rows"
+    spaced = ""
+    if every_m is None and len(points) * each > most_rows:
+        every_m = result.trip.distance_m / max(most_rows // len(points), _LEAST_ROWS)
+        spaced = f" with a row every {every_m:.3g} m"
+    note = f"{len(points)} of {count} profiles are written{spaced}, evenly spread: all would have {count * each} rows"
     return Written(points, every_m, note)
 
 

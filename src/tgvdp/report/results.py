@@ -4,6 +4,7 @@ import hashlib
 import json
 import math
 import os
+import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -78,7 +79,8 @@ def write_results(
     progress : callable, optional
         Told in a few words what is being written.
     time_s : float, optional
-        Time for the tables, s: where all profiles would take longer, evenly spread ones are written.
+        Time for summing up and for the tables, s, half of it for each. Points that are not summed up lack the figures
+        of their rows; where all profiles would take longer, evenly spread ones are written.
 
     Returns
     -------
@@ -97,10 +99,12 @@ def write_results(
     if not provenance:
         inputs: dict[str, Input] = {"train": result.trip.train, "track": result.trip.track}
         provenance = make_provenance(result.options, inputs, result.elapsed_s)
-    written = choose_runs(result, every_m, most_rows_in(time_s))
+    started_s, half_s = time.perf_counter(), 0.5 * time_s
+    written = choose_runs(result, every_m, most_rows_in(half_s))
     content = result_object(
         result, result.verify() if verdicts is None else verdicts, provenance, certificate, tariff=tariff,
         notes=[written.note] if written.note else [], progress=progress,
+        expired=lambda: time.perf_counter() - started_s > half_s,
     )  # fmt: skip
     files = {
         "result.json": to_json(content),

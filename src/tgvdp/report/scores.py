@@ -6,10 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from tgvdp.report import style
+from tgvdp.report import palette, style
 from tgvdp.report.front_plots import energy_name
+from tgvdp.report.line_met import speed_limits_of
 from tgvdp.report.plain import plain
-from tgvdp.report.profile_plots import Run, draw_run, speed_curve, speed_limits_of
+from tgvdp.report.profile_plots import Run, draw_run, speed_curve
 from tgvdp.report.tables import BALANCE_FIELDS, margin_pct, saved_pct
 from tgvdp.runs.profile import REGIMES
 from tgvdp.units import joule_to_kwh
@@ -116,7 +117,7 @@ def plot_score(score: "Score") -> style.Picture:
     where = f"{score.name}, {trip.train.name} on {trip.track.name}, {trip.distance_m * along.factor:.4g} {along.unit}"
     style.title(speed_axes, "What could this run have saved?", where)
     regimes = [
-        Line2D([], [], color=style.REGIME_COLORS[REGIMES[code]], linewidth=3.0, label=REGIMES[code])
+        Line2D([], [], color=palette.REGIME_COLORS[REGIMES[code]], linewidth=3.0, label=REGIMES[code])
         for code in np.unique(score.optimum.regime).tolist()
     ]
     style.legend(speed_axes, "above right", regimes, len(regimes))
@@ -131,12 +132,12 @@ def _draw_speeds(axes: Axes, score: "Score", along: float) -> None:
         position_m * along,
         limit_mps * speed.factor,
         where="post",
-        color=style.MUTED,
+        color=palette.MUTED,
         linewidth=1.2,
         label="speed limit",
     )
     x, v, _ = speed_curve(score.recorded)
-    axes.plot(x * along, v * speed.factor, color=style.INK, linewidth=1.3, linestyle=(0, (4.0, 1.5)))
+    axes.plot(x * along, v * speed.factor, color=palette.INK, linewidth=1.3, linestyle=(0, (4.0, 1.5)))
     x, v, row = speed_curve(score.optimum)
     draw_run(axes, Run("optimum", score.optimum, "-", 2.4), x * along, v * speed.factor, score.optimum.regime[row])
     style.dress(axes, "", f"Speed ({speed.unit})")
@@ -150,9 +151,9 @@ def _draw_energies(axes: Axes, score: "Score", along: float) -> None:
     used, needed = (
         np.interp(x, run.position_m, run.energy_j) * energy.factor for run in (score.recorded, score.optimum)
     )
-    axes.fill_between(x * along, needed, used, color=style.SKY, alpha=0.35, linewidth=0)
-    axes.plot(x * along, used, color=style.INK, linewidth=1.3, linestyle=(0, (4.0, 1.5)), label="recorded")
-    axes.plot(x * along, needed, color=style.INK, linewidth=2.0, label="optimum of that time")
+    axes.fill_between(x * along, needed, used, color=palette.SKY, alpha=0.35, linewidth=0)
+    axes.plot(x * along, used, color=palette.INK, linewidth=1.3, linestyle=(0, (4.0, 1.5)), label="recorded")
+    axes.plot(x * along, needed, color=palette.INK, linewidth=2.0, label="optimum of that time")
     style.dress(axes, "", f"Energy so far ({energy.unit})")
     style.legend(axes, "upper left")
 
@@ -163,10 +164,10 @@ def _draw_front(axes: Axes, score: "Score") -> None:
     scale, energy = style.time_scale(score.time_s), style.energy_scale(recorded_j)
     here = (score.time_s * scale.factor, recorded_j * energy.factor)
     axes.plot(
-        front.time_s * scale.factor, front.energy_j * energy.factor, color=style.BLUE, linewidth=1.8,
+        front.time_s * scale.factor, front.energy_j * energy.factor, color=palette.BLUE, linewidth=1.8,
         label="Pareto front", zorder=3,
     )  # fmt: skip
-    axes.plot(*here, "X", color=style.VERMILION, markersize=11, label="recorded", linestyle="none", zorder=5)
+    axes.plot(*here, "X", color=palette.VERMILION, markersize=11, label="recorded", linestyle="none", zorder=5)
     arrows = [
         ((here[0], score.optimum.total_energy_j * energy.factor), f"{score.saving_j * energy.factor:.4g} {energy.unit}")
     ]
@@ -174,13 +175,13 @@ def _draw_front(axes: Axes, score: "Score") -> None:
         arrows.append(((earlier_s * scale.factor, here[1]), f"{score.time_s - earlier_s:.4g} s"))
     for end, text in arrows:
         axes.annotate(
-            "", end, here, arrowprops={"arrowstyle": "->", "color": style.INK, "shrinkA": 6.0, "shrinkB": 0.0}
+            "", end, here, arrowprops={"arrowstyle": "->", "color": palette.INK, "shrinkA": 6.0, "shrinkB": 0.0}
         )
         upright = end[0] == here[0]
         axes.annotate(
             text, (0.5 * (here[0] + end[0]), 0.5 * (here[1] + end[1])), (8.0, 0.0) if upright else (0.0, 5.0),
             textcoords="offset points", ha="left" if upright else "center", va="center" if upright else "bottom",
-            fontsize=style.SMALL_PT, fontfamily=style.FONT, color=style.INK,
+            fontsize=style.SMALL_PT, fontfamily=style.FONT, color=palette.INK,
         )  # fmt: skip
     style.dress(axes, f"Running time ({scale.unit})", f"{energy_name(score.result.trip)} ({energy.unit})")
     axes.yaxis.label.set_fontsize(style.SMALL_PT)

@@ -1,7 +1,7 @@
-"""The one look of all pictures: palette, sizes, and the unit in which each axis reads best.
+"""The one look of all pictures: sizes, fonts, and the unit in which each axis reads best; `palette` has the colours.
 
 Figures are made without pyplot and without touching matplotlib's global settings, so that a program that embeds tgvdp
-keeps its own. The palette is Okabe & Ito (2008), which people with colour-vision deficiency can tell apart.
+keeps its own.
 """
 
 import io
@@ -12,14 +12,8 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tgvdp.report.palette import FAINT, INK, MUTED
 from tgvdp.units import JOULE_PER_KWH, KMH_PER_MPS, SECONDS_PER_MINUTE
-
-BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
-BLUE, VERMILION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
-INK, MUTED, FAINT, GROUND = "#222222", "#6B6B6B", "#DDDDDD", "#EFEBE4"
-
-#: Warm regimes cost energy, cool ones do not.
-REGIME_COLORS = {"traction": VERMILION, "cruising": ORANGE, "coasting": GREEN, "braking": BLUE}
 
 WIDTH_IN, HEIGHT_IN, DPI = 9.0, 5.4, 120
 _NOTEBOOK_DPI = 80

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tgvdp.model.checks import require_number
 from tgvdp.model.energy import violations
+from tgvdp.report.line_met import line_object
 from tgvdp.report.plain import plain
 from tgvdp.runs.comfort import ride_of
 from tgvdp.runs.peak_power import peak_power_w
@@ -13,6 +14,7 @@ from tgvdp.units import KILO, joule_to_kwh, mps_to_kmh
 if TYPE_CHECKING:
     from tgvdp.api import SearchResult
     from tgvdp.certificate.front import Certificate
+    from tgvdp.model.train import Train
     from tgvdp.referee.replay import Verdict
     from tgvdp.report.columns import Columns
     from tgvdp.runs.profile import Profile
@@ -88,6 +90,7 @@ def result_object(
     tariff: Tariff | None = None,
     notes: Sequence[str] = (),
     progress: Callable[[str], None] | None = None,
+    expired: Callable[[], bool] = bool,
 ) -> dict[str, Any]:
     """Build the object that ``--json`` prints and ``result.json`` holds.
 
@@ -106,6 +109,8 @@ def result_object(
         More to be said in ``warning``.
     progress : callable, optional
         Told now and then how far this is.
+    expired : callable, optional
+        Whether the time is up for what the rows of runs say; points that are not reached lack it.
 
     Returns
     -------
@@ -115,6 +120,8 @@ def result_object(
     """
     fastest, train = result.fastest, result.trip.train
     tariff = tariff or Tariff()
+    known = _figures(fastest.profile, train, tariff)
+    not_known = {name: dict.fromkeys(figure) if isinstance(figure, dict) else None for name, figure in known.items()}
     front = []
     unknown = [None] * len(result.front)
     prices = unknown if result.price_kwh_per_min is None else result.price_kwh_per_min.tolist()
@@ -125,7 +132,6 @@ def result_object(
     for index, (time_s, energy_j, price, bound, gap, verdict) in enumerate(rows):
         if progress is not None and index % _TELL_EVERY == 0:
             progress(f"summing up, {index} of {len(times)}")
-        profile = result.profile(index)
         front.append(
             {
                 "id": index,
@@ -137,10 +143,7 @@ def result_object(
                 "price_kwh_per_min": plain(price),
                 "lower_bound_kwh": plain(bound),
                 "gap_pct": plain(gap),
-                "peak_power_kw": peak_power_w(profile, train) / KILO,
-                **tariff.of(profile),
-                "balance": _balance(profile),
-                "ride": ride_of(profile)._asdict(),
+                **(not_known if expired() else _figures(result.profile(index), train, tariff)),
                 "replay": {name: plain(getattr(verdict, name)) for name in VERDICT_FIELDS},
             }
         )
@@ -149,18 +152,17 @@ def result_object(
         "method": result.method,
         "complete": bool(result.complete),
         "trip": _trip_of(result),
+        "line": plain(line_object(result.trip)),
         "energy": _energy_of(result),
         "tariff": tariff._asdict(),
         "fastest": {
             "time_s": float(fastest.time_s),
             "energy_kwh": joule_to_kwh(float(fastest.energy_j)),
             "stepped_time_s": plain(fastest.stepped_time_s),
-            "peak_power_kw": peak_power_w(fastest.profile, train) / KILO,
-            **tariff.of(fastest.profile),
-            "balance": _balance(fastest.profile),
-            "ride": ride_of(fastest.profile)._asdict(),
+            **known,
         },
         "front": front,
+        "practices": {"linear_margin": _linear_margin(result)},
         "counters": plain(result.counters),
         "provenance": plain(provenance),
     }
@@ -169,11 +171,29 @@ def result_object(
     return content
 
 
+def _linear_margin(result: "SearchResult") -> list[dict[str, float]]:
+    """What the linear margin takes at the points of the front; nothing where a trip does not begin and end at rest."""
+    if result.trip.start_speed_mps or result.trip.end_speed_mps:
+        return []
+    profiles = map(result.linear_margin, range(len(result.front)))
+    return [{"time_s": one.duration_s, "energy_kwh": joule_to_kwh(one.total_energy_j)} for one in profiles]
+
+
 def _trip_of(result: "SearchResult") -> dict[str, Any]:
     """Who runs where."""
     trip = result.trip
     ends = ("origin_m", "destination_m", "start_speed_mps", "end_speed_mps")
     return {"train": trip.train.name, "track": trip.track.name, **{name: getattr(trip, name) for name in ends}}
+
+
+def _figures(profile: "Profile", train: "Train", tariff: Tariff) -> dict[str, Any]:
+    """What the rows of a run say."""
+    return {
+        "peak_power_kw": peak_power_w(profile, train) / KILO,
+        **tariff.of(profile),
+        "balance": _balance(profile),
+        "ride": ride_of(profile)._asdict(),
+    }
 
 
 def _balance(profile: "Profile") -> dict[str, float]:

@@ -11,15 +11,15 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
-from tgvdp.report import style
+from tgvdp.report import palette, style
 
-_COLORS = (style.BLUE, style.VERMILION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY, style.BLACK)
+_COLORS = (palette.BLUE, palette.VERMILION, palette.GREEN, palette.ORANGE, palette.PURPLE, palette.SKY, palette.BLACK)
 _MARKERS = "osDPX^v"
 #: Solvers and sizes keep their colours from picture to picture; the others take what is left.
 _OF_SOLVERS = {
-    "dp": style.BLACK, "milp": style.MUTED, "sa": style.BLUE, "tabu": style.GREEN, "qaoa": style.VERMILION,
-    "pt": style.ORANGE, "random": style.PURPLE,
-    "variables": style.BLACK, "qubits on pegasus": style.BLUE, "qubits on zephyr": style.VERMILION,
+    "dp": palette.BLACK, "milp": palette.MUTED, "sa": palette.BLUE, "tabu": palette.GREEN, "qaoa": palette.VERMILION,
+    "pt": palette.ORANGE, "random": palette.PURPLE,
+    "variables": palette.BLACK, "qubits on pegasus": palette.BLUE, "qubits on zephyr": palette.VERMILION,
 }  # fmt: skip
 _LEGEND_COLUMNS, _ROW_IN = 3, 0.22
 #: Characters of a name of which three fit side by side.
@@ -100,11 +100,11 @@ def plot_landscape(landscapes: Sequence[Depths]) -> Figure:
     for index, (axes, one) in enumerate(zip(panels, landscapes, strict=True)):
         x = np.arange(one.quantiles.shape[1])
         least, tenth, middle, ninth, most = one.quantiles
-        axes.fill_between(x, least, most, color=style.SKY, alpha=0.25, linewidth=0, label="all strings")
-        axes.fill_between(x, tenth, ninth, color=style.BLUE, alpha=0.3, linewidth=0, label="eight in ten of them")
-        axes.plot(x, middle, color=style.BLUE, linewidth=2.0, label="median")
+        axes.fill_between(x, least, most, color=palette.SKY, alpha=0.25, linewidth=0, label="all strings")
+        axes.fill_between(x, tenth, ninth, color=palette.BLUE, alpha=0.3, linewidth=0, label="eight in ten of them")
+        axes.plot(x, middle, color=palette.BLUE, linewidth=2.0, label="median")
         axes.plot(
-            one.feasible_distance, one.feasible_energy, "o", color=style.VERMILION, markersize=5.0, clip_on=False,
+            one.feasible_distance, one.feasible_energy, "o", color=palette.VERMILION, markersize=5.0, clip_on=False,
             label="feasible schedules",
         )  # fmt: skip
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
@@ -131,7 +131,7 @@ def plot_comparison(front: Series, points: Sequence[Series], unit: str, detail: 
     """Draw the points that formulations reach over the true front of the same trip; energies in a given unit."""
     figure = style.new_figure(bottom_in=0.72 + _ROW_IN * math.ceil((len(points) + 1) / _LEGEND_COLUMNS))
     axes = figure.add_subplot()
-    axes.plot(front.x, front.y, "-", color=style.INK, linewidth=2.2, label=front.name, zorder=2)
+    axes.plot(front.x, front.y, "-", color=palette.INK, linewidth=2.2, label=front.name, zorder=2)
     for index, one in enumerate(points):
         axes.plot(
             one.x, one.y, _MARKERS[index % len(_MARKERS)], color=_COLORS[index % len(_COLORS)], label=one.name,
@@ -167,7 +167,7 @@ def _looks(names: Sequence[str]) -> dict[str, _Look]:
     free = iter(color for color in (*_COLORS, *_COLORS) if color not in _OF_SOLVERS.values())
     looks = {}
     for family, members in families.items():
-        color = _OF_SOLVERS.get(family) or next(free, style.INK)
+        color = _OF_SOLVERS.get(family) or next(free, palette.INK)
         for index, name in enumerate(members):
             dashes = "--" if re.search(r"[:, ]bits", name) else "-"
             looks[name] = (color, _MARKERS[index % len(_MARKERS)], dashes)

@@ -27,6 +27,8 @@ PART = "order of convergence"
 _MASS_KG, _PULL_N, _DRAG = 1e5, 1e5, 20.0
 _START_MPS, _LENGTH_M = 10.0, 1000.0
 _ROWS = (16, 32)
+#: More sub-steps than these rows have.
+_ALL = 1_000_000
 
 
 def cases() -> Iterator[Case]:
@@ -52,9 +54,9 @@ def _errors(count: int) -> dict[str, float]:
     )  # fmt: skip
     arcs = profile_of(trip, x_m, w)
     time_s, energy_j = np.empty(count + 1), np.empty(count + 1)
-    _, speed_error = replay_rows(
+    _, _, speed_error = replay_rows(
         kernel_train(train), energy_tables(train, trip.energy), see_line(trip), np.full(count, POWERED, np.int8),
-        x_m, np.sqrt(w), np.full(count + 1, _PULL_N), time_s, energy_j,
+        x_m, np.sqrt(w), np.full(count + 1, _PULL_N), time_s, energy_j, 0, _ALL,
     )  # fmt: skip
     return {
         "arc: time": abs(arcs.duration_s - exact_s[-1]),

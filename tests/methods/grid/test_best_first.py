@@ -15,9 +15,11 @@ from tests.helpers.grid_case import (
     random_graph,
     toy_trip,
 )
+from tgvdp.constants import HEURISTICS
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.methods.budget import SearchBudget
-from tgvdp.methods.grid.best_first import HEURISTICS, Options, best_first, best_first_paths
+from tgvdp.methods.grid.best_first import best_first, best_first_paths
+from tgvdp.methods.grid.best_first_rules import Options
 from tgvdp.methods.grid.exact import exact_front, exact_paths
 from tgvdp.methods.grid.grid import build_grid
 from tgvdp.methods.grid.layered import layered_graph
@@ -137,7 +139,7 @@ def test_the_time_limit_holds_within_half_a_second():
     grid = build_grid(toy_trip(), segment_m=0.05, speeds=40)
     best_first(grid, FAR, BUDGET, "time", 1)
     started = time.perf_counter()
-    with pytest.raises(BudgetExceededError, match=r"0\.2 s"):
+    with pytest.raises(BudgetExceededError, match="time limit ended the search"):
         best_first(grid, FAR, SearchBudget(20_000_000, 0.2), "energy", dominance=False, bounds=False)
     assert time.perf_counter() - started < 0.2 + 0.5
 

@@ -118,7 +118,7 @@ def test_budgets_end_the_search():
     with pytest.raises(BudgetExceededError, match="1,000 labels"):
         exact_paths(graph, FAR, SearchBudget(1_000))
     started = time.perf_counter()
-    with pytest.raises(BudgetExceededError, match=r"0\.3 s"):
+    with pytest.raises(BudgetExceededError, match="time limit ended the search"):
         exact_paths(random_graph(np.random.default_rng(0), layers=150, width=60), FAR, SearchBudget(10**9, 0.3))
     assert time.perf_counter() - started < 0.3 + 0.5 + 1.0  # the graph is built within the last second
 

@@ -14,7 +14,7 @@ from tgvdp.errors import InputError
 from tgvdp.formats.native.energy_map import MapSpec, make_map
 from tgvdp.formats.native.specs import CurveSpec, EffortSpec, FileSpec, PolynomialSpec, RunSpec, TrackSpec, TrainSpec
 from tgvdp.formats.sources import label, locate
-from tgvdp.formats.syntax.reading import Document, bad, errors_named, read_document, shown
+from tgvdp.formats.syntax.reading import Document, bad, errors_named, read_document, require_not_alone, shown
 from tgvdp.formats.syntax.typed import decode, suggestion
 from tgvdp.formats.tables.effort import read_effort
 from tgvdp.model.adhesion import Adhesion
@@ -56,7 +56,7 @@ def read_native(document: Document) -> NativeFile:
     path = document.path
     file = decode(path, document.tree, FileSpec)
     name = path.stem if file.name is UNSET else file.name
-    tables = dict(_effort_tables(path, file.train)) if isinstance(file.train, TrainSpec) else {}
+    tables = dict(_effort_tables(document, file.train)) if isinstance(file.train, TrainSpec) else {}
     with errors_named(path):
         return NativeFile(
             require_text("file", "name", name),
@@ -79,12 +79,14 @@ class _EffortTable(NamedTuple):
     part: str | None
 
 
-def _effort_tables(path: Path, spec: TrainSpec) -> Iterator[tuple[str, _EffortTable]]:
+def _effort_tables(document: Document, spec: TrainSpec) -> Iterator[tuple[str, _EffortTable]]:
     """Files that the effort of a train is read from, by its field."""
+    path = document.path
     for field in ("traction", "braking"):
         effort: EffortSpec | UnsetType = getattr(spec, field)
         if effort is not UNSET and effort.file is not UNSET:
             with errors_named(path, f"train.{field}.file"):
+                require_not_alone(document, effort.file)
                 target = locate(effort.file, folder=path.parent)
                 yield field, _EffortTable(read_document(target.path), target.part)
 

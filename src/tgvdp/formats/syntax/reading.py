@@ -56,6 +56,8 @@ class Document:
         As they are in the file.
     line_speed_mps : float, optional
         Speed limit of a track wherever the file gives none, m/s; not part of the file.
+    is_alone : bool
+        Whether it came from elsewhere, without the files that it references: these are not looked for.
     """
 
     path: Path
@@ -64,6 +66,7 @@ class Document:
     tree: dict[str, Any]
     data: bytes
     line_speed_mps: float | None = None
+    is_alone: bool = False
 
 
 def bad(path: Path, message: object) -> InputError:
@@ -101,6 +104,18 @@ def shown(value: object) -> str:
     """Return a value as people may read it in an error: short, quoted when it is text."""
     text = "null" if value is None else repr(value)
     return text if len(text) <= _LONGEST_VALUE else f"{text[:_LONGEST_VALUE]}…"
+
+
+def require_not_alone(document: Document, reference: str) -> None:
+    """Refuse to look for a file that a document references which came from elsewhere, without it.
+
+    Raises
+    ------
+    InputError
+        When it did.
+    """
+    if document.is_alone:
+        raise InputError(f"references another file, which is not at hand: put it inside, got {shown(reference)}")
 
 
 def read_bytes(path: Path) -> bytes:

@@ -19,6 +19,7 @@ from tgvdp.methods.extremal.simulate import ENVELOPE
 from tgvdp.methods.extremal.solve import Extremal, Floats, Solver, unbound
 from tgvdp.model.trip import Trip
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, HELD_BACK, HOLDING, RETARDED, TRACTION
+from tgvdp.progress import tell
 from tgvdp.runs.profile import Profile
 from tgvdp.runs.resistance_correction import follow
 
@@ -147,6 +148,7 @@ class _Cleaning:
         here = self.points[k].extremal
         _, commands, price = self.solver.meet(here.commands, here.price, *self._aims(k, k + step), self._tolerance_s(k))
         while k != end and not self.clock.expired:
+            tell("rebuilding clean runs", len(self.points), self.last - self.first + 1)
             way_s = self._way(k, k + step)
             for aim_s, next_s in pairwise(way_s[1:]):
                 found, commands, price = self.solver.meet(commands, price, aim_s, next_s, self._tolerance_s(k))

@@ -8,9 +8,6 @@ from numpy.typing import NDArray
 from tgvdp._jit import kernel, leaf
 from tgvdp.methods.grid.to_go import ROUNDING
 
-#: Steps along arcs and lists in one kernel call, about a tenth of a second.
-_CHUNK = 400_000
-
 #: Time buckets of a node's list.
 BUCKETS = 512
 
@@ -252,7 +249,7 @@ def _expand(graph, rules, pool, state, lists, label):
 
 
 @kernel
-def run_chunk(graph, rules, pool, state, lists, most_children):
+def run_chunk(graph, rules, pool, state, lists, most_children, chunk):
     """Expand labels until nothing is left, enough paths are found, a chunk of work is done or the space ends.
 
     Parameters
@@ -267,6 +264,8 @@ def run_chunk(graph, rules, pool, state, lists, most_children):
         Modified in place.
     most_children : int
         Largest number of arcs that leave a node.
+    chunk : int
+        Steps along arcs and lists after which it returns; with 1 it takes one label from the queue.
 
     Returns
     -------
@@ -276,7 +275,7 @@ def run_chunk(graph, rules, pool, state, lists, most_children):
     terminal = graph.arc_ptr.size - 2
     state[WORK] = 0
     while state[QUEUED] > 0:
-        if state[WORK] >= _CHUNK:
+        if state[WORK] >= chunk:
             return CHUNK_DONE
         if state[LABELS] + most_children > pool.node.size:
             return FULL

@@ -30,6 +30,7 @@ from tgvdp.methods.grid.exact_kernel import BEYOND_BOUND, LOOKED_AT, Labels, mak
 from tgvdp.methods.grid.grid import Grid
 from tgvdp.methods.grid.layered import Incoming, LayeredGraph
 from tgvdp.methods.grid.paths import GraphPaths, GridPaths, grid_paths, require_limit, too_slow
+from tgvdp.progress import tell
 
 _FIRST_SPACE = 256
 #: Labels that may be stored unless the budget says otherwise; a label takes 4 bytes, and 16 more for two stations.
@@ -147,6 +148,7 @@ def exact_paths(graph: LayeredGraph, max_time_s: float, budget: SearchBudget) ->
     bounds = find_bounds(graph, incoming, max_time_s, clock)
     sweep = _Sweep(graph, incoming, bounds)
     for k in range(1, graph.n_layers):
+        tell("searching", k - 1, graph.n_layers - 1, labels=sweep.labels_stored, generated=sweep.looked_at)
         if not sweep.merge_station(most_labels, clock):
             ended_by = budget.text(full=not clock.expired, most_labels=most_labels)
             raise BudgetExceededError(

@@ -218,7 +218,7 @@ def _arcs_by_segment(
 def _look_at(clock: Clock, station: int, last: int) -> None:
     if clock.expired:
         raise BudgetExceededError(
-            f"grid: the time limit of {clock.limit_s:g} s passed at station {station} of {last}; "
+            f"grid: the time limit passed at station {station} of {last}; "
             "try fewer speeds, longer segments or more time"
         )
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tgvdp.errors import NumericalError
 from tgvdp.line.resolved import resolve
 from tgvdp.methods.budget import Clock, SearchBudget
-from tgvdp.methods.costate.extremal import Extremal, multiplier_between
+from tgvdp.methods.costate.extremal import Extremal, between
 from tgvdp.methods.costate.front import OptimalRuns
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.methods.costate.multipliers import OutOfTime
@@ -23,6 +23,7 @@ from tgvdp.methods.refine.mesh import WIDEST, Level, mesh_for
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.roots import Bracket
+from tgvdp.progress import tell
 from tgvdp.runs.profile import Profile, profile_of
 from tgvdp.runs.resistance_correction import follow
 
@@ -222,6 +223,7 @@ class _Front:
     def _planned(self, target_s: float) -> Extremal:
         """Run of the relaxed problem for one running time: a blend of the extremals around it."""
         while True:
+            tell("searching", **self.counters)
             second = next((i for i in range(1, len(self.extremals)) if self.extremals[i].time_s >= target_s), None)
             second = len(self.extremals) - 1 if second is None else second
             before, after = self.extremals[second - 1], self.extremals[second]
@@ -283,4 +285,4 @@ class _Front:
             if abs(f) <= tolerance_s or bracket.hi - bracket.lo < _SAME:
                 break
             bracket = bracket.narrowed(share, f)
-        return replace(run, multiplier=multiplier_between(before, after, run.time_s))
+        return replace(run, multiplier=between(before, after, run.time_s).multiplier)

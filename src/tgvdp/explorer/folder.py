@@ -1,0 +1,145 @@
+"""From a folder that ``tgvdp search``, ``journey`` or ``bench`` wrote to what the page shows."""
+
+import csv
+import json
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from tgvdp.errors import InputError
+from tgvdp.explorer.exhibit import PROFILE_COLUMNS, Exhibit, search_exhibit
+from tgvdp.runs.profile import REGIMES
+
+#: Columns of a benchmark that the page shows, by table.
+_BENCH_COLUMNS = {
+    "ensembles.csv": (
+        "family", "N", "solver", "instances", "solved", "p median", "p least", "p most", "TTS99 s", "TTS99 s low",
+        "TTS99 s high",
+    ),
+    "benchmark.csv": ("Problem", "N", "encoding", "# Decision Variables", "# Non-Zero Coefficients"),
+    "embeddings.csv": ("N", "encoding", "topology", "qubits"),
+}  # fmt: skip
+
+
+def read_folder(folder: str) -> Exhibit:
+    """Read what a command wrote.
+
+    Parameters
+    ----------
+    folder : path
+
+    Raises
+    ------
+    InputError
+        When there is no result, or one that misses what the page shows.
+    """
+    home = Path(folder)
+    for name, read in _READERS.items():
+        if (home / name).is_file():
+            return read(home, _object(home / name))
+    if not home.is_dir():
+        raise InputError(f"{folder}: no such folder")
+    raise InputError(f"{folder}: holds none of {', '.join(_READERS)}, which search, journey and bench write")
+
+
+def read_search(folder: str) -> tuple[dict[str, Any], dict[str, dict[str, Any]]] | None:
+    """Read result.json, and the columns of profiles.csv by the id of the run; None where no search wrote."""
+    home = Path(folder)
+    if not (home / "result.json").is_file():
+        return None
+    return _checked(home, _object(home / "result.json")), _profiles(home)
+
+
+def _checked(home: Path, content: dict[str, Any]) -> dict[str, Any]:
+    lacking = [name for name in ("trip", "front", "fastest", "line") if name not in content]
+    if lacking:
+        raise InputError(f"{home / 'result.json'}: holds no {lacking[0]}: run the search again with this version")
+    return content
+
+
+def _object(path: Path) -> dict[str, Any]:
+    try:
+        content = json.loads(path.read_bytes())
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise InputError(f"{path}: is not valid JSON: {error}") from None
+    if not isinstance(content, dict):
+        raise InputError(f"{path}: must hold an object")
+    return content
+
+
+def _search(home: Path, content: dict[str, Any]) -> Exhibit:
+    _checked(home, content)
+    trace = home / "trace.json"
+    profiles = _profiles(home)
+    return search_exhibit(home.name, content, profiles, trace=_object(trace) if trace.is_file() else None)
+
+
+def _profiles(home: Path) -> dict[str, dict[str, Any]]:
+    """Columns of profiles.csv by the id of the run."""
+    path = home / "profiles.csv"
+    if not path.is_file():
+        raise InputError(f"{path}: no such file: the page reads profiles as csv (tgvdp search --profiles csv)")
+    profiles: dict[str, dict[str, list[Any]]] = {}
+    for number, row in enumerate(_rows(path), start=2):
+        own = profiles.setdefault(row.get("id", ""), {name: [] for name in (*PROFILE_COLUMNS, "regime")})
+        try:
+            for name in PROFILE_COLUMNS:
+                own[name].append(float(row[name]))
+            own["regime"].append(REGIMES.index(row["regime"]))
+        except (KeyError, ValueError, TypeError) as error:
+            raise InputError(f"{path}: line {number}: {error}") from None
+    return profiles
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            return list(csv.DictReader(file))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+
+
+def _journey(home: Path, content: dict[str, Any]) -> Exhibit:
+    for name in ("sections", "front", "practices"):
+        if name not in content:
+            raise InputError(f"{home / 'journey.json'}: holds no {name}: run the journey again with this version")
+    return _plain("journey", home, content=content)
+
+
+def _benchmark(home: Path, content: dict[str, Any]) -> Exhibit:
+    tables = {
+        name: [_numbers(row, columns) for row in _rows(home / name)] if (home / name).is_file() else []
+        for name, columns in _BENCH_COLUMNS.items()
+    }
+    return _plain("benchmark", home, content=content, tables=tables)
+
+
+def _numbers(row: Mapping[str, str], columns: tuple[str, ...]) -> dict[str, Any]:
+    """Cells of some columns: numbers where they are, texts elsewhere, None where there is nothing finite."""
+    return {name: _cell(row.get(name, "")) for name in columns}
+
+
+def _cell(text: str) -> Any:
+    try:
+        value = float(text)
+    except ValueError:
+        return text or None
+    return value if math.isfinite(value) else None
+
+
+def _plain(kind: str, home: Path, **held: Any) -> Exhibit:
+    provenance = home / "provenance.json"
+    about = {"provenance": _object(provenance)} if provenance.is_file() else {}
+    return Exhibit(home.name, msgspec.json.encode({"kind": kind, "name": home.name, **about, **held}))
+
+
+_READERS: dict[str, Callable[[Path, dict[str, Any]], Exhibit]] = {
+    "result.json": _search,
+    "journey.json": _journey,
+    "benchmark.json": _benchmark,
+}

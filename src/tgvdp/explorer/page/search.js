@@ -1,0 +1,174 @@
+// A search: its front, the profile of the chosen point, pins, tables, and what can be edited.
+
+import { compareCard, differences } from "./compare.js";
+import { courseOf } from "./course.js";
+import { el, table } from "./dom.js";
+import { Edit } from "./edit.js";
+import { Front, PINS } from "./front.js";
+import { PANELS, Profile } from "./profile.js";
+import { source } from "./source.js";
+import * as state from "./state.js";
+import { JOULE_PER_KWH, clock, delayText, energyScale, fixed, significant } from "./units.js";
+
+const OVERLAY_DASH = [4, 3];
+const OVERLAYS = ["curves", "neutral", "coasting", "cruising"];
+
+export class Search {
+  /** @param onKept hears of a run that an edit became */
+  constructor(id, view, onKept) {
+    Object.assign(this, { id, view, content: view.content, wanted: 0, draft: null });
+    this.front = new Front(this.content, (index) => state.set({ point: index }));
+    this.profile = new Profile(this.content, view.regimes);
+    this.practices = practicesOf(this.content);
+    if (this.practices.length) this.front.element.append(el("p", { class: "legend" }, key("front", "least energy"), key("neutral", "today: all speeds scaled (linear margin)")));
+    this.figures = el("div", { class: "figures", id: "figures", "aria-live": "polite" });
+    this.pinned = el("div", { class: "row" });
+    this.compared = el("div", {});
+    const panels = el("fieldset", { class: "row" }, el("legend", {}, "Over distance, too"), Object.entries(PANELS).map(([name, panel]) => this.toggle(name, panel.name)));
+    this.profile.stack.before(panels);
+    this.beside = el("div", { class: "column" });
+    if (view.editable && source.canRun) this.beside.append(new Edit(this, onKept).element);
+    this.element = el("div", { class: "search" },
+      el("div", { class: "column" }, this.front.element, el("section", { class: "card" }, el("h2", {}, "The chosen run"), this.figures, this.pinned), this.compared, this.beside),
+      el("div", { class: "column" }, this.profile.element, this.tableOfPoints(), provenance(this.content)));
+  }
+
+  toggle(name, text) {
+    const box = el("input", { type: "checkbox", onChange: () => {
+      const shown = state.list("show").filter((one) => one !== name);
+      state.set({ show: (box.checked ? [...shown, name] : shown).join(",") });
+    } });
+    box.checked = state.list("show").includes(name);
+    return el("label", {}, box, text);
+  }
+
+  get chosen() {
+    const last = this.content.front.length - 1;
+    const asked = state.get("point");
+    return asked === null ? Math.round(last / 2) : Math.min(last, Math.max(0, Math.trunc(Number(asked)) || 0));
+  }
+
+  async course(id, point) { return courseOf(await source.profile(id, point)); }
+
+  /** Show what the state says; of several calls the last one wins. */
+  async show() {
+    this.wanted += 1;
+    const turn = this.wanted;
+    const { chosen } = this;
+    const [course, pins, overlays] = await Promise.all([this.course(this.id, chosen), this.pins(), this.overlays()]);
+    if (turn !== this.wanted) return;
+    const { draft } = this;
+    this.front.show(chosen, { pins, overlays, practices: this.practices, draft: draft?.points ?? null });
+    this.tellFigures(this.content.front[chosen]);
+    const runs = draft ? [{ course: draft.course, name: "edited" }, { course, color: "muted", dash: [3, 3], name: "as it was" }] : [{ course, name: "chosen" }];
+    for (const [pin, { course: own }] of Object.entries(pins)) runs.push({ course: own, color: `pin-${pin}`, dash: pin === "a" ? [7, 3] : [2, 3], name: pin.toUpperCase() });
+    const both = pins.a && pins.b;
+    const sameLine = both && pins.a.course.x[0] === pins.b.course.x[0] && pins.a.course.x.at(-1) === pins.b.course.x.at(-1);
+    const compared = sameLine ? differences(pins.a.course, pins.b.course) : null;
+    this.profile.show(runs, state.list("show"), compared, draft?.limits);
+    this.compared.replaceChildren(...(both ? [compareCard(pins, compared, this.profile.distance)] : []));
+    this.offerPins(pins);
+    this.prefetch(chosen);
+  }
+
+  /** Neighbours of a point are fetched before somebody drags there. */
+  prefetch(chosen) {
+    for (const near of [chosen - 1, chosen + 1]) if (this.content.front[near]) source.profile(this.id, near).catch(() => {});
+  }
+
+  async pins() {
+    const found = {};
+    for (const pin of PINS) {
+      const [id, point] = (state.get(pin) ?? "").split(":");
+      if (!point) continue;
+      try {
+        const { content, name } = await source.view(id);
+        const own = content.front[point];
+        found[pin] = { id, point, course: await this.course(id, point), time_s: own.time_s, energy_kwh: own.energy_kwh, delay_s: own.time_s - this.content.fastest.time_s, name: id === this.id ? delayText(own.delay_s) : `${name}, ${delayText(own.delay_s)}` };
+      } catch {
+        state.set({ [pin]: null }); // its run is gone
+      }
+    }
+    return found;
+  }
+
+  async overlays() {
+    const found = [];
+    for (const id of state.list("over")) {
+      if (id === this.id) continue;
+      const view = await source.view(id).catch(() => null);
+      if (view?.kind !== "search") continue;
+      const points = view.content.front.map(({ time_s, energy_kwh }) => ({ delay_s: time_s - this.content.fastest.time_s, energy_kwh }));
+      found.push({ id, points, color: OVERLAYS[found.length % OVERLAYS.length], dash: OVERLAY_DASH });
+    }
+    return found;
+  }
+
+  tellFigures(point) {
+    const { tariff } = this.content;
+    const energy = energyScale(this.content.fastest.energy_kwh * JOULE_PER_KWH);
+    const shown = (kwh) => `${significant(kwh * JOULE_PER_KWH * energy.factor, 4)} ${energy.unit}`;
+    const balance = point.balance;
+    const pairs = [
+      ["Delay", `${delayText(point.delay_s)} (+${fixed(point.margin_pct, 1)} %)`],
+      ["Running time", clock(point.time_s)],
+      ["Energy", shown(point.energy_kwh)],
+      ["Saved", `${fixed(point.saved_pct, 1)} %`],
+      ["One more minute saves", point.price_kwh_per_min === null ? null : shown(point.price_kwh_per_min)],
+      ["Proven within", point.gap_pct === null ? null : `${significant(point.gap_pct, 2)} %`],
+      ["Peak power", `${significant(point.peak_power_kw / 1000, 3)} MW`],
+      ["At the pantograph", shown(balance.pantograph_kwh)],
+      ["Lost in brakes", shown(balance.braking_losses_kwh)],
+      ["Costs", tariff.price_per_kwh === null ? null : `${fixed(point.cost_eur, 2)} €`],
+      ["Replayed", point.replay.ok === null ? null : point.replay.ok ? "confirmed" : "NOT confirmed"],
+    ].filter(([, text]) => text !== null);
+    this.figures.replaceChildren(el("dl", {}, pairs.flatMap(([name, text]) => [el("dt", {}, name), el("dd", {}, text)])));
+  }
+
+  offerPins(pins) {
+    const buttons = PINS.flatMap((pin) => {
+      const here = `${this.id}:${this.chosen}`;
+      const set = el("button", { type: "button", class: `pin ${pin}`, onClick: () => state.set({ [pin]: here }) }, `Pin as ${pin.toUpperCase()}`);
+      return pins[pin] ? [set, el("button", { type: "button", class: "quiet", onClick: () => state.set({ [pin]: null }) }, `Unpin ${pin.toUpperCase()}`)] : [set];
+    });
+    if (this.pinned.dataset.offered !== Object.keys(pins).join()) this.pinned.replaceChildren(...buttons);
+    else [...this.pinned.querySelectorAll(".pin")].forEach((button, i) => button.replaceWith(buttons.filter((one) => one.classList.contains("pin"))[i]));
+    this.pinned.dataset.offered = Object.keys(pins).join();
+  }
+
+  tableOfPoints() {
+    const energy = energyScale(this.content.fastest.energy_kwh * JOULE_PER_KWH);
+    const shown = (kwh) => (kwh === null ? "–" : significant(kwh * JOULE_PER_KWH * energy.factor, 4));
+    const rows = this.content.front.map((point) => [
+      el("button", { type: "button", class: "link", onClick: () => state.set({ point: point.id }) }, delayText(point.delay_s)),
+      clock(point.time_s), shown(point.energy_kwh), fixed(point.saved_pct, 1), shown(point.price_kwh_per_min), point.gap_pct === null ? "–" : significant(point.gap_pct, 2),
+    ]);
+    const heads = ["Delay", "Running time", `Energy (${energy.unit})`, "Saved (%)", `A minute saves (${energy.unit})`, "Gap (%)"];
+    return el("details", { class: "card" }, el("summary", {}, "All points as a table"), el("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "All points" }, table("Points of the front", heads, rows)));
+  }
+
+  remove() {
+    this.front.remove();
+    this.profile.remove();
+  }
+}
+
+const key = (role, text) => el("span", { class: "key" }, el("i", { class: "swatch", "data-role": role }), text);
+
+/** What today's practices take, beside the front. */
+function practicesOf({ practices, fastest }) {
+  const rows = practices?.linear_margin ?? [];
+  const points = rows.map(({ time_s, energy_kwh }) => ({ delay_s: time_s - fastest.time_s, energy_kwh }));
+  return points.length ? [{ points, color: "neutral", dash: [6, 3] }] : [];
+}
+
+/** Where a result comes from. */
+export function provenance(content) {
+  const { provenance: about = {}, counters = {}, warning } = content;
+  const flat = (values) => Object.entries(values ?? {}).filter(([, value]) => value !== null && value !== "").map(([name, value]) => [name, typeof value === "object" ? JSON.stringify(value) : String(value)]);
+  return el("details", { class: "card" }, el("summary", {}, "Where this comes from"),
+    warning ? el("p", { class: "error" }, warning) : null,
+    el("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Provenance" },
+      table("Made by", ["", ""], flat({ tgvdp: about.tgvdp, python: about.python, numpy: about.numpy, numba: about.numba, utc: about.utc, elapsed_s: about.elapsed_s, ...about.machine })),
+      table("Inputs", ["", ""], flat(about.inputs)), table("Options", ["", ""], flat(about.options)), table("Work done", ["", ""], flat(counters))));
+}
