@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from tgvdp.report import style
+from tgvdp.report import palette, style
 from tgvdp.report.front_plots import energy_name
 from tgvdp.report.tables import margin_pct
 
@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 #: Colours and marks by name.
 _LOOKS = {
-    "linear": (style.ORANGE, "D"),
-    "economy": (style.VERMILION, "s"),
-    "uniform": (style.GREEN, "^"),
-    "optimum": (style.BLUE, "o"),
+    "linear": (palette.ORANGE, "D"),
+    "economy": (palette.VERMILION, "s"),
+    "uniform": (palette.GREEN, "^"),
+    "optimum": (palette.BLUE, "o"),
 }
 _TALL_IN = 7.2
 #: Room for a legend above what is drawn, and between the panels.
