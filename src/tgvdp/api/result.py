@@ -23,7 +23,7 @@ from tgvdp.model.trip import Trip
 from tgvdp.pareto import ParetoFront
 from tgvdp.progress import tell
 from tgvdp.referee.replay import NOT_REPLAYED, Verdict, replay
-from tgvdp.runs.profile import Profile, profile_of
+from tgvdp.runs.profile import Profile, drawn_energy_j, profile_of
 from tgvdp.runs.samples import rows_of, sampled
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
 
@@ -136,8 +136,15 @@ class SearchResult:
             target_s = np.linspace(first_s, first_s + max(last_s - first_s, 1e-3 * first_s), _CERTIFIED_TIMES)
             found = continuous_front(self.trip, self.fastest.profile, target_s, budget)
         return certify_front(
-            self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, found.multiplier_j_per_s, clock
-        )
+            self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, self._drawn_j(),
+            found.multiplier_j_per_s, clock,
+        )  # fmt: skip
+
+    def _drawn_j(self) -> NDArray[np.float64]:
+        """Energy of each point before what braking returns, J."""
+        if self.trip.energy.kind == "wheel":
+            return self.front.energy_j
+        return np.array([drawn_energy_j(self.trip, self._profile(index)) for index in range(len(self.front))])
 
     def trace(self, most_steps: int = MOST_STEPS) -> Trace:
         """Search again, method ``best-first``, and write down each step, for teaching; of small instances only.
