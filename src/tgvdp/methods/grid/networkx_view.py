@@ -85,10 +85,7 @@ def search_tree(trace: Trace) -> "networkx.DiGraph[int]":
 
 def graphml(tree: "networkx.DiGraph[int]") -> bytes:
     """A graph as GraphML, which most programs that draw graphs read."""
-    import io
-
     import networkx
 
-    buffer = io.BytesIO()
-    networkx.write_graphml(tree, buffer)
-    return buffer.getvalue()
+    lines = networkx.generate_graphml(tree)
+    return "\n".join(('<?xml version="1.0" encoding="utf-8"?>', *lines, "")).encode()

@@ -6,7 +6,7 @@ the answers are right.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,6 @@ from tgvdp.methods.grid.best_first_kernel import CHUNK_DONE, COPIES, EXPANDED, F
 from tgvdp.methods.grid.best_first_rules import Options
 from tgvdp.methods.grid.grid import Grid
 from tgvdp.methods.grid.to_go import ROUNDING
-
-if TYPE_CHECKING:
-    import networkx
 
 #: What becomes of a label that is taken from the queue.
 EXPANDED_LABEL, PATH, NEAR_COPY, NO_BETTER, DISPLACED = "expanded", "path", "near copy", "no better", "displaced"
@@ -134,7 +131,7 @@ class Trace:
             "complete": self.complete,
         }  # fmt: skip
 
-    def to_networkx(self) -> "networkx.DiGraph[int]":
+    def to_networkx(self) -> Any:
         """Copy the tree of labels into networkx; see `tgvdp.methods.grid.networkx_view.search_tree`."""
         from tgvdp.methods.grid.networkx_view import search_tree
 
