@@ -13,7 +13,7 @@ from tgvdp.api.methods import Fastest, continuous_front
 from tgvdp.api.sense import sensible_numbers
 from tgvdp.certificate.front import Certificate, certify_front
 from tgvdp.errors import InputError
-from tgvdp.journeys.practices import linear_margin
+from tgvdp.margins.linear import scaled_run
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.front import OptimalRuns
 from tgvdp.methods.grid.best_first_rules import Options, counted_j
@@ -92,7 +92,7 @@ class SearchResult:
 
     def linear_margin(self, index: int) -> Profile:
         """Speed profile of today's practice: the fastest run with all speeds scaled to the time of one point."""
-        return linear_margin(self.trip, self.fastest.profile, float(self.front.time_s[index]) / self.fastest.time_s)
+        return scaled_run(self.trip, self.fastest.profile, float(self.front.time_s[index]) / self.fastest.time_s)
 
     def _profile(self, index: int) -> Profile:
         source = int(self.front.source[index])
