@@ -7,12 +7,12 @@ generator and ``results/quantum/families.csv``, the index of their certified opt
 import argparse
 import csv
 import math
-import random
 import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from benchmarks.library import Entry, certified, farthest
+from benchmarks.entry import Draw, Entry, farthest
+from benchmarks.library import certified
 from benchmarks.timing import ROOT
 from tgvdp.formulations.problem.binary import FormulationWarning
 from tgvdp.instances import INDEX
@@ -26,17 +26,6 @@ COUNTS = {"sample": 30, "tuning": 4}
 OPTIMA = ROOT / "results" / "quantum" / "families.csv"
 #: Steps up to which enumeration, and HiGHS where speeds are squared, confirm an optimum soon.
 BRUTE_STEPS, SQUARES_STEPS = 9, 12
-
-
-class Draw:
-    """Whole numbers from a seed, by the one function of `random` that is promised to stay the same."""
-
-    def __init__(self, seed: str) -> None:
-        self._random = random.Random(seed).random
-
-    def whole(self, low: int, high: int) -> int:
-        """One of low..high, each as likely."""
-        return low + int(self._random() * (high - low + 1))
 
 
 class Member(NamedTuple):

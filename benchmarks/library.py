@@ -5,20 +5,20 @@ known about it stands beside, in ``optima.csv``: the certified optimum, the numb
 where one exists, the solver that proves the optimum and the ones that confirm it by other means.
 """
 
-import hashlib
-import json
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from benchmarks.entry import Entry, farthest
+from benchmarks.substations import substation
 from tgvdp.errors import TgvdpError
 from tgvdp.formulations.problem.binary import FormulationWarning
 from tgvdp.formulations.problem.demand import drive
-from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, Instance, parse_instance
+from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, Instance, SubstationInstance
 from tgvdp.instances import FOLDER, INDEX
 from tgvdp.report.files import write_files
 from tgvdp.report.plain import csv_text
@@ -32,29 +32,8 @@ SCIP_STEPS = 8
 MILP_LIMIT_S = 60.0
 #: Plans of a demand instance that brute force tries.
 BRUTE_PLANS = 1_000_000
-
-
-class Entry(NamedTuple):
-    """One published instance."""
-
-    family: str
-    name: str
-    params: dict[str, Any]
-
-    @property
-    def content(self) -> bytes:
-        """The file."""
-        return (json.dumps({"id": self.name, "params": self.params}, indent=1) + "\n").encode()
-
-    @property
-    def sha256(self) -> str:
-        """Digest of the file."""
-        return hashlib.sha256(self.content).hexdigest()
-
-    @property
-    def instance(self) -> Instance:
-        """The instance as a reader of the file gets it."""
-        return parse_instance(Path(f"{self.name}.json"), json.loads(self.content))
+#: Trains times steps up to which HiGHS confirms the optimum of a substation within a minute.
+SUBSTATION_SIZE = 60
 
 
 def entries() -> list[Entry]:
@@ -110,16 +89,6 @@ def zones() -> Iterator[Entry]:
         caps = [slow if steps // 4 <= k < steps // 2 else high for k in range(1, steps + 1)]
         caps[3 * steps // 4 - 1] = max(1, high // 2) + 0.5
         yield _binary("zones", steps, int(0.6 * farthest(steps, caps)), cap_units=caps)
-
-
-def farthest(steps: int, caps: list[float]) -> int:
-    """Longest distance from stop to stop in unit steps within caps."""
-    reach = np.array([0, *(int(cap) for cap in caps[:-1]), 0])
-    for k in range(1, steps + 1):
-        reach[k] = min(reach[k], reach[k - 1] + 1)
-    for k in range(steps - 1, -1, -1):
-        reach[k] = min(reach[k], reach[k + 1] + 1)
-    return int(reach.sum())
 
 
 def unequal() -> Iterator[Entry]:
@@ -179,11 +148,14 @@ def _design_distance_m(steps: int, dt_s: float) -> float:
 
 FAMILIES: tuple[Callable[[], Iterator[Entry]], ...] = (
     easy, tight, degenerate, kinetic, efficiency, zones, unequal, tolerance, fine, penalised, demand,
+    substation,
 )  # fmt: skip
 
 
 def certified(entry: Entry, others: Sequence[str] | None = None) -> dict[str, Any]:
     """Row of the index: the optimum by the dynamic program, and which other methods reach the same value.
+
+    Of a substation whose dynamic program ends by its budget, the best known objective and a bound instead.
 
     Parameters
     ----------
@@ -198,9 +170,10 @@ def certified(entry: Entry, others: Sequence[str] | None = None) -> dict[str, An
     """
     instance = entry.instance
     proof = solve(instance, "dp")
-    assert proof.optimal and proof.feasible and proof.replay["feasible"], entry.name
+    is_open = isinstance(instance, SubstationInstance) and not proof.optimal
+    assert (proof.optimal or is_open) and proof.feasible and proof.replay["feasible"], entry.name
     closed, confirmed = None, []
-    for solver in _others(instance) if others is None else others:
+    for solver in () if is_open else _others(instance) if others is None else others:
         try:
             other = solve(
                 instance, solver, allowance=Allowance(time_limit_s=MILP_LIMIT_S if solver == "milp" else None)
@@ -213,7 +186,6 @@ def certified(entry: Entry, others: Sequence[str] | None = None) -> dict[str, An
         assert other.n_optimal in (None, proof.n_optimal), f"{entry.name}: {solver} counts {other.n_optimal}"
         confirmed.append(solver)
         closed = other.objective if solver == "closed" else closed
-    binary = isinstance(instance, BinaryInstance)
     return {
         "file": f"{entry.name}.json",
         "sha256": entry.sha256,
@@ -222,12 +194,14 @@ def certified(entry: Entry, others: Sequence[str] | None = None) -> dict[str, An
         "kind": entry.params["kind"],
         "model": entry.params.get("model", ""),
         "N": instance.steps,
-        "objective": repr(proof.objective),
-        "unit": "(m/s)^2" if binary else "J",
+        "objective": "" if is_open else repr(proof.objective),
+        "unit": "(m/s)^2" if isinstance(instance, BinaryInstance) else instance.objective_unit,
         "n_optimal": proof.n_optimal,
         "closed_form": "" if closed is None else repr(closed),
-        "certified_by": "dp",
+        "certified_by": "" if is_open else "dp",
         "confirmed_by": " ".join(confirmed),
+        "best_known": repr(proof.objective) if is_open else "",
+        "bound": repr(proof.details["bound"]) if is_open else "",
     }
 
 
@@ -235,6 +209,8 @@ def _others(instance: Instance) -> list[str]:
     """Solvers that share no algorithm with the dynamic program and end soon."""
     if isinstance(instance, DemandInstance):
         return ["brute"] if len(instance.levels or ()) ** instance.steps <= BRUTE_PLANS else []
+    if isinstance(instance, SubstationInstance):
+        return ["milp"] if len(instance.trains) * instance.steps <= SUBSTATION_SIZE else []
     found = ["closed"]
     if instance.steps <= min(10, MOST_STEPS):
         found.append("brute")

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.families import COUNTS, FAMILIES, OPTIMA, SIZES, Draw, Member, certify, members, write
-from benchmarks.library import farthest
+from benchmarks.entry import Draw, farthest
+from benchmarks.families import COUNTS, FAMILIES, OPTIMA, SIZES, Member, certify, members, write
 from benchmarks.quantum_tuning import TUNABLES, TUNING, chosen_words
 from tgvdp.cli import main
 from tgvdp.formulations.problem.instances import read_instance

@@ -7,6 +7,7 @@ import warnings
 import pytest
 
 from benchmarks.library import certified, entries
+from benchmarks.substations import LIMITS, limit
 from tgvdp.formulations.problem.binary import FormulationWarning
 from tgvdp.formulations.problem.instances import BinaryInstance, read_instance
 from tgvdp.instances import FOLDER, INDEX, find
@@ -15,7 +16,7 @@ from tgvdp.solvers.registry import solve
 from tgvdp.trials.reference import read_cases, reference_of
 
 ENTRIES = {entry.name: entry for entry in entries()}
-SMALL = [name for name, entry in ENTRIES.items() if entry.params["N"] <= 10 and entry.params["kind"] == "binary"]
+SMALL = [name for name, entry in ENTRIES.items() if entry.params["kind"] == "binary" and entry.params["N"] <= 10]
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +27,7 @@ def index():
 def test_files_are_what_the_script_makes_and_the_index_lists_all(index):
     assert list(next(iter(index.values()))) == [
         "file", "sha256", "id", "family", "kind", "model", "N", "objective", "unit", "n_optimal", "closed_form",
-        "certified_by", "confirmed_by",
+        "certified_by", "confirmed_by", "best_known", "bound",
     ]  # fmt: skip
     assert {path.stem for path in FOLDER.glob("*.json")} == set(ENTRIES) == set(index)
     for name, entry in ENTRIES.items():
@@ -40,7 +41,7 @@ def test_the_library_is_as_wide_as_it_says(index):
     assert min(sizes) == 4 and max(sizes) == 200
     assert {row["family"] for row in index.values()} == {
         "easy", "tight", "degenerate", "kinetic", "efficiency", "zones", "unequal", "tolerance", "fine", "penalised",
-        "demand",
+        "demand", "substation",
     }  # fmt: skip
     assert {row["model"] for row in index.values() if row["model"]} == {"constant", "kinetic", "efficiency"}
 
@@ -54,10 +55,12 @@ def test_instances_hold_the_published_fields_only():
         "kind", "N", "dt_s", "notches", "mass_kg", "rot", "davis_SI", "vmax_kmh", "D_m", "tol_m", "v_end_max_mps",
         "P_max_W", "cost_ref_kmh", "alpha",
     }  # fmt: skip
+    substation = {"kind", "dt_s", "dv_mps", "power_units", "alpha", "trains"}
+    fields = {"binary": binary, "demand": demand, "substation": substation}
     for path in FOLDER.glob("*.json"):
         content = json.loads(path.read_text())
         assert set(content) == {"id", "params"}
-        assert set(content["params"]) <= (binary if content["params"]["kind"] == "binary" else demand)
+        assert set(content["params"]) <= fields[content["params"]["kind"]]
 
 
 @pytest.mark.parametrize("name", SMALL)
@@ -77,6 +80,28 @@ def test_large_instances_keep_their_optimum_and_its_number(index):
             found = solve(instance, "dp")
             assert repr(found.objective) == index[name]["objective"], name
             assert str(found.n_optimal) == index[name]["n_optimal"], name
+
+
+def test_small_substations_are_certified_again(index):
+    pytest.importorskip("scipy")
+    for name in ("substation-k2-n006", "substation-k2-n008", "substation-k3-n008"):
+        row = certified(ENTRIES[name])
+        assert {key: "" if value is None else str(value) for key, value in row.items()} == index[name]
+
+
+def test_limits_of_substations_are_found_as_they_say():
+    for size in ((2, 6), (2, 8), (3, 8)):
+        assert limit(*size) == LIMITS[size]
+
+
+def test_open_instances_have_a_best_known_objective_and_a_bound_below(index):
+    rows = [row for row in index.values() if not row["objective"]]
+    assert rows
+    for row in rows:
+        assert row["family"] == "substation"
+        assert 0.0 < float(row["bound"]) < float(row["best_known"])
+        (case,) = read_cases([find(row["id"])])
+        assert not reference_of(case)["objective"]
 
 
 def test_closed_forms_and_other_proofs_are_in_the_index(index):

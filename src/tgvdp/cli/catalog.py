@@ -72,13 +72,22 @@ def _instance(row: Mapping[str, str]) -> "Description":
     from tgvdp.formats.review.figures import Figure
 
     model = f", {row['model']} model" if row["model"] else ""
-    figures = (
-        Figure("steps", int(row["N"]), ""),
-        Figure("certified optimum", float(row["objective"]), row["unit"]),
-        Figure("optimal schedules", row["n_optimal"], ""),
+    figures = [Figure("steps", int(row["N"]), "")]
+    if row["objective"]:
+        figures += [
+            Figure("certified optimum", float(row["objective"]), row["unit"]),
+            Figure("optimal schedules", row["n_optimal"] or "not counted", ""),
+        ]
+        note = "proved by " + ", ".join([row["certified_by"], *row["confirmed_by"].split()])
+    else:
+        figures += [
+            Figure("best known", float(row["best_known"]), row["unit"]),
+            Figure("bound", float(row["bound"]), row["unit"]),
+        ]
+        note = "open: nothing has proved an optimum"
+    return Description(
+        kind="instance", format=row["kind"] + model, name=row["id"], figures=tuple(figures), notes=(note,)
     )
-    note = "proved by " + ", ".join([row["certified_by"], *row["confirmed_by"].split()])
-    return Description(kind="instance", format=row["kind"] + model, name=row["id"], figures=figures, notes=(note,))
 
 
 def _plain(entry: str, description: "Description") -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """``tgvdp solve``: solve one instance of the formulations and replay what comes out."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -14,7 +14,7 @@ from tgvdp.solvers.registry import SOLVERS
 
 if TYPE_CHECKING:
     from tgvdp.formulations.problem.instances import Instance
-    from tgvdp.formulations.problem.schedule import Solution
+    from tgvdp.formulations.problem.schedule import Schedule, Solution
 
 _METAVARS: dict[Any, str] = {str: "NAME", int: "INTEGER", beta_range: "LOW..HIGH"}
 
@@ -94,11 +94,12 @@ def _type(item: Item) -> Any:
 @_budget
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of a table.")
 def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bool, **budget: Any) -> int:
-    """Solve INSTANCE, a binary or a demand problem by its built-in name or as a JSON file, and replay the solution.
+    """Solve INSTANCE, a problem of the formulations by its built-in name or as a JSON file, and replay the solution.
 
-    The objective is what the model minimises. It is an energy for the kinetic model (J per kg of train) and by the cost
-    map of the demand model (J); for the constant and the efficiency model, in (m/s)², it is none. The energy by replay
-    always is one. The exit code is 4 when nothing satisfies all constraints, and 5 when none was found that does.
+    The objective is what the model minimises. It is an energy for the kinetic model (J per kg of train), by the cost
+    map of the demand model (J), and where trains share a substation (J per kg of a train of mass 1); for the constant
+    and the efficiency model, in (m/s)², it is none. The energy by replay always is one. The exit code is 4 when nothing
+    satisfies all constraints, and 5 when none was found that does.
     """
     from tgvdp import instances
     from tgvdp.formulations.problem.instances import read_instance
@@ -121,11 +122,10 @@ def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bo
 
 def solution_object(problem: "Instance", solution: "Solution") -> dict[str, Any]:
     """Object of schema tgvdp.solve/1."""
-    from tgvdp.formulations.problem.instances import BinaryInstance
+    from tgvdp.formulations.problem.instances import DemandInstance
     from tgvdp.report.plain import plain
 
     schedule = solution.schedule
-    binary = isinstance(problem, BinaryInstance)
     content = {
         "schema": SCHEMA,
         "id": problem.id,
@@ -135,7 +135,11 @@ def solution_object(problem: "Instance", solution: "Solution") -> dict[str, Any]
         "optimal": solution.optimal,
         "n_optimal": solution.n_optimal,
         "feasible": solution.feasible,
-        **({"speeds": schedule.speeds} if binary else {"demand": schedule.controls, "speeds_mps": schedule.speeds}),
+        **(
+            {"demand": schedule.controls, "speeds_mps": schedule.speeds}
+            if isinstance(problem, DemandInstance)
+            else {"speeds": schedule.speeds}
+        ),
         "distance": schedule.distance,
         "constraints": [
             {"name": check.name, "violation": check.violation, "unit": check.unit} for check in schedule.checks
@@ -151,29 +155,44 @@ def solution_object(problem: "Instance", solution: "Solution") -> dict[str, Any]
 
 def _meaning(problem: "Instance") -> str:
     """What an objective is of, so that nobody takes it for an energy where it is none."""
-    from tgvdp.formulations.problem.instances import BinaryInstance
+    from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance
 
-    if not isinstance(problem, BinaryInstance):
+    if isinstance(problem, DemandInstance):
         return "by the cost map"
+    if not isinstance(problem, BinaryInstance):
+        return "from the substation"
     return f"of the {problem.model} model" + ("" if problem.model == "kinetic" else ", not an energy")
+
+
+def _speeds(problem: "Instance", schedule: "Schedule") -> Iterator[tuple[str, Sequence[float]]]:
+    """Speeds of each train."""
+    from tgvdp.formulations.problem.instances import SubstationInstance
+
+    if not isinstance(problem, SubstationInstance):
+        yield "speeds", schedule.speeds
+        return
+    start = 0
+    for k, train in enumerate(problem.trains, start=1):
+        yield f"speeds, train {k}", schedule.speeds[start : start + train.trip.steps + 1]
+        start += train.trip.steps + 1
 
 
 def table(problem: "Instance", solution: "Solution") -> str:
     """What people read: result, constraints, replay."""
-    from tgvdp.formulations.problem.instances import BinaryInstance
+    from tgvdp.formulations.problem.instances import DemandInstance
 
     schedule, replayed = solution.schedule, solution.replay
-    binary = isinstance(problem, BinaryInstance)
+    whole = not isinstance(problem, DemandInstance)
     proof = "optimal, proved" if solution.optimal else "best found" if solution.feasible else "no feasible plan found"
     rows = [("objective", f"{solution.objective:.9g} {problem.objective_unit} {_meaning(problem)}  ({proof})")]
     if solution.n_optimal is not None:
         rows.append(("optima", f"{solution.n_optimal}"))
-    if binary:
-        rows.append(("speeds", " ".join(f"{v:g}" for v in schedule.speeds) + " Δv"))
+    if whole:
+        rows += [(name, " ".join(f"{v:g}" for v in speeds) + " Δv") for name, speeds in _speeds(problem, schedule)]
     else:
         rows.append(("demand", " ".join(f"{d:g}" for d in schedule.controls)))
         rows.append(("speeds", " ".join(f"{v:.4g}" for v in schedule.speeds) + " m/s"))
-    rows.append(("distance", f"{schedule.distance:.9g} {'Δv·Δt' if binary else 'm'}"))
+    rows.append(("distance", f"{schedule.distance:.9g} {'Δv·Δt' if whole else 'm'}"))
     rows += [
         (check.name, "holds" if check.satisfied else f"violated by {check.violation:.6g} {check.unit}")
         for check in schedule.checks
@@ -181,7 +200,7 @@ def table(problem: "Instance", solution: "Solution") -> str:
     errors = f"distance {replayed['distance_error_m']:+.4g} m, end speed {replayed['end_speed_error_mps']:+.4g} m/s"
     rows.append(("replay", f"{'feasible' if replayed['feasible'] else 'NOT feasible'}, {errors}"))
     energy = f"{replayed['energy']:.6g} {replayed['energy_unit']}"
-    if not binary:
+    if not whole:
         energy += f" by the cost map, {replayed['mechanical_j']:.6g} J of traction at the wheel"
     rows.append(("energy by replay", energy))
     if solution.qubo is not None:

@@ -6,10 +6,10 @@ import numpy as np
 
 from tgvdp.errors import InputError
 from tgvdp.formulations.circuit.qaoa import energy_scale, qaoa_circuit, qasm3, ramp_angles
-from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, Instance
-from tgvdp.formulations.program.binary import binary_program
+from tgvdp.formulations.problem.instances import DemandInstance, Instance
 from tgvdp.formulations.program.demand import DemandForm
 from tgvdp.formulations.program.files import lp_text, mps_text
+from tgvdp.formulations.program.substation import linear_program
 from tgvdp.formulations.qubo.couplers import coupler_graph, node_link
 from tgvdp.formulations.qubo.encodings import default_encoding, encode
 from tgvdp.formulations.qubo.ising import ising_of
@@ -34,7 +34,7 @@ def exported(
 
     Parameters
     ----------
-    instance : BinaryInstance or DemandInstance
+    instance : BinaryInstance, DemandInstance or SubstationInstance
         Demand instances fit into ``cqm`` only.
     target : str
         ``bqm``, ``coo``, ``graph`` and ``qasm3`` hold the QUBO of an encoding, ``lp`` and ``mps`` the linear program,
@@ -59,14 +59,14 @@ def exported(
     if target in ("lp", "mps", "cqm") and (encoding is not None or penalty is not None):
         raise InputError(f"{target} holds a program with constraints, so it uses neither an encoding nor a penalty")
     if form is not None and not isinstance(instance, DemandInstance):
-        raise InputError(f"{instance.id}: form {form} is one of demand instances, not of binary ones")
+        raise InputError(f"{instance.id}: form {form} is one of demand instances, no others")
     if target == "cqm":
         with cqm_of(instance, form or "split").cqm.to_file() as file:
             return {"": bytes(file.read())}
-    if not isinstance(instance, BinaryInstance):
+    if isinstance(instance, DemandInstance):
         raise InputError(f"{instance.id}: a demand instance is no QUBO and no linear program: write it --to cqm")
     if target in ("lp", "mps"):
-        program = binary_program(instance, "linear")
+        program = linear_program(instance).program
         return {"": (lp_text if target == "lp" else mps_text)(program).encode()}
     encoded = encode(instance, encoding or default_encoding(instance), penalty)
     if target == "bqm":

@@ -12,6 +12,12 @@ if TYPE_CHECKING:
     from tgvdp.formulations.problem.schedule import Solution
 
 
+_SINGLE = ("binary",)
+_BOTH = ("binary", "demand")
+_SHARED = ("binary", "substation")
+_ALL = (*_BOTH, "substation")
+
+
 class Solver(NamedTuple):
     """Where a solver lives and what it takes.
 
@@ -21,7 +27,7 @@ class Solver(NamedTuple):
         Module below `tgvdp.solvers`, and in it ``function(instance, allowance)``, or ``function(encoded, allowance)``
         where it solves a QUBO; returns a `Solution`.
     kinds : tuple of str
-        Of the instances it solves: ``binary``, ``demand``.
+        Of the instances it solves: ``binary``, ``demand``, ``substation``.
     qubo : bool
         Whether it solves the instance as a QUBO.
     uses : tuple of str
@@ -30,34 +36,33 @@ class Solver(NamedTuple):
 
     module: str
     function: str
-    kinds: tuple[str, ...] = ("binary",)
+    kinds: tuple[str, ...] = _SINGLE
     qubo: bool = False
     uses: tuple[str, ...] = ()
 
 
-_BOTH = ("binary", "demand")
 _PROGRAM = ("form", "time_limit_s")
 _SAMPLER = ("reads", "seed")
 _QAOA = ("layers", "mixer", "angles", "step", "starts", "backend", *_SAMPLER)
 _DWAVE = ("backend", "chain_strength", "anneal_us", *_SAMPLER)
 
 SOLVERS: dict[str, Solver] = {
-    "dp": Solver("exact.solve", "solve_dp", _BOTH),
+    "dp": Solver("exact.solve", "solve_dp", _ALL),
     "brute": Solver("exact.solve", "solve_brute", _BOTH),
     "closed": Solver("exact.solve", "solve_closed"),
-    "milp": Solver("programs.milp", "solve_milp", uses=("time_limit_s",)),
-    "scip": Solver("programs.scip", "solve_scip", _BOTH, uses=_PROGRAM),
+    "milp": Solver("programs.milp", "solve_milp", _SHARED, uses=("time_limit_s",)),
+    "scip": Solver("programs.scip", "solve_scip", _ALL, uses=_PROGRAM),
     "cqm": Solver("programs.cqm", "solve_cqm", _BOTH, uses=_PROGRAM),
-    "leap": Solver("programs.cqm", "solve_leap", _BOTH, uses=_PROGRAM),
-    "sa": Solver("samplers.annealing", "solve_sa", qubo=True, uses=("sweeps", "beta", *_SAMPLER)),
-    "pt": Solver("tempering.solve", "solve_pt", qubo=True, uses=("sweeps", "beta", "replicas", *_SAMPLER)),
-    "tabu": Solver("samplers.annealing", "solve_tabu", qubo=True, uses=("sweeps", "tenure", *_SAMPLER)),
-    "descent": Solver("samplers.annealing", "solve_descent", qubo=True, uses=_SAMPLER),
-    "random": Solver("samplers.coin_tosses", "solve_random", qubo=True, uses=_SAMPLER),
+    "leap": Solver("programs.cqm", "solve_leap", _ALL, uses=_PROGRAM),
+    "sa": Solver("samplers.annealing", "solve_sa", _SHARED, qubo=True, uses=("sweeps", "beta", *_SAMPLER)),
+    "pt": Solver("tempering.solve", "solve_pt", _SHARED, qubo=True, uses=("sweeps", "beta", "replicas", *_SAMPLER)),
+    "tabu": Solver("samplers.annealing", "solve_tabu", _SHARED, qubo=True, uses=("sweeps", "tenure", *_SAMPLER)),
+    "descent": Solver("samplers.annealing", "solve_descent", _SHARED, qubo=True, uses=_SAMPLER),
+    "random": Solver("samplers.coin_tosses", "solve_random", _SHARED, qubo=True, uses=_SAMPLER),
     "tree": Solver("samplers.annealing", "solve_tree", qubo=True),
     "exact-qubo": Solver("samplers.annealing", "solve_exact_qubo", qubo=True),
     "qaoa": Solver("circuit.angles", "solve_qaoa", qubo=True, uses=_QAOA),
-    "dwave": Solver("samplers.cloud", "solve_dwave", qubo=True, uses=_DWAVE),
+    "dwave": Solver("samplers.cloud", "solve_dwave", _SHARED, qubo=True, uses=_DWAVE),
 }
 
 
@@ -89,11 +94,10 @@ def solve(
         When it proves that nothing satisfies all constraints.
     """
     from tgvdp.formulations.problem.binary import warn_of_oddities
-    from tgvdp.formulations.problem.instances import BinaryInstance
+    from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, kind_of
     from tgvdp.formulations.qubo.encodings import default_encoding, encode
 
-    entry = SOLVERS[solver]
-    kind = "binary" if isinstance(instance, BinaryInstance) else "demand"
+    entry, kind = SOLVERS[solver], kind_of(instance)
     if kind not in entry.kinds:
         can = ", ".join(name for name, other in SOLVERS.items() if kind in other.kinds)
         raise InputError(f"{instance.id}: solver {solver} takes no {kind} instances; {can} do")
@@ -108,6 +112,6 @@ def solve(
             warn_of_oddities(instance)
         solution: Solution = function(instance, allowance)
         return solution
-    assert isinstance(instance, BinaryInstance)
+    assert not isinstance(instance, DemandInstance)
     solution = function(encode(instance, encoding or default_encoding(instance), penalty), allowance)
     return solution

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError, MissingExtraError, UnavailableError
 from tgvdp.formulations.problem.binary import FormulationWarning
-from tgvdp.formulations.problem.instances import BinaryInstance
+from tgvdp.formulations.problem.instances import DemandInstance
 from tgvdp.formulations.problem.schedule import Solution
 from tgvdp.formulations.qubo.encodings import encode
 from tgvdp.formulations.qubo.names import Encoding
@@ -141,7 +141,7 @@ def _works(plan: Plan) -> Iterator[Work]:
 
 
 def _embeddings(plan: Plan, case: Case) -> list[tuple[Encoding, str]]:
-    if not isinstance(case.instance, BinaryInstance):
+    if isinstance(case.instance, DemandInstance):
         return []
     return [(encoding, topology) for encoding in plan.encodings for topology in plan.topologies]
 
@@ -222,7 +222,7 @@ def _found(solution: Solution) -> dict[str, Any]:
 
 def _embedded(case: Case, encoding: Encoding, topology: str, plan: Plan) -> dict[str, Any]:
     """Size of an embedding; ``status`` is ``refused`` where the encoding does not fit the instance."""
-    assert isinstance(case.instance, BinaryInstance)
+    assert not isinstance(case.instance, DemandInstance)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FormulationWarning)
         try:

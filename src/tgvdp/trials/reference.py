@@ -100,9 +100,8 @@ def _listed(case: Case) -> dict[str, Any] | None:
             if row.get("sha256") == case.sha256:
                 try:
                     counted = int(row["n_optimal"]) if row["n_optimal"] else None
-                    return {
-                        "objective": float(row["objective"]), "n_optimal": counted, "feasible": True, "source": INDEX,
-                    }  # fmt: skip
+                    best = float(row["objective"]) if row["objective"] else None  # else open
+                    return {"objective": best, "n_optimal": counted, "feasible": True, "source": INDEX}
                 except (KeyError, ValueError) as error:
                     raise InputError(f"{index}: the row of {case.instance.id!r} is wrong: {error}") from None
     return None

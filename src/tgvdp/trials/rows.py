@@ -9,7 +9,7 @@ import statistics
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from tgvdp.formulations.problem.instances import BinaryInstance
+from tgvdp.formulations.problem.instances import BinaryInstance, kind_of
 from tgvdp.trials.execute import Results
 from tgvdp.trials.reference import Case, Reference
 from tgvdp.trials.spec import SolverSpec
@@ -84,7 +84,7 @@ def _ours(case: Case, spec: SolverSpec, reference: Reference, runs: Sequence[Rec
     )
     bits = next((run["qubo"]["variables"] for run in found if run["qubo"]), None)
     row: Row = {
-        "kind": "binary" if isinstance(case.instance, BinaryInstance) else "demand",
+        "kind": kind_of(case.instance),
         "N": case.instance.steps,
         "solver": spec.solver,
         "encoding": spec.encoding,
@@ -167,7 +167,7 @@ def _approach(case: Case, spec: SolverSpec) -> str:
         return "MILP" if spec.solver == "milp" else "MIQP"
     if spec.solver in ("cqm", "leap"):
         return "CQM"
-    return "binary model" if isinstance(case.instance, BinaryInstance) else "demand model"
+    return f"{kind_of(case.instance)} model"
 
 
 def _sizes(case: Case, found: Sequence[Record]) -> Row:

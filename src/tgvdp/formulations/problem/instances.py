@@ -1,7 +1,8 @@
-"""Instances: what one problem of the binary or the demand formulation consists of, and its strict JSON form.
+"""Instances: what one problem of the formulations consists of, and its strict JSON form.
 
-Instances are small JSON files, ``{"id": ..., "params": {"kind": "binary" | "demand", ...}}``. A field that is not
-known, is given twice, has the wrong type or is out of range is an `InputError` of one line that names the file.
+Instances are small JSON files, ``{"id": ..., "params": {"kind": "binary" | "demand" | "substation", ...}}``. A field
+that is not known, is given twice, has the wrong type or is out of range is an `InputError` of one line that names the
+file.
 """
 
 import os
@@ -25,6 +26,9 @@ Model: TypeAlias = Literal["constant", "kinetic", "efficiency"]
 #: Objective models of the binary formulation.
 MODELS: tuple[Model, ...] = ("constant", "kinetic", "efficiency")
 
+#: Kinds of instances.
+KINDS = ("binary", "demand", "substation")
+
 #: Where the force curves and the cost map of the demand model end (`tgvdp.formulations.problem.alstom`).
 CURVES_END_KMH = 220.0
 #: A curve of radius ρ resists like a gradient of 800/ρ ‰, as the demand formulation prints it.
@@ -32,6 +36,7 @@ CURVE_M = 800.0
 #: More steps than any solver here can use; a guard against files that would only exhaust the memory.
 MOST_STEPS = 100_000
 _MOST_UNITS = 1_000_000
+MOST_TRAINS = 100
 
 _Positive = Annotated[float, Meta(gt=0.0, le=1e12)]
 _NotNegative = Annotated[float, Meta(ge=0.0, le=1e12)]
@@ -184,7 +189,67 @@ class DemandInstance:
         return "J"
 
 
-Instance: TypeAlias = BinaryInstance | DemandInstance
+@dataclass(frozen=True, kw_only=True)
+class SharedTrip:
+    """One train at a substation.
+
+    Attributes
+    ----------
+    start : int
+        Step at which its first control stands.
+    mass_units : int
+        Its mass, over that of a train of mass 1.
+    trip : BinaryInstance
+        Kinetic, with steps of one Δv and an exact distance; what braking gives back is the substation's matter.
+    """
+
+    start: int
+    mass_units: int
+    trip: BinaryInstance
+
+
+@dataclass(frozen=True, kw_only=True)
+class SubstationInstance:
+    """Trains of the binary model that share a substation: its power is limited, and braking feeds who draws then.
+
+    Attributes
+    ----------
+    id : str
+    dt_s, dv_mps : float
+        Δt in s and Δv in m/s, of all trains.
+    power_units : int
+        Largest energy of one step at the substation, in ½·Δv² per kg of a train of mass 1.
+    alpha : float
+        Part of the braking energy of a step that reaches trains which draw in the same step; the rest is lost.
+    trains : tuple of SharedTrip
+    """
+
+    id: str
+    dt_s: float
+    dv_mps: float
+    power_units: int
+    alpha: float
+    trains: tuple[SharedTrip, ...]
+
+    @property
+    def steps(self) -> int:
+        """Number of steps until the last train stands."""
+        return max(train.start + train.trip.steps for train in self.trains)
+
+    @property
+    def objective_unit(self) -> str:
+        """J per kg of a train of mass 1."""
+        return "J/kg"
+
+
+Instance: TypeAlias = BinaryInstance | DemandInstance | SubstationInstance
+
+
+def kind_of(instance: Instance) -> str:
+    """One of `KINDS`."""
+    if isinstance(instance, SubstationInstance):
+        return "substation"
+    return "binary" if isinstance(instance, BinaryInstance) else "demand"
 
 
 class _Binary(Struct, forbid_unknown_fields=True):
@@ -223,6 +288,23 @@ class _Demand(Struct, forbid_unknown_fields=True):
     curves_m: list[_Bend] = []
 
 
+class _SharedTrip(Struct, forbid_unknown_fields=True):
+    N: _Steps
+    cap_units: _NotNegative | list[_NotNegative]
+    D_units: _Units
+    start: Annotated[int, Meta(ge=0, le=MOST_STEPS)] = 0
+    mass_units: Annotated[int, Meta(ge=1, le=1000)] = 1
+
+
+class _Substation(Struct, forbid_unknown_fields=True):
+    kind: str
+    dt_s: _Positive
+    dv_mps: _Positive
+    power_units: _Units
+    trains: Annotated[list[_SharedTrip], Meta(min_length=1, max_length=MOST_TRAINS)]
+    alpha: _Ratio = 0.0
+
+
 class _BinaryFile(Struct, forbid_unknown_fields=True):
     id: str
     params: _Binary
@@ -233,6 +315,11 @@ class _DemandFile(Struct, forbid_unknown_fields=True):
     id: str
     params: _Demand
     notes: list[str] = []
+
+
+class _SubstationFile(Struct, forbid_unknown_fields=True):
+    id: str
+    params: _Substation
 
 
 def read_instance(path: str | os.PathLike[str]) -> Instance:
@@ -251,13 +338,16 @@ def parse_instance(path: Path, tree: dict[str, Any]) -> Instance:
     """Make an instance of a tree of JSON values; ``path`` names the source in errors."""
     params = tree.get("params")
     kind = params.get("kind", "binary") if isinstance(params, dict) else "binary"  # what is absent, the struct reports
-    if kind not in ("binary", "demand"):
-        raise bad(path, f"params.kind: must be 'binary' or 'demand', got {shown(kind)}")
     if kind == "binary":
         binary = decode(path, tree, _BinaryFile)
         return replace(_binary(path, _id(path, binary.id), binary.params), notes=tuple(binary.notes))
-    demand = decode(path, tree, _DemandFile)
-    return replace(_demand(path, _id(path, demand.id), demand.params), notes=tuple(demand.notes))
+    if kind == "demand":
+        demand = decode(path, tree, _DemandFile)
+        return replace(_demand(path, _id(path, demand.id), demand.params), notes=tuple(demand.notes))
+    if kind == "substation":
+        shared = decode(path, tree, _SubstationFile)
+        return _substation(path, _id(path, shared.id), shared.params)
+    raise bad(path, f"params.kind: must be one of {', '.join(map(repr, KINDS))}, got {shown(kind)}")
 
 
 def _id(path: Path, name: str) -> str:
@@ -271,9 +361,6 @@ def _binary(path: Path, name: str, spec: _Binary) -> BinaryInstance:
     model = next((one for one in MODELS if one == spec.model), None)
     if model is None:
         raise bad(path, f"params.model: unknown model {shown(spec.model)}{suggestion(spec.model, MODELS)}")
-    caps = spec.cap_units if isinstance(spec.cap_units, list) else [spec.cap_units] * spec.N
-    if len(caps) != spec.N:
-        raise bad(path, f"params.cap_units: must be a number or a list of N = {spec.N} values, got {len(caps)} values")
     if model == "efficiency":
         for field_name in ("eta0", "deta"):
             if getattr(spec, field_name) is UNSET:
@@ -286,13 +373,45 @@ def _binary(path: Path, name: str, spec: _Binary) -> BinaryInstance:
         dv_mps=spec.dv_mps,
         acc_units=spec.acc_units,
         dec_units=spec.dec_units,
-        cap_units=tuple(min(floor(cap), spec.N * spec.acc_units) for cap in caps),
+        cap_units=_caps(path, "params", spec.N, spec.cap_units, spec.acc_units),
         distance_units=spec.D_units,
         tol_units=spec.tol_units,
         alpha=spec.alpha,
         eta0=0.0 if isinstance(spec.eta0, UnsetType) else spec.eta0,
         deta=0.0 if isinstance(spec.deta, UnsetType) else spec.deta,
         lambda_uniform=None if isinstance(spec.lambda_uniform, UnsetType) else spec.lambda_uniform,
+    )
+
+
+def _caps(path: Path, place: str, steps: int, given: float | list[float], acc_units: int) -> tuple[int, ...]:
+    """Largest whole speed after each step."""
+    caps = given if isinstance(given, list) else [given] * steps
+    if len(caps) != steps:
+        raise bad(path, f"{place}.cap_units: must be a number or a list of N = {steps} values, got {len(caps)} values")
+    return tuple(min(floor(cap), steps * acc_units) for cap in caps)
+
+
+def _substation(path: Path, name: str, spec: _Substation) -> SubstationInstance:
+    trains = tuple(
+        SharedTrip(
+            start=train.start,
+            mass_units=train.mass_units,
+            trip=BinaryInstance(
+                id=f"{name}, train {number}",
+                model="kinetic",
+                steps=train.N,
+                dt_s=spec.dt_s,
+                dv_mps=spec.dv_mps,
+                acc_units=1,
+                dec_units=1,
+                cap_units=_caps(path, f"params.trains[{number - 1}]", train.N, train.cap_units, 1),
+                distance_units=train.D_units,
+            ),
+        )
+        for number, train in enumerate(spec.trains, start=1)
+    )
+    return SubstationInstance(
+        id=name, dt_s=spec.dt_s, dv_mps=spec.dv_mps, power_units=spec.power_units, alpha=spec.alpha, trains=trains
     )
 
 

@@ -9,11 +9,10 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
-from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, Instance
+from tgvdp.formulations.problem.drive import drive
+from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, Instance, SubstationInstance
 from tgvdp.formulations.problem.schedule import Schedule
-
-#: Rounding of sums of a few thousand steps, relative to the largest speed or distance.
-_ROUNDING = 1e-9
+from tgvdp.formulations.problem.substation import replay_substation
 
 
 def replay(instance: Instance, schedule: Schedule) -> Mapping[str, Any]:
@@ -26,6 +25,8 @@ def replay(instance: Instance, schedule: Schedule) -> Mapping[str, Any]:
         ``distance_error_m``, ``end_speed_error_mps`` (each signed), ``overspeed_mps``; for the demand model also
         ``fine``, the same figures by fine time steps.
     """
+    if isinstance(instance, SubstationInstance):
+        return replay_substation(instance, schedule)
     if isinstance(instance, DemandInstance):
         from tgvdp.formulations.problem.demand_replay import replay_demand
 
@@ -39,35 +40,16 @@ def replay_binary(instance: BinaryInstance, schedule: Schedule) -> dict[str, Any
     ``energy`` is the kinetic energy that traction puts in, less α times what braking takes out, in J/kg, whatever the
     model's objective is.
     """
-    dt_s, dv_mps = instance.dt_s, instance.dv_mps
-    time_speed_distance = [(0.0, 0.0)]
-    for u in schedule.controls:
-        v, s = time_speed_distance[-1]
-        acceleration = u * dv_mps / dt_s
-        time_speed_distance.append((v + acceleration * dt_s, s + v * dt_s + 0.5 * acceleration * dt_s**2))
-    speeds = [v for v, _ in time_speed_distance]
-    top = max(map(abs, speeds)) + dv_mps
-    distance_m = time_speed_distance[-1][1]
-    distance_error_m = distance_m - instance.distance_units * dv_mps * dt_s
-    overspeed_mps = max(v - cap * dv_mps for v, cap in zip(speeds[1:], instance.cap_units, strict=True))
-    gains = [0.5 * (after**2 - before**2) for before, after in pairwise(speeds)]
-    allowed = {instance.acc_units, 0, -instance.dec_units}
-    feasible = (
-        abs(distance_error_m) <= instance.tol_units * dv_mps * dt_s + _ROUNDING * (abs(distance_m) + top * dt_s)
-        and abs(speeds[-1]) <= _ROUNDING * top
-        and min(speeds) >= -_ROUNDING * top
-        and overspeed_mps <= _ROUNDING * top
-        and all(u in allowed for u in schedule.controls)
-    )
+    run = drive(instance, schedule.controls)
     return {
-        "feasible": feasible,
-        "objective": _objective(instance, speeds),
-        "energy": sum(max(0.0, gain) + instance.alpha * min(0.0, gain) for gain in gains),
+        "feasible": run.feasible,
+        "objective": _objective(instance, run.speeds),
+        "energy": sum(max(0.0, gain) + instance.alpha * min(0.0, gain) for gain in run.gains),
         "energy_unit": "J/kg",
-        "distance_m": distance_m,
-        "distance_error_m": distance_error_m,
-        "end_speed_error_mps": speeds[-1],
-        "overspeed_mps": max(0.0, overspeed_mps),
+        "distance_m": run.distance_m,
+        "distance_error_m": run.distance_error_m,
+        "end_speed_error_mps": run.speeds[-1],
+        "overspeed_mps": run.overspeed_mps,
     }
 
 

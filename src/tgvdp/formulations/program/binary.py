@@ -20,10 +20,12 @@ from math import inf, lcm
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tgvdp.errors import InfeasibleError
-from tgvdp.formulations.problem.binary import features, in_model_units
+from tgvdp.formulations.problem.binary import features, in_model_units, schedule_of
 from tgvdp.formulations.problem.instances import BinaryInstance
+from tgvdp.formulations.problem.schedule import Schedule
 
 Form: TypeAlias = Literal["linear", "quadratic"]
 Terms: TypeAlias = Mapping[int, float]
@@ -85,6 +87,20 @@ class Program:
     def nonzeros(self) -> int:
         """Coefficients of the rows."""
         return sum(len(row.linear) + len(row.products) for row in self.rows)
+
+
+class Written(NamedTuple):
+    """A program and how to read its solution.
+
+    Attributes
+    ----------
+    program : Program
+    schedule : callable
+        (n,) values of the variables, whole up to a solver's tolerance → `Schedule`.
+    """
+
+    program: Program
+    schedule: Callable[[NDArray[np.float64]], Schedule]
 
 
 class ProgramBuilder:
@@ -175,6 +191,16 @@ def binary_program(instance: BinaryInstance, form: Form = "linear") -> Program:
     builder.add_row("distance", dict.fromkeys(run.v.values(), 1.0), float(low), float(high))
     _add_objective(builder, instance, run, form)
     return builder.build(instance.id, lambda exact: in_model_units(instance, exact))
+
+
+def binary_form(instance: BinaryInstance, form: Form) -> Written:
+    """The program of `binary_program`, and how to read it."""
+
+    def schedule(values: NDArray[np.float64]) -> Schedule:
+        bits = np.rint(values[: 2 * instance.steps]).astype(np.int8)
+        return schedule_of(instance, bits[: instance.steps], bits[instance.steps :])
+
+    return Written(binary_program(instance, form), schedule)
 
 
 def _add_objective(builder: ProgramBuilder, instance: BinaryInstance, run: _Run, form: Form) -> None:

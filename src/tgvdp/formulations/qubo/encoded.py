@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.formulations.problem.instances import BinaryInstance
+from tgvdp.formulations.problem.instances import BinaryInstance, SubstationInstance
 from tgvdp.formulations.problem.schedule import Schedule
 from tgvdp.formulations.qubo.names import Encoding, Weights
 from tgvdp.formulations.qubo.qubo import Qubo
@@ -27,7 +27,7 @@ class Encoded:
     ----------
     qubo : Qubo
         In the objective's unit: of a string that violates nothing, its energy is the schedule's objective.
-    instance : BinaryInstance
+    instance : BinaryInstance or SubstationInstance
     encoding : str
         As `tgvdp.formulations.qubo.names.parse_encoding` writes it.
     penalty : float
@@ -48,7 +48,7 @@ class Encoded:
     """
 
     qubo: Qubo
-    instance: BinaryInstance
+    instance: BinaryInstance | SubstationInstance
     encoding: Encoding
     penalty: float
     decode: Callable[[Bits], Schedule] = field(repr=False)

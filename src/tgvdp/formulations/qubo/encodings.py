@@ -1,33 +1,43 @@
-"""One door to the encodings of the binary model, by their names and by the rule for the penalty."""
+"""One door to the encodings as a QUBO, by their names and by the rule for the penalty."""
 
 import warnings
 from dataclasses import replace
 
 from tgvdp.errors import InputError
 from tgvdp.formulations.problem.binary import FormulationWarning, warn_of_oddities
-from tgvdp.formulations.problem.instances import BinaryInstance
+from tgvdp.formulations.problem.instances import BinaryInstance, SubstationInstance
 from tgvdp.formulations.qubo.bits import encode_bits
 from tgvdp.formulations.qubo.encoded import Encoded
 from tgvdp.formulations.qubo.names import Encoding, PenaltyRule, Weights, bits_form, kinds_of
 from tgvdp.formulations.qubo.parts import joined, si_weights
-from tgvdp.formulations.qubo.penalties import spread_penalty, sufficient_penalty, tenfold_penalty
+from tgvdp.formulations.qubo.penalties import (
+    spread_penalty,
+    sufficient_for_substation,
+    sufficient_penalty,
+    tenfold_penalty,
+)
+from tgvdp.formulations.qubo.substation import encode_substation
 from tgvdp.formulations.qubo.unary import encode_unary
 
 #: Most couplers of a QUBO: 20 million take two minutes and 4 GB to make.
 MOST_COUPLERS = 20_000_000
 
 
-def default_encoding(instance: BinaryInstance) -> Encoding:
+def default_encoding(instance: BinaryInstance | SubstationInstance) -> Encoding:
     """Encoding that holds all constraints: ``unary`` where the steps are equal, else ``bits+slack``."""
-    return "unary" if instance.acc_units == instance.dec_units else "bits+slack"
+    equal = isinstance(instance, SubstationInstance) or instance.acc_units == instance.dec_units
+    return "unary" if equal else "bits+slack"
 
 
-def encode(instance: BinaryInstance, encoding: Encoding, penalty: PenaltyRule | None = None) -> Encoded:
+def encode(
+    instance: BinaryInstance | SubstationInstance, encoding: Encoding, penalty: PenaltyRule | None = None
+) -> Encoded:
     """Write an instance as a QUBO.
 
     Parameters
     ----------
-    instance : BinaryInstance
+    instance : BinaryInstance or SubstationInstance
+        The trains of a substation are ``unary`` only.
     encoding : str
         ``bits`` (2N bits; nothing holds the speed within its limits), ``bits+slack`` (with a register per step that
         does), ``unary`` (equal steps only; holds all constraints), or a printed form
@@ -46,16 +56,18 @@ def encode(instance: BinaryInstance, encoding: Encoding, penalty: PenaltyRule | 
     InputError
         When the encoding does not fit the instance, or would have more than `MOST_COUPLERS` couplers.
     """
-    _require_size(instance, encoding)
-    warn_of_oddities(instance)
-    rule: PenaltyRule = instance.lambda_uniform or "sufficient" if penalty is None else penalty
+    if isinstance(instance, BinaryInstance):
+        _require_size(instance, encoding)
+        warn_of_oddities(instance)
+    own = instance.lambda_uniform if isinstance(instance, BinaryInstance) else None
+    rule: PenaltyRule = own or "sufficient" if penalty is None else penalty
     weights = Weights()
-    if rule == "tenfold":
-        weights = si_weights(instance, encoding)
-    elif isinstance(rule, tuple):
+    if isinstance(rule, tuple):
         weights = _own_weights(encoding, rule)
+    elif rule == "tenfold" and isinstance(instance, BinaryInstance):
+        weights = si_weights(instance, encoding)
     draft = _with_weights(instance, encoding, weights)
-    enough = _sufficient(instance, draft)
+    enough = _sufficient(draft)
     if rule == "tenfold":
         weight = tenfold_penalty(draft.objective)
     else:
@@ -63,8 +75,8 @@ def encode(instance: BinaryInstance, encoding: Encoding, penalty: PenaltyRule | 
     least = weight * min(weights[: len(kinds_of(encoding))])
     if least < enough / 1.05:
         warnings.warn(
-            f"{instance.id}: a penalty of {least:.4g} (m/s)² per unit of violation may be too small: "
-            f"the minimum can break constraints; {enough:.4g} is sufficient",
+            f"{instance.id}: a penalty of {least:.4g} {instance.objective_unit} per unit of violation may be too "
+            f"small: the minimum can break constraints; {enough:.4g} is sufficient",
             FormulationWarning,
             stacklevel=2,
         )
@@ -80,10 +92,12 @@ def _own_weights(encoding: Encoding, given: tuple[float, ...]) -> Weights:
     return Weights(*given)
 
 
-def _sufficient(instance: BinaryInstance, draft: Encoded) -> float:
+def _sufficient(draft: Encoded) -> float:
+    if isinstance(draft.instance, SubstationInstance):
+        return sufficient_for_substation(draft.instance)
     if draft.encoding != "unary" and bits_form(draft.encoding).cubic:
         return spread_penalty(draft.objective)
-    return sufficient_penalty(instance, draft.encoding)
+    return sufficient_penalty(draft.instance, draft.encoding)
 
 
 def _require_size(instance: BinaryInstance, encoding: Encoding) -> None:
@@ -100,7 +114,11 @@ def _require_size(instance: BinaryInstance, encoding: Encoding) -> None:
         )
 
 
-def _with_weights(instance: BinaryInstance, encoding: Encoding, weights: Weights) -> Encoded:
+def _with_weights(instance: BinaryInstance | SubstationInstance, encoding: Encoding, weights: Weights) -> Encoded:
+    if isinstance(instance, SubstationInstance):
+        if encoding != "unary":
+            raise InputError(f"{instance.id}: the trains of a substation are written as unary, not as {encoding}")
+        return encode_substation(instance, 1.0, weights)
     if encoding == "unary":
         return encode_unary(instance, 1.0, weights)
     form = bits_form(encoding)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import InfeasibleError
-from tgvdp.formulations.problem.instances import BinaryInstance, decimal
+from tgvdp.formulations.problem.instances import BinaryInstance, SubstationInstance, decimal
 from tgvdp.formulations.qubo.names import Encoding
 from tgvdp.formulations.qubo.qubo import Qubo
 
@@ -46,6 +46,12 @@ def sufficient_penalty(instance: BinaryInstance, encoding: Encoding, feasible: f
     most = square * _most_from_stop_to_stop(instance) if feasible is None else feasible
     bound = max(0.0, most - least)
     return _ABOVE * bound if bound > 0.0 else square
+
+
+def sufficient_for_substation(instance: SubstationInstance) -> float:
+    """A weight in J/kg that is large enough: what all trains draw at most; no string's deliveries are below 0."""
+    square = float(decimal(instance.dv_mps) ** 2)
+    return _ABOVE * square * sum(train.mass_units * _most_from_stop_to_stop(train.trip) for train in instance.trains)
 
 
 def spread_penalty(objective: Qubo) -> float:

@@ -46,23 +46,9 @@ def encode_unary(
             f"{instance.id}: the unary encoding needs equal steps, got acc_units {instance.acc_units} "
             f"and dec_units {instance.dec_units}; use bits"
         )
-    unit, steps = instance.acc_units, instance.steps
+    unit = instance.acc_units
     parts = Builder(weights or Weights())
-    columns: list[list[int]] = [[]]
-    for k in range(1, steps):
-        height = min(k, steps - k, instance.cap_units[k - 1] // unit)
-        columns.append([parts.add_variable(f"t{k}_{j}") for j in range(1, height + 1)])
-    columns.append([])
-    for k, column in enumerate(columns):
-        for lower, upper in pairwise(column):
-            parts.imply(upper, lower)
-        for other in columns[max(0, k - 1) : k] + columns[k + 1 : k + 2]:
-            # One level per step: where level j+1 stands here, level j stands there.
-            for j, upper in enumerate(column[1:], start=1):
-                if j <= len(other):
-                    parts.imply(upper, other[j - 1])
-                else:
-                    parts.require_zero(upper)
+    columns = add_registers(parts, instance, "t")
     _add_distance(parts, instance, [bit for column in columns for bit in column], multiplier)
     _add_objective(parts, instance, columns)
     objective, violation = parts.build()
@@ -80,6 +66,30 @@ def encode_unary(
         joined(objective, violation, penalty), instance, "unary", penalty, decode, objective, violation, parts.weights,
         registers=(*(tuple(column) for column in columns if column), *((bit,) for bit in alone)),
     )  # fmt: skip
+
+
+def add_registers(parts: Builder, instance: BinaryInstance, label: str) -> list[list[int]]:
+    """Registers of v_0..v_N, each the bits of its levels, with the penalties that keep them in order and in step.
+
+    The bit of level j after step k is called ``{label}{k}_{j}``.
+    """
+    unit, steps = instance.acc_units, instance.steps
+    columns: list[list[int]] = [[]]
+    for k in range(1, steps):
+        height = min(k, steps - k, instance.cap_units[k - 1] // unit)
+        columns.append([parts.add_variable(f"{label}{k}_{j}") for j in range(1, height + 1)])
+    columns.append([])
+    for k, column in enumerate(columns):
+        for lower, upper in pairwise(column):
+            parts.imply(upper, lower)
+        for other in columns[max(0, k - 1) : k] + columns[k + 1 : k + 2]:
+            # One level per step: where level j+1 stands here, level j stands there.
+            for j, upper in enumerate(column[1:], start=1):
+                if j <= len(other):
+                    parts.imply(upper, other[j - 1])
+                else:
+                    parts.require_zero(upper)
+    return columns
 
 
 def _add_distance(parts: Builder, instance: BinaryInstance, bits: list[int], multiplier: float | None) -> None:

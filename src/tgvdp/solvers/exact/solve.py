@@ -10,23 +10,26 @@ from typing import Any
 import numpy as np
 
 from tgvdp.formulations.problem.binary import schedule_of_controls
-from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, Instance
+from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, Instance, SubstationInstance
 from tgvdp.formulations.problem.levels import ladder_of
 from tgvdp.formulations.problem.replay import replay
 from tgvdp.formulations.problem.schedule import Schedule, Solution
+from tgvdp.formulations.problem.substation import substation_schedule, to_j_per_kg
 from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.exact.brute_force import best_plans
 from tgvdp.solvers.exact.closed_form import closed_form
 
 
 def solve_dp(instance: Instance, _: Allowance) -> Solution:
-    """Dynamic program over (step, speed, distance): any N, with the number of optima."""
+    """Dynamic program over (step, speed, distance), of all trains at once, with the number of optima."""
     from tgvdp.solvers.exact.dynamic_program import load_kernels, optimal_plan
 
     if isinstance(instance, DemandInstance):
         from tgvdp.solvers.exact.demand_search import solve_demand_dp
 
         return solve_demand_dp(instance)
+    if isinstance(instance, SubstationInstance):
+        return _solve_joint(instance)
     load_kernels()
     started = time.perf_counter()
     ladder = ladder_of(instance)
@@ -37,12 +40,26 @@ def solve_dp(instance: Instance, _: Allowance) -> Solution:
     return _proved("dp", instance, schedule, found.n_optimal, elapsed_s, details)
 
 
+def _solve_joint(instance: SubstationInstance) -> Solution:
+    from tgvdp.solvers.exact.joint import joint_plan
+
+    started = time.perf_counter()
+    found = joint_plan(instance)
+    schedule = substation_schedule(instance, found.speeds)
+    elapsed_s = time.perf_counter() - started
+    details = {"bound": to_j_per_kg(instance, found.bound), "states": found.states}
+    return Solution(
+        "dp", schedule, found.proved, found.n_optimal, replay(instance, schedule), elapsed_s, details=details
+    )
+
+
 def solve_brute(instance: Instance, _: Allowance) -> Solution:
     """All plans of a small instance, with the number of optima."""
     if isinstance(instance, DemandInstance):
         from tgvdp.solvers.exact.demand_search import solve_demand_brute
 
         return solve_demand_brute(instance)
+    assert isinstance(instance, BinaryInstance)
     started = time.perf_counter()
     plans, _objective = best_plans(instance)
     schedule = schedule_of_controls(instance, plans[-1])

@@ -2,13 +2,14 @@
 
 Of a binary instance the variables are the bits x_i, y_i; speeds are sums of them, and each limit is one row: the five
 constraints of the binary formulation, in the corrected form per step. Of a demand instance it is the quadratic program
-with δ (`tgvdp.formulations.program.demand`). dimod has no products of real variables, so that speeds there are whole
-multiples of `SPEED_STEP_MPS`, and the equation of motion holds to half a step.
+with δ (`tgvdp.formulations.program.demand`), of a substation the linear one. dimod has no products of real variables,
+so that speeds of demand instances are whole multiples of `SPEED_STEP_MPS`, and their equation of motion holds to half a
+step.
 """
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from math import inf, isinf
 from typing import Any, NamedTuple
 
@@ -18,11 +19,12 @@ from numpy.typing import NDArray
 from tgvdp.errors import InfeasibleError, InputError
 from tgvdp.formulations.problem.binary import schedule_of
 from tgvdp.formulations.problem.demand import demand_schedule
-from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, Instance
+from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, Instance, SubstationInstance
 from tgvdp.formulations.problem.replay import replay
 from tgvdp.formulations.problem.schedule import Schedule, Solution
 from tgvdp.formulations.program.binary import Program, Row, Variable
-from tgvdp.formulations.program.demand import DemandForm, DemandProgram, demand_program
+from tgvdp.formulations.program.demand import DemandForm, demand_program
+from tgvdp.formulations.program.substation import substation_program
 from tgvdp.formulations.qubo.bits import encode_bits
 from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.extras import extra
@@ -44,22 +46,14 @@ class Written(NamedTuple):
     ----------
     cqm : dimod.ConstrainedQuadraticModel
     names : tuple of str
-        Variables in the order in which ``program`` or the instance has them.
-    program : DemandProgram or None
-        Of a demand instance.
+        Variables, in the order of the values that ``schedule`` takes.
+    schedule : callable
+        (n,) values of the variables → `Schedule`; those of a demand instance are driven on the true curves.
     """
 
     cqm: Any
     names: tuple[str, ...]
-    program: DemandProgram | None
-
-    def schedule(self, instance: Instance, values: NDArray[np.float64]) -> Schedule:
-        """Decode (n,) values of the variables; those of a demand instance are driven on the true curves."""
-        if isinstance(instance, DemandInstance):
-            assert self.program is not None
-            return demand_schedule(instance, self.program.demands(values))
-        bits = np.rint(values).astype(np.int8)
-        return schedule_of(instance, bits[: instance.steps], bits[instance.steps :])
+    schedule: Callable[[NDArray[np.float64]], Schedule]
 
 
 def cqm_of(instance: Instance, form: DemandForm = "split") -> Written:
@@ -70,7 +64,12 @@ def cqm_of(instance: Instance, form: DemandForm = "split") -> Written:
     InfeasibleError
         When no whole distance lies within the tolerance.
     """
-    return _of_demand(instance, form) if isinstance(instance, DemandInstance) else _of_binary(instance)
+    if isinstance(instance, DemandInstance):
+        demand = demand_program(instance, form)
+        return _of_program(demand.program, lambda values: demand_schedule(instance, demand.demands(values)))
+    return (
+        _of_program(*substation_program(instance)) if isinstance(instance, SubstationInstance) else _of_binary(instance)
+    )
 
 
 def _of_binary(instance: BinaryInstance) -> Written:
@@ -98,13 +97,16 @@ def _of_binary(instance: BinaryInstance) -> Written:
     else:
         cqm.add_constraint_from_iterable(travelled, ">=", low, label="distance_least")
         cqm.add_constraint_from_iterable(travelled, "<=", high, label="distance_most")
-    return Written(cqm, (*x, *y), None)
+
+    def schedule(values: NDArray[np.float64]) -> Schedule:
+        found = np.rint(values).astype(np.int8)
+        return schedule_of(instance, found[:steps], found[steps:])
+
+    return Written(cqm, (*x, *y), schedule)
 
 
-def _of_demand(instance: DemandInstance, form: DemandForm) -> Written:
+def _of_program(program: Program, schedule: Callable[[NDArray[np.float64]], Schedule]) -> Written:
     dimod = extra("dimod", "a constrained quadratic model")
-    written = demand_program(instance, form)
-    program = written.program
     multiplied = {
         i for terms in (program.products, *(row.products for row in program.rows)) for pair in terms for i in pair
     }
@@ -123,7 +125,7 @@ def _of_demand(instance: DemandInstance, form: DemandForm) -> Written:
     cqm.set_objective(objective)
     for row in program.rows:
         _add_row(dimod, cqm, names, scale, row)
-    return Written(cqm, tuple(names), written)
+    return Written(cqm, tuple(names), schedule)
 
 
 def _add_terms(
@@ -175,8 +177,8 @@ def solve_cqm(instance: Instance, allowance: Allowance) -> Solution:
     if isinstance(instance, DemandInstance):
         start = time.perf_counter()
         written = cqm_of(instance, allowance.form or "split")
-        decode = partial(written.schedule, instance)
-        return approximate_solution("cqm", instance, _program_of(written, instance.id), decode, allowance, start)
+        program = _program_of(written, instance.id)
+        return approximate_solution("cqm", instance, program, written.schedule, allowance, start)
     if allowance.time_limit_s is not None:
         raise InputError(f"{instance.id}: solver cqm lists all strings of a binary instance, so it has no time limit")
     if 2 * instance.steps > MAX_EXACT_BITS:
@@ -190,7 +192,7 @@ def solve_cqm(instance: Instance, allowance: Allowance) -> Solution:
     feasible = np.flatnonzero(sampleset.record.is_feasible)
     if not feasible.size:
         raise InfeasibleError(f"{instance.id}: none of the {len(sampleset)} strings satisfies all constraints")
-    schedules = [written.schedule(instance, _values(sampleset, written, row)) for row in _lowest(sampleset, feasible)]
+    schedules = [written.schedule(_values(sampleset, written, row)) for row in _lowest(sampleset, feasible)]
     best = min(schedule.objective for schedule in schedules)
     optima = [schedule for schedule in schedules if schedule.objective == best]
     elapsed_s = time.perf_counter() - start
@@ -277,7 +279,7 @@ def hybrid_solution(sampler: Any, instance: Instance, allowance: Allowance) -> S
     elapsed_s = time.perf_counter() - start
     if not count:
         raise InputError(f"{instance.id}: solver leap: the service returned no sample")
-    schedules = [written.schedule(instance, _values(sampleset, written, row)) for row in range(count)]
+    schedules = [written.schedule(_values(sampleset, written, row)) for row in range(count)]
     best = min(schedules, key=lambda one: (not one.feasible, one.objective))
     feasible = [one.feasible for one in schedules]
     equal = [one for one in schedules if one.feasible and one.objective == best.objective]

@@ -1,4 +1,4 @@
-"""HiGHS, through scipy: the binary model as a linear program with bits, solved to a proved optimum."""
+"""HiGHS, through scipy: one train or those of a substation as a linear program with bits, to a proved optimum."""
 
 import time
 from collections.abc import Mapping
@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import BudgetExceededError, InfeasibleError, TgvdpError
-from tgvdp.formulations.problem.binary import schedule_of
-from tgvdp.formulations.problem.instances import BinaryInstance
+from tgvdp.formulations.problem.instances import BinaryInstance, SubstationInstance
 from tgvdp.formulations.problem.replay import replay
 from tgvdp.formulations.problem.schedule import Solution
-from tgvdp.formulations.program.binary import Program, binary_program
+from tgvdp.formulations.program.binary import Program, Written
+from tgvdp.formulations.program.substation import linear_program
 from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.extras import extra
 
@@ -24,7 +24,7 @@ _BOUND_SLACK = 1e-3
 _LIMIT, _INFEASIBLE = 1, 2
 
 
-def solve_milp(instance: BinaryInstance, allowance: Allowance) -> Solution:
+def solve_milp(instance: BinaryInstance | SubstationInstance, allowance: Allowance) -> Solution:
     """Solve the linear form; uses ``time_limit_s``.
 
     Raises
@@ -36,7 +36,8 @@ def solve_milp(instance: BinaryInstance, allowance: Allowance) -> Solution:
     """
     scipy_optimize = extra("scipy.optimize", "solver milp")
     start = time.perf_counter()
-    program = binary_program(instance, "linear")
+    written = linear_program(instance)
+    program = written.program
     limits = {"mip_rel_gap": 0.0, "presolve": True}
     if allowance.time_limit_s is not None:
         limits["time_limit"] = allowance.time_limit_s
@@ -59,31 +60,30 @@ def solve_milp(instance: BinaryInstance, allowance: Allowance) -> Solution:
         raise TgvdpError(f"{instance.id}: HiGHS failed: {result.message}")
     bound = result.mip_dual_bound if result.mip_dual_bound is not None else result.fun
     details = {"nodes": int(result.mip_node_count or 0), "time_limit_s": allowance.time_limit_s}
-    return program_solution("milp", instance, program, result.x, float(bound), elapsed_s, details)
+    return program_solution("milp", instance, written, result.x, float(bound), elapsed_s, details)
 
 
 def program_solution(
     solver: str,
-    instance: BinaryInstance,
-    program: Program,
+    instance: BinaryInstance | SubstationInstance,
+    written: Written,
     values: NDArray[np.float64],
     bound: float,
     elapsed_s: float,
     details: Mapping[str, Any],
 ) -> Solution:
-    """Decode the bits of a program's solution and decide whether its bound proves it.
+    """Decode a program's solution and decide whether its bound proves it.
 
     Objectives are whole multiples of the program's unit, so that the bound may be rounded up to the next one.
 
     Parameters
     ----------
-    values : (≥ 2N,) float64
-        x_0..x_{N−1}, y_0..y_{N−1}, whole up to the solver's tolerance.
+    values : (n,) float64
+        Of the program's variables, whole up to the solver's tolerance.
     bound : float
         Proved lower bound in the program's unit.
     """
-    bits = np.rint(np.asarray(values[: 2 * instance.steps])).astype(np.int8)
-    schedule = schedule_of(instance, bits[: instance.steps], bits[instance.steps :])
+    program, schedule = written.program, written.schedule(np.asarray(values))
     whole_bound = float(ceil(bound - _BOUND_SLACK)) if isfinite(bound) else None
     proved = whole_bound is not None and schedule.feasible and schedule.objective <= (whole_bound + 0.5) * program.unit
     return Solution(

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import BudgetExceededError, InfeasibleError, TgvdpError
-from tgvdp.formulations.problem.instances import DemandInstance, Instance
+from tgvdp.formulations.problem.instances import DemandInstance, Instance, SubstationInstance
 from tgvdp.formulations.problem.replay import replay
 from tgvdp.formulations.problem.schedule import Schedule, Solution
-from tgvdp.formulations.program.binary import Products, Program, Terms, binary_program
+from tgvdp.formulations.program.binary import Products, Program, Terms, binary_form
+from tgvdp.formulations.program.substation import substation_program
 from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.extras import extra
 from tgvdp.solvers.programs.milp import program_solution
@@ -54,10 +55,12 @@ def solve_scip(instance: Instance, allowance: Allowance) -> Solution:
     start = time.perf_counter()
     if isinstance(instance, DemandInstance):
         return _solve_demand(instance, allowance, start)
-    program = binary_program(instance, "quadratic")
-    solved = optimise(program, allowance.time_limit_s)
+    written = (
+        substation_program(instance) if isinstance(instance, SubstationInstance) else binary_form(instance, "quadratic")
+    )
+    solved = optimise(written.program, allowance.time_limit_s)
     elapsed_s = time.perf_counter() - start
-    return program_solution("scip", instance, program, solved.values, solved.bound, elapsed_s, solved.details)
+    return program_solution("scip", instance, written, solved.values, solved.bound, elapsed_s, solved.details)
 
 
 def _solve_demand(instance: DemandInstance, allowance: Allowance, start: float) -> Solution:

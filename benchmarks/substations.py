@@ -1,0 +1,91 @@
+"""Trains that share a substation: the family that stays hard, drawn byte for byte the same every time.
+
+Distances are 50 to 85 % of the farthest within random caps, departures lie within an eighth of the trip. The limit of
+the substation is `limit` of the trains: a part of the peak that it would have if each drove its own cheapest plan, the
+least of those tried at which a descent finds a plan of all trains. The limits stand here, so that the files do not
+depend on what a solver finds. ``python -m benchmarks.substations`` compares solvers on the smaller ones.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from benchmarks.entry import Draw, Entry, farthest
+from benchmarks.timing import ROOT
+from tgvdp.cli import main as tgvdp
+from tgvdp.formulations.problem.instances import SubstationInstance
+from tgvdp.formulations.problem.substation import delivered, joint_speeds, shares
+from tgvdp.solvers.exact.joint_descent import descend
+from tgvdp.solvers.exact.joint_prices import SCALE, train_of
+from tgvdp.solvers.registry import solve
+
+#: Limit of each instance, by (trains, steps).
+LIMITS = {
+    (2, 6): 2, (2, 8): 5, (2, 12): 9, (2, 20): 11, (2, 40): 16, (3, 8): 6, (3, 12): 7, (3, 20): 9, (3, 30): 22,
+    (3, 60): 27, (4, 16): 10, (4, 20): 10, (4, 30): 28, (4, 40): 28, (4, 60): 46, (4, 80): 56, (5, 20): 12,
+}  # fmt: skip
+#: Trains times steps up to which solvers are compared.
+SAMPLED = 80
+EXACT = "dp,milp:time-limit=60,scip:time-limit=60"
+SAMPLERS = (
+    "sa:unary:sweeps=10000:reads=100,pt:unary:sweeps=10000:reads=100,tabu:unary:sweeps=1000:reads=100,random:unary"
+)
+#: Part of braking energy that others get, by the number of trains.
+_ALPHA = {2: 0.5, 3: 0.0, 4: 0.5, 5: 0.75, 6: 0.5}
+#: Parts of the peak of trains that do not heed each other, in per cent.
+_PARTS = (60, 70, 80, 90, 100)
+
+
+def substation() -> Iterator[Entry]:
+    """All instances, by trains and steps."""
+    for (trains, steps), power_units in LIMITS.items():
+        yield drawn(trains, steps, power_units)
+
+
+def drawn(trains: int, steps: int, power_units: int) -> Entry:
+    """The instance of so many trains and steps, under a limit."""
+    name = f"substation-k{trains}-n{steps:03d}"
+    draw = Draw(name)
+    params: dict[str, Any] = {
+        "kind": "substation", "dt_s": 10.0, "dv_mps": 1.0, "power_units": power_units, "alpha": _ALPHA[trains],
+        "trains": [_train(draw, steps) for _ in range(trains)],
+    }  # fmt: skip
+    return Entry("substation", name, params)
+
+
+def _train(draw: Draw, steps: int) -> dict[str, Any]:
+    own = steps - draw.whole(0, steps // 8)
+    cap = draw.whole(max(1, own // 4), max(1, own // 3))
+    far = farthest(own, [cap] * own)
+    return {
+        "N": own, "start": draw.whole(0, steps // 8), "mass_units": draw.whole(1, 2), "cap_units": cap,
+        "D_units": draw.whole(far // 2 + 1, far * 85 // 100),
+    }  # fmt: skip
+
+
+def limit(trains: int, steps: int) -> int:
+    """How a limit of `LIMITS` was found."""
+    free = drawn(trains, steps, 1_000_000).instance
+    assert isinstance(free, SubstationInstance)
+    plans = [np.array(solve(train.trip, "dp").schedule.speeds) for train in free.trains]
+    peak = -(-int(delivered(free, joint_speeds(free, plans)).max()) // shares(free).q)
+    for part in _PARTS:
+        power_units = max(1, peak * part // 100)
+        instance = drawn(trains, steps, power_units).instance
+        assert isinstance(instance, SubstationInstance)
+        own = [train_of(train) for train in instance.trains]
+        if descend(instance, own, np.full(instance.steps, SCALE)) is not None:
+            return power_units
+    raise AssertionError(f"{trains} trains of {steps} steps that do not heed each other keep within their peak")
+
+
+def main() -> None:
+    """Fill results/quantum/substations: exact solvers on all instances, samplers where they have a chance."""
+    folder = str(ROOT / "results" / "quantum" / "substations")
+    small = [f"substation-k{trains}-n{steps:03d}" for trains, steps in LIMITS if trains * steps <= SAMPLED]
+    tgvdp(["bench", *small, "--solvers", f"{EXACT},{SAMPLERS}", "--runs", "1", "--out", folder, "--quiet"])
+
+
+if __name__ == "__main__":
+    main()
