@@ -143,6 +143,8 @@ def _front_on_fine_mesh(
             return front
         if fineness >= _FINEST:
             raise NumericalError("the refinement finds no fastest run with one acceleration per cell")
+        if clock.expired:
+            raise OutOfTime
         fineness, before_s = 2.0 * fineness, reference.time_s
 
 
