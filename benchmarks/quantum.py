@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+from benchmarks import quantum_printed
 from benchmarks.families import FAMILIES, SIZES, members, write
 from benchmarks.output import replace_between
 from benchmarks.quantum_claims import BEGIN, END, claims
@@ -95,6 +96,7 @@ def main(folder: Path) -> None:
         if code:
             sys.exit(code)
     write_files(folder, {"penalties.csv": csv_text(penalty_rows())})
+    quantum_printed.main(folder / "printed")
     replace_between(PAGE, BEGIN, END, claims(folder))
 
 

@@ -10,9 +10,16 @@ import statistics
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
+
+from tgvdp.formulations.problem.alstom import TOP_KMH, braking_n, energy_faults, power_w
 from tgvdp.report.plain import markdown_table, rounded
+from tgvdp.units import KILO, KMH_PER_MPS
 
 Row = dict[str, str]
+
+#: Of the demand instances of the library.
+_P_MAX_W, _ALPHA = 9.8e6, 0.3
 
 BEGIN, END = "<!-- claims: begin (python -m benchmarks quantum) -->", "<!-- claims: end -->"
 
@@ -23,6 +30,9 @@ def claims(folder: Path) -> str:
         *_exact(_read(folder / "exact" / "benchmark.csv")),
         *_penalties(_read(folder / "penalties.csv")),
         *_front(_read(folder / "exact" / "pareto.csv"), _read(folder / "exact" / "pareto_demand.csv")),
+        *_printed_qubo(_read(folder / "printed" / "qubo.csv")),
+        *_printed_demand(_read(folder / "printed" / "demand.csv")),
+        _alpha(),
     ]
     tables = [
         _reach(_read(folder / "ensembles.csv")),
@@ -115,6 +125,63 @@ def _front(binary: Sequence[Row], demand: Sequence[Row]) -> Iterator[str]:
         f"distance by {_span(off, ' %')}, and take more energy than the best run of the distance that they do cover: "
         f"{_span(more, ' %')}."
     )
+
+
+def _printed_qubo(rows: Sequence[Row]) -> Iterator[str]:
+    """Whether the strings of least energy of each form are optima."""
+    parts = []
+    for word in dict.fromkeys(row["encoding"] for row in rows):
+        counts = []
+        for rule in ("sufficient", "tenfold"):
+            own = [row for row in rows if (row["encoding"], row["penalty"]) == (word, rule) and row["ground states"]]
+            good = sum(row["optimal"] == row["ground states"] for row in own)
+            counts.append(f"{good} of {len(own)} with `{rule}`")
+        if own:
+            parts.append(f"`{word}` on {', '.join(counts)}")
+    yield f"**QUBOs as printed.** All strings of least energy are optima of the problem for {'; '.join(parts)}."
+    cubic = [row for row in rows if "cubic" in row["encoding"]]
+    least = min(cubic, key=lambda row: int(row["N"]))
+    yield f"**The cubic objective** takes {least['bits']} bits at N = {least['N']}, too many to list their strings."
+
+
+def _printed_demand(rows: Sequence[Row]) -> Iterator[str]:
+    """What the approximations of the demand model are worth on the true curves."""
+    for solver, form in dict.fromkeys((row["solver"], row["form"]) for row in rows):
+        own = [row for row in rows if (row["solver"], row["form"]) == (solver, form)]
+        found = [row for row in own if row["distance missed m"]]
+        kept = [row for row in found if row["feasible by replay"] == "True"]
+        none = sum(row["plan"] == "none" for row in own)
+        missed = (abs(float(row["distance missed m"])) for row in found)
+        dearer = (float(row["dearer %"]) for row in found)
+        cost = "; ".join(f"{row['Problem']} {rounded(float(row['dearer %']))} % dearer" for row in kept)
+        yield (
+            f"**Demand model, `{solver}:form={form}`.** Of {len(own)} approximations {none} have no plan and "
+            f"{len(own) - none - len(found)} gave none in time; of {len(found)} plans {len(kept)} keep all constraints "
+            f"on the true curves{f' ({cost})' if cost else ''}. They miss the distance by {_span(missed, ' m')}, and "
+            f"cost more than the certified optimum: {_span(dearer, ' %')}."
+        )
+
+
+def _alpha() -> str:
+    """What α of the demand instances gives back, against what the brakes do."""
+    speed_mps = np.linspace(20.0, TOP_KMH, 201) / KMH_PER_MPS
+    shares = []
+    for demand in (-1.0, -0.5):
+        returned_w = -power_w(speed_mps, demand, _P_MAX_W, TOP_KMH / KMH_PER_MPS, _ALPHA)
+        shares.append(_range(100.0 * returned_w / (-demand * braking_n(speed_mps) * speed_mps)))
+    faults = energy_faults(_P_MAX_W, TOP_KMH / KMH_PER_MPS, _ALPHA)
+    fades, excess = rounded(100.0 * faults.braking_part), rounded(faults.braking_worst_w / KILO)
+    return (
+        f"**α = {_ALPHA:g} of the demand instances.** The formulation leaves α open. It multiplies the cost map, not "
+        f"the work of the brake: from 20 m/s on it gives back {shares[0]} % of that work at full demand and "
+        f"{shares[1]} % at half. Where the brake fades, on {fades} % of the speeds up to {TOP_KMH:g} km/h, it gives "
+        f"back more than the brake takes, by {excess} kW at most."
+    )
+
+
+def _range(values: Iterable[float]) -> str:
+    found = sorted(values)
+    return f"{rounded(found[0])} to {rounded(found[-1])}"
 
 
 def _by_family(rows: Sequence[Row], head: str, cell: Callable[[Sequence[Row]], str]) -> str:

@@ -40,7 +40,7 @@ MAY_IMPORT = {
     "formulations": {"model", "formats"},  # formats: instances are files
     "solvers": {"model", "formulations", "_jit"},
     "report": {"model", "runs"},
-    "sweeps": {"model", "options", "formats", "runs", "api"},
+    "sweeps": {"model", "options", "formats", "runs", "pareto", "report", "api"},
     "trials": {"model", "formulations", "instances", "solvers", "report", "api"},
     "api": {
         "model",
@@ -66,7 +66,7 @@ MAY_IMPORT = {
         *("explorer", "sweeps", "verification"),
     },
     "__main__": {"cli"},
-    "": {"model", "formats", "runs", "referee", "pareto", "api"},  # the package itself: public names
+    "": {"model", "formats", "runs", "referee", "pareto", "api", "sweeps"},  # the package itself: public names
 }
 
 #: Room within `formulations` → the others that it may import, for types or not.

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from tgvdp.pareto import ParetoFront
     from tgvdp.referee.replay import Verdict, replay
     from tgvdp.runs.profile import Profile
+    from tgvdp.sweeps.iterate import SweepResult, sweep
 
 __version__ = "0.1.0"
 
@@ -41,6 +42,7 @@ __all__ = [
     "Score",
     "SearchResult",
     "SpeedLimit",
+    "SweepResult",
     "TgvdpError",
     "Track",
     "Train",
@@ -57,6 +59,7 @@ __all__ = [
     "replay",
     "score_run",
     "search",
+    "sweep",
 ]
 
 _HOMES = {
@@ -71,6 +74,7 @@ _HOMES = {
     "Score": "tgvdp.api",
     "SearchResult": "tgvdp.api",
     "SpeedLimit": "tgvdp.model.track",
+    "SweepResult": "tgvdp.sweeps.iterate",
     "Track": "tgvdp.model.track",
     "Train": "tgvdp.model.train",
     "Trip": "tgvdp.model.trip",
@@ -85,6 +89,7 @@ _HOMES = {
     "replay": "tgvdp.referee.replay",
     "score_run": "tgvdp.api",
     "search": "tgvdp.api",
+    "sweep": "tgvdp.sweeps.iterate",
 }
 
 

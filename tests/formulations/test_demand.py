@@ -1,14 +1,18 @@
 """The demand model: curves, cost map, motion, fits, bounds."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from tgvdp.errors import InputError
 from tgvdp.formulations.problem.alstom import braking_n, energy_faults, force_n, power_w, traction_n
-from tgvdp.formulations.problem.demand import demand_schedule, drive, step
-from tgvdp.formulations.problem.instances import DemandInstance
+from tgvdp.formulations.problem.demand import demand_schedule, drive, slope_permil, step
+from tgvdp.formulations.problem.instances import DemandInstance, Slope, parse_instance
 from tgvdp.formulations.problem.replay import replay
 from tgvdp.formulations.program.approximations import joint_fits, phantom_drag_n, split_fits
-from tgvdp.formulations.program.demand import demand_program
+from tgvdp.formulations.program.demand import DEMAND_FORMS, demand_program
 from tgvdp.solvers.exact.demand_bounds import demand_bounds
 
 
@@ -79,37 +83,43 @@ def test_the_joint_polynomial_drags():
     assert phantom_drag_n(fits, 100 / 3.6) == pytest.approx(6.4e3, rel=0.02)
 
 
-@pytest.mark.parametrize("form", ["split", "joint"])
-def test_program_is_satisfied_by_its_own_motion(form):
+@pytest.mark.parametrize("form", DEMAND_FORMS)
+@pytest.mark.parametrize("slopes", [(), (Slope(0.0, 4.0),), (Slope(0.0, 4.0), Slope(100.0, -6.0), Slope(300.0, 2.5))])
+def test_program_is_satisfied_by_its_own_motion(form, slopes):
     """Simulate demands by the fitted forces: all rows of motion hold, and the objective is the fitted cost."""
-    one = instance(2, steps=5)
+    one = instance(2, steps=5, slopes=slopes)
     program = demand_program(one, form)
     demand = np.array([1.0, 0.5, 0.0, -0.5, 0.0])
-    fits = split_fits(one) if form == "split" else joint_fits(one)
+    fits = joint_fits(one) if form == "joint" else split_fits(one)
     names = [variable.name for variable in program.program.variables]
     values = np.zeros(len(names))
-    v, cost = 0.0, 0.0
+    v, s, cost = 0.0, 0.0, 0.0
     for i, d in enumerate(demand):
         p, q = max(d, 0.0), max(-d, 0.0)
-        if form == "split":
-            (a0, a1), (b0, b1) = fits.traction.coefficients, fits.braking.coefficients
-            force = p * (a0 + a1 * v) - q * (b0 + b1 * v)
-        else:
+        if form == "joint":
             per_v, per_d, per_vd = fits.force.coefficients
             force = per_v * v + per_d * d + per_vd * v * d
+        else:
+            (a0, a1), (b0, b1) = fits.traction.coefficients, fits.braking.coefficients
+            force = p * (a0 + a1 * v) - q * (b0 + b1 * v)
         a, b, c = one.davis
-        after = v + one.dt_s * (force - a - b * v - c * v * v) / (1.08 * 3e5)
+        on = sum(slope.from_m <= s for slope in slopes) - 1
+        climb = 3e5 * 9.81 * slopes[on].permil / 1000.0 if slopes else 0.0
+        after = v + one.dt_s * (force - climb - a - b * v - c * v * v) / (1.08 * 3e5)
         held = max(0.0, -after)
         after, mean = max(0.0, after), 0.5 * (v + max(0.0, after))
-        if form == "split":
-            per_vp, per_p = fits.cost.coefficients
-            cost += one.dt_s * (p - 0.3 * q) * (per_vp * mean + per_p)
-        else:
+        if form == "joint":
             per_v, per_d, per_vd = fits.cost.coefficients
             cost += one.dt_s * (per_v * mean + per_d * d + per_vd * mean * d)
-        v = after
-        chosen = {f"v_{i + 1}": v, f"held_{i}": held, f"stands_{i}": float(v == 0.0), f"delta_{i}": float(d > 0.0)}
-        chosen |= {f"p_{i}": 2 * p, f"q_{i}": 2 * q} if form == "split" else {f"p_{i}": 2 * d}
+        else:
+            per_vp, per_p = fits.cost.coefficients
+            cost += one.dt_s * (p - 0.3 * q) * (per_vp * mean + per_p)
+        chosen = {f"v_{i + 1}": after, f"held_{i}": held, f"stands_{i}": float(after == 0.0), f"delta_{i}": d > 0.0}
+        chosen |= {"split": {f"p_{i}": 2 * p, f"q_{i}": 2 * q}, "delta": {f"d_{i}": 2 * d, f"p_{i}": 2 * p},
+                   "joint": {f"d_{i}": 2 * d}}[form]  # fmt: skip
+        if len(slopes) > 1:
+            chosen |= {f"on_{i}_{on}": 1.0} | ({f"s_{i}": s} if i else {})
+        v, s = after, s + mean * one.dt_s
         for name, value in chosen.items():
             values[names.index(name)] = value
 
@@ -122,28 +132,64 @@ def test_program_is_satisfied_by_its_own_motion(form):
             assert row.lower - 1e-6 <= worth(row.linear, row.products) <= row.upper + 1e-6, row.name
     assert worth(program.program.linear, program.program.products) == pytest.approx(cost, rel=1e-9)
     assert program.demands(values) == tuple(demand)
+    if len(slopes) > 1:  # a bit of another slope does not fit the place
+        values[names.index("on_4_0")], values[names.index(f"on_4_{on}")] = 1.0, 0.0
+        assert any(worth(row.linear, row.products) > row.upper + 1.0 for row in program.program.rows)
+
+
+def test_gradient_and_curve_slow_the_train_at_their_place():
+    file = {"id": "hill", "params": {
+        "kind": "demand", "N": 8, "dt_s": 15, "notches": 2, "mass_kg": 3e5, "rot": 1.08, "davis_SI": [1770, 35.4, 6.6],
+        "vmax_kmh": 160, "D_m": 1500, "tol_m": 30, "v_end_max_mps": 1.5, "P_max_W": 9.8e6, "cost_ref_kmh": 220,
+        "gradients_permil": [[0, 0], [500, 12]], "curves_m": [[0, None], [800, 400]],
+    }}  # fmt: skip
+    one = parse_instance(Path("hill.json"), file)
+    assert one.slopes == (Slope(0.0, 0.0), Slope(500.0, 12.0), Slope(800.0, 14.0))
+    assert slope_permil(one, [0.0, 499.0, 500.0, 900.0, 9e9]).tolist() == [0.0, 0.0, 12.0, 14.0, 14.0]
+    lost = step(one, 20.0, 0.5, 0.0).speed_mps - step(one, 20.0, 0.5, 14.0).speed_mps
+    assert lost == pytest.approx(15.0 * 9.81 * 0.014 / 1.08)
+    plan = [1, 1, 0.5, 0, 0, 0, -1, -1]
+    flat, hilly = (replay(one, demand_schedule(case, plan)) for case in (replace(one, slopes=()), one))
+    assert hilly == flat  # replay trusts only the controls
+    assert hilly["distance_m"] == pytest.approx(float(drive(one, plan).distance_m))
+    assert hilly["distance_m"] < float(drive(replace(one, slopes=()), plan).distance_m)
+
+
+@pytest.mark.parametrize(("field", "rows"), [("gradients_permil", [[5, 1]]), ("curves_m", [[0, 300], [0, 400]])])
+def test_places_of_slopes_start_at_the_origin_and_increase(field, rows):
+    file = {"id": "x", "params": {
+        "kind": "demand", "N": 8, "dt_s": 15, "notches": 2, "mass_kg": 3e5, "rot": 1.08, "davis_SI": [1770, 35.4, 6.6],
+        "vmax_kmh": 160, "D_m": 1500, "tol_m": 30, "v_end_max_mps": 1.5, "P_max_W": 9.8e6, "cost_ref_kmh": 220,
+        field: rows,
+    }}  # fmt: skip
+    with pytest.raises(InputError, match=rf"x.json: params.{field}: positions must start at 0 m and increase"):
+        parse_instance(Path("x.json"), file)
 
 
 def test_cost_to_go_is_a_lower_bound_along_random_plans():
     rng = np.random.default_rng(5)
     checked = 0
-    while checked < 15:
+    while checked < 25:
         notches = int(rng.integers(1, 4))
         levels = np.arange(-notches, notches + 1) / notches
         plan = rng.choice(levels, size=int(rng.integers(3, 20)), p=_leaning(levels))
-        one = instance(notches, steps=plan.size, end_speed_max_mps=70.0, vmax_mps=float(rng.choice([30.0, 60.0])))
+        starts = np.sort(rng.uniform(0.0, 3000.0, int(rng.integers(0, 4))))
+        slopes = tuple(Slope(float(at), float(rng.uniform(-10, 10))) for at in (0.0, *starts)) if starts.size else ()
+        one = instance(
+            notches, steps=plan.size, end_speed_max_mps=70.0, vmax_mps=float(rng.choice([30.0, 60.0])), slopes=slopes
+        )
         motion = drive(one, plan)
         if motion.speed_mps.max() > one.vmax_mps or motion.distance_m < 1.0:
             continue
         one = instance(
-            notches, steps=plan.size, vmax_mps=one.vmax_mps, distance_m=float(motion.distance_m), tol_m=0.1,
-            end_speed_max_mps=float(motion.speed_mps[-1]) + 1e-6,
+            notches, steps=plan.size, vmax_mps=one.vmax_mps, slopes=slopes, distance_m=float(motion.distance_m),
+            tol_m=0.1, end_speed_max_mps=float(motion.speed_mps[-1]) + 1e-6,
         )  # fmt: skip
         bounds = demand_bounds(one, levels)
         gone = np.zeros(plan.size + 1)
         costs = np.zeros(plan.size + 1)
         for k, d in enumerate(plan):
-            done = step(one, motion.speed_mps[k], d)
+            done = step(one, motion.speed_mps[k], d, slope_permil(one, gone[k]))
             gone[k + 1], costs[k + 1] = gone[k] + done.distance_m, costs[k] + done.cost_j
         for k in range(plan.size + 1):
             bound = bounds.cost_to_go(one, k, motion.speed_mps[k : k + 1], gone[k : k + 1])[0]

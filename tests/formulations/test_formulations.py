@@ -19,9 +19,10 @@ from tgvdp.formulations.problem.binary import (
 from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, read_instance
 from tgvdp.formulations.problem.replay import replay
 from tgvdp.formulations.problem.three_phase import three_phase_run
-from tgvdp.formulations.qubo.bits import BitsForm, encode_bits
+from tgvdp.formulations.qubo.bits import encode_bits
 from tgvdp.formulations.qubo.encodings import encode
 from tgvdp.formulations.qubo.hobo import cubic_efficiency
+from tgvdp.formulations.qubo.names import BitsForm
 from tgvdp.formulations.qubo.parts import joined, register_coefficients
 from tgvdp.formulations.qubo.penalties import critical_penalty, sufficient_penalty
 from tgvdp.formulations.qubo.qubo import bits_of
@@ -104,7 +105,7 @@ def test_encodings_agree_with_enumeration_on_random_instances():
     for _ in range(60):
         one = random_instance(draw)
         best = optimum(one)
-        candidates = [encode_bits(one, 1000.0, BitsForm(limits="per-step"))]
+        candidates = [encode_bits(one, 1000.0, BitsForm(limits="slack"))]
         if one.acc_units == one.dec_units:
             candidates.append(encode_unary(one, 1000.0))
         for encoded in (each for each in candidates if each.qubo.n <= 16):
@@ -136,11 +137,11 @@ def test_limits_on_the_total_count_accelerations():
     one = instance(steps=5, distance_units=3.0, cap_units=(1,) * 5)
     minimum = {
         limits: encode_bits(one, 50.0, BitsForm(limits=limits)).qubo.all_energies().min()
-        for limits in ("total", "total-equality", "per-step")
+        for limits in ("total", "total-equality", "slack")
     }
-    assert minimum["total"] == minimum["total-equality"] == minimum["per-step"] == pytest.approx(0.25)
+    assert minimum["total"] == minimum["total-equality"] == minimum["slack"] == pytest.approx(0.25)
     twice = instance(steps=4, distance_units=2.0, cap_units=(1, 0, 1, 0))
-    assert encode_bits(twice, 50.0, BitsForm(limits="per-step")).qubo.all_energies().min() == pytest.approx(0.5)
+    assert encode_bits(twice, 50.0, BitsForm(limits="slack")).qubo.all_energies().min() == pytest.approx(0.5)
     assert encode_bits(twice, 50.0, BitsForm(limits="total")).violation.all_energies().min() >= 1.0
 
 

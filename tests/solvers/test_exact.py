@@ -140,7 +140,6 @@ def test_a_thousand_steps(model):
     assert solution.feasible
     assert solution.replay["feasible"]
     assert solution.objective == pytest.approx(schedule_of_controls(one, closed_form(one)).objective)
-    assert solution.elapsed_s < 60.0  # takes about a second; machines differ
 
 
 @pytest.mark.slow
@@ -159,7 +158,7 @@ def test_a_thousand_steps_that_are_hard(changes, distance, cap, objective):
     assert solution.optimal and solution.feasible and solution.replay["feasible"]
     assert solution.details["bound"] <= solution.objective
     assert objective is None or solution.objective == pytest.approx(objective, rel=1e-6)
-    assert solution.elapsed_s < 60.0  # takes 10 s at most; machines differ
+    assert solution.details["states"] < 1.2e9
 
 
 def test_closed_form_says_where_it_does_not_apply():
@@ -187,8 +186,10 @@ def run(capsys, *arguments):
 
 def test_demand_layers_equal_brute_force(tmp_path, capsys):
     solved = 0
-    for steps, distance in ((4, 500), (5, 700), (6, 900), (6, 1200), (7, 1500)):
-        path = demand_file(tmp_path, N=steps, D_m=distance)
+    hill = {"gradients_permil": [[0, 2], [300, -8], [700, 6]], "curves_m": [[0, None], [500, 500]]}
+    cases = ((4, 500, {}), (5, 700, {}), (6, 900, {}), (6, 1200, {}), (7, 1500, {}), (6, 900, hill), (7, 1400, hill))
+    for steps, distance, line in cases:
+        path = demand_file(tmp_path, N=steps, D_m=distance, **line)
         codes, texts = zip(*(run(capsys, path, "--solver", name) for name in ("brute", "dp")), strict=True)
         assert codes[0] == codes[1]
         if codes[0]:
@@ -202,7 +203,7 @@ def test_demand_layers_equal_brute_force(tmp_path, capsys):
         assert layers["replay"]["feasible"]
         assert abs(layers["replay"]["fine"]["distance_error_m"]) > 0.0
         solved += 1
-    assert solved >= 2
+    assert solved >= 4
 
 
 def binary_file(tmp_path, **changes):
@@ -256,7 +257,8 @@ def test_command_exits_4_where_nothing_is_feasible_and_3_on_misuse(tmp_path, cap
     assert main(["solve", binary_file(tmp_path, N=30), "--solver", "brute"]) == 3
     assert main(["solve", binary_file(tmp_path), "--solver", "dp", "--penalty", "tenfold"]) == 3
     assert main(["solve", demand_file(tmp_path), "--solver", "closed"]) == 3
+    assert main(["solve", binary_file(tmp_path), "--solver", "scip", "--form", "joint"]) == 3
     assert main(["solve", binary_file(tmp_path), "--penalty", "nan", "--solver", "dp"]) == 2
     errors = capsys.readouterr().err.splitlines()
-    assert len(errors) == 5
+    assert len(errors) == 6
     assert math.prod(line.startswith("tgvdp: error: ") for line in errors)

@@ -26,7 +26,10 @@ def test_no_solver_contradicts_a_certified_optimum(solver):
     for name, row in SMALL.items():
         if solver == "cqm" and int(row["N"]) > 6:
             continue  # seconds each
-        allowance = Allowance(**{key: value for key, value in BUDGET.items() if key in SOLVERS[solver].uses})
+        spent = {key: value for key, value in BUDGET.items() if key in SOLVERS[solver].uses}
+        if solver == "cqm" and row["kind"] == "binary":
+            del spent["time_limit_s"]  # it lists all strings
+        allowance = Allowance(**spent)
         try:
             found = solve(read_instance(find(name)), solver, allowance=allowance)
         except (InputError, BudgetExceededError):

@@ -9,7 +9,8 @@ import pytest
 
 from tests.helpers.instance_case import binary_instance, random_instance
 from tgvdp.errors import InfeasibleError, InputError, MissingExtraError
-from tgvdp.formulations.qubo.bits import BitsForm, encode_bits
+from tgvdp.formulations.qubo.bits import encode_bits
+from tgvdp.formulations.qubo.names import BitsForm
 from tgvdp.formulations.qubo.qubo import QuboBuilder
 from tgvdp.solvers.allowance import ITEMS, Allowance, BetaRange
 from tgvdp.solvers.registry import SOLVERS, solve

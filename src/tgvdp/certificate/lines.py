@@ -149,7 +149,7 @@ class LinesUnder:
             extremal = self._mesh.extremal(total, counters)
         except TgvdpError:
             return None
-        n, time_s, energy_j = self._mesh.drive(extremal.switch, extremal.switch, 0.0, counters)
+        n, time_s, energy_j = self._mesh.drive(extremal.switch, counters)
         size_j = float(np.interp(time_s, self._time_s, self._size_j)) if len(self._time_s) else abs(energy_j)
         rows = self._mesh.rows
         gain_j = _ASCENT_GAIN * size_j if care else math.inf

@@ -8,7 +8,7 @@ import click
 from tgvdp.cli import echo_json
 from tgvdp.cli.numbers import number
 from tgvdp.errors import BudgetExceededError, InputError
-from tgvdp.formulations.qubo.names import ENCODINGS, PENALTIES, PenaltyRule, parse_penalty
+from tgvdp.formulations.qubo.names import ENCODINGS, PENALTIES, parse_encoding, parse_penalty
 from tgvdp.solvers.allowance import ITEMS, Allowance, Item, beta_range
 from tgvdp.solvers.registry import SOLVERS
 
@@ -30,17 +30,44 @@ Examples:
 """
 
 
-class Penalty(click.ParamType[PenaltyRule]):
-    """A rule for the penalty, or a positive number."""
+class _Word(click.ParamType[Any]):
+    """Text that a function reads, and that it refuses with a `ValueError`."""
 
-    name = "|".join((*PENALTIES, "NUMBER"))
+    def __init__(self, name: str, read: Callable[[str], Any], what: str) -> None:
+        self.name = name
+        self._read = read
+        self._what = what
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> PenaltyRule:
-        """Keep a rule's name, turn anything else into a number."""
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Read it."""
         try:
-            return parse_penalty(str(value))
+            return self._read(str(value))
         except ValueError:
-            self.fail(f"{value!r} is neither {' nor '.join(map(repr, PENALTIES))} nor a positive number", param, ctx)
+            self.fail(f"{value!r} is not {self._what}", param, ctx)
+
+
+_PENALTY = _Word(
+    f"{'|'.join(PENALTIES)}|NUMBER[/NUMBER...]", parse_penalty,
+    f"{', '.join(PENALTIES)}, a positive number, or two to four of them with / between",
+)  # fmt: skip
+_ENCODING = _Word(
+    "WORD", parse_encoding,
+    f"{', '.join(ENCODINGS)}, or bits[+slack|+total|+total-equality][+left|+right][+mccormick][+cubic]",
+)  # fmt: skip
+
+
+def qubo_options(command: _Command) -> _Command:
+    """Add ``--encoding`` and ``--penalty``."""
+    command = click.option(
+        "--penalty", type=_PENALTY, metavar=_PENALTY.name,
+        help="Weight of violations in a QUBO, or one each of logic/distance/stop/limit.  "
+        "[default: the instance's lambda_uniform, else sufficient]",
+    )(command)  # fmt: skip
+    return click.option(
+        "--encoding", type=_ENCODING, metavar="WORD",
+        help=f"Of a QUBO: {', '.join(ENCODINGS)}, or a printed form such as bits+total-equality+right+mccormick.  "
+        "[default: unary where both steps are equal, else bits+slack]",
+    )(command)  # fmt: skip
 
 
 def _budget(command: _Command) -> _Command:
@@ -63,17 +90,7 @@ def _type(item: Item) -> Any:
 @click.command("solve", epilog=_EXAMPLES)
 @click.argument("instance", metavar="INSTANCE")
 @click.option("--solver", type=click.Choice(tuple(SOLVERS)), default="dp", show_default=True, help="What solves it.")
-@click.option(
-    "--encoding",
-    type=click.Choice(ENCODINGS),
-    help="Of solvers that take a QUBO.  [default: unary where both steps are equal, else bits+slack]",
-)
-@click.option(
-    "--penalty",
-    type=Penalty(),
-    metavar=Penalty.name,
-    help="Weight of violations in a QUBO.  [default: the instance's lambda_uniform, else sufficient]",
-)
+@qubo_options
 @_budget
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of a table.")
 def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bool, **budget: Any) -> int:

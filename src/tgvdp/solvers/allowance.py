@@ -9,6 +9,8 @@ from tgvdp.errors import InputError
 
 AngleChoice: TypeAlias = Literal["optimised", "ramp"]
 MixerChoice: TypeAlias = Literal["x", "walls"]
+FormChoice: TypeAlias = Literal["split", "delta", "joint"]
+FORMS: tuple[FormChoice, ...] = get_args(FormChoice)
 
 
 class BetaRange(NamedTuple):
@@ -95,7 +97,8 @@ ITEMS = (
     Item("backend", "backend", str, "qaoa, dwave: machine, such as fake_manila; without one qaoa is simulated."),
     Item("chain_strength", "chain-strength", float, "dwave: coupling of a chain over the largest coefficient."),
     Item("anneal_us", "anneal-time", float, "dwave: duration of an anneal.", unit="µs"),
-    Item("time_limit_s", "time-limit", float, "milp, scip, leap: end then.", unit="s"),
+    Item("form", "form", str, "scip, cqm, leap: approximation of a demand instance.", choices=FORMS),
+    Item("time_limit_s", "time-limit", float, "milp, scip, cqm, leap: end then.", unit="s"),
 )
 
 
@@ -135,8 +138,11 @@ class Allowance:
         compensation, the rule of dwave-system, where absent.
     anneal_us : float or None
         Duration of an anneal, µs; the machine's own where absent.
+    form : {"split", "delta", "joint"} or None
+        Of the program that approximates a demand instance (`tgvdp.formulations.program.demand`); ``split`` where
+        absent. Binary instances have none.
     time_limit_s : float or None
-        For solvers that prove optimality (milp, scip); none by default.
+        For solvers that prove optimality (milp, scip, cqm); none by default.
 
     Raises
     ------
@@ -158,6 +164,7 @@ class Allowance:
     backend: str | None = None
     chain_strength: float | None = None
     anneal_us: float | None = None
+    form: FormChoice | None = None
     time_limit_s: float | None = None
 
     def __post_init__(self) -> None:

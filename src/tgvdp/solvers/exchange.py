@@ -6,11 +6,12 @@ import numpy as np
 
 from tgvdp.errors import InputError
 from tgvdp.formulations.circuit.qaoa import energy_scale, qaoa_circuit, qasm3, ramp_angles
-from tgvdp.formulations.problem.instances import BinaryInstance, Instance
+from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, Instance
 from tgvdp.formulations.program.binary import binary_program
+from tgvdp.formulations.program.demand import DemandForm
 from tgvdp.formulations.program.files import lp_text, mps_text
 from tgvdp.formulations.qubo.couplers import coupler_graph, node_link
-from tgvdp.formulations.qubo.encodings import encode
+from tgvdp.formulations.qubo.encodings import default_encoding, encode
 from tgvdp.formulations.qubo.ising import ising_of
 from tgvdp.formulations.qubo.names import Encoding, PenaltyRule
 from tgvdp.formulations.qubo.qubo import Qubo
@@ -22,7 +23,12 @@ QASM_TIME_STEP = 0.75
 
 
 def exported(
-    instance: Instance, target: str, encoding: Encoding | None, penalty: PenaltyRule | None, layers: int
+    instance: Instance,
+    target: str,
+    encoding: Encoding | None = None,
+    penalty: PenaltyRule | None = None,
+    layers: int = 1,
+    form: DemandForm | None = None,
 ) -> dict[str, bytes]:
     """Write an instance in a format.
 
@@ -34,9 +40,11 @@ def exported(
         ``bqm``, ``coo``, ``graph`` and ``qasm3`` hold the QUBO of an encoding, ``lp`` and ``mps`` the linear program,
         ``cqm`` the constrained quadratic model.
     encoding, penalty
-        As `encode` takes them; ``bits`` by default. Programs have neither.
+        As `encode` takes them, by default `default_encoding`. Programs have neither.
     layers : int
         Of the QAOA circuit, whose angles are a ramp.
+    form : {"split", "delta", "joint"}, optional
+        Of the quadratic program of a demand instance, ``split`` by default.
 
     Returns
     -------
@@ -50,15 +58,17 @@ def exported(
     """
     if target in ("lp", "mps", "cqm") and (encoding is not None or penalty is not None):
         raise InputError(f"{target} holds a program with constraints, so it uses neither an encoding nor a penalty")
+    if form is not None and not isinstance(instance, DemandInstance):
+        raise InputError(f"{instance.id}: form {form} is one of demand instances, not of binary ones")
     if target == "cqm":
-        with cqm_of(instance).cqm.to_file() as file:
+        with cqm_of(instance, form or "split").cqm.to_file() as file:
             return {"": bytes(file.read())}
     if not isinstance(instance, BinaryInstance):
         raise InputError(f"{instance.id}: a demand instance is no QUBO and no linear program: write it --to cqm")
     if target in ("lp", "mps"):
         program = binary_program(instance, "linear")
         return {"": (lp_text if target == "lp" else mps_text)(program).encode()}
-    encoded = encode(instance, encoding or "bits", penalty)
+    encoded = encode(instance, encoding or default_encoding(instance), penalty)
     if target == "bqm":
         with bqm_of(encoded.qubo).to_file() as file:
             return {"": bytes(file.read())}

@@ -36,6 +36,7 @@ class Solver(NamedTuple):
 
 
 _BOTH = ("binary", "demand")
+_PROGRAM = ("form", "time_limit_s")
 _SAMPLER = ("reads", "seed")
 _QAOA = ("layers", "mixer", "angles", "step", "starts", "backend", *_SAMPLER)
 _DWAVE = ("backend", "chain_strength", "anneal_us", *_SAMPLER)
@@ -45,9 +46,9 @@ SOLVERS: dict[str, Solver] = {
     "brute": Solver("exact.solve", "solve_brute", _BOTH),
     "closed": Solver("exact.solve", "solve_closed"),
     "milp": Solver("programs.milp", "solve_milp", uses=("time_limit_s",)),
-    "scip": Solver("programs.scip", "solve_scip", _BOTH, uses=("time_limit_s",)),
-    "cqm": Solver("programs.cqm", "solve_cqm"),
-    "leap": Solver("programs.cqm", "solve_leap", _BOTH, uses=("time_limit_s",)),
+    "scip": Solver("programs.scip", "solve_scip", _BOTH, uses=_PROGRAM),
+    "cqm": Solver("programs.cqm", "solve_cqm", _BOTH, uses=_PROGRAM),
+    "leap": Solver("programs.cqm", "solve_leap", _BOTH, uses=_PROGRAM),
     "sa": Solver("samplers.annealing", "solve_sa", qubo=True, uses=("sweeps", "beta", *_SAMPLER)),
     "pt": Solver("tempering.solve", "solve_pt", qubo=True, uses=("sweeps", "beta", "replicas", *_SAMPLER)),
     "tabu": Solver("samplers.annealing", "solve_tabu", qubo=True, uses=("sweeps", "tenure", *_SAMPLER)),
@@ -75,9 +76,8 @@ def solve(
     solver : str
         One of `SOLVERS`.
     encoding : str, optional
-        For solvers of a QUBO; by default ``unary`` where the steps are equal, else ``bits+slack``: both hold all
-        constraints.
-    penalty : "sufficient", "tenfold" or float, optional
+        For solvers of a QUBO; by default `tgvdp.formulations.qubo.encodings.default_encoding`.
+    penalty : "sufficient", "tenfold", float or tuple of float, optional
         For solvers of a QUBO; see `tgvdp.formulations.qubo.encodings.encode`.
     allowance : Allowance, optional
 
@@ -90,7 +90,7 @@ def solve(
     """
     from tgvdp.formulations.problem.binary import warn_of_oddities
     from tgvdp.formulations.problem.instances import BinaryInstance
-    from tgvdp.formulations.qubo.encodings import encode
+    from tgvdp.formulations.qubo.encodings import default_encoding, encode
 
     entry = SOLVERS[solver]
     kind = "binary" if isinstance(instance, BinaryInstance) else "demand"
@@ -103,10 +103,11 @@ def solve(
         if encoding is not None or penalty is not None:
             raise InputError(f"solver {solver} makes no QUBO, so it uses neither an encoding nor a penalty")
         if isinstance(instance, BinaryInstance):
+            if allowance.form is not None:
+                raise InputError(f"{instance.id}: form {allowance.form} is one of demand instances, not of binary ones")
             warn_of_oddities(instance)
         solution: Solution = function(instance, allowance)
         return solution
     assert isinstance(instance, BinaryInstance)
-    chosen = encoding or ("unary" if instance.acc_units == instance.dec_units else "bits+slack")
-    solution = function(encode(instance, chosen, penalty), allowance)
+    solution = function(encode(instance, encoding or default_encoding(instance), penalty), allowance)
     return solution

@@ -4,8 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from tgvdp.second_process import usable_cores
-from tgvdp.sweeps.engine import Cluster
+from tgvdp.sweeps.cluster import Cluster
 from tgvdp.sweeps.scenario import task_of
 from tgvdp.sweeps.spec import SweepSpec
 from tgvdp.sweeps.work import solve
@@ -28,7 +27,7 @@ def estimate(spec: SweepSpec, cluster: Cluster) -> dict[str, Any]:
     errors = [record.error for record in records if record.status == "failed"]
     solved_s = [record.elapsed_s for record in records if record.status != "failed"]
     each_s = float(np.mean(solved_s)) if solved_s else None
-    workers = 1 if cluster.scheduler is not None else cluster.workers or usable_cores()
+    workers = cluster.size or 1
     return {
         "scenarios": len(spec),
         "trains": len(spec.trains),

@@ -128,6 +128,11 @@ class Journal:
                 )
             self.note("plan", plan)
 
+    def forget(self, statuses: Sequence[str]) -> None:
+        """Have scenarios of some states done again."""
+        marks = ", ".join("?" * len(statuses))
+        self._database.execute(f"UPDATE scenario SET status = NULL, error = NULL WHERE status IN ({marks})", statuses)
+
     def pending(self) -> Iterator[tuple[int, int]]:
         """Ids and numbers of what is to be done, by number; rows may be changed meanwhile."""
         yield from self._rows("id, number", "status IS NULL", 1)  # type: ignore[misc]

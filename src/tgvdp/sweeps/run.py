@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 
 from tgvdp.errors import InputError
 from tgvdp.sweeps.batches import Batches
-from tgvdp.sweeps.engine import Cluster, Engine, connected, dashboard_of
+from tgvdp.sweeps.cluster import Cluster, connected, dashboard_of
+from tgvdp.sweeps.engine import Engine
 from tgvdp.sweeps.journal import Journal
 from tgvdp.sweeps.parts import write_part
 from tgvdp.sweeps.scenario import Task, engine_version, task_of
@@ -22,6 +23,8 @@ WORK = "work"
 JOURNAL = "journal.sqlite"
 SCHEMA = "tgvdp.sweep/1"
 _ERRORS = 20
+#: What may come out better on another machine or another day.
+_UNSATISFYING = ("partial", "failed", "killed")
 #: Time between two commits, s: what a killed driver loses at most.
 COMMIT_S = 1.0
 
@@ -82,6 +85,7 @@ def run_sweep(
     cluster: Cluster,
     *,
     resume: bool = False,
+    retry: bool = False,
     told: Callable[[Progress], object] = bool,
 ) -> Outcome:
     """Run a sweep, or what is left of it, and write its tables.
@@ -94,6 +98,8 @@ def run_sweep(
     cluster : Cluster
     resume : bool
         Go on with what the folder holds.
+    retry : bool
+        Solve again what failed, was killed or ended by its budget.
     told : callable
         Told now and then how far it is.
 
@@ -115,6 +121,8 @@ def run_sweep(
         try:
             engine = engine_version()
             journal.enrol((scenario.key(engine) for scenario in spec), f"{spec.sha256} {engine}")
+            if retry:
+                journal.forget(_UNSATISFYING)
             progress = _solve(spec, journal, work, cluster, told)
             return _outcome(spec, journal, progress, write_tables(spec, journal, work, out), out)
         finally:

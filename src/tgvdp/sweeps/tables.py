@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tgvdp.runs.profile import REGIMES
 from tgvdp.sweeps.journal import Finished, Journal
 from tgvdp.sweeps.parts import ALLOCATION, FRONTS, PROFILES, part_path
 from tgvdp.sweeps.scenario import Scenario
@@ -293,6 +292,8 @@ def _allocation_figures(rows: Mapping[str, Any], _: Sequence[Finished], __: Any)
 
 def _profile_figures(rows: Mapping[str, Any], _: Sequence[Finished], __: Any) -> dict[str, Any]:
     """Columns of speed profiles, as ``profiles.csv`` of a search has them."""
+    from tgvdp.runs.profile import REGIMES  # here, for it brings numba
+
     arrow = import_module("pyarrow")
     regimes = arrow.DictionaryArray.from_arrays(arrow.array(rows["regime"]), arrow.array(list(REGIMES)))
     return {**rows, "regime": regimes}

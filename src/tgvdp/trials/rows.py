@@ -150,12 +150,12 @@ def _chance(
 def random_chance(encoding: str | None, case: Case, reference: Reference, bits: int | None) -> float | None:
     """Probability that tossing coins gives an optimum: degeneracy / 2ⁿ.
 
-    Only where each optimal schedule has exactly one string: without slack bits.
+    Only where each optimal schedule has exactly one string, and every one has it: without slack bits and limits on Σx.
     """
     if bits is None or reference.n_optimal is None or not isinstance(case.instance, BinaryInstance):
         return None
     low, high = case.instance.distance_range
-    if encoding == "bits+slack" or low < high:
+    if encoding not in ("bits", "unary") or low < high:
         return None
     return float(reference.n_optimal / 2**bits)
 

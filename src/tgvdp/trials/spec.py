@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tgvdp.errors import InputError
-from tgvdp.formulations.qubo.names import ENCODINGS, Encoding, PenaltyRule, parse_penalty
+from tgvdp.formulations.qubo.names import Encoding, PenaltyRule, parse_encoding, parse_penalty, penalty_word
 from tgvdp.solvers.allowance import ITEMS, Allowance
 from tgvdp.solvers.registry import SOLVERS
 
@@ -22,6 +22,13 @@ def _count(text: str) -> int:
 
 def _shown(value: object) -> str:
     return f"{value:.12g}" if isinstance(value, float) else str(value)
+
+
+def _encoding(text: str) -> Encoding | None:
+    try:
+        return parse_encoding(text)
+    except ValueError:
+        return None
 
 
 #: Keys of a solver's budget, the field of `Allowance` that they set, and how they are read. Trials count their seeds.
@@ -40,7 +47,7 @@ class SolverSpec:
         One of `tgvdp.solvers.registry.SOLVERS`.
     encoding : str or None
         Of solvers of a QUBO; ``unary`` where none is given.
-    penalty : "sufficient", "tenfold", float or None
+    penalty : "sufficient", "tenfold", float, tuple of float or None
         As `tgvdp.formulations.qubo.encodings.encode` takes it.
     budget : mapping
         Fields of `Allowance` that differ from their defaults.
@@ -59,7 +66,7 @@ class SolverSpec:
         """The word for it, in one order of its parts; ``runs`` does not change what a run does and is left out."""
         keys = {name: key for key, (name, _) in _BUDGET.items()}
         parts = [self.solver, *([self.encoding] if self.encoding else [])]
-        parts += [f"penalty={_shown(self.penalty)}"] if self.penalty is not None else []
+        parts += [f"penalty={penalty_word(self.penalty)}"] if self.penalty is not None else []
         return ":".join(parts + [f"{keys[name]}={_shown(value)}" for name, value in sorted(self.budget.items())])
 
     @property
@@ -88,8 +95,8 @@ def parse_spec(text: str) -> SolverSpec:
     found: dict[str, Any] = {}
     for part in parts:
         key, equals, value = part.partition("=")
-        if not equals and part in ENCODINGS and entry.qubo:
-            encoding = part
+        if not equals and entry.qubo and (word := _encoding(part)) is not None:
+            encoding = word
             continue
         usable = {key: rule for key, rule in _BUDGET.items() if rule[0] in entry.uses} | {"runs": ("runs", _count)}
         usable |= {"penalty": ("penalty", parse_penalty)} if entry.qubo else {}

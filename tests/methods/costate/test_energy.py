@@ -67,7 +67,7 @@ def test_auxiliary_power_adds_to_energy_and_lowers_the_price():
     _, found = front_to(charged(HILLS, 0.9, 0.7, auxiliary_w), 0.25, 12)
     count = len(found.duration_s)
     assert count >= 10
-    assert found.duration_s == pytest.approx(plain.duration_s[:count], rel=2e-4)
+    assert found.duration_s == pytest.approx(plain.duration_s[:count], rel=5e-4)
     expected_j = plain.energy_j[:count] + auxiliary_w * found.duration_s
     expected_j += plain.multiplier_j_per_s[:count].clip(max=1e9) * (plain.duration_s[:count] - found.duration_s)
     assert found.energy_j == pytest.approx(expected_j, rel=5e-4)
@@ -116,7 +116,7 @@ def test_both_holding_speeds_have_closed_forms():
         multiplier = factor * speed**2 * (train.davis_b_n_per_mps + 2.0 * train.davis_c_n_per_mps2 * speed)
         counters = {"extremals": 0, "runs": 0, "costates": 0}
         extremal = mesh.extremal(multiplier, counters)
-        n, _, _ = mesh.drive(extremal.switch, extremal.switch, 0.0, counters)
+        n, _, _ = mesh.drive(extremal.switch, counters)
         x_m, w = mesh.rows[0][:n], mesh.rows[1][:n]
         held = (x_m > first_m) & (x_m < last_m)
         assert held.sum() > 3

@@ -2,9 +2,10 @@
 
 The demand formulation, corrected (docs/formulations.md). One step from speed v, all forces taken at its start:
 
-    γ = (F(v, d) − A − B·v − C·v²)/(k·M),   v' = max(0, v + γ·Δt),   s' = s + Δt·(v + v')/2.
+    γ = (F(v, d) − A − B·v − C·v² − M·g·i(s)/1000)/(k·M),   v' = max(0, v + γ·Δt),   s' = s + Δt·(v + v')/2.
 
-The resistance slows the train when it brakes, too (the formulation adds it there). The speed limit is a constraint;
+i holds gradient and curve, i + 800/ρ, at the place where the step starts. The resistance slows the train when it
+brakes, too (the formulation adds it there). The speed limit is a constraint;
 v' = min(v_max, …), as printed, would be a brake that costs nothing. The cost of a step is the map at its mean speed,
 times Δt.
 """
@@ -14,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tgvdp.constants import GRAVITY_MPS2
 from tgvdp.formulations.problem.alstom import Floats, force_n, power_w
 from tgvdp.formulations.problem.instances import DemandInstance
 from tgvdp.formulations.problem.schedule import Check, Schedule
@@ -30,18 +32,42 @@ class Step(NamedTuple):
     cost_j: Floats
 
 
-def acceleration_mps2(instance: DemandInstance, speed_mps: ArrayLike, demand: ArrayLike) -> Floats:
-    """γ(v, d): (...) → (...) m/s²; at standstill the resistance is not yet subtracted away."""
+def slope_permil(instance: DemandInstance, distance_m: ArrayLike) -> Floats:
+    """Gradient and curve at (...) distances gone: (...) ‰; the last one goes on beyond the end."""
+    s = np.asarray(distance_m, dtype=np.float64)
+    if not instance.slopes:
+        return np.zeros(s.shape)
+    starts, values = np.array(instance.slopes).T
+    found: Floats = values[np.searchsorted(starts[1:], s, side="right")]
+    return found
+
+
+def slope_range_permil(instance: DemandInstance) -> tuple[float, float]:
+    """Least and largest slope of the line."""
+    values = [slope.permil for slope in instance.slopes] or [0.0]
+    return min(values), max(values)
+
+
+def slope_force_n(instance: DemandInstance, slope: ArrayLike) -> Floats:
+    """M·g·i/1000: (...) ‰ → (...) N, against the train where positive."""
+    return instance.mass_kg * GRAVITY_MPS2 / 1000.0 * np.asarray(slope, dtype=np.float64)
+
+
+def acceleration_mps2(
+    instance: DemandInstance, speed_mps: ArrayLike, demand: ArrayLike, slope: ArrayLike = 0.0
+) -> Floats:
+    """γ(v, d, i): (...) → (...) m/s²; at standstill the resistance is not yet subtracted away."""
     v = np.asarray(speed_mps, dtype=np.float64)
     a, b, c = instance.davis
-    gamma: Floats = (force_n(v, demand) - a - b * v - c * v * v) / (instance.rotating_factor * instance.mass_kg)
+    against = a + b * v + c * v * v + slope_force_n(instance, slope)
+    gamma: Floats = (force_n(v, demand) - against) / (instance.rotating_factor * instance.mass_kg)
     return gamma
 
 
-def step(instance: DemandInstance, speed_mps: ArrayLike, demand: ArrayLike) -> Step:
-    """One step of the discrete model from (...) speeds with (...) demands."""
+def step(instance: DemandInstance, speed_mps: ArrayLike, demand: ArrayLike, slope: ArrayLike = 0.0) -> Step:
+    """One step of the discrete model from (...) speeds with (...) demands, on (...) slopes in ‰."""
     v = np.asarray(speed_mps, dtype=np.float64)
-    after = np.maximum(0.0, v + acceleration_mps2(instance, v, demand) * instance.dt_s)
+    after = np.maximum(0.0, v + acceleration_mps2(instance, v, demand, slope) * instance.dt_s)
     mean = 0.5 * (v + after)
     power = power_w(mean, demand, instance.p_max_w, instance.cost_ref_mps, instance.alpha)
     return Step(after, mean * instance.dt_s, power * instance.dt_s)
@@ -61,7 +87,7 @@ def drive(instance: DemandInstance, demand: ArrayLike) -> Motion:
     speeds = np.zeros((*d.shape[:-1], d.shape[-1] + 1))
     distance, cost = np.zeros(d.shape[:-1]), np.zeros(d.shape[:-1])
     for i in range(d.shape[-1]):
-        done = step(instance, speeds[..., i], d[..., i])
+        done = step(instance, speeds[..., i], d[..., i], slope_permil(instance, distance))
         speeds[..., i + 1] = done.speed_mps
         distance = distance + done.distance_m
         cost = cost + done.cost_j

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from tgvdp.formulations.problem.alstom import force_n, power_w
-from tgvdp.formulations.problem.demand import acceleration_mps2, count_forbidden
+from tgvdp.formulations.problem.demand import acceleration_mps2, count_forbidden, slope_permil
 from tgvdp.formulations.problem.instances import DemandInstance
 
 #: Steps of the fine replay for each step of the model.
@@ -32,7 +32,7 @@ def _drive(instance: DemandInstance, demand: Sequence[float], parts: int) -> dic
     v, s, cost, work, top = 0.0, 0.0, 0.0, 0.0, 0.0
     for d in demand:
         for _ in range(parts):
-            after = max(0.0, v + float(acceleration_mps2(instance, v, d)) * dt)
+            after = max(0.0, v + float(acceleration_mps2(instance, v, d, slope_permil(instance, s))) * dt)
             mean = 0.5 * (v + after)
             s += mean * dt
             cost += float(power_w(mean, d, instance.p_max_w, instance.cost_ref_mps, instance.alpha)) * dt

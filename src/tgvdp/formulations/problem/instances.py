@@ -5,11 +5,13 @@ known, is given twice, has the wrong type or is out of range is an `InputError` 
 """
 
 import os
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from itertools import pairwise
 from math import ceil, floor
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal, NamedTuple, TypeAlias
 
 from msgspec import UNSET, Meta, Struct, UnsetType
 
@@ -25,6 +27,8 @@ MODELS: tuple[Model, ...] = ("constant", "kinetic", "efficiency")
 
 #: Where the force curves and the cost map of the demand model end (`tgvdp.formulations.problem.alstom`).
 CURVES_END_KMH = 220.0
+#: A curve of radius ρ resists like a gradient of 800/ρ ‰, as the demand formulation prints it.
+CURVE_M = 800.0
 #: More steps than any solver here can use; a guard against files that would only exhaust the memory.
 MOST_STEPS = 100_000
 _MOST_UNITS = 1_000_000
@@ -34,6 +38,9 @@ _NotNegative = Annotated[float, Meta(ge=0.0, le=1e12)]
 _Ratio = Annotated[float, Meta(ge=0.0, le=1.0)]
 _Steps = Annotated[int, Meta(ge=1, le=MOST_STEPS)]
 _Units = Annotated[int, Meta(ge=1, le=_MOST_UNITS)]
+#: (from m, value from there on).
+_Place = tuple[_NotNegative, Annotated[float, Meta(ge=-1000.0, le=1000.0)]]
+_Bend = tuple[_NotNegative, _Positive | None]
 _Level = Annotated[float, Meta(ge=-1.0, le=1.0)]
 
 
@@ -70,6 +77,8 @@ class BinaryInstance:
         η0 and Δη of the efficiency model, η = η0 − Δη·v with v in Δv; 0 for the other models, which do not use them.
     lambda_uniform : float or None
         The weight of all penalties that the instance asks for, in the objective's unit per squared unit of violation.
+    notes : tuple of str
+        For people: what the instance leaves out, say.
     """
 
     id: str
@@ -86,6 +95,7 @@ class BinaryInstance:
     eta0: float = 0.0
     deta: float = 0.0
     lambda_uniform: float | None = None
+    notes: tuple[str, ...] = field(default=(), compare=False)
 
     @property
     def objective_unit(self) -> str:
@@ -100,6 +110,20 @@ class BinaryInstance:
         """
         distance, tolerance = decimal(self.distance_units), decimal(self.tol_units)
         return max(0, ceil(distance - tolerance)), floor(distance + tolerance)
+
+
+class Slope(NamedTuple):
+    """A stretch of the line on which gradient and curve together resist like one gradient, from a position on.
+
+    Attributes
+    ----------
+    from_m : float
+    permil : float
+        i + 800/ρ, gradient in ‰ and radius in m: the resistance is M·g/1000 times that.
+    """
+
+    from_m: float
+    permil: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,6 +155,10 @@ class DemandInstance:
         V_ref of the cost map, in m/s.
     alpha : float
         Part of the braking cost map that is given back.
+    slopes : tuple of Slope
+        Gradients and curves, from 0 m on; empty where the line is level and straight.
+    notes : tuple of str
+        For people: what the instance leaves out, say.
     """
 
     id: str
@@ -147,6 +175,8 @@ class DemandInstance:
     p_max_w: float
     cost_ref_mps: float
     alpha: float = 0.0
+    slopes: tuple[Slope, ...] = ()
+    notes: tuple[str, ...] = field(default=(), compare=False)
 
     @property
     def objective_unit(self) -> str:
@@ -189,16 +219,20 @@ class _Demand(Struct, forbid_unknown_fields=True):
     P_max_W: _Positive
     cost_ref_kmh: _Positive
     alpha: _Ratio = 0.0
+    gradients_permil: list[_Place] = []
+    curves_m: list[_Bend] = []
 
 
 class _BinaryFile(Struct, forbid_unknown_fields=True):
     id: str
     params: _Binary
+    notes: list[str] = []
 
 
 class _DemandFile(Struct, forbid_unknown_fields=True):
     id: str
     params: _Demand
+    notes: list[str] = []
 
 
 def read_instance(path: str | os.PathLike[str]) -> Instance:
@@ -221,9 +255,9 @@ def parse_instance(path: Path, tree: dict[str, Any]) -> Instance:
         raise bad(path, f"params.kind: must be 'binary' or 'demand', got {shown(kind)}")
     if kind == "binary":
         binary = decode(path, tree, _BinaryFile)
-        return _binary(path, _id(path, binary.id), binary.params)
+        return replace(_binary(path, _id(path, binary.id), binary.params), notes=tuple(binary.notes))
     demand = decode(path, tree, _DemandFile)
-    return _demand(path, _id(path, demand.id), demand.params)
+    return replace(_demand(path, _id(path, demand.id), demand.params), notes=tuple(demand.notes))
 
 
 def _id(path: Path, name: str) -> str:
@@ -241,9 +275,9 @@ def _binary(path: Path, name: str, spec: _Binary) -> BinaryInstance:
     if len(caps) != spec.N:
         raise bad(path, f"params.cap_units: must be a number or a list of N = {spec.N} values, got {len(caps)} values")
     if model == "efficiency":
-        for field in ("eta0", "deta"):
-            if getattr(spec, field) is UNSET:
-                raise bad(path, f"params: missing field {field!r}, which the efficiency model needs")
+        for field_name in ("eta0", "deta"):
+            if getattr(spec, field_name) is UNSET:
+                raise bad(path, f"params: missing field {field_name!r}, which the efficiency model needs")
     return BinaryInstance(
         id=name,
         model=model,
@@ -280,7 +314,27 @@ def _demand(path: Path, name: str, spec: _Demand) -> DemandInstance:
         p_max_w=spec.P_max_W,
         cost_ref_mps=kmh_to_mps(spec.cost_ref_kmh),
         alpha=spec.alpha,
+        slopes=_slopes(path, spec),
     )
+
+
+def _slopes(path: Path, spec: _Demand) -> tuple[Slope, ...]:
+    """Gradients and curves as one: a curve of radius ρ resists like a gradient of 800/ρ ‰."""
+    gradients = _places(path, "gradients_permil", spec.gradients_permil)
+    bends = [(start, 0.0 if radius_m is None else CURVE_M / radius_m) for start, radius_m in spec.curves_m]
+    curves = _places(path, "curves_m", bends)
+    starts = sorted({*gradients, *curves})
+    return tuple(
+        Slope(start, sum(found[max(at for at in found if at <= start)] for found in (gradients, curves) if found))
+        for start in starts
+    )
+
+
+def _places(path: Path, field: str, rows: Sequence[tuple[float, float]]) -> dict[float, float]:
+    starts = [start for start, _ in rows]
+    if starts and (starts[0] != 0.0 or any(after <= before for before, after in pairwise(starts))):
+        raise bad(path, f"params.{field}: positions must start at 0 m and increase, got {shown(starts)}")
+    return dict(rows)
 
 
 def _levels(path: Path, notches: int | list[float] | None) -> tuple[float, ...] | None:

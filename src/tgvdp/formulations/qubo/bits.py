@@ -11,9 +11,6 @@ and in their corrected forms, which are options of a `BitsForm`:
    formulation prints it, which fixes the number of accelerations and so makes the constant objective constant.
 """
 
-from dataclasses import dataclass
-from typing import Literal, TypeAlias
-
 import numpy as np
 
 from tgvdp.formulations.problem.binary import DistanceRule, distance_weights, schedule_of
@@ -21,32 +18,8 @@ from tgvdp.formulations.problem.instances import BinaryInstance, decimal
 from tgvdp.formulations.problem.schedule import Schedule
 from tgvdp.formulations.qubo.encoded import Bits, Encoded
 from tgvdp.formulations.qubo.hobo import add_reduced, cubic_efficiency
-from tgvdp.formulations.qubo.names import Encoding
-from tgvdp.formulations.qubo.parts import Builder, Weights, joined
-
-SpeedLimits: TypeAlias = Literal["none", "per-step", "total", "total-equality"]
-
-
-@dataclass(frozen=True)
-class BitsForm:
-    """Which of the printed and of the corrected forms to build.
-
-    Attributes
-    ----------
-    limits : str
-        ``none``, ``per-step``, ``total`` (a·Σx ≤ h) or ``total-equality``.
-    distance : str
-        ``trapezoid``, ``left`` or ``right``.
-    mccormick : bool
-        Whether to forbid x_i·y_i by z_i rather than directly.
-    cubic : bool
-        For the efficiency model: the intended objective Σ x_i·a·v_avg·(η0 − Δη·s_i), reduced to degree two.
-    """
-
-    limits: SpeedLimits = "none"
-    distance: DistanceRule = "trapezoid"
-    mccormick: bool = False
-    cubic: bool = False
+from tgvdp.formulations.qubo.names import BitsForm, SpeedLimits, Weights
+from tgvdp.formulations.qubo.parts import Builder, joined
 
 
 def encode_bits(
@@ -71,22 +44,22 @@ def encode_bits(
     y = [parts.add_variable(f"y{i}") for i in range(steps)]
     _add_exclusion(parts, x, y, form.mccormick)
     _add_distance(parts, instance, x, y, form.distance)
-    parts.require(_speed_terms(instance, x, y, steps), 0)
+    parts.require(_speed_terms(instance, x, y, steps), 0, parts.weights.stop)
     _add_limits(parts, instance, x, y, form.limits)
     if form.cubic:
         add_reduced(parts, cubic_efficiency(instance, x, y))
     else:
         _add_objective(parts, instance, x, y)
     objective, violation = parts.build()
-    encoding: Encoding = "bits" if form.limits == "none" else "bits+slack"
 
     def decode(bits: Bits) -> Schedule:
         bits = np.asarray(bits)
         return schedule_of(instance, bits[:steps], bits[steps : 2 * steps])
 
-    complete = form.limits in ("none", "per-step")
+    # A limit on Σx forbids some schedules, and the cubic objective is not the instance's.
+    complete = form.limits in ("none", "slack") and not form.cubic
     qubo = joined(objective, violation, penalty)
-    return Encoded(qubo, instance, encoding, penalty, decode, objective, violation, complete)
+    return Encoded(qubo, instance, form.word, penalty, decode, objective, violation, parts.weights, complete)
 
 
 def _speed_terms(instance: BinaryInstance, x: list[int], y: list[int], k: int) -> dict[int, float]:
@@ -116,18 +89,19 @@ def _add_distance(parts: Builder, instance: BinaryInstance, x: list[int], y: lis
 
 def _add_limits(parts: Builder, instance: BinaryInstance, x: list[int], y: list[int], limits: SpeedLimits) -> None:
     a, b, steps = instance.acc_units, instance.dec_units, instance.steps
-    if limits == "per-step":
+    limit = parts.weights.limit
+    if limits == "slack":
         for k in range(1, steps):
             # A lower cap that every plan from stop to stop keeps anyway saves bits.
             cap = min(instance.cap_units[k - 1], a * k, b * (steps - k))
-            parts.require_range(_speed_terms(instance, x, y, k), 0, cap, f"s{k}_")
+            parts.require_range(_speed_terms(instance, x, y, k), 0, cap, f"s{k}_", limit)
     elif limits != "none":
         cap = min(instance.cap_units[:-1], default=0)
         terms = {bit: 1.0 for bit in x}
         if limits == "total":
-            parts.require_range(terms, 0, min(cap // a, steps), "s")
+            parts.require_range(terms, 0, min(cap // a, steps), "s", limit)
         else:
-            parts.require({bit: float(a) for bit in x}, cap)
+            parts.require({bit: float(a) for bit in x}, cap, limit)
 
 
 def _add_objective(parts: Builder, instance: BinaryInstance, x: list[int], y: list[int]) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tgvdp.formulations.problem.instances import BinaryInstance
 from tgvdp.formulations.problem.schedule import Schedule
-from tgvdp.formulations.qubo.names import Encoding
+from tgvdp.formulations.qubo.names import Encoding, Weights
 from tgvdp.formulations.qubo.qubo import Qubo
 
 Bits: TypeAlias = NDArray[np.integer[Any]]
@@ -29,18 +29,20 @@ class Encoded:
         In the objective's unit: of a string that violates nothing, its energy is the schedule's objective.
     instance : BinaryInstance
     encoding : str
-        One of `ENCODINGS`.
+        As `tgvdp.formulations.qubo.names.parse_encoding` writes it.
     penalty : float
         λ, weight of a squared violation of 1, in the objective's unit.
     decode : callable
         (n,) bits → Schedule; its checks are those of the instance and, where its bits mean nothing otherwise, those of
         the encoding. Slack bits are not checked: a schedule may keep a limit that its slack register misstates.
     objective, violation : Qubo
-        The two parts: qubo = objective + λ · violation, and a violation of 0 where nothing is violated, else ≥ 1 (but
-        for the weights of ``tenfold``).
+        The two parts: qubo = objective + λ · violation, and a violation of 0 where nothing is violated, else ≥ the
+        least of the weights.
+    weights : Weights
+        Of the kinds of violations, within ``violation``.
     complete : bool
-        Whether every feasible schedule has a string that violates nothing: ``total`` limits on accelerations forbid
-        some.
+        Whether every feasible schedule has a string that violates nothing and whose energy is its objective: ``total``
+        limits on accelerations forbid some, and the ``cubic`` objective is another one.
     registers : tuple of tuple of int
         Bits of the unary registers, the lowest level first, and bits that stand alone; empty where there are none.
     """
@@ -52,5 +54,6 @@ class Encoded:
     decode: Callable[[Bits], Schedule] = field(repr=False)
     objective: Qubo = field(repr=False)
     violation: Qubo = field(repr=False)
+    weights: Weights
     complete: bool = True
     registers: tuple[tuple[int, ...], ...] = ()

@@ -6,15 +6,20 @@ from dataclasses import replace
 from tgvdp.errors import InputError
 from tgvdp.formulations.problem.binary import FormulationWarning, warn_of_oddities
 from tgvdp.formulations.problem.instances import BinaryInstance
-from tgvdp.formulations.qubo.bits import BitsForm, encode_bits
+from tgvdp.formulations.qubo.bits import encode_bits
 from tgvdp.formulations.qubo.encoded import Encoded
-from tgvdp.formulations.qubo.names import Encoding, PenaltyRule
-from tgvdp.formulations.qubo.parts import Weights, joined, si_weights
-from tgvdp.formulations.qubo.penalties import sufficient_penalty, tenfold_penalty
+from tgvdp.formulations.qubo.names import Encoding, PenaltyRule, Weights, bits_form, kinds_of
+from tgvdp.formulations.qubo.parts import joined, si_weights
+from tgvdp.formulations.qubo.penalties import spread_penalty, sufficient_penalty, tenfold_penalty
 from tgvdp.formulations.qubo.unary import encode_unary
 
 #: Most couplers of a QUBO: 20 million take two minutes and 4 GB to make.
 MOST_COUPLERS = 20_000_000
+
+
+def default_encoding(instance: BinaryInstance) -> Encoding:
+    """Encoding that holds all constraints: ``unary`` where the steps are equal, else ``bits+slack``."""
+    return "unary" if instance.acc_units == instance.dec_units else "bits+slack"
 
 
 def encode(instance: BinaryInstance, encoding: Encoding, penalty: PenaltyRule | None = None) -> Encoded:
@@ -25,9 +30,11 @@ def encode(instance: BinaryInstance, encoding: Encoding, penalty: PenaltyRule | 
     instance : BinaryInstance
     encoding : str
         ``bits`` (2N bits; nothing holds the speed within its limits), ``bits+slack`` (with a register per step that
-        does) or ``unary`` (equal steps only; holds all constraints).
-    penalty : "sufficient", "tenfold" or float, optional
-        By default the instance's own ``lambda_uniform``, else ``sufficient``.
+        does), ``unary`` (equal steps only; holds all constraints), or a printed form
+        (`tgvdp.formulations.qubo.names.bits_form`).
+    penalty : "sufficient", "tenfold", float or tuple of float, optional
+        A tuple has a weight for each kind of violation. By default the instance's own ``lambda_uniform``, else
+        ``sufficient``.
 
     Warns
     -----
@@ -42,18 +49,41 @@ def encode(instance: BinaryInstance, encoding: Encoding, penalty: PenaltyRule | 
     _require_size(instance, encoding)
     warn_of_oddities(instance)
     rule: PenaltyRule = instance.lambda_uniform or "sufficient" if penalty is None else penalty
-    weights = si_weights(instance, encoding) if rule == "tenfold" else Weights()
+    weights = Weights()
+    if rule == "tenfold":
+        weights = si_weights(instance, encoding)
+    elif isinstance(rule, tuple):
+        weights = _own_weights(encoding, rule)
     draft = _with_weights(instance, encoding, weights)
-    enough = sufficient_penalty(instance, encoding)
-    weight = tenfold_penalty(draft.objective) if rule == "tenfold" else enough if rule == "sufficient" else float(rule)
-    if weight * min(weights) < enough / 1.05:
+    enough = _sufficient(instance, draft)
+    if rule == "tenfold":
+        weight = tenfold_penalty(draft.objective)
+    else:
+        weight = 1.0 if isinstance(rule, tuple) else enough if rule == "sufficient" else float(rule)
+    least = weight * min(weights[: len(kinds_of(encoding))])
+    if least < enough / 1.05:
         warnings.warn(
-            f"{instance.id}: a penalty of {weight * min(weights):.4g} (m/s)² per unit of violation may be too small: "
+            f"{instance.id}: a penalty of {least:.4g} (m/s)² per unit of violation may be too small: "
             f"the minimum can break constraints; {enough:.4g} is sufficient",
             FormulationWarning,
             stacklevel=2,
         )
     return replace(draft, qubo=joined(draft.objective, draft.violation, weight), penalty=weight)
+
+
+def _own_weights(encoding: Encoding, given: tuple[float, ...]) -> Weights:
+    kinds = kinds_of(encoding)
+    if len(given) != len(kinds):
+        raise InputError(
+            f"penalty: {encoding} has {len(kinds)} kinds of violations ({', '.join(kinds)}), got {len(given)} weights"
+        )
+    return Weights(*given)
+
+
+def _sufficient(instance: BinaryInstance, draft: Encoded) -> float:
+    if draft.encoding != "unary" and bits_form(draft.encoding).cubic:
+        return spread_penalty(draft.objective)
+    return sufficient_penalty(instance, draft.encoding)
 
 
 def _require_size(instance: BinaryInstance, encoding: Encoding) -> None:
@@ -73,4 +103,7 @@ def _require_size(instance: BinaryInstance, encoding: Encoding) -> None:
 def _with_weights(instance: BinaryInstance, encoding: Encoding, weights: Weights) -> Encoded:
     if encoding == "unary":
         return encode_unary(instance, 1.0, weights)
-    return encode_bits(instance, 1.0, BitsForm("none" if encoding == "bits" else "per-step"), weights)
+    form = bits_form(encoding)
+    if form.cubic and instance.model != "efficiency":
+        raise InputError(f"{instance.id}: {encoding}: cubic is the efficiency model's, got the {instance.model} model")
+    return encode_bits(instance, 1.0, form, weights)

@@ -6,34 +6,18 @@ counts Δv²: `si_weights` reproduces that.
 """
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 
 from tgvdp.formulations.problem.instances import BinaryInstance
-from tgvdp.formulations.qubo.names import Encoding
+from tgvdp.formulations.qubo.names import Encoding, Weights
 from tgvdp.formulations.qubo.qubo import Qubo, QuboBuilder
-
-
-class Weights(NamedTuple):
-    """Weight of a squared violation of one unit, relative to the penalty λ.
-
-    Attributes
-    ----------
-    logic : float
-        Of what bits may not be at once: both accelerate and brake, unary bits out of order.
-    motion : float
-        Of speeds in Δv and distances in Δv·Δt.
-    """
-
-    logic: float = 1.0
-    motion: float = 1.0
 
 
 def si_weights(instance: BinaryInstance, encoding: Encoding) -> Weights:
     """Weights of speeds in m/s and distances in m/s times steps; unary levels are whole steps."""
-    unit_mps = instance.dv_mps * (instance.acc_units if encoding == "unary" else 1)
-    return Weights(1.0, unit_mps**2)
+    square = (instance.dv_mps * (instance.acc_units if encoding == "unary" else 1)) ** 2
+    return Weights(1.0, square, square, square)
 
 
 class Builder:
@@ -67,11 +51,13 @@ class Builder:
         """A bit must be 0."""
         self.violation.add_linear(bit, self.weights.logic)
 
-    def require(self, terms: Mapping[int, float], value: float) -> None:
+    def require(self, terms: Mapping[int, float], value: float, weight: float) -> None:
         """Σ aᵢ·xᵢ = value."""
-        self.violation.add_square(terms, -value, self.weights.motion)
+        self.violation.add_square(terms, -value, weight)
 
-    def require_range(self, terms: Mapping[int, float], low: int, high: int, label: str) -> list[tuple[int, int]]:
+    def require_range(
+        self, terms: Mapping[int, float], low: int, high: int, label: str, weight: float
+    ) -> list[tuple[int, int]]:
         """Low ≤ Σ aᵢ·xᵢ ≤ high, by one slack register: Σ aᵢ·xᵢ + s = high, 0 ≤ s ≤ high − low.
 
         Returns
@@ -80,14 +66,14 @@ class Builder:
             The register.
         """
         register = [(self.add_variable(f"{label}{j}"), c) for j, c in enumerate(register_coefficients(high - low))]
-        self.require({**terms, **dict(register)}, high)
+        self.require({**terms, **dict(register)}, high, weight)
         return register
 
     def require_distance(self, terms: Mapping[int, float], low: int, high: int) -> None:
         """Low ≤ Σ aᵢ·xᵢ ≤ high; where no whole number lies between, every string has a violation of 1 at least."""
         if low > high:
-            self.violation.add_constant(self.weights.motion)
-        self.require_range(terms, min(low, high), high, "d")
+            self.violation.add_constant(self.weights.distance)
+        self.require_range(terms, min(low, high), high, "d", self.weights.distance)
 
     def build(self) -> tuple[Qubo, Qubo]:
         """Objective and violation."""

@@ -48,6 +48,11 @@ def sufficient_penalty(instance: BinaryInstance, encoding: Encoding, feasible: f
     return _ABOVE * bound if bound > 0.0 else square
 
 
+def spread_penalty(objective: Qubo) -> float:
+    """A weight that is large enough for any objective, and far larger than `sufficient_penalty`: Σ|coefficient|."""
+    return _ABOVE * float(np.abs(objective.linear).sum() + np.abs(objective.values).sum())
+
+
 def critical_penalty(objective: Qubo, violation: Qubo) -> float:
     """The exact critical weight λ_c, by enumeration of all bit strings.
 

@@ -15,7 +15,8 @@ from tgvdp.formulations.problem.binary import schedule_of_speeds
 from tgvdp.formulations.problem.instances import BinaryInstance, decimal
 from tgvdp.formulations.problem.schedule import Check, Schedule
 from tgvdp.formulations.qubo.encoded import Bits, Encoded
-from tgvdp.formulations.qubo.parts import Builder, Weights, joined
+from tgvdp.formulations.qubo.names import Weights
+from tgvdp.formulations.qubo.parts import Builder, joined
 
 
 def encode_unary(
@@ -76,7 +77,7 @@ def encode_unary(
 
     alone = range(sum(map(len, columns)), objective.n)  # slack bits of a tolerance
     return Encoded(
-        joined(objective, violation, penalty), instance, "unary", penalty, decode, objective, violation,
+        joined(objective, violation, penalty), instance, "unary", penalty, decode, objective, violation, parts.weights,
         registers=(*(tuple(column) for column in columns if column), *((bit,) for bit in alone)),
     )  # fmt: skip
 

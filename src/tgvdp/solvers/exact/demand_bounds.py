@@ -1,10 +1,10 @@
 """Lower bounds on what the rest of a demand run costs, by speed: proved for every speed, not only for grid points.
 
 The speed axis is cut into cells, with cuts at the joints of the force curves, so that v ↦ v + γ(v, d)·Δt is smooth
-within a cell. Its range over a cell lies between its values at the ends, widened by max|f''|·w²/8. For a multiplier ν,
-let B_ν(k, cell) be the least of cost + ν·distance over the remaining steps from any speed in the cell: each step is
-bounded by the cheapest cost and the most favourable distance in the cell, followed by the best cell that it may lead
-to. Then
+within a cell. Its range over a cell lies between its values at the ends, widened by max|f''|·w²/8, with the steepest
+slope of the line for the low end and the least steep one for the high end. For a multiplier ν, let B_ν(k, cell) be the
+least of cost + ν·distance over the remaining steps from any speed in the cell: each step is bounded by the cheapest
+cost and the most favourable distance in the cell, followed by the best cell that it may lead to. Then
 
     cost to go ≥ B_ν − ν·(D − s), for every ν,
 
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.formulations.problem.alstom import BRAKING, TOP_KMH, TRACTION, Floats, power_w
-from tgvdp.formulations.problem.demand import step
+from tgvdp.formulations.problem.demand import slope_range_permil, step
 from tgvdp.formulations.problem.instances import DemandInstance
 from tgvdp.units import KMH_PER_MPS
 
@@ -110,10 +110,13 @@ def _cells(instance: DemandInstance, levels: Floats) -> Cells:
     left, right = edges[:-1] + _SLACK_MPS / 10, edges[1:] - _SLACK_MPS / 10  # inside: away from the jumps
     width = np.diff(edges)
     d = levels[:, None]
-    ends = np.stack((step(instance, left, d).speed_mps, step(instance, right, d).speed_mps))
+    easiest, steepest = slope_range_permil(instance)
+    slowest, fastest = (
+        np.stack([step(instance, end, d, slope).speed_mps for end in (left, right)]) for slope in (steepest, easiest)
+    )
     bend = instance.dt_s / (instance.rotating_factor * instance.mass_kg) * (_largest_bend() + 2.0 * instance.davis[2])
     slack = _SLACK_MPS * (2.0 + instance.dt_s) + bend * width**2 / 8.0
-    low, high = np.maximum(0.0, ends.min(axis=0) - slack), ends.max(axis=0) + slack
+    low, high = np.maximum(0.0, slowest.min(axis=0) - slack), fastest.max(axis=0) + slack
     first = np.clip(np.searchsorted(edges, low, side="right") - 1, 0, width.size)
     last = np.clip(np.searchsorted(edges, high, side="left") - 1, -1, width.size - 1)
     first[low > instance.vmax_mps] = width.size
@@ -145,11 +148,24 @@ def _to_go(instance: DemandInstance, cells: Cells, multipliers: Floats, *, only_
     if not only_distance:
         own = own + cells.cost_j
     own = np.where(cells.first <= cells.last, own, np.inf)
-    spread = int(max(0, (cells.last - cells.first).max())) + 1
     for k in range(instance.steps - 1, -1, -1):
-        after = table[k + 1]
-        ahead = after[:, np.minimum(cells.first, count - 1)]
-        for j in range(1, spread):
-            ahead = np.minimum(ahead, after[:, np.clip(cells.first + j, 0, np.maximum(cells.last, 0))])
-        table[k] = (own + ahead).min(axis=1)
+        table[k] = (own + _least_between(table[k + 1], cells.first, cells.last)).min(axis=1)
     return table
+
+
+def _least_between(values: Floats, first: NDArray[np.int64], last: NDArray[np.int64]) -> Floats:
+    """Least of (M, C) values from cell first to last: (L, C) indices → (M, L, C); anything where first > last.
+
+    A range is covered by two ranges of the largest power of two cells that fits (a sparse table).
+    """
+    count = values.shape[-1]
+    first, last = np.minimum(first, count - 1), np.maximum(last, 0)
+    fits = np.frexp(np.maximum(1, last - first + 1))[1] - 1
+    least = np.empty((values.shape[0], *first.shape))
+    for power in range(int(fits.max()) + 1):
+        here = fits == power
+        size = 1 << power
+        least[:, here] = np.minimum(values[:, first[here]], values[:, np.maximum(last[here] - size + 1, 0)])
+        values = np.minimum(values[:, : count - size], values[:, size:]) if power < fits.max() else values
+        count -= size
+    return least

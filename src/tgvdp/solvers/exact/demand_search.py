@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.formulations.problem.alstom import Floats
-from tgvdp.formulations.problem.demand import demand_schedule, drive, step
+from tgvdp.formulations.problem.demand import demand_schedule, drive, slope_permil, step
 from tgvdp.formulations.problem.instances import DemandInstance
 from tgvdp.formulations.problem.replay import replay
 from tgvdp.formulations.problem.schedule import Solution
@@ -197,7 +197,7 @@ def _expanded(
 ) -> _Layer:
     """All steps from some states of a layer that may still become a plan no dearer than the known one."""
     part = layer.kept(slice(first, first + _CHUNK))
-    done = step(instance, part.speed_mps[:, None], levels)
+    done = step(instance, part.speed_mps[:, None], levels, slope_permil(instance, part.distance_m)[:, None])
     speed, count = done.speed_mps.ravel(), levels.size
     distance = np.repeat(part.distance_m, count) + done.distance_m.ravel()
     cost = np.repeat(part.cost_j, count) + done.cost_j.ravel()

@@ -8,7 +8,8 @@ multiples of `SPEED_STEP_MPS`, and the equation of motion holds to half a step.
 
 import time
 from dataclasses import replace
-from math import isinf
+from functools import partial
+from math import inf, isinf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,11 +21,12 @@ from tgvdp.formulations.problem.demand import demand_schedule
 from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, Instance
 from tgvdp.formulations.problem.replay import replay
 from tgvdp.formulations.problem.schedule import Schedule, Solution
-from tgvdp.formulations.program.binary import Row
-from tgvdp.formulations.program.demand import DemandProgram, demand_program
+from tgvdp.formulations.program.binary import Program, Row, Variable
+from tgvdp.formulations.program.demand import DemandForm, DemandProgram, demand_program
 from tgvdp.formulations.qubo.bits import encode_bits
 from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.extras import extra
+from tgvdp.solvers.programs.scip import approximate_solution
 from tgvdp.solvers.samplers.bqm import bqm_of
 from tgvdp.solvers.samplers.cloud import connected, qpu_time_s
 
@@ -60,15 +62,15 @@ class Written(NamedTuple):
         return schedule_of(instance, bits[: instance.steps], bits[instance.steps :])
 
 
-def cqm_of(instance: Instance) -> Written:
-    """Write an instance as a CQM, in the model's own unit.
+def cqm_of(instance: Instance, form: DemandForm = "split") -> Written:
+    """Write an instance as a CQM, in the model's own unit; ``form`` is that of the program of a demand instance.
 
     Raises
     ------
     InfeasibleError
         When no whole distance lies within the tolerance.
     """
-    return _of_demand(instance) if isinstance(instance, DemandInstance) else _of_binary(instance)
+    return _of_demand(instance, form) if isinstance(instance, DemandInstance) else _of_binary(instance)
 
 
 def _of_binary(instance: BinaryInstance) -> Written:
@@ -99,9 +101,9 @@ def _of_binary(instance: BinaryInstance) -> Written:
     return Written(cqm, (*x, *y), None)
 
 
-def _of_demand(instance: DemandInstance) -> Written:
+def _of_demand(instance: DemandInstance, form: DemandForm) -> Written:
     dimod = extra("dimod", "a constrained quadratic model")
-    written = demand_program(instance)
+    written = demand_program(instance, form)
     program = written.program
     multiplied = {
         i for terms in (program.products, *(row.products for row in program.rows)) for pair in terms for i in pair
@@ -144,7 +146,7 @@ def _add_row(dimod: Any, cqm: Any, names: list[str], scale: NDArray[np.float64],
     model = dimod.QuadraticModel()
     _add_terms(model, cqm, names, scale, row.linear, row.products)
     lower, upper = row.lower, row.upper
-    if lower == upper and any(scale[i] != 1.0 for i in row.linear):  # motion: speeds are rounded
+    if row.name.startswith("motion"):  # speeds are rounded
         lower, upper = lower - 0.5 * SPEED_STEP_MPS, upper + 0.5 * SPEED_STEP_MPS
     if lower == upper:
         cqm.add_constraint_from_model(model, "==", lower, label=row.name)
@@ -156,16 +158,27 @@ def _add_row(dimod: Any, cqm: Any, names: list[str], scale: NDArray[np.float64],
         cqm.add_constraint_from_model(model, "<=", upper, label=f"{row.name}_most" if both else row.name)
 
 
-def solve_cqm(instance: BinaryInstance, _: Allowance) -> Solution:
-    """Enumerate the CQM of a small instance with dimod's ExactCQMSolver, and count the optima.
+def solve_cqm(instance: Instance, allowance: Allowance) -> Solution:
+    """Solve the CQM here: of a binary instance by enumeration, which counts the optima, of a demand instance by SCIP.
+
+    Of a demand instance it uses ``form`` and ``time_limit_s``; the model is what the hybrid service would get.
 
     Raises
     ------
     InputError
-        When there are more than `MAX_EXACT_BITS` bits.
+        When a binary instance has more than `MAX_EXACT_BITS` bits, or gets a time limit.
     InfeasibleError
-        When no string satisfies all constraints.
+        When no string of a binary instance satisfies all constraints.
+    BudgetExceededError
+        When the time limit ends before there is a plan, or the approximation of a demand instance has none.
     """
+    if isinstance(instance, DemandInstance):
+        start = time.perf_counter()
+        written = cqm_of(instance, allowance.form or "split")
+        decode = partial(written.schedule, instance)
+        return approximate_solution("cqm", instance, _program_of(written, instance.id), decode, allowance, start)
+    if allowance.time_limit_s is not None:
+        raise InputError(f"{instance.id}: solver cqm lists all strings of a binary instance, so it has no time limit")
     if 2 * instance.steps > MAX_EXACT_BITS:
         raise InputError(
             f"{instance.id}: solver cqm: {2 * instance.steps} bits are too many to enumerate (at most {MAX_EXACT_BITS})"
@@ -197,6 +210,28 @@ def _values(sampleset: Any, written: Written, row: int) -> NDArray[np.float64]:
     return values
 
 
+def _program_of(written: Written, name: str) -> Program:
+    """The CQM as a program for SCIP, speeds in the CQM's whole steps."""
+    cqm, index = written.cqm, {label: i for i, label in enumerate(written.names)}
+
+    def terms(model: Any) -> tuple[dict[int, float], dict[tuple[int, int], float]]:
+        linear = {index[label]: bias for label, bias in model.iter_linear() if bias}
+        pairs = ((sorted((index[u], index[v])), bias) for u, v, bias in model.iter_quadratic())
+        return linear, {(first, second): bias for (first, second), bias in pairs}
+
+    variables = tuple(
+        Variable(label, cqm.lower_bound(label), cqm.upper_bound(label), cqm.vartype(label).name != "REAL")
+        for label in written.names
+    )
+    rows = []
+    for label, constraint in cqm.constraints.items():
+        linear, products = terms(constraint.lhs)
+        side = constraint.rhs - constraint.lhs.offset
+        lower = -inf if constraint.sense.name == "Le" else side
+        rows.append(Row(label, linear, products, lower, inf if constraint.sense.name == "Ge" else side))
+    return Program(name, variables, *terms(cqm.objective), 1.0, tuple(rows))
+
+
 def _size(written: Written) -> dict[str, Any]:
     cqm = written.cqm
     terms = sum(len(row.lhs.variables) + row.lhs.num_interactions for row in cqm.constraints.values())
@@ -208,7 +243,9 @@ def _size(written: Written) -> dict[str, Any]:
 
 
 def solve_leap(instance: Instance, allowance: Allowance) -> Solution:
-    """Sample the CQM on D-Wave's hybrid service; uses ``time_limit_s``. The clock includes network and queue.
+    """Sample the CQM on D-Wave's hybrid service; uses ``form`` and ``time_limit_s``.
+
+    The clock includes network and queue.
 
     Raises
     ------
@@ -229,7 +266,7 @@ def hybrid_solution(sampler: Any, instance: Instance, allowance: Allowance) -> S
     InputError
         When the sampler refuses the problem, or returns nothing.
     """
-    written = cqm_of(instance)
+    written = cqm_of(instance, allowance.form or "split")
     limit = {} if allowance.time_limit_s is None else {"time_limit": allowance.time_limit_s}
     start = time.perf_counter()
     try:

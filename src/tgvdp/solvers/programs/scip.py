@@ -1,7 +1,7 @@
 """SCIP, through pyscipopt: programs with products, exactly for the binary model, approximately for the demand model."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import isinf
 from typing import Any, NamedTuple
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tgvdp.errors import BudgetExceededError, InfeasibleError, TgvdpError
 from tgvdp.formulations.problem.instances import DemandInstance, Instance
 from tgvdp.formulations.problem.replay import replay
-from tgvdp.formulations.problem.schedule import Solution
+from tgvdp.formulations.problem.schedule import Schedule, Solution
 from tgvdp.formulations.program.binary import Products, Program, Terms, binary_program
 from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.extras import extra
@@ -39,7 +39,7 @@ class Solved(NamedTuple):
 
 
 def solve_scip(instance: Instance, allowance: Allowance) -> Solution:
-    """Solve the quadratic program of an instance; uses ``time_limit_s``.
+    """Solve the quadratic program of an instance; uses ``form`` and ``time_limit_s``.
 
     The optimum of a binary instance is one of the model. That of a demand instance is one of its quadratic
     approximation, so it is never called optimal: its demands are driven on the true curves, and may miss a constraint.
@@ -64,26 +64,48 @@ def _solve_demand(instance: DemandInstance, allowance: Allowance, start: float) 
     from tgvdp.formulations.problem.demand import demand_schedule
     from tgvdp.formulations.program.demand import demand_program
 
-    written = demand_program(instance)
+    written = demand_program(instance, allowance.form or "split")
+
+    def schedule(values: NDArray[np.float64]) -> Schedule:
+        return demand_schedule(instance, written.demands(values))
+
+    return approximate_solution("scip", instance, written.program, schedule, allowance, start)
+
+
+def approximate_solution(
+    solver: str,
+    instance: DemandInstance,
+    program: Program,
+    decode: Callable[[NDArray[np.float64]], Schedule],
+    allowance: Allowance,
+    start: float,
+) -> Solution:
+    """Solve an approximation of a demand instance; ``decode`` drives its demands on the true curves.
+
+    Raises
+    ------
+    BudgetExceededError
+        When the time limit ends before there is a plan, or the approximation has none.
+    """
     try:
-        solved = optimise(written.program, allowance.time_limit_s)
+        solved = optimise(program, allowance.time_limit_s)
     except InfeasibleError:
         raise BudgetExceededError(
             f"{instance.id}: SCIP found no plan: its quadratic approximation has none, which proves nothing about the "
             "demand model itself (solver dp searches that)"
         ) from None
     elapsed_s = time.perf_counter() - start
-    schedule = demand_schedule(instance, written.demands(solved.values))
+    schedule = decode(solved.values)
     return Solution(
-        solver="scip",
+        solver=solver,
         schedule=schedule,
         optimal=False,
         n_optimal=None,
         replay=replay(instance, schedule),
         elapsed_s=elapsed_s,
         details={
-            "approximation": "quadratic",
-            "approximate_objective_j": _objective(written.program, solved.values),
+            "approximation": allowance.form or "split",
+            "approximate_objective_j": _objective(program, solved.values),
             "approximate_bound_j": solved.bound,
             "approximate_optimum_proved": solved.proved,
             **solved.details,

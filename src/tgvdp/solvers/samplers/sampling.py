@@ -166,4 +166,5 @@ def lowest(energies: NDArray[np.float64], qubo: Qubo) -> NDArray[np.int64]:
 
 
 def _common(encoded: Encoded) -> dict[str, Any]:
-    return {"encoding": encoded.encoding, "penalty": encoded.penalty}
+    weights = {} if min(encoded.weights) == max(encoded.weights) else {"weights": encoded.weights._asdict()}
+    return {"encoding": encoded.encoding, "penalty": encoded.penalty, **weights}

@@ -1,0 +1,141 @@
+"""Where batches are solved: workers on this machine, or a Dask cluster that is there."""
+
+import contextlib
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from importlib.util import find_spec
+from multiprocessing import resource_tracker
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from tgvdp.errors import MissingExtraError, UnavailableError
+from tgvdp.second_process import usable_cores
+
+if TYPE_CHECKING:
+    from distributed import Client, LocalCluster
+
+#: Time for a scheduler to answer, s.
+_CONNECT_S = 10.0
+#: Above logging.CRITICAL: what goes wrong is reported by the sweep itself.
+_SILENT = 100
+#: Of an own cluster: a death is counted here, not there; nothing is spilled, for workers keep nothing.
+_CONFIG = {
+    "distributed.scheduler.allowed-failures": 0,
+    "distributed.worker.memory.target": False,
+    "distributed.worker.memory.spill": False,
+    "distributed.admin.system-monitor.gil.enabled": False,
+}
+_ONE_THREAD = {
+    name: "1" for name in ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+}
+
+
+class Cluster(NamedTuple):
+    """Where tasks run.
+
+    Attributes
+    ----------
+    scheduler : str or None
+        Address of a scheduler; None starts workers on this machine, which end with the context.
+    workers : int or None
+        Processes on this machine; by default one for each core.
+    worker_memory_b : float or None
+        Memory at most of each; by default an equal share of the machine's.
+    """
+
+    scheduler: str | None = None
+    workers: int | None = None
+    worker_memory_b: float | None = None
+
+    @property
+    def size(self) -> int | None:
+        """Number of workers, where it is decided here."""
+        return None if self.scheduler is not None else self.workers or usable_cores()
+
+
+@contextlib.contextmanager
+def connected(cluster: Cluster) -> "Iterator[Client]":
+    """Connect to a cluster, or start one.
+
+    Raises
+    ------
+    MissingExtraError
+        When Dask is not installed.
+    UnavailableError
+        When the scheduler does not answer.
+    """
+    try:
+        import dask
+        from distributed import Client
+        from distributed.utils import silence_logging_cmgr
+    except ImportError:
+        raise MissingExtraError("sweeps need dask and pyarrow: pip install 'tgvdp[sweep]'") from None
+    with contextlib.ExitStack() as stack:
+        stack.enter_context(silence_logging_cmgr(_SILENT))
+        stack.enter_context(dask.config.set(_CONFIG))
+        try:
+            address: Any = cluster.scheduler or stack.enter_context(_started(cluster))
+            client = stack.enter_context(Client(address, timeout=_CONNECT_S, set_as_default=False))
+        except (OSError, ValueError) as error:
+            raise UnavailableError(f"no scheduler answers at {cluster.scheduler or 'this machine'}: {error}") from error
+        try:
+            yield client
+        except KeyboardInterrupt:
+            # Closing waits for batches that run. Nobody waits for it: workers end with this process, if not before.
+            threading.Thread(target=stack.pop_all().close, daemon=True).start()
+            raise
+
+
+def _started(cluster: Cluster) -> "LocalCluster":
+    """Start workers on this machine; they come one after the other, and come back when they die."""
+    from distributed import LocalCluster
+
+    with _deaf_threads():
+        local = LocalCluster(
+            n_workers=0,
+            threads_per_worker=1,
+            processes=True,
+            memory_limit="auto" if cluster.worker_memory_b is None else int(cluster.worker_memory_b),
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0" if _has_dashboard() else None,
+            silence_logs=_SILENT,
+            env=_ONE_THREAD,
+        )
+    local.scale(cluster.size)
+    return local
+
+
+@contextlib.contextmanager
+def _deaf_threads() -> Iterator[None]:
+    """Have threads made meanwhile, and the processes that they start, not hear Ctrl-C, which terminals send to all."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    _start_tracker()  # which would have the first worker hear it
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _start_tracker() -> None:
+    """Start the process that clears up after multiprocessing, and have it say nothing of what Ctrl-C leaves behind."""
+    options = sys.warnoptions[:]
+    sys.warnoptions.append("ignore:resource_tracker:UserWarning")
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        sys.warnoptions[:] = options
+
+
+def _has_dashboard() -> bool:
+    """Whether Dask can show its dashboard here."""
+    return find_spec("bokeh") is not None
+
+
+def dashboard_of(client: "Client") -> str:
+    """Address of the dashboard of a cluster; empty where it has none."""
+    services = client.scheduler_info().get("services", {})
+    return str(client.dashboard_link) if "dashboard" in services and _has_dashboard() else ""
