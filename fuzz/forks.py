@@ -18,8 +18,8 @@ from fuzz.cases import LIMITED, TIME_LIMIT_S, Case
 
 #: What a command with a time limit may take beyond it, in s of processor time.
 SLACK_S = 1.0
-#: Processor time and wall time after which a child is ended, s.
-_ENDED_CPU_S, _ENDED_WALL_S = 12, 60
+#: Processor time after which a child is ended, s, and wall time, which only who waits for something reaches.
+_ENDED_CPU_S, _ENDED_WALL_S = 12, 600
 _MOST_MEMORY_B = 1 << 30
 #: Address space that a child may ask for beyond what it starts with, B.
 _MORE_ADDRESSES_B = 3 << 30
