@@ -31,6 +31,7 @@ _COMMANDS = (
     "journey",
     "compare",
     "explore",
+    "report",
     "score",
     "formulate",
     "solve",
