@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+_ABSENT = "cannot be installed"
 PYTHONS = ("python3.11", "python3.12", "python3.13")
 
 
@@ -29,7 +30,7 @@ def main(pythons: list[str]) -> int:
             for what, pins in bounds():
                 fault = tried(home / f"{Path(python).name}-{what}", python, wheel, pins)
                 print(f"{python}, {what} dependencies: {fault or 'ok'}", flush=True)
-                failed += bool(fault)
+                failed += bool(fault) and (what, fault) != ("lowest", _ABSENT)  # Pythons may be newer than these
     return min(failed, 1)
 
 
@@ -46,7 +47,7 @@ def tried(place: Path, python: str, wheel: Path, pins: list[str]) -> str:
     run(python, "-m", "venv", place / "env")
     pip = [binary / "python", "-m", "pip", "--disable-pip-version-check", "install", "-q", "--only-binary", ":all:"]
     if run(*pip, *pins, wheel).returncode:
-        return "cannot be installed"
+        return _ABSENT
     variables = {name: text for name, text in os.environ.items() if not name.startswith(("PYTHON", "TGVDP", "MPL"))}
     done = run(binary / "tgvdp", "selftest", "--json", "--quiet", cwd=place, env=variables | {"HOME": str(place)})
     if done.returncode:
