@@ -102,7 +102,7 @@ class Mesh:
         self.scratch = Rows(*np.empty((2, 4096)))
         self.samples = np.empty((SAMPLES, 2))
         self.runs = np.empty((1, RUN_COLUMNS))
-        self.room = np.empty((4, costate.ROOM))
+        self.room = np.empty((6, costate.ROOM))
 
     @classmethod
     def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0) -> "Mesh":

@@ -25,8 +25,8 @@ _BLEND_LOSS = 5e-5
 #: First multiplier, in usual ones, and the factor from it to the fastest run, whose multiplier is infinite.
 _FIRST_MULTIPLIER = 4.0
 #: Step of ln λ towards slower runs, and how many steps without saving end the front.
-_MARCH = 1.0
-_IDLE_STEPS = 6
+_MARCH = 0.5
+_IDLE_STEPS = 12
 #: Between two extremals the front lies above their tangents; where these leave more room than this share of energy
 #: below the chord, the front may bend in a way that they do not foretell: unless they foretold one between them.
 _BEND = 5e-3
