@@ -79,7 +79,7 @@ def _progress(done: int, total: int, what: str) -> None:
 
 def commands(folder: Path) -> list[list[str]]:
     """Arguments of `tgvdp bench` for what is not of the families."""
-    drawn = "random:bits:reads=100:runs=1,random:unary:reads=100:runs=1"
+    drawn = ",".join(f"random:{word}:reads=100:runs=1" for word in ("bits", "unary", "unary+multiplier"))
     return [
         [*EMBEDDED, "--solvers", drawn, "--embed", "pegasus,zephyr", "--out", str(folder / "embeddings")],
         ["--up-to", "200", "--solvers", ",".join(LIBRARY), "--runs", "3", "--out", str(folder / "exact")],

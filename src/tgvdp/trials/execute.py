@@ -16,7 +16,7 @@ from tgvdp.formulations.qubo.encodings import encode
 from tgvdp.formulations.qubo.names import Encoding
 from tgvdp.report.plain import plain
 from tgvdp.solvers.registry import solve
-from tgvdp.solvers.samplers.embedding import embedding_of
+from tgvdp.solvers.samplers.embedding import embedding_of, fineness
 from tgvdp.trials.reference import Case, Reference, reference_of
 from tgvdp.trials.spec import SolverSpec
 from tgvdp.trials.store import Store
@@ -231,4 +231,7 @@ def _embedded(case: Case, encoding: Encoding, topology: str, plan: Plan) -> dict
             return {"status": "refused", "message": str(error)}
     found = embedding_of(qubo, topology, plan.seed, plan.embedding_limit_s)
     status = "none found" if found.qubits is None else "ok"
-    return {"status": status, **found._asdict(), "variables": qubo.n, "couplers": qubo.stats.couplers}
+    return {
+        "status": status, **found._asdict(), "variables": qubo.n, "couplers": qubo.stats.couplers,
+        **fineness(qubo)._asdict(),
+    }  # fmt: skip

@@ -228,7 +228,8 @@ def embedding_rows(results: Results) -> list[Row]:
             "Problem": name, "N": cases[name].instance.steps, "encoding": encoding, "topology": topology,
             "status": found["status"], "variables": found.get("variables"), "couplers": found.get("couplers"),
             "qubits": found.get("qubits"), "longest chain": found.get("longest_chain"),
-            "elapsed_s": found.get("elapsed_s"),
+            "method": found.get("method"), "elapsed_s": found.get("elapsed_s"),
+            "chain strength": found.get("chain_strength"), "finest coupling": found.get("finest_coupling"),
         }
         for (name, encoding, topology), found in results.embeddings.items()
     ]  # fmt: skip
