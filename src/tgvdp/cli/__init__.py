@@ -32,6 +32,7 @@ _COMMANDS = (
     "score",
     "formulate",
     "solve",
+    "decode",
     "bench",
     "sweep",
     "catalog",

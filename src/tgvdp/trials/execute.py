@@ -208,6 +208,7 @@ def _found(solution: Solution) -> dict[str, Any]:
         # The replay trusts nothing that the schedule says of itself.
         "feasible": bool(solution.feasible and solution.replay["feasible"]),
         "replay_energy": solution.replay["energy"],
+        "controls": list(solution.schedule.controls),
         "elapsed_s": solution.elapsed_s,
         "setup_s": details.pop("setup_s", 0.0),
         "attempts": 1 if attempts is None else attempts,
