@@ -40,7 +40,7 @@ MAY_IMPORT = {
     "formulations": {"model", "formats"},  # formats: instances are files
     "solvers": {"model", "formulations", "_jit"},
     "report": {"model", "runs"},
-    "sweeps": {"model", "options", "formats", "runs", "pareto", "api"},
+    "sweeps": {"model", "options", "formats", "runs", "pareto", "report", "api"},
     "trials": {"model", "formulations", "instances", "solvers", "report", "api"},
     "api": {
         "model",

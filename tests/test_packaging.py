@@ -78,10 +78,12 @@ def test_core_dependencies_are_those_that_are_imported():
     assert declared <= foreign
 
 
-def test_ci_calls_make_test_and_nothing_cleverer():
+def test_ci_gets_a_browser_calls_make_test_and_does_nothing_cleverer():
     script = ROOT / ".ci" / "run"
     assert os.access(script, os.X_OK)
-    assert script.read_text().splitlines()[1:] == ["set -euo pipefail", 'cd "$(dirname "$0")/.."', "make test"]
+    assert os.access(ROOT / ".ci" / "browser", os.X_OK)
+    lines = ["set -euo pipefail", 'cd "$(dirname "$0")/.."', ".ci/browser", "make test"]
+    assert script.read_text().splitlines()[1:] == lines
 
 
 def test_public_names_resolve_and_are_listed():

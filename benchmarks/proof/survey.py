@@ -42,6 +42,8 @@ def surveyed(trip: ProofTrip) -> dict[str, Any]:
     gaps_pct = np.nan_to_num(certificate.gap_pct, nan=np.inf)
     profiles = [result.profile(index) for index in range(len(result.front))]
     phases_s = [_phases_s(profile) for profile in profiles[1:]]
+    size_j = np.array([_size_j(result, profiles[0], profile) for profile in profiles])
+    above_pct = 100.0 * np.nan_to_num(result.front.energy_j - certificate.lower_bound_j, nan=np.inf) / size_j
     gains_pct = {index: _gain_pct(result, profiles, index) for index in range(1 + trip.seed % 3, len(profiles), _EVERY)}
     return row | {
         "points": len(profiles),
@@ -49,7 +51,7 @@ def surveyed(trip: ProofTrip) -> dict[str, Any]:
         "dearer_pct": max(gains_pct.values(), default=0.0),
         "fastest_gap_pct": float(gaps_pct[0]),
         "gap_pct": float(np.max(gaps_pct[2:], initial=0.0)),
-        "below_bound_pct": max([0.0, *(gain - gaps_pct[index] for index, gain in gains_pct.items())]),
+        "below_bound_pct": max([0.0, *(gain - above_pct[index] for index, gain in gains_pct.items())]),
         "phases": float(np.median([len(one) for one in phases_s] or [0])),
         "short_phases": float(np.mean([np.sum(one < 1.0) for one in phases_s] or [0])),
         "replay_ms": 10.0 * max(abs(v.time_error_pct) * p.duration_s for v, p in zip(verdicts, profiles, strict=True)),
@@ -76,5 +78,10 @@ def _gain_pct(result: tgvdp.SearchResult, profiles: list[Profile], index: int) -
     if gain_j == 0.0 or not replay(result.trip, found).ok:
         return 0.0
     saved_j = max(0.0, min(gain_j, profile.total_energy_j - found.total_energy_j))  # by either way of measuring
-    kinetic_j = 0.5 * result.trip.train.inertia_kg * float(np.max(profiles[0].speed_mps)) ** 2
-    return 100.0 * saved_j / max(abs(profile.total_energy_j), _KINETIC_SHARE * kinetic_j)
+    return 100.0 * saved_j / _size_j(result, profiles[0], profile)
+
+
+def _size_j(result: tgvdp.SearchResult, fastest: Profile, profile: Profile) -> float:
+    """What percents of the energy of a run are percents of, J."""
+    kinetic_j = 0.5 * result.trip.train.inertia_kg * float(np.max(fastest.speed_mps)) ** 2
+    return max(abs(profile.total_energy_j), _KINETIC_SHARE * kinetic_j)

@@ -16,8 +16,8 @@ _NOTES = """
 - A point is *dearer* by what the polish saves in the same time, where the referee passes the polished run: local, so a
   lower bound of the error. Three points of each front are polished, others with each seed. Trips with any such point
   count.
-- *gap*: certified, the largest of a front's from its third point on, infinite where there is no bound; *fastest*: of
-  the fastest run.
+- *gap*: certified, the largest of a front's from its third point on, in percent of the energy that is drawn, infinite
+  where there is no bound; *fastest*: of the fastest run.
 - *missed*: trips with a running time that was asked for and not met. *errors*: trips that ended in an error or a
   refusal, although each has a run by its making. *not ok*: points that the referee does not pass. *contradicted*: trips
   where the polish found a run that lies below the certified bound by more than 0.005 %.

@@ -5,6 +5,7 @@ against what the process has in use, as the system says where it does, and what 
 """
 
 import contextlib
+import functools
 import math
 import os
 from collections.abc import Iterator
@@ -15,12 +16,15 @@ from tgvdp.errors import BudgetExceededError
 
 #: Share of the machine's memory that may be taken unless somebody says otherwise.
 _SHARE = 0.5
+#: Less than this share of the limit is taken without a look at what is in use: a search asks a dozen times.
+_LITTLE = 1e-4
 #: Where containers say how much they may take.
 _CONTAINER = Path("/sys/fs/cgroup/memory.max")
 
 _most_b: ContextVar[float | None] = ContextVar("most_b", default=None)
 
 
+@functools.cache
 def usual_limit_b() -> float:
     """A share of the memory of the machine or the container, B; infinite where neither tells."""
     known = [math.inf]
@@ -57,7 +61,7 @@ def ask_for(size_b: float, what: str) -> None:
     """
     given = _most_b.get()
     most_b = usual_limit_b() if given is None else given
-    if _used_b() + size_b > most_b:
+    if size_b > _LITTLE * most_b and _used_b() + size_b > most_b:
         raise BudgetExceededError(
             f"{what} would take {size_b / 1e9:.3g} GB, more than {most_b / 1e9:.3g} GB of memory leave (--max-memory)"
         )

@@ -7,8 +7,10 @@ import pytest
 
 import tgvdp
 from tests.helpers.trips import commuter, trip_on
+from tgvdp.certificate import line
 from tgvdp.certificate.line import BoundingProblem
 from tgvdp.certificate.slopes import BRAKES, BY_P, BY_SLOPE, DYNAMIC, PULL, SLOPES, fill_slopes
+from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.runs.fastest import fastest_run
 
 TRIP = trip_on(
@@ -82,6 +84,21 @@ def test_ascent_mends_costates_that_are_a_fifth_off_and_never_rises_above_a_run(
     )
     assert poor_pct > 5.0
     assert -1e-4 < good_pct < 0.1
+
+
+def test_an_ascent_looks_at_the_clock_between_its_steps(monkeypatch):
+    """Where time ends it keeps what it has gained; without a break between the steps it gains as much as in one go."""
+    problem, profile = BoundingProblem(TRIP), fastest_run(TRIP)
+    ledger = problem.ledger(profile.position_m, profile.speed_mps**2, 2e5)
+    multiplier = 2e5 / problem.train.inertia_kg
+    poor = problem.evaluate(ledger, multiplier, 0.8 * ledger.left, 0.8 * ledger.right)
+    whole = problem._ascended(poor, multiplier, 1.0)
+    monkeypatch.setattr(line, "_CELLS_AT_ONCE", 1)
+    clock = SearchBudget(time_limit_s=math.inf).start()
+    assert problem._ascended(poor, multiplier, 1.0, clock).total == whole.total
+    looks = iter([False] * 2 + [True])
+    monkeypatch.setattr(Clock, "expired", property(lambda clock: next(looks)))
+    assert poor.total < problem._ascended(poor, multiplier, 1.0, clock).total < whole.total
 
 
 def test_an_ascent_that_goes_wrong_leaves_the_bound_as_it_was():

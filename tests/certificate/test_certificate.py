@@ -6,6 +6,7 @@ from scipy.integrate import quad
 
 import tgvdp
 from benchmarks.proof.trips import proof_trip
+from tests.helpers.trips import commuter, trip_on
 from tgvdp import EffortCurve, Track, Train, Trip
 from tgvdp.certificate.line import BoundingProblem
 from tgvdp.physics.arc import arc
@@ -291,3 +292,19 @@ def test_costates_that_overflow_are_none():
     trip = proof_trip(20017)
     result = tgvdp.search(trip.train, trip.track, points=3, **trip.options)
     assert result.certify().gap_pct.max() < 0.1
+
+
+def test_gaps_are_shares_of_what_is_drawn():
+    """Braking returns nearly all of it on this descent: what is left says nothing of the size of a gap."""
+    train = commuter(traction_efficiency=0.9, regeneration_efficiency=0.9, braking=EffortCurve.from_caps(3e5))
+    track = trip_on([(0, 30)], [(0, 6), (4000, -9)], length_m=10e3).track
+    result = tgvdp.search(train, track, points=10, energy="pantograph")
+    certificate = result.certify()
+    drawn_j = []
+    for index in range(len(result.front)):
+        balance = result.profile(index).balance
+        drawn_j.append(balance.pantograph_j + balance.regenerated_j)
+    size_j = np.maximum(drawn_j, 0.1 * drawn_j[0])
+    above_j = result.front.energy_j - certificate.lower_bound_j
+    np.testing.assert_allclose(certificate.gap_pct, 100.0 * above_j / size_j, rtol=1e-12)
+    assert (size_j[1:] > 1.5 * np.abs(result.front.energy_j[1:])).all()

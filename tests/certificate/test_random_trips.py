@@ -23,7 +23,7 @@ def runs_of(trip, fastest, multipliers):
     for multiplier in multipliers * mesh.usual_multiplier:
         policy = mesh.extremal(multiplier, counters).switch
         for share in (0.0, 0.05, 0.4):
-            _, time_s, energy_j = mesh.drive(policy, mesh.flat_out, share, counters)
+            _, time_s, energy_j = mesh.drive(policy + share * (mesh.flat_out - policy), counters)
             found.append((time_s, energy_j))
     return found
 

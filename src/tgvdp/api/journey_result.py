@@ -148,7 +148,7 @@ class JourneyResult:
             own = np.unique(run)
             with sensible_numbers(section.trip, self.options["max_memory_b"]):
                 return certify_front(
-                    section.trip, section.fastest, section.time_s[own], section.energy_j[own],
+                    section.trip, section.fastest, section.time_s[own], section.energy_j[own], section.energy_j[own],
                     np.unique(self.found.multiplier_j_per_s), clock,
                 )  # fmt: skip
 

@@ -12,6 +12,7 @@ from tgvdp.api.budget import budget_of
 from tgvdp.api.methods import Fastest, continuous_front
 from tgvdp.api.sense import sensible_numbers
 from tgvdp.certificate.front import Certificate, certify_front
+from tgvdp.journeys.practices import linear_margin
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.front import OptimalRuns
 from tgvdp.methods.grid.paths import GridPaths
@@ -19,7 +20,7 @@ from tgvdp.model.trip import Trip
 from tgvdp.pareto import ParetoFront
 from tgvdp.progress import tell
 from tgvdp.referee.replay import NOT_REPLAYED, Verdict, replay
-from tgvdp.runs.profile import Profile, profile_of
+from tgvdp.runs.profile import Profile, drawn_energy_j, profile_of
 from tgvdp.runs.samples import rows_of, sampled
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
 
@@ -86,6 +87,10 @@ class SearchResult:
         with self._computing():
             return self._profile(index)
 
+    def linear_margin(self, index: int) -> Profile:
+        """Speed profile of today's practice: the fastest run with all speeds scaled to the time of one point."""
+        return linear_margin(self.trip, self.fastest.profile, float(self.front.time_s[index]) / self.fastest.time_s)
+
     def _profile(self, index: int) -> Profile:
         source = int(self.front.source[index])
         known = self._found.regimes(source) if isinstance(self._found, OptimalRuns) else None
@@ -128,8 +133,15 @@ class SearchResult:
             target_s = np.linspace(first_s, first_s + max(last_s - first_s, 1e-3 * first_s), _CERTIFIED_TIMES)
             found = continuous_front(self.trip, self.fastest.profile, target_s, budget)
         return certify_front(
-            self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, found.multiplier_j_per_s, clock
-        )
+            self.trip, self.fastest.profile, self.front.time_s, self.front.energy_j, self._drawn_j(),
+            found.multiplier_j_per_s, clock,
+        )  # fmt: skip
+
+    def _drawn_j(self) -> NDArray[np.float64]:
+        """Energy of each point before what braking returns, J."""
+        if self.trip.energy.kind == "wheel":
+            return self.front.energy_j
+        return np.array([drawn_energy_j(self.trip, self._profile(index)) for index in range(len(self.front))])
 
     def _computing(self) -> AbstractContextManager[None]:
         return sensible_numbers(self.trip, self.options["max_memory_b"])

@@ -8,6 +8,7 @@ which is a damping of its own for each cell. Whatever comes out is as valid as a
 """
 
 import math
+from typing import NamedTuple
 
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.certificate.chain import LEVELS, link_gain, own_gain, solve_chain
@@ -150,10 +151,33 @@ def _carry(w, chain, tried):
         tried[0, last + 1] = tried[1, last + 1] = tried[1, last]
 
 
+class Progress(NamedTuple):
+    """How far an ascent is.
+
+    Attributes
+    ----------
+    total : float
+        The bound, per unit of inertia.
+    now : int
+        Which of the two arrays of slopes is that of the costates.
+    steps, poor : int
+        Steps that were made, and how many of the last ones raised the bound too little.
+    ended : bool
+        Whether no step promises to gain enough.
+    """
+
+    total: float
+    now: int
+    steps: int
+    poor: int
+    ended: bool
+
+
 @kernel
 def climb(
-    train, tables, cells, caps, w, multiplier, left, right, top_v, pieces, gain, most, slopes, ends, chain, tried, soft
-):
+    train, tables, cells, caps, w, multiplier, left, right, top_v, pieces, gain, most, before, slopes, ends, chain,
+    tried, soft,
+):  # fmt: skip
     """Raise the bound by better costates.
 
     Parameters
@@ -165,7 +189,9 @@ def climb(
     gain : float
         What a step must promise, per unit of inertia.
     most : int
-        Steps at most.
+        Steps at most until it returns.
+    before : Progress
+        What it returned before, to go on; none, with no steps, to begin.
     slopes : (2, K, 2, SLOPES) float64
     ends : (2,) float64
     chain : Chain
@@ -176,18 +202,16 @@ def climb(
 
     Returns
     -------
-    total : float
-        The bound, per unit of inertia.
-    steps : int
+    Progress
     """
     first, last = regular_cells(w)
-    for k in range(left.shape[0]):
-        soft[k] = _SOFT
-    total = fill_slopes(train, tables, cells, caps, w, multiplier, left, right, top_v, pieces, slopes[0], ends)
-    now = 0
-    poor = 0
-    steps = 0
-    while steps < most and poor < _MOST_POOR:
+    total, now, steps, poor, ended = before
+    if steps == 0:
+        for k in range(left.shape[0]):
+            soft[k] = _SOFT
+        total = fill_slopes(train, tables, cells, caps, w, multiplier, left, right, top_v, pieces, slopes[0], ends)
+    last_step = steps + most
+    while steps < last_step and not ended:
         steps += 1
         _fill_chain(tables, cells, caps, w, multiplier, left, right, slopes[now], ends, soft, chain)
         solve_chain(2 * first, 2 * last + 1, gain / (last - first + 1), chain)
@@ -203,7 +227,6 @@ def climb(
             for k in range(left.shape[0]):
                 left[k] = tried[0, k]
                 right[k] = tried[1, k]
-        if promise <= gain:
-            break
         poor = poor + 1 if gained <= gain else 0
-    return total, steps
+        ended = promise <= gain or poor == _MOST_POOR
+    return Progress(total, now, steps, poor, ended)

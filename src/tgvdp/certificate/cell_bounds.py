@@ -14,7 +14,7 @@ docs/certificate.md.
 import math
 
 from tgvdp._jit import kernel, leaf, part
-from tgvdp.certificate.efforts import largest_effort, load_at, load_in, merge_tables, price_in, same_forces, train_in
+from tgvdp.certificate.efforts import NOT_MERGED, largest_effort, load_at, load_in, merged_in, price_in
 from tgvdp.certificate.hamiltonian import ROUNDINGS, Hamiltonian, least_hamiltonian
 from tgvdp.certificate.regimes import is_standstill
 
@@ -152,10 +152,7 @@ def bound_kernel(train, tables, cells, caps, w, multiplier, left, right, top_v, 
     mass = train.inertia_kg
     first_stands = is_standstill(w[0], w[1])
     last_stands = is_standstill(w[count], w[last])
-    pulls = 0
-    brakes = 0
-    dynamics = 0
-    merged = -1
+    merged = NOT_MERGED
     for k in range(count):
         if not wanted[k]:
             continue
@@ -163,9 +160,8 @@ def bound_kernel(train, tables, cells, caps, w, multiplier, left, right, top_v, 
         load = load_in(train, cells, k)
         price = price_in(train, cells, k, multiplier)
         cap = caps.cell[k]
-        if merged < 0 or not same_forces(cells, k, merged):
-            merged = k
-            pulls, brakes, dynamics = merge_tables(train_in(train, cells, k), load, top_v, pieces)
+        merged = merged_in(train, cells, k, top_v, pieces, merged)
+        _, pulls, brakes, dynamics = merged
         if k == 0 and first_stands:
             per_joule = tables.traction
             rest, reach_w = standstill_terms(pieces[0], pulls, load, True, d, price, w[0], cap, per_joule)

@@ -10,14 +10,13 @@ import math
 
 from tgvdp._jit import kernel, leaf
 from tgvdp.certificate.efforts import (
+    NOT_MERGED,
     load_at,
     load_in,
-    merge_tables,
+    merged_in,
     piece_at,
     piece_value,
     price_in,
-    same_forces,
-    train_in,
 )
 from tgvdp.certificate.hamiltonian import Hamiltonian
 from tgvdp.physics.codes import TRACTION
@@ -107,8 +106,7 @@ def raise_costates(train, tables, multiplier, cells, cap, w, label, top_v, piece
         Costate at the two ends of each cell.
     """
     hold = -0.5 * tables.traction  # above it full traction would cost more than it is worth: p stays at or below
-    pulls = 0
-    merged = 0
+    merged = NOT_MERGED
     raised = False
     p = 0.0
     after = 0.0
@@ -122,11 +120,9 @@ def raise_costates(train, tables, multiplier, cells, cap, w, label, top_v, piece
             raised = False
             continue
         load = load_in(train, cells, k)
-        if pulls == 0 or not same_forces(cells, k, merged):
-            merged = k
-            pulls, _, _ = merge_tables(train_in(train, cells, k), load, top_v, pieces)
+        merged = merged_in(train, cells, k, top_v, pieces, merged)
         price = price_in(train, cells, k, multiplier)
-        h = Hamiltonian(pieces, pulls, 0, 0, tables.traction, tables.regeneration, load, 0.0, price)
+        h = Hamiltonian(pieces, merged.pulls, 0, 0, tables.traction, tables.regeneration, load, 0.0, price)
         d = cells.length_m[k]
         fast = math.sqrt(w[k + 1])
         tangent, excess = tangent_and_excess(h, p, fast)

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from tgvdp._jit import kernel, leaf
+from tgvdp._jit import kernel, leaf, part
 from tgvdp.model.track import POWERED
 from tgvdp.physics.forces import unpowered
 
@@ -17,6 +17,18 @@ class Load(NamedTuple):
     r0: float
     r1: float
     r2: float
+
+
+class Merged(NamedTuple):
+    """The cell whose pieces of efforts are at hand, and how many they are; of traction, all brakes, the dynamic one."""
+
+    cell: int
+    pulls: int
+    brakes: int
+    dynamics: int
+
+
+NOT_MERGED = Merged(-1, 0, 0, 0)
 
 
 @leaf
@@ -161,6 +173,15 @@ def merge_tables(train, load, top_v, pieces):
     brakes = merge_comfort(train.braking, train.friction_n, mass, comfort, rates, helps, top_v, pieces[1])
     dynamics = merge_comfort(train.braking, 0.0, mass, comfort, rates, helps, top_v, pieces[2])
     return pulls, brakes, dynamics
+
+
+@part
+def merged_in(train, cells, k, top_v, pieces, merged):
+    """`merge_tables` in a cell, or what was ``merged`` before where the forces are the same there."""
+    if merged.cell >= 0 and same_forces(cells, k, merged.cell):
+        return merged
+    pulls, brakes, dynamics = merge_tables(train_in(train, cells, k), load_in(train, cells, k), top_v, pieces)
+    return Merged(k, pulls, brakes, dynamics)
 
 
 @kernel

@@ -16,12 +16,14 @@ from tgvdp.certificate.line import BoundingProblem
 from tgvdp.certificate.lines import NO_ENERGY, LinesUnder, top_j
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.model.trip import Trip
-from tgvdp.runs.profile import Profile
+from tgvdp.runs.profile import Profile, drawn_energy_j
 
 _Floats = NDArray[np.float64]
 
 #: Running times that are nearer to the fastest one, relative to it, are that one.
 _SAME_TIME = 1e-9
+#: Gaps are shares of at least this share of what the fastest run draws.
+_LEAST_SHARE = 0.1
 #: A few roundings of one multiplication each.
 _ROUNDING = 8.0 * 2.0**-53
 
@@ -33,8 +35,10 @@ class Certificate:
     Attributes
     ----------
     lower_bound_j, gap_pct : (n,) float64
-        For each point: the bound at its running time, and how far its energy is above, in percent of the energy. NaN
-        for points that the time limit left without one, and where energy is that of a map.
+        For each point: the bound at its running time, and how far its energy is above, in percent of the energy that
+        it draws, or of a tenth of what the fastest run draws if that is more: what is left of it after braking, or on
+        a descent, may be next to nothing. NaN for points that the time limit left without one, and where energy is
+        that of a map.
     multiplier_j_per_s, line_j : (m,) float64
         The lines behind it: E ≥ line_j − multiplier_j_per_s·T for every run.
     fastest_s, fastest_j : float
@@ -66,11 +70,11 @@ def _envelope(time_s: _Floats, multiplier_j_per_s: _Floats, line_j: _Floats) -> 
     return np.asarray(np.max(line_j[:, None] - _ROUNDING * np.abs(line_j[:, None]) - cost, axis=0))
 
 
-def _gap_pct(energy_j: _Floats, lower_bound_j: _Floats, scale_j: float) -> _Floats:
-    """Gap in percent of the energy; none where the energy is 0 but for rounding against ``scale_j``."""
-    size_j = np.abs(energy_j)
+def _gap_pct(above_j: _Floats, drawn_j: _Floats, least_j: float, scale_j: float) -> _Floats:
+    """Gap in percent of what is drawn, or of ``least_j``; none where both are rounding errors of ``scale_j``."""
+    size_j = np.maximum(drawn_j, least_j)
     some = size_j > NO_ENERGY * scale_j
-    return np.where(some, 100.0 * (energy_j - lower_bound_j) / np.where(some, size_j, 1.0), 0.0)
+    return np.where(some, 100.0 * above_j / np.where(some, size_j, 1.0), 0.0)
 
 
 def certify_front(
@@ -78,6 +82,7 @@ def certify_front(
     fastest: Profile,
     time_s: _Floats,
     energy_j: _Floats,
+    drawn_j: _Floats,
     multiplier_j_per_s: _Floats,
     clock: Clock | None = None,
 ) -> Certificate:
@@ -93,6 +98,8 @@ def certify_front(
         Its fastest run.
     time_s, energy_j : (n,) float64
         Points: running times in s, energies in J.
+    drawn_j : (n,) float64
+        Energies in J before what braking returns, of which gaps are shares.
     multiplier_j_per_s : (m,) float64
         Multipliers near those of the points, J/s; infinite ones and those that are not above 0 are left out.
     clock : Clock, optional
@@ -118,7 +125,8 @@ def certify_front(
         flattest = np.argsort(multipliers)[: min(2, len(multipliers))]
         lower[lower <= _envelope(time_s, multipliers[flattest], line_j[flattest])] = np.nan
     lower[~slower] = fastest.total_energy_j
-    gap_pct = _gap_pct(energy_j, lower, top_j(trip, fastest))
+    least_j = _LEAST_SHARE * drawn_energy_j(trip, fastest)
+    gap_pct = _gap_pct(energy_j - lower, drawn_j, least_j, top_j(trip, fastest))
     return Certificate(
         lower, gap_pct, multipliers, line_j, fastest.duration_s, fastest.total_energy_j, not clock.expired
     )

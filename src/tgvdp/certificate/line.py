@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.certificate.ascent import climb
+from tgvdp.certificate.ascent import Progress, climb
 from tgvdp.certificate.cell_bounds import UNIT_ROUNDOFF, bound_kernel
 from tgvdp.certificate.cells import count_cells, cut_rows, split_cells, thin_rows
 from tgvdp.certificate.chain import chain_of
@@ -18,6 +18,7 @@ from tgvdp.certificate.regimes import LabelledRun, row_efforts
 from tgvdp.certificate.slopes import SLOPES
 from tgvdp.certificate.speed_bound import Caps, lower_caps, speed_bound
 from tgvdp.line.cells import Cells, cells_of
+from tgvdp.methods.budget import Clock
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Rows
 from tgvdp.physics.energy import EnergyTables, energy_tables
@@ -39,8 +40,9 @@ _SLIVER = 1e-6
 _SLOWEST = 1e-8
 #: Costates whose squares are no numbers are none themselves.
 _LARGEST = math.sqrt(float(np.finfo(np.float64).max))
-#: Steps of an ascent at most.
+#: Steps of an ascent at most, and the number of cells that are moved between two looks at the clock.
 _MOST_STEPS = 60
+_CELLS_AT_ONCE = 50_000
 #: More than the rounding error of a sum over the cells of a line, relative to it.
 _ROUNDING = 1e-10
 
@@ -147,15 +149,21 @@ class BoundingProblem:
         return multiplier_j_per_s + self.energy.auxiliary_w
 
     def line(
-        self, x_m: _Floats, w: _Floats, multiplier_j_per_s: float, fineness: float = 1.0, gain_j: float = math.inf
+        self,
+        x_m: _Floats,
+        w: _Floats,
+        multiplier_j_per_s: float,
+        fineness: float = 1.0,
+        gain_j: float = math.inf,
+        clock: Clock | None = None,
     ) -> float:
         """Lower bound of E + λT of every run, J, with the costate of the run of rows ``x_m``, ``w``.
 
-        It is improved by ascent for as long as a step promises to gain ``gain_j``.
+        It is improved by ascent for as long as a step promises to gain ``gain_j`` and there is time.
         """
         ledger = self.ledger(x_m, w, multiplier_j_per_s, fineness)
         if math.isfinite(gain_j):
-            ledger = self._ascended(ledger, self.total(multiplier_j_per_s) / self.train.inertia_kg, gain_j)
+            ledger = self._ascended(ledger, self.total(multiplier_j_per_s) / self.train.inertia_kg, gain_j, clock)
         return self.train.inertia_kg * (ledger.total - ledger.error)
 
     def ledger(self, x_m: _Floats, w: _Floats, multiplier_j_per_s: float, fineness: float = 1.0) -> Ledger:
@@ -208,14 +216,17 @@ class BoundingProblem:
             right=np.where(better, right, found.right),
         )
 
-    def _ascended(self, found: Ledger, multiplier: float, gain_j: float) -> Ledger:
-        """The bound with better costates, all moved at once until a pass gains less than ``gain_j``."""
+    def _ascended(self, found: Ledger, multiplier: float, gain_j: float, clock: Clock | None = None) -> Ledger:
+        """The bound with better costates, all moved at once until a pass gains less than ``gain_j``, or time is up."""
         left, right, count = found.left.copy(), found.right.copy(), len(found.left)
-        climb(
-            self.train, self.energy, found.cells, found.caps, found.w, multiplier, left, right, self.top_mps,
-            self._pieces, gain_j / self.train.inertia_kg, _MOST_STEPS, np.empty((2, count, 2, SLOPES)), np.empty(2),
-            chain_of(2 * count), np.empty((2, count)), np.empty(count),
-        )  # fmt: skip
+        room = np.empty((2, count, 2, SLOPES)), np.empty(2), chain_of(2 * count), np.empty((2, count)), np.empty(count)
+        steps = max(_CELLS_AT_ONCE // count, 1)
+        progress = Progress(0.0, 0, 0, 0, False)
+        while progress.steps < _MOST_STEPS and not progress.ended and not (clock and clock.expired):
+            progress = climb(
+                self.train, self.energy, found.cells, found.caps, found.w, multiplier, left, right, self.top_mps,
+                self._pieces, gain_j / self.train.inertia_kg, min(steps, _MOST_STEPS - progress.steps), progress, *room,
+            )  # fmt: skip
         better = self.evaluate(found, multiplier, left, right)
         return better if found.total - found.error < better.total - better.error < math.inf else found
 

@@ -96,7 +96,7 @@ class LinesUnder:
         for multiplier in np.append(chosen, _LARGER * chosen[-1])[::-1].tolist():
             if clock.expired:
                 return False
-            self._make(multiplier)
+            self._make(multiplier, clock)
         return True
 
     def refine(self, clock: Clock) -> None:
@@ -115,14 +115,14 @@ class LinesUnder:
             chosen = int(np.argmax(promise_j / self._size_j))
             if other_j[chosen] >= better_j[chosen]:
                 tries[chosen] += 1
-                self._make(self._multiplier_at(float(self._time_s[chosen])))
+                self._make(self._multiplier_at(float(self._time_s[chosen])), clock)
             else:
-                in_vain = 0 if self._improve(int(self._best_runs()[chosen])) else in_vain + 1
+                in_vain = 0 if self._improve(int(self._best_runs()[chosen]), clock) else in_vain + 1
 
-    def _improve(self, index: int) -> bool:
+    def _improve(self, index: int, clock: Clock) -> bool:
         """Make a line anew with more care; whether that was not in vain."""
         line = self.lines[index]
-        made = self._line(line.multiplier_j_per_s, line.care)
+        made = self._line(line.multiplier_j_per_s, line.care, clock)
         gained_j = 0.0 if made is None else made.line_j - line.line_j
         if made is None or gained_j < _WORTH * (line.cost_j - line.line_j):
             self.lines[index] = line._replace(care=math.nan, line_j=line.line_j + max(gained_j, 0.0))
@@ -130,15 +130,15 @@ class LinesUnder:
         self.lines[index] = made
         return True
 
-    def _make(self, multiplier: float) -> None:
+    def _make(self, multiplier: float, clock: Clock) -> None:
         """Add a line for a multiplier, J/s; the certificate is only looser without it."""
         tell("proving", lines=len(self.lines))
-        line = self._line(multiplier, 0.0)
+        line = self._line(multiplier, 0.0, clock)
         if line is not None:
             self.lines.append(line)
             self._runs.append((line.time_s, line.cost_j - multiplier * line.time_s))
 
-    def _line(self, multiplier: float, care: float) -> Line | None:
+    def _line(self, multiplier: float, care: float, clock: Clock) -> Line | None:
         """Line from the optimal run of a multiplier, J/s; none where the costate program finds none.
 
         The power of auxiliaries is part of the multipliers of a mesh, which otherwise knows none.
@@ -149,11 +149,11 @@ class LinesUnder:
             extremal = self._mesh.extremal(total, counters)
         except TgvdpError:
             return None
-        n, time_s, energy_j = self._mesh.drive(extremal.switch, extremal.switch, 0.0, counters)
+        n, time_s, energy_j = self._mesh.drive(extremal.switch, counters)
         size_j = float(np.interp(time_s, self._time_s, self._size_j)) if len(self._time_s) else abs(energy_j)
         rows = self._mesh.rows
         gain_j = _ASCENT_GAIN * size_j if care else math.inf
-        line_j = self._problem.line(rows.x[:n], rows.w[:n], multiplier, max(care, 1.0), gain_j)
+        line_j = self._problem.line(rows.x[:n], rows.w[:n], multiplier, max(care, 1.0), gain_j, clock)
         return Line(multiplier, line_j, time_s, energy_j + total * time_s, _NEXT_CARE[care])
 
     def _best_runs(self) -> NDArray[np.int64]:

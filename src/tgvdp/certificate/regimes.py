@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import kernel, leaf
-from tgvdp.certificate.efforts import load_in, merge_tables, piece_at, piece_value, price_in, same_forces, train_in
+from tgvdp.certificate.efforts import NOT_MERGED, load_in, merged_in, piece_at, piece_value, price_in
 from tgvdp.line.cells import Cells
 from tgvdp.physics.codes import (
     BRAKING,
@@ -134,9 +134,9 @@ def _by_w(pieces, n, v, m1, m3):
 
 
 @leaf
-def _regime(effort, v, no_effort, regeneration, pieces, counts):
+def _regime(effort, v, no_effort, regeneration, pieces, merged):
     """Regime that a mean effort per unit of inertia at speed v belongs to."""
-    pulls, brakes, dynamics = counts
+    _, pulls, brakes, dynamics = merged
     if abs(effort) <= no_effort:
         return COASTING
     if effort > 0.0:
@@ -160,24 +160,24 @@ def label_cells(train, tables, run, top_v, pieces):
     label, source, growth = run.label, run.source, run.growth
     w = run.w
     no_effort = _NO_EFFORT * train.traction[0, 2] / mass
-    counts = (0, 0, 0)
+    merged = NOT_MERGED
     for k in range(label.shape[0]):
         load = load_in(train, run.cells, k)
-        if k == 0 or not same_forces(run.cells, k, k - 1):
-            counts = merge_tables(train_in(train, run.cells, k), load, top_v, pieces)
+        merged = merged_in(train, run.cells, k, top_v, pieces, merged)
+        _, pulls, brakes, dynamics = merged
         v0 = math.sqrt(w[k])
         v1 = math.sqrt(w[k + 1])
         v = 0.5 * (v0 + v1)
-        label[k] = _regime(run.effort[k] / mass, v, no_effort, tables.regeneration, pieces, counts)
+        label[k] = _regime(run.effort[k] / mass, v, no_effort, tables.regeneration, pieces, merged)
         if v0 <= 0.0 or v1 <= 0.0:
             continue  # cells at a standstill have no costate
         m1 = 1.0 / v
         m3 = 1.0 / (v0 * v1 * v)
         price = price_in(train, run.cells, k, run.multiplier)
         load_w = 0.5 * load.r1 * m1 + load.r2
-        pull_w = _by_w(pieces[0], counts[0], v, m1, m3)
-        brake_w = _by_w(pieces[1], counts[1], v, m1, m3)
-        dynamic_w = _by_w(pieces[2], counts[2], v, m1, m3)
+        pull_w = _by_w(pieces[0], pulls, v, m1, m3)
+        brake_w = _by_w(pieces[1], brakes, v, m1, m3)
+        dynamic_w = _by_w(pieces[2], dynamics, v, m1, m3)
         for j in range(4):
             source[k, j] = 0.5 * price * m3
             growth[k, j] = 2.0 * load_w

@@ -12,16 +12,7 @@ import math
 
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.certificate.cell_bounds import UNIT_ROUNDOFF, cell_kernel, standstill_cell, standstill_terms
-from tgvdp.certificate.efforts import (
-    load_at,
-    load_in,
-    merge_tables,
-    piece_at,
-    piece_value,
-    price_in,
-    same_forces,
-    train_in,
-)
+from tgvdp.certificate.efforts import NOT_MERGED, load_at, load_in, merged_in, piece_at, piece_value, price_in
 from tgvdp.certificate.hamiltonian import Hamiltonian
 from tgvdp.certificate.regimes import is_standstill
 
@@ -107,7 +98,7 @@ def fill_slopes(train, tables, cells, caps, w, multiplier, left, right, top_v, p
     total = 0.0
     if first > 0:
         load = load_in(train, cells, 0)
-        pulls, _, _ = merge_tables(train_in(train, cells, 0), load, top_v, pieces)
+        pulls = merged_in(train, cells, 0, top_v, pieces, NOT_MERGED).pulls
         price = price_in(train, cells, 0, multiplier)
         rest, ends[0] = standstill_terms(
             pieces[0], pulls, load, True, cells.length_m[0], price, w[0], caps.cell[0], tables.traction
@@ -118,7 +109,7 @@ def fill_slopes(train, tables, cells, caps, w, multiplier, left, right, top_v, p
         total += left[0] * w[0]
     if last < count - 1:
         load = load_in(train, cells, count - 1)
-        _, brakes, _ = merge_tables(train_in(train, cells, count - 1), load, top_v, pieces)
+        brakes = merged_in(train, cells, count - 1, top_v, pieces, NOT_MERGED).brakes
         price = price_in(train, cells, count - 1, multiplier)
         rest, ends[1] = standstill_terms(
             pieces[1], brakes, load, False, cells.length_m[count - 1], price, w[count], caps.cell[count - 1],
@@ -128,15 +119,11 @@ def fill_slopes(train, tables, cells, caps, w, multiplier, left, right, top_v, p
     else:
         ends[1] = w[count]
         total -= right[last] * w[count]
-    merged = -1
-    pulls = 0
-    brakes = 0
-    dynamics = 0
+    merged = NOT_MERGED
     for k in range(first, last + 1):
         load = load_in(train, cells, k)
-        if merged < 0 or not same_forces(cells, k, merged):
-            merged = k
-            pulls, brakes, dynamics = merge_tables(train_in(train, cells, k), load, top_v, pieces)
+        merged = merged_in(train, cells, k, top_v, pieces, merged)
+        _, pulls, brakes, dynamics = merged
         price = price_in(train, cells, k, multiplier)
         h = Hamiltonian(pieces, pulls, brakes, dynamics, tables.traction, tables.regeneration, load, 0.0, price)
         if k > first:

@@ -29,6 +29,7 @@ _COMMANDS = (
     "journey",
     "compare",
     "explore",
+    "report",
     "score",
     "formulate",
     "solve",

@@ -37,7 +37,7 @@ class GroupedCommand(click.Command):
         found: dict[str, list[tuple[str, str]]] = {}
         for parameter in self.get_params(ctx):
             record = parameter.get_help_record(ctx)
-            if record is not None:
+            if record is not None and isinstance(parameter, click.Option):  # arguments stand in the usage
                 found.setdefault(getattr(parameter, "heading", "Options"), []).append(record)
         for heading, records in found.items():
             with formatter.section(heading):

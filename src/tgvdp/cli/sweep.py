@@ -28,6 +28,7 @@ Examples:
   tgvdp sweep spec.toml --out network
   tgvdp sweep spec.toml --out network --resume
   tgvdp sweep spec.toml --out network --scheduler tcp://10.0.0.1:8786
+  tgvdp sweep report network --margin 5
 """
 _where = heading("Where it runs")
 _output = heading("Output")
@@ -49,12 +50,26 @@ _OPTIONS = [
 ]  # fmt: skip
 
 
+class _SweepCommand(GroupedCommand):
+    """The command, which hands ``report`` on to one of its own."""
+
+    def make_context(
+        self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
+    ) -> click.Context:
+        if args[:1] != ["report"]:
+            return super().make_context(info_name, args, parent, **extra)
+        from tgvdp.cli.sweep_report import command as report
+
+        context: click.Context = report.make_context(f"{info_name} report", args[1:], parent, **extra)
+        return context
+
+
 def _options(function: Callable[..., Any]) -> Callable[..., Any]:
     return apply_all(_OPTIONS, function)
 
 
-@click.command("sweep", cls=GroupedCommand, epilog=_EXAMPLES)
-@click.argument("path", metavar="SPEC", type=click.Path(path_type=Path))
+@click.command("sweep", cls=_SweepCommand, epilog=_EXAMPLES)
+@click.argument("path", metavar="SPEC | report DIR", type=click.Path(path_type=Path))
 @_options
 def command(
     path: Path,
@@ -72,7 +87,7 @@ def command(
 
     SPEC is a TOML file with trains, lines, sections and what varies; docs/sweeps.md describes it and the tables. What
     is finished is kept at once: after an interruption of any kind --resume goes on. Exits with code 6 when scenarios
-    failed; their errors are in scenarios.csv, all others are done.
+    failed; their errors are in scenarios.csv, all others are done. "tgvdp sweep report DIR" sums a finished one up.
     """
     if scheduler is not None and (workers is not None or worker_memory is not None):
         raise click.UsageError("--workers and --worker-memory are for this machine, not for a --scheduler's")

@@ -45,6 +45,21 @@ def read_folder(folder: str) -> Exhibit:
     raise InputError(f"{folder}: holds none of {', '.join(_READERS)}, which search, journey and bench write")
 
 
+def read_search(folder: str) -> tuple[dict[str, Any], dict[str, dict[str, Any]]] | None:
+    """Read result.json, and the columns of profiles.csv by the id of the run; None where no search wrote."""
+    home = Path(folder)
+    if not (home / "result.json").is_file():
+        return None
+    return _checked(home, _object(home / "result.json")), _profiles(home)
+
+
+def _checked(home: Path, content: dict[str, Any]) -> dict[str, Any]:
+    lacking = [name for name in ("trip", "front", "fastest", "line") if name not in content]
+    if lacking:
+        raise InputError(f"{home / 'result.json'}: holds no {lacking[0]}: run the search again with this version")
+    return content
+
+
 def _object(path: Path) -> dict[str, Any]:
     try:
         content = json.loads(path.read_bytes())
@@ -58,9 +73,7 @@ def _object(path: Path) -> dict[str, Any]:
 
 
 def _search(home: Path, content: dict[str, Any]) -> Exhibit:
-    lacking = [name for name in ("trip", "front", "fastest", "line") if name not in content]
-    if lacking:
-        raise InputError(f"{home / 'result.json'}: holds no {lacking[0]}: run the search again with this version")
+    _checked(home, content)
     trace = home / "trace.json"
     profiles = _profiles(home)
     return search_exhibit(home.name, content, profiles, trace=_object(trace) if trace.is_file() else None)

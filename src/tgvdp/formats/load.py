@@ -1,15 +1,29 @@
 """One thing from a file or the catalog: trains, tracks, journeys, maps, or all that a file holds."""
 
+import functools
 from hashlib import sha256
-from typing import cast
+from typing import Any, cast
 
 from tgvdp.formats.detect import Read, Scenario, read_source
 from tgvdp.formats.sources import Source, source_path
 from tgvdp.formats.syntax.reading import bad, read_bytes
+from tgvdp.model import catalog
 from tgvdp.model.energy import EnergyMap
 from tgvdp.model.journey import Journey, Section
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
+
+
+@functools.cache
+def _built_in(name: str, kind: catalog.Kind) -> Any:
+    return read_source(name, kind).value
+
+
+def _value(source: Source, kind: catalog.Kind, line_speed_mps: float | None = None) -> Any:
+    """What a source holds of a kind; things of the catalog, whose files do not change, are read once."""
+    if isinstance(source, str) and line_speed_mps is None and source in catalog.names(kind):
+        return _built_in(source, kind)
+    return read_source(source, kind, line_speed_mps=line_speed_mps).value
 
 
 def load_train(path_or_name: Source) -> Train:
@@ -26,7 +40,7 @@ def load_train(path_or_name: Source) -> Train:
     InputError
         When there is no such name or file, or when it holds no valid train.
     """
-    return cast(Train, read_source(path_or_name, "train").value)
+    return cast(Train, _value(path_or_name, "train"))
 
 
 def load_track(path_or_name: Source, *, line_speed_mps: float | None = None) -> Track:
@@ -46,7 +60,7 @@ def load_track(path_or_name: Source, *, line_speed_mps: float | None = None) -> 
         When there is no such name or file, or when it holds no valid track; when a line speed is given for a file
         of a format in which limits are never missing.
     """
-    return cast(Track, read_source(path_or_name, "track", line_speed_mps=line_speed_mps).value)
+    return cast(Track, _value(path_or_name, "track", line_speed_mps))
 
 
 def load_journey(path: Source) -> Journey:
@@ -96,7 +110,7 @@ def load_energy_map(path_or_name: Source) -> EnergyMap:
     InputError
         When there is no such name or file, or when it holds no valid map.
     """
-    return cast(EnergyMap, read_source(path_or_name, "map").value)
+    return cast(EnergyMap, _value(path_or_name, "map"))
 
 
 def load_scenario(path: Source, *, line_speed_mps: float | None = None) -> Scenario:

@@ -59,6 +59,12 @@ class Trip:
                 f"got {self.destination_m:.12g} m after {self.origin_m:.12g} m"
             )
 
+    def __hash__(self) -> int:
+        """Of a few of its numbers: what is kept per trip is looked up at each run, and lines may have thousands."""
+        train, track = self.train, self.track
+        ends = (self.origin_m, self.destination_m, self.start_speed_mps, self.end_speed_mps)
+        return hash((*ends, train.mass_kg, train.davis_c_n_per_mps2, track.length_m, track.name))
+
     @property
     def distance_m(self) -> float:
         """Distance from origin to destination, m."""

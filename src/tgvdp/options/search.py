@@ -221,9 +221,10 @@ class SearchOptions:
     bounds: bool = option(True, "prune by bounds of the cost to go.", name="bounds", heading=GRID, methods=_BEST_FIRST)
 
     def __post_init__(self) -> None:
-        for one in OPTIONS:
+        given = [one for one in OPTIONS if getattr(self, one.argument) is not one.default]
+        for one in given:
             object.__setattr__(self, one.argument, one.check(getattr(self, one.argument)))
-        asked = [one for one in OPTIONS if getattr(self, one.argument) != one.default]
+        asked = [one for one in given if getattr(self, one.argument) != one.default]
         for one in asked:
             if self.method not in one.methods:
                 owners = " and ".join(one.methods)

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from tgvdp.report.columns import Columns
     from tgvdp.runs.profile import Profile
 
-PROFILE_COLUMNS = ("id", *Samples._fields)
 #: Significant digits of the largest number, so that neighbouring rows are exact enough to be replayed.
 PROFILE_DIGITS = {
     "position_m": 14, "speed_mps": 12, "limit_mps": 7, "gradient_permil": 5, "time_s": 12, "force_n": 9, "energy_j": 12,

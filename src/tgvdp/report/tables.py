@@ -162,12 +162,21 @@ def result_object(
             **known,
         },
         "front": front,
+        "practices": {"linear_margin": _linear_margin(result)},
         "counters": plain(result.counters),
         "provenance": plain(provenance),
     }
     if warnings := (*result.warnings, *notes):
         content["warning"] = "; ".join(warnings)
     return content
+
+
+def _linear_margin(result: "SearchResult") -> list[dict[str, float]]:
+    """What the linear margin takes at the points of the front; nothing where a trip does not begin and end at rest."""
+    if result.trip.start_speed_mps or result.trip.end_speed_mps:
+        return []
+    profiles = map(result.linear_margin, range(len(result.front)))
+    return [{"time_s": one.duration_s, "energy_kwh": joule_to_kwh(one.total_energy_j)} for one in profiles]
 
 
 def _trip_of(result: "SearchResult") -> dict[str, Any]:

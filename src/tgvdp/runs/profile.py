@@ -160,6 +160,12 @@ def _measure(train, tables, at_wheel, x, w, grade, air, supply, time, force, ene
     return wheel, braking, drawn, returned, auxiliary
 
 
+def drawn_energy_j(trip: Trip, profile: Profile) -> float:
+    """Energy of a run by the trip's model before what braking returns, J."""
+    returned_j = 0.0 if trip.energy.kind == "wheel" else profile.balance.regenerated_j
+    return profile.total_energy_j + returned_j
+
+
 def profile_of(
     trip: Trip, x_m: NDArray[np.float64], w: NDArray[np.float64], known: NDArray[np.int8] | None = None
 ) -> Profile:

@@ -4,11 +4,13 @@ from collections.abc import Callable, Iterator
 
 from tgvdp.sweeps.scenario import Task
 
-#: What a batch should take, s: long against a message, short against a pause for Ctrl-C or a lost worker.
+#: What a batch should take at least, s: long against a message, short against a lost worker.
 BATCH_S = 0.5
+#: What a batch costs the driver, s (docs/sweeps.md), and the share of its time that may be: many workers get long ones.
+_MESSAGE_S, _MESSAGES = 0.003, 0.25
 #: Batches that each worker should still get, so that all of them end together.
 _LAST = 2
-_MOST = 1000
+_MOST = 2000
 #: Weight of the newest figure.
 _NEWEST = 0.3
 
@@ -57,7 +59,7 @@ class Batches:
 
     def take(self, workers: int) -> list[Task]:
         """Next batch for one of so many workers; empty at the end."""
-        most_s = BATCH_S
+        most_s = max(BATCH_S, workers * _MESSAGE_S / _MESSAGES)
         left, mean_s = self._left(), self.pace.mean_s
         if left is not None and mean_s is not None:
             most_s = min(most_s, left * mean_s / (_LAST * max(workers, 1)))

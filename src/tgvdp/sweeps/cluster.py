@@ -98,7 +98,7 @@ def _started(cluster: Cluster) -> "LocalCluster":
             processes=True,
             memory_limit="auto" if cluster.worker_memory_b is None else int(cluster.worker_memory_b),
             host="127.0.0.1",
-            dashboard_address="127.0.0.1:0" if _has_dashboard() else None,
+            dashboard_address="127.0.0.1:0",  # any free port: sweeps may run side by side
             silence_logs=_SILENT,
             env=_ONE_THREAD,
         )
@@ -130,12 +130,7 @@ def _start_tracker() -> None:
         sys.warnoptions[:] = options
 
 
-def _has_dashboard() -> bool:
-    """Whether Dask can show its dashboard here."""
-    return find_spec("bokeh") is not None
-
-
 def dashboard_of(client: "Client") -> str:
     """Address of the dashboard of a cluster; empty where it has none."""
     services = client.scheduler_info().get("services", {})
-    return str(client.dashboard_link) if "dashboard" in services and _has_dashboard() else ""
+    return str(client.dashboard_link) if "dashboard" in services and find_spec("bokeh") is not None else ""

@@ -28,6 +28,7 @@ CREATE TABLE scenario (
     points INTEGER,
     part INTEGER,
     elapsed_s REAL,
+    cpu_s REAL,
     worker TEXT
 );
 CREATE UNIQUE INDEX by_number ON scenario (number) WHERE number IS NOT NULL;
@@ -51,6 +52,7 @@ class Finished(NamedTuple):
     points: int | None
     part: int | None
     elapsed_s: float | None
+    cpu_s: float | None
     worker: str | None
 
 
@@ -176,6 +178,7 @@ class Journal:
                 None if record.front is None else len(record.front.time_s),
                 None if record.front is None else part,
                 record.elapsed_s,
+                record.cpu_s,
                 record.worker,
                 record.id,
             )
@@ -184,6 +187,6 @@ class Journal:
         with self._transaction():
             self._database.executemany(
                 "UPDATE scenario SET status = ?, error = ?, fastest_time_s = ?, fastest_energy_j = ?, points = ?,"
-                " part = ?, elapsed_s = ?, worker = ? WHERE id = ?",
+                " part = ?, elapsed_s = ?, cpu_s = ?, worker = ? WHERE id = ?",
                 rows,
             )

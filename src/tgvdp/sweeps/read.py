@@ -18,7 +18,7 @@ from tgvdp.model import catalog
 from tgvdp.model.track import Track
 from tgvdp.options.search import BY_FIELD, JOURNEY_FIELDS
 from tgvdp.options.texts import parse_quantity
-from tgvdp.sweeps.scenario import Kind, Part, Section
+from tgvdp.sweeps.scenario import Kind, Part, Section, section_name
 from tgvdp.sweeps.spec import SET, Axis, SweepSpec, written
 
 #: Files of a folder that may hold a train or a line.
@@ -27,7 +27,6 @@ _SUFFIXES = {".toml", ".json", ".yaml", ".yml", ".xml", ".railml", ".csv", ".xls
 _PLACES = ("from_m", "to_m")
 _WHOLE, _STOPS, _JOURNEY = "whole", "stops", "journey"
 _Role = Literal["train", "track"]
-_Values = Annotated[list[Any], Meta(min_length=1)]
 _Names = Annotated[list[str], Meta(min_length=1)]
 
 
@@ -39,9 +38,10 @@ class _File(Struct, forbid_unknown_fields=True):
     sections: str | _Names = _WHOLE
     dwell_s: Annotated[float, Meta(ge=0.0)] | None = None
     profiles_every_m: Annotated[float, Meta(gt=0.0)] | None = None
+    csv: bool = True
     run: dict[str, Any] = {}
-    product: dict[str, _Values] = {}
-    zip: list[dict[str, _Values]] = []
+    product: dict[str, list[Any]] = {}
+    zip: list[dict[str, list[Any]]] = []
 
 
 def read_spec(path: Path) -> SweepSpec:
@@ -61,21 +61,22 @@ def read_spec(path: Path) -> SweepSpec:
         raise bad(path, f"profiles_every_m: is for sections from stop to stop, not for {_JOURNEY!r}")
     trains = tuple(_parts(path, "trains", file.trains, "train"))
     lines = tuple(_parts(path, "lines", file.lines, "track"))
-    axes = _axes(path, file)
+    placed = _axes(path, file)
     run = run_options(path, file.run)
-    for axis in axes:
-        _check(path, axis, run, trains[0], lines[0])
+    for place, axis in placed:
+        _check(path, place, axis, run, trains[0], lines[0])
     _check_fields(path, kind, [("run", field) for field in run])
     spec = SweepSpec(
         trains=trains,
         lines=lines,
         sections=tuple(tuple(_sections(path, file.sections, line)) for line in lines),
-        axes=axes,
+        axes=tuple(axis for _, axis in placed),
         run=run,
         kind=kind,
         profiles_every_m=file.profiles_every_m,
         dwell_s=file.dwell_s,
-        sha256=document.digest,
+        csv=file.csv,
+        text=document.data.decode(),
     )
     _check_fields(path, kind, [("product or zip", name) for name in spec.parameters if not name.startswith(SET)])
     return spec
@@ -93,7 +94,7 @@ def _parts(path: Path, field: str, sources: Sequence[str], role: _Role) -> Itera
     names: set[str] = set()
     for index, source in enumerate(sources):
         with errors_named(path, f"{field}[{index}]"):
-            for found in _found(path.parent, source, role):
+            for found in _found(path, source, role):
                 if found.name in names:
                     raise InputError(f"two {field} are called {shown(found.name)}")
                 names.add(found.name)
@@ -101,13 +102,15 @@ def _parts(path: Path, field: str, sources: Sequence[str], role: _Role) -> Itera
                 yield Part(found.name, read.value, read.path.name, read.sha256)
 
 
-def _found(folder: Path, source: str, role: _Role) -> Iterator[_Found]:
+def _found(spec: Path, source: str, role: _Role) -> Iterator[_Found]:
+    """What a name, a file or a folder beside the spec holds."""
     if source in catalog.names(role):
         yield _Found(source, source)
         return
-    place = folder / source
+    place = spec.parent / source
     if place.is_dir():
         files = [file for file in sorted(place.iterdir()) if file.is_file() and file.suffix.lower() in _SUFFIXES]
+        files = [file for file in files if not file.samefile(spec)]
         held = [found for file in files for found in _held(file, role)]
         if not held:
             raise InputError(f"{place}: no file in this folder holds a {role}")
@@ -133,9 +136,7 @@ def _sections(path: Path, given: str | Sequence[str], line: Part) -> Iterator[Se
         if given not in (_WHOLE, _STOPS, _JOURNEY):
             raise bad(path, f"sections: must be {_WHOLE}, {_STOPS}, {_JOURNEY} or a list of FROM:TO, got {given!r:.40}")
         ends_m = (0.0, track.length_m) if given != _STOPS or len(track.stops_m) < 2 else track.stops_m
-        yield from (
-            Section(_JOURNEY if given == _JOURNEY else _section_name(*pair), *pair) for pair in pairwise(ends_m)
-        )
+        yield from (Section(_JOURNEY if given == _JOURNEY else section_name(*pair), *pair) for pair in pairwise(ends_m))
         return
     for index, text in enumerate(given):
         with errors_named(path, f"sections[{index}]"):
@@ -152,34 +153,32 @@ def _section(text: str) -> Section:
     from_m, to_m = parse_quantity(start, "m"), parse_quantity(end, "m")
     if not 0.0 <= from_m < to_m:
         raise InputError(f"must be FROM:TO with 0 <= FROM < TO, got {text!r:.40}")
-    return Section(_section_name(from_m, to_m), from_m, to_m)
+    return Section(section_name(from_m, to_m), from_m, to_m)
 
 
-def _section_name(from_m: float, to_m: float) -> str:
-    return f"{from_m:.12g}-{to_m:.12g}"
-
-
-def _axes(path: Path, file: _File) -> tuple[Axis, ...]:
-    """What varies: every field of ``product`` on its own, those of each ``zip`` together."""
-    axes = [Axis((name,), tuple((value,) for value in values)) for name, values in file.product.items()]
+def _axes(path: Path, file: _File) -> list[tuple[str, Axis]]:
+    """What varies: every field of ``product`` on its own, those of each ``zip`` together, each with its table."""
+    axes = [("product", Axis((name,), tuple((value,) for value in values))) for name, values in file.product.items()]
     for index, table in enumerate(file.zip):
         lengths = {name: len(values) for name, values in table.items()}
         if len(set(lengths.values())) != 1:
             got = ", ".join(f"{name} with {length}" for name, length in lengths.items())
             raise bad(path, f"zip[{index}]: all lists must be equally long, got {got or 'none'}")
-        axes.append(Axis(tuple(table), tuple(zip(*table.values(), strict=True))))
-    names = [name for axis in axes for name in axis.names]
+        axes.append((f"zip[{index}]", Axis(tuple(table), tuple(zip(*table.values(), strict=True)))))
+    for place, axis in axes:
+        if not axis.rows:
+            raise bad(path, f"{place}.{axis.names[0]}: must have values")
+    names = [name for _, axis in axes for name in axis.names]
     for name in names:
         if names.count(name) > 1 or name in file.run:
             raise bad(path, f"{name}: stands in more than one of run, product and zip")
-    return tuple(axes)
+    return axes
 
 
-def _check(path: Path, axis: Axis, run: Mapping[str, Any], train: Part, line: Part) -> None:
+def _check(path: Path, place: str, axis: Axis, run: Mapping[str, Any], train: Part, line: Part) -> None:
     """Refuse values that no search could take, before the first one starts."""
     for row in axis.rows:
         given = dict(zip(axis.names, row, strict=True))
-        place = " and ".join(given)
         run_options(path, {**run, **{name: value for name, value in given.items() if not name.startswith(SET)}}, place)
         changes = [f"{name}={written(value)}" for name, value in given.items() if name.startswith(SET)]
         if changes:

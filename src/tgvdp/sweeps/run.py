@@ -1,5 +1,6 @@
 """A sweep with files: what is done is kept, what is not is solved, and at the end the tables are made."""
 
+import hashlib
 import sqlite3
 import time
 from collections.abc import Callable, Iterator
@@ -8,6 +9,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tgvdp.errors import InputError
+from tgvdp.report.files import write_files
+from tgvdp.report.provenance import make_provenance
+from tgvdp.report.results import to_json
 from tgvdp.sweeps.batches import Batches
 from tgvdp.sweeps.cluster import Cluster, connected, dashboard_of
 from tgvdp.sweeps.engine import Engine
@@ -27,6 +31,8 @@ _ERRORS = 20
 _UNSATISFYING = ("partial", "failed", "killed")
 #: Time between two commits, s: what a killed driver loses at most.
 COMMIT_S = 1.0
+#: Rows, of profiles mostly, that are not held any longer.
+_MOST_ROWS = 500_000
 
 
 @dataclass
@@ -115,22 +121,41 @@ def run_sweep(
     work = out / WORK
     if (work / JOURNAL).exists() and not resume:
         raise InputError(f"{out}: holds a sweep already: --resume goes on with it")
+    if not work.exists() and out.is_dir() and any(out.iterdir()):
+        raise InputError(f"{out}: is not empty, and no sweep is in it")
     try:
         work.mkdir(parents=True, exist_ok=True)
         journal = Journal(work / JOURNAL)
         try:
             engine = engine_version()
-            journal.enrol((scenario.key(engine) for scenario in spec), f"{spec.sha256} {engine}")
+            journal.enrol((scenario.key(engine) for scenario in spec), _plan(spec, engine))
             if retry:
                 journal.forget(_UNSATISFYING)
             progress = _solve(spec, journal, work, cluster, told)
-            return _outcome(spec, journal, progress, write_tables(spec, journal, work, out), out)
+            files = write_tables(spec, journal, work, out)
+            outcome = _outcome(spec, journal, progress, files, out)
+            write_files(out, {"provenance.json": to_json(_provenance(spec, outcome, progress))})
+            return outcome
         finally:
             journal.close()
     except OSError as error:
         raise InputError(f"{out}: cannot be written: {error.strerror or error}") from error
     except sqlite3.Error as error:
         raise InputError(f"{out}: cannot be written: {error}") from error
+
+
+def _plan(spec: SweepSpec, engine: str) -> str:
+    """What decides which scenarios there are, and their keys."""
+    parts = [engine, spec.text, *(part.digest for part in (*spec.trains, *spec.lines))]
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()
+
+
+def _provenance(spec: SweepSpec, outcome: "Outcome", progress: Progress) -> dict[str, Any]:
+    """Where the tables come from: the spec as it was, and the fingerprints of all trains and lines."""
+    parts = {f"train {part.name}": part for part in spec.trains} | {f"line {part.name}": part for part in spec.lines}
+    inputs = {role: {"file": part.file, "sha256": part.sha256} for role, part in parts.items()}
+    about = make_provenance({"spec": spec.text}, inputs, time.perf_counter() - progress.started_s)
+    return {"schema": "tgvdp.provenance/1", **about, "engine": engine_version(), "sweep": outcome.content}
 
 
 def _outcome(spec: SweepSpec, journal: Journal, progress: Progress, files: list[Path], out: Path) -> Outcome:
@@ -187,12 +212,14 @@ class _Keeper:
         self._journal, self._work = journal, work
         self._part = journal.next_part()
         self._held: list[Record] = []
+        self._rows = 0
         self._since_s = time.perf_counter()
 
     def keep(self, records: list[Record]) -> None:
         """Keep records, soon."""
         self._held += records
-        if time.perf_counter() - self._since_s >= COMMIT_S:
+        self._rows += sum(record.rows for record in records)
+        if time.perf_counter() - self._since_s >= COMMIT_S or self._rows >= _MOST_ROWS:
             self.commit()
 
     def commit(self) -> None:
@@ -201,5 +228,5 @@ class _Keeper:
         if self._held:
             write_part(self._work, self._part, self._held)
             self._journal.commit(self._held, self._part)
-            self._held = []
+            self._held, self._rows = [], 0
             self._part += 1

@@ -51,6 +51,11 @@ class Section(NamedTuple):
     to_m: float
 
 
+def section_name(from_m: float, to_m: float) -> str:
+    """Name of a stretch, wherever it comes from."""
+    return f"{from_m:.12g}-{to_m:.12g}"
+
+
 @dataclass(frozen=True, eq=False)
 class Scenario:
     """One search or journey.

@@ -44,8 +44,10 @@ class SweepSpec(Sequence[Scenario]):
         Distance of the rows of speed profiles, m; None: no profiles.
     dwell_s : float
         Least standstill at stops, of journeys.
-    sha256 : str
-        Of the file's bytes.
+    csv : bool
+        Whether tables are written as CSV, too.
+    text : str
+        The file.
     """
 
     trains: tuple[Part, ...]
@@ -56,7 +58,8 @@ class SweepSpec(Sequence[Scenario]):
     kind: Kind
     profiles_every_m: float | None
     dwell_s: float | None
-    sha256: str
+    csv: bool
+    text: str
 
     @property
     def parameters(self) -> tuple[str, ...]:

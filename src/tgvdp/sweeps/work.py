@@ -12,10 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import InputError, TgvdpError
+from tgvdp.model.track import Track
+from tgvdp.model.train import Train
 from tgvdp.sweeps.scenario import Task, engine_version
 
 Status = Literal["done", "partial", "failed", "killed"]
 _Floats = NDArray[np.float64]
+#: Trains and lines with fields set that a worker remembers.
+_KNOWN = 16
 
 
 class Front(NamedTuple):
@@ -49,8 +53,8 @@ class Record(NamedTuple):
         Of journeys.
     profiles : mapping or None
         Columns of the rows of all speed profiles, with the point that each belongs to.
-    elapsed_s : float
-        What it took.
+    elapsed_s, cpu_s : float
+        What it took, on the clock and of the processor.
     worker : str
         Machine and process.
     """
@@ -64,7 +68,14 @@ class Record(NamedTuple):
     allocation: Allocation | None = None
     profiles: Mapping[str, Any] | None = None
     elapsed_s: float = 0.0
+    cpu_s: float = 0.0
     worker: str = ""
+
+    @property
+    def rows(self) -> int:
+        """Rows of all tables that this is."""
+        profiles = 0 if self.profiles is None else len(self.profiles["point"])
+        return profiles + (0 if self.front is None else len(self.front.time_s))
 
 
 def solve_batch(content: bytes, engine: str) -> bytes:
@@ -98,20 +109,20 @@ def solve(task: Task) -> Record:
     worker = _worker()
     try:
         _load_kernels(task)
-        started_s = time.perf_counter()
+        started_s, started_cpu_s = time.perf_counter(), time.process_time()
         record = _solved(task)
     except TgvdpError as error:
         return Record(task.id, "failed", str(error), worker=worker)
     except Exception as error:  # a fault of tgvdp: the others go on
         return Record(task.id, "failed", f"{type(error).__name__}: {error}", worker=worker)
-    return record._replace(elapsed_s=time.perf_counter() - started_s, worker=worker)
+    elapsed_s, cpu_s = time.perf_counter() - started_s, time.process_time() - started_cpu_s
+    return record._replace(elapsed_s=elapsed_s, cpu_s=cpu_s, worker=worker)
 
 
 def _solved(task: Task) -> Record:
     from tgvdp import api
-    from tgvdp.formats.native.changes import changed
 
-    train, track = changed(task.train, task.track, task.changes) if task.changes else (task.train, task.track)
+    train, track = _changed(task.train, task.track, task.changes) if task.changes else (task.train, task.track)
     if task.kind == "journey":
         journey = api.journey(train, track, **task.arguments)
         front = Front(journey.front.time_s, journey.front.energy_j, np.asarray(journey.price_kwh_per_min))
@@ -119,7 +130,7 @@ def _solved(task: Task) -> Record:
         allocation = Allocation(journey.section_time_s, journey.section_energy_j, ends_m)
         status: Status = "done" if journey.found.complete else "partial"
         return Record(task.id, status, None, journey.fastest_time_s, journey.fastest_energy_j, front, allocation)
-    result = api.search(train, track, **task.arguments)
+    result = api.search(train, track, **{"max_memory_b": _worker_memory_b(), **task.arguments})
     price = result.price_kwh_per_min
     front = Front(
         result.front.time_s, result.front.energy_j, np.full(len(result.front), np.nan) if price is None else price
@@ -128,6 +139,14 @@ def _solved(task: Task) -> Record:
     fastest = result.fastest
     status = "done" if result.complete else "partial"
     return Record(task.id, status, None, fastest.time_s, fastest.energy_j, front, None, profiles)
+
+
+@functools.lru_cache(maxsize=_KNOWN)
+def _changed(train: Train, track: Track, changes: tuple[str, ...]) -> tuple[Train, Track]:
+    """Train and track with fields set: neighbours often have the same ones."""
+    from tgvdp.formats.native.changes import changed
+
+    return changed(train, track, changes)
 
 
 def _profiles(result: Any, every_m: float) -> dict[str, Any]:
@@ -144,6 +163,17 @@ def _profiles(result: Any, every_m: float) -> dict[str, Any]:
 @functools.cache
 def _worker() -> str:
     return f"{platform.node()}:{os.getpid()}"
+
+
+def _worker_memory_b() -> float | None:
+    """Memory that Dask grants this worker, B: whoever asks for more is refused before the worker is killed."""
+    from distributed import get_worker
+
+    try:
+        limit_b: float | None = get_worker().memory_manager.memory_limit
+    except ValueError:  # no worker: an estimate
+        return None
+    return limit_b
 
 
 def _load_kernels(task: Task) -> None:

@@ -1,7 +1,8 @@
 """What is kept of a benchmark: one JSON file per instance and solver, replaced as a whole after each run.
 
 A file's name holds a digest of everything that decides what a run does: the instance's bytes, the solver's word, the
-base seed, the edition of the program and of the files. What changes is therefore run again, and what does not is found again.
+base seed, the edition of the program and of the files. What changes is therefore run again, and what does not is found
+again.
 """
 
 import hashlib

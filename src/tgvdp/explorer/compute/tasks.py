@@ -9,7 +9,7 @@ import msgspec
 from tgvdp import api, formats
 from tgvdp.api import warm as kernels
 from tgvdp.errors import InputError
-from tgvdp.explorer.compute.asked import Asked, FieldError, File, is_upload, upload_of
+from tgvdp.explorer.compute.asked import OFFERED, Asked, FieldError, File, is_upload, upload_of
 from tgvdp.explorer.exhibit import profile_columns, profile_json, profiles_of, search_exhibit
 from tgvdp.formats.native.changes import changed
 from tgvdp.formats.review.describe import describe
@@ -71,9 +71,17 @@ def run(tell: Listener, asked: Mapping[str, Any], uploads: Mapping[str, Any]) ->
         about = make_provenance(result.options, case.inputs, result.elapsed_s)
         content = result_object(result, verdicts, about, certificate)
         tell("summing up")
-        name = f"{case.train.name} on {case.track.name}"
+        name = ", ".join([f"{case.train.name} on {case.track.name}", *_differences(request)])
         exhibit = search_exhibit(name, content, profiles_of(result), asked=asked, editable=case.editable)
     return {"name": exhibit.name, "view": exhibit.view, "profiles": exhibit.profiles}
+
+
+def _differences(asked: Asked) -> list[str]:
+    """What a run has that the usual one has not, in a few words each."""
+    options = [f"{OFFERED[name].name} {value}" for name, value in asked.options.items() if not is_upload(str(value))]
+    limits = f"{len(asked.limits_kmh)} limits changed" if asked.limits_kmh else ""
+    mass = "" if asked.mass_t is None else f"{asked.mass_t:g} t"
+    return [text for text in (*options, mass, limits) if text]
 
 
 def draft(tell: Listener, asked: Mapping[str, Any], uploads: Mapping[str, Any], delay_s: float) -> dict[str, Any]:

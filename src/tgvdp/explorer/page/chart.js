@@ -14,8 +14,9 @@ export function redrawAll() {
 export class Chart {
   /**
    * @param {object} look label (for those who cannot see it), xLabel, yLabel, height (px), and where wanted:
-   *   sync (charts of one name share the cursor), right ({ label, text(value) } of a second axis),
-   *   onCursor(index or null), onZoom(min, max), hidesX (the axis of x is that of a chart below)
+   *   sync (charts of one name share the cursor), right ({ label, toShown, fromShown } of a second axis),
+   *   onCursor(index or null), onZoom(min, max), hidesX (the axis of x is that of a chart below),
+   *   yText(value) for the axis of y
    */
   constructor(look) {
     this.look = look;
@@ -36,9 +37,9 @@ export class Chart {
     });
     const axes = [
       axis(look.hidesX ? "" : look.xLabel, look.hidesX ? { size: 4, values: () => [], labelSize: 0 } : { size: 28 }),
-      axis(look.yLabel, { size: 44, values: (plot, splits) => splits.map(plain) }),
+      axis(look.yLabel, { size: 44, values: (plot, splits) => splits.map(look.yText ?? plain) }),
     ];
-    if (look.right) axes.push(axis(look.right.label, { side: 1, size: 46, scale: "y", grid: { show: false }, values: (plot, splits) => splits.map(look.right.text) }));
+    if (look.right) axes.push(axis(look.right.label, { side: 1, size: 46, scale: "y", grid: { show: false }, splits: () => this.rightSplits().map(look.right.fromShown), values: (plot, splits) => splits.map((split) => plain(look.right.toShown(split))) }));
     return {
       width: 300, height: look.height, legend: { show: false }, padding: [8, look.right ? 0 : 12, 0, 0],
       scales: { x: { time: false, range: () => this.range.x }, y: { range: () => this.range.y } },
@@ -54,6 +55,16 @@ export class Chart {
         setSelect: [(plot) => this.zoomed(plot)],
       },
     };
+  }
+
+  /** Round values of the second axis. */
+  rightSplits() {
+    const [low, high] = this.range.y.map(this.look.right.toShown).sort((a, b) => a - b);
+    const rough = (high - low) / 5, power = 10 ** Math.floor(Math.log10(rough));
+    const step = [1, 2, 2.5, 5, 10].find((factor) => factor * power >= rough) * power;
+    const splits = [];
+    for (let value = Math.ceil(low / step) * step; value <= high; value += step) splits.push(value);
+    return splits.reverse();
   }
 
   zoomed(plot) {
@@ -97,7 +108,7 @@ export class Chart {
   }
 }
 
-const plain = (value) => (value === null ? "" : String(Number(value.toPrecision(10))).replace("-", "−"));
+const plain = (value) => (value === null ? "" : String(Number(value.toPrecision(9))).replace("-", "−"));
 
 /** The smallest range that holds values, with room around them. */
 export function around(values, room = 0.05) {

@@ -17,12 +17,13 @@ export class Front {
     this.whole = fastest.energy_kwh;
     this.energy = energyScale(this.whole * JOULE_PER_KWH);
     this.extra = { pins: {}, overlays: [], draft: null, practices: [] };
-    const toEnergy = (saved) => significant((this.whole - (saved / 100) * Math.abs(this.whole)) * JOULE_PER_KWH * this.energy.factor, 4);
+    const toShown = (saved) => (this.whole - (saved / 100) * Math.abs(this.whole)) * JOULE_PER_KWH * this.energy.factor;
+    const toSaved = (shown) => this.saved(shown / (JOULE_PER_KWH * this.energy.factor));
     this.chart = new Chart({
       label: `Pareto front: energy saved over delay, ${front.length} points. The slider below chooses a point.`,
       xLabel: `Delay over the fastest run of ${clock(fastest.time_s)} (${this.delay.unit})`,
       yLabel: "Energy saved (%)",
-      right: { label: `Energy (${this.energy.unit})`, text: toEnergy },
+      right: { label: `Energy (${this.energy.unit})`, toShown, fromShown: toSaved },
       height: 300,
     });
     this.slider = el("input", {

@@ -69,8 +69,8 @@ export class Profile {
   arrange(names) {
     if (names.join() === Object.keys(this.charts).join()) return;
     for (const chart of Object.values(this.charts)) chart.remove();
-    const speed = speedScale(this.topSpeed());
-    const labels = { speed: `Speed (${speed.unit})`, line: "Altitude (m)", timeApart: "B − A (s)", energyApart: "B − A" };
+    const { speed } = this;
+    const labels = { speed: `Speed (${speed.unit})`, line: "Altitude (m)", timeApart: "B − A (s)", energyApart: `B − A (${energyScale(this.topEnergy()).unit})` };
     this.charts = {};
     this.stack.replaceChildren();
     for (const name of names) {
@@ -83,10 +83,27 @@ export class Profile {
         onZoom: (from, to) => this.zoomTo([from / this.distance.factor, to / this.distance.factor]),
       });
       chart.plot.over.addEventListener("dblclick", () => this.zoomTo(this.all));
+      if (name === "speed") this.hearPointer(chart.plot.over);
       this.charts[name] = chart;
       this.stack.append(chart.element);
     }
   }
+
+  /** Whoever edits limits hears the pointer over the speeds first; what it takes is no zoom. */
+  hearPointer(over) {
+    for (const kind of ["down", "move", "up"]) {
+      over.addEventListener(kind === "down" ? "mousedown" : `pointer${kind}`, (event) => {
+        if (kind === "down") { if (this.isTaken) event.stopImmediatePropagation(); return; }
+        this.onSpeedPointer?.[kind](event);
+        if (kind === "up") this.isTaken = false;
+      }, { capture: true });
+    }
+    over.addEventListener("pointerdown", (event) => { this.isTaken = this.onSpeedPointer?.down(event) ?? false; }, { capture: true });
+  }
+
+  topEnergy() { return Math.max(...this.runs.flatMap(({ course }) => course.E.map(Math.abs))); }
+
+  get speed() { return speedScale(this.topSpeed()); }
 
   topSpeed() { return Math.max(1e-9, ...this.runs.flatMap(({ course }) => Math.max(...course.v))); }
 
@@ -110,7 +127,7 @@ export class Profile {
   }
 
   drawSpeed() {
-    const top = this.topSpeed(), { factor } = speedScale(top);
+    const top = this.topSpeed(), { factor } = this.speed;
     const limits = this.limits.filter((row) => row.speed_mps !== null);
     const shown = limits.filter((row) => row.speed_mps <= LIMIT_SHOWN * top);
     const ceiling = Math.max(top, ...shown.map((row) => row.speed_mps));
@@ -133,7 +150,7 @@ export class Profile {
 
   drawCompared() {
     const { x, time_s, energy_j } = this.compared;
-    const energy = energyScale(Math.max(...energy_j.map(Math.abs)));
+    const energy = energyScale(this.topEnergy());
     for (const [name, y] of [["timeApart", time_s], ["energyApart", energy_j.map((value) => value * energy.factor)]]) {
       const layers = [
         { kind: "line", x: this.x(this.all), y: [0, 0], color: "line", width: 1 },
@@ -165,7 +182,7 @@ export class Profile {
   tell(index) {
     if (index === null || !this.runs.length) { this.readout.textContent = ""; return; }
     const [{ course }] = this.runs;
-    const speed = speedScale(this.topSpeed()), energy = energyScale(Math.max(...course.E.map(Math.abs)));
+    const { speed } = this, energy = energyScale(this.topEnergy());
     const x = course.x[index];
     this.readout.textContent = [
       `${fixed(x * this.distance.factor, 2)} ${this.distance.unit}`, `${fixed(course.v[index] * speed.factor, 1)} ${speed.unit}`,

@@ -3,6 +3,7 @@
 import { compareCard, differences } from "./compare.js";
 import { courseOf } from "./course.js";
 import { el, table } from "./dom.js";
+import { Edit } from "./edit.js";
 import { Front, PINS } from "./front.js";
 import { PANELS, Profile } from "./profile.js";
 import { source } from "./source.js";
@@ -13,16 +14,20 @@ const OVERLAY_DASH = [4, 3];
 const OVERLAYS = ["curves", "neutral", "coasting", "cruising"];
 
 export class Search {
-  constructor(id, view) {
+  /** @param onKept hears of a run that an edit became */
+  constructor(id, view, onKept) {
     Object.assign(this, { id, view, content: view.content, wanted: 0, draft: null });
     this.front = new Front(this.content, (index) => state.set({ point: index }));
     this.profile = new Profile(this.content, view.regimes);
+    this.practices = practicesOf(this.content);
+    if (this.practices.length) this.front.element.append(el("p", { class: "legend" }, key("front", "least energy"), key("neutral", "today: all speeds scaled (linear margin)")));
     this.figures = el("div", { class: "figures", id: "figures", "aria-live": "polite" });
     this.pinned = el("div", { class: "row" });
     this.compared = el("div", {});
     const panels = el("fieldset", { class: "row" }, el("legend", {}, "Over distance, too"), Object.entries(PANELS).map(([name, panel]) => this.toggle(name, panel.name)));
     this.profile.stack.before(panels);
     this.beside = el("div", { class: "column" });
+    if (view.editable && source.canRun) this.beside.append(new Edit(this, onKept).element);
     this.element = el("div", { class: "search" },
       el("div", { class: "column" }, this.front.element, el("section", { class: "card" }, el("h2", {}, "The chosen run"), this.figures, this.pinned), this.compared, this.beside),
       el("div", { class: "column" }, this.profile.element, this.tableOfPoints(), provenance(this.content)));
@@ -53,7 +58,7 @@ export class Search {
     const [course, pins, overlays] = await Promise.all([this.course(this.id, chosen), this.pins(), this.overlays()]);
     if (turn !== this.wanted) return;
     const { draft } = this;
-    this.front.show(chosen, { pins, overlays, draft: draft?.points ?? null });
+    this.front.show(chosen, { pins, overlays, practices: this.practices, draft: draft?.points ?? null });
     this.tellFigures(this.content.front[chosen]);
     const runs = draft ? [{ course: draft.course, name: "edited" }, { course, color: "muted", dash: [3, 3], name: "as it was" }] : [{ course, name: "chosen" }];
     for (const [pin, { course: own }] of Object.entries(pins)) runs.push({ course: own, color: `pin-${pin}`, dash: pin === "a" ? [7, 3] : [2, 3], name: pin.toUpperCase() });
@@ -146,6 +151,15 @@ export class Search {
     this.front.remove();
     this.profile.remove();
   }
+}
+
+const key = (role, text) => el("span", { class: "key" }, el("i", { class: "swatch", "data-role": role }), text);
+
+/** What today's practices take, beside the front. */
+function practicesOf({ practices, fastest }) {
+  const rows = practices?.linear_margin ?? [];
+  const points = rows.map(({ time_s, energy_kwh }) => ({ delay_s: time_s - fastest.time_s, energy_kwh }));
+  return points.length ? [{ points, color: "neutral", dash: [6, 3] }] : [];
 }
 
 /** Where a result comes from. */

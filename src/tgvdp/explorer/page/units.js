@@ -7,10 +7,13 @@ const number = (value, digits) => value.toLocaleString("en", { maximumFractionDi
 
 /** A number with so many significant digits, none beyond what is sensible. */
 export function significant(value, digits = 4) {
-  if (value === null || !Number.isFinite(value)) return "–";
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   const size = value === 0 ? 0 : Math.floor(Math.log10(Math.abs(value)));
   return number(value, Math.max(0, Math.min(6, digits - 1 - size)));
 }
+
+/** A whole number as it is, any other with so many significant digits. */
+export const counted = (value, digits) => (Number.isInteger(value) ? fixed(value, 0) : significant(value, digits));
 
 export const fixed = (value, digits) => (value === null || !Number.isFinite(value) ? "–" : number(value, digits));
 

@@ -18,8 +18,8 @@ w0 = φ(w1) by the explicit midpoint rule, and since V_k(w0) = E + λT + V_{k+1}
 
     p0 = (∂E/∂w1 + λ·∂T/∂w1 + p1) / φ'(w1),     ∂T/∂w1 = −d/(v0+v1)²·(φ'/v0 + 1/v1).
 
-What lies between the images of two regimes, and between the last one and the wall, is in `step_regions`. The derivation
-is in docs/front-method.md.
+What lies between the images of two regimes, and between the last one and the wall, is in `step_regions` and
+`step_wall`. The derivation is in docs/front-method.md.
 """
 
 import math
@@ -28,15 +28,16 @@ from tgvdp._jit import kernel, leaf, part
 from tgvdp.methods.costate.characteristics import (
     Step,
     coast_image,
+    dynamic_before,
     held_back_w,
     holding_costate,
     holding_w,
-    saturated_image,
 )
 from tgvdp.methods.costate.polyline import Polyline, insert, make_monotone, thin
 from tgvdp.methods.costate.step import coast_over, transport
-from tgvdp.methods.costate.step_regions import LEAST_WALL, dynamic_suffices, wall_region
+from tgvdp.methods.costate.step_wall import LEAST_WALL, dynamic_suffices, fan_region, wall_region
 from tgvdp.model.track import POWERED
+from tgvdp.physics.cell import Rows
 from tgvdp.physics.codes import COASTING, CROWDED, DYNAMIC, OK
 
 #: Room for points of the polyline.
@@ -103,10 +104,10 @@ def _last_cell(train, step, line):
         line.p[n] = holding_costate(train, step, line.w[n], step.wall)
     n = _LAST_POINTS
     regime = COASTING
-    if step.returned > 0.0 and not dynamic_suffices(train, step):
+    if step.returned > 0.0 and not dynamic_suffices(step):
         regime = DYNAMIC
-        brakes = saturated_image(train, DYNAMIC, step, step.length, some_w, 0.0)[0]
-        line.w[n] = min(max(brakes, coasts), top)
+        n = fan_region(train, step, step.wall, step.dynamic_w, line, n)
+        line.w[n] = min(max(step.dynamic_w, coasts), top)
         line.p[n] = -0.5 * step.returned
         n += 1
     n = wall_region(train, regime, step, line, n)
@@ -116,14 +117,17 @@ def _last_cell(train, step, line):
 
 
 @leaf
-def _step(train, returned, cells, k, multiplier, held_w, held_brake_w, low, fast, floor_w, wall):
+def _step(train, returned, cells, k, multiplier, held_w, held_brake_w, low, fast, floor_w, wall, scratch):
     """The step over cell k."""
     bottom = max(low[k], min(floor_w, 0.1 * fast[k]))
     load = train.davis_a_n + cells.grade_n[k]
     price = multiplier - cells.saved_w[k]
     if cells.supply[k] != POWERED:
         returned = 0.0
-    return Step(cells.length_m[k], load, cells.air[k], price, returned, held_w, held_brake_w, bottom, fast[k], wall)
+    length = cells.length_m[k]
+    air = cells.air[k]
+    dynamic_w = dynamic_before(train, length, load, air, wall, fast[k], scratch) if returned > 0.0 else 0.0
+    return Step(length, load, air, price, returned, held_w, held_brake_w, bottom, fast[k], wall, dynamic_w)
 
 
 @kernel
@@ -155,8 +159,8 @@ def switching_speeds(train, returned, cells, low, fast, end_w, multiplier, toler
         Below this squared speed the polyline is not carried.
     policy : (K + 1, 4) float64, modified in place
         Squared switching speeds a, a', b and c for the station at the end of each cell.
-    room : (4, size) float64
-        Scratch for the polyline; `ROOM` points are plenty.
+    room : (6, size) float64
+        Scratch for the polyline, and for rows; `ROOM` points are plenty.
 
     Returns
     -------
@@ -168,13 +172,14 @@ def switching_speeds(train, returned, cells, low, fast, end_w, multiplier, toler
     count = cells.length_m.shape[0]
     line = Polyline(room[0], room[1])
     images = Polyline(room[2], room[3])
+    scratch = Rows(room[4], room[5])
     policy[count] = end_w
     policy[0] = fast[0]
     points = 0
     if count == 1:
         return OK, points
     k = count - 1
-    step = _step(train, returned, cells, k, multiplier, math.inf, math.inf, low, fast, floor_w, end_w)
+    step = _step(train, returned, cells, k, multiplier, math.inf, math.inf, low, fast, floor_w, end_w, scratch)
     n = make_monotone(line, _last_cell(train, step, line), fast[k])
     loosen = 1.0
     thinned = n
@@ -187,7 +192,8 @@ def switching_speeds(train, returned, cells, low, fast, end_w, multiplier, toler
             held_w = holding_w(train.davis_b, held_air, multiplier)
             held_brake_w = holding_w(train.davis_b, held_air, multiplier / returned) if returned > 0.0 else math.inf
         slack = tolerance * loosen * cells.length_m[k] / typical_m
-        step = _step(train, returned, cells, k, multiplier, held_w, held_brake_w, low, fast, floor_w, fast[k + 1])
+        wall = fast[k + 1]
+        step = _step(train, returned, cells, k, multiplier, held_w, held_brake_w, low, fast, floor_w, wall, scratch)
         policy[k + 1] = fast[k + 1]
         powered = cells.supply[k] == POWERED
         drives = 0
@@ -216,7 +222,7 @@ def switching_speeds(train, returned, cells, low, fast, end_w, multiplier, toler
             break
         points += n
         if powered:
-            m, policy[k + 1, 1] = transport(train, step, line, n, drives, coasts, brakes, images)
+            m, policy[k + 1, 1] = transport(train, step, line, n, drives, coasts, brakes, images, scratch)
         else:
             m = coast_over(train, step, line, n, images)
         m = make_monotone(images, m, fast[k])

@@ -38,7 +38,7 @@ def bridge(
         while last - first > 1:
             middle = (first + last) // 2
             mixed = np.concatenate((slow[:middle], fast[middle:]))
-            if mesh.drive(mixed, mixed, 0.0, counters)[1] < target_s:
+            if mesh.drive(mixed, counters)[1] < target_s:
                 first = middle
             else:
                 last = middle
@@ -61,7 +61,7 @@ def bridge(
 
 
 def _driven(mesh: Mesh, policy: _Floats, counters: dict[str, int]) -> Run:
-    n, time_s, energy_j = mesh.drive(policy, policy, 0.0, counters)
+    n, time_s, energy_j = mesh.drive(policy, counters)
     return Run(time_s, energy_j, math.nan, mesh.rows.x[:n].copy(), mesh.rows.w[:n].copy())
 
 

@@ -10,12 +10,16 @@ import math
 from typing import NamedTuple
 
 from tgvdp._jit import leaf, part
-from tgvdp.physics.codes import BRAKING, TRACTION
+from tgvdp.physics.cell import Cell
+from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
 from tgvdp.physics.forces import effort_at
 from tgvdp.physics.minimum import least_on_piece
+from tgvdp.physics.motion import march
 
 #: An image below this share of the floor has no costate: it is taken to be there.
 LOST = 0.25
+#: Braking curves are followed backwards to this multiple of the fastest squared speed at most.
+_BEYOND = 1.01
 
 
 class Step(NamedTuple):
@@ -33,6 +37,8 @@ class Step(NamedTuple):
         Squared speeds that are held by traction and by the dynamic brake (`holding_w`).
     bottom, top, wall : float
         Squared speeds: the slowest and fastest of the images, and the fastest after the cell.
+    dynamic_w : float
+        Squared speed before the cell from which the dynamic brake leads to the wall, from `dynamic_before`.
     """
 
     length: float
@@ -45,6 +51,7 @@ class Step(NamedTuple):
     bottom: float
     top: float
     wall: float
+    dynamic_w: float
 
 
 @leaf
@@ -145,6 +152,16 @@ def coast_image(train, step, length, w1, p1):
 def saturated_image(train, regime, step, length, w1, p1):
     """`saturated_back`, but not inlined."""
     return saturated_back(train, regime, step, length, w1, p1)
+
+
+@part
+def dynamic_before(train, length, load, air, w1, top, scratch):
+    """Squared speed before a cell from which the dynamic brake leads to w1, in rows as a run has them; 0 if none does.
+
+    Where that is above ``top``, somewhat more than it.
+    """
+    cell = Cell(0.0, length, length, load - train.davis_a_n, air, math.inf)
+    return march(train, DYNAMIC, -1.0, cell, length, w1, _BEYOND * max(top, w1), scratch, 0)[1]
 
 
 @leaf

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from tgvdp.methods.costate.extremal import Extremal
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.methods.costate.multipliers import ExtremalFront
-from tgvdp.runs.profile import profile_of
 
 #: A mesh is fine enough when half its cells save no extremal more than this share of its energy: as the error falls by
 #: four from one to the other, its own is a third more.
@@ -49,24 +48,18 @@ def doubted_cells(front: ExtremalFront, settled: set[float]) -> NDArray[np.bool_
             if loss_j <= allowed_j:
                 settled.add(extremal.multiplier)
             else:
-                loss = np.maximum(loss, loss_j / allowed_j * _shares(front, extremal, finer, other))
+                loss = np.maximum(loss, loss_j / allowed_j * _shares(mesh, extremal, other))
     return np.asarray(loss * count > 1.0)
 
 
-def _shares(front: ExtremalFront, extremal: Extremal, finer: Mesh, other: Extremal) -> NDArray[np.float64]:
-    """Shares of the cells, (K,), in what an extremal loses against that on a finer mesh, each by its larger one."""
-    mesh = front.mesh
-    station_m = mesh.cells.station_m
-    price_j_per_s = extremal.multiplier - mesh.tables.auxiliary_w
-    w, cost_j = (np.empty((2, len(station_m))) for _ in range(2))
-    for index, (one, run) in enumerate(((mesh, extremal), (finer, other))):
-        x_m, run_w = (rows.copy() for rows in one.rows_of(run, front.counters))
-        profile = profile_of(mesh.trip, x_m, run_w)
-        w[index] = np.interp(station_m, x_m, run_w)
-        cost_j[index] = np.interp(station_m, x_m, profile.energy_j + price_j_per_s * profile.time_s)
+def _shares(mesh: Mesh, extremal: Extremal, other: Extremal) -> NDArray[np.float64]:
+    """Shares of the cells, (K,), in what an extremal loses against that on cells cut in two, each by its larger one."""
+    passed = extremal.passed, other.passed[::2]
+    w = np.array([one[:, 0] for one in passed])
+    lost_j = np.array([one[:, 2] + extremal.multiplier * one[:, 1] for one in passed])
     apart_w = w[0] - w[1]
     stiff = apart_w**2 / np.maximum(w.max(axis=0), mesh.floor_w) ** 2.5
     bends = mesh.cells.length_m * (stiff[:-1] + stiff[1:])
     kinetic_j = 0.5 * mesh.train.inertia_kg * mesh.tables.traction * apart_w
-    local = np.maximum(np.diff(cost_j[0] - cost_j[1] - kinetic_j), 0.0)
+    local = np.maximum(np.diff(lost_j[0] - lost_j[1] - kinetic_j), 0.0)
     return np.maximum(*(share / max(float(share.sum()), np.finfo(float).tiny) for share in (bends, local)))

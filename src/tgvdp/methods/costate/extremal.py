@@ -1,11 +1,11 @@
 """An extremal: a multiplier that was solved and driven, and what two of them say of the front between them."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
-from tgvdp.methods.costate.interpolate import cubic_energy_j, cubic_multiplier
 
 
 @dataclass(frozen=True, eq=False)
@@ -13,13 +13,15 @@ class Extremal:
     """A solved multiplier: λ in J/s, its switching speeds, running time in s and energy in J.
 
     Those of the front method are (K + 1, 4), see `backward.switching_speeds`; the refinement keeps squared speeds of
-    the run itself, (K + 1,).
+    the run itself, (K + 1,). ``passed`` are squared speed, running time and energy at the stations, (K + 1, 3), where
+    the front method drove it.
     """
 
     multiplier: float
     switch: NDArray[np.float64]
     time_s: float
     energy_j: float
+    passed: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
 
     def cost_j(self, multiplier: float) -> float:
         """Cost E + λT of this run at a multiplier in J/s."""
@@ -31,19 +33,55 @@ def ends_of(first: Extremal, second: Extremal) -> NDArray[np.float64]:
     return np.array([first.time_s, first.energy_j, first.multiplier, second.time_s, second.energy_j, second.multiplier])
 
 
-def blend(first: Extremal, second: Extremal, share: float) -> NDArray[np.float64]:
-    """Policy between those of two extremals, for a share of the second one."""
-    return first.switch + share * (second.switch - first.switch)
+class Foretold(NamedTuple):
+    """What two extremals say of the optimum that takes a given time.
+
+    Attributes
+    ----------
+    energy_j : float
+        Its energy.
+    share : float
+        Where ln λ of it lies between those of the two.
+    multiplier : float
+    """
+
+    energy_j: float
+    share: float
+    multiplier: float
 
 
-def multiplier_between(first: Extremal, second: Extremal, time_s: float) -> float:
-    """Multiplier at a time, J/s: minus the slope of the cubic through two extremals, within their multipliers."""
-    return float(cubic_multiplier(ends_of(first, second).tolist(), time_s))
+def foretell(ends, time_s):
+    """Energy, multiplier, and share of the second extremal of the optimum that takes a time between two of them.
+
+    The least E + λ·(T − t) is concave in λ, and largest, the least energy at the time t, at the multiplier of that
+    time. Between two extremals it is a Hermite cubic in ln λ, for its slope is λ·(T − t). (Over the time energy may
+    have a vertical tangent, next to the fastest run; over the multiplier nothing is steep.)
+
+    ``ends`` are running time, energy and multiplier of the first extremal, then of the second. If the first multiplier
+    is infinite, all is that of the second.
+    """
+    first_s, first_j, first_multiplier, second_s, second_j, second_multiplier = (
+        ends[0], ends[1], ends[2], ends[3], ends[4], ends[5],
+    )  # fmt: skip
+    late = max(second_s - time_s, 0.0)
+    h1 = second_j + second_multiplier * late
+    if math.isinf(first_multiplier):
+        return Foretold(h1, 1.0, second_multiplier)
+    early = min(first_s - time_s, 0.0)
+    h0 = first_j + first_multiplier * early
+    span = math.log(second_multiplier / first_multiplier)
+    g0 = span * first_multiplier * early
+    g1 = span * second_multiplier * late
+    c2 = 3.0 * (h1 - h0) - 2.0 * g0 - g1
+    c3 = 2.0 * (h0 - h1) + g0 + g1
+    below = math.sqrt(max(c2 * c2 - 3.0 * c3 * g0, 0.0)) - c2
+    u = min(max(g0 / below, 0.0), 1.0) if below > 0.0 else 0.0
+    return Foretold(h0 + u * (g0 + u * (c2 + u * c3)), u, first_multiplier * math.exp(u * span))
 
 
-def energy_between(first: Extremal, second: Extremal, time_s: float) -> float:
-    """Energy at a time, J, by the cubic through two extremals, whose slopes are their multipliers."""
-    return float(cubic_energy_j(ends_of(first, second).tolist(), time_s))
+def between(first: Extremal, second: Extremal, time_s: float) -> Foretold:
+    """What two extremals say of the optimum that takes a time between theirs."""
+    return Foretold._make(foretell(ends_of(first, second).tolist(), time_s))
 
 
 def tangent_gap(first: Extremal, second: Extremal) -> float:

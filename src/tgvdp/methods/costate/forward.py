@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import leaf, part
 from tgvdp.line.cells import Cells
+from tgvdp.methods.costate.blend import switch_at
 from tgvdp.methods.costate.forward_cell import ON_CURVE, coast, coast_through, drive_cell
 from tgvdp.model.track import POWERED
 from tgvdp.physics.arc import duration_and_work
@@ -50,6 +51,10 @@ class Course(NamedTuple):
         Its rows at the stations.
     stays : (K,) int64
         Whether a run on the envelope stays there; negative until the course is first driven.
+    ride : (K, 2) float64
+        Running time, s, and energy, J, of the fastest run in each cell, as `drive_blend` counts them.
+    passed : (K + 1, 3) float64
+        Squared speed, running time and energy of the last run that was driven, at each station.
     """
 
     cells: Cells
@@ -58,6 +63,8 @@ class Course(NamedTuple):
     fastest: Rows
     row: NDArray[np.int64]
     stays: NDArray[np.int64]
+    ride: NDArray[np.float64]
+    passed: NDArray[np.float64]
 
 
 @leaf
@@ -71,8 +78,22 @@ def _energy(train, tables, length, work, w0, w1):
 
 
 @part
-def find_rides(train, course):
-    """Fill in ``stays`` of a course."""
+def _measured(train, tables, cell, saved, rows, first, last):
+    """Running time and energy of rows in a cell, from ``first`` on; ``saved`` is what auxiliaries do not draw, W."""
+    time = 0.0
+    energy = 0.0
+    for i in range(first, last):
+        d = rows.x[i] - rows.x[i - 1]
+        duration, work, _, _ = duration_and_work(train, d, cell.grade_n, cell.air, rows.w[i - 1], rows.w[i])
+        time += duration
+        energy += _energy(train, tables, d, work, rows.w[i - 1], rows.w[i]) - saved * duration
+    return time, energy
+
+
+@part
+def find_rides(train, tables, course):
+    """Fill in ``stays`` and ``ride`` of a course."""
+    dark = unpowered(train)
     x = course.fastest.x
     w = course.fastest.w
     for k in range(course.stays.shape[0]):
@@ -96,8 +117,13 @@ def find_rides(train, course):
             course.stays[k] = _COASTS_THERE
             if land(train, DYNAMIC, 1.0, cell, cell.length_m, start) > top * (1.0 + ON_CURVE):
                 course.stays[k] = _BRAKES_THERE
-        if course.cells.supply[k] != POWERED:
+        powered = course.cells.supply[k] == POWERED
+        if not powered:
             course.stays[k] = _BRAKES_THERE
+        course.ride[k] = _measured(
+            train if powered else dark, tables, cell, course.cells.saved_w[k], course.fastest, course.row[k] + 1,
+            course.row[k + 1] + 1,
+        )  # fmt: skip
 
 
 @leaf
@@ -117,7 +143,7 @@ def _holds(train, cell, w):
 
 
 @part
-def drive_blend(train, tables, course, first_policy, second_policy, share, scratch, rows):
+def drive_blend(train, tables, course, blend, share, scratch, rows):
     """Drive the whole trip by a blend of two policies, from the first row on, which is there.
 
     Parameters
@@ -126,10 +152,10 @@ def drive_blend(train, tables, course, first_policy, second_policy, share, scrat
     tables : EnergyTables
         Of which only the two factors count.
     course : Course
-    first_policy, second_policy : (K + 1, 4) float64
-        As of `backward.switching_speeds`.
+    blend : Blend
+        Of policies as of `backward.switching_speeds`.
     share : float
-        Weight of the second policy.
+        Of the second policy.
     scratch : Rows
     rows : Rows, modified in place
         Rows of the run: positions from the origin, squared speeds.
@@ -145,16 +171,17 @@ def drive_blend(train, tables, course, first_policy, second_policy, share, scrat
     time = 0.0
     energy = 0.0
     dark = unpowered(train)
+    course.passed[0] = rows.w[0], time, energy
     for k in range(course.stays.shape[0]):
         if n + _MOST_ROWS > rows.x.shape[0]:
             return -1, time, energy
         w = rows.w[n - 1]
         top = course.fast[k + 1]
         bottom = course.low[k + 1]
-        a = first_policy[k + 1, 0] + share * (second_policy[k + 1, 0] - first_policy[k + 1, 0])
-        coasts = first_policy[k + 1, 1] + share * (second_policy[k + 1, 1] - first_policy[k + 1, 1])
-        b = first_policy[k + 1, 2] + share * (second_policy[k + 1, 2] - first_policy[k + 1, 2])
-        c = first_policy[k + 1, 3] + share * (second_policy[k + 1, 3] - first_policy[k + 1, 3])
+        a = switch_at(blend, share, k + 1, 0)
+        coasts = switch_at(blend, share, k + 1, 1)
+        b = switch_at(blend, share, k + 1, 2)
+        c = switch_at(blend, share, k + 1, 3)
         cell = cell_at(course.cells, k)
         powered = course.cells.supply[k] == POWERED
         here = train if powered else dark
@@ -164,6 +191,9 @@ def drive_blend(train, tables, course, first_policy, second_policy, share, scrat
                 rows.x[n] = course.fastest.x[i]
                 rows.w[n] = course.fastest.w[i]
                 n += 1
+            first = n
+            time += course.ride[k, 0]
+            energy += course.ride[k, 1]
         elif powered and w == a and a == coasts <= top and _holds(train, cell, w):  # most cells of a long line
             rows.x[n] = cell.end_m
             rows.w[n] = w
@@ -180,9 +210,8 @@ def drive_blend(train, tables, course, first_policy, second_policy, share, scrat
             if n > first + 1:
                 n = drop_slivers(rows, first, n, cell.length_m)
             rows.w[n - 1] = max(min(rows.w[n - 1], top), bottom)
-        for i in range(first, n):
-            d = rows.x[i] - rows.x[i - 1]
-            duration, work, _, _ = duration_and_work(train, d, cell.grade_n, cell.air, rows.w[i - 1], rows.w[i])
-            time += duration
-            energy += _energy(here, tables, d, work, rows.w[i - 1], rows.w[i]) - course.cells.saved_w[k] * duration
+        duration, work = _measured(here, tables, cell, course.cells.saved_w[k], rows, first, n)
+        time += duration
+        energy += work
+        course.passed[k + 1] = rows.w[n - 1], time, energy
     return n, time, energy

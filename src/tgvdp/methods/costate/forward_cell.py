@@ -226,6 +226,7 @@ def drive_cell(train, regenerates, cell, w, a, coasts, b, c, top, scratch, rows,
             return n
         aim = a + rest / length * (coasts - a)
     cell = rest_of(cell, cell.end_m - rest, rest)
+    aim = min(aim, top)  # downhill coasting may end above the envelope
     share = _pull(train, cell, w, aim)
     if 0.0 <= share < math.inf:
         return _evenly(train, cell, w, aim, rows, n)

@@ -7,6 +7,7 @@ their policies that drives worse than that is refused, for an extremal to be sol
 import math
 
 from tgvdp._jit import kernel, leaf, part
+from tgvdp.methods.costate.extremal import foretell
 from tgvdp.methods.costate.forward import drive_blend, find_rides
 from tgvdp.physics.cell import Rows
 from tgvdp.physics.codes import NO_ROOM, NOT_KEPT, NOT_MET, OK
@@ -21,76 +22,54 @@ _SAME_SHARE = 1e-9
 _MOST_RUNS = 30
 
 
-def cubic_energy_j(ends, time_s):
-    """Energy at a time by the Hermite cubic through two runs, whose slopes are minus their multipliers.
-
-    ``ends`` are running time, energy and multiplier of the first run, then of the second.
-    """
-    first_s, first_j, first_multiplier, second_s, second_j, second_multiplier = (
-        ends[0], ends[1], ends[2], ends[3], ends[4], ends[5],
-    )  # fmt: skip
-    span = second_s - first_s
-    u = (time_s - first_s) / span
-    value = (1.0 + 2.0 * u) * (1.0 - u) ** 2 * first_j + u * u * (3.0 - 2.0 * u) * second_j
-    return value - span * (u * (1.0 - u) ** 2 * first_multiplier - u * u * (1.0 - u) * second_multiplier)
-
-
-def cubic_multiplier(ends, time_s):
-    """Multiplier at a time: minus the slope of that cubic, within the multipliers of the two runs.
-
-    The second's where that of the first is infinite.
-    """
-    first_s, first_j, first_multiplier, second_s, second_j, second_multiplier = (
-        ends[0], ends[1], ends[2], ends[3], ends[4], ends[5],
-    )  # fmt: skip
-    if math.isinf(first_multiplier):
-        return second_multiplier
-    span = second_s - first_s
-    u = min(max((time_s - first_s) / span, 0.0), 1.0)
-    chord = (first_j - second_j) / span
-    bends = (1.0 - 4.0 * u + 3.0 * u * u) * first_multiplier + (3.0 * u * u - 2.0 * u) * second_multiplier
-    return min(max(6.0 * u * (1.0 - u) * chord + bends, second_multiplier), first_multiplier)
-
-
-_cubic_energy_j = leaf(cubic_energy_j)
-_cubic_multiplier = leaf(cubic_multiplier)
+_foretell = leaf(foretell)
 
 
 @leaf
-def _first_share(samples, known, at, time_s):
-    """Share to try between the samples ``at − 1`` and ``at``: by those two and one more, if there is one."""
-    u0 = samples[at - 1, 0]
-    t0 = samples[at - 1, 1]
-    u1 = samples[at, 0]
-    t1 = samples[at, 1]
-    if not t0 < time_s < t1:
-        return u0 if time_s <= t0 else u1
-    straight = u0 + (u1 - u0) * (time_s - t0) / (t1 - t0)
-    if known == 2:
-        return straight
-    third = at - 2 if at > 1 else at + 1
-    bend = ((samples[third, 0] - u1) / (samples[third, 1] - t1) - (u1 - u0) / (t1 - t0)) / (samples[third, 1] - t0)
-    bent = straight + bend * (time_s - t0) * (time_s - t1)
-    return bent if u0 < bent < u1 else straight
+def _astray(ends, samples, i):
+    """How much larger the share of a sample is than that foretold for its running time."""
+    return samples[i, 0] - _foretell(ends, samples[i, 1]).share
+
+
+@leaf
+def _first_share(ends, samples, known, at, time_s):
+    """Share to try between the samples ``at − 1`` and ``at``.
+
+    It is what is foretold, corrected by what that is astray at the samples around: a polynomial through four of them.
+    """
+    first = max(at - 2, 0)
+    last = min(at + 1, known - 1)
+    correction = 0.0
+    for i in range(first, last + 1):
+        weight = 1.0
+        for j in range(first, last + 1):
+            if j != i:
+                weight *= (time_s - samples[j, 1]) / (samples[i, 1] - samples[j, 1])
+        correction += weight * _astray(ends, samples, i)
+    return _foretell(ends, time_s).share + correction
 
 
 @part
-def _meet(
-    train, tables, course, first_policy, second_policy, samples, known, target_s, tolerance_s, scratch, rows, run
-):
-    """Drive blends until one takes the target time (Illinois rule); returns its rows, known samples and runs.
+def _meet(train, tables, course, blend, ends, samples, known, target_s, tolerance_s, scratch, rows, run):
+    """Drive blends until one takes the target time; returns its rows, known samples, runs, and whether it is met.
 
-    ``run`` gets running time, energy, and the bracket of shares that is left, from its third entry on.
+    The first one is foretold, the others follow the Illinois rule. ``run`` gets running time, energy, and the bracket
+    of shares that is left, from its third entry on.
     """
     at = 1
     while at < known - 1 and samples[at, 1] < target_s:
         at += 1
-    share = _first_share(samples, known, at, target_s)
     bracket = Bracket(samples[at - 1, 0], samples[at, 0], samples[at - 1, 1] - target_s, samples[at, 1] - target_s, 0)
     bracketed = bracket.f_lo < 0.0 < bracket.f_hi
+    share = bracket.lo if bracket.f_lo >= 0.0 else bracket.hi
+    if bracketed:
+        share = secant(bracket)
+        foretold = _first_share(ends, samples, known, at, target_s)
+        if ends[2] < math.inf and bracket.lo < foretold < bracket.hi:
+            share = foretold
     runs = 0
     while True:
-        n, time, energy = drive_blend(train, tables, course, first_policy, second_policy, share, scratch, rows)
+        n, time, energy = drive_blend(train, tables, course, blend, share, scratch, rows)
         runs += 1
         f = time - target_s
         close = abs(f) <= tolerance_s or bracket.hi - bracket.lo < _SAME_SHARE
@@ -114,8 +93,8 @@ def _meet(
 
 @kernel
 def drive(
-    train, tables, course, start_w, first_policy, second_policy, ends, loss, least_loss_j, samples, known, targets,
-    tolerance_s, rows, stored, scratch, runs,
+    train, tables, course, start_w, blend, ends, loss, least_loss_j, samples, known, targets, tolerance_s, rows,
+    stored, scratch, runs,
 ):  # fmt: skip
     """Drive blends of two policies through the whole trip that take given times, one after the other.
 
@@ -127,8 +106,8 @@ def drive(
     course : Course
     start_w : float
         Squared speed at the origin.
-    first_policy, second_policy : (K + 1, 4) float64
-        Policies of the two extremals.
+    blend : Blend
+        Of the policies of the two extremals.
     ends : (6,) float64
         Running time, energy and multiplier of the first extremal, then of the second.
     loss, least_loss_j : float
@@ -162,7 +141,7 @@ def drive(
         Number of runs.
     """
     if course.stays[0] < 0:
-        find_rides(train, course)
+        find_rides(train, tables, course)
     driven = 0
     for i in range(targets.shape[0]):
         if stored >= rows.x.shape[0]:
@@ -173,14 +152,11 @@ def drive(
         run = runs[i]
         met = True
         if known == 1:
-            n, run[2], run[3] = drive_blend(
-                train, tables, course, first_policy, second_policy, samples[0, 0], scratch, free
-            )
+            n, run[2], run[3] = drive_blend(train, tables, course, blend, samples[0, 0], scratch, free)
             driven += 1
         else:
             n, known, tried, met = _meet(
-                train, tables, course, first_policy, second_policy, samples, known, targets[i], tolerance_s, scratch,
-                free, run,
+                train, tables, course, blend, ends, samples, known, targets[i], tolerance_s, scratch, free, run,
             )  # fmt: skip
             driven += tried
         if n < 0:
@@ -188,11 +164,10 @@ def drive(
         if not met:
             return i, NOT_MET, known, driven
         if known > 1:
-            run[4] = _cubic_multiplier(ends, run[2])
-            if ends[2] < math.inf:
-                promised_j = _cubic_energy_j(ends, run[2])
-                if run[3] > promised_j + max(loss * run[3], least_loss_j):
-                    return i, NOT_KEPT, known, driven
+            foretold = _foretell(ends, run[2])
+            run[4] = foretold.multiplier
+            if ends[2] < math.inf and run[3] > foretold.energy_j + max(loss * run[3], least_loss_j):
+                return i, NOT_KEPT, known, driven
         run[0] = stored
         stored += n
         run[1] = stored

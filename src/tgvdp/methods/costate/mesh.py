@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from tgvdp.errors import NumericalError
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.methods.costate import backward as costate
+from tgvdp.methods.costate.blend import Blend
 from tgvdp.methods.costate.extremal import Extremal, ends_of
 from tgvdp.methods.costate.forward import Course
 from tgvdp.methods.costate.interpolate import RUN_COLUMNS, SAMPLES, drive
@@ -53,9 +54,10 @@ class Run(NamedTuple):
 class Interval:
     """Two neighbouring extremals, and the blends of them that were driven: shares and running times, in order."""
 
-    def __init__(self, before: Extremal, after: Extremal) -> None:
+    def __init__(self, before: Extremal, after: Extremal, blend: Blend) -> None:
         self.before = before
         self.after = after
+        self.blend = blend
         self.ends = ends_of(before, after)
         self.samples = np.empty((SAMPLES, 2))
         self.samples[:2] = (0.0, before.time_s), (1.0, after.time_s)
@@ -100,7 +102,7 @@ class Mesh:
         self.scratch = Rows(*np.empty((2, 4096)))
         self.samples = np.empty((SAMPLES, 2))
         self.runs = np.empty((1, RUN_COLUMNS))
-        self.room = np.empty((4, costate.ROOM))
+        self.room = np.empty((6, costate.ROOM))
 
     @classmethod
     def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0) -> "Mesh":
@@ -150,27 +152,22 @@ class Mesh:
         """What the kernel needs to drive, made once; the kernel adds the rides when it first drives."""
         row = np.searchsorted(self.fastest_rows[0], self.cells.station_m)
         fastest = Rows(*np.array(self.fastest_rows))
-        return Course(self.cells, self.low, self.fast, fastest, row, np.full(len(self.cells.length_m), -1))
+        count = len(self.cells.length_m)
+        ride, passed = np.empty((count, 2)), np.empty((count + 1, 3))
+        return Course(self.cells, self.low, self.fast, fastest, row, np.full(count, -1), ride, passed)
 
-    def drive(
-        self, first: NDArray[np.float64], second: NDArray[np.float64], share: float, counters: dict[str, int]
-    ) -> tuple[int, float, float]:
-        """Drive a blend of two policies into `rows`; returns rows, running time in s, energy in J."""
-        self.samples[0, 0] = share
+    def drive(self, policy: NDArray[np.float64], counters: dict[str, int]) -> tuple[int, float, float]:
+        """Drive a policy into `rows`; returns rows, running time in s, energy in J."""
+        self.samples[0, 0] = 0.0
         while True:
             _, status, _, driven = drive(
-                self.train, self.tables, self.course, self.trip.start_speed_mps**2, first, second,
+                self.train, self.tables, self.course, self.trip.start_speed_mps**2, Blend(policy, policy, policy),
                 _NO_ENDS, math.inf, 0.0, self.samples, 1, _NO_TARGET, 0.0, self.rows, 0, self.scratch, self.runs,
             )  # fmt: skip
             counters["runs"] += driven
             if status == OK:
                 return int(self.runs[0, 1]), self.runs[0, 2], self.runs[0, 3]
             self.rows = room_for_rows(2 * len(self.rows.x))
-
-    def rows_of(self, extremal: Extremal, counters: dict[str, int]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Rows of an extremal, which hold until the next run is driven: positions from the origin, m, and v², m²/s²."""
-        n = self.drive(extremal.switch, extremal.switch, 0.0, counters)[0]
-        return self.rows.x[:n], self.rows.w[:n]
 
     def meet(
         self,
@@ -191,7 +188,7 @@ class Mesh:
             rows = self.kept
             done, status, interval.known, driven = drive(
                 self.train, self.tables, self.course, self.trip.start_speed_mps**2,
-                interval.before.switch, interval.after.switch, interval.ends, loss, least_loss_j, interval.samples,
+                interval.blend, interval.ends, loss, least_loss_j, interval.samples,
                 interval.known, target_s[len(found) :], tolerance_s, rows, self.stored, self.scratch, runs,
             )  # fmt: skip
             counters["runs"] += driven
@@ -210,10 +207,10 @@ class Mesh:
     def extremal(self, multiplier: float, counters: dict[str, int]) -> Extremal:
         """Solve and drive one multiplier, J/s; infinite is the fastest run, full traction up to the envelope."""
         switch = self.flat_out if math.isinf(multiplier) else self._switching_speeds(multiplier, counters)
-        _, time_s, energy_j = self.drive(switch, switch, 0.0, counters)
+        _, time_s, energy_j = self.drive(switch, counters)
         if not math.isfinite(time_s):
             raise NumericalError(f"the train of the costate program stalls at λ = {multiplier:g} J/s")
-        return Extremal(multiplier, switch, time_s, energy_j)
+        return Extremal(multiplier, switch, time_s, energy_j, self.course.passed.copy())
 
 
 def _cell_size(trip: Trip, fastest: Profile) -> float:

@@ -1,7 +1,7 @@
 """Extremals of one mesh in the order of their running times, and the blends of their policies between them.
 
-They are added where a blend drives worse than the cubic through the extremals' (T, E, slope −λ) promises, and where
-the tangents through them leave room for more than that.
+They are added where a blend drives worse than the extremals around it foretell, and where the tangents through these
+leave room for more than that.
 """
 
 import math
@@ -13,22 +13,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.methods.budget import Clock
+from tgvdp.methods.costate.blend import Blend, blend_of
 from tgvdp.methods.costate.bridge import bridge
-from tgvdp.methods.costate.extremal import Extremal, blend, energy_between, multiplier_between, tangent_gap
+from tgvdp.methods.costate.extremal import Extremal, between, tangent_gap
 from tgvdp.methods.costate.mesh import Interval, Mesh, Run
 from tgvdp.physics.codes import NOT_KEPT, NOT_MET
 from tgvdp.progress import tell
 
-#: A blend of two extremals may cost this share of energy more than the cubic through them promises.
-_BLEND_LOSS = 2e-4
+#: A blend of two extremals may cost this share of energy more than they foretell.
+_BLEND_LOSS = 5e-5
 #: First multiplier, in usual ones, and the factor from it to the fastest run, whose multiplier is infinite.
 _FIRST_MULTIPLIER = 4.0
 #: Step of ln λ towards slower runs, and how many steps without saving end the front.
-_MARCH = 1.0
-_IDLE_STEPS = 6
+_MARCH = 0.5
+_IDLE_STEPS = 12
 #: Between two extremals the front lies above their tangents; where these leave more room than this share of energy
-#: below the chord, the front may bend where the cubic does not show it.
-_BEND = 2e-3
+#: below the chord, the front may bend in a way that they do not foretell: unless they foretold one between them.
+_BEND = 5e-3
 #: ... but of no less than this share of the energy of the fastest run: a net energy may be 0.
 _LEAST_SHARE = 0.1
 #: Two multipliers whose logarithms differ by less are one.
@@ -67,6 +68,7 @@ class ExtremalFront:
         self.scale_j = mesh.usual_multiplier * self.extremals[0].time_s
         self.multiplier = max(_FIRST_MULTIPLIER * mesh.usual_multiplier, least_multiplier)
         self.idle = 0
+        self.foretold: set[float] = set()
         self.interval: Interval | None = None
 
     def reach(self, first_s: float, last_s: float) -> bool:
@@ -126,7 +128,7 @@ class ExtremalFront:
     def thriftiest(self) -> Run:
         """Run of the slowest extremal."""
         last = self.extremals[-1]
-        return self._kept_run(self.mesh.drive(last.switch, last.switch, 0.0, self.counters), last.multiplier)
+        return self._kept_run(self.mesh.drive(last.switch, self.counters), last.multiplier)
 
     def _kept_run(self, driven: tuple[int, float, float], multiplier: float) -> Run:
         """The run in the mesh's rows, copied."""
@@ -155,7 +157,7 @@ class ExtremalFront:
         """Runs between two neighbouring extremals; ends early where an extremal was added between them."""
         before, after = self.extremals[second - 1], self.extremals[second]
         if self.interval is None or (self.interval.before, self.interval.after) != (before, after):  # by identity
-            self.interval = Interval(before, after)
+            self.interval = Interval(before, after, self._blend(second))
         interval = self.interval
         at = 0
         loss = _BLEND_LOSS
@@ -171,27 +173,41 @@ class ExtremalFront:
                 loss = math.inf
             elif status == NOT_MET:
                 self.watch()
-                fast, slow = (blend(before, after, share) for share in interval.bracket)
+                fast, slow = map(interval.blend.at, interval.bracket)
                 run = bridge(self.mesh, fast, slow, float(target_s[at]), self.tolerance_s, self.counters)
                 if loss < math.inf and not self._keeps(before, after, run) and self._split(second):
                     return
                 at += 1
-                yield run._replace(multiplier=multiplier_between(before, after, run.time_s))
+                yield run._replace(multiplier=between(before, after, run.time_s).multiplier)
+
+    def _blend(self, second: int) -> Blend:
+        """Blend of the policies of an extremal and the one before it."""
+        finite = [extremal for extremal in self.extremals[: second + 2] if math.isfinite(extremal.multiplier)]
+        return blend_of(self.extremals[second - 1], self.extremals[second], finite[-4:], self.mesh.fast)
 
     def _pieces(self, before: Extremal, after: Extremal) -> int:
         """Into how many pieces to cut the front between two extremals so that none holds a surprise."""
         if math.isinf(before.multiplier):
             return 1 if after.time_s - before.time_s <= self.tolerance_s else 2
+        if before.multiplier in self.foretold or after.multiplier in self.foretold:
+            return 1  # their tangents part a quarter as far as those of the two that foretold
         bend = tangent_gap(before, after) / self.base_j(after.energy_j)
         # Tangents part from the chord with the square of the distance between the extremals.
         return math.ceil(math.sqrt(bend / _BEND))
 
+    def _is_foretold(self, before: Extremal, middle: Extremal, after: Extremal) -> bool:
+        """Whether two extremals told the energy of the one between them."""
+        if math.isinf(before.multiplier):
+            return False
+        error_j = middle.energy_j - between(before, after, middle.time_s).energy_j
+        return abs(error_j) <= _BLEND_LOSS * self.base_j(middle.energy_j)
+
     def _keeps(self, before: Extremal, after: Extremal, run: Run) -> bool:
-        """Whether a run keeps what the cubic through two extremals promises."""
+        """Whether a run keeps what two extremals foretell."""
         if math.isinf(before.multiplier):
             return True
         loss_j = _BLEND_LOSS * self.base_j(run.energy_j)
-        return run.energy_j <= energy_between(before, after, run.time_s) + loss_j
+        return run.energy_j <= between(before, after, run.time_s).energy_j + loss_j
 
     def _split(self, second: int, share: float = 0.5) -> bool:
         """Solve a multiplier between two neighbouring extremals; False when there is nothing between them."""
@@ -205,6 +221,8 @@ class ExtremalFront:
         else:
             middle = self.mesh.extremal(before.multiplier ** (1.0 - share) * after.multiplier**share, self.counters)
         if before.time_s < middle.time_s < after.time_s and after.energy_j < middle.energy_j < before.energy_j:
+            if self._is_foretold(before, middle, after):
+                self.foretold.add(middle.multiplier)
             self.extremals.insert(second, middle)
         elif middle.time_s - before.time_s < after.time_s - middle.time_s:
             self.extremals[second - 1] = replace(

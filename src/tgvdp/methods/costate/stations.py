@@ -3,17 +3,25 @@
 The cell size is ``h`` along the line and falls linearly to ``h / 10`` at the two ends, where the speed changes fast.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.line.cells import breaks_of
+from tgvdp._jit import kernel, part
+from tgvdp.line.cells import breaks_of, cells_of
 from tgvdp.model.trip import Trip
+from tgvdp.physics.energy import energy_tables
+from tgvdp.physics.forces import effort_at, kernel_train, resistance_at
 from tgvdp.runs.profile import Profile
 
 _END_SHARE = 0.1
 _GRADING = 0.2
 #: Stations closer than this share of the distance are one.
 _SAME = 1e-7
+#: Efforts at the ends of a row are taken this share of it inside: they may jump there.
+_INSIDE = 1e-6
+_HALVINGS = 40
 
 
 class _Grading:
@@ -48,6 +56,74 @@ def switch_points(profile: Profile) -> NDArray[np.float64]:
     return np.asarray(profile.position_m[changes] - profile.position_m[0])
 
 
+@part
+def _lacks(train, grade_n, air, w0, w1, d, share):
+    """Braking effort that the dynamic brake lacks at a share of a row, N; negative where it has more."""
+    v = math.sqrt(w0 + share * (w1 - w0))
+    effort = 0.5 * train.inertia_kg * (w1 - w0) / d + resistance_at(train, air, v) + grade_n
+    return -effort - effort_at(train.braking, v)
+
+
+@kernel
+def friction_points(train, cells, x, w, at):
+    """Where friction begins or ends to help the dynamic brake along a run.
+
+    Parameters
+    ----------
+    train : KernelTrain
+    cells : Cells
+    x, w : (n,) float64
+        Rows: positions from the origin, m, and squared speeds, m²/s².
+    at : (2·n,) float64, modified in place
+        Such positions, m.
+
+    Returns
+    -------
+    int
+        How many they are.
+    """
+    count = 0
+    k = 0
+    before = 0.0
+    for i in range(x.shape[0] - 1):
+        d = x[i + 1] - x[i]
+        while k + 1 < cells.length_m.shape[0] and cells.station_m[k + 1] <= x[i] + 0.5 * d:
+            k += 1
+        grade_n = cells.grade_n[k]
+        air = cells.air[k]
+        first = _lacks(train, grade_n, air, w[i], w[i + 1], d, _INSIDE)
+        last = _lacks(train, grade_n, air, w[i], w[i + 1], d, 1.0 - _INSIDE)
+        if before * first < 0.0:
+            at[count] = x[i]
+            count += 1
+        if first * last < 0.0:
+            lo = _INSIDE
+            hi = 1.0 - _INSIDE
+            for _ in range(_HALVINGS):
+                middle = 0.5 * (lo + hi)
+                if _lacks(train, grade_n, air, w[i], w[i + 1], d, middle) * first > 0.0:
+                    lo = middle
+                else:
+                    hi = middle
+            at[count] = x[i] + lo * d
+            count += 1
+        before = last
+    return count
+
+
+def _friction_points(trip: Trip, fastest: Profile) -> NDArray[np.float64]:
+    """Where friction begins or ends to help the dynamic brake along the fastest run, from the origin, m.
+
+    The costate below the braking curve is another one there. It matters only where the dynamic brake returns energy.
+    """
+    train = kernel_train(trip.train)
+    if energy_tables(trip.train, trip.energy).regeneration == 0.0 or (train.friction_n == 0.0 and not len(train.rates)):
+        return np.empty(0)
+    at_m = np.empty(2 * len(fastest.position_m))
+    x_m = fastest.position_m - fastest.position_m[0]
+    return at_m[: friction_points(train, cells_of(trip), x_m, fastest.speed_mps**2, at_m)]
+
+
 def graded_stations(trip: Trip, fastest: Profile, cell_m: float) -> NDArray[np.float64]:
     """Stations from the origin for cells of about ``cell_m``.
 
@@ -65,7 +141,7 @@ def graded_stations(trip: Trip, fastest: Profile, cell_m: float) -> NDArray[np.f
         Increasing, from 0 to the trip's distance, m.
     """
     breaks_m = breaks_of(trip)
-    soft_m = switch_points(fastest)
+    soft_m = np.union1d(switch_points(fastest), _friction_points(trip, fastest))
     gap_m = _SAME * trip.distance_m
     near = np.searchsorted(breaks_m, soft_m).clip(1, len(breaks_m) - 1)
     apart = np.minimum(soft_m - breaks_m[near - 1], breaks_m[near] - soft_m) > gap_m

@@ -8,11 +8,10 @@ from tgvdp.methods.costate.step_regions import (
     coast_region,
     drive_region,
     drop_below,
-    dynamic_suffices,
     friction_region,
     hold,
-    wall_region,
 )
+from tgvdp.methods.costate.step_wall import dynamic_suffices, wall_region
 from tgvdp.physics.codes import COASTING, DYNAMIC
 
 #: A switching speed beyond the wall is at most this multiple of it.
@@ -35,7 +34,7 @@ def coast_over(train, step, line, n, images):
 
 
 @kernel
-def transport(train, step, line, n, drives, coasts, brakes, images):
+def transport(train, step, line, n, drives, coasts, brakes, images, scratch):
     """Images of the polyline one cell back.
 
     Full traction keeps p ≤ −½ within the cell, coasting p ≥ −½ (and p ≤ −r/2, dynamic braking p ≥ −r/2): images that do
@@ -53,6 +52,7 @@ def transport(train, step, line, n, drives, coasts, brakes, images):
         Points up to the crossing ``drives`` drive, from there up to ``coasts`` they coast, up to ``brakes`` they brake
         dynamically, the others with all brakes.
     images : Polyline, modified in place
+    scratch : Rows
 
     Returns
     -------
@@ -83,14 +83,14 @@ def transport(train, step, line, n, drives, coasts, brakes, images):
     if x[m - 1] < top:
         regime = COASTING
         if step.returned > 0.0:
-            if not dynamic_suffices(train, step):
+            if not dynamic_suffices(step):
                 regime = DYNAMIC
             if regime == DYNAMIC or coasts < n - 1:
-                m = brake_region(train, DYNAMIC, step, line, coasts, brakes, images, first, m)
+                m = brake_region(train, DYNAMIC, step, line, coasts, brakes, images, first, m, scratch)
         if x[m - 1] < top and brakes == n - 1:
             m = wall_region(train, regime, step, images, m)
         if step.returned > 0.0:
-            m = friction_region(train, step, line, brakes, n - 1, images, first, m)
+            m = friction_region(train, step, line, brakes, n - 1, images, first, m, scratch)
     if m == first:
         return m, switch
     if y[first] >= -0.5:

@@ -12,24 +12,18 @@ from tgvdp.methods.costate.characteristics import (
     LOST,
     coast_back,
     coast_image,
+    dynamic_before,
     held_back_w,
     saturated_back,
     saturated_image,
 )
 from tgvdp.methods.costate.polyline import insert
+from tgvdp.methods.costate.step_wall import fan_region, jumps_at
 from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
-from tgvdp.physics.forces import mean_effort, mean_resistance
 
 #: Neighbouring images are no further apart than this factor of w, below this share of the envelope.
 _SPREAD = 2.0
 _SLOW_SHARE = 0.1
-#: Runs that meet the wall within a cell have costates at so many points per relative change of the wall, at most, ...
-_WALL_PIECES = 40.0
-_MOST_WALL_PIECES = 8.0
-#: ... down to this share of it before the cell.
-LEAST_WALL = 1e-3
-#: Rows of braking curves keep to the brake's effort to this share.
-_ROUNDING = 0.01
 
 
 @part
@@ -131,7 +125,7 @@ def coast_region(train, step, line, first, last, images, m):
 
 
 @part
-def brake_region(train, regime, step, line, first, last, images, start, m):
+def brake_region(train, regime, step, line, first, last, images, start, m, scratch):
     """Append images under full braking of the points ``first`` .. ``last`` that keep p above the level of the regime.
 
     That is −r/2 for the dynamic brake, 0 for all brakes. Of the images from ``start`` on those remain that keep p below
@@ -139,9 +133,21 @@ def brake_region(train, regime, step, line, first, last, images, start, m):
     """
     x, y = images
     level = -0.5 * step.returned if regime == DYNAMIC else 0.0
-    m = before = cut_above(level, images, start, m)
+    m = cut_above(level, images, start, m)
+    edge_w = math.inf  # where p jumps
+    edge_image = 0.0
+    if regime == DYNAMIC and jumps_at(step, line, first, last):
+        edge_w = line.w[first]
+        edge_image = step.dynamic_w
+        if edge_w != step.wall:
+            edge_image = dynamic_before(train, step.length, step.load, step.air, edge_w, step.top, scratch)
+        if y[m - 1] < level:
+            m = fan_region(train, step, edge_w, edge_image, images, m)
+    before = m
     for i in range(first, last + 1):
         w0, p0 = saturated_image(train, regime, step, step.length, line.w[i], max(line.p[i], level))
+        if line.w[i] == edge_w:  # a run that is faster by the error of the image would end with friction
+            w0 = edge_image
         if w0 >= step.bottom:
             x[m] = w0
             y[m] = p0
@@ -166,7 +172,7 @@ def brake_region(train, regime, step, line, first, last, images, start, m):
 
 
 @part
-def friction_region(train, step, line, first, last, images, start, m):
+def friction_region(train, step, line, first, last, images, start, m, scratch):
     """Append images under all brakes of the points ``first`` .. ``last`` where p passes 0; returns how many there are.
 
     Of the images from ``start`` on those remain that keep p ≤ 0.
@@ -181,58 +187,10 @@ def friction_region(train, step, line, first, last, images, start, m):
         x[start] = step.bottom
         y[start] = -0.5 * step.returned
         m = start + 1
-    m = brake_region(train, BRAKING, step, line, first, last, images, start, m)
+    m = brake_region(train, BRAKING, step, line, first, last, images, start, m, scratch)
     if x[m - 1] < step.top:  # all brakes follow the wall
         x[m] = step.top
         y[m] = y[m - 1]
-        m += 1
-    return m
-
-
-@part
-def dynamic_suffices(train, step):
-    """Whether the dynamic brake alone brakes along the wall from ``top`` on, within a rounding of its rows."""
-    v0 = math.sqrt(step.top)
-    v1 = math.sqrt(step.wall)
-    resistance = step.load - train.davis_a_n + mean_resistance(train, step.air, v0, v1)
-    work = 0.5 * (step.wall - step.top) + step.length * resistance
-    return -work <= (1.0 + _ROUNDING) * step.length * mean_effort(train.braking, v0, v1)
-
-
-@part
-def _wall_image(train, regime, step, rest):
-    """Image of the wall's point a share ``rest`` of the cell after its start."""
-    w1 = max(step.top + rest * (step.wall - step.top), LEAST_WALL * step.top)
-    if regime == DYNAMIC:
-        return saturated_image(train, DYNAMIC, step, rest * step.length, w1, 0.0)
-    return coast_image(train, step, rest * step.length, w1, -0.5 * step.returned)
-
-
-@part
-def wall_region(train, regime, step, images, m):
-    """Append costates of runs that meet the wall within the cell, from ``top`` to ``wall``, and brake along it.
-
-    They come to it by coasting, p = −r/2 there, where the dynamic brake alone follows it; else by that brake, p = 0.
-    On a steep descent only a part of the wall is met from ``bottom`` on: an edge is put there.
-    """
-    pieces = math.ceil(min(max(_WALL_PIECES * (1.0 - step.wall / step.top), 1.0), _MOST_WALL_PIECES))
-    x, y = images
-    bottom = step.bottom
-    lost_w = bottom
-    for i in range(pieces + 1):
-        rest = 1.0 - i / pieces
-        w0, p0 = _wall_image(train, regime, step, rest)
-        if w0 < bottom:
-            lost_w = w0
-            continue
-        if lost_w < bottom:
-            edge = rest + (w0 - bottom) / (w0 - lost_w) / pieces
-            y[m] = _wall_image(train, regime, step, edge)[1]
-            x[m] = bottom
-            m += 1
-            lost_w = bottom
-        x[m] = min(w0, step.top)
-        y[m] = p0
         m += 1
     return m
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tgvdp.errors import NumericalError
 from tgvdp.line.resolved import resolve
 from tgvdp.methods.budget import Clock, SearchBudget
-from tgvdp.methods.costate.extremal import Extremal, multiplier_between
+from tgvdp.methods.costate.extremal import Extremal, between
 from tgvdp.methods.costate.front import OptimalRuns
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.methods.costate.multipliers import OutOfTime
@@ -285,4 +285,4 @@ class _Front:
             if abs(f) <= tolerance_s or bracket.hi - bracket.lo < _SAME:
                 break
             bracket = bracket.narrowed(share, f)
-        return replace(run, multiplier=multiplier_between(before, after, run.time_s))
+        return replace(run, multiplier=between(before, after, run.time_s).multiplier)

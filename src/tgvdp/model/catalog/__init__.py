@@ -3,6 +3,7 @@
 The catalog knows names and files only; `tgvdp.formats` reads them like any other file.
 """
 
+import functools
 from importlib.resources import files
 from pathlib import Path
 from typing import Literal, get_args
@@ -15,6 +16,7 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 _SUFFIX = ".toml"
 
 
+@functools.cache
 def names(kind: Kind) -> tuple[str, ...]:
     """Names of the built-in trains, tracks or maps, in alphabetical order."""
     return tuple(sorted(file.stem for file in _folder(kind).iterdir() if file.suffix == _SUFFIX))

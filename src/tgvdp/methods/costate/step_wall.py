@@ -1,0 +1,99 @@
+"""The wall of the costate polyline, and curves of dynamic braking along which p jumps as it does at the wall.
+
+Runs that come from below meet either of them somewhere within the cell. Their p is known there, and it is carried back
+over the length that they coast, or brake by the dynamic brake, before.
+"""
+
+import math
+
+from tgvdp._jit import leaf, part
+from tgvdp.methods.costate.characteristics import coast_image, saturated_image
+from tgvdp.physics.codes import DYNAMIC
+
+#: Runs that meet the wall within a cell have costates at so many points per relative change of the wall, at most, ...
+_WALL_PIECES = 40.0
+_MOST_WALL_PIECES = 8.0
+#: ... down to this share of it before the cell.
+LEAST_WALL = 1e-3
+#: Squared speeds nearer than this share are one, and so are costates.
+_ROUNDING = 1e-9
+
+
+@leaf
+def dynamic_suffices(step):
+    """Whether the dynamic brake alone brakes along the wall from ``top`` on."""
+    return step.dynamic_w >= step.top * (1.0 - _ROUNDING)
+
+
+@leaf
+def jumps_at(step, line, i, last):
+    """Whether p jumps at a point, at the wall or before it: runs with any p in between go through it."""
+    if line.w[i] == step.wall:
+        return True
+    before = i > 0 and line.w[i] == line.w[i - 1] and line.p[i] > line.p[i - 1] + _ROUNDING
+    return before or (i < last and line.w[i] == line.w[i + 1] and line.p[i + 1] > line.p[i] + _ROUNDING)
+
+
+@leaf
+def _pieces(w1, w0):
+    """Into how many pieces a curve of braking from w0 to w1 is cut."""
+    return math.ceil(min(max(_WALL_PIECES * (1.0 - w1 / w0), 1.0), _MOST_WALL_PIECES)) if w0 > 0.0 else 1
+
+
+@part
+def _wall_image(train, regime, step, rest):
+    """Image of the wall's point a share ``rest`` of the cell after its start."""
+    w1 = max(step.top + rest * (step.wall - step.top), LEAST_WALL * step.top)
+    if regime == DYNAMIC:
+        w0, p0 = saturated_image(train, DYNAMIC, step, rest * step.length, w1, 0.0)
+        return step.dynamic_w if rest == 1.0 else w0, p0
+    return coast_image(train, step, rest * step.length, w1, -0.5 * step.returned)
+
+
+@part
+def wall_region(train, regime, step, images, m):
+    """Append costates of runs that meet the wall within the cell, from ``top`` to ``wall``, and brake along it.
+
+    They come to it by coasting, p = −r/2 there, where the dynamic brake alone follows it; else by that brake, p = 0.
+    On a steep descent only a part of the wall is met from ``bottom`` on: an edge is put there.
+    """
+    pieces = _pieces(step.wall, step.top)
+    x, y = images
+    bottom = step.bottom
+    lost_w = bottom
+    for i in range(pieces + 1):
+        rest = 1.0 - i / pieces
+        w0, p0 = _wall_image(train, regime, step, rest)
+        if w0 < bottom:
+            lost_w = w0
+            continue
+        if lost_w < bottom:
+            edge = rest + (w0 - bottom) / (w0 - lost_w) / pieces
+            y[m] = _wall_image(train, regime, step, edge)[1]
+            x[m] = bottom
+            m += 1
+            lost_w = bottom
+        x[m] = min(w0, step.top)
+        y[m] = p0
+        m += 1
+    return m
+
+
+@part
+def fan_region(train, step, w1, w0, images, m):
+    """Append costates of runs that coast until they meet the curve of dynamic braking from w0 to w1, where p jumps.
+
+    They meet it with p = −r/2, as runs that brake by the dynamic brake alone meet the wall.
+    """
+    x, y = images
+    pieces = _pieces(w1, w0)
+    slowest_w = max(w1, LEAST_WALL * step.top)
+    for i in range(1, pieces):
+        braked_m = i / pieces * step.length
+        w = saturated_image(train, DYNAMIC, step, braked_m, slowest_w, 0.0)[0]
+        w0, p0 = coast_image(train, step, step.length - braked_m, w, -0.5 * step.returned)
+        if w0 >= step.bottom:
+            x[m] = w0
+            y[m] = p0
+            m += 1
+    return m

@@ -1,0 +1,211 @@
+"""What a finished sweep says about its network: what a margin saves, where, and on what that depends."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.errors import InputError, MissingExtraError
+
+SCHEMA = "tgvdp.sweep-report/1"
+_Floats = NDArray[np.float64]
+#: Columns of ``scenarios.parquet`` between which the parameters stand.
+_BEFORE, _BEHIND = "to_m", "status"
+_PLACES = ("train", "line", "section")
+#: Shares of the scenarios below each shown saving, in percent.
+SHARES_PCT = (5, 25, 50, 75, 95)
+#: Slack of a margin that fronts are asked for and end at.
+_SLACK_PCT = 0.1
+
+
+class Savings(NamedTuple):
+    """What a margin saves, per scenario that is done.
+
+    Attributes
+    ----------
+    margin_pct : float
+    number : (n,) int64
+        Of the scenario.
+    fastest_kwh, energy_kwh : (n,) float64
+        Of the fastest run, and with the margin.
+    axes : mapping of str to list
+        Train, line, section and parameters of each, by their names, without what does not vary.
+    counts : mapping of str to int
+        Scenarios of each status, those that are not done, too.
+    """
+
+    margin_pct: float
+    number: NDArray[np.int64]
+    fastest_kwh: _Floats
+    energy_kwh: _Floats
+    axes: Mapping[str, list[Any]]
+    counts: Mapping[str, int]
+
+    @property
+    def saved_kwh(self) -> _Floats:
+        """What is saved, (n,)."""
+        return self.fastest_kwh - self.energy_kwh
+
+    @property
+    def saved_pct(self) -> _Floats:
+        """What is saved of the fastest run's energy, (n,); 0 where that needs none."""
+        needed = np.abs(self.fastest_kwh)
+        return np.divide(100.0 * self.saved_kwh, needed, out=np.zeros(len(needed)), where=needed > 0.0)
+
+
+class Level(NamedTuple):
+    """Scenarios that have one value on one axis: their saving altogether, and its mean over them."""
+
+    value: Any
+    scenarios: int
+    fastest_kwh: float
+    saved_kwh: float
+    saved_pct: float
+
+
+def read_savings(folder: Path, margin_pct: float) -> Savings:
+    """Read a finished sweep, and interpolate each front at a margin.
+
+    A front that ends before the margin ends with the thriftiest run: running longer saves nothing.
+
+    Raises
+    ------
+    InputError
+        When the folder holds no finished sweep, nothing in it is done, or no front reaches the margin.
+    """
+    try:
+        parquet = import_module("pyarrow.parquet")
+    except ImportError:
+        raise MissingExtraError("reports of sweeps need pyarrow: pip install 'tgvdp[sweep]'") from None
+    path = folder / "scenarios.parquet"
+    if not path.is_file():
+        raise InputError(f"{folder}: holds no finished sweep: there is no {path.name}")
+    table = parquet.read_table(path)
+    names = table.column_names
+    wanted = [*_PLACES, *names[names.index(_BEFORE) + 1 : names.index(_BEHIND)]]
+    columns = {name: table.column(name).to_pylist() for name in (*wanted, "status", "scenario", "fastest_energy_kwh")}
+    counts = {status: columns["status"].count(status) for status in dict.fromkeys(columns["status"])}
+    files = sorted((folder / "fronts").glob("*.parquet"))
+    found = dict(_interpolated(parquet, files, margin_pct))
+    done = [at for at, status in enumerate(columns["status"]) if status == "done"]
+    if not done:
+        raise InputError(f"{folder}: no scenario is done")
+    numbers = [columns["scenario"][at] for at in done]
+    reach_pct = max(found[number][1] for number in numbers)
+    if margin_pct > reach_pct + _SLACK_PCT:
+        raise InputError(f"{folder}: its fronts end at a margin of {reach_pct:.4g} %, got {margin_pct:g} %")
+    axes = {name: [columns[name][at] for at in done] for name in wanted}
+    if len(set(axes["line"])) > 1:  # sections of several lines may be called the same
+        axes["section"] = [f"{line} {section}" for line, section in zip(axes["line"], axes["section"], strict=True)]
+    return Savings(
+        margin_pct,
+        np.array(numbers, dtype=np.int64),
+        np.array([columns["fastest_energy_kwh"][at] for at in done]),
+        np.array([found[number][0] for number in numbers]),
+        {name: values for name, values in axes.items() if len(set(values)) > 1},
+        counts,
+    )
+
+
+def _interpolated(parquet: Any, files: Sequence[Path], margin_pct: float) -> Iterator[tuple[int, tuple[float, float]]]:
+    """Energy at a margin, kWh, and largest margin, of each scenario, by its number; a group of rows at a time."""
+    for file in files:
+        source = parquet.ParquetFile(file)
+        for group in range(source.num_row_groups):
+            table = source.read_row_group(group, columns=["scenario", "margin_pct", "energy_kwh"])
+            number, margins, energies = (column.to_numpy() for column in table.columns)
+            starts = np.flatnonzero(np.diff(number, prepend=-1))
+            for start, end in zip(starts, [*starts[1:], len(number)], strict=True):
+                energy_kwh = float(np.interp(margin_pct, margins[start:end], energies[start:end]))
+                yield int(number[start]), (energy_kwh, float(margins[end - 1]))
+
+
+def levels(savings: Savings, axis: str) -> list[Level]:
+    """What is saved at each value of an axis, over all the others, in the order in which the values come."""
+    values = savings.axes[axis]
+    found = []
+    for value in dict.fromkeys(values):
+        own = np.array([one == value for one in values])
+        fastest_kwh, saved_kwh = float(savings.fastest_kwh[own].sum()), float(savings.saved_kwh[own].sum())
+        share_pct = 100.0 * saved_kwh / abs(fastest_kwh) if fastest_kwh else 0.0
+        found.append(Level(value, int(own.sum()), fastest_kwh, saved_kwh, share_pct))
+    return found
+
+
+def by_effect(savings: Savings) -> list[tuple[str, list[Level]]]:
+    """Axes with their levels, the one on which the saving depends most first."""
+    found = [(axis, levels(savings, axis)) for axis in savings.axes]
+    return sorted(found, key=lambda one: -_span(one[1]))
+
+
+def _span(found: Sequence[Level]) -> float:
+    shares = [level.saved_pct for level in found]
+    return max(shares) - min(shares)
+
+
+class Grid(NamedTuple):
+    """Saving in percent over two axes; NaN where there is no scenario."""
+
+    row_axis: str
+    rows: list[Any]
+    column_axis: str
+    columns: list[Any]
+    saved_pct: _Floats
+
+
+def grid(savings: Savings, row_axis: str, column_axis: str) -> Grid:
+    """What is saved at each pair of values of two axes, over all the others."""
+    rows, columns = (list(dict.fromkeys(savings.axes[axis])) for axis in (row_axis, column_axis))
+    row_at, column_at = {value: at for at, value in enumerate(rows)}, {value: at for at, value in enumerate(columns)}
+    sums = np.zeros((2, len(rows), len(columns)))
+    pairs = zip(savings.axes[row_axis], savings.axes[column_axis], strict=True)
+    index = tuple(np.array([(row_at[row], column_at[column]) for row, column in pairs]).T)
+    np.add.at(sums[0], index, savings.saved_kwh)
+    np.add.at(sums[1], index, savings.fastest_kwh)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return Grid(row_axis, rows, column_axis, columns, 100.0 * sums[0] / np.abs(sums[1]))
+
+
+def report_object(savings: Savings) -> dict[str, Any]:
+    """Build the object of schema tgvdp.sweep-report/1."""
+    fastest_kwh, saved_kwh = float(savings.fastest_kwh.sum()), float(savings.saved_kwh.sum())
+    return {
+        "schema": SCHEMA,
+        "margin_pct": savings.margin_pct,
+        "scenarios": dict(savings.counts),
+        "network": {
+            "fastest_kwh": fastest_kwh,
+            "saved_kwh": saved_kwh,
+            "saved_pct": 100.0 * saved_kwh / abs(fastest_kwh) if fastest_kwh else 0.0,
+        },
+        "distribution_pct": {
+            str(share): float(value)
+            for share, value in zip(SHARES_PCT, np.percentile(savings.saved_pct, SHARES_PCT), strict=True)
+        },
+        "sensitivity": [
+            {"axis": axis, "span_pct": _span(found), "levels": [level._asdict() for level in found]}
+            for axis, found in by_effect(savings)
+        ],
+    }
+
+
+def savings_columns(savings: Savings) -> dict[str, Any]:
+    """Columns of ``savings.csv``: a row per scenario."""
+    return {
+        "scenario": savings.number.tolist(),
+        **savings.axes,
+        "fastest_energy_kwh": savings.fastest_kwh.tolist(),
+        "energy_kwh": savings.energy_kwh.tolist(),
+        "saved_kwh": savings.saved_kwh.tolist(),
+        "saved_pct": savings.saved_pct.tolist(),
+    }
+
+
+def sensitivity_columns(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Columns of ``sensitivity.csv``: a row per value of each axis."""
+    rows = [{"axis": one["axis"], **level} for one in content["sensitivity"] for level in one["levels"]]
+    names = ("axis", *Level._fields)
+    return {name: [str(row[name]) if name == "value" else row[name] for row in rows] for name in names}

@@ -1,0 +1,98 @@
+"""Results as one page and as figures for papers."""
+
+import re
+
+import pytest
+
+from tests.helpers.browser_case import ARGUMENTS, Watched, executable, figure
+from tests.helpers.report_case import make_result, railway_trip
+from tgvdp.cli import main
+from tgvdp.errors import InputError
+from tgvdp.explorer.folder import read_folder
+from tgvdp.explorer.standalone import page
+from tgvdp.report.results import write_results
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    home = tmp_path_factory.mktemp("written")
+    write_results(make_result(railway_trip(), [38.0, 30.0, 23.0]), home, pictures=())
+    return home
+
+
+def test_one_file_holds_the_page_and_nothing_else_is_fetched(folder, tmp_path):
+    sync_api = pytest.importorskip("playwright.sync_api", reason="the tests of the page need playwright")
+    assert main(["report", str(folder), "-o", str(tmp_path / "report.html")]) == 0
+    assert [file.name for file in tmp_path.iterdir()] == ["report.html"]
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=executable(), args=ARGUMENTS)
+        watched = Watched(browser.new_page())
+        watched.page.goto(f"file://{tmp_path}/report.html#point=0")
+        watched.page.wait_for_selector("#figures dl")
+        first = figure(watched.page, "Running time")
+        watched.page.locator("#delay").press("End")
+        watched.page.wait_for_function("location.hash.includes('point=2')")
+        assert figure(watched.page, "Running time") != first
+        assert watched.page.locator("#new-run").is_hidden()
+        watched.require_clean("file://")
+        browser.close()
+
+
+def test_nothing_in_a_result_ends_its_element(folder):
+    exhibit = read_folder(str(folder))
+    evil = exhibit.view.replace(b'"Test train"', b'"</script><script>alert(1)</script>"')
+    html = page([type(exhibit)(exhibit.name, evil, exhibit.profiles)]).decode()
+    assert evil != exhibit.view
+    assert "<script>alert" not in html
+    assert html.count("</script>") == html.count("<script")
+
+
+@pytest.mark.parametrize(("width", "mm"), [("single", 90.0), ("double", 190.0)])
+def test_figures_have_the_width_of_journals_and_hold_their_fonts(folder, tmp_path, width, mm):
+    arguments = ["report", str(folder), "-o", str(tmp_path / "a.html"), "--figures", "pdf,svg", "--width", width]
+    assert main(arguments) == 0
+    names = {"paper_front.pdf", "paper_front.svg", "paper_profile.pdf", "paper_profile.svg", "a.html"}
+    assert {file.name for file in tmp_path.iterdir()} == names
+    for name in ("paper_front", "paper_profile"):
+        pdf = (tmp_path / f"{name}.pdf").read_bytes()
+        box = re.search(rb"/MediaBox \[ ?0 0 ([\d.]+)", pdf)
+        assert float(box[1]) * 25.4 / 72.0 == pytest.approx(mm, abs=0.1)
+        assert b"/FontFile2" in pdf
+        assert b"/Subtype /Type3" not in pdf
+        assert "<text" not in (tmp_path / f"{name}.svg").read_text()
+
+
+@pytest.mark.parametrize(
+    ("files", "words"),
+    [
+        ({}, "holds none of result.json"),
+        ({"result.json": "{"}, "is not valid JSON"),
+        ({"result.json": "[]"}, "must hold an object"),
+        ({"result.json": '{"trip": {}, "front": [], "fastest": {}}'}, "holds no line"),
+        ({"result.json": '{"trip": {}, "front": [], "fastest": {}, "line": {}}'}, "no such file"),
+        ({"journey.json": "{}"}, "holds no sections"),
+    ],
+)
+def test_what_is_missing_in_a_folder_is_named(tmp_path, files, words, capsys):
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    with pytest.raises(InputError, match=words):
+        read_folder(str(tmp_path))
+    assert main(["report", str(tmp_path)]) == 3
+    assert capsys.readouterr().err.startswith("tgvdp: error: ")
+
+
+def test_a_broken_row_is_named(folder, tmp_path):
+    for file in folder.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    text = (tmp_path / "profiles.csv").read_text().splitlines()
+    (tmp_path / "profiles.csv").write_text("\n".join([*text[:4], text[4].replace("0.", "x.")]))
+    with pytest.raises(InputError, match=r"profiles\.csv: line 5: "):
+        read_folder(str(tmp_path))
+
+
+def test_explore_says_what_it_cannot_show(tmp_path, capsys):
+    assert main(["explore", str(tmp_path / "absent"), "--no-browser"]) == 3
+    assert "no such folder" in capsys.readouterr().err
+    assert main(["explore", "--train", str(tmp_path / "absent.toml"), "--no-browser"]) == 3
+    assert "absent.toml: cannot be read" in capsys.readouterr().err

@@ -1,0 +1,94 @@
+"""The report of a sweep, against sums made here from its tables."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from tests.helpers.sweep_case import run
+from tgvdp.sweeps.summary import Savings, by_effect, grid, read_savings
+
+arrow = pytest.importorskip("pyarrow")
+parquet = pytest.importorskip("pyarrow.parquet")
+
+#: Energy at margins of 0 and 10 %, kWh, by train and load: 20 + 4 · heavy of which the margin saves 2 + heavy.
+TRAINS, LOADS = ("a", "b"), ("light", "heavy")
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A finished sweep, as its tables are: the last scenario failed, the third one's front ends at 5 %."""
+    cases = [(train, load) for train in TRAINS for load in LOADS]
+    fastest = [20.0 + 4.0 * (load == "heavy") for _, load in cases]
+    table = {
+        "scenario": range(5),
+        "train": [*(train for train, _ in cases), "b"],
+        "line": ["l"] * 5,
+        "section": ["0-1"] * 5,
+        "to_m": [1.0] * 5,
+        "train.name": [*(load for _, load in cases), "none"],
+        "status": ["done"] * 4 + ["failed"],
+        "fastest_energy_kwh": [*fastest, None],
+    }
+    parquet.write_table(
+        arrow.table({name: list(values) for name, values in table.items()}), tmp_path / "scenarios.parquet"
+    )
+    (tmp_path / "fronts").mkdir()
+    ends = [10.0, 10.0, 5.0, 10.0]
+    saved = [2.0, 3.0, 2.0, 3.0]
+    rows = {
+        "scenario": np.repeat(np.arange(4), 2),
+        "margin_pct": np.ravel([(0.0, end) for end in ends]),
+        "energy_kwh": np.ravel([(one, one - less) for one, less in zip(fastest, saved, strict=True)]),
+    }
+    parquet.write_table(arrow.table(rows), tmp_path / "fronts" / "0000.parquet")
+    return tmp_path
+
+
+def test_savings_are_interpolated_and_end_with_the_front(folder):
+    savings = read_savings(folder, 7.5)
+    assert savings.saved_kwh == pytest.approx([1.5, 2.25, 2.0, 2.25], abs=1e-12)
+    assert savings.counts == {"done": 4, "failed": 1}
+    assert list(savings.axes) == ["train", "train.name"]
+
+
+def test_command_writes_page_tables_and_pictures(folder):
+    done = run("report", folder, "--margin", 7.5, "--json")
+    assert done.returncode == 0, done.stderr
+    content = json.loads(done.stdout)
+    assert content["network"]["saved_pct"] == pytest.approx(100.0 * 8.0 / 88.0, rel=1e-12)
+    home = folder / "report"
+    assert {"report.md", "distribution.png", "tornado.png", "map.png"} <= {file.name for file in home.iterdir()}
+    with open(home / "savings.csv", encoding="utf-8", newline="") as file:
+        assert [float(row["saved_kwh"]) for row in csv.DictReader(file)] == pytest.approx([1.5, 2.25, 2.0, 2.25])
+    assert "7.5 % more running time saves 9.09 %: 8 of 88 kWh" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [(["--margin", "20"], "its fronts end at a margin of 10 %, got 20 %"), (["--margin", "-1"], "at least 0 %")],
+)
+def test_margins_out_of_reach_are_refused(folder, words, message):
+    done = run("report", folder, *words)
+    assert done.returncode in (2, 3)
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_no_sweep_there(tmp_path):
+    done = run("report", tmp_path)
+    assert (done.returncode, done.stderr.count("\n")) == (3, 1)
+    assert "holds no finished sweep" in done.stderr
+
+
+def test_the_axis_with_the_widest_span_comes_first_and_maps_have_holes():
+    fastest, energy = np.array([10.0, 10.0, 20.0]), np.array([9.0, 5.0, 18.0])
+    axes = {"wind_kmh": [0, 30, 0], "train": ["a", "a", "b"]}
+    savings = Savings(5.0, np.arange(3), fastest, energy, axes, {"done": 3})
+    ranked = by_effect(savings)
+    assert [axis for axis, _ in ranked] == ["wind_kmh", "train"]
+    assert [level.saved_pct for level in ranked[0][1]] == pytest.approx([10.0, 50.0])
+    made = grid(savings, "wind_kmh", "train")
+    assert made.saved_pct[0].tolist() == pytest.approx([10.0, 10.0])
+    assert np.isnan(made.saved_pct[1, 1])

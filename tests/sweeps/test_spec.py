@@ -1,0 +1,133 @@
+"""From a spec to scenarios and their rows: what varies, in which order, under which names; and what is no spec."""
+
+import csv
+
+import pytest
+
+from tests.helpers.sweep_case import COUNT, SPEC, write_case
+from tgvdp import InputError, journey, load_track, load_train, search
+from tgvdp.sweeps.journal import Journal
+from tgvdp.sweeps.parts import write_part
+from tgvdp.sweeps.read import read_spec
+from tgvdp.sweeps.scenario import task_of
+from tgvdp.sweeps.tables import write_tables
+from tgvdp.sweeps.work import solve
+
+HEAD = SPEC.partition("[product]")[0]
+
+
+def tables_of(spec, folder):
+    """Tables of a sweep that is solved here, in a single part."""
+    pytest.importorskip("pyarrow")
+    pytest.importorskip("distributed")
+    folder.mkdir()
+    journal = Journal(folder / "journal.sqlite")
+    journal.enrol((scenario.key("engine") for scenario in spec), "plan")
+    records = [solve(task_of(spec[number], id, spec.profiles_every_m)) for id, number in journal.pending()]
+    write_part(folder, 0, records)
+    journal.commit(records, 0)
+    files = write_tables(spec, journal, folder, folder / "out")
+    journal.close()
+    return {file.relative_to(folder / "out").as_posix() for file in files}
+
+
+def rows_of(path):
+    with open(path, encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_lines_change_slowest_and_the_last_axis_fastest(tmp_path):
+    spec = read_spec(write_case(tmp_path))
+    assert (len(spec), len(list(spec))) == (COUNT, COUNT)
+    named = [(one.line.name, one.section.name, *one.parameters.values()) for one in spec]
+    assert named[:4] == [("east", "0-900", 180, wind) for wind in (0, 10, 20)] + [("east", "0-900", 200, 0)]
+    assert named[9][:2] == ("east", "900-2000")
+    assert named[-1] == ("west", "1100-1900", 220, 20)
+    assert len({one.key("engine") for one in spec}) == COUNT
+    assert spec[5].key("engine") != spec[5].key("another engine")
+
+
+def test_values_of_a_zip_go_along_with_each_other(tmp_path):
+    axes = '"train.mass_t" = ["90%", "110%"]\n"train.traction_efficiency_pct" = [80, 90]\n'
+    spec = read_spec(write_case(tmp_path, f"{HEAD}[product]\nwind_kmh = [0, 5]\n[[zip]]\n{axes}"))
+    assert [tuple(one.parameters.values()) for one in spec[:4]] == [
+        (0, "90%", 80), (0, "110%", 90), (5, "90%", 80), (5, "110%", 90),
+    ]  # fmt: skip
+    assert spec[0].changes == ("train.mass_t=90%", "train.traction_efficiency_pct=80")
+
+
+def test_a_default_that_is_written_out_is_the_same_scenario(tmp_path):
+    spec = read_spec(write_case(tmp_path, f"{HEAD}[product]\nwind_kmh = [0]\n"))
+    plain = read_spec(write_case(tmp_path / "plain", HEAD))
+    assert [one.key("") for one in spec] == [one.key("") for one in plain]
+
+
+def test_a_section_stays_where_it_is_on_the_line_in_the_other_direction(tmp_path):
+    spec = read_spec(write_case(tmp_path, f"{HEAD}[product]\nreverse = [true]\n"))
+    assert spec[0].section.name == "0-900"
+    assert spec[0].arguments["origin_m"] == 2000 - 900
+    assert "destination_m" not in spec[0].arguments
+
+
+def test_journeys_say_what_each_section_gets_under_its_name(tmp_path):
+    path = write_case(tmp_path, HEAD.replace('"stops"', '"journey"\ndwell_s = 20'))
+    names = tables_of(read_spec(path), tmp_path / "out")
+    assert {"allocation.csv", "allocation/0000.parquet"} <= names
+    rows = [row for row in rows_of(tmp_path / "out" / "out" / "allocation.csv") if row["line"] == "west"]
+    assert [row["section"] for row in rows[:2]] == ["0-1100", "1100-1900"]
+    result = journey(
+        load_train(tmp_path / "metro.toml"), load_track(tmp_path / "lines" / "west.toml"), points=5, max_margin=0.1
+    )
+    assert [float(row["time_s"]) for row in rows] == result.section_time_s.ravel().tolist()
+    front = [row for row in rows_of(tmp_path / "out" / "out" / "fronts.csv") if row["line"] == "west"]
+    assert [float(row["energy_kwh"]) for row in front] == (result.front.energy_j / 3.6e6).tolist()
+
+
+def test_profiles_on_demand_and_no_csv_where_none_is_wanted(tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    text = HEAD.replace("[run]", "profiles_every_m = 200\ncsv = false\n[run]").replace("[run]", "[run]\n", 1)
+    names = tables_of(read_spec(write_case(tmp_path, text)), tmp_path / "out")
+    assert "profiles/0000.parquet" in names
+    assert not [name for name in names if name.endswith(".csv")]
+    rows = parquet.read_table(tmp_path / "out" / "out" / "profiles").to_pylist()
+    own = [row for row in rows if (row["scenario"], row["point"]) == (0, 3)]
+    line = load_track(tmp_path / "lines" / "east.toml")
+    result = search(load_train(tmp_path / "metro.toml"), line, points=5, max_margin=0.1, destination_m=900.0)
+    assert [row["position_m"] for row in own] == [0.0, 200.0, 400.0, 600.0, 800.0, 900.0]
+    assert own[-1]["time_s"] == pytest.approx(result.front.time_s[3], rel=1e-9)
+    assert own[0]["regime"] == "traction"
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "message"),
+    [
+        ("trains", "train", "unknown field 'train', did you mean 'trains'?"),
+        ('["metro.toml"]', '["tgw"]', "trains[0]: "),
+        ('["metro.toml"]', '["metro.toml", "metro.toml"]', "trains[1]: two trains are called 'metro'"),
+        ('["lines"]', '["."]', "lines[0]: "),
+        ('"stops"', '"all"', "sections: must be whole, stops, journey or a list of FROM:TO, got 'all'"),
+        ('"stops"', '["0:1950"]', "sections[0]: ends beyond the 1900 m of line west, got '0:1950'"),
+        ('"stops"', '["900"]', "sections[0]: must be FROM:TO"),
+        ('"stops"', '"stops"\ndwell_s = 3', "dwell_s: belongs to sections = 'journey'"),
+        ("wind_kmh", "wind_mph", "unknown field 'wind_mph', did you mean 'wind_kmh'?"),
+        ("[0, 10, 20]", "[0, 'much']", "product.wind_kmh: must be a number"),
+        ("[0, 10, 20]", "[]", "product.wind_kmh: must have values"),
+        ("train.mass_t", "train.mas_t", "product: --set: train.mas_t: unknown field"),
+        ("[180, 200, 220]", "[180, -3]", "product: --set: train.mass_t: "),
+        ("wind_kmh", "points", "points: stands in more than one of run, product and zip"),
+        ("wind_kmh", "from_m", "the sections of a sweep say from where to where"),
+        ("[product]", "[[zip]]", None),
+        ("[product]", "[[zip]]\nreverse = [true]", "zip[0]: all lists must be equally long, got reverse with 1"),
+    ],
+)
+def test_what_is_no_spec_is_named(tmp_path, before, after, message):
+    assert before in SPEC
+    path = write_case(tmp_path, SPEC.replace(before, after, 1))
+    if message is None:
+        assert len(read_spec(path)) == 12
+        return
+    with pytest.raises(InputError) as error:
+        read_spec(path)
+    assert message in str(error.value)
+    assert str(error.value).startswith(str(path))
+    assert "\n" not in str(error.value)
