@@ -32,7 +32,7 @@ BACKENDS = ("fake_sherbrooke", "fake_torino")
 PENALTY = 0.1
 SHOTS = 300
 #: Most qubits whose noise is simulated here within minutes.
-NOISY_QUBITS = 12
+NOISY_QUBITS = 9
 #: Error that all rotations together may make.
 WHOLE_ERROR = 1e-3
 
