@@ -35,6 +35,7 @@ MAY_IMPORT = {
     "runs": {"model", "line", "physics", "_jit"},
     "methods": {"model", "line", "physics", "runs", "_jit"},
     "certificate": {"model", "line", "physics", "runs", "methods", "_jit"},
+    "margins": {"model", "line", "physics", "runs", "methods"},
     "journeys": {"model", "runs", "methods", "certificate", "pareto"},
     "referee": {"model", "physics", "_jit"},
     "formulations": {"model", "formats"},  # formats: instances are files
@@ -50,6 +51,7 @@ MAY_IMPORT = {
         "runs",
         "methods",
         "certificate",
+        "margins",
         "journeys",
         "referee",
         "pareto",

@@ -150,3 +150,33 @@ def test_a_map_has_no_gap(run, capsys):
     shown = capsys.readouterr()
     assert "inf" not in shown.out
     assert "--certify: energies by a map have no bound" in shown.err
+
+
+def test_margins_side_by_side(run, tmp_path, capsys):
+    options = ("--points", "2", "--margins", "5%", "--margins", "0:5km:5%,5km::30s", "--out", "marg")
+    assert run("journey", *options, "--json") == 0
+    shown = capsys.readouterr()
+    content = json.loads(shown.out)["margins"]
+    assert [one["margin"] for one in content] == ["5%", "0:5km:5%,5km::30s"]
+    assert [row["name"] for row in content[0]["runs"]] == ["linear", "economy", "uniform", "optimum"]
+    assert [row["margin_pct"] for row in content[0]["runs"]] == pytest.approx([5.0] * 4, abs=0.02)
+    assert content[0]["runs"][0]["deviation_s"] == 0.0
+    assert "0:5km:5%,5km::30s more time:" in shown.err
+    rows = list(csv.DictReader((tmp_path / "marg" / "margins.csv").open()))
+    assert [row["margin"] for row in rows] == ["5%"] * 4 + ["0:5km:5%;5km::30s"] * 4
+    assert float(rows[0]["energy_kwh"]) > float(rows[2]["energy_kwh"]) > float(rows[3]["energy_kwh"])
+    assert (tmp_path / "marg" / "margins.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "message"),
+    [
+        ("often", 2, "must be 5%, 4.5min/100km or 90s"),
+        ("5km:5%", 2, "must be 5%, 4.5min/100km or 90s"),
+        ("0:5km:5%,3km::1%", 3, "margins: two ranges hold 3000 m"),
+        ("3000:3001:900s", 4, "margins: no run takes"),
+    ],
+)
+def test_margins_that_cannot_be_taken(run, capsys, text, code, message):
+    assert run("journey", "--points", "2", "--no-pictures", "--margins", text) == code
+    assert message in capsys.readouterr().err

@@ -37,7 +37,7 @@ def watched(browser):
 
 def open_page(watched, url):
     watched.page.goto(url)
-    watched.page.wait_for_selector("#figures dl", timeout=MINUTE_MS)
+    watched.page.wait_for_selector("#figures dl", timeout=5 * MINUTE_MS)  # kernels may have to be compiled
     return watched.page
 
 
@@ -263,4 +263,21 @@ def test_speed_is_measured(watched):
         )
         assert len(clicks_ms) == 5
         print(f"first picture {shown_ms:.0f} ms, click to profile {sorted(clicks_ms)[2]:.0f} ms (median)")
+        watched.require_clean(home)
+
+
+def test_the_search_is_played_step_by_step(watched):
+    options = {"method": "best-first", "to_m": 10_000.0, "segment_m": 2500.0, "speeds": 8, "paths": 3}
+    with listening(asked={"track": "flat-100km", "options": options}) as home:
+        page = open_page(watched, home)
+        told = page.locator("#step-told")
+        assert told.inner_text().startswith("Before the first step")
+        page.locator("#step").press("ArrowRight")
+        assert told.inner_text().startswith("Step 1: label 0 is expanded")
+        page.get_by_role("button", name="Play").click()
+        sync_api.expect(told).to_contain_text("Step 3", timeout=MINUTE_MS)
+        page.get_by_role("button", name="Pause").click()
+        page.locator("#step").press("End")
+        assert "a path" in told.inner_text()
+        assert "Effective branching factor" in page.locator("#trace").inner_text()
         watched.require_clean(home)

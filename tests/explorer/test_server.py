@@ -1,11 +1,15 @@
 """What strangers may not do, and what the page may: over HTTP, without a browser."""
 
+import json
 import os
+import socket
 import time
+import urllib.request
 from pathlib import Path
 
 import pytest
 
+from tests.helpers.browser_case import listening
 from tests.helpers.explorer_case import ENDLESS, HOST, ORIGIN, SHORT, ask, served, wait_for
 from tgvdp.explorer.assets import assets
 from tgvdp.explorer.server.guard import POLICY, host_name
@@ -205,6 +209,28 @@ def test_runs_queue_and_are_cancelled():
         wait_for(client, third, "done")
         assert client.get(f"/api/runs/{first}").status_code == 404
         assert client.delete(f"/api/runs/{first}", headers=ORIGIN).status_code == 404
+
+
+def test_a_client_that_leaves_harms_nobody():
+    """It hangs up in the middle of an upload, of a draft, and while its run goes on, which goes on."""
+    with listening() as home:
+        host, port = home.removeprefix("http://").split(":")
+        head = f"Host: {host}:{port}\r\nOrigin: {home}\r\nContent-Type: application/json\r\n"
+        body = json.dumps(SHORT)
+        draft = json.dumps({"asked": SHORT, "delay_s": 5.0})
+        for path, length, sent in (
+            ("/api/uploads?name=a.json", 5000, "{"), ("/api/drafts", len(draft), draft), ("/api/runs", len(body), body),
+        ):  # fmt: skip
+            with socket.create_connection((host, int(port))) as connection:
+                connection.sendall(f"POST {path} HTTP/1.1\r\n{head}Content-Length: {length}\r\n\r\n{sent}".encode())
+                time.sleep(0.2)
+        end = time.monotonic() + 300.0
+        state = ""
+        while state != "done" and time.monotonic() < end:
+            time.sleep(0.1)
+            with urllib.request.urlopen(f"{home}/api/runs") as answer:
+                state = json.load(answer)[0]["state"]
+        assert state == "done"
 
 
 def test_a_run_tells_how_far_it_is():

@@ -11,20 +11,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.api.budget import budget_of
+from tgvdp.api.margins import Margins, margins_of
 from tgvdp.api.sense import sensible_numbers
 from tgvdp.certificate.front import Certificate, certify_front
 from tgvdp.errors import InputError
 from tgvdp.journeys.bound import JourneyBound, journey_bound
 from tgvdp.journeys.delays import Delays, Robustness, robustness, standard_delays
 from tgvdp.journeys.front import JourneyFront
-from tgvdp.journeys.practices import linear_margin
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.journeys.timed import PassedRuns
 from tgvdp.journeys.windows import Windows
+from tgvdp.margins.linear import scaled_run
+from tgvdp.model.margin import MarginRange
 from tgvdp.model.trip import Trip
+from tgvdp.options.texts import parse_margins
 from tgvdp.pareto import ParetoFront
 from tgvdp.referee.replay import Verdict, replay
-from tgvdp.runs.profile import EnergyBalance, Profile
+from tgvdp.runs.profile import Profile, joined
 from tgvdp.second_process import usable_cores
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
 
@@ -102,7 +105,7 @@ class JourneyResult:
     def linear_margin(self, index: int) -> Profile:
         """Speed profile of the fastest journey with all speeds scaled to the running time of one point of the front."""
         ratio = float(self.front.time_s[index]) / self.fastest_time_s
-        runs = [linear_margin(section.trip, section.fastest, ratio) for section in self.sections]
+        runs = [scaled_run(section.trip, section.fastest, ratio) for section in self.sections]
         until_next_s = [run.duration_s + self.options["dwell_s"] for run in runs]
         return joined(runs, np.cumsum([0.0, *until_next_s[:-1]]))
 
@@ -176,9 +179,7 @@ class JourneyResult:
             With windows, which the simulation does not know, and when delays are out of range.
         """
         at = len(self.front) // 2 if index is None else index
-        between = [section for section in self.sections if isinstance(section, SectionRuns)]
-        if not self.windows.are_open or len(between) < len(self.sections):
-            raise InputError("journey: delays are simulated without windows only")
+        between = self._without_windows("delays are simulated")
         allocations_s = {"optimum": self.section_time_s[at]}
         for name, practice in self.found.practices.items():
             own_s = [section.time_s[run] for section, run in zip(between, practice.run[at], strict=True)]
@@ -186,6 +187,43 @@ class JourneyResult:
         if delays is None:
             delays = standard_delays([section.fastest.duration_s for section in between], mean_delay_s)
         return robustness(between, allocations_s, self.options["dwell_s"], delays)
+
+    def margins(
+        self, ranges: str | Sequence[MarginRange], within: float = 0.02, time_limit_s: float | None = None
+    ) -> Margins:
+        """Take a running-time supplement as railways define it, beside the optimum of the same time.
+
+        Parameters
+        ----------
+        ranges : str or sequence of MarginRange
+            The supplement: ``"5%"``, ``"4.5min/100km"`` or ``"90s"`` of the whole journey, or by ranges of the line:
+            ``"0:10km:5%,10km::4.5min/100km"``.
+        within : float
+            Of the uniform margin: how far times between any two points may be from the linear ones, as a share.
+        time_limit_s : float, optional
+            Time for it, s; by default as much as the search had.
+
+        Raises
+        ------
+        InputError
+            With windows, which margins do not know, and when ranges are none, or overlap.
+        InfeasibleError
+            When a range is too short for its supplement.
+        BudgetExceededError
+            When the time is up.
+        """
+        between = self._without_windows("margins are taken")
+        asked = parse_margins(ranges) if isinstance(ranges, str) else ranges
+        clock = budget_of(self.options, time_limit_s).start()
+        with sensible_numbers(self.trip, self.options["max_memory_b"]):
+            return margins_of(between, asked, within, self.options["dwell_s"], clock)
+
+    def _without_windows(self, what: str) -> list[SectionRuns]:
+        """Sections of a journey without windows."""
+        between = [section for section in self.sections if isinstance(section, SectionRuns)]
+        if not self.windows.are_open or len(between) < len(self.sections):
+            raise InputError(f"journey: {what} without windows only")
+        return between
 
     def plot(self, picture: str = "front", index: int | None = None) -> "Picture":
         """Draw a picture; notebooks show it, and its ``savefig`` writes it.
@@ -217,15 +255,3 @@ class JourneyResult:
             f"<JourneyResult: {self.trip.train.name} on {self.trip.track.name}, {len(self.sections)} sections,"
             f" {len(self.front)} points from {self.fastest_time_s:.1f} s>"
         )
-
-
-def joined(profiles: Sequence[Profile], departure_s: _Floats) -> Profile:
-    """Profiles of sections one behind the other, each from its departure, s."""
-    starts_j = np.cumsum([0.0, *(one.total_energy_j for one in profiles[:-1])])
-    names = ("position_m", "speed_mps", "force_n", "regime")
-    return Profile(
-        time_s=np.concatenate([one.time_s + start_s for one, start_s in zip(profiles, departure_s, strict=True)]),
-        energy_j=np.concatenate([one.energy_j + start_j for one, start_j in zip(profiles, starts_j, strict=True)]),
-        balance=EnergyBalance(*np.sum([one.balance for one in profiles], axis=0).tolist()),
-        **{name: np.concatenate([getattr(one, name) for one in profiles]) for name in names},
-    )

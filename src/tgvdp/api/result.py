@@ -12,10 +12,13 @@ from tgvdp.api.budget import budget_of
 from tgvdp.api.methods import Fastest, continuous_front
 from tgvdp.api.sense import sensible_numbers
 from tgvdp.certificate.front import Certificate, certify_front
-from tgvdp.journeys.practices import linear_margin
+from tgvdp.errors import InputError
+from tgvdp.margins.linear import scaled_run
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.front import OptimalRuns
+from tgvdp.methods.grid.best_first_rules import Options, counted_j
 from tgvdp.methods.grid.paths import GridPaths
+from tgvdp.methods.grid.trace import MOST_STEPS, Trace, trace_best_first
 from tgvdp.model.trip import Trip
 from tgvdp.pareto import ParetoFront
 from tgvdp.progress import tell
@@ -89,7 +92,7 @@ class SearchResult:
 
     def linear_margin(self, index: int) -> Profile:
         """Speed profile of today's practice: the fastest run with all speeds scaled to the time of one point."""
-        return linear_margin(self.trip, self.fastest.profile, float(self.front.time_s[index]) / self.fastest.time_s)
+        return scaled_run(self.trip, self.fastest.profile, float(self.front.time_s[index]) / self.fastest.time_s)
 
     def _profile(self, index: int) -> Profile:
         source = int(self.front.source[index])
@@ -142,6 +145,28 @@ class SearchResult:
         if self.trip.energy.kind == "wheel":
             return self.front.energy_j
         return np.array([drawn_energy_j(self.trip, self._profile(index)) for index in range(len(self.front))])
+
+    def trace(self, most_steps: int = MOST_STEPS) -> Trace:
+        """Search again, method ``best-first``, and write down each step, for teaching; of small instances only.
+
+        Parameters
+        ----------
+        most_steps : int
+            The trace ends there; its ``complete`` says whether the search did before.
+
+        Raises
+        ------
+        InputError
+            When another method searched.
+        """
+        if not isinstance(self._found, GridPaths) or self.method != "best-first":
+            raise InputError(f"trace: method {self.method} has no queue to watch; method best-first does")
+        asked, grid = self.options, self._found.grid
+        options = Options(
+            heuristic=asked["heuristic"], paths=asked["paths"], dominance=asked["dominance"], bounds=asked["bounds"],
+            reference_time_s=self.fastest.time_s, reference_energy_j=counted_j(grid, self.fastest.energy_j),
+        )  # fmt: skip
+        return trace_best_first(grid, self.fastest.time_s * (1.0 + asked["max_margin"]), options, most_steps)
 
     def _computing(self) -> AbstractContextManager[None]:
         return sensible_numbers(self.trip, self.options["max_memory_b"])

@@ -4,12 +4,14 @@ A kernel is compiled for the types that it is called with, and each has one set 
 the energy and the convention are; tests count them.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from tgvdp._jit.cache import key_folder, make_folder
 from tgvdp._jit.watch import Compiled, is_compiled, is_missing, watch
+from tgvdp.api.journeys import journey
 from tgvdp.api.run import search
 from tgvdp.certificate.ascent import climb
 from tgvdp.certificate.line import BoundingProblem
@@ -20,7 +22,18 @@ from tgvdp.referee.drive import replay_rows
 from tgvdp.referee.replay import replay
 from tgvdp.runs.profile import profile_of
 
-__all__ = ["TOURS", "Compiled", "checks", "checks_missing", "is_compiled", "key_folder", "make_folder", "tour", "watch"]
+__all__ = [
+    "TOURS",
+    "Compiled",
+    "checks",
+    "checks_missing",
+    "is_compiled",
+    "key_folder",
+    "make_folder",
+    "margins",
+    "tour",
+    "watch",
+]
 
 _TRAIN = "alstom-emu"  # its effort has a drop
 _TRACK = Track(
@@ -41,6 +54,13 @@ def tour(name: str) -> list[Compiled]:
     """Run one of `TOURS` and replay it; returns the kernels that had to be compiled."""
     with watch() as compiled:
         search(load_train(_TRAIN), _TRACK, **TOURS[name]).verify()
+    return compiled
+
+
+def margins() -> list[Compiled]:
+    """Take a margin, whose first part meets another one: what a journey calls beside its searches."""
+    with watch() as compiled:
+        journey(load_train(_TRAIN), replace(_TRACK, stops_m=(0.0, 2e3)), points=2).margins("0:1000:5%,1000::10%")
     return compiled
 
 

@@ -1,8 +1,7 @@
 """``tgvdp journey``: a train over all stops of a line, and the split of its supplement over the sections."""
 
-import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -13,19 +12,19 @@ from tgvdp.cli import echo_json
 from tgvdp.cli.compare import compare_table
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand, apply_all, heading
+from tgvdp.cli.journey_tables import front_table, margins_table, robustness_table
 from tgvdp.cli.notes import unusual
 from tgvdp.cli.numbers import LINE_SPEED, number
-from tgvdp.cli.screen import ROWS, Screen, aligned, column, duration, spread
+from tgvdp.cli.screen import Screen
 from tgvdp.cli.search_case import merged, read_case, read_map
 from tgvdp.cli.search_options import SET_HELP, TRACK_HELP, TRAIN_HELP, complete, complete_fields, declared
-from tgvdp.errors import BudgetExceededError
+from tgvdp.errors import BudgetExceededError, InputError
 from tgvdp.options.search import BY_FIELD, JOURNEY_FIELDS, TRIP, arguments_of
-from tgvdp.units import joule_to_kwh
+from tgvdp.options.texts import parse_margins
 
 if TYPE_CHECKING:
     from tgvdp.api import JourneyResult
-    from tgvdp.journeys.bound import JourneyBound
-    from tgvdp.journeys.delays import Robustness
+    from tgvdp.report.journeys import Extras
 
 _EXAMPLES = """
 \b
@@ -34,15 +33,34 @@ Examples:
   tgvdp journey --track line.json --train train.json --dwell 45 --at "5%,8%"
   tgvdp journey --track line.json --train train.json --journey journey.json --out timetable
   tgvdp journey --track line.json --train train.json --train other.json --out trains
+  tgvdp journey --track line.json --train train.json --margins 5% --margins "0:10km:5%,10km::4.5min/100km"
   tgvdp journey --track line.json --train train.json --points 100 --json --no-pictures > journey.json
 """
 _JOURNEY_HELP = "A timetable: its stops count in place of the line's, its windows are kept."
 _DELAY_HELP = "Mean delay of departures: simulates how late and how dear the splits of the middle point are."
+_MARGINS_HELP = (
+    "Take this supplement as a linear, economy and uniform margin, beside the optimum: 5%, 4.5min/100km, 90s, or by"
+    " ranges FROM:TO:... with commas between. May be given several times."
+)
+_WITHIN_HELP = "Of the uniform margin: how far times between any two points are from the linear ones at most."
 _TRAINS_HELP = f"{TRAIN_HELP} May be given several times."
 _MAIN = "journey.json"
 _SEVERAL, _COMPARED = "tgvdp.journeys/1", ("compare.json", "compare.csv", "compare.png")
+_WITHIN = number("%", above=0.0)
 _trip = heading(TRIP)
 _output = heading("Proof and output")
+
+
+def _readable_margins(_: click.Context, __: click.Parameter, texts: tuple[str, ...]) -> tuple[str, ...]:
+    """Check supplements, and leave them as they are."""
+    for text in texts:
+        try:
+            parse_margins(text)
+        except InputError as error:
+            raise click.BadParameter(str(error)) from None
+    return texts
+
+
 _OPTIONS = [
     _trip("--track", metavar="FILE|NAME", shell_complete=complete, help=TRACK_HELP),
     _trip("--train", "trains", metavar="FILE|NAME", multiple=True, shell_complete=complete, help=_TRAINS_HELP),
@@ -59,6 +77,8 @@ _OPTIONS = [
     _trip("--line-speed", "line_speed_kmh", **LINE_SPEED),
     _trip("--set", "changes", metavar="FIELD=VALUE", multiple=True, shell_complete=complete_fields, help=SET_HELP),
     *(declared(BY_FIELD[field]) for field in JOURNEY_FIELDS),
+    _output("--margins", "margins", metavar="LIST", multiple=True, callback=_readable_margins, help=_MARGINS_HELP),
+    _output("--within", "within_pct", metavar="PCT", default="2", show_default=True, type=_WITHIN, help=_WITHIN_HELP),
     _output("--delay", "mean_delay_s", metavar="S", type=number("s", above=0.0), help=_DELAY_HELP),
     _output("--certify", is_flag=True, help="Prove how far the optimum can be; takes seconds."),
     _output("--pictures/--no-pictures", default=True, show_default=True, help="Draw pictures."),
@@ -93,29 +113,31 @@ def command(trains: tuple[str, ...], out: str, force: bool, as_json: bool, quiet
     if as_json:
         echo_json(content if several else done[0].content)
     if not quiet:
-        click.echo(_table(*done[0][:3]) if compared is None else compare_table(compared.content), err=as_json)
+        table = _front(done[0]) if compared is None else compare_table(compared.content)
+        click.echo(table, err=as_json)
         names = [*(home.name for home in homes), *_COMPARED] if several else [file.name for file in done[0].files]
         click.echo(f"in {out}: {', '.join(names)}", err=as_json)
     for one in done:
-        if one.robustness is not None and not quiet:
-            click.echo(_robustness_table(one.robustness), err=as_json)
+        for table in () if quiet else _more_tables(one):
+            click.echo(table, err=as_json)
         if one.failed:
             click.echo(f"tgvdp: warning: {one.failed} runs of sections do not pass the replay", err=True)
         for text in () if quiet else _warnings(one):
             click.echo(f"tgvdp: warning: {text}", err=True)
     if compared is not None and "warning" in compared.content and not quiet:
         click.echo(f"tgvdp: warning: {compared.content['warning']}", err=True)
-    complete = all(one.result.found.complete and (one.bound is None or one.bound.complete) for one in done)
+    complete = all(
+        one.result.found.complete and (one.extras.bound is None or one.extras.bound.complete) for one in done
+    )
     return 0 if complete else BudgetExceededError.exit_code
 
 
 class _Done(NamedTuple):
-    """A journey with its object, its proof, its simulation, its files, and how many of its runs do not replay."""
+    """A journey with its object, what was asked for beside it, its files, and how many of its runs do not replay."""
 
     result: "JourneyResult"
     content: dict[str, Any]
-    bound: "JourneyBound | None"
-    robustness: "Robustness | None"
+    extras: "Extras"
     files: list[Path]
     failed: int
 
@@ -131,6 +153,8 @@ def _run(
     dwell_s: float,
     line_speed_kmh: float | None,
     changes: tuple[str, ...],
+    margins: tuple[str, ...],
+    within_pct: float,
     mean_delay_s: float | None,
     certify: bool,
     pictures: bool,
@@ -153,7 +177,7 @@ def _run(
     # These bring numba: neither --help nor an error in the input waits for it.
     from tgvdp import api
     from tgvdp.report import make_provenance
-    from tgvdp.report.journeys import journey_object, write_journey
+    from tgvdp.report.journeys import Extras, journey_object, write_journey
 
     with screen.compiling():
         result = api.journey(case.train, case.track, stops, dwell_s=dwell_s, **arguments_of(options))
@@ -166,16 +190,37 @@ def _run(
         if certify:
             screen.progress("proving")
             bound = result.certify()
-        robustness = None if mean_delay_s is None else result.robustness(mean_delay_s=mean_delay_s)
+        if margins:
+            screen.progress("taking margins")
+        extras = Extras(
+            bound,
+            None if mean_delay_s is None else result.robustness(mean_delay_s=mean_delay_s),
+            {text: result.margins(text, within_pct / 100.0) for text in margins},
+        )
+        failed += sum(
+            not verdict.ok for one in extras.margins.values() for own in one.verify().values() for verdict in own
+        )
         screen.progress("drawing and writing")
-        files = write_journey(result, home, about, bound, robustness, pictures=pictures)
-    return _Done(result, journey_object(result), bound, robustness, files, failed)
+        files = write_journey(result, home, about, extras, pictures=pictures)
+    return _Done(result, journey_object(result, extras), extras, files, failed)
+
+
+def _front(done: _Done) -> str:
+    """The table of a front."""
+    return front_table(done.result, done.content, done.extras.bound)
+
+
+def _more_tables(done: _Done) -> Iterator[str]:
+    """Tables of what was asked for beside a front."""
+    if done.extras.robustness is not None:
+        yield robustness_table(done.extras.robustness)
+    yield from map(margins_table, done.content.get("margins", ()))
 
 
 def _warnings(done: _Done) -> Iterator[str]:
     """Where a result is less than was asked for."""
     yield from done.result.warnings
-    if done.bound is not None and done.result.trip.energy.map is not None:
+    if done.extras.bound is not None and done.result.trip.energy.map is not None:
         yield "--certify: energies by a map have no bound"
 
 
@@ -192,44 +237,3 @@ def _compared(done: Sequence[_Done], out: str, beneath: Sequence[Path]) -> _Comp
 
     results = [one.result for one in done]
     return _Compared(trains_object(results), write_trains(results, out, beneath))
-
-
-def _table(result: "JourneyResult", content: Mapping[str, Any], bound: "JourneyBound | None") -> str:
-    """A dozen points at most: time, energy, price, what the practices take more, and the gap where it is known."""
-    front = content["front"]
-    chosen = spread(len(front), ROWS)
-    rows = [front[index] for index in chosen]
-    columns = [
-        column("margin", "%", 8, [f"{100.0 * (row['time_s'] / result.fastest_time_s - 1.0):.2f}" for row in rows]),
-        column("time", "", 9, [duration(row["time_s"]) for row in rows]),
-        column("energy", "kWh", 8, aligned([row["energy_kwh"] for row in rows], 5)),
-        column("price", "kWh/min", 7, aligned([row["price_kwh_per_min"] for row in rows], 4)),
-    ]
-    for name, practice in content["practices"].items():
-        more = [practice[index]["energy_kwh"] - front[index]["energy_kwh"] for index in chosen]
-        columns.append(column(name.replace("_", " "), "kWh more", 8, aligned(more, 4)))
-    if bound is not None:
-        gap_pct = bound.gap_pct(result.front.energy_j)
-        gaps = [f"{gap_pct[index]:.3f}" if math.isfinite(gap_pct[index]) else "–" for index in chosen]
-        columns.append(column("gap", "%", 6, gaps))
-    lines = ["  ".join(cells) for cells in zip(*columns, strict=True)]
-    lines.append(
-        f"{len(result.sections)} sections, fastest {duration(result.fastest_time_s)} without"
-        f" {len(result.sections) - 1} dwells of {result.options['dwell_s']:g} s"
-    )
-    return "\n".join(lines)
-
-
-def _robustness_table(robustness: "Robustness") -> str:
-    """The optimum, today's practices, and the allocation on both fronts."""
-    named = [at for at, name in enumerate(robustness.names) if "%" not in name]
-    rows = dict.fromkeys([*named, robustness.on_both])
-    columns = [
-        column("", "with delays", 11, [robustness.names[at].replace("_", " ") for at in rows]),
-        column("planned", "kWh", 8, aligned([joule_to_kwh(float(robustness.planned_j[at])) for at in rows], 5)),
-        column("expected", "kWh", 8, aligned([joule_to_kwh(float(robustness.energy_j[at])) for at in rows], 5)),
-        column("delay", "s", 7, aligned([float(robustness.delay_s[at]) for at in rows], 4)),
-        column("punctual", "%", 8, [f"{100.0 * robustness.punctual[at]:.1f}" for at in rows]),
-    ]
-    lines = ["  ".join(cells) for cells in zip(*columns, strict=True)]
-    return "\n".join([*lines, f"cheapest as planned on the second front: {robustness.names[robustness.on_both]}"])

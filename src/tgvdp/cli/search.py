@@ -66,6 +66,7 @@ def command(
     certify: bool,
     profiles: str,
     every_m: float | None,
+    trace: bool,
     format: tuple[str, ...],
     pictures: bool,
     price_per_kwh: float | None,
@@ -85,6 +86,8 @@ def command(
     """
     if every_m is not None and profiles == "railtoolkit":
         raise click.UsageError("--every is for profiles as csv, parquet or xlsx", click.get_current_context())
+    if trace and given["method"] not in (None, "best-first"):
+        raise click.UsageError("--trace belongs to method best-first", click.get_current_context())
     if journey is not None and track is None and scenario is None:
         raise click.UsageError("--journey needs the --track that it belongs to", click.get_current_context())
     started_s = time.perf_counter()
@@ -137,6 +140,7 @@ def command(
             tariff = make_tariff(price_per_kwh, co2_g_per_kwh)
             files, content = write_results(
                 result, out, about | checks_s, verdicts, certificate, profiles=profiles, every_m=every_m,
+                trace=result.trace() if trace else None,
                 pictures=formats, tariff=tariff, drawn=lambda: front() | runs(), progress=screen.progress,
                 time_s=_left_s(clock),
             )  # fmt: skip

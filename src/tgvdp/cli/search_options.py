@@ -23,6 +23,7 @@ PROFILE_FORMATS = ("csv", "parquet", "xlsx", "railtoolkit")
 PICTURE_FORMATS = ("png", "svg", "pdf")
 _PROFILES_HELP = "Format of front and speed profiles; railtoolkit is the driving course that TrainRuns.jl prints."
 _EVERY_HELP = "Profiles with a row every M metres.  [default: all rows of the search]"
+_TRACE_HELP = "best-first: write each step of the search into trace.json, trace.graphml and a picture; for small grids."
 _FORMAT_HELP = f"Formats of the pictures, with commas: {', '.join(PICTURE_FORMATS)}."
 _PRICE_HELP = "€/kWh at the pantograph: adds the cost of each run."
 _CO2_HELP = "Grams of CO2 per kWh at the pantograph: adds the emission of each run."
@@ -121,6 +122,7 @@ _OPTIONS = [
     _output("--certify/--no-certify", default=True, show_default=True, help="Prove how far the optimum can be."),
     _output("--profiles", type=click.Choice(PROFILE_FORMATS), default="csv", show_default=True, help=_PROFILES_HELP),
     _output("--every", "every_m", metavar="M", type=number("m", above=0.0), help=_EVERY_HELP),
+    _output("--trace", is_flag=True, help=_TRACE_HELP),
     _output("--format", metavar="LIST", default="png", show_default=True, callback=_formats, help=_FORMAT_HELP),
     _output("--pictures/--no-pictures", default=True, show_default=True, help="Draw pictures."),
     _output("--price-per-kwh", metavar="EUR", type=number("€/kWh", at_least=0.0), help=_PRICE_HELP),

@@ -40,7 +40,7 @@ def command(as_json: bool, quiet: bool) -> None:
                 parts = [second.promise("tgvdp.api.warm:checks")]
                 done = warm.tour("front")
                 parts += [second.promise("tgvdp.api.warm:tour", name) for name in ("clean", "exact", "best-first")]
-                done += warm.tour("map")
+                done += warm.tour("map") + warm.margins()
                 with screen.waiting():
                     done += [one for part in parts for one in part()]
         except RuntimeWarning as warning:

@@ -6,13 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.journeys.section import SectionRuns
-from tgvdp.model.trip import Trip
-from tgvdp.runs.profile import Profile, profile_of
 
 _Floats = NDArray[np.float64]
-
-#: A ratio that differs from 1 by less differs by rounding.
-_SAME = 1e-12
 
 
 def practices(sections: Sequence[SectionRuns], total_s: _Floats) -> dict[str, _Floats]:
@@ -30,13 +25,3 @@ def practices(sections: Sequence[SectionRuns], total_s: _Floats) -> dict[str, _F
         "proportional_to_distance": np.outer(total_s, distance_m / distance_m.sum()),
         "all_at_the_end": np.outer(total_s, last),
     }
-
-
-def linear_margin(trip: Trip, fastest: Profile, ratio: float) -> Profile:
-    """Run as the linear margin defines it: the fastest run with all speeds divided by one ratio.
-
-    Every stretch then takes that ratio of its fastest time, the whole run included.
-    """
-    if ratio <= 1.0 + _SAME:
-        return fastest
-    return profile_of(trip, fastest.position_m - trip.origin_m, (fastest.speed_mps / ratio) ** 2)

@@ -5,13 +5,17 @@ import re
 from typing import NamedTuple
 
 from tgvdp.errors import InputError
+from tgvdp.model.margin import MarginRange, Supplement
 from tgvdp.model.track import SpeedRestriction
-from tgvdp.units import SECONDS_PER_MINUTE, converted, kmh_to_mps
+from tgvdp.units import SECONDS_PER_MINUTE, converted, kmh_to_mps, to_si
 
 _NUMBER = r"\d+(?:\.\d*)?|\.\d+"
 _MARGIN = re.compile(rf"({_NUMBER})\s*%")
 _SECONDS = re.compile(rf"({_NUMBER})\s*s")
 _CLOCK = re.compile(r"(?:(\d+):)?(\d+):(\d{2}(?:\.\d*)?)")
+_PER_LENGTH = re.compile(rf"({_NUMBER})\s*(s|min)\s*/\s*({_NUMBER})?\s*(m|km)")
+_ADDED = re.compile(rf"({_NUMBER})\s*(s|min)")
+_MARGIN_GRAMMAR = "5%, 4.5min/100km or 90s, with FROM:TO: before it for a range of the line (0:10km:5%)"
 _GRAMMAR = "a margin such as 5%, or a running time such as 1050s, 17:30 (min:s) or 1:07:30 (h:min:s)"
 
 
@@ -89,6 +93,41 @@ def parse_targets(text: str) -> Targets:
     if not all(time > 0.0 for time in time_s):
         raise InputError(f"running times must be above 0 s, got {text!r:.40}")
     return Targets(tuple(margin), tuple(time_s))
+
+
+def parse_margins(text: str) -> tuple[MarginRange, ...]:
+    """Read a running-time supplement: ``5%``, ``4.5min/100km`` or ``90s``, of the whole line or by ranges of it.
+
+    Ranges have commas between them: ``0:10km:5%,10km::4.5min/100km``. An end that is left out is that of the run.
+
+    Raises
+    ------
+    InputError
+        When a part is none of these.
+    """
+    return tuple(_range_of(part.strip()) for part in text.split(","))
+
+
+def _range_of(part: str) -> MarginRange:
+    *ends, value = part.split(":")
+    if len(ends) not in (0, 2):
+        raise InputError(f"must be {_MARGIN_GRAMMAR}, got {part!r:.60}")
+    from_m, to_m = (parse_quantity(end, "m") if end.strip() else None for end in ends or ("", ""))
+    return MarginRange(
+        0.0 if from_m is None else from_m, math.inf if to_m is None else to_m, _supplement(value.strip())
+    )
+
+
+def _supplement(text: str) -> Supplement:
+    if match := _MARGIN.fullmatch(text):
+        return Supplement(share=float(match[1]) / 100.0)
+    if match := _PER_LENGTH.fullmatch(text):
+        length_m = to_si(float(match[3] or 1.0), match[4], "length")
+        if length_m > 0.0:
+            return Supplement(s_per_m=to_si(float(match[1]), match[2], "time") / length_m)
+    if match := _ADDED.fullmatch(text):
+        return Supplement(total_s=to_si(float(match[1]), match[2], "time"))
+    raise InputError(f"must be {_MARGIN_GRAMMAR}, got {text!r:.60}")
 
 
 def _clock_s(hours: str | None, minutes: str, seconds: str, part: str) -> float:

@@ -3,9 +3,11 @@
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tgvdp.report.columns import to_csv
+from tgvdp.report.margins import margins_columns, margins_object
 from tgvdp.report.plain import plain
 from tgvdp.report.provenance import Input, make_provenance
 from tgvdp.report.results import to_json, write_ledger
@@ -14,6 +16,7 @@ from tgvdp.units import joule_to_kwh
 
 if TYPE_CHECKING:
     from tgvdp.api import JourneyResult
+    from tgvdp.api.margins import Margins
     from tgvdp.journeys.bound import JourneyBound
     from tgvdp.journeys.delays import Robustness
     from tgvdp.report.columns import Columns
@@ -23,7 +26,28 @@ SCHEMA = "tgvdp.journey/1"
 _MARGIN_SLACK_PCT = 0.1
 
 
-def journey_object(result: "JourneyResult") -> dict[str, Any]:
+class Extras(NamedTuple):
+    """What stands beside a journey where it is asked for.
+
+    Attributes
+    ----------
+    bound : JourneyBound, optional
+        Of ``result.certify()``: adds bounds to front.csv.
+    robustness : Robustness, optional
+        Of ``result.robustness()``: adds robustness.csv and its picture.
+    margins : mapping of str to Margins
+        Of ``result.margins()``, as they were asked for: adds margins.csv, its picture, and margins to journey.json.
+    """
+
+    bound: "JourneyBound | None" = None
+    robustness: "Robustness | None" = None
+    margins: Mapping[str, "Margins"] = MappingProxyType({})
+
+
+NO_EXTRAS = Extras()
+
+
+def journey_object(result: "JourneyResult", extras: Extras = NO_EXTRAS) -> dict[str, Any]:
     """Build the object of schema tgvdp.journey/1; docs/journeys.md says what each field means."""
     front = result.front
     points = zip(
@@ -52,6 +76,8 @@ def journey_object(result: "JourneyResult") -> dict[str, Any]:
     }
     if result.windows.are_open:
         content["practices"]["linear_margin"] = list(map(_figures, front.time_s, result.linear_margin_j))
+    if extras.margins:
+        content["margins"] = margins_object(list(extras.margins), list(extras.margins.values()))
     plain_content: dict[str, Any] = plain(content)
     return plain_content
 
@@ -106,8 +132,7 @@ def write_journey(
     result: "JourneyResult",
     out_dir: str | os.PathLike[str],
     provenance: Mapping[str, Any] | None = None,
-    bound: "JourneyBound | None" = None,
-    robustness: "Robustness | None" = None,
+    extras: Extras = NO_EXTRAS,
     *,
     pictures: bool = True,
 ) -> list[Path]:
@@ -120,10 +145,7 @@ def write_journey(
         Made when absent; files of an earlier run are replaced.
     provenance : mapping, optional
         As `make_provenance` returns it; by default of the result itself.
-    bound : JourneyBound, optional
-        Of ``result.certify()``; without it front.csv holds no bounds.
-    robustness : Robustness, optional
-        Of ``result.robustness()``: adds robustness.csv and its picture.
+    extras : Extras
     pictures : bool
 
     Raises
@@ -135,22 +157,27 @@ def write_journey(
     if provenance is None:
         inputs: dict[str, Input] = {"train": trip.train, "track": trip.track}
         provenance = make_provenance(result.options, inputs, result.elapsed_s)
-    content = journey_object(result)
+    content = journey_object(result, extras)
     files = {
         "journey.json": to_json(content),
-        "front.csv": to_csv(front_columns(result, content, bound)),
+        "front.csv": to_csv(front_columns(result, content, extras.bound)),
         "allocation.csv": to_csv(allocation_columns(content)),
     }
-    if robustness is not None:
-        files["robustness.csv"] = to_csv(robustness_columns(robustness))
+    if extras.robustness is not None:
+        files["robustness.csv"] = to_csv(robustness_columns(extras.robustness))
+    if extras.margins:
+        files["margins.csv"] = to_csv(margins_columns(content["margins"]))
     if pictures:
         # Here, so that whoever wants no picture does not wait for matplotlib.
         from tgvdp.report.journey_plots import PICTURES, draw, plot_robustness
+        from tgvdp.report.margin_plots import plot_margins
         from tgvdp.report.pictures import encode
 
         files |= {f"{name}.png": encode(draw(result, name), provenance) for name in PICTURES}
-        if robustness is not None:
-            files["robustness.png"] = encode(plot_robustness(result, robustness), provenance)
+        if extras.robustness is not None:
+            files["robustness.png"] = encode(plot_robustness(result, extras.robustness), provenance)
+        if extras.margins:
+            files["margins.png"] = encode(plot_margins(list(extras.margins.values())), provenance)
     return write_ledger(out_dir, files, provenance)
 
 

@@ -22,6 +22,7 @@ from tgvdp.report.tables import Tariff, front_columns, result_object
 if TYPE_CHECKING:
     from tgvdp.api import SearchResult
     from tgvdp.certificate.front import Certificate
+    from tgvdp.methods.grid.trace import Trace
     from tgvdp.referee.replay import Verdict
 
 #: Formats of the tables.
@@ -44,6 +45,7 @@ def write_results(
     *,
     profiles: str = "csv",
     every_m: float | None = None,
+    trace: "Trace | None" = None,
     pictures: Sequence[str] = ("png",),
     tariff: Tariff | None = None,
     drawn: Callable[[], Mapping[str, bytes]] | None = None,
@@ -70,6 +72,8 @@ def write_results(
         Format of the tables of the front and of its speed profiles.
     every_m : float, optional
         Distance between the rows of a profile, m; by default all rows are written.
+    trace : Trace, optional
+        Of ``result.trace()``: adds trace.json, trace.graphml and its picture.
     pictures : sequence of {"png", "svg", "pdf"}
         Formats of the pictures; empty means none.
     tariff : Tariff, optional
@@ -115,6 +119,8 @@ def write_results(
             progress("drawing")
         price_per_kwh = content["tariff"]["price_per_kwh"]
         files |= _draw(result, provenance, pictures, certificate, price_per_kwh) if drawn is None else drawn()
+    if trace is not None:
+        files |= _trace(trace, provenance, pictures)
     return Results(write_ledger(out_dir, files, provenance), content)
 
 
@@ -155,6 +161,16 @@ def _tables(
     if format == "xlsx":
         return {"result.xlsx": to_xlsx({"front": front, "profiles": rows})}
     return {"front.csv": to_csv(front), "profiles.csv": to_csv(rows, PROFILE_DIGITS)}
+
+
+def _trace(trace: "Trace", provenance: Mapping[str, Any], formats: Sequence[str]) -> dict[str, bytes]:
+    files = {"trace.json": json.dumps(trace.to_object()).encode(), "trace.graphml": trace.to_graphml()}
+    if formats:
+        from tgvdp.report.pictures import encode
+        from tgvdp.report.trace_plots import plot_trace
+
+        files |= {f"trace.{format}": encode(plot_trace(trace), provenance, format) for format in formats}
+    return files
 
 
 def _draw(

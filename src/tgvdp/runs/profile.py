@@ -4,6 +4,7 @@ Between two rows the acceleration is constant, so v² is linear in position; lim
 every break of the line is a row, and resistance and drag are exact means.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
@@ -208,3 +209,15 @@ def profile_of(
         regime[-1] = regime[-2]
     balance = EnergyBalance(wheel, drawn - returned + auxiliary, returned, auxiliary, braking - returned)
     return Profile(trip.origin_m + x_m, np.sqrt(w), time, force, energy, regime, balance)
+
+
+def joined(profiles: Sequence[Profile], departure_s: NDArray[np.float64]) -> Profile:
+    """Profiles one behind the other, each from its departure, s: a stop between two is two rows at its position."""
+    starts_j = np.cumsum([0.0, *(one.total_energy_j for one in profiles[:-1])])
+    names = ("position_m", "speed_mps", "force_n", "regime")
+    return Profile(
+        time_s=np.concatenate([one.time_s + start_s for one, start_s in zip(profiles, departure_s, strict=True)]),
+        energy_j=np.concatenate([one.energy_j + start_j for one, start_j in zip(profiles, starts_j, strict=True)]),
+        balance=EnergyBalance(*np.sum([one.balance for one in profiles], axis=0).tolist()),
+        **{name: np.concatenate([getattr(one, name) for one in profiles]) for name in names},
+    )

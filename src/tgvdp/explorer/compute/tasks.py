@@ -72,8 +72,18 @@ def run(tell: Listener, asked: Mapping[str, Any], uploads: Mapping[str, Any]) ->
         content = result_object(result, verdicts, about, certificate)
         tell("summing up")
         name = ", ".join([f"{case.train.name} on {case.track.name}", *_differences(request)])
-        exhibit = search_exhibit(name, content, profiles_of(result), asked=asked, editable=case.editable)
+        exhibit = search_exhibit(
+            name, content, profiles_of(result), trace=_trace(result), asked=asked, editable=case.editable
+        )
     return {"name": exhibit.name, "view": exhibit.view, "profiles": exhibit.profiles}
+
+
+def _trace(result: api.SearchResult) -> dict[str, Any] | None:
+    """Steps of a best-first search, where it has so few that one can watch them."""
+    if result.method != "best-first":
+        return None
+    trace = result.trace()
+    return trace.to_object() if trace.complete else None
 
 
 def _differences(asked: Asked) -> list[str]:

@@ -8,6 +8,7 @@ import { Front, PINS } from "./front.js";
 import { PANELS, Profile } from "./profile.js";
 import { source } from "./source.js";
 import * as state from "./state.js";
+import { Trace } from "./trace.js";
 import { JOULE_PER_KWH, clock, delayText, energyScale, fixed, significant } from "./units.js";
 
 const OVERLAY_DASH = [4, 3];
@@ -27,10 +28,11 @@ export class Search {
     const panels = el("fieldset", { class: "row" }, el("legend", {}, "Over distance, too"), Object.entries(PANELS).map(([name, panel]) => this.toggle(name, panel.name)));
     this.profile.stack.before(panels);
     this.beside = el("div", { class: "column" });
+    this.trace = view.trace ? new Trace(view.trace) : null;
     if (view.editable && source.canRun) this.beside.append(new Edit(this, onKept).element);
     this.element = el("div", { class: "search" },
       el("div", { class: "column" }, this.front.element, el("section", { class: "card" }, el("h2", {}, "The chosen run"), this.figures, this.pinned), this.compared, this.beside),
-      el("div", { class: "column" }, this.profile.element, this.tableOfPoints(), provenance(this.content)));
+      el("div", { class: "column" }, this.profile.element, this.trace?.element, this.tableOfPoints(), provenance(this.content)));
   }
 
   toggle(name, text) {
@@ -150,6 +152,7 @@ export class Search {
   remove() {
     this.front.remove();
     this.profile.remove();
+    this.trace?.remove();
   }
 }
 

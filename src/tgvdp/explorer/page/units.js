@@ -8,7 +8,9 @@ const number = (value, digits) => value.toLocaleString("en", { maximumFractionDi
 /** A number with so many significant digits, none beyond what is sensible. */
 export function significant(value, digits = 4) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
-  const size = value === 0 ? 0 : Math.floor(Math.log10(Math.abs(value)));
+  if (value === 0) return "0";
+  if (Math.abs(value) < 1e-4) return value.toExponential(digits - 1).replaceAll("-", "−");
+  const size = Math.floor(Math.log10(Math.abs(value)));
   return number(value, Math.max(0, Math.min(6, digits - 1 - size)));
 }
 

@@ -48,7 +48,7 @@ from tgvdp.methods.grid.best_first_kernel import (
     Pool,
     run_chunk,
 )
-from tgvdp.methods.grid.best_first_rules import Options, rules_of
+from tgvdp.methods.grid.best_first_rules import Options, counted_j, rules_of
 from tgvdp.methods.grid.grid import Grid
 from tgvdp.methods.grid.layered import LayeredGraph
 from tgvdp.methods.grid.paths import GraphPaths, GridPaths, grid_paths, require_limit, too_slow
@@ -227,8 +227,8 @@ def best_first(
     reference_energy_j: float | None = None,
 ) -> GridPaths:
     """Search a grid best first; see `Options` and `best_first_paths`. The reference energy is that of a real run."""
-    if reference_energy_j is not None:  # the grid's least energies are below that of any run, but for its coarseness
-        reference_energy_j = max(reference_energy_j - float(grid.floor_j.sum()), 0.0)
+    if reference_energy_j is not None:
+        reference_energy_j = counted_j(grid, reference_energy_j)
     options = Options(
         heuristic=heuristic,
         paths=paths,

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from tgvdp.constants import HEURISTICS
 from tgvdp.errors import InputError
 from tgvdp.methods.grid.best_first_kernel import BUCKETS, Rules
+from tgvdp.methods.grid.grid import Grid
 from tgvdp.methods.grid.layered import LayeredGraph
 from tgvdp.methods.grid.paths import too_slow
 from tgvdp.methods.grid.to_go import ROUNDING, fastest_path, least_to_go
@@ -104,3 +105,8 @@ def rules_of(graph: LayeredGraph, blocked: NDArray[np.int32], max_time_s: float,
 def _ending_at(course: NDArray[np.float64], end: float) -> NDArray[np.float64]:
     """Stretch a course from 0 so that it ends at a value."""
     return course * (end / course[-1]) if course[-1] > 0.0 else course
+
+
+def counted_j(grid: Grid, energy_j: float) -> float:
+    """Energy of a real run as a grid counts it: above its least ones, which only its coarseness can lift over a run."""
+    return max(energy_j - float(grid.floor_j.sum()), 0.0)

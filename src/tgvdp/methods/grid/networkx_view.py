@@ -1,4 +1,4 @@
-"""The networkx view of a layered graph: an independent oracle for tests, and something to draw."""
+"""Views in networkx: of a layered graph, an oracle for tests; of the tree that a best-first search grew."""
 
 from typing import TYPE_CHECKING
 
@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.methods.grid.layered import LayeredGraph
+from tgvdp.methods.grid.trace import Trace
 
 if TYPE_CHECKING:
     import networkx
@@ -52,3 +53,39 @@ def networkx_view(
         for source, target, duration, energy in arcs
     )
     return view
+
+
+def search_tree(trace: Trace) -> "networkx.DiGraph[int]":
+    """Copy the tree of a search into networkx.
+
+    Returns
+    -------
+    networkx.DiGraph
+        Nodes are labels with ``position_m``, ``speed_mps``, ``duration_s``, ``energy_j``, ``priority``, ``taken`` (the
+        step at which it left the queue, -1 for never) and ``became`` (see `Step`, "queued" where it never left);
+        edges lead from a label to its children. The graph has the attributes ``effective_branching_factor`` and
+        ``depth``.
+    """
+    import networkx
+
+    tree: networkx.DiGraph[int] = networkx.DiGraph(effective_branching_factor=trace.branching, depth=trace.depth)
+    grid = trace.grid
+    taken = {step.label: (number, step.became) for number, step in enumerate(trace.steps)}
+    for label, node in enumerate(trace.node.tolist()):
+        at, became = taken.get(label, (-1, "queued"))
+        tree.add_node(
+            label,
+            position_m=float(grid.station_m[grid.graph.layer[node]]), speed_mps=float(grid.level_mps[grid.level[node]]),
+            duration_s=float(trace.duration_s[label]), energy_j=float(trace.energy_j[label]),
+            priority=float(trace.priority[label]), taken=at, became=became,
+        )  # fmt: skip
+    tree.add_edges_from((parent, label) for label, parent in enumerate(trace.parent.tolist()) if parent >= 0)
+    return tree
+
+
+def graphml(tree: "networkx.DiGraph[int]") -> bytes:
+    """A graph as GraphML, which most programs that draw graphs read."""
+    import networkx
+
+    lines = networkx.generate_graphml(tree)
+    return "\n".join(('<?xml version="1.0" encoding="utf-8"?>', *lines, "")).encode()

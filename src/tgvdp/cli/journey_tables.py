@@ -1,0 +1,68 @@
+"""Tables of ``tgvdp journey``: its front beside today's practices, splits under delays, margins side by side."""
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from tgvdp.cli.screen import ROWS, aligned, column, duration, spread
+from tgvdp.units import joule_to_kwh
+
+if TYPE_CHECKING:
+    from tgvdp.api import JourneyResult
+    from tgvdp.journeys.bound import JourneyBound
+    from tgvdp.journeys.delays import Robustness
+
+
+def front_table(result: "JourneyResult", content: Mapping[str, Any], bound: "JourneyBound | None") -> str:
+    """A dozen points at most: time, energy, price, what the practices take more, and the gap where it is known."""
+    front = content["front"]
+    chosen = spread(len(front), ROWS)
+    rows = [front[index] for index in chosen]
+    columns = [
+        column("margin", "%", 8, [f"{100.0 * (row['time_s'] / result.fastest_time_s - 1.0):.2f}" for row in rows]),
+        column("time", "", 9, [duration(row["time_s"]) for row in rows]),
+        column("energy", "kWh", 8, aligned([row["energy_kwh"] for row in rows], 5)),
+        column("price", "kWh/min", 7, aligned([row["price_kwh_per_min"] for row in rows], 4)),
+    ]
+    for name, practice in content["practices"].items():
+        more = [practice[index]["energy_kwh"] - front[index]["energy_kwh"] for index in chosen]
+        columns.append(column(name.replace("_", " "), "kWh more", 8, aligned(more, 4)))
+    if bound is not None:
+        gap_pct = bound.gap_pct(result.front.energy_j)
+        gaps = [f"{gap_pct[index]:.3f}" if math.isfinite(gap_pct[index]) else "–" for index in chosen]
+        columns.append(column("gap", "%", 6, gaps))
+    lines = ["  ".join(cells) for cells in zip(*columns, strict=True)]
+    lines.append(
+        f"{len(result.sections)} sections, fastest {duration(result.fastest_time_s)} without"
+        f" {len(result.sections) - 1} dwells of {result.options['dwell_s']:g} s"
+    )
+    return "\n".join(lines)
+
+
+def robustness_table(robustness: "Robustness") -> str:
+    """The optimum, today's practices, and the allocation on both fronts."""
+    named = [at for at, name in enumerate(robustness.names) if "%" not in name]
+    rows = dict.fromkeys([*named, robustness.on_both])
+    columns = [
+        column("", "with delays", 11, [robustness.names[at].replace("_", " ") for at in rows]),
+        column("planned", "kWh", 8, aligned([joule_to_kwh(float(robustness.planned_j[at])) for at in rows], 5)),
+        column("expected", "kWh", 8, aligned([joule_to_kwh(float(robustness.energy_j[at])) for at in rows], 5)),
+        column("delay", "s", 7, aligned([float(robustness.delay_s[at]) for at in rows], 4)),
+        column("punctual", "%", 8, [f"{100.0 * robustness.punctual[at]:.1f}" for at in rows]),
+    ]
+    lines = ["  ".join(cells) for cells in zip(*columns, strict=True)]
+    return "\n".join([*lines, f"cheapest as planned on the second front: {robustness.names[robustness.on_both]}"])
+
+
+def margins_table(content: Mapping[str, Any]) -> str:
+    """One supplement, taken in four ways, of an object of schema tgvdp.journey/1."""
+    runs = content["runs"]
+    columns = [
+        column("margin", "", 8, [run["name"] for run in runs]),
+        column("time", "", 9, [duration(run["time_s"]) for run in runs]),
+        column("energy", "kWh", 8, aligned([run["energy_kwh"] for run in runs], 5)),
+        column("above optimum", "%", 8, [f"{run['above_optimum_pct']:.2f}" for run in runs]),
+        column("off linear time by", "s at most", 8, aligned([run["deviation_s"] for run in runs], 3)),
+    ]
+    lines = ["  ".join(cells) for cells in zip(*columns, strict=True)]
+    return "\n".join([f"{content['margin']} more time:", *lines])
