@@ -1,5 +1,6 @@
 """Results as one page and as figures for papers."""
 
+import json
 import re
 
 import pytest
@@ -96,3 +97,14 @@ def test_explore_says_what_it_cannot_show(tmp_path, capsys):
     assert "no such folder" in capsys.readouterr().err
     assert main(["explore", "--train", str(tmp_path / "absent.toml"), "--no-browser"]) == 3
     assert "absent.toml: cannot be read" in capsys.readouterr().err
+
+
+def test_a_search_that_was_traced_is_shown_with_its_trace(tmp_path, capsys):
+    grid = ["--track", "flat-100km", "--to", "10km", "--segment", "2500", "--speeds", "8", "--paths", "2"]
+    quiet = ["--quiet", "--no-certify", "--no-pictures", "--out", str(tmp_path / "out")]
+    assert main(["search", "--method", "best-first", *grid, "--trace", *quiet]) == 0
+    trace = json.loads(read_folder(str(tmp_path / "out")).view)["trace"]
+    assert trace["schema"] == "tgvdp.trace/1"
+    assert len(trace["found"]) == 2
+    assert main(["search", "--method", "exact", "--trace", *quiet]) == 2
+    assert "--trace belongs to method best-first" in capsys.readouterr().err

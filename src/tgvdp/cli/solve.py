@@ -8,7 +8,7 @@ import click
 from tgvdp.cli import echo_json
 from tgvdp.cli.numbers import number
 from tgvdp.cli.screen import Screen
-from tgvdp.errors import BudgetExceededError
+from tgvdp.errors import BudgetExceededError, InputError
 from tgvdp.formulations.qubo.names import ENCODINGS, PENALTIES, parse_encoding, parse_penalty
 from tgvdp.solvers.allowance import ITEMS, Allowance, Item, beta_range
 from tgvdp.solvers.registry import SOLVERS
@@ -111,8 +111,15 @@ def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bo
         key = next(item.key for item in ITEMS if item.field == name)
         users = ", ".join(other for other, entry in SOLVERS.items() if name in entry.uses)
         raise click.UsageError(f"solver {solver} does not use --{key}; {users} do", click.get_current_context())
+    if not SOLVERS[solver].qubo and (encoding is not None or penalty is not None):
+        named = "--encoding" if encoding is not None else "--penalty"
+        raise click.UsageError(f"solver {solver} makes no QUBO: {named} has no effect", click.get_current_context())
+    try:
+        allowance = Allowance(**given)
+    except InputError as error:
+        raise click.UsageError(str(error), click.get_current_context()) from None
     with Screen(quiet=False) as screen, screen.timing(solver):
-        solution = solve(problem, solver, encoding, penalty, Allowance(**given))
+        solution = solve(problem, solver, encoding, penalty, allowance)
     content = solution_object(problem, solution)
     if as_json:
         echo_json(content)
