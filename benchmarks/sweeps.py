@@ -248,7 +248,7 @@ class _Idle(Engine):
 
 def _answer(content: bytes) -> bytes:
     front = Front(*(np.zeros(POINTS) for _ in Front._fields))
-    return pickle.dumps([Record(task.id, "done", front=front, elapsed_s=0.01) for task in pickle.loads(content)])
+    return pickle.dumps([Record(task.id, "done", front=front, cpu_s=0.01) for task in pickle.loads(content)])
 
 
 def dispatch_ms(spec: SweepSpec, batches: int) -> dict[str, float]:

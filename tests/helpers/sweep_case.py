@@ -62,7 +62,7 @@ def command(*words):
 
 def run(*words, **options):
     """Run a sweep to its end."""
-    return subprocess.run(command(*words), capture_output=True, text=True, check=False, timeout=120, **options)
+    return subprocess.run(command(*words), capture_output=True, text=True, check=False, timeout=600, **options)
 
 
 def digests(out):

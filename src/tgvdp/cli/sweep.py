@@ -106,7 +106,7 @@ def command(
 
         screen.progress(f"starting: {len(spec)} scenarios")
         started_s = time.perf_counter()
-        done = run_sweep(spec, Path(out), cluster, resume=resume, retry=retry, told=_teller(screen))
+        done = run_sweep(spec, Path(out), cluster, resume=resume, retry=retry, told=teller(screen))
     content = done.content | {"elapsed_s": time.perf_counter() - started_s}
     if as_json:
         echo_json(content)
@@ -142,7 +142,7 @@ def _estimate(spec: "SweepSpec", cluster: Any, screen: Screen, as_json: bool) ->
     return 0
 
 
-def _teller(screen: Screen) -> "Callable[[Progress], None]":
+def teller(screen: Screen) -> "Callable[[Progress], None]":
     """What shows how far a sweep is."""
     shown = False
 

@@ -1,4 +1,4 @@
-"""Tasks of batches: as many as take about as long as is worth a message, by what their like have taken."""
+"""Tasks of batches: as many as take about as long as is worth a message, by the processor time that their like took."""
 
 from collections.abc import Callable, Iterator
 
@@ -7,7 +7,7 @@ from tgvdp.sweeps.scenario import Task
 #: What a batch should take at least, s: long against a message, short against a lost worker.
 BATCH_S = 0.5
 #: What a batch costs the driver, s (docs/sweeps.md), and the share of its time that may be: many workers get long ones.
-_MESSAGE_S, _MESSAGES = 0.003, 0.25
+_MESSAGE_S, _MESSAGES = 0.008, 0.25
 #: Batches that each worker should still get, so that all of them end together.
 _LAST = 2
 _MOST = 2000

@@ -19,11 +19,15 @@ if TYPE_CHECKING:
 _CONNECT_S = 10.0
 #: Above logging.CRITICAL: what goes wrong is reported by the sweep itself.
 _SILENT = 100
-#: Of an own cluster: a death is counted here, not there; nothing is spilled, for workers keep nothing.
+#: Of an own cluster: a death is counted here, not there; nothing is spilled or moved, for workers keep nothing; and
+#: looks at the clock are rarer, which otherwise take a few percent of a core.
 _CONFIG = {
     "distributed.scheduler.allowed-failures": 0,
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.spill": False,
+    "distributed.scheduler.active-memory-manager.start": False,
+    "distributed.admin.tick.interval": "200ms",
+    "distributed.admin.system-monitor.interval": "2s",
     "distributed.admin.system-monitor.gil.enabled": False,
 }
 _ONE_THREAD = {

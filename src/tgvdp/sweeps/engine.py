@@ -6,8 +6,10 @@ alone, it is reported as killed. So one poison scenario costs five workers and i
 """
 
 import contextlib
+import math
 import pickle
 import queue
+import time
 from collections import deque
 from collections.abc import Iterator
 from concurrent.futures import CancelledError
@@ -27,6 +29,8 @@ MOST_DEATHS = 3
 _AHEAD = 2
 #: Time between two looks at the clock, s.
 _TICK_S = 0.2
+#: Time between two questions how many workers there are, s.
+_ASK_S = 1.0
 
 
 class Engine:
@@ -48,6 +52,7 @@ class Engine:
         self._accused: deque[Task] = deque()
         self._alone: Future[bytes] | None = None
         self._deaths: dict[int, int] = {}
+        self._count, self._asked_s = 1, -math.inf
 
     def records(self) -> Iterator[list[Record]]:
         """Yield what has come since the last time, at least every fifth of a second, until all is done.
@@ -67,7 +72,7 @@ class Engine:
 
     def _fill(self) -> bool:
         """Submit what there is room for; False when nothing is left, nor under way."""
-        workers = max(len(self._client.nthreads()), 1)
+        workers = self._workers()
         while len(self._running) < _AHEAD * workers:
             tasks = [self._suspects.popleft()] if self._suspects else self._batches.take(workers)
             if not tasks:
@@ -76,6 +81,12 @@ class Engine:
         if not self._running and self._accused:
             self._alone = self._submit([self._accused.popleft()])
         return bool(self._running)
+
+    def _workers(self) -> int:
+        """Number of workers, which come and go; asked for now and then."""
+        if time.monotonic() >= self._asked_s + _ASK_S:
+            self._count, self._asked_s = max(len(self._client.nthreads()), 1), time.monotonic()
+        return self._count
 
     def _submit(self, tasks: list[Task]) -> "Future[bytes]":
         content = pickle.dumps(tasks, protocol=5)
@@ -103,7 +114,7 @@ class Engine:
             return self._died(tasks, error.allowed_failures + 1, is_alone=future is self._alone)
         for task, record in zip(tasks, records, strict=True):
             if record.status != "failed":
-                self._batches.pace.observe(task, record.elapsed_s)
+                self._batches.pace.observe(task, record.cpu_s)
         return records
 
     def _died(self, tasks: list[Task], deaths: int, *, is_alone: bool) -> list[Record]:

@@ -1,0 +1,107 @@
+"""Workers and batches: who compiles, who is refused, how long batches are, and what is said of how far it is."""
+
+import itertools
+import pickle
+import subprocess
+import sys
+
+import pytest
+
+from tests.helpers.metro_case import TRAIN
+from tgvdp import InputError, SpeedLimit, Track
+from tgvdp.cli.screen import Screen
+from tgvdp.cli.sweep import teller
+from tgvdp.sweeps import run
+from tgvdp.sweeps.batches import BATCH_S, Batches
+from tgvdp.sweeps.scenario import Task
+from tgvdp.sweeps.work import solve_batch
+
+LINES = [Track(length_m=length_m, speed_limits=(SpeedLimit(0.0, 15.0),)) for length_m in (1e3, 2e3)]
+
+#: Loads kernels with a compilation of half a second, and says when it began and ended.
+COLD = """
+import sys, time
+from pathlib import Path
+from tgvdp.api import warm
+from tgvdp.sweeps import work
+
+compiled = Path(sys.argv[1]) / "kernels"
+
+def tour(name):
+    began = time.time()
+    found = compiled.exists()
+    if not found:
+        time.sleep(0.5)
+        compiled.touch()
+    print(int(found), began, time.time(), flush=True)
+
+warm.tour = tour
+warm.make_folder = lambda: Path(sys.argv[1])
+work.load_kernels("front")
+"""
+
+
+def test_one_worker_compiles_and_the_others_wait_for_it(tmp_path):
+    pytest.importorskip("locket")
+    processes = [
+        subprocess.Popen([sys.executable, "-c", COLD, str(tmp_path)], stdout=subprocess.PIPE, text=True)
+        for _ in range(3)
+    ]
+    tours = [line.split() for process in processes for line in process.communicate(timeout=60)[0].splitlines()]
+    assert all(process.returncode == 0 for process in processes)
+    (first,) = [tour for tour in tours if tour[0] == "0"]
+    others = [tour for tour in tours if tour[0] == "1"]
+    assert len(others) >= 3  # each loads, after the one that compiled
+    assert all(float(began) >= float(first[2]) for _, began, _ in others)
+
+
+def test_a_worker_of_another_version_refuses():
+    with pytest.raises(InputError, match=r"a worker on .* runs tgvdp .*, the sweep 0\.0"):
+        solve_batch(pickle.dumps([]), "0.0")
+
+
+def tasks(count):
+    return iter(Task(number, "search", TRAIN, LINES[number % 2], (), {}, None) for number in range(count))
+
+
+def test_batches_take_as_long_as_is_worth_a_message():
+    batches = Batches(tasks(1000), lambda: None)
+    assert len(batches.take(1)) == 1  # nothing is known yet
+    for task in itertools.islice(tasks(100), 100):
+        batches.pace.observe(task, 0.01 if task.track is LINES[0] else 0.03)
+    assert len(batches.take(1)) == pytest.approx(BATCH_S / 0.02, abs=2)
+    assert len(batches.take(100)) == pytest.approx(3.2 / 0.02, abs=2)  # many workers: longer ones
+
+
+def test_the_last_batches_are_short_so_that_all_workers_end_together():
+    left = 40
+    batches = Batches(tasks(left), lambda: left)
+    batches.pace.observe(next(tasks(1)), 0.01)
+    assert len(batches.take(4)) == left / (2 * 4)
+    assert len(Batches(tasks(0), lambda: 0).take(4)) == 0
+
+
+@pytest.fixture
+def progress(monkeypatch):
+    """Ten scenarios of this run in two seconds, after fifty of an earlier one."""
+    monkeypatch.setattr(run.time, "perf_counter", lambda: 102.0)
+    return run.Progress(100, 60, 2, 50, 100.0, "http://127.0.0.1:1/status")
+
+
+def test_progress_counts_this_run_only(progress):
+    assert (progress.per_second, progress.left_s) == (5.0, 8.0)
+
+
+def test_progress_is_one_line_at_a_terminal(monkeypatch, capsys, progress):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    with Screen(quiet=False) as screen:
+        teller(screen)(progress)
+        text = capsys.readouterr().err
+    assert "dashboard at http://127.0.0.1:1/status\n" in text
+    assert "60 of 100 done, 2 failed, 5/s, 8 s left" in text
+
+
+def test_nothing_is_said_elsewhere(capsys, progress):
+    with Screen(quiet=True) as screen:
+        teller(screen)(progress)
+    assert capsys.readouterr().err == ""
