@@ -2,6 +2,7 @@
 # make test   everything that CI checks
 # make hooks  the checks that stand before the tests, before every commit
 # make fuzz   slips of unit and mutated files, ten minutes of each; FUZZ="--seconds 3600 --processes 2" for more
+# make versions  the wheel in empty environments: each Python, lowest and newest dependencies
 # make bench  all benchmarks, into results/benchmarks/; wants a quiet machine and about 15 minutes
 # make proof  a survey of random trips on fresh seeds, into results/: SEEDS=1000 trips, none begun after MINUTES=15
 # Both create .venv on first use. Another Python: make run PYTHON=python3.13
@@ -12,7 +13,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run test hooks fuzz bench proof clean distclean
+.PHONY: run test hooks fuzz versions bench proof clean distclean
 
 run: $(VENV)/.installed
 	$(BIN)/python -m tgvdp search --out out
@@ -31,6 +32,9 @@ hooks: $(VENV)/.installed-dev
 
 fuzz: $(VENV)/.installed-dev
 	$(BIN)/python -m fuzz --seed `date +%s` $(FUZZ)
+
+versions: $(VENV)/.installed-dev
+	$(BIN)/python -m tests.versions
 
 bench: $(VENV)/.installed-peers
 	$(BIN)/python -m benchmarks

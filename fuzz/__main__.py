@@ -1,37 +1,42 @@
-"""``python -m fuzz [--seconds N] [--seed N] [--processes N]``: slips and mutations; exit code 1 where one fails."""
+"""``python -m fuzz [WHAT] [--seconds N] [--seed N] [--processes N]``: slips, mutations; exit code 1 where one fails."""
 
 import argparse
 import itertools
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from random import Random
 
-from fuzz.cases import Case, mutations, slips
+from fuzz.cases import Case, loads, mutations, others, slips
 from fuzz.forks import Outcome, run, warmed
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Try slips and mutations, and print how they ended."""
+    """Try what is asked for, and print how it ended."""
     parser = argparse.ArgumentParser(prog="python -m fuzz", description="Slips of unit and mutated files, searched.")
-    parser.add_argument("what", nargs="?", choices=["slips", "mutations", "both"], default="both")
-    parser.add_argument("--seconds", type=float, default=600.0, help="time for each of the two (default 600)")
-    parser.add_argument("--cases", type=int, help="cases of each of the two at most")
+    parser.add_argument("what", nargs="*", choices=[*_WHAT, []], help=f"{', '.join(_WHAT)} (default all)")
+    parser.add_argument("--seconds", type=float, default=600.0, help="time for each of these (default 600)")
+    parser.add_argument("--cases", type=int, help="cases of each of these at most")
     parser.add_argument("--seed", type=int, default=0, help="of the order of slips, and of mutations")
     parser.add_argument("--processes", type=int, default=1, help="children at a time (default 1)")
     parser.add_argument("--failures", type=Path, help="folder that the failing files are written into")
     options = parser.parse_args(arguments)
     warmed()
-    failed = 0
-    if options.what != "mutations":
-        cases = list(slips())
-        Random(options.seed).shuffle(cases)
-        failed += _tried("slips", cases, options)
-    if options.what != "slips":
-        failed += _tried("mutations", mutations(options.seed), options)
-    return min(failed, 1)
+    return min(sum(_tried(what, _WHAT[what](options.seed), options) for what in options.what or _WHAT), 1)
+
+
+def _slips(seed: int) -> Iterable[Case]:
+    cases = list(slips())
+    Random(seed).shuffle(cases)
+    return cases
+
+
+#: What can be tried, by its name.
+_WHAT: dict[str, Callable[[int], Iterable[Case]]] = {
+    "slips": _slips, "mutations": mutations, "loads": loads, "others": others,
+}  # fmt: skip
 
 
 def _tried(what: str, cases: Iterable[Case], options: argparse.Namespace) -> int:
@@ -66,7 +71,7 @@ def _show(outcome: Outcome, number: int, folder: Path | None) -> None:
         place = folder / f"{number:03d}"
         place.mkdir(parents=True, exist_ok=True)
         (place / outcome.case.file).write_bytes(outcome.case.content)
-        (place / "search.txt").write_text(" ".join(outcome.case.arguments) + "\n" + outcome.text)
+        (place / "search.txt").write_text("\n".join(map(" ".join, outcome.case.commands)) + "\n" + outcome.text)
 
 
 if __name__ == "__main__":

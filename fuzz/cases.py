@@ -1,11 +1,12 @@
 """What is tried: one number slipped by a factor, and files changed at random."""
 
+import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from random import Random
 from typing import Any, NamedTuple
 
-from fuzz.inputs import Original, Place, leaves, number_of, originals, with_number, with_value
+from fuzz.inputs import Original, Place, leaves, number_of, of_other_commands, originals, with_number, with_value
 from tests.helpers.settings import SHARED
 
 FACTORS = (1e-6, 1e-3, 1e3, 1e6)
@@ -17,6 +18,20 @@ _PARTNERS = {
 #: Of a list of rows these are slipped, as shares of its length: the first, the middle and the last one.
 _ROWS = (0.0, 0.5, 1.0)
 _VALUES = (0.0, -1.0, -0.0, 0.1, 1.0, 999.9, 1e-18, 1e-9, 1e9, 1e18, 1e308, math.inf, math.nan, None, True, "x", [], {})
+#: Time that each search is told, s, and how.
+TIME_LIMIT_S = 2.0
+LIMITED = ("--time-limit", f"{TIME_LIMIT_S:g}")
+#: What other commands are asked, by the kind of their file: one or two command lines.
+_OTHERS = {
+    "instance": (
+        ("solve FILE --solver dp",), ("solve FILE --solver brute",), ("solve FILE --solver closed",),
+        ("solve FILE --solver pt --sweeps 100 --reads 5",), ("formulate FILE --to lp -o out.lp",),
+        ("formulate FILE --to coo --encoding unary -o out.coo",), ("formulate FILE --to qasm3 -o -",),
+        ("bench FILE --solvers dp,random:unary:reads=5 --runs 1 --out out -q",),
+    ),
+    "run": (("score FILE --train alstom-emu --track flat-100km",),),
+    "result": (("compare FILE FILE",),),
+}  # fmt: skip
 #: Options of a search with mutated files, and the share of searches that have one of them.
 _SHARE_WITH_OPTIONS = 0.75
 _OPTIONS = (
@@ -26,13 +41,16 @@ _OPTIONS = (
 )  # fmt: skip
 
 
+Commands = tuple[tuple[str, ...], ...]
+
+
 class Case(NamedTuple):
-    """A command line: a name that says what was changed, the file, and the arguments of ``tgvdp search``."""
+    """Command lines: a name that says what was changed, the file, and the commands that are given it in turn."""
 
     name: str
     file: str
     content: bytes
-    arguments: tuple[str, ...]
+    commands: tuple[tuple[str, ...], ...]
 
 
 def slips() -> Iterator[Case]:
@@ -47,7 +65,8 @@ def slips() -> Iterator[Case]:
 
                 name = f"{original.name}: {_text(place)} × {factor:g}"
                 tree = with_value(original.tree, place, slip)
-                yield _case(name, original, tree, partners[number % len(partners)], ())
+                commands = _search(original, partners[number % len(partners)], ())
+                yield Case(name, original.name, _content(original, tree), commands)
 
 
 def _slipped_places(tree: Any) -> Iterator[Place]:
@@ -63,24 +82,47 @@ def _slipped_places(tree: Any) -> Iterator[Place]:
 
 
 def mutations(seed: int) -> Iterator[Case]:
-    """Files with one to three things changed, for ever."""
-    files, numbers = originals(), {}
-    for original in files:
-        numbers[original.name] = [place for place, value in leaves(original.tree) if number_of(value) is not None]
-    index = 0
-    while True:
+    """Files with one to three things changed, searched, for ever."""
+    return _mutations(f"{seed}", originals(), _searched)
+
+
+def loads(seed: int) -> Iterator[Case]:
+    """Files with one to three things changed, only read and judged."""
+    return _mutations(f"load {seed}", originals(), lambda original, _: (("validate", "-v", original.name),))
+
+
+def others(seed: int) -> Iterator[Case]:
+    """What other commands read, with one to three things changed: lines of journeys, records, results, instances."""
+    lines = [original for original in originals() if original.kind == "track"]
+    return _mutations(f"other {seed}", [*lines, *of_other_commands()], _other)
+
+
+def _mutations(seed: str, files: list[Original], commands: Callable[[Original, Random], Commands]) -> Iterator[Case]:
+    for index in itertools.count():
         random = Random(f"{seed}:{index}")
         original = random.choice(files)
-        partner = random.choice(_partners(original))
         tree = original.tree
         for _ in range(random.randint(1, 3)):
             tree = _mutated(tree, random)
-        options = tuple(random.choice(_OPTIONS).split()) if random.random() < _SHARE_WITH_OPTIONS else ()
-        case = _case(f"mutation {seed}:{index} of {original.name}", original, tree, partner, options)
+        content = _content(original, tree)
         if random.random() < 0.1:
-            case = case._replace(content=_damaged(case.content, random))
-        yield case
-        index += 1
+            content = _damaged(content, random)
+        yield Case(f"mutation {seed}:{index} of {original.name}", original.name, content, commands(original, random))
+
+
+def _searched(original: Original, random: Random) -> Commands:
+    options = tuple(random.choice(_OPTIONS).split()) if random.random() < _SHARE_WITH_OPTIONS else ()
+    return _search(original, random.choice(_partners(original)), options)
+
+
+def _other(original: Original, random: Random) -> Commands:
+    file = original.name
+    if original.kind == "track":
+        journey = ("journey", "--track", file, "--train", random.choice(_partners(original)), "--points", "6")
+        return ((*journey, "--no-pictures", *LIMITED),)
+    return tuple(
+        tuple(word.replace("FILE", file) for word in line.split()) for line in random.choice(_OTHERS[original.kind])
+    )
 
 
 def _mutated(tree: Any, random: Random) -> Any:
@@ -145,18 +187,22 @@ def _partners(original: Original) -> list[str]:
     return [str(partner) for partner in known if isinstance(partner, str) or partner.is_file()]
 
 
-def _case(name: str, original: Original, tree: Any, partner: str, options: tuple[str, ...]) -> Case:
+def _content(original: Original, tree: Any) -> bytes:
     try:
-        content = original.write(tree).encode(errors="surrogatepass")
+        return original.write(tree).encode(errors="surrogatepass")
     except (TypeError, ValueError):  # TOML has no null: as a text
-        content = original.write(_without_none(tree)).encode(errors="surrogatepass")
+        return original.write(_without_none(tree)).encode(errors="surrogatepass")
+
+
+def _search(original: Original, partner: str, options: tuple[str, ...]) -> Commands:
+    """Read the file, then search with it; an energy map alone is nothing to validate."""
     file = original.name
     both = {"train": ("--train", file, "--track", partner), "track": ("--train", partner, "--track", file)}
     chosen = both.get(original.kind, ("--scenario", file))
     if original.kind == "map":
         chosen = ("--train", "alstom-emu", "--track", "flat-100km", "--energy", file)
-        options = ()
-    return Case(name, file, content, (*chosen, *options))
+        return (("search", *chosen, "--no-pictures", *LIMITED),)
+    return ("validate", "-v", file), ("search", *chosen, *options, "--no-pictures", *LIMITED)
 
 
 def _without_none(tree: Any) -> Any:

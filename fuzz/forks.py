@@ -14,19 +14,18 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from fuzz.cases import Case
+from fuzz.cases import LIMITED, TIME_LIMIT_S, Case
 
-#: Time that each search is told, s, and what it may take beyond that, in s of processor time.
-TIME_LIMIT_S, SLACK_S = 2.0, 1.0
-#: Processor time and wall time after which a child is ended, s.
-_ENDED_CPU_S, _ENDED_WALL_S = 12, 60
+#: What a command with a time limit may take beyond it, in s of processor time.
+SLACK_S = 1.0
+#: Processor time after which a child is ended, s, and wall time, which only who waits for something reaches.
+_ENDED_CPU_S, _ENDED_WALL_S = 12, 600
 _MOST_MEMORY_B = 1 << 30
 #: Address space that a child may ask for beyond what it starts with, B.
 _MORE_ADDRESSES_B = 3 << 30
 #: Exit code of a child that an exception ended.
 _TRACEBACK = 99
 _KNOWN_CODES = (0, 2, 3, 4, 5)
-_SEARCH = ("--no-pictures", "--time-limit", f"{TIME_LIMIT_S:g}")
 
 
 class Outcome(NamedTuple):
@@ -59,7 +58,7 @@ def warmed() -> None:
     checks()
     for name in TOURS:
         tour(name)
-    from tgvdp.cli import search, validate  # noqa: F401  (what a command imports)
+    from tgvdp.cli import bench, compare, formulate, journey, score, search, solve, validate  # noqa: F401  (as commands do)
 
 
 def run(cases: Iterable[Case], processes: int = 1) -> Iterator[Outcome]:
@@ -87,12 +86,13 @@ def _ended(running: dict[int, tuple[Case, Path]]) -> Outcome:
     case, folder = running.pop(pid)
     text = (folder / "stderr").read_text(encoding="utf-8", errors="replace")
     code, cpu_s, memory_b = os.waitstatus_to_exitcode(status), used.ru_utime + used.ru_stime, used.ru_maxrss * 1024
-    outcome = Outcome(case, code, _fault(code, text, cpu_s, memory_b, folder), text, cpu_s, memory_b)
+    is_limited = LIMITED[0] in case.commands[-1]
+    outcome = Outcome(case, code, _fault(code, text, cpu_s, memory_b, folder, is_limited), text, cpu_s, memory_b)
     shutil.rmtree(folder, ignore_errors=True)
     return outcome
 
 
-def _fault(code: int, text: str, cpu_s: float, memory_b: int, folder: Path) -> str:
+def _fault(code: int, text: str, cpu_s: float, memory_b: int, folder: Path, is_limited: bool) -> str:
     if code in (-signal.SIGXCPU, -signal.SIGALRM):
         return "hang"
     if code < 0:
@@ -104,9 +104,9 @@ def _fault(code: int, text: str, cpu_s: float, memory_b: int, folder: Path) -> s
     errors = [line for line in text.splitlines() if not line.startswith(("tgvdp: note: ", "tgvdp: warning: "))]
     if len(errors) > 1 or not all(line.startswith("tgvdp: ") for line in errors):
         return "not one line"
-    if any(word in file.read_bytes() for file in folder.glob("out/*.csv") for word in (b"nan", b"inf")):
+    if any(word in file.read_bytes() for file in folder.glob("*/*.csv") for word in (b"nan", b"inf")):
         return "not a number in a file"
-    if cpu_s > TIME_LIMIT_S + SLACK_S:
+    if is_limited and cpu_s > TIME_LIMIT_S + SLACK_S:
         return "beyond its time"
     return "memory" if memory_b > _MOST_MEMORY_B else ""
 
@@ -146,9 +146,11 @@ def _confine(folder: Path) -> None:
 
 
 def _command(case: Case) -> int:
-    """Validate the file, then search; numpy's own warnings are errors here, so that they say where they come from."""
+    """Run one command after the other, while they succeed; numpy's own warnings are errors here, with a place."""
     from tgvdp import cli
 
     warnings.simplefilter("error")
-    code = cli.main(["validate", "-v", case.file]) if "--energy" not in case.arguments else 0
-    return code or cli.main(["search", *case.arguments, *_SEARCH])
+    code = 0
+    for arguments in case.commands:
+        code = code or cli.main(list(arguments))
+    return code

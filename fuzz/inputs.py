@@ -5,6 +5,7 @@ import json
 import re
 import tomllib
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import tomli_w
@@ -12,11 +13,18 @@ import tomli_w
 from tests.helpers import format_case, osrd_case, railml_case, railtoolkit_case
 from tests.helpers.settings import SHARED
 from tgvdp.formats.syntax.yaml import parse_yaml
+from tgvdp.instances import find, index
 from tgvdp.model import catalog
 
+ROOT = Path(__file__).resolve().parents[1]
 #: A number as a text, and one that is an attribute of XML or a cell of a table.
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 _NUMBER_ALONE = re.compile(rf'(?<=[",;\n]){_NUMBER.pattern}(?=["\s,;])')
+
+#: Instances that are changed have so many steps at most.
+_MOST_STEPS = 8
+#: A run of two minutes and a half, recorded every two seconds.
+_SPEED_KMH = [*range(0, 100, 4), *([100] * 25), *range(100, -1, -4)]
 
 Place = tuple[str | int, ...]
 
@@ -27,7 +35,7 @@ class Original(NamedTuple):
     Attributes
     ----------
     name : str
-    kind : {"train", "track", "map", "scenario"}
+    kind : {"train", "track", "map", "scenario", "instance", "run", "result"}
     tree : object
         Tables, lists and values; a list of pieces of text, every second one a number, for XML and tables.
     write : callable
@@ -43,6 +51,18 @@ class Original(NamedTuple):
 def originals() -> list[Original]:
     """All files, in the same order every time."""
     return [*_catalog(), *_small(), *_published()]
+
+
+def of_other_commands() -> list[Original]:
+    """Files that no search reads: instances of the formulations, a recorded run, a result."""
+    instances = [name for name, row in index().items() if int(row["N"]) <= _MOST_STEPS]
+    found = [
+        Original(f"{name}.json", "instance", json.loads(find(name).read_bytes()), json.dumps) for name in instances
+    ]
+    rows = "".join(f"{2.0 * step:.1f},{_SPEED_KMH[step]:.1f}\n" for step in range(len(_SPEED_KMH)))
+    found.append(Original("run.csv", "run", pieces(f"time_s,speed_kmh\n{rows}"), "".join))
+    result = json.loads((ROOT / "results" / "example" / "result.json").read_bytes())
+    return [*found, Original("result.json", "result", result, json.dumps)]
 
 
 def _catalog() -> Iterator[Original]:

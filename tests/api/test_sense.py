@@ -8,8 +8,17 @@ import pytest
 import tgvdp
 from tgvdp.api.sense import sensible_numbers
 from tgvdp.errors import BudgetExceededError, InputError, NumericalError
-from tgvdp.memory import ask_for
+from tgvdp.line.cells import cells_of
+from tgvdp.memory import ask_for, limited_memory
+from tgvdp.methods.budget import SearchBudget
+from tgvdp.methods.costate.mesh import Mesh
+from tgvdp.methods.refine.mesh import Level
 from tgvdp.model.trip import Trip
+from tgvdp.physics.forces import kernel_train
+from tgvdp.referee.replay import replay
+from tgvdp.runs.fastest import fastest_run
+from tgvdp.runs.profile import profile_of
+from tgvdp.runs.stepped import stepped_time_s
 
 TRAIN, TRACK = tgvdp.load_train("alstom-emu"), tgvdp.load_track("flat-100km")
 
@@ -51,3 +60,22 @@ def test_memory_is_asked_for():
         ask_for(1e11, "a lot")
     with pytest.raises(BudgetExceededError, match="--max-memory"):
         tgvdp.search(TRAIN, TRACK, max_memory_b=1e6)
+
+
+HUNGRY = {
+    "a mesh of": Mesh.of,
+    "a refinement on": lambda trip, run: Level(trip, kernel_train(trip.train), cells_of(trip), SearchBudget().start()),
+    "a profile of": lambda trip, run: profile_of(trip, run.position_m - trip.origin_m, run.speed_mps**2),
+    "a replay of": replay,
+    "the explicit steps": lambda trip, run: stepped_time_s(trip, 20.0),
+    "rows of runs": lambda trip, run: fastest_run(trip),
+}
+
+
+@pytest.mark.parametrize("what", HUNGRY)
+def test_whoever_makes_large_arrays_asks_first(what):
+    trip = trip_of()
+    run = fastest_run(trip)
+    refused = pytest.raises(BudgetExceededError, match=f"{what}.* would take .* GB, more than")
+    with refused, limited_memory(1.0):
+        HUNGRY[what](trip, run)

@@ -263,3 +263,11 @@ def test_an_interruption_within_a_kernel_is_one_too(cause, code, monkeypatch, on
         return
     assert run("catalog") == code
     assert "interrupted" in one_error()
+
+
+@pytest.mark.parametrize(
+    "options", ["--solver tabu --tenure 7", "--solver sa --beta 3..1", "--solver dp --encoding unary"]
+)
+def test_wrong_settings_of_a_solver_are_wrong_usage(options, capsys):
+    assert main(["solve", "easy-n004", *options.split()]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1

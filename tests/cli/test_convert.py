@@ -78,7 +78,8 @@ def test_losses_are_said_on_stderr(tmp_path, capsys):
         (["train.json", "a.json", "--to", "yaml"], 2, "'yaml' is not one of"),
         (["absent.json", "a.toml"], 3, "absent.json: no such file"),
         (["alstom-emu", "a.json"], 3, "TTOBench holds a force and a power limit"),
-        (["train.json", "train.json/a.toml"], 3, "cannot be written"),
+        (["train.json", "train.json/a.toml"], 3, "there is no folder train.json"),
+        (["train.json", "absent/a.toml"], 3, "absent/a.toml: there is no folder absent"),
     ],
 )
 def test_errors_are_one_line_and_write_nothing(train, tmp_path, monkeypatch, capsys, arguments, code, part):

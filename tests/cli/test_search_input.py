@@ -249,3 +249,8 @@ def test_the_part_of_the_budget_that_ended_is_named(budget, said, method, tmp_pa
     grid = ("--method", method, "--segment", "500", "--speeds", "40")
     assert search(tmp_path / "out", "--track", "flat-100km", "--to", "20km", *grid, *budget) == 5
     assert said in capsys.readouterr().err
+
+
+def test_an_empty_list_of_points_is_refused(tmp_path, capsys):
+    assert main(["search", "--at", "", "--out", str(tmp_path / "out")]) == 2
+    assert "--at" in capsys.readouterr().err

@@ -7,18 +7,18 @@ from pathlib import Path
 
 import pytest
 
-from fuzz.cases import FACTORS, mutations, slips
+from fuzz.cases import FACTORS, loads, mutations, others, slips
 from fuzz.inputs import leaves, number_of, originals, pieces
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_a_slice_of_slips_and_mutations_ends_in_order():
-    command = [sys.executable, "-m", "fuzz", "--cases", "30", "--seconds", "60"]
-    done = subprocess.run(command, check=False, cwd=ROOT, capture_output=True, text=True, timeout=300)
+    command = [sys.executable, "-m", "fuzz", "--cases", "20", "--seconds", "600"]  # by processor time a minute in all
+    done = subprocess.run(command, check=False, cwd=ROOT, capture_output=True, text=True, timeout=3000)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "slips: " in done.stdout
-    assert "mutations: " in done.stdout
+    for what in ("slips", "mutations", "loads", "others"):
+        assert f"{what}: 20 cases, 0 failed" in done.stdout
 
 
 def test_every_kind_of_number_is_slipped_by_every_factor():
@@ -32,9 +32,15 @@ def test_every_kind_of_number_is_slipped_by_every_factor():
 
 
 def test_mutations_have_names_that_make_them_again():
-    once, again, other = (list(islice(mutations(seed), 50)) for seed in (3, 3, 4))
-    assert once == again
-    assert [case.content for case in once] != [case.content for case in other]
+    for made in (mutations, loads, others):
+        once, again, other = (list(islice(made(seed), 50)) for seed in (3, 3, 4))
+        assert once == again
+        assert [case.content for case in once] != [case.content for case in other]
+
+
+def test_other_commands_are_tried_with_what_they_read():
+    commands = {command[0] for case in islice(others(0), 200) for command in case.commands}
+    assert commands == {"journey", "score", "compare", "solve", "formulate", "bench"}
 
 
 @pytest.mark.parametrize("original", originals(), ids=lambda original: original.name)

@@ -24,6 +24,8 @@ PROGRAM = "tgvdp"
 _COMPLETION_VARIABLE = "_TGVDP_COMPLETE"
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
+#: Of what shells call a broken pipe: whoever reads our output, such as head, has enough.
+_EXIT_PIPE = 141
 _COMMANDS = (
     "search",
     "journey",
@@ -33,6 +35,7 @@ _COMMANDS = (
     "score",
     "formulate",
     "solve",
+    "decode",
     "bench",
     "sweep",
     "catalog",
@@ -150,6 +153,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         try:
             _check_completion()
             code = cli.main(args=arguments, prog_name=PROGRAM, standalone_mode=False)
+        except SystemExit as ended:  # how click completes for shells, and with 1 its answer to a broken pipe
+            return _EXIT_PIPE if ended.code else 0
         except _Bare:
             click.echo(_GREETING, err=True)
             return EXIT_USAGE

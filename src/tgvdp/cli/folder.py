@@ -40,6 +40,7 @@ class OutFolder:
 
     def __init__(self, path: str, main: str, *, force: bool) -> None:
         from tgvdp.report import check_writable
+        from tgvdp.report.files import is_draft
 
         check_writable(path)
         self._path = Path(path)
@@ -47,7 +48,7 @@ class OutFolder:
         if force:
             return
         if self._earlier is None:
-            if self._path.is_dir() and any(self._path.iterdir()):
+            if self._path.is_dir() and not all(is_draft(file.name) for file in self._path.iterdir()):
                 raise InputError(f"{path}: is not empty, and no results of tgvdp are in it (--force writes there)")
             return
         names = {PurePosixPath(name).name for name in self._earlier}

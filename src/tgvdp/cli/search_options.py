@@ -92,7 +92,7 @@ def _readable(read: Callable[[Any], Any]) -> Callable[[click.Context, click.Para
     """Check a text of its own grammar, or several, and leave them as they are."""
 
     def check(_: click.Context, __: click.Parameter, text: Any) -> Any:
-        if text:
+        if text is not None and text != ():
             try:
                 read(text)
             except InputError as error:

@@ -38,6 +38,8 @@ def command(references: Path | None, out: Path | None, force: bool, as_json: boo
     """
     if out is not None and os.path.lexists(out) and not force:
         raise InputError(f"{out}: exists already (--force overwrites it)")
+    if out is not None and not out.parent.is_dir():
+        raise InputError(f"{out}: there is no folder {out.parent}")
     started_s = time.perf_counter()
     with Screen(quiet=quiet) as screen:
         screen.progress("verifying")

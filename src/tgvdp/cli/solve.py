@@ -7,7 +7,8 @@ import click
 
 from tgvdp.cli import echo_json
 from tgvdp.cli.numbers import number
-from tgvdp.errors import BudgetExceededError
+from tgvdp.cli.screen import Screen
+from tgvdp.errors import BudgetExceededError, InputError
 from tgvdp.formulations.qubo.names import ENCODINGS, PENALTIES, parse_encoding, parse_penalty
 from tgvdp.solvers.allowance import ITEMS, Allowance, Item, beta_range
 from tgvdp.solvers.registry import SOLVERS
@@ -111,7 +112,15 @@ def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bo
         key = next(item.key for item in ITEMS if item.field == name)
         users = ", ".join(other for other, entry in SOLVERS.items() if name in entry.uses)
         raise click.UsageError(f"solver {solver} does not use --{key}; {users} do", click.get_current_context())
-    solution = solve(problem, solver, encoding, penalty, Allowance(**given))
+    if not SOLVERS[solver].qubo and (encoding is not None or penalty is not None):
+        named = "--encoding" if encoding is not None else "--penalty"
+        raise click.UsageError(f"solver {solver} makes no QUBO: {named} has no effect", click.get_current_context())
+    try:
+        allowance = Allowance(**given)
+    except InputError as error:
+        raise click.UsageError(str(error), click.get_current_context()) from None
+    with Screen(quiet=False) as screen, screen.timing(solver):
+        solution = solve(problem, solver, encoding, penalty, allowance)
     content = solution_object(problem, solution)
     if as_json:
         echo_json(content)
@@ -177,6 +186,21 @@ def _speeds(problem: "Instance", schedule: "Schedule") -> Iterator[tuple[str, Se
         start += train.trip.steps + 1
 
 
+def _reads(solution: "Solution") -> list[tuple[str, str]]:
+    """How often a sampler came to what."""
+    details = solution.details
+    if "reads" not in details:
+        return []
+    reads, feasible, best = (details[name] for name in ("reads", "feasible_reads", "best_reads"))
+    share = f", {best / reads:.1%} of all" if best else ""
+    rows = [("reads", f"{reads}, {feasible} feasible; {best} reach this objective{share}")]
+    chance = details.get("success_probability")
+    if chance is not None:
+        what = "of the optimum, in these shots" if details.get("backend") else "of the optimum, of a shot, exact"
+        rows.append(("success", f"{chance:.4g} {what}"))
+    return rows
+
+
 def table(problem: "Instance", solution: "Solution") -> str:
     """What people read: result, constraints, replay."""
     from tgvdp.formulations.problem.instances import DemandInstance
@@ -205,6 +229,8 @@ def table(problem: "Instance", solution: "Solution") -> str:
     rows.append(("energy by replay", energy))
     if solution.qubo is not None:
         rows.append(("QUBO", f"{solution.qubo['variables']} variables, {solution.qubo['couplers']} couplers"))
-    rows.append((solution.solver, f"{solution.elapsed_s:.4g} s"))
+    rows += _reads(solution)
+    if solution.elapsed_s:
+        rows.append((solution.solver, f"{solution.elapsed_s:.4g} s"))
     width = max(len(name) for name, _ in rows)
     return "\n".join(f"{name:<{width}}  {text}" for name, text in rows)

@@ -14,7 +14,7 @@ from tgvdp.journeys.windows import Schedule, Timetable, Windows
 _Floats = NDArray[np.float64]
 
 #: Supplements up to this share of the fastest running time are sampled first, at so many times, closer where steeper.
-_FIRST_MARGIN, _SAMPLES = 0.5, 32
+_FIRST_MARGIN, _SAMPLES = 0.5, 12
 #: ... and up to this share at most.
 _MOST_MARGIN = 8.0
 #: A section that takes this share of what is known of its front may take more.

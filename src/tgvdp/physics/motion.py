@@ -111,7 +111,7 @@ def _speed_step(slope, air, v, net, rows):
 def _row_end(table, extra, v, rising, rows):
     """Speed at which the effort limit has changed by STEP, or the next break of the curve if that comes first.
 
-    Or by a tenth of that share of the ``extra`` effort beside it: a curve that fades at standstill needs no more rows.
+    The limit is that of the curve with the ``extra`` effort beside it: where the dynamic brake fades, friction stays.
     """
     n = table.shape[0]
     i = n - 1
@@ -120,7 +120,7 @@ def _row_end(table, extra, v, rising, rows):
     effort, slope = effort_and_slope(table, v)
     step = math.inf
     if slope != 0.0:
-        step = max(STEP * abs(effort / slope), STEP * abs(0.1 * extra / slope), 0.25 * STEP * v) / rows
+        step = STEP * max((abs(effort) + extra) / abs(slope), 0.25 * v) / rows
     if v == 0.0 and effort + extra == 0.0:  # a brake without effort at standstill
         step = STEP / rows * table[i + 1, 0] if i + 1 < n else math.inf
     if rising:

@@ -27,6 +27,7 @@ from tgvdp.constants import (
     REPLAY_SPEED_RTOL,
     REPLAY_TIME_PCT,
 )
+from tgvdp.memory import ask_for
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
 _SAME_POSITION = 1e-12
 #: Sub-steps between two looks at the clock: a tenth of a second; usual runs have some thousand.
 _SUB_STEPS_AT_ONCE = 200_000
+#: Memory of a row, B: its columns, and what they are compared with.
+_ROW_B = 80.0
 
 
 @dataclass(frozen=True)
@@ -122,6 +125,7 @@ def replay(trip: Trip, profile: "Profile", expired: Callable[[], bool] = bool) -
     numbers = (x, profile.speed_mps, profile.force_n, profile.time_s, profile.energy_j)
     if not (all(np.isfinite(column).all() for column in numbers) and (np.diff(x) > 0.0).all()):
         return Verdict(np.inf, np.inf, _overspeed(trip, profile), np.inf, np.inf, False)
+    ask_for(_ROW_B * len(x), f"a replay of {len(x):,} rows")
     time, energy = np.empty(len(x)), np.empty(len(x))
     tables = energy_tables(trip.train, trip.energy)
     supply = supply_seen(trip, 0.5 * (x[:-1] + x[1:]))

@@ -6,6 +6,8 @@ from pathlib import Path
 
 from tgvdp.errors import InputError
 
+_DRAFT = ".tmp"
+
 
 def check_writable(folder: str | os.PathLike[str]) -> None:
     """Find out before a long run whether results can be written into a folder; leaves no trace.
@@ -21,6 +23,11 @@ def check_writable(folder: str | os.PathLike[str]) -> None:
         raise InputError(f"{folder}: cannot be written: {existing} is not a folder")
     if not os.access(existing, os.W_OK | os.X_OK):
         raise InputError(f"{folder}: cannot be written: no permission in {existing}")
+
+
+def is_draft(name: str) -> bool:
+    """Whether a file is what a process that was killed had begun to write."""
+    return name.startswith(".") and name.endswith(_DRAFT)
 
 
 def write_files(folder: str | os.PathLike[str], contents: Mapping[str, bytes]) -> list[Path]:
@@ -45,7 +52,7 @@ def write_files(folder: str | os.PathLike[str], contents: Mapping[str, bytes]) -
     """
     home = Path(folder)
     targets = [home / name for name in contents]
-    drafts = [home / f".{name}.{os.getpid()}.tmp" for name in contents]
+    drafts = [home / f".{name}.{os.getpid()}{_DRAFT}" for name in contents]
     try:
         home.mkdir(parents=True, exist_ok=True)
         for draft, content in zip(drafts, contents.values(), strict=True):

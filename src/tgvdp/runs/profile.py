@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from tgvdp._jit import kernel
 from tgvdp.errors import NumericalError
 from tgvdp.line.resolved import resolve
+from tgvdp.memory import ask_for
 from tgvdp.model.energy import PANTOGRAPH
 from tgvdp.model.track import LOWERED, POWERED
 from tgvdp.model.trip import Trip
@@ -29,6 +30,8 @@ REGIMES = ("traction", "cruising", "coasting", "braking")
 _COASTING_SHARE = 1e-4
 #: An acceleration below this share of what the starting effort gives counts as none (cruising).
 _CRUISING_SHARE = 0.03
+#: Memory of a row, B: its columns, and as many on the way to them.
+_ROW_B = 120.0
 
 
 class EnergyBalance(NamedTuple):
@@ -195,6 +198,7 @@ def profile_of(
     line = resolve(trip)
     grade_n, air = line.means(x_m)
     n = len(x_m)
+    ask_for(_ROW_B * n, f"a profile of {n:,} rows")
     time, force, energy = np.empty(n), np.empty(n), np.empty(n)
     regime = np.empty(n, dtype=np.int8)
     at_wheel = trip.energy.kind == "wheel"

@@ -22,11 +22,14 @@ from typing import NamedTuple
 
 from tgvdp.errors import BudgetExceededError
 from tgvdp.line.cells import Cells, cells_of
+from tgvdp.memory import ask_for
 from tgvdp.model.trip import Trip
 
 _ON_ENVELOPE = 1e-12
 #: Steps between two looks at the clock: some milliseconds.
 _STEPS_PER_LOOK = 1000
+#: Memory of a step of the braking envelope, B: two numbers of Python in two lists.
+_STEP_B = 64.0
 
 
 class _Cell(NamedTuple):
@@ -86,6 +89,7 @@ def stepped_time_s(trip: Trip, step_m: float, cells: Cells | None = None, expire
     BudgetExceededError
         When the time is up.
     """
+    ask_for(_STEP_B * trip.distance_m / step_m, "the explicit steps of the convention")
     watch = _watch(expired)
     columns = cells_of(trip) if cells is None else cells
     rows = [

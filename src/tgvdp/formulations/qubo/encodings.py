@@ -8,9 +8,10 @@ from tgvdp.formulations.problem.binary import FormulationWarning, warn_of_odditi
 from tgvdp.formulations.problem.instances import BinaryInstance, SubstationInstance
 from tgvdp.formulations.qubo.bits import encode_bits
 from tgvdp.formulations.qubo.encoded import Encoded
-from tgvdp.formulations.qubo.names import Encoding, PenaltyRule, Weights, bits_form, kinds_of
+from tgvdp.formulations.qubo.names import MULTIPLIER, UNARY, Encoding, PenaltyRule, Weights, bits_form, kinds_of
 from tgvdp.formulations.qubo.parts import joined, si_weights
 from tgvdp.formulations.qubo.penalties import (
+    best_multiplier,
     spread_penalty,
     sufficient_for_substation,
     sufficient_penalty,
@@ -40,8 +41,8 @@ def encode(
         The trains of a substation are ``unary`` only.
     encoding : str
         ``bits`` (2N bits; nothing holds the speed within its limits), ``bits+slack`` (with a register per step that
-        does), ``unary`` (equal steps only; holds all constraints), or a printed form
-        (`tgvdp.formulations.qubo.names.bits_form`).
+        does), ``unary`` (equal steps only; holds all constraints), ``unary+multiplier`` (the distance as a linear term,
+        of the multiplier whose lower bound is best), or a printed form (`tgvdp.formulations.qubo.names.bits_form`).
     penalty : "sufficient", "tenfold", float or tuple of float, optional
         A tuple has a weight for each kind of violation. By default the instance's own ``lambda_uniform``, else
         ``sufficient``.
@@ -95,7 +96,7 @@ def _own_weights(encoding: Encoding, given: tuple[float, ...]) -> Weights:
 def _sufficient(draft: Encoded) -> float:
     if isinstance(draft.instance, SubstationInstance):
         return sufficient_for_substation(draft.instance)
-    if draft.encoding != "unary" and bits_form(draft.encoding).cubic:
+    if draft.encoding == MULTIPLIER or (draft.encoding != UNARY and bits_form(draft.encoding).cubic):
         return spread_penalty(draft.objective)
     return sufficient_penalty(draft.instance, draft.encoding)
 
@@ -103,7 +104,9 @@ def _sufficient(draft: Encoded) -> float:
 def _require_size(instance: BinaryInstance, encoding: Encoding) -> None:
     """The square of the distance couples all bits that move the train."""
     steps, unit = instance.steps, instance.acc_units
-    if encoding == "unary":
+    if encoding == MULTIPLIER:
+        return  # a strip of few couplers
+    if encoding == UNARY:
         bits = sum(min(k, steps - k, cap // unit) for k, cap in enumerate(instance.cap_units[:-1], start=1))
     else:
         bits = 2 * steps
@@ -116,11 +119,13 @@ def _require_size(instance: BinaryInstance, encoding: Encoding) -> None:
 
 def _with_weights(instance: BinaryInstance | SubstationInstance, encoding: Encoding, weights: Weights) -> Encoded:
     if isinstance(instance, SubstationInstance):
-        if encoding != "unary":
+        if encoding != UNARY:
             raise InputError(f"{instance.id}: the trains of a substation are written as unary, not as {encoding}")
         return encode_substation(instance, 1.0, weights)
-    if encoding == "unary":
+    if encoding == UNARY:
         return encode_unary(instance, 1.0, weights)
+    if encoding == MULTIPLIER:
+        return encode_unary(instance, 1.0, weights, best_multiplier(instance))
     form = bits_form(encoding)
     if form.cubic and instance.model != "efficiency":
         raise InputError(f"{instance.id}: {encoding}: cubic is the efficiency model's, got the {instance.model} model")

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tgvdp.errors import NumericalError
 from tgvdp.line.cells import Cells, cells_of
+from tgvdp.memory import ask_for
 from tgvdp.methods.costate import backward as costate
 from tgvdp.methods.costate.blend import Blend
 from tgvdp.methods.costate.extremal import Extremal, ends_of
@@ -37,6 +38,8 @@ _TOLERANCE = 2e-5
 _ROWS = 4.0
 #: Squared speed below which costates are not carried, relative to the trip's top.
 _FLOOR = 1e-4
+#: Memory of a cell, B: its columns twice, the rows of a run through it, and the policies of thirty extremals.
+_CELL_B = 2000.0
 _NO_ENDS = np.full(6, np.inf)
 _NO_TARGET = np.full(1, np.nan)
 
@@ -119,6 +122,7 @@ class Mesh:
 
     @classmethod
     def _on(cls, trip: Trip, stations_m: NDArray[np.float64], typical_m: float, usual_multiplier: float) -> "Mesh":
+        ask_for(_CELL_B * len(stations_m), f"a mesh of {len(stations_m):,} cells")
         train = kernel_train(trip.train)._replace(rows=_ROWS)
         cells = cells_of(trip, stations_m)
         low, fast, *fastest_rows = envelope_of(trip, cells, train)

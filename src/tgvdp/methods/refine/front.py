@@ -143,6 +143,8 @@ def _front_on_fine_mesh(
             return front
         if fineness >= _FINEST:
             raise NumericalError("the refinement finds no fastest run with one acceleration per cell")
+        if clock.expired:
+            raise OutOfTime
         fineness, before_s = 2.0 * fineness, reference.time_s
 
 
@@ -222,6 +224,8 @@ class _Front:
 
     def _planned(self, target_s: float) -> Extremal:
         """Run of the relaxed problem for one running time: a blend of the extremals around it."""
+        if len(self.extremals) == 1:  # with one acceleration per cell even the fastest run takes as long as that
+            return self.extremals[0]
         while True:
             tell("searching", **self.counters)
             second = next((i for i in range(1, len(self.extremals)) if self.extremals[i].time_s >= target_s), None)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.line.cells import Cells, breaks_of, cells_of
+from tgvdp.memory import ask_for
 from tgvdp.methods.budget import Clock
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.methods.costate.multipliers import OutOfTime
@@ -20,6 +21,8 @@ from tgvdp.runs.profile import Profile
 
 #: Speeds above and below the incumbent in the first program of a run, from standstill to the fastest run.
 WIDEST = 24
+#: Memory of a station, B: cost and choice of each of its speeds, and its columns.
+_STATION_B = 10.0 * (2 * WIDEST + 1) + 100.0
 #: A coarser level keeps every so many stations, and all breaks of the line.
 _COARSENING = 4
 #: Sweeps with one step at most, and from one step to the next finer one.
@@ -60,6 +63,7 @@ class Level:
     def __init__(self, trip: Trip, train: KernelTrain, cells: Cells, clock: Clock) -> None:
         self.trip, self.train, self.cells, self._clock = trip, train, cells, clock
         n = len(cells.station_m)
+        ask_for(_STATION_B * n, f"a refinement on {n:,} stations")
         self.low, self.fast = np.empty(n), np.empty(n)
         ends_w = trip.start_speed_mps**2, trip.end_speed_mps**2
         envelope_kernel(train, cells, *ends_w, self.low, self.fast)
