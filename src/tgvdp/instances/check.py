@@ -8,7 +8,7 @@ import json
 import math
 import sys
 from fractions import Fraction
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +22,7 @@ def check_binary(p: Any, controls: list[int]) -> tuple[float, list[str]]:
     """Objective in (m/s)² or J/kg, and violations."""
     a, b, n, alpha = p["acc_units"], p["dec_units"], p["N"], exact(p.get("alpha", 0.0))
     caps = p["cap_units"] if isinstance(p["cap_units"], list) else [p["cap_units"]] * n
-    v = [0]
-    for u in controls:
-        v.append(v[-1] + u)
+    v = [0, *accumulate(controls)]
     broken = [f"step {k}: {u} is neither {a}, 0 nor {-b}" for k, u in enumerate(controls, 1) if u not in (a, 0, -b)]
     broken += [f"after step {k}: speed {v[k]} is outside 0..{caps[k - 1]}" for k in range(1, min(n, len(controls)) + 1)
                if not 0 <= v[k] <= caps[k - 1]]  # fmt: skip
@@ -87,9 +85,11 @@ def check_demand(p: Any, demands: list[float]) -> tuple[float, list[str]]:
 def main(instance: str, solution: str) -> int:
     """Check one file against the other."""
     params = json.loads(Path(instance).read_text(encoding="utf-8"))["params"]
-    binary = params.get("kind", "binary") == "binary"
+    if (kind := params.get("kind", "binary")) not in ("binary", "demand"):
+        sys.exit(f"{instance}: binary and demand instances can be checked, not {kind} ones")
     controls = [float(line) for line in Path(solution).read_text(encoding="utf-8").splitlines() if line]
-    objective, broken = check_binary(params, [*map(int, controls)]) if binary else check_demand(params, controls)
+    whole = [*map(int, controls)]
+    objective, broken = check_binary(params, whole) if kind == "binary" else check_demand(params, controls)
     broken += [f"{len(controls)} controls, not {params['N']}"] if len(controls) != params["N"] else []
     print("\n".join([f"objective {objective!r}", *broken, "infeasible" if broken else "feasible"]))
     return 1 if broken else 0
