@@ -35,7 +35,6 @@ _COMMANDS = (
     "score",
     "formulate",
     "solve",
-    "decode",
     "bench",
     "sweep",
     "catalog",
