@@ -8,7 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-from benchmarks import quantum_printed
+from benchmarks import quantum_multiplier, quantum_printed, quantum_resources
 from benchmarks.families import FAMILIES, SIZES, members, write
 from benchmarks.output import replace_between
 from benchmarks.quantum_claims import BEGIN, END, claims
@@ -79,7 +79,7 @@ def _progress(done: int, total: int, what: str) -> None:
 
 def commands(folder: Path) -> list[list[str]]:
     """Arguments of `tgvdp bench` for what is not of the families."""
-    drawn = "random:bits:reads=100:runs=1,random:unary:reads=100:runs=1"
+    drawn = ",".join(f"random:{word}:reads=100:runs=1" for word in ("bits", "unary", "unary+multiplier"))
     return [
         [*EMBEDDED, "--solvers", drawn, "--embed", "pegasus,zephyr", "--out", str(folder / "embeddings")],
         ["--up-to", "200", "--solvers", ",".join(LIBRARY), "--runs", "3", "--out", str(folder / "exact")],
@@ -97,6 +97,8 @@ def main(folder: Path) -> None:
             sys.exit(code)
     write_files(folder, {"penalties.csv": csv_text(penalty_rows())})
     quantum_printed.main(folder / "printed")
+    quantum_multiplier.main(folder)
+    quantum_resources.main(folder)
     replace_between(PAGE, BEGIN, END, claims(folder))
 
 

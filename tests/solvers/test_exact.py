@@ -255,7 +255,7 @@ def test_budgets_that_a_solver_does_not_use_are_wrong_usage(tmp_path, capsys, so
 def test_command_exits_4_where_nothing_is_feasible_and_3_on_misuse(tmp_path, capsys):
     assert main(["solve", binary_file(tmp_path, D_units=1000)]) == 4
     assert main(["solve", binary_file(tmp_path, N=30), "--solver", "brute"]) == 3
-    assert main(["solve", binary_file(tmp_path), "--solver", "dp", "--penalty", "tenfold"]) == 3
+    assert main(["solve", binary_file(tmp_path), "--solver", "dp", "--penalty", "tenfold"]) == 2
     assert main(["solve", demand_file(tmp_path), "--solver", "closed"]) == 3
     assert main(["solve", binary_file(tmp_path), "--solver", "scip", "--form", "joint"]) == 3
     assert main(["solve", binary_file(tmp_path), "--penalty", "nan", "--solver", "dp"]) == 2

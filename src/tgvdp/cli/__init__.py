@@ -35,6 +35,7 @@ _COMMANDS = (
     "score",
     "formulate",
     "solve",
+    "decode",
     "bench",
     "sweep",
     "catalog",

@@ -49,6 +49,10 @@ Examples:
 @click.option(
     "--out", type=click.Path(path_type=Path), default=Path("bench"), show_default=True, help="Folder to fill."
 )
+@click.option(
+    "--qoblib", type=click.Path(path_type=Path), metavar="DIR", help="Write submissions to QOBLIB there, and a checker."
+)
+@click.option("--submitter", metavar="NAME", help="Of the submissions.  [default: N/A]")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of a table.")
 @click.option("-q", "--quiet", is_flag=True, help="No progress bar.")
 def command(
@@ -60,6 +64,8 @@ def command(
     embed: str,
     embed_limit: int,
     out: Path,
+    qoblib: Path | None,
+    submitter: str | None,
     as_json: bool,
     quiet: bool,
 ) -> None:
@@ -75,10 +81,13 @@ def command(
     from tgvdp.solvers.samplers.embedding import TOPOLOGIES
     from tgvdp.trials.execute import Plan, run_benchmark
     from tgvdp.trials.output import write_benchmark
+    from tgvdp.trials.qoblib import write_submissions
     from tgvdp.trials.reference import read_cases
     from tgvdp.trials.spec import parse_specs
 
     context = click.get_current_context()
+    if submitter is not None and qoblib is None:
+        raise click.UsageError("--submitter is of the submissions that --qoblib writes", context)
     topologies = tuple(dict.fromkeys(word.strip() for word in embed.split(",") if word.strip()))
     if unknown := next((word for word in topologies if word not in TOPOLOGIES), None):
         raise click.UsageError(f"--embed: there is no {unknown!r}; there are {', '.join(TOPOLOGIES)}", context)
@@ -95,12 +104,15 @@ def command(
         bar = _Bar(screen)
         results = run_benchmark(plan, out, bar)
         content = write_benchmark(results, out, time.perf_counter() - started)
+        submissions = write_submissions(results, content["rows"], qoblib, submitter or "N/A") if qoblib else 0
     if as_json:
         echo_json(content)
     else:
         click.echo(_table(content["rows"]))
     if not as_json:
         click.echo(f"{len(content['rows'])} rows; {', '.join(content['files'])} in {out}", file=sys.stderr)
+        if qoblib:
+            print(f"{submissions} submissions and a checker in {qoblib}", file=sys.stderr)
 
 
 class _Bar:

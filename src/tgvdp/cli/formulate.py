@@ -14,7 +14,7 @@ from tgvdp.solvers.allowance import FORMS
 if TYPE_CHECKING:
     from tgvdp.formulations.problem.instances import Instance
 
-TARGETS = ("instance", "bqm", "coo", "lp", "mps", "qasm3", "graph", "cqm")
+TARGETS = ("instance", "bqm", "coo", "qs", "ising", "lp", "mps", "qasm3", "graph", "cqm")
 
 _EXAMPLES = """
 \b
@@ -47,9 +47,10 @@ def command(
 ) -> None:
     """Write INSTANCE, a built-in name or a JSON file, in a format of other programs.
 
-    bqm, coo, graph and qasm3 hold the QUBO of an encoding (dimod's file, coordinates with a sidecar FILE.json of offset
-    and labels, node-link JSON, an OpenQASM 3 circuit whose angles are a ramp); lp and mps hold the linear program,
-    cqm (dimod's file) the constrained quadratic model, which is the only format of demand problems.
+    bqm, coo, qs, ising, graph and qasm3 hold the QUBO of an encoding (dimod's file, coordinates with a sidecar
+    FILE.json of offset and labels, the format of QOBLIB, JSON of fields and couplings of spins, node-link JSON, an
+    OpenQASM 3 circuit whose angles are a ramp); lp and mps hold the linear program, cqm (dimod's file) the constrained
+    quadratic model, which is the only format of demand problems.
 
     With --steps the instance is made of a trip, and --to instance writes it. What it leaves out of train and line is
     said on stderr, a line each, and stands in its notes.

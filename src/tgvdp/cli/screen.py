@@ -36,6 +36,25 @@ class Screen:
         self._show()
 
     @contextlib.contextmanager
+    def timing(self, what: str) -> Iterator[None]:
+        """Say for how long something has been going on, while it is."""
+        if not self._live:
+            yield
+            return
+        started = time.perf_counter()
+        ended = threading.Event()
+
+        def tick() -> None:
+            while not ended.wait(_TICK_S):
+                self.progress(f"{what}: {time.perf_counter() - started:.0f} s")
+
+        threading.Thread(target=tick, daemon=True).start()
+        try:
+            yield
+        finally:
+            ended.set()
+
+    @contextlib.contextmanager
     def compiling(self) -> Iterator[None]:
         """Say that kernels are compiled, while they are, and for how long it has been: once, for they are kept."""
         if not self._live:

@@ -7,6 +7,7 @@ import click
 
 from tgvdp.cli import echo_json
 from tgvdp.cli.numbers import number
+from tgvdp.cli.screen import Screen
 from tgvdp.errors import BudgetExceededError, InputError
 from tgvdp.formulations.qubo.names import ENCODINGS, PENALTIES, parse_encoding, parse_penalty
 from tgvdp.solvers.allowance import ITEMS, Allowance, Item, beta_range
@@ -117,7 +118,8 @@ def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bo
         allowance = Allowance(**given)
     except InputError as error:
         raise click.UsageError(str(error), click.get_current_context()) from None
-    solution = solve(problem, solver, encoding, penalty, allowance)
+    with Screen(quiet=False) as screen, screen.timing(solver):
+        solution = solve(problem, solver, encoding, penalty, allowance)
     content = solution_object(problem, solution)
     if as_json:
         echo_json(content)
@@ -165,6 +167,21 @@ def _meaning(problem: "Instance") -> str:
     return f"of the {problem.model} model" + ("" if problem.model == "kinetic" else ", not an energy")
 
 
+def _reads(solution: "Solution") -> list[tuple[str, str]]:
+    """How often a sampler came to what."""
+    details = solution.details
+    if "reads" not in details:
+        return []
+    reads, feasible, best = (details[name] for name in ("reads", "feasible_reads", "best_reads"))
+    share = f", {best / reads:.1%} of all" if best else ""
+    rows = [("reads", f"{reads}, {feasible} feasible; {best} reach this objective{share}")]
+    chance = details.get("success_probability")
+    if chance is not None:
+        what = "of the optimum, in these shots" if details.get("backend") else "of the optimum, of a shot, exact"
+        rows.append(("success", f"{chance:.4g} {what}"))
+    return rows
+
+
 def table(problem: "Instance", solution: "Solution") -> str:
     """What people read: result, constraints, replay."""
     from tgvdp.formulations.problem.instances import BinaryInstance
@@ -193,6 +210,8 @@ def table(problem: "Instance", solution: "Solution") -> str:
     rows.append(("energy by replay", energy))
     if solution.qubo is not None:
         rows.append(("QUBO", f"{solution.qubo['variables']} variables, {solution.qubo['couplers']} couplers"))
-    rows.append((solution.solver, f"{solution.elapsed_s:.4g} s"))
+    rows += _reads(solution)
+    if solution.elapsed_s:
+        rows.append((solution.solver, f"{solution.elapsed_s:.4g} s"))
     width = max(len(name) for name, _ in rows)
     return "\n".join(f"{name:<{width}}  {text}" for name, text in rows)

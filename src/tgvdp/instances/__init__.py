@@ -17,6 +17,8 @@ from tgvdp.errors import InputError
 FOLDER = Path(str(files(__package__)))
 #: Name of the index of a library of instances, in their folder.
 INDEX = "optima.csv"
+#: Standalone judge of solutions.
+CHECKER = FOLDER / "check.py"
 
 
 def index() -> dict[str, dict[str, str]]:

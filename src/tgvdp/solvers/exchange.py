@@ -37,8 +37,8 @@ def exported(
     instance : BinaryInstance or DemandInstance
         Demand instances fit into ``cqm`` only.
     target : str
-        ``bqm``, ``coo``, ``graph`` and ``qasm3`` hold the QUBO of an encoding, ``lp`` and ``mps`` the linear program,
-        ``cqm`` the constrained quadratic model.
+        ``bqm``, ``coo``, ``qs``, ``ising``, ``graph`` and ``qasm3`` hold the QUBO of an encoding, ``lp`` and ``mps``
+        the linear program, ``cqm`` the constrained quadratic model.
     encoding, penalty
         As `encode` takes them, by default `default_encoding`. Programs have neither.
     layers : int
@@ -74,6 +74,10 @@ def exported(
             return {"": bytes(file.read())}
     if target == "coo":
         return _coo(encoded.qubo)
+    if target == "qs":
+        return {"": _qs(encoded.qubo).encode()}
+    if target == "ising":
+        return {"": json.dumps(_spins(encoded.qubo), ensure_ascii=False).encode()}
     if target == "graph":
         q = encoded.qubo
         graph = coupler_graph(q.labels, q.linear, q.rows, q.cols, q.values, q.offset)
@@ -82,6 +86,28 @@ def exported(
     angles = ramp_angles(layers, QASM_TIME_STEP, energy_scale(ising) or 1.0)
     title = f"{instance.id}: {encoded.encoding}, penalty {encoded.penalty!r}, QAOA ramp of {layers} layers"
     return {"": qasm3(qaoa_circuit(ising, angles), [title]).encode()}
+
+
+def _qs(qubo: Qubo) -> str:
+    """QUBO as QOBLIB writes it: half of a symmetric matrix, counted from 1, in which a coupling stands by half."""
+    own = np.flatnonzero(qubo.linear)
+    entries = [(i, i, value) for i, value in zip(own.tolist(), qubo.linear[own].tolist(), strict=True)]
+    triples = zip(qubo.rows.tolist(), qubo.cols.tolist(), qubo.values.tolist(), strict=True)
+    entries += [(row, col, 0.5 * value) for row, col, value in triples]
+    lines = [f"# ObjectiveOffset {qubo.offset!r}", f"{qubo.n} {len(entries)}"]
+    lines += [f"{row + 1} {col + 1} {value!r}" for row, col, value in sorted(entries)]
+    return "\n".join([*lines, ""])
+
+
+def _spins(qubo: Qubo) -> dict[str, object]:
+    """Ising form with x = (1 + s)/2, the convention of annealers: fields by label, couplings by two labels."""
+    ising = ising_of(qubo, 1)
+    pairs = zip(ising.rows.tolist(), ising.cols.tolist(), ising.couplings.tolist(), strict=True)
+    return {
+        "h": dict(zip(ising.labels, ising.fields.tolist(), strict=True)),
+        "J": [[ising.labels[row], ising.labels[col], value] for row, col, value in pairs],
+        "offset": ising.offset,
+    }
 
 
 def _coo(qubo: Qubo) -> dict[str, bytes]:

@@ -52,6 +52,7 @@ SOLVERS: dict[str, Solver] = {
     "sa": Solver("samplers.annealing", "solve_sa", qubo=True, uses=("sweeps", "beta", *_SAMPLER)),
     "pt": Solver("tempering.solve", "solve_pt", qubo=True, uses=("sweeps", "beta", "replicas", *_SAMPLER)),
     "tabu": Solver("samplers.annealing", "solve_tabu", qubo=True, uses=("sweeps", "tenure", *_SAMPLER)),
+    "multiplier": Solver("samplers.multiplier", "solve_multiplier", uses=("sweeps", "beta", *_SAMPLER)),
     "descent": Solver("samplers.annealing", "solve_descent", qubo=True, uses=_SAMPLER),
     "random": Solver("samplers.coin_tosses", "solve_random", qubo=True, uses=_SAMPLER),
     "tree": Solver("samplers.annealing", "solve_tree", qubo=True),

@@ -16,7 +16,7 @@ from tgvdp.formulations.qubo.encodings import encode
 from tgvdp.formulations.qubo.names import Encoding
 from tgvdp.report.plain import plain
 from tgvdp.solvers.registry import solve
-from tgvdp.solvers.samplers.embedding import embedding_of
+from tgvdp.solvers.samplers.embedding import embedding_of, fineness
 from tgvdp.trials.reference import Case, Reference, reference_of
 from tgvdp.trials.spec import SolverSpec
 from tgvdp.trials.store import Store
@@ -208,6 +208,7 @@ def _found(solution: Solution) -> dict[str, Any]:
         # The replay trusts nothing that the schedule says of itself.
         "feasible": bool(solution.feasible and solution.replay["feasible"]),
         "replay_energy": solution.replay["energy"],
+        "controls": list(solution.schedule.controls),
         "elapsed_s": solution.elapsed_s,
         "setup_s": details.pop("setup_s", 0.0),
         "attempts": 1 if attempts is None else attempts,
@@ -231,4 +232,7 @@ def _embedded(case: Case, encoding: Encoding, topology: str, plan: Plan) -> dict
             return {"status": "refused", "message": str(error)}
     found = embedding_of(qubo, topology, plan.seed, plan.embedding_limit_s)
     status = "none found" if found.qubits is None else "ok"
-    return {"status": status, **found._asdict(), "variables": qubo.n, "couplers": qubo.stats.couplers}
+    return {
+        "status": status, **found._asdict(), "variables": qubo.n, "couplers": qubo.stats.couplers,
+        **fineness(qubo)._asdict(),
+    }  # fmt: skip

@@ -62,6 +62,7 @@ def landscapes(instances: Sequence[Instance], encodings: Sequence[Encoding]) -> 
                 encoded = [encode(instance, encoding, "sufficient") for encoding in encodings]
             except InputError:
                 continue  # an encoding that needs equal steps
+        encoded = [one for one in encoded if one.complete]  # elsewhere strings may lie below the optimum
         if encoded and all(1 <= one.qubo.n <= MAX_BITS for one in encoded):
             found = [landscape(one) for one in encoded]
             if all(one is not None for one in found):

@@ -1,7 +1,8 @@
 """What is kept of a benchmark: one JSON file per instance and solver, replaced as a whole after each run.
 
 A file's name holds a digest of everything that decides what a run does: the instance's bytes, the solver's word, the
-base seed and the edition of the program. What changes is therefore run again, and what does not is found again.
+base seed, the edition of the program and of the files. What changes is therefore run again, and what does not is found
+again.
 """
 
 import hashlib
@@ -14,7 +15,7 @@ from tgvdp import __version__
 from tgvdp.errors import InputError
 from tgvdp.report.files import write_files
 
-SCHEMA = "tgvdp.bench-runs/1"
+SCHEMA = "tgvdp.bench-runs/2"
 #: Folder of the files within that of the results.
 RUNS = "runs"
 _DIGEST_LENGTH = 12
@@ -68,6 +69,6 @@ class Store:
         write_files(self._folder, {self._name(instance_id, sha256, work): text.encode()})
 
     def _name(self, instance_id: str, sha256: str, work: str) -> str:
-        key = hashlib.sha256("\0".join((sha256, work, str(self._seed), __version__)).encode()).hexdigest()
+        key = hashlib.sha256("\0".join((SCHEMA, sha256, work, str(self._seed), __version__)).encode()).hexdigest()
         words = re.sub(r"[^A-Za-z0-9._-]+", "-", f"{instance_id}--{work}")[:80]
         return f"{words}--{key[:_DIGEST_LENGTH]}.json"

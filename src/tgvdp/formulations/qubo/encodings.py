@@ -8,9 +8,9 @@ from tgvdp.formulations.problem.binary import FormulationWarning, warn_of_odditi
 from tgvdp.formulations.problem.instances import BinaryInstance
 from tgvdp.formulations.qubo.bits import encode_bits
 from tgvdp.formulations.qubo.encoded import Encoded
-from tgvdp.formulations.qubo.names import Encoding, PenaltyRule, Weights, bits_form, kinds_of
+from tgvdp.formulations.qubo.names import MULTIPLIER, UNARY, Encoding, PenaltyRule, Weights, bits_form, kinds_of
 from tgvdp.formulations.qubo.parts import joined, si_weights
-from tgvdp.formulations.qubo.penalties import spread_penalty, sufficient_penalty, tenfold_penalty
+from tgvdp.formulations.qubo.penalties import best_multiplier, spread_penalty, sufficient_penalty, tenfold_penalty
 from tgvdp.formulations.qubo.unary import encode_unary
 
 #: Most couplers of a QUBO: 20 million take two minutes and 4 GB to make.
@@ -30,8 +30,8 @@ def encode(instance: BinaryInstance, encoding: Encoding, penalty: PenaltyRule | 
     instance : BinaryInstance
     encoding : str
         ``bits`` (2N bits; nothing holds the speed within its limits), ``bits+slack`` (with a register per step that
-        does), ``unary`` (equal steps only; holds all constraints), or a printed form
-        (`tgvdp.formulations.qubo.names.bits_form`).
+        does), ``unary`` (equal steps only; holds all constraints), ``unary+multiplier`` (the distance as a linear term,
+        of the multiplier whose lower bound is best), or a printed form (`tgvdp.formulations.qubo.names.bits_form`).
     penalty : "sufficient", "tenfold", float or tuple of float, optional
         A tuple has a weight for each kind of violation. By default the instance's own ``lambda_uniform``, else
         ``sufficient``.
@@ -81,7 +81,7 @@ def _own_weights(encoding: Encoding, given: tuple[float, ...]) -> Weights:
 
 
 def _sufficient(instance: BinaryInstance, draft: Encoded) -> float:
-    if draft.encoding != "unary" and bits_form(draft.encoding).cubic:
+    if draft.encoding == MULTIPLIER or (draft.encoding != UNARY and bits_form(draft.encoding).cubic):
         return spread_penalty(draft.objective)
     return sufficient_penalty(instance, draft.encoding)
 
@@ -89,7 +89,9 @@ def _sufficient(instance: BinaryInstance, draft: Encoded) -> float:
 def _require_size(instance: BinaryInstance, encoding: Encoding) -> None:
     """The square of the distance couples all bits that move the train."""
     steps, unit = instance.steps, instance.acc_units
-    if encoding == "unary":
+    if encoding == MULTIPLIER:
+        return  # a strip of few couplers
+    if encoding == UNARY:
         bits = sum(min(k, steps - k, cap // unit) for k, cap in enumerate(instance.cap_units[:-1], start=1))
     else:
         bits = 2 * steps
@@ -101,8 +103,10 @@ def _require_size(instance: BinaryInstance, encoding: Encoding) -> None:
 
 
 def _with_weights(instance: BinaryInstance, encoding: Encoding, weights: Weights) -> Encoded:
-    if encoding == "unary":
+    if encoding == UNARY:
         return encode_unary(instance, 1.0, weights)
+    if encoding == MULTIPLIER:
+        return encode_unary(instance, 1.0, weights, best_multiplier(instance))
     form = bits_form(encoding)
     if form.cubic and instance.model != "efficiency":
         raise InputError(f"{instance.id}: {encoding}: cubic is the efficiency model's, got the {instance.model} model")

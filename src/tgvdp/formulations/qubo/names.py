@@ -8,6 +8,8 @@ if TYPE_CHECKING:
 
 #: Word for an encoding of the binary model as a QUBO, as `parse_encoding` reads it.
 Encoding: TypeAlias = str
+#: Domain walls; with the distance as a square, or as a linear term.
+UNARY, MULTIPLIER = "unary", "unary+multiplier"
 #: Those in the corrected form: ``bits`` alone holds no speed limits, the others hold all constraints.
 ENCODINGS: tuple[Encoding, ...] = ("bits", "bits+slack", "unary")
 
@@ -75,7 +77,7 @@ def parse_encoding(text: str) -> Encoding:
     ValueError
         When it is none.
     """
-    return text if text == "unary" else bits_form(text).word
+    return text if text in (UNARY, MULTIPLIER) else bits_form(text).word
 
 
 class Weights(NamedTuple):
@@ -97,8 +99,8 @@ class Weights(NamedTuple):
 
 def kinds_of(encoding: Encoding) -> tuple[str, ...]:
     """Kinds of violations that an encoding can have: the first fields of `Weights`."""
-    if encoding == "unary":
-        return Weights._fields[:2]
+    if encoding in (UNARY, MULTIPLIER):
+        return Weights._fields[: 2 if encoding == UNARY else 1]
     return Weights._fields[: 3 if bits_form(encoding).limits == "none" else 4]
 
 

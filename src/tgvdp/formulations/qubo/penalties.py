@@ -22,6 +22,10 @@ from tgvdp.formulations.qubo.qubo import Qubo
 _TENFOLD = 10.0
 #: The sufficient weight must exceed its bound.
 _ABOVE = 1.05
+#: Bits x, y of a step of a plan.
+_ACTIONS = ((0, 0), (1, 0), (0, 1))
+#: Of a multiplier, over the largest cost of a step.
+_MULTIPLIER_DIGITS = 1e-6
 
 
 def tenfold_penalty(objective: Qubo) -> float:
@@ -75,6 +79,31 @@ def critical_penalty(objective: Qubo, violation: Qubo) -> float:
     return max(0.0, float(((f[feasible].min() - f[~feasible]) / broken[~feasible]).max()))
 
 
+def best_multiplier(instance: BinaryInstance) -> float:
+    """Lagrange multiplier μ of the distance of unit steps whose lower bound is the best, in (m/s)² per step of Δv·Δt.
+
+    The bound min over plans of f + μ·(Σv − D), a dynamic program over speeds, is concave in μ, so that thirds of a
+    range find its top. With a tolerance D is the end that μ favours less.
+    """
+    least, most = (distance / instance.acc_units for distance in instance.distance_range)
+    top = max(instance.cap_units[:-1], default=0)
+    v = np.arange(top + 1, dtype=np.float64)
+    largest = max(float(np.abs(_cost(instance, v, x, y)).max()) for x, y in _ACTIONS)
+
+    def bound(multiplier: float) -> float:
+        value = _stop_to_stop(instance, 1.0, multiplier / instance.acc_units)
+        return value - multiplier * (most if multiplier > 0.0 else least)
+
+    low, high = -2.0 * largest, 2.0 * largest
+    while high - low > _MULTIPLIER_DIGITS * largest:
+        third = (high - low) / 3.0
+        if bound(low + third) < bound(high - third):
+            low += third
+        else:
+            high -= third
+    return 0.5 * (low + high) * float(decimal(instance.dv_mps) ** 2)
+
+
 def _least_unary(instance: BinaryInstance) -> float:
     """Least objective of any unary string, in Δv²: each level is a chain that starts and ends at 0."""
     if instance.model != "efficiency":
@@ -95,9 +124,14 @@ def _least_bits(instance: BinaryInstance) -> float:
 
 def _most_from_stop_to_stop(instance: BinaryInstance) -> float:
     """Largest objective of a plan from stop to stop within the speed limits, in Δv²: at any distance."""
+    return -_stop_to_stop(instance, -1.0)
+
+
+def _stop_to_stop(instance: BinaryInstance, sign: float, per_speed: float = 0.0) -> float:
+    """Least sign · objective + per_speed · Σv of any plan from stop to stop within the speed limits, in Δv²."""
     top = min(max(instance.cap_units[:-1], default=0), instance.acc_units * instance.steps)
-    least = _extreme(instance, 0, top, ((0, 0), (1, 0), (0, 1)), caps=(*instance.cap_units[:-1], 0), sign=-1.0)[0]
-    return -float(least)
+    caps = (*instance.cap_units[:-1], 0)
+    return float(_extreme(instance, 0, top, _ACTIONS, caps, sign, per_speed)[0])
 
 
 def _extreme(
@@ -107,8 +141,9 @@ def _extreme(
     actions: tuple[tuple[int, int], ...],
     caps: tuple[int, ...] | None = None,
     sign: float = 1.0,
+    per_speed: float = 0.0,
 ) -> NDArray[np.float64]:
-    """Least sign · objective to go from each speed bottom..top at the start, by dynamic programming over speeds."""
+    """Least sign · objective + per_speed · Σv to go from each speed bottom..top, by dynamic programming over speeds."""
     v = np.arange(bottom, top + 1, dtype=np.float64)
     worth = np.zeros(v.size)
     if caps is not None:
@@ -120,7 +155,7 @@ def _extreme(
             to = np.arange(v.size) + u
             inside = (to >= 0) & (to < v.size)
             candidate = np.full(v.size, np.inf)
-            candidate[inside] = worth[to[inside]] + sign * _cost(instance, v[inside], x, y)
+            candidate[inside] = worth[to[inside]] + sign * _cost(instance, v[inside], x, y) + per_speed * v[to[inside]]
             best = np.minimum(best, candidate)
         if caps is not None and k:
             best[v > caps[k - 1]] = np.inf

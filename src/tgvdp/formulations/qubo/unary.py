@@ -15,7 +15,7 @@ from tgvdp.formulations.problem.binary import schedule_of_speeds
 from tgvdp.formulations.problem.instances import BinaryInstance, decimal
 from tgvdp.formulations.problem.schedule import Check, Schedule
 from tgvdp.formulations.qubo.encoded import Bits, Encoded
-from tgvdp.formulations.qubo.names import Weights
+from tgvdp.formulations.qubo.names import MULTIPLIER, UNARY, Weights
 from tgvdp.formulations.qubo.parts import Builder, joined
 
 
@@ -34,7 +34,8 @@ def encode_unary(
         Relative weights of violations; equal by default.
     multiplier : float, optional
         μ in (m/s)² per unit of distance: add μ·(Σt − D') instead of the square of Σt − D'. The graph of couplers is
-        then a strip of low treewidth, and the minimum over all strings a lower bound on the optimum.
+        then a strip of low treewidth, and the minimum over all strings a lower bound on the optimum. A distance with a
+        tolerance counts by its end that μ favours less.
 
     Raises
     ------
@@ -77,9 +78,17 @@ def encode_unary(
 
     alone = range(sum(map(len, columns)), objective.n)  # slack bits of a tolerance
     return Encoded(
-        joined(objective, violation, penalty), instance, "unary", penalty, decode, objective, violation, parts.weights,
+        joined(objective, violation, penalty),
+        instance,
+        UNARY if multiplier is None else MULTIPLIER,
+        penalty,
+        decode,
+        objective,
+        violation,
+        parts.weights,
+        complete=multiplier is None,
         registers=(*(tuple(column) for column in columns if column), *((bit,) for bit in alone)),
-    )  # fmt: skip
+    )
 
 
 def _add_distance(parts: Builder, instance: BinaryInstance, bits: list[int], multiplier: float | None) -> None:
@@ -87,7 +96,8 @@ def _add_distance(parts: Builder, instance: BinaryInstance, bits: list[int], mul
     if multiplier is not None:
         for bit in bits:
             parts.objective.add_linear(bit, multiplier)
-        parts.objective.add_constant(-multiplier * instance.distance_units / unit)
+        least, most = instance.distance_range
+        parts.objective.add_constant(-multiplier * (most if multiplier > 0.0 else least) / unit)
         return
     least, most = instance.distance_range
     parts.require_distance({bit: 1.0 for bit in bits}, -(-least // unit), most // unit)

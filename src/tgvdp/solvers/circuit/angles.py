@@ -84,9 +84,10 @@ def space_of(encoded: Encoded, mixer: MixerChoice) -> Space:
 def solve_qaoa(encoded: Encoded, allowance: Allowance) -> Solution:
     """Sample the state of QAOA; uses ``reads`` (shots), ``seed``, ``backend`` and what `_angles` does.
 
-    The solution is the best of the shots. ``success_probability`` in its details is that of one shot, exact (without
-    noise), to give a string that violates nothing and reaches the constrained optimum; ``random_probability`` is that
-    of drawing bits by tossing coins. ``setup_s`` is the time before the first shot: energies, angles, state.
+    The solution is the best of the shots. ``success_probability`` in its details is that of one shot to give a string
+    that violates nothing and reaches the constrained optimum: exact of the simulated state, the share of the shots on a
+    machine; ``random_probability`` is that of drawing bits by tossing coins. ``setup_s`` is the time before the first
+    shot: energies, angles, state.
 
     Raises
     ------
@@ -121,6 +122,8 @@ def solve_qaoa(encoded: Encoded, allowance: Allowance) -> Solution:
         **machine,
         **probabilities(encoded, space, np.abs(state) ** 2),
     }
+    if allowance.backend is not None:  # what the machine does without its noise is none of its figures
+        details |= _of_shots(encoded, space, samples)
     return sampled_solution("qaoa", encoded, samples, elapsed_s, details)
 
 
@@ -198,6 +201,13 @@ def probabilities(encoded: Encoded, space: Space, chance: NDArray[np.float64]) -
         "ground_state_probability": float(chance[ground].sum()),
         "unviolated_probability": float(chance[unbroken].sum()),
     }
+
+
+def _of_shots(encoded: Encoded, space: Space, samples: Samples) -> dict[str, float | None]:
+    """The figures of `probabilities` as shares of shots."""
+    numbers = samples.bits.astype(np.int64) @ (1 << np.arange(encoded.qubo.n, dtype=np.int64))
+    chance = np.bincount(numbers, samples.counts, minlength=space.energies.size) / samples.total
+    return probabilities(encoded, space, chance)
 
 
 def _optima(encoded: Encoded, space: Space, unbroken: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -57,10 +57,7 @@ def run_circuit(circuit: Circuit, backend: str, shots: int, seed: int) -> tuple[
     machine = fake_backend(backend) if backend.startswith(FAKE) else _runtime_backend(backend)
     if machine.num_qubits < circuit.n:
         raise InputError(f"solver qaoa: {backend} has {machine.num_qubits} qubits, the circuit {circuit.n}")
-    manager = extra("qiskit.transpiler", _PURPOSE).generate_preset_pass_manager(
-        optimization_level=3, backend=machine, seed_transpiler=seed
-    )
-    native = manager.run(qiskit_circuit(circuit))
+    native = native_circuit(circuit, machine, seed)
     if backend.startswith(FAKE):
         aer = extra("qiskit_aer", _PURPOSE)
         counts = (
@@ -72,6 +69,14 @@ def run_circuit(circuit: Circuit, backend: str, shots: int, seed: int) -> tuple[
     two_qubit_gates = native.num_nonlocal_gates()
     details = {"backend": backend, "depth": int(native.depth()), "two_qubit_gates": int(two_qubit_gates)}
     return samples_of_counts(counts, circuit.n), details
+
+
+def native_circuit(circuit: Circuit, machine: Any, seed: int) -> Any:
+    """The circuit in the gates and couplings of a machine; ``seed`` is of the choice of qubits."""
+    manager = extra("qiskit.transpiler", _PURPOSE).generate_preset_pass_manager(
+        optimization_level=3, backend=machine, seed_transpiler=seed
+    )
+    return manager.run(qiskit_circuit(circuit))
 
 
 def samples_of_counts(counts: Mapping[str, int], n: int) -> Samples:

@@ -1,0 +1,113 @@
+"""``tgvdp decode``: samples from outside, in each form, and files that are none."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tgvdp.cli import main
+from tgvdp.formulations.problem.instances import read_instance
+from tgvdp.formulations.qubo.encodings import encode
+from tgvdp.instances import find
+from tgvdp.solvers.samplers.bqm import bqm_of
+
+#: easy-n004 in unary: bits t1_1, t2_1, t2_2, t3_1; an optimum, and the standing train.
+LABELS = ("t1_1", "t2_1", "t2_2", "t3_1")
+OPTIMUM, NOTHING = (1, 1, 0, 0), (0, 0, 0, 0)
+
+
+@pytest.fixture
+def decoded(tmp_path, capsys):
+    def run(name, content, *words):
+        path = tmp_path / name
+        path.write_text(content)
+        code = main(["decode", "easy-n004", str(path), *words, "--json"])
+        captured = capsys.readouterr()
+        return code, json.loads(captured.out) if captured.out else captured.err
+
+    return run
+
+
+def forms():
+    dimod = pytest.importorskip("dimod")
+    bqm = bqm_of(encode(read_instance(find("easy-n004")), "unary").qubo)
+    strings = [dict(zip(LABELS, bits, strict=True)) for bits in (OPTIMUM, NOTHING)]
+    sampleset = dimod.SampleSet.from_samples_bqm(strings, bqm)
+    sampleset = dimod.SampleSet.from_samples(strings, "BINARY", sampleset.record.energy, num_occurrences=[3, 2])
+    rows = "".join(f"{count},{','.join(map(str, bits[::-1]))}\n" for count, bits in ((3, OPTIMUM), (2, NOTHING)))
+    spins = rows.replace("0", "-1")
+    return {
+        "set.json": json.dumps(sampleset.to_serializable()),
+        "spins.json": json.dumps(sampleset.change_vartype("SPIN", inplace=False).to_serializable()),
+        "counts.json": json.dumps({"0011": 3, "0000": 2}),
+        "table.csv": f"count,{','.join(LABELS[::-1])}\n{rows}",
+        "spins.csv": f"count,{','.join(LABELS[::-1])}\n{spins}",
+    }
+
+
+@pytest.mark.parametrize("name", ["set.json", "spins.json", "counts.json", "table.csv", "spins.csv"])
+def test_every_form_gives_the_same(decoded, name):
+    code, found = decoded(name, forms()[name], "--encoding", "unary")
+    assert code == 0
+    assert found["feasible"] and found["replay"]["feasible"] and not found["optimal"]
+    assert found["objective"] == 0.7
+    assert found["speeds"] == [0, 1, 1, 0, 0]
+    assert [found["details"][key] for key in ("reads", "feasible_reads", "best_reads")] == [5, 3, 3]
+
+
+def test_nothing_feasible_ends_with_5_and_the_table_tells_the_reads(decoded, tmp_path, capsys):
+    assert decoded("counts.json", '{"0000": 4}')[0] == 5
+    (tmp_path / "good.json").write_text('{"0011": 1, "0000": 3}')
+    assert main(["decode", "easy-n004", str(tmp_path / "good.json")]) == 0
+    assert "4, 1 feasible; 1 reach this objective, 25.0% of all" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("content", "part"),
+    [
+        ('{"00110": 1}', "no string of the 4 bits"),
+        ('{"0011": 0}', "above 0"),
+        ("{}", "holds neither"),
+        ("[1, 2]", "holds neither"),
+        ('{"type": "SampleSet"}', "damaged SampleSet"),
+        ("", "no column"),
+        ("t1_1,t2_1,t2_2\n1,1,0\n", "no column 't3_1'"),
+        ("t1_1,t2_1,t2_2,t3_1\n", "holds no sample"),
+        ("t1_1,t2_1,t2_2,t3_1\n1,1,0\n", "line 2"),
+        ("t1_1,t2_1,t2_2,t3_1\n1,1,0,2\n", "bits must be 0 and 1"),
+        ("t1_1,t2_1,t2_2,t3_1,count\n1,1,0,0,-1\n", "above 0"),
+    ],
+)
+def test_other_files_are_one_line(decoded, content, part):
+    code, err = decoded("wrong", content)
+    assert code == 3
+    assert part in err and "wrong" in err and err.count("\n") == 1
+
+
+def test_demand_instances_and_missing_files_are_refused(capsys, tmp_path):
+    assert main(["decode", "demand-n004", "x"]) == 3
+    assert main(["decode", "easy-n004", str(tmp_path / "absent")]) == 3
+    assert capsys.readouterr().err.count("\n") == 2
+
+
+def test_written_forms_hold_the_energies_of_the_qubo(tmp_path):
+    from itertools import product
+
+    qubo = encode(read_instance(find("easy-n004")), "unary").qubo
+    files = {target: tmp_path / target for target in ("qs", "ising")}
+    for target, path in files.items():
+        assert main(["formulate", "easy-n004", "--to", target, "-o", str(path)]) == 0
+    head, size, *lines = files["qs"].read_text().splitlines()
+    offset = float(head.removeprefix("# ObjectiveOffset "))
+    assert size == f"{qubo.n} {len(lines)}"
+    matrix = np.zeros((qubo.n, qubo.n))
+    for line in lines:
+        i, j, value = line.split()
+        matrix[int(i) - 1, int(j) - 1] = matrix[int(j) - 1, int(i) - 1] = float(value)
+    ising = json.loads(files["ising"].read_text())
+    for bits in product((0, 1), repeat=qubo.n):
+        x = np.array(bits)
+        assert offset + x @ matrix @ x == pytest.approx(float(qubo.energy(x)))
+        s = dict(zip(qubo.labels, 2 * x - 1, strict=True))
+        energy = ising["offset"] + sum(h * s[i] for i, h in ising["h"].items())
+        assert energy + sum(value * s[i] * s[j] for i, j, value in ising["J"]) == pytest.approx(float(qubo.energy(x)))
