@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from tgvdp.line.cells import Cells
 from tgvdp.model.track import POWERED
-from tgvdp.physics.cell import Rows, cell_at, rest_of
-from tgvdp.physics.forces import KernelTrain, unpowered
+from tgvdp.physics.cell import Cell, Rows
+from tgvdp.physics.forces import KernelTrain
 from tgvdp.physics.motion import land, march
 
 _Floats = NDArray[np.float64]
@@ -120,7 +120,7 @@ class Driver(NamedTuple):
     def _driven(self, regime: int, sign: float, x: float, w: float, least_w: float, under: Curve) -> tuple[Curve, bool]:
         station_m = self.cells.station_m
         top_w = float(under.w.max()) * (1.0 + _SAME)
-        dark = unpowered(self.train)
+        dark = self.train._replace(traction=self.train.no_effort, braking=self.train.no_effort)
         scratch = Rows(*np.empty((2, _ROOM)))
         xs, ws = [np.array([x])], [np.array([w])]
         held = False
@@ -128,7 +128,7 @@ class Driver(NamedTuple):
             k = int(np.searchsorted(station_m, x, side="right" if sign > 0.0 else "left")) - 1
             k = min(max(k, 0), len(self.cells.length_m) - 1)
             end = float(station_m[k + 1] if sign > 0.0 else station_m[k])
-            cell = rest_of(cell_at(self.cells, k), float(station_m[k]), abs(end - x))
+            cell = self._cell(k, abs(end - x))
             here = self.train if self.cells.supply[k] == POWERED else dark
             rises = land(here, regime, sign, cell, _NEAR * cell.length_m, w) > w
             if not rises and w <= least_w * (1.0 + _SAME):
@@ -145,6 +145,12 @@ class Driver(NamedTuple):
         x_m, speeds = np.concatenate(xs), np.concatenate(ws)
         order = slice(None, None, -1) if sign < 0.0 else slice(None)
         return Curve(x_m[order], speeds[order]), held
+
+    def _cell(self, k: int, length_m: float) -> Cell:
+        """A cell, as long as is left of it."""
+        own = self.cells
+        ends = float(own.station_m[k]), float(own.station_m[k + 1])
+        return Cell(*ends, length_m, float(own.grade_n[k]), float(own.air[k]), float(own.limit_w[k]))
 
     def _is_over(self, x_m: float, w: float, under: Curve) -> bool:
         """Whether a curve is left upwards."""

@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import tgvdp
+from benchmarks.proof.trips import proof_trip
 from tests.helpers.fronts import front_to
 from tests.helpers.trips import commuter, trip_on
 from tgvdp.errors import InfeasibleError
@@ -136,3 +138,11 @@ def test_a_line_that_is_barely_climbed_still_saves_by_time(share):
 def test_a_line_that_takes_all_effort_is_not_climbed():
     with pytest.raises(InfeasibleError, match="stalls at 0 m"):
         fastest_run(barely_climbable(1.0))
+
+
+@pytest.mark.parametrize("seed", [20149, 20210])
+def test_no_brakes_where_the_train_slows_down_by_more_than_its_braking_rate_anyway(seed):
+    """Rows of one effort make up for nothing at their end: there braking is not allowed, however little of it."""
+    drawn = proof_trip(seed)
+    result = tgvdp.search(drawn.train, drawn.track, points=6, **drawn.options)
+    assert all(verdict.ok for verdict in result.verify())

@@ -22,6 +22,8 @@ _HELD = 1e-5
 #: acceleration misses the duration by 1e-7 or two; at most ...
 _ROWS_PER_CHANGE = 300.0
 _MOST_ROWS = 12.0
+#: ... in so many sweeps, each of which corrects the effort of all rows by what the last one would have to make up for.
+_EFFORT_SWEEPS = 3
 #: Relative distance in v² within which a run is on the braking curve.
 ON_CURVE = 1e-8
 #: Share of a length within which two positions are one.
@@ -94,15 +96,37 @@ def _gives(train, cell, effort, v):
 
 @part
 def _evenly(train, cell, w, target, rows, n):
-    """Append rows of one effort through a cell; a single one, of one acceleration, where a limit is near."""
+    """Append rows of one effort through a cell; a single one, of one acceleration, where a limit is near.
+
+    An effort that one row would pull, and several would brake, is none: braking may not be allowed at all.
+    """
     effort = duration_and_work(train, cell.length_m, cell.grade_n, cell.air, w, target)[1] / cell.length_m
     free = _gives(train, cell, effort, math.sqrt(w)) and _gives(train, cell, effort, math.sqrt(target))
     parts = _parts(w, target) if free else 1
-    pushed = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n - effort, cell.air, cell.limit_w)
-    for i in range(1, parts):
-        w = coast(train, pushed, cell.length_m / parts, w)
-        n = _append(cell.start_m + i * cell.length_m / parts, w, rows, n)
-    return _append(cell.end_m, target, rows, n)
+    sweeps = _EFFORT_SWEEPS if parts > 1 else 1
+    per_effort = 2.0 * cell.length_m / train.inertia_kg
+    pulls = effort >= 0.0
+    step = 0.0
+    before = w
+    last = n
+    coasts = False
+    for sweep in range(sweeps):
+        pushed = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n - effort, cell.air, cell.limit_w)
+        last = n
+        landed = w
+        for i in range(1, parts + 1):
+            landed = coast(train, pushed, cell.length_m / parts, landed)
+            last = _append(cell.start_m + i * cell.length_m / parts, landed, rows, last)
+        if sweep > 0 and step != 0.0 and landed != before:
+            per_effort = (landed - before) / step
+        step = (target - landed) / per_effort
+        before = landed
+        coasts = pulls and effort == 0.0
+        effort = max(effort + step, 0.0) if pulls else effort + step
+    rows.x[last - 1] = cell.end_m
+    if parts == 1 or not coasts:
+        rows.w[last - 1] = target
+    return last
 
 
 @part
