@@ -9,7 +9,7 @@ import tgvdp
 from tests.helpers.twins.level import optimal_run
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate.front import optimal_front
-from tgvdp.methods.extremal.command import AT
+from tgvdp.methods.extremal.command import AT, COMMAND_COLUMNS
 from tgvdp.methods.extremal.solve import Solver
 from tgvdp.methods.extremal.sweep import ACTIVE, SLOPE
 from tgvdp.model.energy import PANTOGRAPH, EnergyModel
@@ -37,7 +37,7 @@ def hills():
 
 def coasts(price, *at_m):
     """Traction, then coasting and traction in turn."""
-    commands = np.zeros((len(at_m) + 1, 4))
+    commands = np.zeros((len(at_m) + 1, COMMAND_COLUMNS))
     commands[1::2, 0] = COASTING
     commands[1:, AT] = at_m
     commands[:, 2] = commands[:, AT]

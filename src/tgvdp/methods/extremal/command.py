@@ -2,10 +2,10 @@
 
 from tgvdp._jit import part
 
-#: Columns of a command, (n, 4): regime, position from the origin in m, position from which it may hold, and whether its
-#: switch is bound: `sweep.PINNED`, or 0.
-REGIME, AT, HOLDS_FROM, BOUND = range(4)
-COMMAND_COLUMNS = 4
+#: Columns of a command, (n, 5): regime, position from the origin in m, position from which it may hold, whether its
+#: switch is bound (`sweep.PINNED`, `sweep.FROZEN`, or 0), and where the run from a pinned one touches the envelope.
+REGIME, AT, HOLDS_FROM, BOUND, TOUCH = range(5)
+COMMAND_COLUMNS = 5
 
 
 @part
@@ -15,6 +15,7 @@ def write_command(commands, at, regime, from_m, holds_from_m):
     commands[at, AT] = from_m
     commands[at, HOLDS_FROM] = holds_from_m
     commands[at, BOUND] = 0.0
+    commands[at, TOUCH] = -1.0
     return at + 1
 
 

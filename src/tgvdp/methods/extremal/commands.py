@@ -146,7 +146,7 @@ def extract(train, course, levels, x, w, n, short_s, cell, phases, commands):
     cell : (size,) int64, scratch
     phases : (size, 5) float64, scratch
         Regime, first and last row, duration, position of its start.
-    commands : (size, 4) float64, modified in place
+    commands : (size, COMMAND_COLUMNS) float64, modified in place
 
     Returns
     -------

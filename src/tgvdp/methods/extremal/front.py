@@ -38,11 +38,13 @@ _PRUNED = 1e-5
 _MARKS = 8
 _MORE_MARKS = 8
 #: What is dearer than the program's run by this share of energy at its multiplier will hardly become an extremal; after
-#: so many searches without any there is none.
+#: so many searches in vain in a row there are no more.
 _HOPELESS = 3e-3
 _MOST_IN_VAIN = 3
 #: Longest step of the running time along the front, as a share.
 _STRIDE = 0.006
+#: Steps from an extremal of a multiplier to a running time, where one is too long.
+_STEPS = 4
 #: Two energies at one time are the same within this share.
 _SAME_ENERGY = 1e-7
 #: Largest share by which a row's effort may pass its limit: it may join the envelope within one of its rows.
@@ -103,6 +105,7 @@ class _Cleaning:
         at = np.searchsorted(self.target_s, found.duration_s * (1.0 - _SAME))
         self.own[at[at < len(self.own)]] = np.flatnonzero(at < len(self.own))
         self.points: dict[int, _Point] = {}
+        self.searched: set[int] = set()
 
     def result(self) -> OptimalRuns:
         """The program's runs, replaced where that is possible."""
@@ -111,17 +114,23 @@ class _Cleaning:
             wanted = wanted[self.target_s[wanted] <= self.found.duration_s[-1]]
         if len(wanted):
             self.first, self.last = int(wanted[0]), int(wanted[-1])
-            for count, k in enumerate(np.unique(np.linspace(self.first, self.last, _MARKS + 1).astype(np.int64)[1:])):
-                self._search(int(k))
-                if count + 1 == _MOST_IN_VAIN and not self.points:
-                    return self._joined()
-            left = [k for k in wanted.tolist() if k not in self.points]
-            for _ in range(_MORE_MARKS):
-                if not left:
+            marks = np.unique(np.linspace(self.first, self.last, _MARKS + 1).astype(np.int64)[1:]).tolist()
+            vain = 0
+            for _ in range(_MARKS + _MORE_MARKS):
+                if vain == _MOST_IN_VAIN:
                     break
-                tried = left[len(left) // 2]
-                self._search(tried)
-                left = [k for k in left if k not in self.points and k != tried]
+                if marks:
+                    k = marks.pop(0)
+                else:
+                    left = [k for k in wanted.tolist() if k not in self.points and k not in self.searched]
+                    if not left:
+                        break
+                    k = left[len(left) // 2]
+                if k in self.points and self._excess(k, self.points[k].extremal, 0.0) <= 0.0:
+                    continue
+                self.searched.add(k)
+                self._search(k)
+                vain = 0 if k in self.points else vain + 1
         return self._joined()
 
     def _search(self, k: int) -> None:
@@ -183,10 +192,10 @@ class _Cleaning:
         solver = self.solver
         aims, tolerance_s = self._aims(k, after), self._tolerance_s(k)
         found, ahead, ahead_price = solver.meet(commands, price, *aims, tolerance_s)
-        if found is None:
+        if found is None or self._excess(k, found) > _DEARER:
             settled = solver.at_price(unbound(commands), price)
             if settled is not None:
-                found, ahead, ahead_price = solver.meet(settled.commands, price, *aims, tolerance_s)
+                found, ahead, ahead_price = self._approach(settled, aims, tolerance_s)
         if found is None:
             return None
         fewer = solver.shorter(found)
@@ -207,12 +216,25 @@ class _Cleaning:
         self.points[k] = _Point(found, *rows[:3])
         return ahead, ahead_price
 
+    def _approach(
+        self, settled: Extremal, aims: tuple[float, float], tolerance_s: float
+    ) -> tuple[Extremal | None, Floats, float]:
+        """Go on from an extremal to a running time in small steps."""
+        way_s = [*np.linspace(settled.time_s, aims[0], _STEPS + 1).tolist(), aims[1]]
+        found: Extremal | None = settled
+        commands, price = settled.commands, settled.price
+        for aim_s, next_s in pairwise(way_s):
+            found, commands, price = self.solver.meet(commands, price, aim_s, next_s, tolerance_s)
+            if found is None:
+                break
+        return found, commands, price
+
     def _base_j(self, k: int) -> float:
         """Energy that shares are of."""
         return max(abs(float(self.energies[min(k, len(self.energies) - 1)])), _LEAST_SHARE * self.scale_j)
 
-    def _excess(self, k: int, extremal: Extremal) -> float:
-        """By what share an extremal is dearer than the program's run at the same time."""
+    def _excess(self, k: int, extremal: Extremal, doubt: float = _TIME_DOUBT) -> float:
+        """By what share an extremal is dearer than the program's run at the same time, which is in doubt by a share."""
         own = int(self.own[k])
         if own < 0:
             own = int(np.searchsorted(self.found.duration_s, self.target_s[k])) - 1
@@ -221,7 +243,7 @@ class _Cleaning:
         if late_s > 0.05 * extremal.time_s:  # a faster run stood for the target: to be cheaper is all that is asked
             late_s = 0.0
         base_j = self._base_j(own)
-        doubt_j = price * _TIME_DOUBT * extremal.time_s
+        doubt_j = price * doubt * extremal.time_s
         return (extremal.energy_j + price * late_s - doubt_j - float(self.energies[own])) / base_j
 
     def _joined(self) -> OptimalRuns:

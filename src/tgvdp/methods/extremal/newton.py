@@ -8,158 +8,42 @@ envelope instead. From one point of a front to the next two or three runs do.
 import math
 
 from tgvdp._jit import kernel, part
-from tgvdp.methods.extremal.command import AT, BOUND, HOLDS_FROM, REGIME, copy_command, copy_commands
+from tgvdp.methods.extremal.blocks import compare_blocks, refuse, refuse_all, remember
+from tgvdp.methods.extremal.command import BOUND, TOUCH, copy_commands
 from tgvdp.methods.extremal.course import held_speeds
-from tgvdp.methods.extremal.pins import fix_corners, pin, release
-from tgvdp.methods.extremal.simulate import is_anchor, simulate
+from tgvdp.methods.extremal.pins import fix_corners, is_short, pin, release, touches
+from tgvdp.methods.extremal.simulate import simulate
+from tgvdp.methods.extremal.step import apply_step, drop_vanishing, newton_step, without_superseded
 from tgvdp.methods.extremal.sweep import (
     ACTIVE,
-    BY_MULTIPLIER,
-    CROSS,
     CURVATURE,
     FIXED,
-    FLOW,
-    GAIN,
-    HELD_W,
-    JUMP,
-    OF_TIME,
+    FROZEN,
     PINNED,
     sweep,
 )
 
 #: What a step may still promise of E + λT where the run is an extremal.
 _ENOUGH = 1e-10
-#: Largest step of the multiplier, as a share; and of a switch, as a share of the distance.
+#: Largest step of the multiplier, as a share.
 _MOST_CHANGE = 0.4
-_LONGEST = 0.03
-#: Share of the room between two switches that their steps may take.
-_OF_ROOM = 0.9
-_NOWHERE_M = 1e-6
+#: After so many runs at a multiplier each block takes its own step.
+_TOGETHER = 9
 #: Shares of the distance within which traction begins at a corner, along a front and when commands are new.
 _AT_CORNER = 1e-6
 _NEAR_CORNER = 4e-3
-#: Where a step at a multiplier raises the cost, so much of it is tried next, down to so much of it.
-_SHRINK = 0.25
-_LEAST_STEP = 2e-3
 
 
 @part
-def _solve(count, work, by_multiplier):
-    """Newton's step of all switches, and its derivative by the multiplier.
-
-    Returns what the step changes of the running time, dT/dλ, and what it promises of E + λT.
-    """
-    found = work.found
-    pinned = work.pinned
-    step = work.step
-    rate = work.rate
-    change = 0.0
-    per_price = by_multiplier
-    promise = 0.0
-    dw = 0.0
-    dw_price = 0.0
-    before = -1
+def _begin(course, commands, count, timed, work):
+    """Make commands ready; returns their number. What was frozen may move again where the multiplier stays."""
+    count = without_superseded(commands, count)
     for i in range(count):
-        step[i] = 0.0
-        rate[i] = 0.0
-        row = found[i]
-        if row[ACTIVE] == 0.0 or pinned[i] == FIXED:
-            continue
-        if before >= 0 and row[FLOW] > 0.0:
-            dw = row[FLOW] * (dw + 2.0 * found[before, JUMP] * step[before])
-            dw_price = row[FLOW] * (dw_price + 2.0 * found[before, JUMP] * rate[before])
-        else:
-            dw = 0.0
-            dw_price = row[HELD_W]
-        if pinned[i] == PINNED:
-            step[i] = (work.miss[i] / work.flow_on[i] - dw) / (2.0 * row[JUMP])
-            rate[i] = -dw_price / (2.0 * row[JUMP])
-        else:
-            step[i] = -(row[GAIN] + row[CROSS] * dw) / row[CURVATURE]
-            rate[i] = -(row[BY_MULTIPLIER] + row[CROSS] * dw_price) / row[CURVATURE]
-            promise += 0.5 * row[CURVATURE] * step[i] * step[i]
-        change += row[OF_TIME] * step[i]
-        per_price += row[OF_TIME] * rate[i]
-        before = i
-    return change, per_price, promise
-
-
-@part
-def _apply(commands, count, work, step, rate, dprice, end):
-    """Commands after a step, in ``work.trial``; where two come closer than there is room for, both take less of it.
-
-    Those that change nothing are in nobody's way.
-    """
-    share = work.share
-    trial = work.trial
-    last = 0
-    for i in range(count):
-        trial[i, AT] = step[i] + rate[i] * dprice
-        share[i] = min(1.0, _LONGEST * end / max(abs(trial[i, AT]), 1e-300))
-    for i in range(1, count):
-        if work.found[i, ACTIVE] == 0.0:
-            continue
-        closer = trial[last, AT] - trial[i, AT]
-        room = commands[i, AT] - commands[last, AT]
-        if closer > _OF_ROOM * room:
-            share[last] = min(share[last], _OF_ROOM * room / closer)
-            share[i] = min(share[i], _OF_ROOM * room / closer)
-        last = i
-    for i in range(count):
-        trial[i, AT] = commands[i, AT] + share[i] * trial[i, AT]
-    for i in range(count - 1, 1, -1):
-        if work.found[i - 1, ACTIVE] == 0.0:
-            trial[i - 1, AT] = min(trial[i - 1, AT], trial[i, AT])
-    for i in range(count):
-        if i > 0:
-            trial[i, AT] = max(trial[i, AT], trial[i - 1, AT])
-        holds = commands[i, HOLDS_FROM] == commands[i, AT]
-        trial[i, HOLDS_FROM] = trial[i, AT] if holds else commands[i, HOLDS_FROM]
-        trial[i, REGIME] = commands[i, REGIME]
-        trial[i, BOUND] = commands[i, BOUND]
-
-
-@part
-def _tidy(commands, count):
-    """Leave out commands that are superseded where they begin; returns the number of the others."""
-    size = 1
-    for i in range(1, count):
-        if i + 1 < count and commands[i + 1, AT] <= commands[i, AT] + _NOWHERE_M:
-            continue
-        size = copy_command(commands, i, commands, size)
-    return size
-
-
-@part
-def _drop_vanishing(commands, count, work, dprice, short_s):
-    """Drop phases that a step would end before they begin, if they are short; returns the number of commands."""
-    found = work.found
-    step = work.step
-    rate = work.rate
-    rows = work.whole
-    starts = work.starts
-    size = 0
-    for i in range(count):
-        if size >= 2 and found[i, ACTIVE] != 0.0 and found[i - 1, ACTIVE] != 0.0:
-            closer = step[i - 1] - step[i] + (rate[i - 1] - rate[i]) * dprice
-            room = commands[i, AT] - commands[i - 1, AT]
-            short = rows.time[starts[i]] - rows.time[starts[i - 1]] < short_s
-            if closer > _OF_ROOM * room and short and commands[size - 2, REGIME] == commands[i, REGIME]:
-                size -= 1
-                if not is_anchor(rows.regime[starts[i - 1]]):  # else what leaves the hold
-                    commands[size - 1, HOLDS_FROM] = max(commands[size - 1, HOLDS_FROM], commands[i, HOLDS_FROM])
-                    continue
-        size = copy_command(commands, i, commands, size)
-    return size
-
-
-@part
-def _begin(course, commands, count, reach, work):
-    """Make commands ready; returns their number."""
-    count = _tidy(commands, count)
-    fix_corners(course, commands, count, reach * course.x_m[-1], work.pinned)
-    for i in range(count):
-        work.touch[i] = -1.0
+        bound = int(commands[i, BOUND])
+        work.pinned[i] = 0 if bound == FROZEN and not timed else bound
+        work.touch[i] = commands[i, TOUCH] if bound == PINNED else -1.0
+    if timed:
+        fix_corners(course, commands, count, _AT_CORNER * course.x_m[-1], work.pinned)
     return count
 
 
@@ -167,9 +51,10 @@ def _begin(course, commands, count, reach, work):
 def _forget(count, work):
     """Forget what is pinned: commands were dropped."""
     for i in range(count):
-        work.pinned[i] = FIXED if work.pinned[i] == FIXED else 0
+        work.pinned[i] = work.pinned[i] if work.pinned[i] >= FIXED else 0
         work.touch[i] = -1.0
         work.gain[i] = 0.0
+        work.shrink[i] = 1.0
 
 
 @part
@@ -180,10 +65,10 @@ def _look(train, course, levels, commands, count, start_w, price, turn, work):
     -------
     n, happened : int
         As of `simulate`.
-    fresh, lost, touches : bool
+    fresh, lost, touching : bool
         As of `pin`.
     change, per_price, promise : float
-        As of `_solve`.
+        As of `newton_step`.
     """
     held_speeds(train, course.air, course.returned, price, levels)
     n, happened = simulate(train, course, levels, commands, count, start_w, work.whole, work.starts, work.events)
@@ -193,9 +78,9 @@ def _look(train, course, levels, commands, count, start_w, price, turn, work):
         train, course, price, count, work.whole, n, work.starts, work.pinned, work.found, work.p_at,
         work.stepped_at,
     )  # fmt: skip
-    fresh, lost, touches = pin(train, course, count, work.whole, n, work, turn)
-    change, per_price, promise = _solve(count, work, by_multiplier)
-    return n, happened, fresh, lost, touches, change, per_price, promise
+    fresh, lost, touching = pin(train, course, count, work.whole, n, work, turn)
+    change, per_price, promise = newton_step(count, work, by_multiplier)
+    return n, happened, fresh, lost, touching, change, per_price, promise
 
 
 @part
@@ -203,24 +88,60 @@ def _let_go(train, course, commands, count, n, little, work):
     """Release pins that hold no more, and step accordingly; returns whether there are any."""
     if not release(train, course, count, work.whole, n, work, little):
         return False
-    _solve(count, work, 0.0)
+    newton_step(count, work, 0.0)
     for i in range(count):
         if work.push[i] > 0.0:
             work.step[i] = work.push[i]
-    _apply(commands, count, work, work.step, work.rate, 0.0, course.station_m[-1])
+    apply_step(commands, count, work, work.step, work.rate, 0.0, course.station_m[-1])
     copy_commands(work.trial, count, commands)
     return True
 
 
 @part
-def _bind(commands, count, work):
-    """Say in the commands what is pinned; returns whether the run is at a saddle of the cost."""
-    saddle = False
+def _moves(course, i, work, little):
+    """Whether a switch has not come to rest."""
+    row = work.found[i]
+    if row[ACTIVE] == 0.0 or work.pinned[i] == FIXED:
+        return False
+    if work.shrink[i] == 0.0 or work.pinned[i] == FROZEN:
+        return True
+    if work.pinned[i] == PINNED:
+        return not touches(course, work, i)
+    return 0.5 * row[CURVATURE] * work.step[i] * work.step[i] > little
+
+
+@part
+def _bind(course, commands, count, work, little):
+    """Say in the commands what is pinned, and freeze what has not come to rest; returns whether all has."""
+    rests = True
     for i in range(count):
+        moves = _moves(course, i, work, little)
+        rests &= not moves and (work.found[i, ACTIVE] >= 0.0 or work.pinned[i] == PINNED)  # else a saddle of the cost
         active = work.found[i, ACTIVE] != 0.0
-        saddle |= work.found[i, ACTIVE] < 0.0 and work.pinned[i] == 0
-        commands[i, BOUND] = PINNED if active and work.pinned[i] == PINNED else 0
-    return saddle
+        commands[i, BOUND] = FROZEN if moves else work.pinned[i] if active and work.pinned[i] == PINNED else 0
+        commands[i, TOUCH] = work.touch[i]
+    return rests
+
+
+@part
+def _retry(commands, count, best_count, dropped, fresh, lost, better, work, end):
+    """Commands to be tried where some blocks, or all, became dearer; returns their number."""
+    if dropped or lost or better < 0:
+        count = best_count
+        copy_commands(work.best, count, commands)
+        if dropped:  # at a loss: they stay
+            _forget(count, work)
+            return count
+        refuse_all(count, work)
+    refuse(commands, count, work, not (fresh or lost))
+    if better > 0 or fresh or lost:
+        return count
+    for i in range(count):
+        work.step[i] = work.shrink[i] * work.best_step[i]
+        work.rate[i] = 0.0
+    apply_step(commands, count, work, work.step, work.rate, 0.0, end)
+    copy_commands(work.trial, count, commands)
+    return count
 
 
 @kernel
@@ -235,7 +156,7 @@ def newton(
     ----------
     train, course, levels
         As of `simulate`.
-    commands : (MOST_COMMANDS, 4) float64, modified in place
+    commands : (MOST_COMMANDS, COMMAND_COLUMNS) float64, modified in place
         ``count`` commands; those of the run that was found.
     price : float
         λ per unit of inertia, or a first guess.
@@ -265,70 +186,80 @@ def newton(
     timed = target_s < math.inf
     best_cost = math.inf
     best_count = count
-    shrink = 1.0
+    best_n = 0
     may_drop = True
     dropped = False
+    mixed = False
+    for i in range(count):
+        work.shrink[i] = 1.0
     if most_runs > 1:
-        count = _begin(course, commands, count, _AT_CORNER if timed else _NEAR_CORNER, work)
+        count = _begin(course, commands, count, timed, work)
     for turn in range(most_runs):
-        n, happened, fresh, lost, touches, change, per_price, promise = _look(
+        n, happened, fresh, lost, touching, change, per_price, promise = _look(
             train, course, levels, commands, count, start_w, price, turn, work
         )
         if n < 0 and (timed or best_cost == math.inf):
             return n, 0, count, price, price, turn + 1, False
+        if not timed and n > 0 and best_cost < math.inf and is_short(course, work.whole, n):
+            n = 0
         time_s = work.whole.time[n - 1] if n > 0 else math.inf
         cost = work.whole.energy[n - 1] + price * time_s if n > 0 else math.inf
         little = _ENOUGH * (abs(work.whole.energy[n - 1]) + price * time_s) if n > 0 else 0.0
-        if turn + 2 >= most_runs and not timed and cost <= best_cost + little:
-            return n, happened, count, price, price, turn + 1, False
-        if best_cost < math.inf and (lost or (not timed and cost > best_cost + little)):
-            count = best_count
-            copy_commands(work.best, count, commands)
-            if dropped:  # at a loss: they stay
-                dropped = False
-                may_drop = False
-                _forget(count, work)
-            elif not (fresh or lost):
-                shrink = shrink * _SHRINK if shrink > _LEAST_STEP and turn + 2 < most_runs else 0.0
-                for i in range(count):
-                    work.step[i] = shrink * work.best_step[i]
-                    work.rate[i] = 0.0
-                _apply(commands, count, work, work.step, work.rate, 0.0, end)
-                copy_commands(work.trial, count, commands)
-            continue
+        if not timed:
+            if n > 0 and (turn + 1 == most_runs or (turn + 2 == most_runs and cost <= best_cost + little)):
+                return n, happened, count, price, price, turn + 1, _bind(course, commands, count, work, little)
+            if best_cost < math.inf:
+                better, worse = -1, int(cost > best_cost + little)
+                if n > 0 and (mixed or turn >= _TOGETHER) and not lost and count == best_count:
+                    better, worse = compare_blocks(train, course, price, commands, count, n, best_n, little, work)
+                lost |= turn + 2 == most_runs
+                if worse > 0 or lost:
+                    may_drop &= not dropped
+                    mixed = better > 0 and not dropped
+                    count = _retry(commands, count, best_count, dropped, fresh, lost, better, work, end)
+                    dropped = False
+                    continue
+                if not mixed:
+                    for i in range(count):
+                        work.shrink[i] = 1.0
+                mixed = False
         dropped = False
         most = _MOST_CHANGE * price
-        if touches and promise < little and (not timed or abs(time_s - target_s) <= tolerance_s):
+        if touching and promise < little and (not timed or abs(time_s - target_s) <= tolerance_s):
             if _let_go(train, course, commands, count, n, little, work):
                 continue
-            saddle = _bind(commands, count, work)
-            if not timed or saddle:
-                return 0 if timed else n, happened, count, price, price, turn + 1, not saddle
+            rests = _bind(course, commands, count, work, little)
+            if not timed:
+                return n, happened, count, price, price, turn + 1, rests
             for i in range(count):
                 work.step[i] = 0.0
             dprice = min(max((next_s - time_s) / per_price, -most), most)
-            _apply(commands, count, work, work.step, work.rate, dprice, end)
+            apply_step(commands, count, work, work.step, work.rate, dprice, end)
             return n, happened, count, price, price + dprice, turn + 1, True
-        if shrink == 0.0:
-            return n, happened, count, price, price, turn + 1, False
         dprice = 0.0
         if timed:
             if not abs(per_price) > 0.0:
                 break
             dprice = min(max((target_s - time_s - change) / per_price, -most), most)
+        else:
+            remember(work.whole, n, work.kept)
+            best_n = n
         copy_commands(commands, count, work.best)
         for i in range(count):
             work.best_step[i] = work.step[i]
+            work.step[i] *= work.shrink[i]
         best_count = count
         best_cost = min(cost, best_cost)
-        shrink = 1.0
-        fewer = _drop_vanishing(commands, count, work, dprice, short_s) if may_drop else count
+        if turn == 0 and not timed:
+            fix_corners(course, commands, count, _NEAR_CORNER * end, work.pinned)
+            continue
+        fewer = drop_vanishing(commands, count, work, dprice, short_s) if may_drop else count
         if fewer < count:
             count = fewer
             _forget(count, work)
             dropped = True
             continue
-        _apply(commands, count, work, work.step, work.rate, dprice, end)
+        apply_step(commands, count, work, work.step, work.rate, dprice, end)
         copy_commands(work.trial, count, commands)
         price += dprice
     return 0, 0, count, price, price, most_runs, False

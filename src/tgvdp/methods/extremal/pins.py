@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from tgvdp._jit import part
-from tgvdp.methods.extremal.command import AT, BOUND, HOLDS_FROM, REGIME
+from tgvdp._jit import leaf, part
+from tgvdp.methods.extremal.command import AT, HOLDS_FROM, REGIME
 from tgvdp.methods.extremal.simulate import ENVELOPE, effort_of
 from tgvdp.methods.extremal.sweep import (
     ACTIVE,
@@ -31,6 +31,8 @@ _TOUCHES = 3e-9
 #: A run grazes the envelope within this share of w, and passes below it beyond ...
 _GRAZES = 1e-5
 _PASSES = 1e-6
+#: ... and is too slow at the end by more than ...
+_SHORT = 1e-6
 #: What is released to ride the envelope is pushed above it by this share.
 _PUSH = 1e-6
 #: Share of the distance within which a run leaves the envelope where it meets it.
@@ -50,7 +52,6 @@ def _top(course, x):
 def fix_corners(course, commands, count, reach_m, pinned):
     """Fix traction that begins near the end of a braking curve there: a run that touches it goes on along the limit."""
     for i in range(count):
-        pinned[i] = int(commands[i, BOUND])
         x = commands[i, AT]
         if i == 0 or commands[i, REGIME] != TRACTION or commands[i - 1, REGIME] == TRACTION:
             continue
@@ -138,6 +139,30 @@ def _above(train, course, rows, n, i, work):
     return work.found[i, GAIN] + 2.0 * work.found[i, JUMP] * work.flow_on[i] * p
 
 
+@leaf
+def touches(course, work, i):
+    """Whether the run of a pinned switch touches the envelope."""
+    return abs(work.miss[i]) < _TOUCHES * _top(course, work.touch[i])
+
+
+@leaf
+def is_short(course, rows, n):
+    """Whether a run is slower at the end than it must be."""
+    return rows.w[n - 1] < course.w[-1] * (1.0 - _SHORT)
+
+
+@part
+def _ends_short(course, count, rows, n, work):
+    """The last switch if the run from it ends too slow, or must not end slower; −1 if there is none."""
+    if course.w[-1] == 0.0:
+        return -1
+    last = count - 1
+    while last > 0 and work.found[last, ACTIVE] == 0.0:
+        last -= 1
+    bound = work.pinned[last] == PINNED and work.touch[last] == course.x_m[-1]
+    return last if last > 0 and (bound or is_short(course, rows, n)) else -1
+
+
 @part
 def pin(train, course, count, rows, n, work, turn):
     """Pin switches from which the run just touches the envelope.
@@ -147,16 +172,24 @@ def pin(train, course, count, rows, n, work, turn):
 
     Returns
     -------
-    fresh, lost, touches : bool
+    fresh, lost, touching : bool
         Whether any was not pinned before, or has come to nothing as its step went beyond, and whether all that are
         pinned touch the envelope.
     """
-    touches = True
+    touching = True
     fresh = False
     lost = False
+    last = _ends_short(course, count, rows, n, work)
     for i in range(1, count):
         row = work.found[i]
-        if row[ACTIVE] == 0.0 or work.pinned[i] == FIXED or row[JUMP] < 0.0:
+        if i == last and work.pinned[i] < FIXED:
+            fresh |= work.pinned[i] != PINNED or work.touch[i] != course.x_m[-1]
+            work.pinned[i] = PINNED
+            work.touch[i] = course.x_m[-1]
+            work.miss[i], work.flow_on[i] = _miss(train, course, rows, n, work.starts[i], work.touch[i])
+            touching &= touches(course, work, i)
+            continue
+        if row[ACTIVE] == 0.0 or work.pinned[i] >= FIXED or row[JUMP] < 0.0:
             if row[ACTIVE] == 0.0 and work.pinned[i] == 0 and work.gain[i] < 0.0 and work.meets[i] == math.inf:
                 work.pinned[i] = PINNED
                 work.touch[i] = work.leaves[i]
@@ -185,12 +218,12 @@ def pin(train, course, count, rows, n, work, turn):
         if work.pinned[i] == PINNED:
             if work.touch[i] < 0.0:
                 work.touch[i] = min(grazes, leaves)
-            if work.touch[i] >= course.x_m[-1]:
+            if work.touch[i] >= course.x_m[-1] and course.w[-1] == 0.0:
                 work.pinned[i] = 0
                 continue
             work.miss[i], work.flow_on[i] = _miss(train, course, rows, n, work.starts[i], work.touch[i])
-            touches &= abs(work.miss[i]) < _TOUCHES * _top(course, work.touch[i])
-    return fresh, lost, touches
+            touching &= work.shrink[i] == 0.0 or touches(course, work, i)
+    return fresh, lost, touching
 
 
 @part
@@ -204,7 +237,8 @@ def release(train, course, count, rows, n, work, little):
             continue
         if work.pinned[i] == PINNED and work.meets[i] > work.touch[i]:
             rides = _above(train, course, rows, n, i, work) < 0.0
-            if row[GAIN] > 0.0 or rides:
+            passes = row[GAIN] > 0.0 and work.touch[i] < course.x_m[-1]  # at the end it would be too slow
+            if passes or rides:
                 work.pinned[i] = 0
                 released = True
             if rides and row[GAIN] < 0.0:  # just so far that the next run does

@@ -186,7 +186,7 @@ def simulate(train, course, levels, commands, count, start_w, rows, starts, even
     course : Course
     levels : (K, 3) float64
         As of `held_speeds`.
-    commands : (size, 4) float64
+    commands : (size, COMMAND_COLUMNS) float64
         ``count`` commands in order; the first starts at 0.
     count : int
     start_w : float

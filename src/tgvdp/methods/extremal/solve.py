@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from tgvdp.methods.extremal.command import AT, BOUND, COMMAND_COLUMNS, HOLDS_FROM
 from tgvdp.methods.extremal.commands import extract
 from tgvdp.methods.extremal.course import course_of, held_speeds
+from tgvdp.methods.extremal.follow import follow_run
 from tgvdp.methods.extremal.newton import newton
 from tgvdp.methods.extremal.simulate import Rows
 from tgvdp.methods.extremal.structure import amend, coast_before_brakes, cross, shorten
@@ -23,13 +24,15 @@ Floats = NDArray[np.float64]
 
 _ROUNDS = 3
 #: Runs to rest at a multiplier, and to a running time, at most.
-_MOST_TO_REST = 16
+_MOST_TO_REST = 24
 _MOST_TO_MEET = 10
 #: Durations, as shares of the running time but no more than so many seconds: of phases that are absorbed when commands
 #: are told from a run, or dropped, and of contradictions of the costate and holds by the brakes that count.
 _SHARE = 2e-3
 _ABSORBED_S, _DROPPED_S, _NOTED_S, _HELD_S = 1.5, 1.0, 0.3, 5.0
 _SAME_END = 1e-6
+#: Share of w around a run within which commands follow it.
+_BAND = 0.04
 
 
 class Extremal(NamedTuple):
@@ -86,23 +89,21 @@ class Solver:
         return per_unit
 
     def commands_of(self, x_m: Floats, w: Floats, price: float, short_s: float = _ABSORBED_S) -> Floats | None:
-        """Commands of a run that was found otherwise."""
+        """Commands of a run that was found otherwise, and such as keep to it."""
         self._hold(price)
         if len(x_m) > len(self.cell):
             self.cell = np.zeros(2 * len(x_m), dtype=np.int64)
         count = extract(
-            self.train,
-            self.course,
-            self.levels,
-            x_m,
-            w,
-            len(x_m),
-            self._seconds(short_s),
-            self.cell,
-            self.phases,
+            self.train, self.course, self.levels, x_m, w, len(x_m), self._seconds(short_s), self.cell, self.phases,
             self.commands,
+        )  # fmt: skip
+        if count <= 0:
+            return None
+        count, runs = follow_run(
+            self.train, self.course, self.levels, x_m, w, len(x_m), _BAND, self.start_w, self.work, self.commands, count
         )
-        return self.commands[:count].copy() if count > 0 else None
+        self.runs += runs
+        return self.commands[:count].copy()
 
     def _found(self, count: int, price: float, n: int, happened: int, rests: bool) -> Extremal | None:
         self.rows = n
@@ -162,7 +163,7 @@ class Solver:
             at = int(np.searchsorted([row[AT] for row in commands], x, side="right"))
             if len(commands) >= MOST_COMMANDS:
                 return None
-            commands.insert(at, [regime, x, math.inf if w > 0.0 else x, 0.0])
+            commands.insert(at, [regime, x, math.inf if w > 0.0 else x, 0.0, -1.0])
             added = True
         return np.array(commands) if added else None
 
@@ -198,7 +199,7 @@ class Solver:
         if taken == 0:
             return self._again(one)
         mixed = self.drive(self.out[:size].copy(), price)
-        allowance = 1e-9 * abs(better.cost_j(price)) + max(bias, 0.0)
+        allowance = 5e-10 * abs(better.cost_j(price)) + max(bias, 0.0)
         if mixed is None or mixed.cost_j(price) > better.cost_j(price) + allowance:
             return self._again(better)
         found = self.rest(mixed.commands, price)

@@ -6,37 +6,13 @@ All at one multiplier, where stretches between two places at which runs coincide
 import math
 
 from tgvdp._jit import kernel, part
+from tgvdp.methods.extremal.blocks import cost_at
 from tgvdp.methods.extremal.command import AT, HOLDS_FROM, REGIME, copy_command, write_command
-from tgvdp.methods.extremal.course import account
 from tgvdp.methods.extremal.simulate import ENVELOPE, is_anchor
 from tgvdp.physics.codes import COASTING, DYNAMIC, HOLDING, TRACTION
 
 #: Two runs coincide where their w differ by a smaller share.
 _SAME_W = 1e-7
-
-
-@part
-def _cost_at(train, course, price, rows, n, x):
-    """E + λT from the start up to a position, and the squared speed there."""
-    lo = 0
-    hi = n - 1
-    while hi - lo > 1:
-        middle = (lo + hi) // 2
-        if rows.x[middle] <= x:
-            lo = middle
-        else:
-            hi = middle
-    d = rows.x[hi] - rows.x[lo]
-    part_m = min(max(x - rows.x[lo], 0.0), d)
-    cost = rows.energy[lo] + price * rows.time[lo]
-    if part_m <= 0.0:
-        return cost, rows.w[lo]
-    if part_m >= d:
-        return rows.energy[hi] + price * rows.time[hi], rows.w[hi]
-    w = rows.w[lo] + (rows.w[hi] - rows.w[lo]) * part_m / d
-    k = rows.cell[hi]
-    duration, energy, _ = account(train, course.returned, course.grade[k], course.air[k], part_m, rows.w[lo], w)
-    return cost + energy + price * duration, w
 
 
 @part
@@ -75,7 +51,7 @@ def cross(train, course, price, a, n, first, first_count, b, m, second, second_c
         Of ``n`` and ``m`` rows; ``first`` and ``second`` are their commands.
     bias : float
         The second is taken where it is dearer by no more than this.
-    out : (size, 4) float64, modified in place
+    out : (size, COMMAND_COLUMNS) float64, modified in place
 
     Returns
     -------
@@ -114,10 +90,10 @@ def cross(train, course, price, a, n, first, first_count, b, m, second, second_c
                 from_m = until_m
             stretches += 1
         if started >= 0.0 and (same or at_end):
-            here, _ = _cost_at(train, course, price, a, n, x)
-            here0, _ = _cost_at(train, course, price, a, n, started)
-            there, _ = _cost_at(train, course, price, b, m, x)
-            there0, _ = _cost_at(train, course, price, b, m, started)
+            here, _ = cost_at(train, course, price, a, n, x)
+            here0, _ = cost_at(train, course, price, a, n, started)
+            there, _ = cost_at(train, course, price, b, m, x)
+            there0, _ = cost_at(train, course, price, b, m, started)
             second_wins = (there - there0) - (here - here0) < bias
             if second_wins:
                 taken += 1
@@ -150,7 +126,7 @@ def amend(course, commands, count, rows, n, starts, p_at, least_s, margin, share
         By how much p must lie beyond its level.
     share : float
         How much of the contradiction the new phase takes, around its middle.
-    out : (size, 4) float64, modified in place
+    out : (size, COMMAND_COLUMNS) float64, modified in place
 
     Returns
     -------

@@ -23,9 +23,10 @@ from tgvdp.physics.codes import COASTING, DYNAMIC, HELD_BACK, HOLDING, RETARDED,
 #: multiplier adds to the squared speed at a switch that leaves a hold.
 GAIN, CURVATURE, CROSS, JUMP, SIGMA, FLOW, ACTIVE, SLOPE, BY_MULTIPLIER, OF_TIME, HELD_W = range(11)
 SWITCH_COLUMNS = 11
-#: How a switch may be bound.
+#: How a switch may be bound: to where its run touches the envelope, to a corner of the envelope, or to where it is.
 PINNED = 1
 FIXED = 2
+FROZEN = 3
 
 _LEAST_W = 1e-6
 
@@ -173,7 +174,7 @@ def sweep(train, course, price, count, rows, n, starts, pinned, found, p_at, ste
         Number of rows.
     pinned : (size,) int64
         `PINNED` for switches from which the run just touches the envelope: the run before one joins that after it;
-        `FIXED` for those that stay where they are.
+        `FIXED` and `FROZEN` for those that stay where they are.
     found : (size, SWITCH_COLUMNS) float64, modified in place
         For each command, see above; zeros where the switch is not active.
     p_at, stepped_at : (size,) float64, modified in place
@@ -258,7 +259,7 @@ def sweep(train, course, price, count, rows, n, starts, pinned, found, p_at, ste
                 if up in (HOLDING, RETARDED):
                     row[HELD_W] = _held_slope(train, course.returned, up, course.air[k], v)
                     row[CROSS] = 2.0 * jump * q
-            if active and pinned[c] != FIXED:
+            if active and pinned[c] < FIXED:
                 if after >= 0:
                     found[after, FLOW] = flow
                 after = c

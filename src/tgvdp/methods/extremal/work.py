@@ -17,7 +17,8 @@ class Work(NamedTuple):
 
     Attributes
     ----------
-    whole : Rows
+    whole, kept : Rows
+        The run, and the best one before.
     events : (MOST_EVENTS, 3) float64
     p_at, stepped_at : (size,) float64
         As of `sweep`.
@@ -26,20 +27,23 @@ class Work(NamedTuple):
     found : (MOST_COMMANDS, SWITCH_COLUMNS) float64
     step, rate : float64
         Newton's step, m, and that by the multiplier.
-    share : float64
-        How much of its step a switch may take.
+    share, shrink : float64
+        How much of its step a switch may take: for the room that there is, and after steps in vain.
+    dearer : bool
+        Whether the block of a switch costs more than in the best run.
     push : float64
         Step that makes a released switch ride the envelope, or 0.
     touch, miss, flow_on : float64
         Where the run from a pinned switch touches the envelope, by how much w misses it there, and the flow to there.
     gain, meets, leaves : float64
         Derivative of the cost, and where the run met and left the envelope, at the last look.
-    trial, best : (MOST_COMMANDS, 4) float64
+    trial, best : (MOST_COMMANDS, COMMAND_COLUMNS) float64
         Commands to be tried, and the best ones so far.
     best_step : float64
     """
 
     whole: Rows
+    kept: Rows
     events: NDArray[np.float64]
     p_at: NDArray[np.float64]
     stepped_at: NDArray[np.float64]
@@ -49,6 +53,8 @@ class Work(NamedTuple):
     step: NDArray[np.float64]
     rate: NDArray[np.float64]
     share: NDArray[np.float64]
+    shrink: NDArray[np.float64]
+    dearer: NDArray[np.bool_]
     push: NDArray[np.float64]
     touch: NDArray[np.float64]
     miss: NDArray[np.float64]
@@ -66,9 +72,10 @@ def work_of(size: int) -> Work:
     count = MOST_COMMANDS
     p_at, stepped_at = np.zeros((2, size))
     starts, pinned = np.zeros((2, count), dtype=np.int64)
-    step, rate, share, push, touch, miss, flow_on, gain, meets, leaves, best_step = np.zeros((11, count))
+    step, rate, share, shrink, push, touch, miss, flow_on, gain, meets, leaves, best_step = np.zeros((12, count))
     trial, best = np.zeros((2, count, COMMAND_COLUMNS))
     return Work(
-        rows_of(size), np.zeros((MOST_EVENTS, 3)), p_at, stepped_at, starts, pinned, np.zeros((count, SWITCH_COLUMNS)),
-        step, rate, share, push, touch, miss, flow_on, gain, meets, leaves, trial, best, best_step,
+        rows_of(size), rows_of(size), np.zeros((MOST_EVENTS, 3)), p_at, stepped_at, starts, pinned,
+        np.zeros((count, SWITCH_COLUMNS)), step, rate, share, shrink, np.zeros(count, dtype=np.bool_), push, touch,
+        miss, flow_on, gain, meets, leaves, trial, best, best_step,
     )  # fmt: skip
