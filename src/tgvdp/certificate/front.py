@@ -36,9 +36,9 @@ class Certificate:
     ----------
     lower_bound_j, gap_pct : (n,) float64
         For each point: the bound at its running time, and how far its energy is above, in percent of the energy that
-        it draws, or of a tenth of what the fastest run draws if that is more: what is left of it after braking, or on
-        a descent, may be next to nothing. NaN for points that the time limit left without one, and where energy is
-        that of a map.
+        it draws, or of what it returns on balance, or of a tenth of what the fastest run draws, whichever is most: what
+        is left after braking, or on a descent, may be next to nothing. NaN for points that the time limit left without
+        one, and where energy is that of a map.
     multiplier_j_per_s, line_j : (m,) float64
         The lines behind it: E ≥ line_j − multiplier_j_per_s·T for every run.
     fastest_s, fastest_j : float
@@ -70,9 +70,8 @@ def _envelope(time_s: _Floats, multiplier_j_per_s: _Floats, line_j: _Floats) -> 
     return np.asarray(np.max(line_j[:, None] - _ROUNDING * np.abs(line_j[:, None]) - cost, axis=0))
 
 
-def _gap_pct(above_j: _Floats, drawn_j: _Floats, least_j: float, scale_j: float) -> _Floats:
-    """Gap in percent of what is drawn, or of ``least_j``; none where both are rounding errors of ``scale_j``."""
-    size_j = np.maximum(drawn_j, least_j)
+def _gap_pct(above_j: _Floats, size_j: _Floats, scale_j: float) -> _Floats:
+    """Gap in percent of ``size_j``; none where that is a rounding error of ``scale_j``."""
     some = size_j > NO_ENERGY * scale_j
     return np.where(some, 100.0 * above_j / np.where(some, size_j, 1.0), 0.0)
 
@@ -126,7 +125,8 @@ def certify_front(
         lower[lower <= _envelope(time_s, multipliers[flattest], line_j[flattest])] = np.nan
     lower[~slower] = fastest.total_energy_j
     least_j = _LEAST_SHARE * drawn_energy_j(trip, fastest)
-    gap_pct = _gap_pct(energy_j - lower, drawn_j, least_j, top_j(trip, fastest))
+    size_j = np.maximum(np.maximum(drawn_j, -energy_j), least_j)
+    gap_pct = _gap_pct(energy_j - lower, size_j, top_j(trip, fastest))
     return Certificate(
         lower, gap_pct, multipliers, line_j, fastest.duration_s, fastest.total_energy_j, not clock.expired
     )
