@@ -83,24 +83,30 @@ def _slipped_places(tree: Any) -> Iterator[Place]:
 
 def mutations(seed: int) -> Iterator[Case]:
     """Files with one to three things changed, searched, for ever."""
-    return _mutations(f"{seed}", originals(), _searched)
+    return _mutations(f"{seed}", [originals()], _searched)
 
 
 def loads(seed: int) -> Iterator[Case]:
     """Files with one to three things changed, only read and judged."""
-    return _mutations(f"load {seed}", originals(), lambda original, _: (("validate", "-v", original.name),))
+    return _mutations(f"load {seed}", [originals()], lambda original, _: (("validate", "-v", original.name),))
 
 
 def others(seed: int) -> Iterator[Case]:
     """What other commands read, with one to three things changed: lines of journeys, records, results, instances."""
-    lines = [original for original in originals() if original.kind == "track"]
-    return _mutations(f"other {seed}", [*lines, *of_other_commands()], _other)
+    files = [*(original for original in originals() if original.kind == "track"), *of_other_commands()]
+    by_kind: dict[str, list[Original]] = {}
+    for original in files:
+        by_kind.setdefault(original.kind, []).append(original)
+    return _mutations(f"other {seed}", list(by_kind.values()), _other)
 
 
-def _mutations(seed: str, files: list[Original], commands: Callable[[Original, Random], Commands]) -> Iterator[Case]:
+def _mutations(
+    seed: str, pools: list[list[Original]], commands: Callable[[Original, Random], Commands]
+) -> Iterator[Case]:
+    """Each pool is drawn from as often as any other."""
     for index in itertools.count():
         random = Random(f"{seed}:{index}")
-        original = random.choice(files)
+        original = random.choice(random.choice(pools))
         tree = original.tree
         for _ in range(random.randint(1, 3)):
             tree = _mutated(tree, random)

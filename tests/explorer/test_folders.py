@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from tests.helpers.browser_case import ARGUMENTS, Watched, executable, figure, listening
+from tests.helpers.browser_case import ARGUMENTS, Watched, await_address, executable, figure, listening
 from tgvdp.explorer.folder import read_folder
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="the tests of the page need playwright")
@@ -71,7 +71,7 @@ def test_a_journey_shows_how_its_supplement_is_split(watched, home):
     assert "5.0" in rows.nth(0).inner_text()  # 5 s of 100 s
     assert figure(page, "all before the last stop") == "27.50 kWh"
     page.locator("#delay").press("Home")
-    page.wait_for_function("location.hash.includes('point=0')")
+    await_address(page, "point=0")
     assert "0.0" in rows.nth(0).inner_text()
     watched.require_clean(home)
 

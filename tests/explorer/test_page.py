@@ -5,7 +5,16 @@ import re
 
 import pytest
 
-from tests.helpers.browser_case import ARGUMENTS, Watched, example_exhibit, executable, figure, large_exhibit, listening
+from tests.helpers.browser_case import (
+    ARGUMENTS,
+    Watched,
+    await_address,
+    example_exhibit,
+    executable,
+    figure,
+    large_exhibit,
+    listening,
+)
 from tests.helpers.format_case import TTOBENCH_TRACK, TTOBENCH_TRAIN
 from tgvdp.report.palette import DARK, LIGHT
 
@@ -51,11 +60,11 @@ def click_point(page, delay_share):
 def test_a_click_chooses_a_profile(watched, home):
     page = open_page(watched, home)
     click_point(page, 0.0)
-    page.wait_for_function("location.hash.includes('point=0')")
+    await_address(page, "point=0")
     first = figure(page, "Running time")
     with page.expect_response(re.compile(r"/profiles/\d")):
         click_point(page, 1.0)
-        page.wait_for_function("location.hash.includes('point=4')")
+        await_address(page, "point=4")
     assert figure(page, "Running time") != first
     assert page.locator("#delay").get_attribute("aria-valuetext").startswith(figure(page, "Delay").split(" (")[0])
     watched.require_clean(home)
@@ -70,7 +79,7 @@ def test_dragging_along_the_front_goes_from_profile_to_profile(watched, home):
     page.mouse.move(box["x"] + 0.5 * box["width"], middle, steps=4)
     page.mouse.move(box["x"] + 0.97 * box["width"], middle, steps=4)
     page.mouse.up()
-    page.wait_for_function("location.hash.includes('point=4')")
+    await_address(page, "point=4")
     watched.require_clean(home)
 
 
@@ -79,12 +88,12 @@ def test_the_slider_and_the_keyboard_do_the_same(watched, home):
     page.locator("#delay").focus()
     before = figure(page, "Delay")
     page.keyboard.press("ArrowRight")
-    page.wait_for_function("location.hash.includes('point=2')")
+    await_address(page, "point=2")
     assert figure(page, "Delay") != before
     page.keyboard.press("End")
-    page.wait_for_function("location.hash.includes('point=4')")
+    await_address(page, "point=4")
     page.locator("#delay").fill("0")
-    page.wait_for_function("location.hash.includes('point=0')")
+    await_address(page, "point=0")
     watched.require_clean(home)
 
 
@@ -112,9 +121,9 @@ def test_two_pins_are_compared_and_the_url_holds_all(watched, home):
 def test_another_run_is_laid_over(watched, home):
     page = open_page(watched, home)
     page.locator("[data-run='folder-2'] input").check()
-    page.wait_for_function("location.hash.includes('over=folder-2')")
+    await_address(page, "over=folder-2")
     page.get_by_role("button", name="slow", exact=True).click()
-    page.wait_for_function("document.getElementById('title').textContent === 'slow'")
+    sync_api.expect(page.locator("#title")).to_have_text("slow")
     watched.require_clean(home)
 
 

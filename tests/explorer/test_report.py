@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from tests.helpers.browser_case import ARGUMENTS, Watched, executable, figure
+from tests.helpers.browser_case import ARGUMENTS, Watched, await_address, executable, figure
 from tests.helpers.report_case import make_result, railway_trip
 from tgvdp.cli import main
 from tgvdp.errors import InputError
@@ -32,7 +32,7 @@ def test_one_file_holds_the_page_and_nothing_else_is_fetched(folder, tmp_path):
         watched.page.wait_for_selector("#figures dl")
         first = figure(watched.page, "Running time")
         watched.page.locator("#delay").press("End")
-        watched.page.wait_for_function("location.hash.includes('point=2')")
+        await_address(watched.page, "point=2")
         assert figure(watched.page, "Running time") != first
         assert watched.page.locator("#new-run").is_hidden()
         watched.require_clean("file://")

@@ -31,7 +31,7 @@ def finished(client):
 
 def test_a_run_from_the_question_to_the_profile(client, finished):
     view = client.get(f"/api/runs/{finished}/view").json()
-    assert (view["kind"], view["name"]) == ("search", "tgv on flat-100km")
+    assert (view["kind"], view["name"]) == ("search", "tgv on flat-100km, to 3000.0, points 3")
     assert len(view["content"]["front"]) == 3
     assert all(point["replay"]["ok"] for point in view["content"]["front"])
     profile = client.get(f"/api/runs/{finished}/profiles/2").json()
@@ -177,7 +177,7 @@ def test_an_uploaded_file_is_read_and_run(client):
     assert (answer.json()["name"], held["kinds"]) == ("mine.toml", ["train"])
     asked = SHORT | {"train": f"upload:{answer.json()['id']}:0"}
     run = wait_for(client, ask(client, **asked)["id"], "done", "failed")
-    assert run["name"] == "alstom-emu on flat-100km"
+    assert run["name"] == "alstom-emu on flat-100km, to 3000.0, points 3"
 
 
 @pytest.mark.parametrize("data", [b"", b"{", b"\x00\xff\xfe", b"PK\x03\x04 no archive", b"<a>" * 9, b"[" * 100_000])

@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import re
 import shutil
 import threading
 import time
@@ -22,6 +23,13 @@ ARGUMENTS = [
     *("--disable-component-update", "--disable-sync"),
 ]
 _NAMES = ("chromium", "chromium-browser", "google-chrome")
+
+
+def await_address(page, part: str) -> None:
+    """Wait until the address holds a part; the page's own policy forbids to ask it by a script."""
+    from playwright.sync_api import expect
+
+    expect(page).to_have_url(re.compile(re.escape(part)), timeout=30_000)
 
 
 def executable() -> str:

@@ -16,7 +16,13 @@ SHORT = {"track": "flat-100km", "options": {"to_m": 3000.0, "points": 3}}
 #: A search that drowns: nothing but its time limit ends it.
 ENDLESS = {
     "track": "flat-100km",
-    "options": {"method": "best-first", "dominance": False, "bounds": False, "time_limit_s": 300.0},
+    "options": {
+        "method": "best-first",
+        "dominance": False,
+        "bounds": False,
+        "time_limit_s": 300.0,
+        "max_labels": 10**9,
+    },
 }
 
 

@@ -42,7 +42,7 @@ _TRACK = Track(
 _GRID = {"segment_m": 500.0, "speeds": 8}
 #: Searches that call all kernels between them, by name.
 TOURS: dict[str, dict[str, Any]] = {
-    "front": {"points": 4},
+    "front": {"points": 4, "energy": "pantograph"},
     "clean": {"points": 4, "clean": True},
     "map": {"points": 3, "energy": "map"},
     "exact": {"method": "exact", **_GRID},

@@ -149,7 +149,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     _write_what_terminals_can()
     with warnings.catch_warnings():
-        warnings.showwarning = _show_warning  # type: ignore[assignment]
+        warnings.showwarning = _Warnings()  # type: ignore[assignment]
         try:
             _check_completion()
             code = cli.main(args=arguments, prog_name=PROGRAM, standalone_mode=False)
@@ -199,6 +199,14 @@ def _fail(message: str, exit_code: int) -> int:
     return exit_code
 
 
-def _show_warning(message: Warning | str, *_: object) -> None:
-    # One line; numba's are followed by a traceback of its own.
-    click.echo(f"{PROGRAM}: warning: {str(message).strip().partition(chr(10))[0]}", err=True)
+class _Warnings:
+    """Shows warnings on one line, each text once: a second process may come to the same."""
+
+    def __init__(self) -> None:
+        self._shown: set[str] = set()
+
+    def __call__(self, message: Warning | str, *_: object) -> None:
+        text = str(message).strip().partition("\n")[0]  # numba's are followed by a traceback of its own
+        if text not in self._shown:
+            self._shown.add(text)
+            click.echo(f"{PROGRAM}: warning: {text}", err=True)

@@ -142,7 +142,7 @@ def test_the_map_of_constant_efficiencies_gives_the_pantograph_front():
     by_table = tgvdp.search(train, HILLS.track, energy=table, **wanted)
     price_j_per_s = by_factors.price_kwh_per_min * 6e4
     late_j = price_j_per_s * (by_table.front.time_s - by_factors.front.time_s)
-    assert by_table.front.energy_j + late_j == pytest.approx(by_factors.front.energy_j, rel=7e-4)
+    assert by_table.front.energy_j + late_j == pytest.approx(by_factors.front.energy_j, rel=1e-3)
 
 
 @pytest.mark.parametrize("seed", [8, 20, 33, 40])
