@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tgvdp.formulations.problem.instances import Instance, parse_instance
+from tgvdp.formulations.problem.instances import Instance
+from tgvdp.formulations.problem.reading import parse_instance
 
 
 class Entry(NamedTuple):

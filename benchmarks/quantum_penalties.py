@@ -5,7 +5,8 @@ from typing import Any
 
 from tgvdp.errors import InputError
 from tgvdp.formulations.problem.binary import FormulationWarning
-from tgvdp.formulations.problem.instances import BinaryInstance, read_instance
+from tgvdp.formulations.problem.instances import BinaryInstance
+from tgvdp.formulations.problem.reading import read_instance
 from tgvdp.formulations.qubo.encoded import Encoded
 from tgvdp.formulations.qubo.encodings import encode
 from tgvdp.formulations.qubo.names import Encoding

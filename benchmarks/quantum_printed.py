@@ -13,7 +13,8 @@ from typing import Any
 from benchmarks.timing import ROOT
 from tgvdp.errors import BudgetExceededError, InputError
 from tgvdp.formulations.problem.binary import FormulationWarning
-from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, read_instance
+from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance
+from tgvdp.formulations.problem.reading import read_instance
 from tgvdp.formulations.qubo.encodings import encode
 from tgvdp.formulations.qubo.names import PENALTIES, Encoding, PenaltyName
 from tgvdp.formulations.qubo.qubo import bits_of

@@ -13,7 +13,8 @@ from typing import Any
 
 from benchmarks.timing import ROOT
 from tgvdp.formulations.circuit.qaoa import checked_angles, qaoa_circuit
-from tgvdp.formulations.problem.instances import BinaryInstance, read_instance
+from tgvdp.formulations.problem.instances import BinaryInstance
+from tgvdp.formulations.problem.reading import read_instance
 from tgvdp.formulations.qubo.encodings import encode
 from tgvdp.formulations.qubo.ising import ising_of
 from tgvdp.instances import find

@@ -10,7 +10,7 @@ from benchmarks.entry import Draw, farthest
 from benchmarks.families import COUNTS, FAMILIES, OPTIMA, SIZES, Member, certify, members, write
 from benchmarks.quantum_tuning import TUNABLES, TUNING, chosen_words
 from tgvdp.cli import main
-from tgvdp.formulations.problem.instances import read_instance
+from tgvdp.formulations.problem.reading import read_instance
 from tgvdp.trials.reference import read_cases, reference_of
 from tgvdp.trials.spec import parse_spec
 

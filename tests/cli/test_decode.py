@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tgvdp.cli import main
-from tgvdp.formulations.problem.instances import read_instance
+from tgvdp.formulations.problem.reading import read_instance
 from tgvdp.formulations.qubo.encodings import encode
 from tgvdp.instances import find
 from tgvdp.solvers.samplers.bqm import bqm_of

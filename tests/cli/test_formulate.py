@@ -5,7 +5,7 @@ import json
 import pytest
 
 from tgvdp.cli import main
-from tgvdp.formulations.problem.instances import read_instance
+from tgvdp.formulations.problem.reading import read_instance
 from tgvdp.formulations.problem.three_phase import three_phase_run
 from tgvdp.solvers.registry import solve
 

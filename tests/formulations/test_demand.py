@@ -9,7 +9,8 @@ import pytest
 from tgvdp.errors import InputError
 from tgvdp.formulations.problem.alstom import braking_n, energy_faults, force_n, power_w, traction_n
 from tgvdp.formulations.problem.demand import demand_schedule, drive, slope_permil, step
-from tgvdp.formulations.problem.instances import DemandInstance, Slope, parse_instance
+from tgvdp.formulations.problem.instances import DemandInstance, Slope
+from tgvdp.formulations.problem.reading import parse_instance
 from tgvdp.formulations.problem.replay import replay
 from tgvdp.formulations.program.approximations import joint_fits, phantom_drag_n, split_fits
 from tgvdp.formulations.program.demand import DEMAND_FORMS, demand_program

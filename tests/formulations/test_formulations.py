@@ -16,7 +16,8 @@ from tgvdp.formulations.problem.binary import (
     schedule_of_controls,
     speeds,
 )
-from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance, read_instance
+from tgvdp.formulations.problem.instances import BinaryInstance, DemandInstance
+from tgvdp.formulations.problem.reading import read_instance
 from tgvdp.formulations.problem.replay import replay
 from tgvdp.formulations.problem.three_phase import three_phase_run
 from tgvdp.formulations.qubo.bits import encode_bits

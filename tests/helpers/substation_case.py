@@ -6,7 +6,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from tgvdp.formulations.problem.instances import SubstationInstance, parse_instance
+from tgvdp.formulations.problem.instances import SubstationInstance
+from tgvdp.formulations.problem.reading import parse_instance
 
 
 def substation(trains: list[dict[str, Any]], power_units: int = 1000, alpha: float = 0.0) -> SubstationInstance:

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from tgvdp.formulations.problem.instances import read_instance
+from tgvdp.formulations.problem.reading import read_instance
 from tgvdp.formulations.problem.replay import replay
 from tgvdp.instances import CHECKER, find, index
 from tgvdp.instances.check import check_binary, check_demand
@@ -34,7 +34,7 @@ def test_slopes_count_as_in_the_replay():
     from pathlib import Path
 
     from tgvdp.formulations.problem.demand import demand_schedule
-    from tgvdp.formulations.problem.instances import parse_instance
+    from tgvdp.formulations.problem.reading import parse_instance
 
     instance = parse_instance(Path("x.json"), one)
     plan = [1, 1, 0.5, 0, 0, -0.5, -1, -1]

@@ -6,7 +6,7 @@ import pytest
 
 from tgvdp.cli import main
 from tgvdp.errors import BudgetExceededError, InputError
-from tgvdp.formulations.problem.instances import read_instance
+from tgvdp.formulations.problem.reading import read_instance
 from tgvdp.instances import find, index
 from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.registry import SOLVERS, solve

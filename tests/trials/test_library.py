@@ -9,7 +9,8 @@ import pytest
 from benchmarks.library import certified, entries
 from benchmarks.substations import LIMITS, limit
 from tgvdp.formulations.problem.binary import FormulationWarning
-from tgvdp.formulations.problem.instances import BinaryInstance, read_instance
+from tgvdp.formulations.problem.instances import BinaryInstance
+from tgvdp.formulations.problem.reading import read_instance
 from tgvdp.instances import FOLDER, INDEX, find
 from tgvdp.instances import index as listed
 from tgvdp.solvers.registry import solve

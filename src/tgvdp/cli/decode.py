@@ -31,7 +31,8 @@ def command(instance: str, samples: str, encoding: Any, penalty: Any, as_json: b
     the QUBO was written. The exit code is 5 when no sample satisfies all constraints.
     """
     from tgvdp import instances
-    from tgvdp.formulations.problem.instances import BinaryInstance, read_instance
+    from tgvdp.formulations.problem.instances import BinaryInstance
+    from tgvdp.formulations.problem.reading import read_instance
     from tgvdp.formulations.qubo.encodings import default_encoding, encode
     from tgvdp.solvers.outside import samples_of_file
     from tgvdp.solvers.samplers.sampling import sampled_solution

@@ -78,7 +78,7 @@ def command(
 def _problem(context: click.Context, instance: str | None, trip: dict[str, Any]) -> "tuple[Instance, bytes]":
     """The instance and its file, of a name or a path, or made of a trip."""
     from tgvdp import instances
-    from tgvdp.formulations.problem.instances import parse_instance, read_instance
+    from tgvdp.formulations.problem.reading import parse_instance, read_instance
 
     if instance is not None and trip:
         raise click.UsageError(f"INSTANCE and --{next(iter(trip))} exclude each other", context)

@@ -103,7 +103,7 @@ def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bo
     satisfies all constraints, and 5 when none was found that does.
     """
     from tgvdp import instances
-    from tgvdp.formulations.problem.instances import read_instance
+    from tgvdp.formulations.problem.reading import read_instance
     from tgvdp.solvers.registry import solve
 
     problem = read_instance(instances.find(instance))

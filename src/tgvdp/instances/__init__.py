@@ -4,7 +4,7 @@
 ``optima.csv`` lists the certified optimum of each (where none is proved, the best known objective and a bound), the
 number of optimal schedules, the closed form where one is known, and what proved and confirmed them;
 docs/quantum-benchmark.md explains families and columns. This room knows names and files only;
-`tgvdp.formulations.problem.instances` reads them like any other file.
+`tgvdp.formulations.problem.reading` reads them like any other file.
 """
 
 import csv

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
-from tgvdp.formulations.problem.instances import Instance, read_instance
+from tgvdp.formulations.problem.instances import Instance
+from tgvdp.formulations.problem.reading import read_instance
 from tgvdp.instances import INDEX
 from tgvdp.solvers.registry import solve
 

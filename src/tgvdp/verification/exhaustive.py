@@ -7,7 +7,7 @@ import numpy as np
 
 from tgvdp.formats import load_train
 from tgvdp.formulations.problem.binary import FormulationWarning
-from tgvdp.formulations.problem.instances import read_instance
+from tgvdp.formulations.problem.reading import read_instance
 from tgvdp.instances import find, index
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.grid.best_first import best_first
