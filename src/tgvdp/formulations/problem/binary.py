@@ -47,6 +47,12 @@ def speeds(instance: BinaryInstance, x: ArrayLike, y: ArrayLike) -> Ints:
     return np.concatenate((start, np.cumsum(u, axis=-1)), axis=-1)
 
 
+def level_counts(instance: BinaryInstance) -> tuple[int, ...]:
+    """Most levels of v_0..v_N, in steps of acceleration, that equal steps can reach and leave in time."""
+    unit, steps = instance.acc_units, instance.steps
+    return (0, *(min(k, steps - k, cap // unit) for k, cap in enumerate(instance.cap_units[:-1], start=1)), 0)
+
+
 def distance_weights(steps: int, rule: DistanceRule = "trapezoid") -> Ints:
     """Twice the distance, in Δv·Δt, that a change of speed of one Δv in step i adds until the end: (N,) int64.
 

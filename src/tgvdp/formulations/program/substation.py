@@ -15,18 +15,13 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.formulations.problem.binary import level_counts
 from tgvdp.formulations.problem.instances import BinaryInstance, SharedTrip, SubstationInstance, decimal
 from tgvdp.formulations.problem.schedule import Schedule
 from tgvdp.formulations.problem.substation import substation_schedule
 from tgvdp.formulations.program.binary import ProgramBuilder, Written, binary_form
 
 _Levels: TypeAlias = dict[tuple[int, int], int]
-
-
-def reach(train: SharedTrip, step: int) -> int:
-    """Largest speed after so many own steps from which the train can still stop, in Δv."""
-    trip = train.trip
-    return min(step, trip.steps - step, trip.cap_units[step - 1]) if step else 0
 
 
 def linear_program(instance: BinaryInstance | SubstationInstance) -> Written:
@@ -75,11 +70,10 @@ def substation_program(instance: SubstationInstance) -> Written:
 
 def _add_train(builder: ProgramBuilder, number: int, train: SharedTrip) -> _Levels:
     """Levels of one train, in order, one step apart at most, and its distance."""
-    steps = train.trip.steps
     level = {
         (k, j): builder.add_variable(f"t_{number}_{k}_{j}", 1.0, integer=True)
-        for k in range(1, steps)
-        for j in range(1, reach(train, k) + 1)
+        for k, height in enumerate(level_counts(train.trip))
+        for j in range(1, height + 1)
     }
     for (k, j), bit in level.items():
         for name, below in (("below", (k, j - 1)), ("before", (k - 1, j - 1)), ("after", (k + 1, j - 1))):

@@ -4,7 +4,7 @@ import warnings
 from dataclasses import replace
 
 from tgvdp.errors import InputError
-from tgvdp.formulations.problem.binary import FormulationWarning, warn_of_oddities
+from tgvdp.formulations.problem.binary import FormulationWarning, level_counts, warn_of_oddities
 from tgvdp.formulations.problem.instances import BinaryInstance, SubstationInstance
 from tgvdp.formulations.qubo.bits import encode_bits
 from tgvdp.formulations.qubo.encoded import Encoded
@@ -103,13 +103,9 @@ def _sufficient(draft: Encoded) -> float:
 
 def _require_size(instance: BinaryInstance, encoding: Encoding) -> None:
     """The square of the distance couples all bits that move the train."""
-    steps, unit = instance.steps, instance.acc_units
     if encoding == MULTIPLIER:
         return  # a strip of few couplers
-    if encoding == UNARY:
-        bits = sum(min(k, steps - k, cap // unit) for k, cap in enumerate(instance.cap_units[:-1], start=1))
-    else:
-        bits = 2 * steps
+    bits = sum(level_counts(instance)) if encoding == UNARY else 2 * instance.steps
     if bits * (bits - 1) // 2 > MOST_COUPLERS:
         raise InputError(
             f"{instance.id}: {encoding} couples {bits} bits with each other, {bits * (bits - 1) // 2} couplers "

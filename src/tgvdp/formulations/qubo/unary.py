@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from tgvdp.errors import InputError
-from tgvdp.formulations.problem.binary import schedule_of_speeds
+from tgvdp.formulations.problem.binary import level_counts, schedule_of_speeds
 from tgvdp.formulations.problem.instances import BinaryInstance, decimal
 from tgvdp.formulations.problem.schedule import Check, Schedule
 from tgvdp.formulations.qubo.encoded import Bits, Encoded
@@ -82,12 +82,10 @@ def add_registers(parts: Builder, instance: BinaryInstance, label: str) -> list[
 
     The bit of level j after step k is called ``{label}{k}_{j}``.
     """
-    unit, steps = instance.acc_units, instance.steps
-    columns: list[list[int]] = [[]]
-    for k in range(1, steps):
-        height = min(k, steps - k, instance.cap_units[k - 1] // unit)
-        columns.append([parts.add_variable(f"{label}{k}_{j}") for j in range(1, height + 1)])
-    columns.append([])
+    columns = [
+        [parts.add_variable(f"{label}{k}_{j}") for j in range(1, height + 1)]
+        for k, height in enumerate(level_counts(instance))
+    ]
     for k, column in enumerate(columns):
         for lower, upper in pairwise(column):
             parts.imply(upper, lower)
