@@ -48,6 +48,7 @@ def test_shortened_steps_change_no_bit():
     short = numbers("short")
     assert len(short) > 10
     assert short == numbers("plain")
+    assert short == numbers("plain")  # loaded from the cache now, beside the runtime that their machine code calls
 
 
 def test_unknown_steps_are_refused(monkeypatch):

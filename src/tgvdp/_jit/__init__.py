@@ -111,11 +111,11 @@ def _pipeline() -> Any:
     return pipeline
 
 
-def _cached(function: _Function, compiled: Any, *, allocates: bool) -> _Function:
-    """Keep on disk what is compiled, and compile it quickly."""
+def _cached(function: _Function, compiled: Any, *, counts: bool) -> _Function:
+    """Keep on disk what is compiled, and compile it quickly; `counts`: its machine code counts references."""
     if not config.DISABLE_JIT:
         try:
-            compiled._cache = KernelCache(function, allocates=allocates)
+            compiled._cache = KernelCache(function, counts=counts)
         except OSError as error:  # no home folder, or sources that are no files
             warn_uncached(str(error))
         compile_ = _pipeline().quick_compilation(compiled.compile) if shortened() else compiled.compile
@@ -128,12 +128,12 @@ def kernel(function: _Function) -> _Function:
 
     No fastmath: costs are compared with infinity. With ``NUMBA_DISABLE_JIT=1`` the function is returned as it is.
     """
-    return _cached(function, _compiled(function), allocates=False)
+    return _cached(function, _compiled(function), counts=not shortened())
 
 
 def allocating(function: _Function) -> _Function:
     """Compile a kernel that makes the arrays which it fills: by numba's own steps, with reference counts."""
-    return _cached(function, numba.njit(**_OPTIONS)(function), allocates=True)
+    return _cached(function, numba.njit(**_OPTIONS)(function), counts=True)
 
 
 def leaf(function: _Function) -> _Function:

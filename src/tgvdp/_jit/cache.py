@@ -208,18 +208,18 @@ class KernelCache(FunctionCache):
 
     _impl_class = _CheckedImpl
 
-    def __init__(self, function: Any, *, allocates: bool) -> None:
+    def __init__(self, function: Any, *, counts: bool) -> None:
         super().__init__(function)
-        self._allocates = allocates
+        self._counts = counts  # references, with numba's runtime
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         # A damaged pickle may raise anything at all. None makes the dispatcher compile and save afresh. The public
         # method first loads all that numba could compile, linear algebra and all, and its runtime: of these, machine
-        # code needs only the runtime, and only where it makes arrays.
+        # code needs only the runtime, and only where it counts references: without it, it would call address 0.
         try:
             return (
                 super().load_overload(sig, target_context)
-                if self._allocates
+                if self._counts
                 else self._load_overload(sig, target_context)
             )
         except Exception:
