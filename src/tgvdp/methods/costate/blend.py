@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel, leaf
+from tgvdp._jit import entry, leaf
 from tgvdp.methods.costate.extremal import Extremal
 
 #: Extremals nearer than this, in distances of the two whose policies are blended, tell no bend.
@@ -33,7 +33,7 @@ def switch_at(blend, share, k, which):
     return first + share * (blend.second[k, which] - first + (share - 1.0) * blend.bend[k, which])
 
 
-@kernel
+@entry
 def _bend(before_at, before, after_at, after, top, blend):
     """Fill in the bend of a blend by policies beside it, at ``before_at`` < 0 and ``after_at`` > 1; nan where none is.
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.line.resolved import resolve
+from tgvdp.line.resolved import ResolvedLine, resolve
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.doubt import doubted_cells
 from tgvdp.methods.costate.mesh import Mesh, Run
@@ -127,7 +127,8 @@ def optimal_front(
             not found or run.time_s > found[-1].time_s * (1.0 + _SAME)
         ):
             found.append(run)
-    found[met:] = [_followed(trip, run, auxiliary_w) for run in found[met:]]
+    line = resolve(trip)
+    found[met:] = [_followed(trip, line, run, auxiliary_w) for run in found[met:]]
     duration, energy, multipliers = (np.array([run[column] for run in found], dtype=np.float64) for column in range(3))
     return OptimalRuns(
         duration, energy + auxiliary_w * duration, np.maximum(multipliers - auxiliary_w, 0.0), complete, not saves,
@@ -135,9 +136,9 @@ def optimal_front(
     )  # fmt: skip
 
 
-def _followed(trip: Trip, run: Run, auxiliary_w: float) -> Run:
+def _followed(trip: Trip, line: ResolvedLine, run: Run, auxiliary_w: float) -> Run:
     """The run with its true resistance, and rows cut where an effort drops: its time is another then."""
-    x_m, w = follow(trip.train, resolve(trip), run.x_m, run.w)
+    x_m, w = follow(trip.train, line, run.x_m, run.w)
     if len(x_m) == len(run.x_m):
         return run._replace(x_m=x_m, w=w)
     profile = profile_of(trip, x_m, w)
