@@ -18,7 +18,7 @@ from tgvdp.methods.costate.forward import Course
 from tgvdp.methods.costate.interpolate import RUN_COLUMNS, SAMPLES, drive
 from tgvdp.methods.costate.stations import graded_stations
 from tgvdp.model.trip import Trip
-from tgvdp.physics.cell import Rows, room_for_rows
+from tgvdp.physics.cell import Rows, overrun, room_for_marches, room_for_rows
 from tgvdp.physics.codes import NO_ROOM, NOT_MET, OK
 from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train, per_kilogram
@@ -36,6 +36,8 @@ _MOST_CELLS = 50_000
 _TOLERANCE = 2e-5
 #: Times as many rows as motion makes on its own where a limit of effort binds: a run's time is right to 1e-6 then.
 _ROWS = 4.0
+#: Rows of one march for which there is room at first.
+_MARCH_ROWS = 4096
 #: Squared speed below which costates are not carried, relative to the trip's top.
 _FLOOR = 1e-4
 #: Memory of a cell, B: its columns twice, the rows of a run through it, and the policies of thirty extremals.
@@ -102,7 +104,7 @@ class Mesh:
         self.size = 24 * len(self.cells.length_m) + 8192
         self.rows = room_for_rows(self.size)
         self.kept, self.stored = Rows(*np.empty((2, 0))), 0
-        self.scratch = Rows(*np.empty((2, 4096)))
+        self.scratch = room_for_marches(_MARCH_ROWS)
         self.samples = np.empty((SAMPLES, 2))
         self.runs = np.empty((1, RUN_COLUMNS))
         self.room = np.empty((6, costate.ROOM))
@@ -169,9 +171,12 @@ class Mesh:
                 _NO_ENDS, math.inf, 0.0, self.samples, 1, _NO_TARGET, 0.0, self.rows, 0, self.scratch, self.runs,
             )  # fmt: skip
             counters["runs"] += driven
-            if status == OK:
+            if overrun(self.scratch):
+                self._double_scratch()
+            elif status == OK:
                 return int(self.runs[0, 1]), self.runs[0, 2], self.runs[0, 3]
-            self.rows = room_for_rows(2 * len(self.rows.x))
+            else:
+                self.rows = room_for_rows(2 * len(self.rows.x))
 
     def meet(
         self,
@@ -196,6 +201,9 @@ class Mesh:
                 interval.known, target_s[len(found) :], tolerance_s, rows, self.stored, self.scratch, runs,
             )  # fmt: skip
             counters["runs"] += driven
+            if overrun(self.scratch):
+                self._double_scratch()
+                continue
             for first, last, time_s, energy_j, multiplier, *_ in runs[:done].tolist():
                 kept = slice(int(first), int(last))
                 found.append(Run(time_s, energy_j, multiplier, rows.x[kept], rows.w[kept]))
@@ -207,6 +215,9 @@ class Mesh:
             if not done:
                 self.size *= 2
             self.kept, self.stored = room_for_rows(self.size), 0
+
+    def _double_scratch(self) -> None:
+        self.scratch = room_for_marches(2 * len(self.scratch.x))
 
     def extremal(self, multiplier: float, counters: dict[str, int]) -> Extremal:
         """Solve and drive one multiplier, J/s; infinite is the fastest run, full traction up to the envelope."""
