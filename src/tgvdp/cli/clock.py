@@ -32,7 +32,7 @@ def left_s(clock: "Clock", parts_after: int = 0) -> float:
 
 @contextlib.contextmanager
 def reading_within(time_s: float | None) -> Iterator[None]:
-    """Give up the reading of files that takes longer, where the system has alarms: YAML of 20 MB takes minutes.
+    """Give up the reading of files that takes longer, where the system has alarms: 20 MB take many seconds.
 
     For what runs no kernels only: an alarm while one is compiled or loaded would leave half of it behind.
 
