@@ -20,7 +20,7 @@ from tgvdp.line.cells import Cells, cells_of
 from tgvdp.line.resolved import resolve
 from tgvdp.model.track import POWERED
 from tgvdp.model.trip import Trip
-from tgvdp.physics.cell import Rows, cell_at, room_for_rows
+from tgvdp.physics.cell import cell_at, overrun, room_for_marches, room_for_rows
 from tgvdp.physics.codes import BRAKING, NO_BRAKE, NO_ROOM, OK, STALLED, TOO_FAST, TRACTION
 from tgvdp.physics.forces import KernelTrain, kernel_train, unpowered
 from tgvdp.physics.motion import march, net_force
@@ -32,7 +32,7 @@ from tgvdp.units import mps_to_kmh
 #: Rows of the fastest run itself, per usual one. Near it the least energy falls with the square root of the time that
 #: is spent: 1e-5 of the running time is worth 0.5 % of the energy, so that it must be right to 1e-7.
 _FINE_ROWS = 10.0
-#: Rows of one march at most.
+#: Rows of one march for which there is room at first.
 _SCRATCH = 32768
 #: Share of the traction effort that the slowest run keeps in hand, so that rounding and rows of other lengths do not
 #: stall it. Of the effort, not of the speed in each cell: it adds up to the same over a stretch, whatever the cells.
@@ -63,8 +63,6 @@ def _drive_fastest(train, dark, cells, start_w, cap, fast, scratch, rows):
     rows.w[0] = start_w
     n = 1
     for k in range(cells.length_m.shape[0]):
-        if n + _SCRATCH > rows.x.shape[0]:
-            return NO_ROOM, k, n
         cell = cell_at(cells, k)
         w0 = fast[k]
         w1 = cap[k + 1]
@@ -78,8 +76,11 @@ def _drive_fastest(train, dark, cells, start_w, cap, fast, scratch, rows):
             return STALLED, k, n
         else:
             n = emit_driven(here, TRACTION, cell, cell.length_m, w0, rows, n)
-            rows.w[n - 1] = landed
-            rows.x[n - 1] = cell.end_m
+            if n > 0:
+                rows.w[n - 1] = landed
+                rows.x[n - 1] = cell.end_m
+        if n < 0:
+            return NO_ROOM, k, n
         fast[k + 1] = landed
         n = drop_slivers(rows, first, n, cell.length_m)
     return OK, 0, n
@@ -100,7 +101,7 @@ def _find_slowest(weaker, dark, cells, fast, end_w, low, scratch):
 def envelope_kernel(train, weaker, cells, start_w, end_w, cap, low, fast, scratch, rows):
     """Caps, fastest run and slowest speeds; the arrays of `Envelope` in place; returns status, cell, rows.
 
-    ``scratch`` is `Rows` of `_SCRATCH`.
+    ``scratch`` is `room_for_marches`.
     """
     dark = unpowered(train)
     status, cell = _find_caps(train, dark, cells, end_w, cap, scratch)
@@ -180,13 +181,16 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
     start_w, end_w = trip.start_speed_mps**2, trip.end_speed_mps**2
     weaker = train._replace(traction=weakened(train.traction, 1.0 - _SPARE))
     size = 16 * count + 2 * _SCRATCH
+    march_size = _SCRATCH
     while True:
-        rows = room_for_rows(size)
-        scratch = Rows(*np.empty((2, _SCRATCH)))
+        rows, scratch = room_for_rows(size), room_for_marches(march_size)
         status, cell, n = envelope_kernel(train, weaker, reachable, start_w, end_w, cap, low, fast, scratch, rows)
-        if status != NO_ROOM:
+        if overrun(scratch):
+            march_size *= 2
+        elif status == NO_ROOM:
+            size *= 2
+        else:
             break
-        size *= 2
     if status != OK:
         raise _explain(status, trip, cells, cell, cap[cell])
     if fast[-1] < end_w * (1.0 - FEASIBILITY_RTOL):

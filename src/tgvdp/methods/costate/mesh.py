@@ -18,7 +18,7 @@ from tgvdp.methods.costate.forward import Course
 from tgvdp.methods.costate.interpolate import RUN_COLUMNS, SAMPLES, drive
 from tgvdp.methods.costate.stations import graded_stations
 from tgvdp.model.trip import Trip
-from tgvdp.physics.cell import Rows, room_for_rows
+from tgvdp.physics.cell import Rows, overrun, room_for_marches, room_for_rows
 from tgvdp.physics.codes import NO_ROOM, NOT_MET, OK
 from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train, per_kilogram
@@ -36,6 +36,8 @@ _MOST_CELLS = 50_000
 _TOLERANCE = 2e-5
 #: Times as many rows as motion makes on its own where a limit of effort binds: a run's time is right to 1e-6 then.
 _ROWS = 4.0
+#: Rows of one march for which there is room at first.
+_MARCH_ROWS = 4096
 #: Squared speed below which costates are not carried, relative to the trip's top.
 _FLOOR = 1e-4
 #: Memory of a cell, B: its columns twice, the rows of a run through it, and the policies of thirty extremals.
@@ -76,10 +78,14 @@ class _Scratch:
         self.size = 24 * cells + 8192
         self.rows = room_for_rows(self.size)
         self.kept, self.stored = Rows(*np.empty((2, 0))), 0
-        self.cell = Rows(*np.empty((2, 4096)))
+        self.march = room_for_marches(_MARCH_ROWS)
         self.samples = np.empty((SAMPLES, 2))
         self.run = np.empty((1, RUN_COLUMNS))
         self.costates = np.empty((6, costate.ROOM))
+
+    def double_march(self) -> None:
+        """Make room for marches of twice as many rows."""
+        self.march = room_for_marches(2 * len(self.march.x))
 
 
 @dataclass
@@ -175,14 +181,17 @@ class Mesh:
         while True:
             _, status, _, driven = drive(
                 self.train, self.tables, self.course, self.trip.start_speed_mps**2, Blend(policy, policy, policy),
-                _NO_ENDS, math.inf, 0.0, scratch.samples, 1, _NO_TARGET, 0.0, scratch.rows, 0, scratch.cell,
+                _NO_ENDS, math.inf, 0.0, scratch.samples, 1, _NO_TARGET, 0.0, scratch.rows, 0, scratch.march,
                 scratch.run,
             )  # fmt: skip
             counters["runs"] += driven
-            if status == OK:
+            if overrun(scratch.march):
+                scratch.double_march()
+            elif status == OK:
                 n, time_s, energy_j = scratch.run[0, 1:4].tolist()
                 return int(n), time_s, energy_j
-            scratch.rows = room_for_rows(2 * len(scratch.rows.x))
+            else:
+                scratch.rows = room_for_rows(2 * len(scratch.rows.x))
 
     def meet(
         self,
@@ -205,9 +214,12 @@ class Mesh:
             done, status, interval.known, driven = drive(
                 self.train, self.tables, self.course, self.trip.start_speed_mps**2,
                 interval.blend, interval.ends, loss, least_loss_j, interval.samples,
-                interval.known, target_s[len(found) :], tolerance_s, rows, scratch.stored, scratch.cell, runs,
+                interval.known, target_s[len(found) :], tolerance_s, rows, scratch.stored, scratch.march, runs,
             )  # fmt: skip
             counters["runs"] += driven
+            if overrun(scratch.march):
+                scratch.double_march()
+                continue
             for first, last, time_s, energy_j, multiplier, *_ in runs[:done].tolist():
                 kept = slice(int(first), int(last))
                 found.append(Run(time_s, energy_j, multiplier, rows.x[kept], rows.w[kept]))
