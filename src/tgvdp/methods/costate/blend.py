@@ -72,12 +72,16 @@ def blend_of(first: Extremal, second: Extremal, known: Sequence[Extremal], top_w
     top_w : (K + 1,) float64
         Envelope at the stations, m²/s², beyond which no switching speed is known.
     """
-    blend = Blend(first.switch.copy(), second.switch, np.zeros_like(first.switch))
+    blend = Blend(first.switch.copy(), second.switch, np.zeros(first.switch.shape))
     if math.isfinite(first.multiplier):
         span = math.log(second.multiplier / first.multiplier)
-        places = [(math.log(one.multiplier / first.multiplier) / span, one.switch) for one in known]
-        before = [one for one in places if one[0] < -_APART]
-        after = [one for one in places if one[0] > 1.0 + _APART]
-        none = [(math.nan, first.switch)]
-        _bend(*(before or none)[-1], *(after or none)[0], top_w, blend)
+        before = after = (math.nan, first.switch)
+        for one in known:
+            at = math.log(one.multiplier / first.multiplier) / span
+            if at < -_APART:
+                before = at, one.switch
+            elif at > 1.0 + _APART:
+                after = at, one.switch
+                break
+        _bend(*before, *after, top_w, blend)
     return blend

@@ -129,7 +129,7 @@ def optimal_front(
             found.append(run)
     line = resolve(trip)
     found[met:] = [_followed(trip, line, run, auxiliary_w) for run in found[met:]]
-    duration, energy, multipliers = (np.array([run[column] for run in found], dtype=np.float64) for column in range(3))
+    duration, energy, multipliers = np.array([run[:3] for run in found], dtype=np.float64).reshape(-1, 3).T.copy()
     return OptimalRuns(
         duration, energy + auxiliary_w * duration, np.maximum(multipliers - auxiliary_w, 0.0), complete, not saves,
         counters, [(run.x_m, run.w) for run in found], tuple(missed_s),
