@@ -1,14 +1,20 @@
 """The shortened steps of compilation give what numba's own give, to the bit."""
 
+import math
 import os
 import subprocess
 import sys
 
 import pytest
 
+from tgvdp import load_train
 from tgvdp._jit.steps import shortened
 from tgvdp._jit.watch import is_compiled
 from tgvdp.errors import InputError
+from tgvdp.physics.cell import Cell, room_for_rows
+from tgvdp.physics.codes import TRACTION
+from tgvdp.physics.forces import kernel_train
+from tgvdp.physics.motion import march
 
 PROGRAM = """
 import numpy as np
@@ -49,6 +55,25 @@ def test_shortened_steps_change_no_bit():
     assert len(short) > 10
     assert short == numbers("plain")
     assert short == numbers("plain")  # loaded from the cache now, beside the runtime that their machine code calls
+
+
+@pytest.mark.skipif(not is_compiled() or not shortened(), reason="compiled by numba's own steps alone")
+def test_what_a_kernel_calls_is_its_own():
+    from tgvdp._jit.pipeline import compiled_and_linked
+
+    def twice(train, cell, rows):
+        on, back = (
+            march(train, TRACTION, 1.0, cell, 9.0, 4.0, 9.0, rows, 0),
+            march(train, TRACTION, -1.0, cell, 9.0, 4.0, 1.0, rows, 0),
+        )
+        return on[1] - back[1]
+
+    kernel, _ = compiled_and_linked(twice)
+    cell = Cell(0.0, 9.0, 9.0, 0.0, 1.0, math.inf)
+    assert kernel(kernel_train(load_train("alstom-emu")), cell, room_for_rows(100)) > 0.0
+    (code,) = kernel.inspect_llvm().values()
+    assert "define internal" in code
+    assert "linkonce_odr" not in code
 
 
 def test_unknown_steps_are_refused(monkeypatch):

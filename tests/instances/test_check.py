@@ -9,10 +9,11 @@ import pytest
 from tgvdp.formulations.problem.reading import read_instance
 from tgvdp.formulations.problem.replay import replay
 from tgvdp.instances import CHECKER, find, index
-from tgvdp.instances.check import check_binary, check_demand
+from tgvdp.instances.check import check_binary, check_demand, check_substation
 from tgvdp.solvers.registry import solve
 
-SMALL = [name for name, row in index().items() if int(row["N"]) <= 12 and row["kind"] != "substation"]
+SMALL = [name for name, row in index().items() if int(row["N"]) <= 12]
+CHECKS = {"binary": check_binary, "demand": check_demand, "substation": check_substation}
 
 
 @pytest.mark.parametrize("name", SMALL)
@@ -20,12 +21,21 @@ SMALL = [name for name, row in index().items() if int(row["N"]) <= 12 and row["k
 def test_certified_plans_are_feasible_and_cost_what_the_index_says(name):
     params = json.loads(find(name).read_text())["params"]
     plan = list(solve(read_instance(find(name)), "dp").schedule.controls)
-    check = check_binary if params["kind"] == "binary" else check_demand
+    check = CHECKS[params["kind"]]
     objective, broken = check(params, plan)
     assert broken == []
     assert objective == pytest.approx(float(index()[name]["objective"]), rel=1e-12)
     objective, broken = check(params, [plan[1], plan[0], *plan[2:-1], 1])
     assert broken
+
+
+def test_trains_that_together_draw_too_much_are_told_of():
+    params = json.loads(find("substation-k2-n006").read_text())["params"]
+    assert params["power_units"] == 2
+    alone = [1, 0, 0, 0, -1, 0]  # both depart at once: 1 + 2 units of ½·Δv²
+    objective, broken = check_substation(params, alone * 2)
+    assert objective == 1.5
+    assert broken == ["step 1: the substation gives 3.0"]
 
 
 def test_slopes_count_as_in_the_replay():
@@ -54,3 +64,6 @@ def test_it_runs_without_the_package_and_is_short(tmp_path):
     (tmp_path / "plan.sol").write_text("1\n0\n0\n")
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     assert done.returncode == 1 and done.stdout.endswith("3 controls, not 4\ninfeasible\n")
+    (tmp_path / "plan.sol").write_text("1\n0.5\n-1.5\n0\n")
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert done.returncode == 1 and "step 2: 1/2 is neither 1, 0 nor -1" in done.stdout

@@ -12,8 +12,8 @@ from tgvdp.formulations.qubo.encodings import encode
 from tgvdp.formulations.qubo.penalties import best_multiplier
 from tgvdp.formulations.qubo.unary import encode_unary
 from tgvdp.solvers.allowance import Allowance, BetaRange
+from tgvdp.solvers.greedy import repaired
 from tgvdp.solvers.registry import solve
-from tgvdp.solvers.samplers.multiplier import repaired
 
 pytestmark = pytest.mark.filterwarnings("ignore::tgvdp.formulations.problem.binary.FormulationWarning")
 

@@ -218,9 +218,7 @@ class KernelCache(FunctionCache):
         # code needs only the runtime, and only where it counts references: without it, it would call address 0.
         try:
             return (
-                super().load_overload(sig, target_context)
-                if self._counts
-                else self._load_overload(sig, target_context)
+                super().load_overload(sig, target_context) if self._counts else self._load_overload(sig, target_context)
             )
         except Exception:
             self._wipe()

@@ -5,7 +5,7 @@ import math
 from tgvdp._jit import leaf, part
 from tgvdp.constants import FEASIBILITY_RTOL
 from tgvdp.physics.arc import arc, duration_and_work
-from tgvdp.physics.cell import Cell, rest_of
+from tgvdp.physics.cell import Cell, append, rest_of
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK, TRACTION
 from tgvdp.physics.forces import brake_at, effort_at, mean_effort, mean_resistance, resistance_at
 from tgvdp.physics.motion import land, march, net_force
@@ -47,13 +47,6 @@ def _pull(train, cell, w0, w1):
     if work > length * effort * slack or w1 - w0 > 2.0 * length * train.max_acceleration * slack:
         return math.inf
     return work / (length * effort) if work > 0.0 else 0.0
-
-
-@part
-def _append(x, w, rows, n):
-    rows.x[n] = x
-    rows.w[n] = w
-    return n + 1
 
 
 @leaf
@@ -116,24 +109,30 @@ def _evenly(train, cell, w, target, rows, n):
         landed = w
         for i in range(1, parts + 1):
             landed = coast(train, pushed, cell.length_m / parts, landed)
-            last = _append(cell.start_m + i * cell.length_m / parts, landed, rows, last)
+            last = append(cell.start_m + i * cell.length_m / parts, landed, rows, last)
         if sweep > 0 and step != 0.0 and landed != before:
             per_effort = (landed - before) / step
         step = (target - landed) / per_effort
         before = landed
         coasts = pulls and effort == 0.0
         effort = max(effort + step, 0.0) if pulls else effort + step
-    rows.x[last - 1] = cell.end_m
-    if parts == 1 or not coasts:
-        rows.w[last - 1] = target
+    if last > 0:
+        rows.x[last - 1] = cell.end_m
+        if parts == 1 or not coasts:
+            rows.w[last - 1] = target
     return last
 
 
 @part
 def _saturated(train, regime, cell, w, target, rows, n):
-    """Append the rows of one regime through a cell, or until a target speed is met; returns what is left of it."""
+    """Append the rows of one regime through a cell, or until a target speed is met; returns what is left of it.
+
+    Without room for them nothing is left, and their number is −1.
+    """
     first = n
     used, w, n = march(train, regime, 1.0, cell, cell.length_m, w, target, rows, n)
+    if n < 0:
+        return 0.0, w, n
     for i in range(first, n):
         rows.x[i] += cell.start_m
     if used >= cell.length_m * (1.0 - _SAME_PLACE):
@@ -173,6 +172,8 @@ def _regenerate(train, cell, w, b, c, top, scratch, rows, n):
         return drive_then_brake(train, COASTING, DYNAMIC, held, w, target, scratch, rows, n)
     first = n
     landed, n = _saturated(train, DYNAMIC, cell, w, target if w > target else 0.0, rows, n)[1:]
+    if n < 0:
+        return n
     if landed <= min(c, top) * (1.0 + ON_CURVE):
         rows.x[n - 1] = cell.end_m  # its rows may meet the target a hair before the braking curve does
         return n
@@ -192,7 +193,7 @@ def _hold_to_line(train, cell, w, line, slope, top, rows, n):
     held = length if slope >= 0.0 else min((w - line) / slope, length)
     if 0.0 <= _pull(train, cell, w, w) < math.inf and top >= w * (1.0 - ON_CURVE) and held > 0.0:
         rest = length - held if held < length * (1.0 - _SAME_PLACE) else 0.0
-        n = _append(cell.end_m - rest, w, rows, n)
+        n = append(cell.end_m - rest, w, rows, n)
     return rest, w, n
 
 
@@ -268,10 +269,9 @@ def coast_through(train, regenerates, cell, w, b, c, top, scratch, rows, n):
         parts = _parts(w, landed)
         for i in range(1, parts + 1):
             w = landed if parts == 1 else coast(train, cell, rest / parts, w)
-            rows.x[n] = cell.start_m + i * rest / parts if i < parts else cell.end_m
-            rows.w[n] = w
-            n += 1
-        rows.w[n - 1] = min(w, b, top)  # a rounding error above, and braking would be a sliver
+            n = append(cell.start_m + i * rest / parts if i < parts else cell.end_m, w, rows, n)
+        if n > 0:
+            rows.w[n - 1] = min(w, b, top)  # a rounding error above, and braking would be a sliver
         return n
     if regenerates:
         return _regenerate(train, cell, w, b, c, top, scratch, rows, n)

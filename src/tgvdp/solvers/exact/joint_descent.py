@@ -38,14 +38,14 @@ def descend(instance: SubstationInstance, trains: Sequence[Train], prices: Ints)
     least = int(NEVER)
     for start in range(_STARTS):
         noise = rng.uniform(0.0, 2.0, instance.steps) if start else np.ones(instance.steps)
-        plan = _settled(instance, trains, np.rint(np.maximum(prices, SCALE // 8) * noise).astype(np.int64))
+        plan = settled(instance, trains, np.rint(np.maximum(prices, SCALE // 8) * noise).astype(np.int64))
         net = delivered(instance, joint_speeds(instance, plan))
         if net.max() <= q * instance.power_units and int(net.sum()) < least:
             best, least = plan, int(net.sum())
     return best
 
 
-def _settled(instance: SubstationInstance, trains: Sequence[Train], prices: Ints) -> list[Ints]:
+def settled(instance: SubstationInstance, trains: Sequence[Train], prices: Ints) -> list[Ints]:
     """Trains take turns until a whole round saves nothing."""
     plan = [_alone(one, priced(instance, one, prices)) for one in trains]
     best = int(NEVER)

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.errors import InputError
 from tgvdp.formulations.problem.binary import features_of_speeds, in_model_units, schedule_of_speeds
 from tgvdp.formulations.problem.instances import BinaryInstance
 from tgvdp.formulations.problem.replay import replay
@@ -23,6 +22,7 @@ from tgvdp.formulations.problem.schedule import Schedule, Solution
 from tgvdp.formulations.qubo.unary import encode_unary
 from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.extras import extra
+from tgvdp.solvers.greedy import repaired, require_unit_steps, solve_greedy, unit_distances, unit_limits
 from tgvdp.solvers.samplers.bqm import bqm_of
 from tgvdp.solvers.samplers.sampling import qubo_report, samples_of
 
@@ -51,16 +51,15 @@ def solve_multiplier(instance: BinaryInstance, allowance: Allowance) -> Solution
     InputError
         When the steps are not equal.
     """
-    if instance.acc_units != instance.dec_units:
-        raise InputError(f"{instance.id}: solver multiplier needs equal steps")
+    require_unit_steps(instance, "multiplier")
     sampler = extra("dwave.samplers", "solver multiplier").SimulatedAnnealingSampler()
     start = time.perf_counter()
-    limits = _limits(instance)
+    limits = unit_limits(instance)
     scale = _largest_change(instance, limits)
     low, high = -2.0 * scale, 2.0 * scale  # of μ: so rewarded, or charged, no bit stays where it was
     tried = _Tried(*(np.full(allowance.reads, np.inf) for _ in range(2)))
     best: Schedule | None = None
-    target = _target(instance)
+    target = unit_distances(instance)
     multiplier, qubo = 0.0, None
     for round_ in range(ROUNDS):
         multiplier = 0.5 * (low + high)
@@ -82,7 +81,7 @@ def solve_multiplier(instance: BinaryInstance, allowance: Allowance) -> Solution
             (low, multiplier) if middle < target[0] else (multiplier, high) if middle > target[1] else (low, high)
         )
     elapsed_s = time.perf_counter() - start
-    return _solution(instance, allowance, tried, best, qubo, multiplier, elapsed_s, limits)
+    return _solution(instance, allowance, tried, best, qubo, multiplier, elapsed_s)
 
 
 def _solution(
@@ -93,10 +92,9 @@ def _solution(
     qubo: Any,
     multiplier: float,
     elapsed_s: float,
-    limits: Ints,
 ) -> Solution:
     lowest = float(tried.repaired.min())
-    alone = schedule_of_speeds(instance, instance.acc_units * repaired(instance, np.zeros_like(limits), limits))
+    alone = solve_greedy(instance, allowance)
     shown = best or schedule_of_speeds(instance, np.zeros(instance.steps + 1, dtype=np.int64))
     return Solution(
         solver="multiplier",
@@ -118,19 +116,6 @@ def _solution(
             "seed": allowance.seed,
         },
     )
-
-
-def _target(instance: BinaryInstance) -> tuple[int, int]:
-    """Least and largest distance in steps of the speed."""
-    least, most = instance.distance_range
-    return -(-least // instance.acc_units), most // instance.acc_units
-
-
-def _limits(instance: BinaryInstance) -> Ints:
-    """Highest level after each step 0..N that can be reached and left again."""
-    steps, unit = instance.steps, instance.acc_units
-    caps = [0, *(cap // unit for cap in instance.cap_units[:-1]), 0]
-    return np.array([min(k, steps - k, caps[k]) for k in range(steps + 1)], dtype=np.int64)
 
 
 def _largest_change(instance: BinaryInstance, limits: Ints) -> float:
@@ -156,36 +141,11 @@ def _allowed(heights: Ints, limits: Ints) -> Ints:
     return v
 
 
-def repaired(instance: BinaryInstance, heights: Ints, limits: Ints) -> Ints:
-    """Move single levels of (N+1,) heights of unit steps until the distance is right or nothing can move.
-
-    Each time the move that raises the objective least, and of equals the earliest.
-    """
-    v = heights.copy()
-    low, high = _target(instance)
-    while not low <= (total := int(v.sum())) <= high:
-        sign = 1 if total < low else -1
-        moved = v[1:-1] + sign
-        fits = (moved <= limits[1:-1]) & (moved >= 0)
-        fits &= (np.abs(moved - v[:-2]) <= 1) & (np.abs(moved - v[2:]) <= 1)
-        places = np.flatnonzero(fits) + 1
-        if not places.size:
-            break
-        plans = np.repeat(v[None], places.size, axis=0)
-        plans[np.arange(places.size), places] += sign
-        v = plans[int(np.argmin([_exact(instance, plan) for plan in plans]))]
-    return v
-
-
-def _exact(instance: BinaryInstance, heights: Ints) -> Any:
-    return features_of_speeds(instance, instance.acc_units * heights).exact()
-
-
 def _keep(
     instance: BinaryInstance, heights: Ints, objectives: NDArray[np.float64], attempt: int, best: Schedule | None
 ) -> Schedule | None:
     """Note a plan if it is feasible and the best of its attempt; returns the best of all."""
-    low, high = _target(instance)
+    low, high = unit_distances(instance)
     if not low <= int(heights.sum()) <= high:
         return best
     schedule = schedule_of_speeds(instance, instance.acc_units * heights)

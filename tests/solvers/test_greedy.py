@@ -1,0 +1,36 @@
+"""The plan without search: feasible where it says so, and never better than the optimum."""
+
+import pytest
+
+from tests.helpers.instance_case import binary_instance
+from tgvdp.errors import BudgetExceededError, InputError
+from tgvdp.formulations.problem.reading import read_instance
+from tgvdp.instances import find, index
+from tgvdp.solvers.registry import solve
+
+NAMES = [n for n, row in index().items() if row["objective"] and row["family"] in ("easy", "zones", "substation")]
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if int(index()[name]["N"]) <= 24])
+def test_it_is_feasible_and_not_below_the_optimum(name):
+    optimum = float(index()[name]["objective"])
+    try:
+        found = solve(read_instance(find(name)), "greedy")
+    except BudgetExceededError:
+        assert index()[name]["kind"] == "substation"
+        return
+    assert found.feasible and found.replay["feasible"] and not found.optimal
+    assert found.objective >= optimum * (1.0 - 1e-12)
+
+
+def test_it_finds_the_optimum_of_single_trains_and_not_of_those_that_share_a_substation():
+    off = {
+        name: solve(read_instance(find(name)), "greedy").objective / float(index()[name]["objective"])
+        for name in ("easy-n012", "kinetic-n012", "zones-n012", "substation-k2-n012")
+    }
+    assert [name for name, ratio in off.items() if ratio > 1.0] == ["substation-k2-n012"]
+
+
+def test_unequal_steps_are_refused():
+    with pytest.raises(InputError, match="solver greedy needs equal steps"):
+        solve(binary_instance(4, dec_units=2), "greedy")
