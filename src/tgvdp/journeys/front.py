@@ -98,6 +98,7 @@ def journey_front(
     shares = practices(sections, supplement_s)
     samples = _sampled(sections, float(supplement_s[-1]), search.tolerance_s)
     merged_s, is_off = samples.merged(supplement_s)
+    search.tried.append(merged_s)  # its runs are known
     splits = [search.split()]
     search.attempt(*shares.values(), search.beside(merged_s, is_off), splits[0].supplement_s)
     while len(splits) < ROUNDS:
@@ -218,19 +219,23 @@ def _sampled(sections: Sequence[SectionRuns], last_s: float, tolerance_s: float)
     total = _STEPS * len(sections) if last_s > tolerance_s else 0
     step_s = last_s / total if total else tolerance_s
     counts = [min(_FIRST_STEPS, total)] * len(sections)
+    reach(sections, np.repeat(step_s * np.arange(counts[0] + 1)[:, None], len(sections), axis=1), tolerance_s)
     while True:
-        steps = np.arange(max(counts) + 1)
-        sampled_s = np.column_stack([step_s * np.minimum(steps, count) for count in counts])
-        reach(sections, sampled_s, tolerance_s)
         energy_j = [
-            one.energy_j[one.cheapest_within(np.asarray(step_s * steps[: count + 1]))]
+            one.energy_j[one.cheapest_within(np.asarray(step_s * np.arange(count + 1)))]
             for one, count in zip(sections, counts, strict=True)
         ]
         sums = least_sums(energy_j)
         most = sums.steps[: total + 1].max(axis=0)
         short = [
-            not one.exhausted and used == count < total for one, used, count in zip(sections, most, counts, strict=True)
+            at
+            for at, (one, used, count) in enumerate(zip(sections, most, counts, strict=True))
+            if not one.exhausted and used == count < total
         ]
-        if not any(short):
+        if not short:
             return _Samples(step_s, energy_j, sums)
-        counts = [min(2 * count, total) if more else count for count, more in zip(counts, short, strict=True)]
+        further = np.arange(min(counts[at] for at in short) + 1, min(2 * max(counts[at] for at in short), total) + 1)
+        for at in short:
+            counts[at] = min(2 * counts[at], total)
+        sampled = [np.clip(further, None, counts[at]) for at in short]
+        reach([sections[at] for at in short], step_s * np.column_stack(sampled), tolerance_s)
