@@ -3,7 +3,6 @@
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
 
@@ -16,6 +15,7 @@ from tgvdp.api.methods import continuous_front
 from tgvdp.api.sense import sensible_numbers
 from tgvdp.api.targets import asked_targets, met_to_s
 from tgvdp.api.trip import trip_of
+from tgvdp.cores import side_by_side
 from tgvdp.errors import InfeasibleError, InputError
 from tgvdp.formats import load_journey
 from tgvdp.formats.sources import Source
@@ -36,7 +36,6 @@ from tgvdp.model.trip import Trip
 from tgvdp.options.search import SearchOptions
 from tgvdp.runs.fastest import fastest_run
 from tgvdp.runs.profile import Profile
-from tgvdp.second_process import usable_cores
 
 _Floats = NDArray[np.float64]
 
@@ -131,9 +130,8 @@ def journey(
     solved = _solver(budget.start(), max_memory_b)
     whole = replace(line, origin_m=stops_m[0], destination_m=stops_m[-1])
     with limited_memory(max_memory_b):
-        with ThreadPoolExecutor(usable_cores()) as cores:
-            trips = [replace(line, origin_m=from_m, destination_m=to_m) for from_m, to_m in pairwise(stops_m)]
-            between = tuple(cores.map(solved, trips))
+        trips = [replace(line, origin_m=from_m, destination_m=to_m) for from_m, to_m in pairwise(stops_m)]
+        between = tuple(side_by_side(solved, trips))
         sections: tuple[SectionRuns | PassedRuns, ...] = between
         if windows.are_open:
             supplement_s, tolerance_s = _supplements(between, options)

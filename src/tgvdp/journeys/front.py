@@ -6,19 +6,18 @@ sections at the supplements that the last one leads to, and knows their multipli
 """
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.cores import side_by_side
 from tgvdp.journeys.merge import Sums, least_sums
 from tgvdp.journeys.multiplier import Split, demand_of, on_hull, split
 from tgvdp.journeys.practices import practices
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.pareto import ParetoFront
-from tgvdp.second_process import usable_cores
 
 _Floats = NDArray[np.float64]
 
@@ -186,8 +185,7 @@ class _Search:
 
 def reach(sections: Sequence[SectionRuns], supplement_s: _Floats, tolerance_s: float) -> None:
     """Find the runs of all sections at their columns of supplements, s, side by side."""
-    with ThreadPoolExecutor(usable_cores()) as cores:
-        list(cores.map(lambda section, own_s: section.reach(own_s, tolerance_s), sections, supplement_s.T))
+    side_by_side(lambda section, own_s: section.reach(own_s, tolerance_s), sections, supplement_s.T)
 
 
 class _Samples(NamedTuple):
@@ -219,7 +217,8 @@ def _sampled(sections: Sequence[SectionRuns], last_s: float, tolerance_s: float)
     total = _STEPS * len(sections) if last_s > tolerance_s else 0
     step_s = last_s / total if total else tolerance_s
     counts = [min(_FIRST_STEPS, total)] * len(sections)
-    reach(sections, np.repeat(step_s * np.arange(counts[0] + 1)[:, None], len(sections), axis=1), tolerance_s)
+    first_s = step_s * np.arange(counts[0] + 1)
+    reach(sections, np.tile(first_s[:, None], len(sections)), tolerance_s)
     while True:
         energy_j = [
             one.energy_j[one.cheapest_within(np.asarray(step_s * np.arange(count + 1)))]
@@ -238,4 +237,4 @@ def _sampled(sections: Sequence[SectionRuns], last_s: float, tolerance_s: float)
         for at in short:
             counts[at] = min(2 * counts[at], total)
         sampled = [np.clip(further, None, counts[at]) for at in short]
-        reach([sections[at] for at in short], step_s * np.column_stack(sampled), tolerance_s)
+        reach([sections[at] for at in short], np.asarray(step_s * np.column_stack(sampled)), tolerance_s)
