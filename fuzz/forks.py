@@ -143,6 +143,7 @@ def _confine(folder: Path) -> None:
     resource.setrlimit(resource.RLIMIT_CPU, (used + _ENDED_CPU_S, used + 2 * _ENDED_CPU_S))
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.alarm(_ENDED_WALL_S)
+    time.perf_counter = time.process_time  # its clock is the one that it is judged by, however busy the machine is
 
 
 def _command(case: Case) -> int:

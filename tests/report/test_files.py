@@ -16,8 +16,8 @@ from tgvdp.cli.screen import energy_table, power_and_cost
 from tgvdp.errors import InputError
 from tgvdp.report import check_writable, make_provenance, results, write_results
 from tgvdp.report.files import write_files
-from tgvdp.report.gallery import draw
-from tgvdp.report.pictures import PICTURE_FORMATS, encode
+from tgvdp.report.gallery import draw, front_files
+from tgvdp.report.pictures import PICTURE_FORMATS, encode, pictures_of
 from tgvdp.report.profiles import choose_runs
 
 NAMES = {
@@ -265,3 +265,11 @@ def test_unknown_names_of_the_report():
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = tgvdp.report.nothing
     assert set(tgvdp.report.__all__) == {name for name in tgvdp.report.__all__ if getattr(tgvdp.report, name)}
+
+
+def test_pictures_for_which_there_was_no_time_are_named(result, tmp_path):
+    written = write_results(result, tmp_path, PROVENANCE, [VERDICT] * 3, pictures=["png"], drawn=dict)
+    assert written.undrawn == len(pictures_of(result))
+    assert written.content["warning"] == f"the time limit left no time for {written.undrawn} pictures"
+    assert json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))["warning"] == written.content["warning"]
+    assert front_files(["png"], 0.0, result, PROVENANCE, None) == {}

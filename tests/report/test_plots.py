@@ -14,8 +14,9 @@ from tgvdp import search
 from tgvdp.errors import InputError
 from tgvdp.model.energy import PANTOGRAPH, WHEEL, EnergyMap, EnergyModel
 from tgvdp.report import palette, plot_effort, plot_front, plot_price, plot_profile, plot_speed_time, style
-from tgvdp.report.gallery import PICTURES, draw, pictures_of
+from tgvdp.report.gallery import draw
 from tgvdp.report.line_met import altitude_of, features_of, speed_limits_of
+from tgvdp.report.pictures import PICTURES, pictures_of
 from tgvdp.report.profile_plots import speed_curve
 from tgvdp.runs.profile import profile_of
 

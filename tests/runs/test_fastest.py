@@ -15,7 +15,11 @@ from tgvdp.model.effort import EffortCurve, EffortPiece
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
+from tgvdp.physics.cell import Cell, Rows, room_for_rows
+from tgvdp.physics.codes import BRAKING, TRACTION
+from tgvdp.physics.forces import kernel_train
 from tgvdp.referee.replay import replay
+from tgvdp.runs.braking_point import drive_then_brake
 from tgvdp.runs.fastest import fastest_run
 from tgvdp.units import joule_to_kwh
 
@@ -212,3 +216,27 @@ def test_a_dynamic_brake_that_fades_to_nothing_at_standstill(rates):
     assert replay(trip, profile).ok
     if not rates:
         assert profile.duration_s == pytest.approx(fastest_s(trip, 0.2), rel=1.5e-4)
+
+
+@pytest.mark.nojit
+def test_a_march_with_little_room_gets_more(monkeypatch):
+    trip = trip_on([(0, 12), (300, 20), (700, 8)], [(0, 0), (200, 15)], length_m=900)
+    expected = fastest_run(trip)
+    monkeypatch.setattr("tgvdp.runs.fastest._SCRATCH", 4)
+    found = fastest_run(trip)
+    assert np.array_equal(found.position_m, expected.position_m)
+    assert np.array_equal(found.speed_mps, expected.speed_mps)
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize("room", [*range(2, 40, 3), 4000])
+def test_rows_of_a_cell_stay_within_their_room(room):
+    train = kernel_train(commuter())
+    cell = Cell(0.0, 800.0, 800.0, 0.0, 0.0, 400.0)
+    rows, scratch = room_for_rows(room + 1), room_for_rows(room)
+    rows.x[-1] = rows.w[-1] = -7.0
+    taken = Rows(rows.x[:room], rows.w[:room])
+    taken.x[0] = taken.w[0] = 0.0
+    n = drive_then_brake(train, TRACTION, BRAKING, cell, 0.0, 0.0, scratch, taken, 1)
+    assert n == -1 or (n <= room and taken.x[n - 1] == 800.0)
+    assert (rows.x[-1], rows.w[-1]) == (-7.0, -7.0)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from tgvdp.cli import echo_json
+from tgvdp.cli.clock import left_s, reading_within, search_s
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand
 from tgvdp.cli.notes import idle, idle_restrictions, large_gaps, unused_line_speed, unusual
@@ -26,11 +27,8 @@ if TYPE_CHECKING:
     from tgvdp.methods.budget import Clock
     from tgvdp.referee.replay import Verdict
 
-#: What replay, proof and tables have each, where what comes before them takes all the time: that share of the limit,
-#: but no more than so many seconds.
-_CHECKS_SHARE, _CHECKS_S = 0.125, 1.0
-#: Share of the limit that a search has at least, however long it took to get there.
-_SEARCH_SHARE = 0.5
+#: What follows a search: replay, proof, and tables.
+_PARTS_AFTER = 3
 
 #: Points that a warning names.
 _NAMED = 20
@@ -95,12 +93,13 @@ def command(
     with Screen(quiet=quiet) as screen, SecondProcess() as second:
         if pictures:
             second.load("tgvdp.api.warm", "tgvdp.report.gallery")
-        case = read_case(train, track, scenario, line_speed_kmh)
-        asked = {name: value for name, value in given.items() if value is not None}
-        options = merged(suited(case.options, asked, scenario), asked)
-        case = case.with_fields(changes)
-        read_map(options, case)
-        section = None if journey is None else read_section(journey, case.track, case.inputs, options, given)
+        with reading_within(given["time_limit_s"]):
+            case = read_case(train, track, scenario, line_speed_kmh)
+            asked = {name: value for name, value in given.items() if value is not None}
+            options = merged(suited(case.options, asked, scenario), asked)
+            case = case.with_fields(changes)
+            read_map(options, case)
+            section = None if journey is None else read_section(journey, case.track, case.inputs, options, given)
         screen.progress(f"searching: {case.train.name} on {case.track.name}")
         # These bring numba: neither --help nor an error in the input waits for it.
         from tgvdp import api
@@ -121,13 +120,14 @@ def command(
         with screen.compiling():
             budget = budget_of(arguments)
             clock = budget.start(time.perf_counter() - started_s)
-            result = api.search(case.train, case.track, **arguments | {"time_limit_s": _search_s(clock)})
+            limited = arguments | {"time_limit_s": search_s(clock, _PARTS_AFTER)}
+            result = api.search(case.train, case.track, **limited)
             result = replace(result, options=result.options | {"time_limit_s": budget.time_limit_s})
             if section is not None:
                 result = replace(result, warnings=(*result.warnings, *section.broken_by(result.fastest.time_s)))
             about = make_provenance(result.options | case.changed, case.inputs, result.elapsed_s)
             formats = format if pictures else ()
-            runs = _asked(second, "run_files", formats, result, about, price_per_kwh)
+            runs = _asked(second, "run_files", formats, _end(clock), result, about, price_per_kwh)
             if checks is not None:
                 elapsed_s = clock.elapsed_s
                 with screen.waiting():
@@ -136,13 +136,13 @@ def command(
                     elapsed_s
                 )  # what the other process compiles counts no more than what this one does
             verdicts, certificate, checks_s = _checked(result, certify, screen, clock)
-            front = _asked(second, "front_files", formats, result, about, certificate)
+            front = _asked(second, "front_files", formats, _end(clock), result, about, certificate)
             tariff = make_tariff(price_per_kwh, co2_g_per_kwh)
-            files, content = write_results(
+            files, content, undrawn = write_results(
                 result, out, about | checks_s, verdicts, certificate, profiles=profiles, every_m=every_m,
                 trace=result.trace() if trace else None,
                 pictures=formats, tariff=tariff, drawn=lambda: front() | runs(), progress=screen.progress,
-                time_s=_left_s(clock),
+                time_s=left_s(clock),
             )  # fmt: skip
         folder.drop_earlier(files)
 
@@ -157,23 +157,19 @@ def command(
         click.echo(f"in {out}: {', '.join(file.name for file in files)}", err=as_json)
         for text in large_gaps(content):
             click.echo(f"tgvdp: note: {text}", err=True)
-    return _judge(content, certificate is None or certificate.complete, quiet)
+    return _judge(content, certificate is None or certificate.complete, undrawn, quiet)
 
 
-def _search_s(clock: "Clock") -> float:
-    """Time that the search may take, s, so that replay, proof and tables have theirs."""
-    return max(_left_s(clock, 3), _SEARCH_SHARE * clock.limit_s)
+def _end(clock: "Clock") -> float:
+    """When the time limit passes, in a time that other processes know, s."""
+    return time.time() + clock.left_s()
 
 
-def _left_s(clock: "Clock", parts_after: int = 0) -> float:
-    """Time that a part of the command may take, s, so that those after it have theirs."""
-    share_s = min(_CHECKS_SHARE * clock.limit_s, _CHECKS_S)
-    return max(clock.left_s() - parts_after * share_s, share_s)
-
-
-def _asked(second: SecondProcess, task: str, formats: Sequence[str], *shown: Any) -> Callable[[], dict[str, bytes]]:
-    """Have pictures drawn in formats, if any; what is returned waits for their files."""
-    return second.promise(f"tgvdp.report.gallery:{task}", formats, *shown) if formats else dict
+def _asked(
+    second: SecondProcess, task: str, formats: Sequence[str], end_s: float, *shown: Any
+) -> Callable[[], dict[str, bytes]]:
+    """Have pictures drawn in formats, if any, none begun after ``end_s``; what is returned waits for their files."""
+    return second.promise(f"tgvdp.report.gallery:{task}", formats, end_s, *shown) if formats else dict
 
 
 def _checked(
@@ -182,13 +178,13 @@ def _checked(
     """Replay a result and, if asked for, prove it; with entries of the provenance: how long each took, s."""
     screen.progress("replaying")
     started_s = time.perf_counter()
-    verdicts = result.verify(_left_s(clock, 2))
+    verdicts = result.verify(left_s(clock, 2))
     checks_s = {"elapsed_verify_s": time.perf_counter() - started_s}
     if not certify:
         return verdicts, None, checks_s
     screen.progress("proving")
     started_s = time.perf_counter()
-    certificate = result.certify(_left_s(clock, 1))
+    certificate = result.certify(left_s(clock, 1))
     checks_s["elapsed_certify_s"] = time.perf_counter() - started_s
     return verdicts, certificate, checks_s
 
@@ -199,7 +195,7 @@ def _title(result: "SearchResult", changes: Sequence[str]) -> str:
     return f"{title}, with {', '.join(changes)}" if changes else title
 
 
-def _judge(content: Mapping[str, Any], is_proved: bool, quiet: bool) -> int:
+def _judge(content: Mapping[str, Any], is_proved: bool, undrawn: int, quiet: bool) -> int:
     """Exit code of a result, and a word on stderr where it is not all that was asked for."""
     front = content["front"]
     failed = [str(point["id"]) for point in front if point["replay"]["ok"] is False]
@@ -216,6 +212,8 @@ def _judge(content: Mapping[str, Any], is_proved: bool, quiet: bool) -> int:
         ended = f"the time limit ended the summing up, {bare} points lack it"
     elif not is_proved:
         ended = "the time limit ended the proof, bounds are missing or loose"
+    elif undrawn:
+        ended = f"the time limit left no time for {undrawn} pictures"
     else:
         ended = ""
     if content["complete"] and "warning" in content and not quiet:

@@ -68,3 +68,11 @@ def cells_of(trip: Trip, stations_m: NDArray[np.float64] | None = None) -> Cells
     return Cells(
         station_m, np.diff(station_m), line.grade_n[step], line.air[step], line.limit_mps[step] ** 2, supply, saved_w
     )
+
+
+def halved(cells: Cells, which: NDArray[np.bool_]) -> Cells:
+    """Cells of which some, (K,), are cut in two."""
+    middle_m = cells.station_m[:-1][which] + 0.5 * cells.length_m[which]
+    station_m = np.sort(np.concatenate((cells.station_m, middle_m)))
+    counts = which + 1
+    return Cells._make((station_m, np.diff(station_m), *(column.repeat(counts) for column in cells[2:])))

@@ -68,8 +68,7 @@ class ResolvedLine(NamedTuple):
 
     def step_at(self, x_m: Floats) -> NDArray[np.int64]:
         """Step that holds each position, at a break the one that starts there."""
-        index = np.searchsorted(self.break_m, x_m, side="right") - 1
-        return np.asarray(index.clip(0, len(self.grade_n) - 1))
+        return np.asarray(np.searchsorted(self.break_m[1:-1], x_m, side="right"))
 
     def supply_between(self, x_m: Floats) -> NDArray[np.int8]:
         """Current between rows at given positions, (n − 1,)."""

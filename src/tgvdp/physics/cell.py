@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import leaf
+from tgvdp._jit import leaf, part
 from tgvdp.errors import NumericalError
 from tgvdp.memory import ask_for
 
@@ -57,6 +57,31 @@ def room_for_rows(count: int) -> Rows:
         raise NumericalError(f"one run takes more than {MOST_ROWS:,} rows")
     ask_for(16.0 * count, f"{count:,} rows of runs")
     return Rows(*np.empty((2, count)))
+
+
+def room_for_marches(count: int) -> Rows:
+    """Room for the rows of one march at a time, which `overrun` watches; errors as of `room_for_rows`."""
+    scratch = room_for_rows(count)
+    scratch.x[-1] = np.nan
+    return scratch
+
+
+def overrun(scratch: Rows) -> bool:
+    """Whether a march had more rows than there was room for: what was made of it counts for nothing."""
+    return not np.isnan(scratch.x[-1])
+
+
+@part
+def append(x, w, rows, n):
+    """Append a row to those that there are; returns their new number, −1 where there is no room for it.
+
+    Also where there was none for the one before.
+    """
+    if n < 0 or n >= rows.x.shape[0]:
+        return -1
+    rows.x[n] = x
+    rows.w[n] = w
+    return n + 1
 
 
 @leaf

@@ -5,9 +5,10 @@ of some length meets the difference of two sums over its length.
 """
 
 import math
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,6 +101,20 @@ def met(line, parts, x):
     return (head_force - back_force) / line.length_m, drag / line.length_m
 
 
+def _held(at_m: _Floats, rows: Sequence[Any], end_m: Sequence[float]) -> Iterator[tuple[Any, slice]]:
+    """Rows, and where among increasing positions each of them holds, its end left out.
+
+    A line may have 100,000 of both.
+    """
+    places = np.searchsorted(at_m, np.column_stack(([row.position_m for row in rows], end_m)))
+    return zip(rows, (slice(*place) for place in places.tolist()), strict=True)
+
+
+def _until_next_m(rows: Sequence[Any], last_m: float) -> list[float]:
+    """Ends of rows that hold until the next one."""
+    return [*(row.position_m for row in rows[1:]), last_m][: len(rows)]
+
+
 def _curve_permil(formula: str, row: Curve, share: float) -> float:
     """Resistance at a share of the way through a curve, ‰."""
     bend = abs((1.0 - share) / row.radius_start_m + share / row.radius_end_m)
@@ -120,8 +135,8 @@ def see_line(trip: Trip) -> SeenLine:
     for tunnel in track.tunnels:
         ends_m |= {tunnel.position_m, min(tunnel.position_m + tunnel.length_m, track.length_m)}
     curves = track.curves if convention.curves != "none" else ()
-    curve_end_m = [*(row.position_m for row in curves[1:]), track.length_m]
-    for row, end_m in zip(curves, curve_end_m, strict=False):
+    curve_end_m = _until_next_m(curves, track.length_m)
+    for row, end_m in zip(curves, curve_end_m, strict=True):
         if row.radius_start_m != row.radius_end_m:
             parts = max(_PARTS, math.ceil((end_m - row.position_m) / _LONGEST_M))
             ends_m |= set(np.linspace(row.position_m, end_m, parts + 1).tolist())
@@ -134,10 +149,10 @@ def see_line(trip: Trip) -> SeenLine:
     middle_m = np.maximum(0.5 * (at_m[:-1] + at_m[1:]), _BESIDE * _BESIDE * at_m[at_m > 0.0].min())
     span_m = np.diff(at_m)
     permil, permil_per_m = np.zeros_like(middle_m), np.zeros_like(middle_m)
-    for position_m, gradient_permil in track.gradients:
-        permil[middle_m > position_m] = gradient_permil
-    for row, end_m in zip(curves, curve_end_m, strict=False):
-        for i in np.flatnonzero((middle_m > row.position_m) & (middle_m < end_m)):
+    for row, held in _held(middle_m, track.gradients, _until_next_m(track.gradients, math.inf)):
+        permil[held] = row.gradient_permil
+    for (row, held), end_m in zip(_held(middle_m, curves, curve_end_m), curve_end_m, strict=True):
+        for i in range(held.start, held.stop):
             beside_m = 0.25 * span_m[i] if at_m[i] >= 0.0 else 0.0
             first, last = (
                 _curve_permil(convention.curves, row, float((at - row.position_m) / (end_m - row.position_m)))
@@ -146,9 +161,9 @@ def see_line(trip: Trip) -> SeenLine:
             permil[i] += 0.5 * (first + last)
             permil_per_m[i] = 2.0 * (last - first) / span_m[i]
     air = np.full_like(middle_m, train.davis_c_n_per_mps2)
-    for tunnel in track.tunnels if convention.tunnels else ():
-        inside = (middle_m > tunnel.position_m) & (middle_m < tunnel.position_m + tunnel.length_m)
-        air[inside] += next(
+    tunnels = track.tunnels if convention.tunnels else ()
+    for tunnel, held in _held(middle_m, tunnels, [row.position_m + row.length_m for row in tunnels]):
+        air[held] += next(
             row.davis_c_n_per_mps2 for row in train.tunnel_drag if row.cross_section_m2 == tunnel.cross_section_m2
         )
     mean_n, slope = (train.mass_kg * value / 1000.0 * convention.gravity_mps2 for value in (permil, permil_per_m))
@@ -157,22 +172,24 @@ def see_line(trip: Trip) -> SeenLine:
 
 
 def limits_seen(trip: Trip, at_m: _Floats) -> _Floats:
-    """Speed limit at positions of the head, m/s: a limit holds until the tail has left it, or the head (convention)."""
-    track = trip.track
+    """Speed limit at increasing positions of the head, m/s.
+
+    A limit holds until the tail has left it, or the head, by the trip's convention.
+    """
+    limits = trip.track.speed_limits
     behind_m = trip.train.length_m if trip.convention.limits == "tail" else 0.0
     limit_mps = np.full(len(at_m), trip.train.max_speed_mps)
-    ends_m = [*(row.position_m for row in track.speed_limits[1:]), math.inf]
-    for row, end_m in zip(track.speed_limits, ends_m, strict=True):
-        held = (at_m >= row.position_m) & (at_m < end_m + behind_m)
+    for row, held in _held(at_m, limits, [end_m + behind_m for end_m in _until_next_m(limits, math.inf)]):
         limit_mps[held] = np.minimum(limit_mps[held], row.speed_mps)
     return limit_mps
 
 
 def supply_seen(trip: Trip, at_m: _Floats) -> NDArray[np.int8]:
-    """Current at positions of the head, (n,): POWERED, NEUTRAL or LOWERED."""
+    """Current at increasing positions of the head, (n,): POWERED, NEUTRAL or LOWERED."""
     supply = np.full(len(at_m), POWERED, dtype=np.int8)
-    for position_m, length_m, lowered in trip.track.neutral_sections:
-        supply[(at_m >= position_m) & (at_m < position_m + length_m)] = LOWERED if lowered else NEUTRAL
+    sections = trip.track.neutral_sections
+    for section, held in _held(at_m, sections, [row.position_m + row.length_m for row in sections]):
+        supply[held] = LOWERED if section.lowered_pantograph else NEUTRAL
     return supply
 
 

@@ -124,7 +124,7 @@ def replay(trip: Trip, profile: "Profile", expired: Callable[[], bool] = bool) -
     x = profile.position_m
     numbers = (x, profile.speed_mps, profile.force_n, profile.time_s, profile.energy_j)
     if not (all(np.isfinite(column).all() for column in numbers) and (np.diff(x) > 0.0).all()):
-        return Verdict(np.inf, np.inf, _overspeed(trip, profile), np.inf, np.inf, False)
+        return Verdict(np.inf, np.inf, np.inf, np.inf, np.inf, False)
     ask_for(_ROW_B * len(x), f"a replay of {len(x):,} rows")
     time, energy = np.empty(len(x)), np.empty(len(x))
     tables = energy_tables(trip.train, trip.energy)

@@ -1,24 +1,18 @@
 """All pictures of a result, by name: what the results folder holds and ``result.plot`` draws."""
 
+import time
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from tgvdp.errors import InputError
 from tgvdp.report.front_plots import plot_front, plot_price
-from tgvdp.report.pictures import encode
+from tgvdp.report.pictures import PICTURES, encode, pictures_of
 from tgvdp.report.profile_plots import plot_effort, plot_profile, plot_speed_time
 from tgvdp.report.style import Picture
 
 if TYPE_CHECKING:
     from tgvdp.api import SearchResult
     from tgvdp.certificate.front import Certificate
-
-PICTURES = ("front", "profile", "speed_time", "effort", "price")
-
-
-def pictures_of(result: "SearchResult") -> list[str]:
-    """Names of the pictures that a result has: only method ``front`` knows prices."""
-    return [name for name in PICTURES if name != "price" or result.price_kwh_per_min is not None]
 
 
 def draw(
@@ -55,25 +49,40 @@ def draw(
 
 
 def front_files(
-    formats: Sequence[str], result: "SearchResult", provenance: Mapping[str, Any], certificate: "Certificate | None"
+    formats: Sequence[str],
+    end_s: float,
+    result: "SearchResult",
+    provenance: Mapping[str, Any],
+    certificate: "Certificate | None",
 ) -> dict[str, bytes]:
-    """Files of the one picture that waits for the certificate, by name."""
-    return _files(formats, result, provenance, ["front"], certificate=certificate)
+    """Files of the one picture that waits for the certificate, by name; none is begun after ``end_s`` (`time.time`)."""
+    return _files(formats, end_s, result, provenance, ["front"], certificate=certificate)
 
 
 def run_files(
-    formats: Sequence[str], result: "SearchResult", provenance: Mapping[str, Any], price_per_kwh: float | None
+    formats: Sequence[str],
+    end_s: float,
+    result: "SearchResult",
+    provenance: Mapping[str, Any],
+    price_per_kwh: float | None,
 ) -> dict[str, bytes]:
-    """Files of all other pictures, by name."""
+    """Files of all other pictures, by name; none is begun after ``end_s`` (`time.time`)."""
     names = [name for name in pictures_of(result) if name != "front"]
-    return _files(formats, result, provenance, names, price_per_kwh=price_per_kwh)
+    return _files(formats, end_s, result, provenance, names, price_per_kwh=price_per_kwh)
 
 
 def _files(
-    formats: Sequence[str], result: "SearchResult", provenance: Mapping[str, Any], names: Sequence[str], **shown: Any
+    formats: Sequence[str],
+    end_s: float,
+    result: "SearchResult",
+    provenance: Mapping[str, Any],
+    names: Sequence[str],
+    **shown: Any,
 ) -> dict[str, bytes]:
     files: dict[str, bytes] = {}
     for name in names:
+        if time.time() > end_s:
+            break
         figure = draw(result, name, **shown)
         files |= {f"{name}.{format}": encode(figure, provenance, format) for format in formats}
     return files

@@ -11,12 +11,21 @@ from tgvdp.report.plain import plain
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from tgvdp.api import SearchResult
+
+#: Of a search.
+PICTURES = ("front", "profile", "speed_time", "effort", "price")
 PICTURE_FORMATS = ("png", "svg", "pdf")
 #: Effort of zlib: the usual 6 takes 1.5 times as long for files that are 8 % smaller.
 _COMPRESSION = 3
 #: Letters are embedded as outlines in SVG and as TrueType in PDF (Type 3 fonts are refused by many publishers), and the
 #: same figure gives the same file.
 _SETTINGS: Any = {"svg.fonttype": "path", "svg.hashsalt": "tgvdp", "pdf.fonttype": 42}
+
+
+def pictures_of(result: "SearchResult") -> list[str]:
+    """Names of the pictures that a result has: only method ``front`` knows prices."""
+    return [name for name in PICTURES if name != "price" or result.price_kwh_per_min is not None]
 
 
 def check_formats(formats: Sequence[str]) -> None:

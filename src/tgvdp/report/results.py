@@ -9,11 +9,13 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import msgspec
+
 from tgvdp.errors import InputError
 from tgvdp.report.columns import to_csv, to_parquet, to_xlsx
 from tgvdp.report.courses import driving_course_csv
 from tgvdp.report.files import write_files
-from tgvdp.report.pictures import check_formats
+from tgvdp.report.pictures import check_formats, pictures_of
 from tgvdp.report.plain import plain
 from tgvdp.report.profiles import PROFILE_DIGITS, Progress, Written, choose_runs, most_rows_in, profile_columns
 from tgvdp.report.provenance import Input, make_provenance
@@ -30,10 +32,11 @@ TABLE_FORMATS = ("csv", "parquet", "xlsx", "railtoolkit")
 
 
 class Results(NamedTuple):
-    """What was written: the files, and the object that result.json holds."""
+    """What was written: the files, the object that result.json holds, and how many pictures there was no time for."""
 
     files: list[Path]
     content: dict[str, Any]
+    undrawn: int
 
 
 def write_results(
@@ -110,18 +113,21 @@ def write_results(
         notes=[written.note] if written.note else [], progress=progress,
         expired=lambda: time.perf_counter() - started_s > half_s,
     )  # fmt: skip
-    files = {
-        "result.json": to_json(content),
-        **_tables(result, content, written, profiles, progress),
-    }
+    files = _tables(result, content, written, profiles, progress)
+    undrawn = 0
     if pictures:
         if progress is not None:
             progress("drawing")
         price_per_kwh = content["tariff"]["price_per_kwh"]
-        files |= _draw(result, provenance, pictures, certificate, price_per_kwh) if drawn is None else drawn()
+        made = _draw(result, provenance, pictures, certificate, price_per_kwh) if drawn is None else drawn()
+        undrawn = len(pictures) * len(pictures_of(result)) - len(made)
+        if undrawn:
+            note = f"the time limit left no time for {undrawn} pictures"
+            content["warning"] = "; ".join(filter(None, (content.get("warning"), note)))
+        files |= made
     if trace is not None:
         files |= _trace(trace, provenance, pictures)
-    return Results(write_ledger(out_dir, files, provenance), content)
+    return Results(write_ledger(out_dir, {"result.json": to_json(content), **files}, provenance), content, undrawn)
 
 
 def write_ledger(
@@ -144,8 +150,9 @@ def write_ledger(
 
 
 def to_json(content: Mapping[str, Any]) -> bytes:
-    """JSON as files hold it."""
-    return (json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+    """JSON as files hold it; the line breaks are msgspec's, whose numbers Python would write in another way."""
+    compact = json.dumps(content, ensure_ascii=False, allow_nan=False).encode()
+    return msgspec.json.format(compact, indent=2) + b"\n"
 
 
 def _tables(
@@ -183,4 +190,5 @@ def _draw(
     # Here, so that whoever wants no picture does not wait for matplotlib.
     from tgvdp.report.gallery import front_files, run_files
 
-    return front_files(formats, result, provenance, certificate) | run_files(formats, result, provenance, price_per_kwh)
+    front = front_files(formats, math.inf, result, provenance, certificate)
+    return front | run_files(formats, math.inf, result, provenance, price_per_kwh)

@@ -1,5 +1,6 @@
 """A search's result as the JSON object and the table that scripts read. Pure: nothing is written here."""
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -152,7 +153,7 @@ def result_object(
         "method": result.method,
         "complete": bool(result.complete),
         "trip": _trip_of(result),
-        "line": plain(line_object(result.trip)),
+        "line": line_object(result.trip),
         "energy": _energy_of(result),
         "tariff": tariff._asdict(),
         "fastest": {
@@ -162,7 +163,7 @@ def result_object(
             **known,
         },
         "front": front,
-        "practices": {"linear_margin": _linear_margin(result)},
+        "practices": {"linear_margin": _linear_margin(result, expired)},
         "counters": plain(result.counters),
         "provenance": plain(provenance),
     }
@@ -171,11 +172,15 @@ def result_object(
     return content
 
 
-def _linear_margin(result: "SearchResult") -> list[dict[str, float]]:
-    """What the linear margin takes at the points of the front; nothing where a trip does not begin and end at rest."""
+def _linear_margin(result: "SearchResult", expired: Callable[[], bool]) -> list[dict[str, float]]:
+    """What the linear margin takes at the points of the front, as far as time allows.
+
+    Nothing where a trip does not begin and end at rest.
+    """
     if result.trip.start_speed_mps or result.trip.end_speed_mps:
         return []
-    profiles = map(result.linear_margin, range(len(result.front)))
+    within_time = itertools.takewhile(lambda _: not expired(), range(len(result.front)))
+    profiles = map(result.linear_margin, within_time)
     return [{"time_s": one.duration_s, "energy_kwh": joule_to_kwh(one.total_energy_j)} for one in profiles]
 
 

@@ -7,6 +7,7 @@ the other end give two curves w(x); a run follows the first to their meeting poi
 import math
 
 from tgvdp._jit import kernel, leaf, part
+from tgvdp.physics.cell import append
 from tgvdp.physics.motion import march, net_force
 from tgvdp.physics.roots import Bracket, narrowed, secant
 
@@ -84,7 +85,7 @@ def _meeting_point(train, regime, brakes, cell, w0, w1, scratch):
 
 @part
 def emit_driven(train, regime, cell, x, w0, rows, n):
-    """Append the rows of driving over the first x metres of a cell from w0."""
+    """Append the rows of driving over the first x metres of a cell from w0; −1 where there is no room for them."""
     if x <= 0.0:
         return n
     reached = 0.0
@@ -93,20 +94,20 @@ def emit_driven(train, regime, cell, x, w0, rows, n):
         reached, _, n = march(train, regime, 1.0, cell, x, w0, cell.limit_w, rows, n)
         for i in range(first, n):
             rows.x[i] += cell.start_m
-    if reached < x:
-        rows.x[n] = cell.start_m + x
-        rows.w[n] = cell.limit_w
-        n += 1
-    return n
+    if n < 0 or reached >= x:
+        return n
+    return append(cell.start_m + x, cell.limit_w, rows, n)
 
 
 @part
 def _emit_braked(train, brakes, cell, x, w1, scratch, rows, n):
-    """Append the rows of braking over the last x metres of a cell to w1."""
+    """Append the rows of braking over the last x metres of a cell to w1; −1 where there is no room for them."""
     reached = 0.0
     m = 0
     if not _at_limit(train, brakes, -1.0, cell, w1):
         reached, _, m = march(train, brakes, -1.0, cell, x, w1, cell.limit_w, scratch, 0)
+    if n < 0 or m < 0 or n + m >= rows.x.shape[0]:
+        return -1
     if reached >= x:
         m -= 1  # its last row ends where the driven rows ended
     for i in range(m - 1, -1, -1):
@@ -140,12 +141,14 @@ def drive_then_brake(train, regime, brakes, cell, w0, w1, scratch, rows, n):
     Returns
     -------
     n : int
-        New number of rows; the last one is at the end of the cell.
+        New number of rows; the last one is at the end of the cell. −1 where there is no room for them.
     """
     x = _meeting_point(train, regime, brakes, cell, w0, w1, scratch)
     n = emit_driven(train, regime, cell, x, w0, rows, n)
     if x < cell.length_m:
         return _emit_braked(train, brakes, cell, cell.length_m - x, w1, scratch, rows, n)
+    if n < 0:
+        return n
     rows.x[n - 1] = cell.end_m
     rows.w[n - 1] = w1
     return n

@@ -7,19 +7,20 @@ for inside the cell, so that no mesh is needed (Howlett & Pudney, Energy-Efficie
 """
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel, part
+from tgvdp._jit import entry, part
 from tgvdp.constants import FEASIBILITY_RTOL
 from tgvdp.errors import InfeasibleError
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.line.resolved import resolve
 from tgvdp.model.track import POWERED
 from tgvdp.model.trip import Trip
-from tgvdp.physics.cell import Rows, cell_at, room_for_rows
+from tgvdp.physics.cell import cell_at, overrun, room_for_marches, room_for_rows
 from tgvdp.physics.codes import BRAKING, NO_BRAKE, NO_ROOM, OK, STALLED, TOO_FAST, TRACTION
 from tgvdp.physics.forces import KernelTrain, kernel_train, unpowered
 from tgvdp.physics.motion import march, net_force
@@ -31,7 +32,7 @@ from tgvdp.units import mps_to_kmh
 #: Rows of the fastest run itself, per usual one. Near it the least energy falls with the square root of the time that
 #: is spent: 1e-5 of the running time is worth 0.5 % of the energy, so that it must be right to 1e-7.
 _FINE_ROWS = 10.0
-#: Rows of one march at most.
+#: Rows of one march for which there is room at first.
 _SCRATCH = 32768
 #: Share of the traction effort that the slowest run keeps in hand, so that rounding and rows of other lengths do not
 #: stall it. Of the effort, not of the speed in each cell: it adds up to the same over a stretch, whatever the cells.
@@ -62,8 +63,6 @@ def _drive_fastest(train, dark, cells, start_w, cap, fast, scratch, rows):
     rows.w[0] = start_w
     n = 1
     for k in range(cells.length_m.shape[0]):
-        if n + _SCRATCH > rows.x.shape[0]:
-            return NO_ROOM, k, n
         cell = cell_at(cells, k)
         w0 = fast[k]
         w1 = cap[k + 1]
@@ -77,8 +76,11 @@ def _drive_fastest(train, dark, cells, start_w, cap, fast, scratch, rows):
             return STALLED, k, n
         else:
             n = emit_driven(here, TRACTION, cell, cell.length_m, w0, rows, n)
-            rows.w[n - 1] = landed
-            rows.x[n - 1] = cell.end_m
+            if n > 0:
+                rows.w[n - 1] = landed
+                rows.x[n - 1] = cell.end_m
+        if n < 0:
+            return NO_ROOM, k, n
         fast[k + 1] = landed
         n = drop_slivers(rows, first, n, cell.length_m)
     return OK, 0, n
@@ -95,11 +97,11 @@ def _find_slowest(weaker, dark, cells, fast, end_w, low, scratch):
         low[k] = min(w, fast[k])
 
 
-@kernel
+@entry
 def envelope_kernel(train, weaker, cells, start_w, end_w, cap, low, fast, scratch, rows):
     """Caps, fastest run and slowest speeds; the arrays of `Envelope` in place; returns status, cell, rows.
 
-    ``scratch`` is `Rows` of `_SCRATCH`.
+    ``scratch`` is `room_for_marches`.
     """
     dark = unpowered(train)
     status, cell = _find_caps(train, dark, cells, end_w, cap, scratch)
@@ -168,7 +170,7 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
         When a run takes too many rows.
     """
     count = len(cells.length_m)
-    reachable = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
+    reachable = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip)))
     for speed_mps, cell, label in ((trip.start_speed_mps, 0, "start"), (trip.end_speed_mps, -1, "end")):
         if speed_mps**2 > cells.limit_w[cell] * (1.0 + FEASIBILITY_RTOL):
             raise InfeasibleError(
@@ -179,13 +181,16 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
     start_w, end_w = trip.start_speed_mps**2, trip.end_speed_mps**2
     weaker = train._replace(traction=weakened(train.traction, 1.0 - _SPARE))
     size = 16 * count + 2 * _SCRATCH
+    march_size = _SCRATCH
     while True:
-        rows = room_for_rows(size)
-        scratch = Rows(*np.empty((2, _SCRATCH)))
+        rows, scratch = room_for_rows(size), room_for_marches(march_size)
         status, cell, n = envelope_kernel(train, weaker, reachable, start_w, end_w, cap, low, fast, scratch, rows)
-        if status != NO_ROOM:
+        if overrun(scratch):
+            march_size *= 2
+        elif status == NO_ROOM:
+            size *= 2
+        else:
             break
-        size *= 2
     if status != OK:
         raise _explain(status, trip, cells, cell, cap[cell])
     if fast[-1] < end_w * (1.0 - FEASIBILITY_RTOL):
@@ -198,20 +203,23 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
 
 def weakened(table: NDArray[np.float64], share: float) -> NDArray[np.float64]:
     """Table of an effort curve, (n, 6), with all efforts multiplied by a share."""
-    scaled = np.concatenate((table[:, :1], share * table[:, 1:]), axis=1)
+    scaled = table * np.array([1.0, *(share,) * 5])
     scaled.setflags(write=False)  # as the tables of effort curves: one type for the kernels
     return scaled
 
 
-def reachable_w(trip: Trip, cells: Cells) -> float:
+@lru_cache(maxsize=16)
+def reachable_w(trip: Trip) -> float:
     """Squared speed that no run passes: what the largest effort below it gives over the whole distance, m²/s².
 
     Infinite when that is above all limits.
     """
-    pull_n = max(0.0, -float(cells.grade_n.min()))
+    line = resolve(trip)
+    highest_w = float(line.limit_mps.max()) ** 2
+    pull_n = max(0.0, -float(line.grade_n.min()))
     per_newton = 2.0 * trip.distance_m / trip.train.inertia_kg
     w = trip.start_speed_mps**2 + per_newton * (trip.train.traction_limit.effort_n(0.0) + pull_n)
-    while w < float(cells.limit_w.max()):
+    while w < highest_w:
         effort_n = trip.train.traction_limit.largest_n(math.sqrt(w)) + pull_n
         if trip.start_speed_mps**2 + per_newton * effort_n <= w:
             return w * (1.0 + FEASIBILITY_RTOL)

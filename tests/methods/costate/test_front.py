@@ -12,6 +12,7 @@ from tests.helpers.twins.trips import random_trip
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate.front import optimal_front
 from tgvdp.model.effort import EffortCurve
+from tgvdp.model.energy import EnergyModel
 from tgvdp.model.track import Track
 from tgvdp.model.trip import Trip
 from tgvdp.runs.fastest import fastest_run
@@ -200,3 +201,13 @@ def test_a_limit_that_nobody_reaches_changes_nothing(limit_mps):
     assert fastest_run(trip_on([(0, limit_mps)], length_m=3000.0)).duration_s == pytest.approx(
         fastest.duration_s, rel=1e-9
     )
+
+
+@pytest.mark.parametrize("energy", ["wheel", "pantograph"])
+def test_marches_with_little_room_get_more(monkeypatch, energy):
+    trip = replace(HILLS, energy=EnergyModel(energy))
+    expected = front_to(trip, 0.2, 8)[1]
+    monkeypatch.setattr("tgvdp.methods.costate.mesh._MARCH_ROWS", 2)
+    found = front_to(trip, 0.2, 8)[1]
+    assert np.array_equal(found.duration_s, expected.duration_s)
+    assert np.array_equal(found.energy_j, expected.energy_j)

@@ -9,7 +9,8 @@ from tgvdp.model.trip import Trip
 from tgvdp.runs.fastest import fastest_run
 
 FREIGHT = Train(
-    mass_kg=1500e3, traction=EffortCurve.from_caps(400e3), friction_brake_n=600e3, davis_a_n=25e3, davis_c_n_per_mps2=30.0,
+    mass_kg=1500e3, traction=EffortCurve.from_caps(400e3), friction_brake_n=600e3, davis_a_n=25e3,
+    davis_c_n_per_mps2=30.0,
 )  # fmt: skip
 EMU = Train(
     mass_kg=220e3, traction=EffortCurve.from_caps(220e3, 3e6), braking=EffortCurve.from_caps(200e3, 3e6),
@@ -17,7 +18,7 @@ EMU = Train(
 )  # fmt: skip
 #: Train, energy, gradients, limit in m/s and length in m; named by what happens within cells.
 CASES = {
-    "coasts to the limit of a long descent": (FREIGHT, "wheel", ((0, 0), (9e3, 12), (12e3, -20), (18e3, 0)), 15.0, 24e3),
+    "coasts to the limit of a descent": (FREIGHT, "wheel", ((0, 0), (9e3, 12), (12e3, -20), (18e3, 0)), 15.0, 24e3),
     "crosses the line soon after the envelope": (EMU, "wheel", ((0, 11), (380, -4), (700, 4)), 25.0, 1400.0),
     "loses speed on a steep climb": (FREIGHT, "wheel", ((0, 0), (6e3, 16), (7e3, 0)), 14.0, 15e3),
 }  # fmt: skip

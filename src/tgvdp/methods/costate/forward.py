@@ -20,15 +20,13 @@ from tgvdp.methods.costate.blend import switch_at
 from tgvdp.methods.costate.forward_cell import ON_CURVE, Lines, coast, coast_through, drive_cell
 from tgvdp.model.track import POWERED
 from tgvdp.physics.arc import duration_and_work
-from tgvdp.physics.cell import Rows, cell_at
+from tgvdp.physics.cell import Rows, append, cell_at
 from tgvdp.physics.codes import DYNAMIC
 from tgvdp.physics.energy import regenerated
 from tgvdp.physics.forces import mean_effort, resistance_at, unpowered
 from tgvdp.physics.motion import land
 from tgvdp.runs.braking_point import drop_slivers
 
-#: Rows that one cell may take.
-_MOST_ROWS = 2048
 #: Whether a run that enters a cell on the envelope stays on it: never, if a is not below it, if b is not, if c is not
 #: (which it never is without current).
 _LEAVES = 0
@@ -173,8 +171,6 @@ def drive_blend(train, tables, course, blend, share, scratch, rows):
     dark = unpowered(train)
     course.passed[0] = rows.w[0], time, energy
     for k in range(course.stays.shape[0]):
-        if n + _MOST_ROWS > rows.x.shape[0]:
-            return -1, time, energy
         w = rows.w[n - 1]
         top = course.fast[k + 1]
         bottom = course.low[k + 1]
@@ -188,16 +184,12 @@ def drive_blend(train, tables, course, blend, share, scratch, rows):
         first = n
         if w == course.fast[k] and _rides(course.stays[k], a, b, c, top):
             for i in range(course.row[k] + 1, course.row[k + 1] + 1):
-                rows.x[n] = course.fastest.x[i]
-                rows.w[n] = course.fastest.w[i]
-                n += 1
+                n = append(course.fastest.x[i], course.fastest.w[i], rows, n)
             first = n
             time += course.ride[k, 0]
             energy += course.ride[k, 1]
         elif powered and w == a and a == coasts <= top and _holds(train, cell, w):  # most cells of a long line
-            rows.x[n] = cell.end_m
-            rows.w[n] = w
-            n += 1
+            n = append(cell.end_m, w, rows, n)
         else:
             if powered:
                 a = max(min(a, top), bottom)
@@ -211,7 +203,10 @@ def drive_blend(train, tables, course, blend, share, scratch, rows):
                 n = coast_through(here, False, cell, w, Lines(top, top, top, top, top, top, top, top), scratch, rows, n)
             if n > first + 1:
                 n = drop_slivers(rows, first, n, cell.length_m)
-            rows.w[n - 1] = max(min(rows.w[n - 1], top), bottom)
+            if n > 0:
+                rows.w[n - 1] = max(min(rows.w[n - 1], top), bottom)
+        if n < 0:
+            return n, time, energy
         duration, work = _measured(here, tables, cell, course.cells.saved_w[k], rows, first, n)
         time += duration
         energy += work

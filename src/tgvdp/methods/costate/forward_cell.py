@@ -6,7 +6,7 @@ from typing import NamedTuple
 from tgvdp._jit import leaf, part
 from tgvdp.constants import FEASIBILITY_RTOL
 from tgvdp.physics.arc import arc, duration_and_work
-from tgvdp.physics.cell import Cell, rest_of
+from tgvdp.physics.cell import Cell, append, rest_of
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK, TRACTION
 from tgvdp.physics.forces import brake_at, effort_at, mean_effort, mean_resistance, resistance_at
 from tgvdp.physics.motion import land, march
@@ -73,13 +73,6 @@ def _pull(train, cell, w0, w1):
     return work / (length * effort) if work > 0.0 else 0.0
 
 
-@part
-def _append(x, w, rows, n):
-    rows.x[n] = x
-    rows.w[n] = w
-    return n + 1
-
-
 @leaf
 def _parts(w0, w1):
     """Rows that a change of squared speed within a cell takes."""
@@ -120,9 +113,14 @@ def _gives(train, cell, effort, v):
 
 @part
 def _saturated(train, regime, cell, w, target, rows, n):
-    """Append the rows of one regime through a cell, or until a target speed is met; returns what is left of it."""
+    """Append the rows of one regime through a cell, or until a target speed is met; returns what is left of it.
+
+    Without room for them nothing is left, and their number is −1.
+    """
     first = n
     used, w, n = march(train, regime, 1.0, cell, cell.length_m, w, target, rows, n)
+    if n < 0:
+        return 0.0, w, n
     for i in range(first, n):
         rows.x[i] += cell.start_m
     if used >= cell.length_m * (1.0 - _SAME_PLACE):
@@ -142,7 +140,7 @@ def _evenly(train, cell, w, target, rows, n):
     free = _gives(train, cell, effort, math.sqrt(w)) and _gives(train, cell, effort, math.sqrt(target))
     if not free and effort > 0.0 and w < target and 0.0 <= _pull(train, cell, target, target) < math.inf:
         left, _, n = _saturated(train, TRACTION, cell, w, target, rows, n)
-        return _append(cell.end_m, target, rows, n) if left > 0.0 else n
+        return append(cell.end_m, target, rows, n) if left > 0.0 else n
     parts = _parts(w, target) if free else 1
     sweeps = _EFFORT_SWEEPS if parts > 1 else 1
     per_effort = 2.0 * cell.length_m / train.inertia_kg
@@ -157,16 +155,17 @@ def _evenly(train, cell, w, target, rows, n):
         landed = w
         for i in range(1, parts + 1):
             landed = coast(train, pushed, cell.length_m / parts, landed)
-            last = _append(cell.start_m + i * cell.length_m / parts, landed, rows, last)
+            last = append(cell.start_m + i * cell.length_m / parts, landed, rows, last)
         if sweep > 0 and step != 0.0 and landed != before:
             per_effort = (landed - before) / step
         step = (target - landed) / per_effort
         before = landed
         coasts = pulls and effort == 0.0
         effort = max(effort + step, 0.0) if pulls else effort + step
-    rows.x[last - 1] = cell.end_m
-    if parts == 1 or not coasts:
-        rows.w[last - 1] = target
+    if last > 0:
+        rows.x[last - 1] = cell.end_m
+        if parts == 1 or not coasts:
+            rows.w[last - 1] = target
     return last
 
 
@@ -204,6 +203,8 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
         return drive_then_brake(train, COASTING, DYNAMIC, held, w, target, scratch, rows, n)
     first = n
     landed, n = _saturated(train, DYNAMIC, cell, w, target if w > target else 0.0, rows, n)[1:]
+    if n < 0:
+        return n
     friction = min(lines.c, lines.top)
     if landed <= friction * (1.0 + ON_CURVE):
         rows.x[n - 1] = cell.end_m  # its rows may meet the target a hair before the braking curve does
@@ -224,7 +225,7 @@ def _hold_to_line(train, cell, w, line, slope, top, rows, n):
     held = length if slope >= 0.0 else min((w - line) / slope, length)
     if 0.0 <= _pull(train, cell, w, w) < math.inf and top >= w * (1.0 - ON_CURVE) and held > 0.0:
         rest = length - held if held < length * (1.0 - _SAME_PLACE) else 0.0
-        n = _append(cell.end_m - rest, w, rows, n)
+        n = append(cell.end_m - rest, w, rows, n)
     return rest, w, n
 
 
@@ -245,8 +246,8 @@ def _drive_to_line(train, cell, w, line, slope, top, rows, n):
         if excess >= 0.0:
             met = x0 + (rows.x[i] - x0) * below / (below + excess)
             driven = Cell(cell.start_m, met, met - cell.start_m, cell.grade_n, cell.air, cell.limit_w)
-            _, landed, last = _saturated(train, TRACTION, driven, w, most, rows, n)
-            return cell.end_m - met, landed, last
+            left, landed, last = _saturated(train, TRACTION, driven, w, most, rows, n)
+            return cell.end_m - met + left, landed, last
         x0 = rows.x[i]
         below = -excess
     if left <= 0.0:
@@ -279,7 +280,7 @@ def _coast_to_line(train, cell, w, line, slope, rows, n):
     parts = _parts(w, line + slope * x)
     for i in range(1, parts + 1):
         landed = coast(train, cell, x / parts, landed)
-        n = _append(cell.start_m + i * x / parts, landed, rows, n)
+        n = append(cell.start_m + i * x / parts, landed, rows, n)
     if _pull(train, rest_of(cell, cell.start_m + x, length - x), landed, end_w) < math.inf:
         return length - x, landed, n
     return length, w, first
@@ -289,8 +290,8 @@ def _coast_to_line(train, cell, w, line, slope, rows, n):
 def _line_before(train, cell, lines):
     """Squared speed at which the line of switching begins a cell.
 
-    Where it begins beyond the envelope, it falls to its end as a run does that coasts, and by a' − a more than that; or it
-    is the level of a speed that is held.
+    Where it begins beyond the envelope, it falls to its end as a run does that coasts, and by a' − a more than that; or
+    it is the level of a speed that is held.
     """
     if lines.before_a < lines.before_top:
         return lines.before_a
@@ -321,11 +322,13 @@ def drive_cell(train, regenerates, cell, w, lines, scratch, rows, n):
         aim = a
     elif w < line * (1.0 - ON_CURVE):
         rest, w, n = _drive_to_line(train, cell, w, line, slope, top, rows, n)
-        if rest <= 0.0:
+        if rest <= 0.0 or n < 0:
             return n
         aim = a + rest / length * (coasts - a)
     elif coasts <= top:
         rest, w, n = _coast_to_line(train, cell, w, line, slope, rows, n)
+        if n < 0:
+            return n
         if rest < length:
             aim = a
     cell = rest_of(cell, cell.end_m - rest, rest)
@@ -348,10 +351,9 @@ def coast_through(train, regenerates, cell, w, lines, scratch, rows, n):
         parts = _parts(w, landed)
         for i in range(1, parts + 1):
             w = landed if parts == 1 else coast(train, cell, rest / parts, w)
-            rows.x[n] = cell.start_m + i * rest / parts if i < parts else cell.end_m
-            rows.w[n] = w
-            n += 1
-        rows.w[n - 1] = min(w, most)  # a rounding error above, and braking would be a sliver
+            n = append(cell.start_m + i * rest / parts if i < parts else cell.end_m, w, rows, n)
+        if n > 0:
+            rows.w[n - 1] = min(w, most)  # a rounding error above, and braking would be a sliver
         return n
     if regenerates:
         return _regenerate(train, cell, w, lines, scratch, rows, n)

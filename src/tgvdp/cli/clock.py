@@ -1,0 +1,57 @@
+"""The time limit of a whole command, from its first line on: what each of its parts may take of it."""
+
+import contextlib
+import signal
+import threading
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from tgvdp.errors import BudgetExceededError
+
+if TYPE_CHECKING:
+    from tgvdp.methods.budget import Clock
+
+#: What a search leaves to each part that follows it: that share of the limit, but no more than so many seconds.
+_PART_SHARE, _MOST_PART_S = 0.125, 1.0
+#: Share of the limit that a search has at least, however long it took to get there.
+_SEARCH_SHARE = 0.25
+#: What is left when all the time is up, s: who looks at the clock does nothing then.
+_NOTHING_S = 1e-3
+
+
+def search_s(clock: "Clock", parts_after: int) -> float:
+    """Time that a search may take, s, so that the parts after it have theirs."""
+    return max(left_s(clock, parts_after), _SEARCH_SHARE * clock.limit_s)
+
+
+def left_s(clock: "Clock", parts_after: int = 0) -> float:
+    """Time that a part of a command may take, s, so that those after it have theirs."""
+    part_s = min(_PART_SHARE * clock.limit_s, _MOST_PART_S)
+    return max(clock.left_s() - parts_after * part_s, _NOTHING_S)
+
+
+@contextlib.contextmanager
+def reading_within(time_s: float | None) -> Iterator[None]:
+    """Give up the reading of files that takes longer, where the system has alarms: 20 MB take many seconds.
+
+    For what runs no kernels only: an alarm while one is compiled or loaded would leave half of it behind.
+
+    Raises
+    ------
+    BudgetExceededError
+        When the time is up.
+    """
+    if time_s is None or not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    handler = signal.signal(signal.SIGALRM, _give_up)
+    timer = signal.setitimer(signal.ITIMER_REAL, time_s)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, *timer)
+        signal.signal(signal.SIGALRM, handler)
+
+
+def _give_up(*_: object) -> None:
+    raise BudgetExceededError("the time limit passed while files were read")

@@ -1,0 +1,43 @@
+"""The time limit of a whole command: what its parts may take, and reading that ends by it."""
+
+import signal
+
+import pytest
+
+from tgvdp.cli import main
+from tgvdp.cli.clock import left_s, reading_within, search_s
+from tgvdp.errors import BudgetExceededError
+from tgvdp.methods.budget import SearchBudget
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no alarms on this system")
+def test_reading_ends_by_the_clock_and_leaves_no_alarm():
+    before = signal.getsignal(signal.SIGALRM)
+    with pytest.raises(BudgetExceededError, match="while files were read"), reading_within(0.01):
+        while True:
+            pass
+    assert signal.getsignal(signal.SIGALRM) is before
+    assert signal.getitimer(signal.ITIMER_REAL)[0] == 0.0
+
+
+def test_reading_without_a_limit_is_left_alone():
+    with reading_within(None):
+        assert not hasattr(signal, "setitimer") or signal.getitimer(signal.ITIMER_REAL)[0] == 0.0
+
+
+def test_parts_leave_time_to_those_after_them():
+    clock = SearchBudget(time_limit_s=8.0).start()
+    assert search_s(clock, 3) == pytest.approx(5.0, abs=0.1)
+    assert left_s(clock, 1) == pytest.approx(7.0, abs=0.1)
+    late = SearchBudget(time_limit_s=8.0).start(elapsed_s=9.0)
+    assert 0.0 < left_s(late) < 0.01
+    assert search_s(late, 3) == 2.0  # a search is what the command is for
+
+
+def test_a_yaml_file_of_many_rows_ends_by_the_time_limit(tmp_path, capsys):
+    rows = "\n".join(f"        - [{20 * index}, {index % 9}, 0]" for index in range(20_000))
+    path = tmp_path / "long.yaml"
+    path.write_text(f"paths:\n  - name: long\n    characteristic_sections:\n{rows}\n", encoding="utf-8")
+    assert main(["search", "--track", str(path), "--time-limit", "0.2", "--out", str(tmp_path / "out")]) == 5
+    assert capsys.readouterr().err == "tgvdp: error: the time limit passed while files were read\n"
+    assert not (tmp_path / "out").exists()
