@@ -194,7 +194,9 @@ class _Search:
         return found or _Found([], False, True)
 
     def _foreseen(self, mesh: Mesh) -> ExtremalFront:
-        front = ExtremalFront(mesh, self.tolerance_s, self.least_multiplier, self.counters, self.clock)
+        # No second may cost less than nothing.
+        least_multiplier = max(self.least_multiplier, float(mesh.cells.saved_w.max()))
+        front = ExtremalFront(mesh, self.tolerance_s, least_multiplier, self.counters, self.clock)
         front.reach(float(self.aims_s[0]), float(self.aims_s[-1]))
         front.foresee(self.aims_s)
         return front
