@@ -172,6 +172,8 @@ class _Search:
         than another run that was found.
         """
         found: _Found | None = None
+        if self.clock.expired:
+            return _Found([], False, True)
         try:
             mesh = Mesh.of(self.trip, self.fastest, _COARSEST)
             settled: set[float] = set()
