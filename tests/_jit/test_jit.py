@@ -1,5 +1,6 @@
 """The kernel cache: fresh after every change, whole or rebuilt, and never the reason why a program fails."""
 
+import inspect
 import os
 import shutil
 import signal
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba.core import config
 from numba.core.caching import NullCache
 
 from tgvdp import _jit, errors
@@ -236,6 +238,29 @@ def test_constants_do_not_multiply_kernels():
 
 
 @pytest.mark.skipif(not is_compiled(), reason="nothing is compiled")
+def test_entries_tell_numbers_of_another_kind():
+    @_jit.entry
+    def half(x):
+        return x / 2
+
+    assert [half(3.0), half(3.0), half(3), half(5.0)] == [1.5, 1.5, 1.5, 2.5]
+    assert [half(3), half(True), half(np.float64(5.0)), half(5.0)] == [1.5, 0.5, 2.5, 2.5]
+
+
+@pytest.mark.skipif(not is_compiled() or bool(config.BOUNDSCHECK), reason="all calls go the long way")
+def test_entries_know_the_machine_code_while_there_is_one():
+    @_jit.entry
+    def total(rows, x):
+        return rows[0].sum() + x
+
+    known = inspect.getclosurevars(total).nonlocals["known"]
+    assert total((np.ones(3),), 1.0) == 4.0
+    assert list(known) == [(tuple, float)]
+    assert total((np.ones(4),), 2.0) == 6.0
+    assert total((np.ones(4),), 2) == 6.0  # another set of types, and other machine code
+    assert not known
+
+
 def test_compilation_is_no_part_of_the_working_time():
     @uncached
     @_jit.kernel

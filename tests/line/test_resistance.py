@@ -10,7 +10,7 @@ from scipy.integrate import quad
 import tgvdp.line.resolved as resolved
 from tgvdp.errors import InputError
 from tgvdp.formats import load_track, load_train
-from tgvdp.line.cells import cells_of
+from tgvdp.line.cells import cells_of, halved
 from tgvdp.line.piecewise import Piecewise
 from tgvdp.line.resistance import curve_permil
 from tgvdp.line.resolved import resolve
@@ -171,6 +171,15 @@ def test_current_by_cell():
     cells = cells_of(trip_on(neutral_sections=((1000, 50, False), (2000, 100, True))))
     assert cells.station_m.tolist() == [0, 1000, 1050, 2000, 2100, 5000]
     assert cells.supply.tolist() == [POWERED, NEUTRAL, POWERED, LOWERED, POWERED]
+
+
+def test_halved_cells_are_the_cells_of_the_line_with_more_stations():
+    trip = trip_on(neutral_sections=((1000, 50, False), (2000, 100, True)), gradients=((0, 3.0), (1700, -4.0)))
+    cells = cells_of(trip)
+    which = np.arange(len(cells.length_m)) % 3 != 1
+    middle_m = cells.station_m[:-1] + 0.5 * cells.length_m
+    for ours, theirs in zip(halved(cells, which), cells_of(trip, middle_m[which]), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
 
 
 def test_gravity_comes_from_the_convention():

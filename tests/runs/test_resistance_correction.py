@@ -13,7 +13,6 @@ from tgvdp.model.effort import EffortCurve
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
-from tgvdp.physics.forces import kernel_train
 from tgvdp.referee.replay import replay
 from tgvdp.runs.effort_jumps import cut_at_jumps
 from tgvdp.runs.fastest import fastest_run
@@ -38,7 +37,7 @@ def strip_trip(train=PLAIN, track=HILLS, **speeds):
 
 
 def cut(trip, x_m, w):
-    return cut_at_jumps(trip.train, kernel_train(trip.train), resolve(trip), np.array(x_m), np.array(w))
+    return cut_at_jumps(trip.train, resolve(trip), np.array(x_m), np.array(w))
 
 
 def means(line, x_m):
@@ -107,7 +106,7 @@ def test_a_row_below_the_lower_limit_is_left_alone():
     """At 30 kN throughout its acceleration is the same."""
     x_m = np.array([0.0, 0.5e5 * 200.0 / 3e4, 1000.0])
     trip = level_trip(PLAIN, 1000.0)
-    assert cut_at_jumps(PLAIN, kernel_train(PLAIN), resolve(trip), x_m, np.array([25.0, 225.0, 225.0]))[0] is x_m
+    assert cut_at_jumps(PLAIN, resolve(trip), x_m, np.array([25.0, 225.0, 225.0]))[0] is x_m
 
 
 def test_a_row_that_slows_down_under_traction_is_cut_too():

@@ -1,6 +1,7 @@
 """The only numba decorators of the package; `cache` keeps what they compile."""
 
 import contextlib
+import functools
 import signal
 import threading
 import time
@@ -129,6 +130,35 @@ def kernel(function: _Function) -> _Function:
     No fastmath: costs are compared with infinity. With ``NUMBA_DISABLE_JIT=1`` the function is returned as it is.
     """
     return _cached(function, _compiled(function), counts=not shortened())
+
+
+def entry(function: _Function) -> _Function:
+    """Compile a kernel that Python alone calls, many times in a search: numba looks at its arguments' types once.
+
+    At each call it would look at every array in every tuple, which takes as long as a short run. Calls whose arguments
+    have the Python types of an earlier call go to the machine code itself; this holds because a kernel has one set of
+    types (`tgvdp.api.warm`), so that there is only one machine code. Where bounds are checked, so are types, each time.
+    """
+    compiled: Any = kernel(function)
+    if config.DISABLE_JIT or config.BOUNDSCHECK:
+        return cast(_Function, compiled)
+    known: dict[tuple[type, ...], Callable[..., Any]] = {}
+
+    @functools.wraps(function)
+    def call(*args: Any) -> Any:
+        kinds = tuple(map(type, args))
+        run = known.get(kinds)
+        if run is not None:
+            return run(*args)
+        result = compiled(*args)
+        if len(compiled.overloads) == 1:
+            (overload,) = compiled.overloads.values()
+            known[kinds] = overload.entry_point
+        else:
+            known.clear()
+        return result
+
+    return cast(_Function, call)
 
 
 def allocating(function: _Function) -> _Function:

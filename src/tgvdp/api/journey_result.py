@@ -18,8 +18,9 @@ from tgvdp.errors import InputError
 from tgvdp.journeys.bound import JourneyBound, journey_bound
 from tgvdp.journeys.delays import Delays, Robustness, robustness, standard_delays
 from tgvdp.journeys.front import JourneyFront
+from tgvdp.journeys.passed import PassedRuns
 from tgvdp.journeys.section import SectionRuns
-from tgvdp.journeys.timed import PassedRuns
+from tgvdp.journeys.timed_bound import timed_bound
 from tgvdp.journeys.windows import Windows
 from tgvdp.margins.linear import scaled_run
 from tgvdp.model.margin import MarginRange
@@ -155,12 +156,18 @@ class JourneyResult:
     def certify(self, time_limit_s: float | None = None) -> JourneyBound:
         """Bound the least energy of every journey, however it splits the time, at the running time of each point.
 
+        With windows: of every journey that keeps them and ends no later.
+
         Parameters
         ----------
         time_limit_s : float, optional
             Time for it, s; by default as much as the search had.
         """
         clock = budget_of(self.options, time_limit_s).start()
+        passed = [section for section in self.sections if isinstance(section, PassedRuns)]
+        if passed and self.trip.energy.map is None:
+            with sensible_numbers(self.trip, self.options["max_memory_b"]):
+                return timed_bound(passed, self.windows, self.found.run, self.found.departure_s, clock)
 
         def certificate(section: SectionRuns | PassedRuns, run: NDArray[np.int64]) -> Certificate | None:
             if clock.expired:

@@ -20,8 +20,9 @@ from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.formats import load_journey
 from tgvdp.formats.sources import Source
 from tgvdp.journeys.front import JourneyFront, journey_front
+from tgvdp.journeys.passed import PassedRuns
 from tgvdp.journeys.section import SectionRuns
-from tgvdp.journeys.timed import PassedRuns, TimedJourney
+from tgvdp.journeys.timed import TimedJourney
 from tgvdp.journeys.windows import Windows, windows_of
 from tgvdp.memory import limited_memory
 from tgvdp.methods.budget import Clock, SearchBudget

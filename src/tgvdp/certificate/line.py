@@ -106,7 +106,7 @@ class BoundingProblem:
         self.train: KernelTrain = kernel_train(trip.train)
         self.energy: EnergyTables = energy_tables(trip.train, trip.energy)
         cells = cells_of(trip)
-        self.cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
+        self.cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip)))
         self.top_mps = math.sqrt(float(self.cells.limit_w.max())) * (1.0 + 1e-15)
         self.train = self._with_rates()
         size = 2 * max(len(self.train.traction), len(self.train.braking))

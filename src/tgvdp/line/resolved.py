@@ -68,8 +68,7 @@ class ResolvedLine(NamedTuple):
 
     def step_at(self, x_m: Floats) -> NDArray[np.int64]:
         """Step that holds each position, at a break the one that starts there."""
-        index = np.searchsorted(self.break_m, x_m, side="right") - 1
-        return np.asarray(index.clip(0, len(self.grade_n) - 1))
+        return np.asarray(np.searchsorted(self.break_m[1:-1], x_m, side="right"))
 
     def supply_between(self, x_m: Floats) -> NDArray[np.int8]:
         """Current between rows at given positions, (n − 1,)."""
@@ -104,6 +103,7 @@ def resolve(trip: Trip) -> ResolvedLine:
     stretches = np.array(trip.track.neutral_sections, dtype=np.float64).reshape(-1, 3)
     stretches[:, 0] -= origin_m
     breaks += [stretches[:, 0], stretches[:, 0] + stretches[:, 1]]
+    breaks.append(np.array([until_m - origin_m for until_m, _ in trip.credits]))
 
     def limit_of(at_m: Floats) -> Floats:
         return np.minimum(_limit_mps(limits, origin_m + at_m, reach_m), train.max_speed_mps)

@@ -1,7 +1,7 @@
 """The options of a search: ONE declaration of each, from which everything that knows them derives."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from tgvdp.constants import (
@@ -237,7 +237,7 @@ class SearchOptions:
 
     def as_dict(self) -> dict[str, Any]:
         """Values by their arguments."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
+        return dict(vars(self))
 
 
 #: Every option of a search, in the order of the arguments of `tgvdp.search`.

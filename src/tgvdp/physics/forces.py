@@ -70,10 +70,10 @@ def per_kilogram(train: KernelTrain) -> KernelTrain:
         inertia_kg=1.0,
         davis_a_n=train.davis_a_n * per_kg,
         davis_b=train.davis_b * per_kg,
-        traction=train.traction * scale,
-        braking=train.braking * scale,
+        traction=_read_only(train.traction * scale),
+        braking=_read_only(train.braking * scale),
         friction_n=train.friction_n * per_kg,
-        rates=train.rates * scale,
+        rates=_read_only(train.rates * scale),
     )
 
 

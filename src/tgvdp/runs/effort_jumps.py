@@ -13,7 +13,7 @@ from tgvdp.line.piecewise import Floats
 from tgvdp.line.resolved import ResolvedLine
 from tgvdp.model.track import POWERED
 from tgvdp.model.train import Train
-from tgvdp.physics.forces import KernelTrain, effort_at, mean_brake, mean_effort, mean_resistance, unpowered
+from tgvdp.physics.forces import effort_at, kernel_train, mean_brake, mean_effort, mean_resistance, unpowered
 from tgvdp.physics.motion import BELOW_DROP
 
 #: An effort below this share of the starting effort counts as none.
@@ -27,7 +27,7 @@ _HALVINGS = 50
 _STRETCH = 0.1
 
 
-def cut_at_jumps(train: Train, known: KernelTrain, line: ResolvedLine, x_m: Floats, w: Floats) -> tuple[Floats, Floats]:
+def cut_at_jumps(train: Train, line: ResolvedLine, x_m: Floats, w: Floats) -> tuple[Floats, Floats]:
     """Cut rows where the limit of traction or brakes jumps between their speeds.
 
     The effort along such a row is the same throughout, but where its limit is below that. A row that keeps its effort
@@ -36,8 +36,6 @@ def cut_at_jumps(train: Train, known: KernelTrain, line: ResolvedLine, x_m: Floa
     Parameters
     ----------
     train : Train
-    known : KernelTrain
-        The same train for kernels.
     line : ResolvedLine
     x_m, w : (n,) float64
         Rows of a run: positions from the origin, m, with all breaks among them, and squared speeds, m²/s².
@@ -62,7 +60,7 @@ def cut_at_jumps(train: Train, known: KernelTrain, line: ResolvedLine, x_m: Floa
     if crossings == 0:
         return x_m, w
     cut_m, cut_w = np.empty((2, len(x_m) + crossings))
-    n = _cut(known, line, traction_w, brakes_w, x_m, w, cut_m, cut_w)
+    n = _cut(kernel_train(train), line, traction_w, brakes_w, x_m, w, cut_m, cut_w)
     return (cut_m[:n], cut_w[:n]) if n > len(x_m) else (x_m, w)
 
 

@@ -7,12 +7,13 @@ for inside the cell, so that no mesh is needed (Howlett & Pudney, Energy-Efficie
 """
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel, part
+from tgvdp._jit import entry, part
 from tgvdp.constants import FEASIBILITY_RTOL
 from tgvdp.errors import InfeasibleError
 from tgvdp.line.cells import Cells, cells_of
@@ -96,7 +97,7 @@ def _find_slowest(weaker, dark, cells, fast, end_w, low, scratch):
         low[k] = min(w, fast[k])
 
 
-@kernel
+@entry
 def envelope_kernel(train, weaker, cells, start_w, end_w, cap, low, fast, scratch, rows):
     """Caps, fastest run and slowest speeds; the arrays of `Envelope` in place; returns status, cell, rows.
 
@@ -169,7 +170,7 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
         When a run takes too many rows.
     """
     count = len(cells.length_m)
-    reachable = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
+    reachable = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip)))
     for speed_mps, cell, label in ((trip.start_speed_mps, 0, "start"), (trip.end_speed_mps, -1, "end")):
         if speed_mps**2 > cells.limit_w[cell] * (1.0 + FEASIBILITY_RTOL):
             raise InfeasibleError(
@@ -202,20 +203,23 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
 
 def weakened(table: NDArray[np.float64], share: float) -> NDArray[np.float64]:
     """Table of an effort curve, (n, 6), with all efforts multiplied by a share."""
-    scaled = np.concatenate((table[:, :1], share * table[:, 1:]), axis=1)
+    scaled = table * np.array([1.0, *(share,) * 5])
     scaled.setflags(write=False)  # as the tables of effort curves: one type for the kernels
     return scaled
 
 
-def reachable_w(trip: Trip, cells: Cells) -> float:
+@lru_cache(maxsize=16)
+def reachable_w(trip: Trip) -> float:
     """Squared speed that no run passes: what the largest effort below it gives over the whole distance, m²/s².
 
     Infinite when that is above all limits.
     """
-    pull_n = max(0.0, -float(cells.grade_n.min()))
+    line = resolve(trip)
+    highest_w = float(line.limit_mps.max()) ** 2
+    pull_n = max(0.0, -float(line.grade_n.min()))
     per_newton = 2.0 * trip.distance_m / trip.train.inertia_kg
     w = trip.start_speed_mps**2 + per_newton * (trip.train.traction_limit.effort_n(0.0) + pull_n)
-    while w < float(cells.limit_w.max()):
+    while w < highest_w:
         effort_n = trip.train.traction_limit.largest_n(math.sqrt(w)) + pull_n
         if trip.start_speed_mps**2 + per_newton * effort_n <= w:
             return w * (1.0 + FEASIBILITY_RTOL)

@@ -34,11 +34,11 @@ def follow(train: Train, line: ResolvedLine, x_m: Floats, w: Floats) -> tuple[Fl
         Rows of the run with the same effort, or the same acceleration or speed where that is what is kept; at most
         the speed limit.
     """
-    known = kernel_train(train)
     given = x_m
-    x_m, w = cut_at_jumps(train, known, line, x_m, w)
+    x_m, w = cut_at_jumps(train, line, x_m, w)
     if line.even and x_m is given:
         return x_m, w
+    known = kernel_train(train)
     parts = np.empty(len(x_m) - 1, dtype=np.int64)
     count = count_parts(line, x_m, w, parts) + 1
     cut_m, cut_w, followed = np.empty((3, count))

@@ -24,7 +24,7 @@ What lies between the images of two regimes, and between the last one and the wa
 
 import math
 
-from tgvdp._jit import kernel, leaf, part
+from tgvdp._jit import entry, leaf, part
 from tgvdp.methods.costate.characteristics import (
     Step,
     coast_image,
@@ -130,7 +130,7 @@ def _step(train, returned, cells, k, multiplier, held_w, held_brake_w, low, fast
     return Step(length, load, air, price, returned, held_w, held_brake_w, bottom, fast[k], wall, dynamic_w)
 
 
-@kernel
+@entry
 def switching_speeds(train, returned, cells, low, fast, end_w, multiplier, tolerance, typical_m, floor_w, policy, room):
     """Backward pass: the optimal switching speeds a, a', b and c for one multiplier.
 

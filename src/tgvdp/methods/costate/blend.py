@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel, leaf
+from tgvdp._jit import entry, leaf
 from tgvdp.methods.costate.extremal import Extremal
 
 #: Extremals nearer than this, in distances of the two whose policies are blended, tell no bend.
@@ -33,7 +33,7 @@ def switch_at(blend, share, k, which):
     return first + share * (blend.second[k, which] - first + (share - 1.0) * blend.bend[k, which])
 
 
-@kernel
+@entry
 def _bend(before_at, before, after_at, after, top, blend):
     """Fill in the bend of a blend by policies beside it, at ``before_at`` < 0 and ``after_at`` > 1; nan where none is.
 
@@ -72,12 +72,16 @@ def blend_of(first: Extremal, second: Extremal, known: Sequence[Extremal], top_w
     top_w : (K + 1,) float64
         Envelope at the stations, m²/s², beyond which no switching speed is known.
     """
-    blend = Blend(first.switch.copy(), second.switch, np.zeros_like(first.switch))
+    blend = Blend(first.switch.copy(), second.switch, np.zeros(first.switch.shape))
     if math.isfinite(first.multiplier):
         span = math.log(second.multiplier / first.multiplier)
-        places = [(math.log(one.multiplier / first.multiplier) / span, one.switch) for one in known]
-        before = [one for one in places if one[0] < -_APART]
-        after = [one for one in places if one[0] > 1.0 + _APART]
-        none = [(math.nan, first.switch)]
-        _bend(*(before or none)[-1], *(after or none)[0], top_w, blend)
+        before = after = (math.nan, first.switch)
+        for one in known:
+            at = math.log(one.multiplier / first.multiplier) / span
+            if at < -_APART:
+                before = at, one.switch
+            elif at > 1.0 + _APART:
+                after = at, one.switch
+                break
+        _bend(*before, *after, top_w, blend)
     return blend

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.line.resolved import resolve
+from tgvdp.line.resolved import ResolvedLine, resolve
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.doubt import doubted_cells
 from tgvdp.methods.costate.mesh import Mesh, Run
@@ -127,17 +127,18 @@ def optimal_front(
             not found or run.time_s > found[-1].time_s * (1.0 + _SAME)
         ):
             found.append(run)
-    found[met:] = [_followed(trip, run, auxiliary_w) for run in found[met:]]
-    duration, energy, multipliers = (np.array([run[column] for run in found], dtype=np.float64) for column in range(3))
+    line = resolve(trip)
+    found[met:] = [_followed(trip, line, run, auxiliary_w) for run in found[met:]]
+    duration, energy, multipliers = np.array([run[:3] for run in found], dtype=np.float64).reshape(-1, 3).T.copy()
     return OptimalRuns(
         duration, energy + auxiliary_w * duration, np.maximum(multipliers - auxiliary_w, 0.0), complete, not saves,
         counters, [(run.x_m, run.w) for run in found], tuple(missed_s),
     )  # fmt: skip
 
 
-def _followed(trip: Trip, run: Run, auxiliary_w: float) -> Run:
+def _followed(trip: Trip, line: ResolvedLine, run: Run, auxiliary_w: float) -> Run:
     """The run with its true resistance, and rows cut where an effort drops: its time is another then."""
-    x_m, w = follow(trip.train, resolve(trip), run.x_m, run.w)
+    x_m, w = follow(trip.train, line, run.x_m, run.w)
     if len(x_m) == len(run.x_m):
         return run._replace(x_m=x_m, w=w)
     profile = profile_of(trip, x_m, w)
@@ -195,7 +196,9 @@ class _Search:
         return found or _Found([], False, True)
 
     def _marched(self, mesh: Mesh) -> ExtremalFront:
-        front = ExtremalFront(mesh, self.tolerance_s, self.least_multiplier, self.counters, self.clock)
+        # No second may cost less than nothing.
+        least_multiplier = max(self.least_multiplier, float(mesh.cells.saved_w.max()))
+        front = ExtremalFront(mesh, self.tolerance_s, least_multiplier, self.counters, self.clock)
         front.reach(float(self.aims_s[0]), float(self.aims_s[-1]))
         return front
 

@@ -6,7 +6,7 @@ their policies that drives worse than that is refused, for an extremal to be sol
 
 import math
 
-from tgvdp._jit import kernel, leaf, part
+from tgvdp._jit import entry, leaf, part
 from tgvdp.methods.costate.extremal import foretell
 from tgvdp.methods.costate.forward import drive_blend, find_rides
 from tgvdp.physics.cell import Rows
@@ -91,7 +91,7 @@ def _meet(train, tables, course, blend, ends, samples, known, target_s, toleranc
     return n, known, runs, not bracketed or abs(f) <= tolerance_s
 
 
-@kernel
+@entry
 def drive(
     train, tables, course, start_w, blend, ends, loss, least_loss_j, samples, known, targets, tolerance_s, rows,
     stored, scratch, runs,

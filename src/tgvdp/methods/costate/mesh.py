@@ -1,7 +1,7 @@
 """The mesh of the front method: multipliers are solved by the costate program on it, and runs are driven."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import NumericalError
-from tgvdp.line.cells import Cells, cells_of
+from tgvdp.line.cells import Cells, cells_of, halved
 from tgvdp.memory import ask_for
 from tgvdp.methods.costate import backward as costate
 from tgvdp.methods.costate.blend import Blend
@@ -20,9 +20,9 @@ from tgvdp.methods.costate.stations import graded_stations
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Rows, overrun, room_for_marches, room_for_rows
 from tgvdp.physics.codes import NO_ROOM, NOT_MET, OK
-from tgvdp.physics.energy import energy_tables
+from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train, per_kilogram
-from tgvdp.runs.fastest import envelope_of, reachable_w
+from tgvdp.runs.fastest import Envelope, envelope_of, reachable_w
 from tgvdp.runs.profile import Profile
 
 #: Cells per trip at least, and cells within the distance over which starting effort would reach the top speed.
@@ -71,43 +71,57 @@ class Interval:
         self.bracket = (0.0, 1.0)
 
 
+class _Scratch:
+    """Arrays that kernels write, the same ones for a mesh and all that is made of it."""
+
+    def __init__(self, cells: int) -> None:
+        self.size = 24 * cells + 8192
+        self.rows = room_for_rows(self.size)
+        self.kept, self.stored = Rows(*np.empty((2, 0))), 0
+        self.march = room_for_marches(_MARCH_ROWS)
+        self.samples = np.empty((SAMPLES, 2))
+        self.run = np.empty((1, RUN_COLUMNS))
+        self.costates = np.empty((6, costate.ROOM))
+
+    def double_march(self) -> None:
+        """Make room for marches of twice as many rows."""
+        self.march = room_for_marches(2 * len(self.march.x))
+
+
 @dataclass
 class Mesh:
     """Cells of a trip with the envelope of feasible speeds and room for the rows of one run.
 
     Energies are without auxiliaries, multipliers with them: their power only adds to the price of time, and what they
     do not draw where the pantograph is lowered is taken off the energy. The usual multiplier is the energy for
-    traction over the running time of the fastest run, J/s: the scale of multipliers.
+    traction over the running time of the fastest run, J/s: the scale of multipliers. ``unit_train`` is the train per
+    unit of inertia.
     """
 
     trip: Trip
     train: KernelTrain
+    unit_train: KernelTrain
+    tables: EnergyTables
     cells: Cells
-    low: NDArray[np.float64]
-    fast: NDArray[np.float64]
-    fastest_rows: tuple[NDArray[np.float64], NDArray[np.float64]]
+    envelope: Envelope
     typical_m: float
     usual_multiplier: float
+    scratch: _Scratch
 
     def __post_init__(self) -> None:
         inertia_kg = self.train.inertia_kg
-        self.tables = energy_tables(self.trip.train, self.trip.energy)
-        self.unit_train = per_kilogram(self.train)
+        self.low, self.fast = self.envelope.low, self.envelope.fast
         self.unit_cells = self.cells._replace(
             grade_n=self.cells.grade_n / inertia_kg, air=self.cells.air / inertia_kg,
             saved_w=self.cells.saved_w / (self.tables.traction * inertia_kg),
         )  # fmt: skip
         self.floor_w = _FLOOR * float(self.fast.max())
-        self.flat_out = np.column_stack((self.fast,) * 4)
-        if not self.train.braking[:, 1:].any():
-            self.tables = self.tables._replace(regeneration=0.0)
-        self.size = 24 * len(self.cells.length_m) + 8192
-        self.rows = room_for_rows(self.size)
-        self.kept, self.stored = Rows(*np.empty((2, 0))), 0
-        self.scratch = room_for_marches(_MARCH_ROWS)
-        self.samples = np.empty((SAMPLES, 2))
-        self.runs = np.empty((1, RUN_COLUMNS))
-        self.room = np.empty((6, costate.ROOM))
+        self.flat_out = self.fast.repeat(4).reshape(-1, 4)
+
+    @property
+    def rows(self) -> Rows:
+        """Rows of the run that was driven last."""
+        return self.scratch.rows
 
     @classmethod
     def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0) -> "Mesh":
@@ -120,22 +134,20 @@ class Mesh:
         if trip.energy.kind != "wheel":
             drawn_j = balance.pantograph_j + balance.regenerated_j - balance.auxiliary_j
         usual_multiplier = max(drawn_j, least_j) / fastest.duration_s
-        return cls._on(trip, graded_stations(trip, fastest, cell_m), cell_m, usual_multiplier)
-
-    @classmethod
-    def _on(cls, trip: Trip, stations_m: NDArray[np.float64], typical_m: float, usual_multiplier: float) -> "Mesh":
-        ask_for(_CELL_B * len(stations_m), f"a mesh of {len(stations_m):,} cells")
         train = kernel_train(trip.train)._replace(rows=_ROWS)
-        cells = cells_of(trip, stations_m)
-        low, fast, *fastest_rows = envelope_of(trip, cells, train)
-        cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip, cells)))
-        return cls(trip, train, cells, low, fast, (fastest_rows[0], fastest_rows[1]), typical_m, usual_multiplier)
+        tables = energy_tables(trip.train, trip.energy)
+        if not train.braking[:, 1:].any():
+            tables = tables._replace(regeneration=0.0)
+        cells = cells_of(trip, graded_stations(trip, fastest, cell_m))
+        cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip)))
+        envelope = _envelope(trip, cells, train)
+        scratch = _Scratch(len(cells.length_m))
+        return cls(trip, train, per_kilogram(train), tables, cells, envelope, cell_m, usual_multiplier, scratch)
 
     def halved(self, which: NDArray[np.bool_]) -> "Mesh":
         """The mesh with some of its cells, (K,), cut in two."""
-        middle_m = self.cells.station_m[:-1][which] + 0.5 * self.cells.length_m[which]
-        stations_m = np.concatenate((self.cells.station_m, middle_m))
-        return Mesh._on(self.trip, stations_m, self.typical_m, self.usual_multiplier)
+        cells = halved(self.cells, which)
+        return replace(self, cells=cells, envelope=_envelope(self.trip, cells, self.train))
 
     def _switching_speeds(self, multiplier: float, counters: dict[str, int]) -> NDArray[np.float64]:
         """Optimal squared switching speeds, (K + 1, 4), for a multiplier in J/s."""
@@ -145,7 +157,7 @@ class Mesh:
         status, points = costate.switching_speeds(
             self.unit_train, self.tables.regeneration / self.tables.traction, self.unit_cells, self.low, self.fast,
             self.trip.end_speed_mps**2, multiplier / (self.tables.traction * inertia_kg), tolerance, self.typical_m,
-            self.floor_w, switch, self.room,
+            self.floor_w, switch, self.scratch.costates,
         )  # fmt: skip
         counters["extremals"] += 1
         counters["costates"] += points
@@ -156,27 +168,30 @@ class Mesh:
     @cached_property
     def course(self) -> Course:
         """What the kernel needs to drive, made once; the kernel adds the rides when it first drives."""
-        row = np.searchsorted(self.fastest_rows[0], self.cells.station_m)
-        fastest = Rows(*np.array(self.fastest_rows))
+        fastest = Rows(self.envelope.x_m, self.envelope.w)
+        row = np.searchsorted(fastest.x, self.cells.station_m)
         count = len(self.cells.length_m)
         ride, passed = np.empty((count, 2)), np.empty((count + 1, 3))
         return Course(self.cells, self.low, self.fast, fastest, row, np.full(count, -1), ride, passed)
 
     def drive(self, policy: NDArray[np.float64], counters: dict[str, int]) -> tuple[int, float, float]:
         """Drive a policy into `rows`; returns rows, running time in s, energy in J."""
-        self.samples[0, 0] = 0.0
+        scratch = self.scratch
+        scratch.samples[0, 0] = 0.0
         while True:
             _, status, _, driven = drive(
                 self.train, self.tables, self.course, self.trip.start_speed_mps**2, Blend(policy, policy, policy),
-                _NO_ENDS, math.inf, 0.0, self.samples, 1, _NO_TARGET, 0.0, self.rows, 0, self.scratch, self.runs,
+                _NO_ENDS, math.inf, 0.0, scratch.samples, 1, _NO_TARGET, 0.0, scratch.rows, 0, scratch.march,
+                scratch.run,
             )  # fmt: skip
             counters["runs"] += driven
-            if overrun(self.scratch):
-                self._double_scratch()
+            if overrun(scratch.march):
+                scratch.double_march()
             elif status == OK:
-                return int(self.runs[0, 1]), self.runs[0, 2], self.runs[0, 3]
+                n, time_s, energy_j = scratch.run[0, 1:4].tolist()
+                return int(n), time_s, energy_j
             else:
-                self.rows = room_for_rows(2 * len(self.rows.x))
+                scratch.rows = room_for_rows(2 * len(scratch.rows.x))
 
     def meet(
         self,
@@ -191,33 +206,31 @@ class Mesh:
 
         ``loss`` and ``least_loss_j`` are those of `interpolate.drive`.
         """
+        scratch = self.scratch
         found: list[Run] = []
         runs = np.empty((len(target_s), RUN_COLUMNS))
         while True:
-            rows = self.kept
+            rows = scratch.kept
             done, status, interval.known, driven = drive(
                 self.train, self.tables, self.course, self.trip.start_speed_mps**2,
                 interval.blend, interval.ends, loss, least_loss_j, interval.samples,
-                interval.known, target_s[len(found) :], tolerance_s, rows, self.stored, self.scratch, runs,
+                interval.known, target_s[len(found) :], tolerance_s, rows, scratch.stored, scratch.march, runs,
             )  # fmt: skip
             counters["runs"] += driven
-            if overrun(self.scratch):
-                self._double_scratch()
+            if overrun(scratch.march):
+                scratch.double_march()
                 continue
             for first, last, time_s, energy_j, multiplier, *_ in runs[:done].tolist():
                 kept = slice(int(first), int(last))
                 found.append(Run(time_s, energy_j, multiplier, rows.x[kept], rows.w[kept]))
-                self.stored = int(last)
+                scratch.stored = int(last)
             if status != NO_ROOM:
                 if status == NOT_MET:
                     interval.bracket = (runs[done, 5], runs[done, 6])
                 return found, status
             if not done:
-                self.size *= 2
-            self.kept, self.stored = room_for_rows(self.size), 0
-
-    def _double_scratch(self) -> None:
-        self.scratch = room_for_marches(2 * len(self.scratch.x))
+                scratch.size *= 2
+            scratch.kept, scratch.stored = room_for_rows(scratch.size), 0
 
     def extremal(self, multiplier: float, counters: dict[str, int]) -> Extremal:
         """Solve and drive one multiplier, J/s; infinite is the fastest run, full traction up to the envelope."""
@@ -226,6 +239,11 @@ class Mesh:
         if not math.isfinite(time_s):
             raise NumericalError(f"the train of the costate program stalls at λ = {multiplier:g} J/s")
         return Extremal(multiplier, switch, time_s, energy_j, self.course.passed.copy())
+
+
+def _envelope(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
+    ask_for(_CELL_B * len(cells.length_m), f"a mesh of {len(cells.length_m):,} cells")
+    return envelope_of(trip, cells, train)
 
 
 def _cell_size(trip: Trip, fastest: Profile) -> float:

@@ -8,7 +8,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel, part
+from tgvdp._jit import entry, part
 from tgvdp.line.cells import breaks_of, cells_of
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
@@ -64,7 +64,7 @@ def _lacks(train, grade_n, air, w0, w1, d, share):
     return -effort - effort_at(train.braking, v)
 
 
-@kernel
+@entry
 def friction_points(train, cells, x, w, at):
     """Where friction begins or ends to help the dynamic brake along a run.
 
@@ -141,11 +141,12 @@ def graded_stations(trip: Trip, fastest: Profile, cell_m: float) -> NDArray[np.f
         Increasing, from 0 to the trip's distance, m.
     """
     breaks_m = breaks_of(trip)
-    soft_m = np.union1d(switch_points(fastest), _friction_points(trip, fastest))
+    soft_m = np.sort(np.concatenate((switch_points(fastest), _friction_points(trip, fastest))))
     gap_m = _SAME * trip.distance_m
-    near = np.searchsorted(breaks_m, soft_m).clip(1, len(breaks_m) - 1)
-    apart = np.minimum(soft_m - breaks_m[near - 1], breaks_m[near] - soft_m) > gap_m
-    soft_m = soft_m[apart & (np.diff(soft_m, prepend=-np.inf) > gap_m)]
+    after = np.searchsorted(breaks_m[1:-1], soft_m) + 1
+    apart = np.minimum(soft_m - breaks_m[after - 1], breaks_m[after] - soft_m) > gap_m
+    apart[1:] &= np.diff(soft_m) > gap_m
+    soft_m = soft_m[apart]
     fixed_m = np.sort(np.concatenate((breaks_m, soft_m)))
     grading = _Grading(trip.distance_m, cell_m)
     at = grading.count(fixed_m)
