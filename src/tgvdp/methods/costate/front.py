@@ -173,6 +173,8 @@ class _Search:
         """
         found: _Found | None = None
         doubt = Doubt()
+        if self.clock.expired:
+            return _Found([], False, True)
         try:
             mesh = Mesh.of(self.trip, self.fastest, _COARSEST)
             while True:
