@@ -53,7 +53,12 @@ class SectionRuns:
         return SectionRuns(self.trip, self.fastest, self._method)
 
     def reach(self, supplement_s: NDArray[np.float64], tolerance_s: float) -> None:
-        """Find the runs that take given supplements over the fastest run, s, in any order."""
+        """Find the runs that take given supplements over the fastest run, s, in any order.
+
+        Not where time has run out before.
+        """
+        if not self.complete:
+            return
         wanted_s = np.unique(supplement_s)
         target_s = self.fastest.duration_s + wanted_s[np.diff(wanted_s, prepend=-np.inf) > tolerance_s]
         found = self._method(self.trip, self.fastest, target_s, tolerance_s)
