@@ -128,7 +128,7 @@ def journey_front(
         departure_s=(np.cumsum(until_next_s, axis=1) - until_next_s)[kept],
         multiplier_j_per_s=np.repeat(splits[-1].multiplier_j_per_s[kept, None], len(sections), axis=1),
         practices={name: search.allocations(share_s[kept]) for name, share_s in shares.items()},
-        complete=bool(merged_s) and len(splits) == ROUNDS and all(section.complete for section in sections),
+        complete=bool(shared_s) and len(splits) == ROUNDS and all(section.complete for section in sections),
         exhausted=all(section.exhausted for section in sections)
         and bool(front.time_s[-1] < last_s - _SHORT * tolerance_s),
     )
