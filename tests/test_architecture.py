@@ -36,7 +36,7 @@ MAY_IMPORT = {
     "methods": {"model", "line", "physics", "runs", "_jit"},
     "certificate": {"model", "line", "physics", "runs", "methods", "_jit"},
     "margins": {"model", "line", "physics", "runs", "methods"},
-    "journeys": {"model", "runs", "methods", "certificate", "pareto"},
+    "journeys": {"model", "physics", "runs", "methods", "certificate", "pareto"},
     "referee": {"model", "physics", "_jit"},
     "formulations": {"model", "formats"},  # formats: instances are files
     "solvers": {"model", "formulations", "_jit"},

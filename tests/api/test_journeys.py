@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import tgvdp
+from tests.helpers.clocks import LooksAtTheClock
 from tests.helpers.documented_case import OSRD_TRACK, OSRD_TRAIN
 from tests.helpers.journey_case import LINE, METRO
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
@@ -125,8 +126,14 @@ def test_what_is_refused():
         tgvdp.journey(METRO, replace(LINE, stops_m=(0.0,)))
 
 
-def test_a_time_limit_leaves_the_fastest_runs_at_least():
-    journey = tgvdp.journey(METRO, LINE, points=4, time_limit_s=1e-3)
+def test_without_time_for_the_fastest_runs_there_is_no_journey():
+    with pytest.raises(BudgetExceededError, match="before every section had its fastest run"):
+        tgvdp.journey(METRO, LINE, points=4, time_limit_s=1e-9)
+
+
+def test_a_time_limit_leaves_the_fastest_runs_at_least(monkeypatch):
+    monkeypatch.setattr("tgvdp.api.journeys.budget_of", lambda _: LooksAtTheClock(0))
+    journey = tgvdp.journey(METRO, LINE, points=4)
     assert not journey.found.complete
     assert journey.front.time_s[0] == pytest.approx(journey.fastest_time_s)
     assert "the time limit ended the search" in journey.warnings[0]

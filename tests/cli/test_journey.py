@@ -2,9 +2,11 @@
 
 import csv
 import json
+from pathlib import Path
 
 import pytest
 
+from tests.helpers.clocks import LooksAtTheClock
 from tests.helpers.format_case import JOURNEY, TTOBENCH_TRACK, TTOBENCH_TRAIN, changed, write_json
 from tgvdp.cli import main
 
@@ -41,9 +43,27 @@ def test_the_object_that_scripts_read(run, capsys):
     assert all([set(row) for row in rows] == [{"time_s", "energy_kwh"}] * 3 for rows in content["practices"].values())
 
 
-def test_what_a_budget_cut_off_is_labelled(run, capsys):
-    assert run("journey", "--time-limit", "1e-6", "--json", "--no-pictures") == 5
-    assert json.loads(capsys.readouterr().out)["complete"] is False
+def test_what_a_budget_cut_off_is_labelled(run, monkeypatch, capsys):
+    monkeypatch.setattr("tgvdp.api.journeys.budget_of", lambda _: LooksAtTheClock(0))
+    assert run("journey", "--json", "--no-pictures") == 5
+    content = json.loads(capsys.readouterr().out)
+    assert content["complete"] is False
+    assert content["warning"] == "the time limit ended the search: better splits than these may exist"
+
+
+def test_what_the_time_limit_ends_after_the_search_is_labelled(run, monkeypatch, capsys):
+    monkeypatch.setattr("tgvdp.cli.journey.left_s", lambda *_: 1e-9)
+    assert run("journey", "--points", "3", "--certify", "--margins", "5%", "--no-pictures") == 5
+    err = capsys.readouterr().err
+    content = json.loads(Path("journey/journey.json").read_text(encoding="utf-8"))
+    assert content["complete"] is True
+    for what in (
+        "the time limit ended the replay, 6 runs of sections had none",
+        "the time limit ended the proof, bounds are missing or loose",
+        "the time limit ended the margins: 5% are not taken",
+    ):
+        assert f"tgvdp: budget reached: {what}\n" in err
+        assert what in content["warning"]
 
 
 def test_the_files_and_the_table(run, tmp_path, capsys):

@@ -18,15 +18,16 @@ from tgvdp.errors import InputError
 from tgvdp.journeys.bound import JourneyBound, journey_bound
 from tgvdp.journeys.delays import Delays, Robustness, robustness, standard_delays
 from tgvdp.journeys.front import JourneyFront
+from tgvdp.journeys.passed import PassedRuns
 from tgvdp.journeys.section import SectionRuns
-from tgvdp.journeys.timed import PassedRuns
+from tgvdp.journeys.timed_bound import timed_bound
 from tgvdp.journeys.windows import Windows
 from tgvdp.margins.linear import scaled_run
 from tgvdp.model.margin import MarginRange
 from tgvdp.model.trip import Trip
 from tgvdp.options.texts import parse_margins
 from tgvdp.pareto import ParetoFront
-from tgvdp.referee.replay import Verdict, replay
+from tgvdp.referee.replay import NOT_REPLAYED, Verdict, replay
 from tgvdp.runs.profile import Profile, joined
 from tgvdp.second_process import usable_cores
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
@@ -112,7 +113,12 @@ class JourneyResult:
     @cached_property
     def linear_margin_j(self) -> _Floats:
         """Energy of `linear_margin` at each point, J, (n,) float64."""
-        return np.array([self.linear_margin(index).total_energy_j for index in range(len(self.front))])
+        ratios = (self.front.time_s / self.fastest_time_s).tolist()
+        # Section by section: the line of a section is resolved once for all of its runs.
+        energy_j = [
+            [scaled_run(one.trip, one.fastest, ratio).total_energy_j for ratio in ratios] for one in self.sections
+        ]
+        return np.asarray(np.sum(energy_j, axis=0))
 
     def section_profiles(self, index: int) -> list[Profile]:
         """Speed profile of each section at one point of the front, each from its own departure."""
@@ -128,17 +134,29 @@ class JourneyResult:
         departure_s = self.found.departure_s[index]
         return joined(self.section_profiles(index), departure_s - departure_s[0])
 
-    def verify(self) -> list[list[Verdict]]:
-        """Replay every section of every point by the independent referee."""
+    def verify(self, time_limit_s: float | None = None) -> list[list[Verdict]]:
+        """Replay every section of every point by the independent referee.
+
+        Parameters
+        ----------
+        time_limit_s : float, optional
+            Time for it, s; by default as much as the search had. ``ok`` of runs that are not reached is None.
+        """
+        clock = budget_of(self.options, time_limit_s).start()
         known: dict[tuple[int, int], Verdict] = {}
         for number, section in enumerate(self.sections):
             for run in np.unique(self.found.run[:, number]).tolist():
+                if clock.expired:
+                    known[number, run] = NOT_REPLAYED
+                    continue
                 with sensible_numbers(section.trip, self.options["max_memory_b"]):
-                    known[number, run] = replay(section.trip, section.profile(run))
+                    known[number, run] = replay(section.trip, section.profile(run), lambda: clock.expired)
         return [[known[number, run] for number, run in enumerate(runs)] for runs in self.found.run.tolist()]
 
     def certify(self, time_limit_s: float | None = None) -> JourneyBound:
         """Bound the least energy of every journey, however it splits the time, at the running time of each point.
+
+        With windows: of every journey that keeps them and ends no later.
 
         Parameters
         ----------
@@ -146,8 +164,14 @@ class JourneyResult:
             Time for it, s; by default as much as the search had.
         """
         clock = budget_of(self.options, time_limit_s).start()
+        passed = [section for section in self.sections if isinstance(section, PassedRuns)]
+        if passed and self.trip.energy.map is None:
+            with sensible_numbers(self.trip, self.options["max_memory_b"]):
+                return timed_bound(passed, self.windows, self.found.run, self.found.departure_s, clock)
 
-        def certificate(section: SectionRuns | PassedRuns, run: NDArray[np.int64]) -> Certificate:
+        def certificate(section: SectionRuns | PassedRuns, run: NDArray[np.int64]) -> Certificate | None:
+            if clock.expired:
+                return None
             own = np.unique(run)
             with sensible_numbers(section.trip, self.options["max_memory_b"]):
                 return certify_front(
@@ -156,7 +180,10 @@ class JourneyResult:
                 )  # fmt: skip
 
         with ThreadPoolExecutor(usable_cores()) as cores:
-            certificates = list(cores.map(certificate, self.sections, self.found.run.T))
+            made = list(cores.map(certificate, self.sections, self.found.run.T))
+        certificates = [one for one in made if one is not None]
+        if len(certificates) < len(made):
+            return JourneyBound(np.full(len(self.front), np.nan), False)
         return journey_bound(certificates, self.front.time_s)
 
     def robustness(
@@ -248,7 +275,7 @@ class JourneyResult:
         """Write all files of ``tgvdp journey`` into a folder, all or none, and return their names."""
         from tgvdp.report.journeys import write_journey
 
-        return [file.name for file in write_journey(self, folder)]
+        return [file.name for file in write_journey(self, folder).files]
 
     def __repr__(self) -> str:
         return (

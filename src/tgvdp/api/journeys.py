@@ -16,12 +16,13 @@ from tgvdp.api.methods import continuous_front
 from tgvdp.api.sense import sensible_numbers
 from tgvdp.api.targets import asked_targets, met_to_s
 from tgvdp.api.trip import trip_of
-from tgvdp.errors import InfeasibleError, InputError
+from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.formats import load_journey
 from tgvdp.formats.sources import Source
 from tgvdp.journeys.front import JourneyFront, journey_front
+from tgvdp.journeys.passed import PassedRuns
 from tgvdp.journeys.section import SectionRuns
-from tgvdp.journeys.timed import PassedRuns, TimedJourney
+from tgvdp.journeys.timed import TimedJourney
 from tgvdp.journeys.windows import Windows, windows_of
 from tgvdp.memory import limited_memory
 from tgvdp.methods.budget import Clock, SearchBudget
@@ -38,6 +39,11 @@ from tgvdp.runs.profile import Profile
 from tgvdp.second_process import usable_cores
 
 _Floats = NDArray[np.float64]
+
+#: Sections between two looks at the clock.
+_AT_ONCE = 32
+#: Without the fastest runs there is nothing to return: they may take this multiple of the time limit.
+_PATIENCE = 2.0
 
 
 def journey(
@@ -99,6 +105,8 @@ def journey(
     InfeasibleError
         When a section has no run that obeys all limits, no journey is as fast as ``at_s`` asks, or a window cannot be
         met: the error names it, by how much it is missed, and what would meet it.
+    BudgetExceededError
+        When twice the time has passed before every section has its fastest run.
     """
     started = time.perf_counter()
     require_number("journey", "dwell_s", dwell_s, "s", at_least=0.0)
@@ -127,16 +135,15 @@ def journey(
         windows.arrivals[-1].position_m,
     )
     budget = budget_of(options.as_dict())
-    solved = _solver(budget.start(), max_memory_b)
+    clock = budget.start()
+    solved = _solver(clock, max_memory_b)
     whole = replace(line, origin_m=stops_m[0], destination_m=stops_m[-1])
     with limited_memory(max_memory_b):
-        with ThreadPoolExecutor(usable_cores()) as cores:
-            trips = [replace(line, origin_m=from_m, destination_m=to_m) for from_m, to_m in pairwise(stops_m)]
-            between = tuple(cores.map(solved, trips))
+        between = tuple(_fastest(line, list(pairwise(stops_m)), solved, clock))
         sections: tuple[SectionRuns | PassedRuns, ...] = between
         if windows.are_open:
             supplement_s, tolerance_s = _supplements(between, options)
-            found = journey_front(between, supplement_s, tolerance_s, dwell_s)
+            found = journey_front(between, supplement_s, tolerance_s, dwell_s, lambda: clock.expired)
         else:
             sections, found = _timed(TimedJourney(between, whole, windows, solved), options)
     filled = {"time_limit_s": budget.time_limit_s, "dwell_s": dwell_s, "stops_m": stops_m}
@@ -149,6 +156,18 @@ def journey(
         found=found,
         warnings=(*_foreign(line.track, timetable), *_warnings(found)),
     )
+
+
+def _fastest(
+    line: Trip, ends_m: Sequence[tuple[float, float]], solved: Callable[[Trip], SectionRuns], clock: Clock
+) -> Iterator[SectionRuns]:
+    """Sections with their fastest runs, side by side, and a look at the clock now and then."""
+    with ThreadPoolExecutor(usable_cores()) as cores:
+        for first in range(0, len(ends_m), _AT_ONCE):
+            if clock.elapsed_s > _PATIENCE * clock.limit_s:
+                raise BudgetExceededError("journey: the time limit passed before every section had its fastest run")
+            own_m = ends_m[first : first + _AT_ONCE]
+            yield from cores.map(lambda ends: solved(replace(line, origin_m=ends[0], destination_m=ends[1])), own_m)
 
 
 def _foreign(track: Track, timetable: Journey | None) -> Iterator[str]:

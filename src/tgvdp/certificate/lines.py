@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tgvdp.certificate.line import BoundingProblem
 from tgvdp.errors import TgvdpError
 from tgvdp.methods.budget import Clock
-from tgvdp.methods.costate.mesh import Mesh
+from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.model.trip import Trip
 from tgvdp.progress import tell
 from tgvdp.runs.profile import Profile
@@ -63,6 +63,42 @@ class Line(NamedTuple):
 def level_line(problem: BoundingProblem) -> Line:
     """The line of λ = 0, which no run suggests."""
     return Line(0.0, problem.least_energy_j, math.inf, problem.least_energy_j)
+
+
+def _optimal(problem: BoundingProblem, mesh: Mesh, multiplier: float) -> Run:
+    """The optimal run of a multiplier, J/s, in rows that the next one overwrites.
+
+    The power of auxiliaries is part of the multipliers of a mesh, and of the run's, which otherwise know none.
+    """
+    total = problem.total(multiplier)
+    counters = {"extremals": 0, "runs": 0, "costates": 0}
+    n, time_s, energy_j = mesh.drive(mesh.extremal(total, counters).switch, counters)
+    return Run(time_s, energy_j, total, mesh.rows.x[:n], mesh.rows.w[:n])
+
+
+def least_cost_j(trip: Trip, fastest: Profile, multiplier: float, size_j: float, clock: Clock) -> float:
+    """Lower bound of E + λT, less the trip's credits, of all of its runs, J, by ascent from the optimal one.
+
+    Parameters
+    ----------
+    trip : Trip
+        Whose credits leave the multiplier above 0 everywhere.
+    fastest : Profile
+        Its fastest run.
+    multiplier : float
+        λ, J/s.
+    size_j : float
+        Energy of which gains of the ascent are shares.
+    clock : Clock
+
+    Raises
+    ------
+    TgvdpError
+        When the costate program fails.
+    """
+    problem, mesh = BoundingProblem(trip), Mesh.of(trip, fastest, _FINENESS)
+    run = _optimal(problem, mesh, multiplier)
+    return problem.line(run.x_m, run.w, multiplier, gain_j=_ASCENT_GAIN * size_j, clock=clock)
 
 
 class LinesUnder:
@@ -139,22 +175,16 @@ class LinesUnder:
             self._runs.append((line.time_s, line.cost_j - multiplier * line.time_s))
 
     def _line(self, multiplier: float, care: float, clock: Clock) -> Line | None:
-        """Line from the optimal run of a multiplier, J/s; none where the costate program finds none.
-
-        The power of auxiliaries is part of the multipliers of a mesh, which otherwise knows none.
-        """
-        counters = {"extremals": 0, "runs": 0, "costates": 0}
-        total = self._problem.total(multiplier)
+        """Line from the optimal run of a multiplier, J/s; none where the costate program finds none."""
         try:
-            extremal = self._mesh.extremal(total, counters)
+            run = _optimal(self._problem, self._mesh, multiplier)
         except TgvdpError:
             return None
-        n, time_s, energy_j = self._mesh.drive(extremal.switch, counters)
-        size_j = float(np.interp(time_s, self._time_s, self._size_j)) if len(self._time_s) else abs(energy_j)
-        rows = self._mesh.rows
+        size_j = float(np.interp(run.time_s, self._time_s, self._size_j)) if len(self._time_s) else abs(run.energy_j)
         gain_j = _ASCENT_GAIN * size_j if care else math.inf
-        line_j = self._problem.line(rows.x[:n], rows.w[:n], multiplier, max(care, 1.0), gain_j, clock)
-        return Line(multiplier, line_j, time_s, energy_j + total * time_s, _NEXT_CARE[care])
+        line_j = self._problem.line(run.x_m, run.w, multiplier, max(care, 1.0), gain_j, clock)
+        cost_j = run.energy_j + run.multiplier * run.time_s
+        return Line(multiplier, line_j, run.time_s, cost_j, _NEXT_CARE[care])
 
     def _best_runs(self) -> NDArray[np.int64]:
         """For each point the line whose own run would bound it best, were it as high as that run costs."""

@@ -16,7 +16,7 @@ _PART_SHARE, _MOST_PART_S = 0.125, 1.0
 #: Share of the limit that a search has at least, however long it took to get there.
 _SEARCH_SHARE = 0.25
 #: What is left when all the time is up, s: who looks at the clock does nothing then.
-_NOTHING_S = 1e-3
+_NOTHING_S = 1e-9
 
 
 def search_s(clock: "Clock", parts_after: int) -> float:

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from tgvdp.cli import echo_json
+from tgvdp.cli.clock import left_s, reading_within, search_s
 from tgvdp.cli.compare import compare_table
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand, apply_all, heading
@@ -24,6 +26,10 @@ from tgvdp.options.texts import parse_margins
 
 if TYPE_CHECKING:
     from tgvdp.api import JourneyResult
+    from tgvdp.api.margins import Margins
+    from tgvdp.journeys.bound import JourneyBound
+    from tgvdp.methods.budget import Clock
+    from tgvdp.referee.replay import Verdict
     from tgvdp.report.journeys import Extras
 
 _EXAMPLES = """
@@ -45,6 +51,8 @@ _MARGINS_HELP = (
 _WITHIN_HELP = "Of the uniform margin: how far times between any two points are from the linear ones at most."
 _TRAINS_HELP = f"{TRAIN_HELP} May be given several times."
 _MAIN = "journey.json"
+#: What follows a search: replay, proof and files; and margins, one by one.
+_PARTS_AFTER = 3
 _SEVERAL, _COMPARED = "tgvdp.journeys/1", ("compare.json", "compare.csv", "compare.png")
 _WITHIN = number("%", above=0.0)
 _trip = heading(TRIP)
@@ -99,13 +107,17 @@ def command(trains: tuple[str, ...], out: str, force: bool, as_json: bool, quiet
     allocation.csv and pictures into a folder; docs/journeys.md says what they hold. Of several trains each has a folder
     of its own in there, beside a table and a picture of who saves what.
     """
+    started_s = time.perf_counter()
     several = len(trains) > 1
     folder = OutFolder(out, _MAIN, force=force)
     homes = [Path(out) / f"train-{number}" for number in range(1, len(trains) + 1)] if several else [Path(out)]
     for home in homes:
         OutFolder(str(home), _MAIN, force=force)
     with Screen(quiet=quiet) as screen:
-        done = [_run(screen, train, home, quiet, **asked) for train, home in zip(trains or (None,), homes, strict=True)]
+        done = [
+            _run(screen, train, home, quiet, started_s, number / len(homes), **asked)
+            for number, (train, home) in enumerate(zip(trains or (None,), homes, strict=True), start=1)
+        ]
         files = [file for one in done for file in one.files]
         compared = _compared(done, out, files) if several else None
     folder.drop_earlier(files if compared is None else [*files, *compared.files])
@@ -126,20 +138,24 @@ def command(trains: tuple[str, ...], out: str, force: bool, as_json: bool, quiet
             click.echo(f"tgvdp: warning: {text}", err=True)
     if compared is not None and "warning" in compared.content and not quiet:
         click.echo(f"tgvdp: warning: {compared.content['warning']}", err=True)
-    complete = all(
-        one.result.found.complete and (one.extras.bound is None or one.extras.bound.complete) for one in done
-    )
+    for text in dict.fromkeys(text for one in done for text in one.ended):
+        click.echo(f"tgvdp: budget reached: {text}", err=True)
+    complete = all(one.result.found.complete and not one.ended for one in done)
     return 0 if complete else BudgetExceededError.exit_code
 
 
 class _Done(NamedTuple):
-    """A journey with its object, what was asked for beside it, its files, and how many of its runs do not replay."""
+    """A journey with its object, what was asked for beside it, its files, and how many of its runs do not replay.
+
+    And what the time limit ended after its search.
+    """
 
     result: "JourneyResult"
     content: dict[str, Any]
     extras: "Extras"
     files: list[Path]
     failed: int
+    ended: tuple[str, ...]
 
 
 def _run(
@@ -147,6 +163,8 @@ def _run(
     train: str | None,
     home: Path,
     quiet: bool,
+    started_s: float,
+    share: float,
     *,
     track: str | None,
     timetable: str | None,
@@ -160,49 +178,75 @@ def _run(
     pictures: bool,
     **given: Any,
 ) -> _Done:
-    """Run one train and write its files."""
-    case = read_case(train, track, None, line_speed_kmh).with_fields(changes)
-    options = merged({}, {name: value for name, value in given.items() if value is not None})
-    read_map(options, case)
-    stops = None
-    if timetable is not None:
-        from tgvdp.formats import read_source
+    """Run one train and write its files, until a share of the time limit has passed since the command began."""
+    with reading_within(given["time_limit_s"]):
+        case = read_case(train, track, None, line_speed_kmh).with_fields(changes)
+        options = merged({}, {name: value for name, value in given.items() if value is not None})
+        read_map(options, case)
+        stops = None
+        if timetable is not None:
+            from tgvdp.formats import read_source
 
-        read = read_source(timetable, "journey")
-        stops, case.inputs["journey"] = read.value, read.fingerprint
+            read = read_source(timetable, "journey")
+            stops, case.inputs["journey"] = read.value, read.fingerprint
     if not quiet:
         for text in unusual(case.train, case.track):
             screen.note(text)
     screen.progress(f"searching: {case.train.name} on {case.track.name}")
     # These bring numba: neither --help nor an error in the input waits for it.
     from tgvdp import api
+    from tgvdp.api.budget import budget_of
     from tgvdp.report import make_provenance
-    from tgvdp.report.journeys import Extras, journey_object, write_journey
+    from tgvdp.report.journeys import Extras, write_journey
 
     with screen.compiling():
-        result = api.journey(case.train, case.track, stops, dwell_s=dwell_s, **arguments_of(options))
+        arguments = arguments_of(options)
+        budget = budget_of(arguments)
+        own_budget = replace(budget, time_limit_s=share * budget.time_limit_s)
+        clock = own_budget.start(time.perf_counter() - started_s)
+        arguments["time_limit_s"] = search_s(clock, _PARTS_AFTER + len(margins))
+        result = api.journey(case.train, case.track, stops, dwell_s=dwell_s, **arguments)
+        result = replace(result, options=result.options | {"time_limit_s": budget.time_limit_s})
         screen.progress("replaying")
-        started_s = time.perf_counter()
-        failed = sum(not verdict.ok for point in result.verify() for verdict in point)
+        verify_started_s = time.perf_counter()
+        verdicts = [own for point in result.verify(left_s(clock, 2 + len(margins))) for own in point]
         about = make_provenance(result.options | case.changed, case.inputs, result.elapsed_s)
-        about["elapsed_verify_s"] = time.perf_counter() - started_s
+        about["elapsed_verify_s"] = time.perf_counter() - verify_started_s
         bound = None
         if certify:
             screen.progress("proving")
-            bound = result.certify()
-        if margins:
-            screen.progress("taking margins")
-        extras = Extras(
-            bound,
-            None if mean_delay_s is None else result.robustness(mean_delay_s=mean_delay_s),
-            {text: result.margins(text, within_pct / 100.0) for text in margins},
-        )
-        failed += sum(
-            not verdict.ok for one in extras.margins.values() for own in one.verify().values() for verdict in own
-        )
+            bound = result.certify(left_s(clock, 1 + len(margins)))
+        taken, margins_ended = _margins(screen, result, margins, within_pct / 100.0, clock)
+        delays = None if mean_delay_s is None else result.robustness(mean_delay_s=mean_delay_s)
+        ended = (*_ended(verdicts, bound), *margins_ended)
+        extras = Extras(bound, delays, taken, ended)
+        verdicts += [own for one in taken.values() for runs in one.verify().values() for own in runs]
         screen.progress("drawing and writing")
-        files = write_journey(result, home, about, extras, pictures=pictures)
-    return _Done(result, journey_object(result, extras), extras, files, failed)
+        written = write_journey(result, home, about, extras, pictures=pictures, expired=lambda: clock.expired)
+    failed = sum(verdict.ok is False for verdict in verdicts)
+    return _Done(result, written.content, extras, written.files, failed, written.ended)
+
+
+def _margins(
+    screen: Screen, result: "JourneyResult", margins: Sequence[str], within: float, clock: "Clock"
+) -> tuple[dict[str, "Margins"], tuple[str, ...]]:
+    """Supplements that were asked for, as far as time allows, and what the time limit ended, for people."""
+    taken: dict[str, Margins] = {}
+    for at, text in enumerate(margins):
+        screen.progress("taking margins")
+        try:
+            taken[text] = result.margins(text, within, left_s(clock, len(margins) - at))
+        except BudgetExceededError:
+            return taken, (f"the time limit ended the margins: {', '.join(margins[at:])} are not taken",)
+    return taken, ()
+
+
+def _ended(verdicts: Sequence["Verdict"], bound: "JourneyBound | None") -> Iterator[str]:
+    """What the time limit ended after the search, for people."""
+    if unknown := sum(verdict.ok is None for verdict in verdicts):
+        yield f"the time limit ended the replay, {unknown} runs of sections had none"
+    if bound is not None and not bound.complete:
+        yield "the time limit ended the proof, bounds are missing or loose"
 
 
 def _front(done: _Done) -> str:

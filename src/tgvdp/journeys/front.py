@@ -5,7 +5,8 @@ fronts that are not convex. From there all sections go to one multiplier (`multi
 sections at the supplements that the last one leads to, and knows their multipliers better.
 """
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -17,6 +18,7 @@ from tgvdp.journeys.merge import Sums, least_sums
 from tgvdp.journeys.multiplier import Split, demand_of, on_hull, split
 from tgvdp.journeys.practices import practices
 from tgvdp.journeys.section import SectionRuns
+from tgvdp.methods.costate.multipliers import OutOfTime
 from tgvdp.pareto import ParetoFront
 from tgvdp.second_process import usable_cores
 
@@ -79,7 +81,11 @@ class JourneyFront:
 
 
 def journey_front(
-    sections: Sequence[SectionRuns], supplement_s: _Floats, tolerance_s: float, dwell_s: float = 0.0
+    sections: Sequence[SectionRuns],
+    supplement_s: _Floats,
+    tolerance_s: float,
+    dwell_s: float = 0.0,
+    expired: Callable[[], bool] = bool,
 ) -> JourneyFront:
     """Find the front of a journey.
 
@@ -93,14 +99,18 @@ def journey_front(
         How well they are met, s: no point is later.
     dwell_s : float
         Standstill at each stop on the way, s.
+    expired : callable, optional
+        Whether the time is up: what runs are known then is split.
     """
     search = _Search(sections, supplement_s, tolerance_s / len(sections))
     shares = practices(sections, supplement_s)
-    samples = _sampled(sections, float(supplement_s[-1]), search.tolerance_s)
-    merged_s, is_off = samples.merged(supplement_s)
+    merged_s: list[_Floats] = []
+    with contextlib.suppress(OutOfTime):
+        samples = _sampled(sections, float(supplement_s[-1]), search.tolerance_s, expired)
+        merged_s.append(search.beside(*samples.merged(supplement_s)))
     splits = [search.split()]
-    search.attempt(*shares.values(), search.beside(merged_s, is_off), splits[0].supplement_s)
-    while len(splits) < ROUNDS:
+    search.attempt(*shares.values(), *merged_s, splits[0].supplement_s)
+    while len(splits) < ROUNDS and not expired():
         splits.append(search.split())
         search.attempt(splits[-1].supplement_s)
     taken_s, is_short = search.short()
@@ -117,7 +127,7 @@ def journey_front(
         departure_s=(np.cumsum(until_next_s, axis=1) - until_next_s)[kept],
         multiplier_j_per_s=np.repeat(splits[-1].multiplier_j_per_s[kept, None], len(sections), axis=1),
         practices={name: search.allocations(share_s[kept]) for name, share_s in shares.items()},
-        complete=all(section.complete for section in sections),
+        complete=bool(merged_s) and len(splits) == ROUNDS and all(section.complete for section in sections),
         exhausted=all(section.exhausted for section in sections)
         and bool(front.time_s[-1] < last_s - _SHORT * tolerance_s),
     )
@@ -213,7 +223,9 @@ def _off_hull(energy_j: _Floats) -> NDArray[np.bool_]:
     return np.asarray(above_j > _ON_HULL * np.abs(energy_j))
 
 
-def _sampled(sections: Sequence[SectionRuns], last_s: float, tolerance_s: float) -> _Samples:
+def _sampled(
+    sections: Sequence[SectionRuns], last_s: float, tolerance_s: float, expired: Callable[[], bool]
+) -> _Samples:
     """Sample the sections' fronts as far as the merge uses them up to a supplement of all, s."""
     total = _STEPS * len(sections) if last_s > tolerance_s else 0
     step_s = last_s / total if total else tolerance_s
@@ -226,7 +238,7 @@ def _sampled(sections: Sequence[SectionRuns], last_s: float, tolerance_s: float)
             one.energy_j[one.cheapest_within(np.asarray(step_s * steps[: count + 1]))]
             for one, count in zip(sections, counts, strict=True)
         ]
-        sums = least_sums(energy_j)
+        sums = least_sums(energy_j, expired)
         most = sums.steps[: total + 1].max(axis=0)
         short = [
             not one.exhausted and used == count < total for one, used, count in zip(sections, most, counts, strict=True)

@@ -1,10 +1,12 @@
 """The run from one stop to the next: its trip, its fastest run, and all slower runs that were found so far."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.errors import NumericalError
 from tgvdp.methods.costate.front import OptimalRuns
 from tgvdp.model.trip import Trip
 from tgvdp.pareto import ParetoFront
@@ -15,6 +17,8 @@ Method = Callable[[Trip, Profile, NDArray[np.float64], float], OptimalRuns]
 
 #: Relative difference below which running times are the same.
 _SAME = 1e-9
+#: A run that misses its time by more than this multiple of the tolerance takes another one.
+_MISSED = 2.0
 
 
 class SectionRuns:
@@ -49,7 +53,12 @@ class SectionRuns:
         return SectionRuns(self.trip, self.fastest, self._method)
 
     def reach(self, supplement_s: NDArray[np.float64], tolerance_s: float) -> None:
-        """Find the runs that take given supplements over the fastest run, s, in any order."""
+        """Find the runs that take given supplements over the fastest run, s, in any order.
+
+        Not where time has run out before.
+        """
+        if not self.complete:
+            return
         wanted_s = np.unique(supplement_s)
         target_s = self.fastest.duration_s + wanted_s[np.diff(wanted_s, prepend=-np.inf) > tolerance_s]
         found = self._method(self.trip, self.fastest, target_s, tolerance_s)
@@ -64,10 +73,47 @@ class SectionRuns:
         self._runs = [runs[index] for index in order.tolist()]
         self.front = ParetoFront.of(self.time_s, self.energy_j)
 
+    def with_credits(
+        self, credits: tuple[tuple[float, float], ...], time_s: float, tolerance_s: float
+    ) -> tuple[Profile, float] | None:
+        """Run of least energy less credits (`Trip.credits`) in a time, s, and its multiplier behind them, J/s.
+
+        None where no run takes that time, unless running so long saves nothing: then it is the thriftiest run.
+        """
+        try:
+            found = self._method(replace(self.trip, credits=credits), self.fastest, np.array([time_s]), tolerance_s)
+        except NumericalError:
+            return None
+        self.complete &= found.complete
+        if len(found.duration_s) == 0:
+            return None
+        if not found.exhausted and abs(found.duration_s[-1] - time_s) > _MISSED * tolerance_s:
+            return None
+        x_m, w = found.rows(-1)
+        return profile_of(self.trip, x_m, w), float(found.multiplier_j_per_s[-1])
+
     @property
     def supplement_s(self) -> NDArray[np.float64]:
         """Supplement of each run of the front over the fastest one, s, (n,) float64."""
         return np.asarray(self.front.time_s - self.fastest.duration_s)
+
+    def energy_between(self, supplement_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Energy of the front at some supplements, J: between two runs the cubic of their multipliers, or their chord.
+
+        It is the chord next to the fastest run, where the front is too steep, and where it is not convex.
+        """
+        x, y = self.supplement_s, self.front.energy_j
+        if len(x) == 1:
+            return np.full(len(supplement_s), y[0])
+        last = np.searchsorted(x, supplement_s).clip(1, len(x) - 1)
+        width, fall = np.diff(x)[last - 1], -np.diff(y)[last - 1]
+        u = ((supplement_s - x[last - 1]) / width).clip(0.0, 1.0)
+        slope = self.multiplier_j_per_s[self.front.source]
+        before, after = slope[last - 1] * width, slope[last] * width
+        convex = (before > fall) & (fall > after) & np.isfinite(before)
+        before, after = np.where(convex, before, fall), np.where(convex, after, fall)
+        fallen = u * (before + u * ((3.0 * fall - 2.0 * before - after) + u * (before + after - 2.0 * fall)))
+        return np.asarray(y[last - 1] - fallen)
 
     def cheapest_within(self, supplement_s: NDArray[np.float64]) -> NDArray[np.int64]:
         """Number of the cheapest run that takes no more than each of some supplements, s."""

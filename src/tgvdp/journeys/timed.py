@@ -1,11 +1,12 @@
 """Windows between stops: the speeds at which a train passes the points that a timetable asks something of.
 
-At such a point a section is parted in two, which share its speed there. For given speeds the parts are the parts of a
-`Timetable` like any other, one multiplier between two binding windows; the speeds themselves are sought one after the
-other on grids that become finer, for each arrival of its own.
+At such a point a section is parted in two, which share its speed there. For given speeds, which are sought on a grid
+(`speeds`), the parts are the parts of a `Timetable` like any other: that plans when each section leaves and arrives.
+Each section is then solved in one piece, one multiplier for each timing point (`whole`); its parts stand where no
+multipliers lead into the windows, and for energies by a map.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -15,53 +16,24 @@ from numpy.typing import NDArray
 from tgvdp.errors import InfeasibleError
 from tgvdp.journeys.front import JourneyFront
 from tgvdp.journeys.multiplier import Demand
+from tgvdp.journeys.passed import PassedRun, PassedRuns, run_of_parts
 from tgvdp.journeys.section import SectionRuns
-from tgvdp.journeys.timetable import planned, sample, timetable_of
-from tgvdp.journeys.windows import Timetable, WindowMissedError, Windows
+from tgvdp.journeys.speeds import Point, Speeds, SpeedSearch
+from tgvdp.journeys.timetable import planned
+from tgvdp.journeys.whole import whole_run
+from tgvdp.journeys.windows import Schedule, Timetable, Windows
 from tgvdp.model.journey import TimingPoint
 from tgvdp.model.trip import Trip
 from tgvdp.pareto import ParetoFront
-from tgvdp.runs.profile import Profile, profile_of
+from tgvdp.runs.fastest import fastest_run
 from tgvdp.units import mps_to_kmh
 
 _Floats = NDArray[np.float64]
-Speeds = tuple[float, ...]
 
-#: Speeds tried for each point, then around the best of them at a finer distance, so often.
-_SPEEDS, _FINER, _LEVELS = 8, 4, 2
-#: Lowest speed tried, as a share of the highest possible.
-_LOWEST = 0.25
+#: Parts share a speed that is lower than that of the fastest run by this share: it has to be possible on both sides.
+_ROUNDING = 1e-6
 #: What takes any time, s: for whether windows can be met at all before anything is solved.
 _ANY_TIME = Demand(np.array([0.0, 1e9]), np.array([1.0, 0.0]))
-
-
-class PassedRuns:
-    """Runs of one section that is parted where it passes, one for each arrival.
-
-    Attributes
-    ----------
-    trip, fastest
-        As of `SectionRuns`.
-    time_s, energy_j, multiplier_j_per_s : (n,) float64
-        Running times, s, energies, J, and the multiplier of the last part, J/s.
-    """
-
-    def __init__(self, trip: Trip, fastest: Profile, runs: Sequence[Sequence[tuple[SectionRuns, int]]]) -> None:
-        self.trip = trip
-        self.fastest = fastest
-        self._runs = runs
-        self.time_s = np.array([sum(part.time_s[run] for part, run in parts) for parts in runs])
-        self.energy_j = np.array([sum(part.energy_j[run] for part, run in parts) for parts in runs])
-        self.multiplier_j_per_s = np.array([parts[-1][0].multiplier_j_per_s[parts[-1][1]] for parts in runs])
-
-    def profile(self, index: int) -> Profile:
-        """Speed profile of one run."""
-        columns: list[tuple[_Floats, _Floats, NDArray[np.int8]]] = []
-        for part, run in self._runs[index]:
-            x_m, w, regime = part.rows(run)
-            first = 1 if columns else 0  # where a part begins the one before it ends
-            columns.append((x_m[first:] + (part.trip.origin_m - self.trip.origin_m), w[first:], regime))
-        return profile_of(self.trip, *map(np.concatenate, zip(*columns, strict=True)))
 
 
 class TimedJourney:
@@ -84,19 +56,22 @@ class TimedJourney:
     """
 
     def __init__(
-        self, sections: Sequence[SectionRuns], trip: Trip, windows: Windows, solved: Callable[[Trip], SectionRuns]
+        self,
+        sections: Sequence[SectionRuns],
+        trip: Trip,
+        windows: Windows,
+        solved: Callable[[Trip], SectionRuns],
     ) -> None:
         self.sections = sections
         self.windows = windows
         self._trip = trip
         self._solved = solved
         self._known: dict[tuple[float, ...], SectionRuns] = {}
-        self._passed = [
-            (windows.arrivals[part], section)
+        self._points = [
+            point
             for section, parts in zip(sections, windows.sections, strict=True)
-            for part in parts[:-1]
+            for point in _passed(section.trip, [windows.arrivals[part] for part in parts[:-1]])
         ]
-        self.highest_mps = tuple(_highest_mps(point, section) for point, section in self._passed)
 
     def parts(self, speeds_mps: Speeds) -> list[SectionRuns]:
         """Parts that share given speeds where the train passes.
@@ -130,7 +105,8 @@ class TimedJourney:
         InfeasibleError
             When a window closes before the fastest runs reach it.
         """
-        fastest_s = [part.fastest.duration_s for part in self.parts(self.highest_mps)]
+        highest_mps = tuple(point.highest_mps for point in self._points)
+        fastest_s = [part.fastest.duration_s for part in self.parts(highest_mps)]
         return Timetable(self.windows, fastest_s, [_ANY_TIME] * len(fastest_s), 0.0).arrival.first_s
 
     def front(self, arrival_s: _Floats, tolerance_s: float) -> tuple[tuple[PassedRuns, ...], JourneyFront]:
@@ -155,7 +131,9 @@ class TimedJourney:
         """
         own_s = tolerance_s / len(self.windows.arrivals)
         windows = self.windows.opened_later(own_s)
-        speeds = self._best(windows, arrival_s, own_s)
+        search = SpeedSearch(self._points, self.parts, windows, arrival_s, own_s)
+        search.on_grid()
+        speeds = search.found
         met = sorted(speeds)
         shape = len(arrival_s), len(windows.arrivals)
         departure_s, supplement_s, multiplier = np.empty((3, *shape))
@@ -163,106 +141,79 @@ class TimedJourney:
             rows = [at for at in met if speeds[at] == chosen]
             plan = planned(self.parts(chosen), windows, arrival_s[rows], own_s)
             departure_s[rows], supplement_s[rows], multiplier[rows] = plan
-        # Only now, as groups of speeds share parts, whose runs are numbered anew when more are found.
         runs = [
-            [
-                (part, int(part.slowest_within(taken_s)))
-                for part, taken_s in zip(self.parts(speeds[at]), supplement_s[at], strict=True)
-            ]
-            for at in met
+            self._runs(speeds[at], Schedule(departure_s[at], supplement_s[at], multiplier[at]), own_s) for at in met
         ]
-        sections = [
-            PassedRuns(section.trip, section.fastest, [[own[part] for part in parts] for own in runs])
-            for section, parts in zip(self.sections, windows.sections, strict=True)
-        ]
+        sections = tuple(
+            PassedRuns(section.trip, section.fastest, own)
+            for section, own in zip(self.sections, zip(*runs, strict=True), strict=True)
+        )
         front = ParetoFront.of(
             np.sum([one.time_s for one in sections], axis=0), np.sum([one.energy_j for one in sections], axis=0)
         )
         kept = front.source
-        driven = [self._driven(departure_s[met[at]], supplement_s[met[at]], runs[at]) for at in kept.tolist()]
-        leaving_s, coming_s = np.array(driven).swapaxes(0, 1)
+        first = [parts[0] for parts in windows.sections]
+        clocks = [_clock(self.windows, departure_s[met[at], first], runs[at]) for at in kept.tolist()]
+        leaving_s, coming_s = np.array(clocks).swapaxes(0, 1)
         found = JourneyFront(
             front=front,
             run=np.repeat(kept[:, None], len(sections), axis=1),
-            departure_s=leaving_s[:, [parts[0] for parts in windows.sections]],
-            multiplier_j_per_s=multiplier[met][kept][:, [parts[-1] for parts in windows.sections]],
+            departure_s=leaving_s[:, first],
+            multiplier_j_per_s=np.column_stack([one.multiplier_j_per_s[kept] for one in sections]),
             practices={},
-            complete=all(part.complete for part in self._known.values()),
+            complete=all(part.complete for part in (*self._known.values(), *self.sections)),
             exhausted=False,
             left=self.windows.left_by(leaving_s, coming_s, tolerance_s),
         )
-        return tuple(sections), found
+        return sections, found
 
-    def _driven(
-        self, departure_s: _Floats, supplement_s: _Floats, runs: Sequence[tuple[SectionRuns, int]]
-    ) -> tuple[_Floats, _Floats]:
-        """Departures and arrivals of all parts, s, of runs that are a little faster than planned.
-
-        The train waits for that at the stop before, as far as the window there lets it: it comes as planned.
-        """
-        planned_s = supplement_s + [part.fastest.duration_s for part, _ in runs]
-        own_s = np.array([part.time_s[run] for part, run in runs])
-        departure_s = departure_s.copy()
-        for parts in self.windows.sections:
-            first = parts[0]
-            waited_s = departure_s[first] + planned_s[first] - own_s[first]
-            departure_s[first] = max(departure_s[first], min(waited_s, self.windows.departures[first].latest_s))
-            for part in parts[1:]:
-                departure_s[part] = departure_s[part - 1] + own_s[part - 1]
-        return departure_s, departure_s + own_s
-
-    def _best(self, windows: Windows, arrival_s: _Floats, tolerance_s: float) -> dict[int, Speeds]:
-        """The speeds of least energy by the number of the arrival, s; not where those that were tried are too slow."""
-        found: dict[int, Speeds] = {}
-        least_j = np.full(len(arrival_s), np.inf)
-        refusals: list[InfeasibleError] = []
-
-        def attempt(speeds: Speeds) -> None:
-            try:
-                energy_j = self._energy_j(speeds, windows, arrival_s, tolerance_s)
-            except InfeasibleError as error:
-                refusals.append(error)
-                return
-            for at in np.flatnonzero(energy_j < least_j).tolist():
-                found[at], least_j[at] = speeds, energy_j[at]
-
-        attempt(self.highest_mps)
-        for level in range(_LEVELS):
-            for place, (point, _) in enumerate(self._passed):
-                high = self.highest_mps[place]
-                low = min(max(point.lowest_mps, _LOWEST * high), high)
-                step = (high - low) / (_SPEEDS - 1) / _FINER**level
-                steps = np.arange(-_SPEEDS, _SPEEDS + 1) if level == 0 else np.arange(1 - _FINER, _FINER)
-                for speeds in set(found.values()) or {self.highest_mps}:
-                    for speed in np.unique(np.clip(speeds[place] + step * steps, low, high)).tolist():
-                        attempt((*speeds[:place], speed, *speeds[place + 1 :]))
-        if not found:
-            raise min(refusals, key=lambda one: one.missed_s if isinstance(one, WindowMissedError) else np.inf)
-        return found
-
-    def _energy_j(self, speeds: Speeds, windows: Windows, arrival_s: _Floats, tolerance_s: float) -> _Floats:
-        """Energy of the journey for each arrival, as far as the parts' fronts are sampled, J; infinite if too early."""
+    def _runs(self, speeds: Speeds, plan: Schedule, tolerance_s: float) -> list[PassedRun]:
+        """Runs of all sections as planned: by parts that share speeds, or in one piece where that is cheaper."""
         parts = self.parts(speeds)
-        sample(parts, windows, arrival_s, tolerance_s)
-        timetable = timetable_of(parts, windows, tolerance_s)
-        taken_s = timetable.at(arrival_s).supplement_s
-        energy_j = np.sum(
-            [
-                np.interp(own_s, one.supplement_s, one.front.energy_j)
-                for one, own_s in zip(parts, taken_s.T, strict=True)
-            ],
-            axis=0,
-        )
-        return np.where(arrival_s >= timetable.arrival.first_s - tolerance_s, energy_j, np.inf)
+        runs = []
+        for section, numbers in zip(self.sections, self.windows.sections, strict=True):
+            own = slice(numbers[0], numbers[-1] + 1)
+            run = run_of_parts(section.trip, parts[own], plan.supplement_s[own], plan.multiplier_j_per_s[own])
+            if len(numbers) > 1 and section.trip.energy.map is None:
+                time_s = sum(part.fastest.duration_s for part in parts[own]) + float(plan.supplement_s[own].sum())
+                points = [_since(self.windows.arrivals[at], plan.departure_s[own.start]) for at in numbers]
+                whole = whole_run(section, points, time_s, run.multiplier_j_per_s, tolerance_s)
+                if whole is not None:
+                    one, is_met = whole
+                    cheaper = is_met and one.profile.total_energy_j < run.profile.total_energy_j
+                    run = one if cheaper else run._replace(multiplier_j_per_s=one.multiplier_j_per_s)
+            runs.append(run)
+        return runs
 
 
-def _highest_mps(point: TimingPoint, section: SectionRuns) -> float:
-    """Highest speed at which a point can be passed, m/s: that of the fastest run, or what is asked for."""
-    fastest = section.fastest
-    w = float(np.interp(point.position_m, fastest.position_m, fastest.speed_mps**2))
-    if np.sqrt(w) < point.lowest_mps:
-        raise InfeasibleError(
-            f"journey: {point.position_m:.6g} m is to be passed at {mps_to_kmh(point.lowest_mps):.4g} km/h at least,"
-            f" the fastest run has {mps_to_kmh(float(np.sqrt(w))):.4g} km/h there"
-        )
-    return min(float(np.sqrt(w)), point.highest_mps)
+def _since(point: TimingPoint, departure_s: float) -> TimingPoint:
+    """A point with its window counted from a departure, s."""
+    return point._replace(earliest_s=point.earliest_s - departure_s, latest_s=point.latest_s - departure_s)
+
+
+def _clock(windows: Windows, departure_s: _Floats, runs: Sequence[PassedRun]) -> tuple[_Floats, _Floats]:
+    """Departures and arrivals of all parts, s, of runs that are a little faster than planned.
+
+    The train waits for that at the stop before, as far as the window there lets it: it comes as planned.
+    """
+    leaving, coming = [], []
+    for parts, planned_s, run in zip(windows.sections, departure_s.tolist(), runs, strict=True):
+        start_s = max(planned_s, min(planned_s + run.spare_s, windows.departures[parts[0]].latest_s))
+        coming.append(start_s + run.ends_s)
+        leaving.append(start_s + np.append(0.0, run.ends_s[:-1]))
+    return np.concatenate(leaving), np.concatenate(coming)
+
+
+def _passed(trip: Trip, points: Sequence[TimingPoint]) -> Iterator[Point]:
+    """Points between two stops: no run passes them faster than the fastest one, or than is asked for."""
+    # Credits of nothing make them rows of the fastest run, whose speeds are true at its rows only.
+    fastest = fastest_run(replace(trip, credits=tuple((point.position_m, 0.0) for point in points)))
+    for point in points:
+        fastest_mps = float(np.interp(point.position_m, fastest.position_m, fastest.speed_mps))
+        if fastest_mps < point.lowest_mps:
+            raise InfeasibleError(
+                f"journey: {point.position_m:.6g} m is to be passed at {mps_to_kmh(point.lowest_mps):.4g} km/h at"
+                f" least, the fastest run has {mps_to_kmh(fastest_mps):.4g} km/h there"
+            )
+        highest_mps = min(fastest_mps * (1.0 - _ROUNDING), point.highest_mps)
+        yield Point(point.position_m, min(point.lowest_mps, highest_mps), highest_mps)

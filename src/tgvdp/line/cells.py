@@ -28,7 +28,8 @@ class Cells(NamedTuple):
     supply : (K,) int8
         Current: one of POWERED, NEUTRAL, LOWERED of `line.resolved`.
     saved_w : (K,)
-        Power of auxiliaries that is not drawn, as the pantograph is lowered, W: a second is cheaper by that there.
+        By how much a second is cheaper there than elsewhere, W: what auxiliaries do not draw while the pantograph is
+        lowered, and the credits of timing points.
     """
 
     station_m: NDArray[np.float64]
@@ -65,6 +66,8 @@ def cells_of(trip: Trip, stations_m: NDArray[np.float64] | None = None) -> Cells
     step = line.step_at(0.5 * (station_m[:-1] + station_m[1:]))
     supply = line.supply[step]
     saved_w = np.where(supply == LOWERED, trip.energy.auxiliary_w(trip.train), 0.0)
+    for until_m, credit_w in trip.credits:
+        saved_w[station_m[1:] <= until_m - trip.origin_m] += credit_w
     return Cells(
         station_m, np.diff(station_m), line.grade_n[step], line.air[step], line.limit_mps[step] ** 2, supply, saved_w
     )

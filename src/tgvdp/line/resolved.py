@@ -103,6 +103,7 @@ def resolve(trip: Trip) -> ResolvedLine:
     stretches = np.array(trip.track.neutral_sections, dtype=np.float64).reshape(-1, 3)
     stretches[:, 0] -= origin_m
     breaks += [stretches[:, 0], stretches[:, 0] + stretches[:, 1]]
+    breaks.append(np.array([until_m - origin_m for until_m, _ in trip.credits]))
 
     def limit_of(at_m: Floats) -> Floats:
         return np.minimum(_limit_mps(limits, origin_m + at_m, reach_m), train.max_speed_mps)

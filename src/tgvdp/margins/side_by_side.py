@@ -59,6 +59,8 @@ def margin_runs(
     fastest_s = [sum(time_within(*section, one.from_m, one.to_m) for section in sections) for one in ordered]
 
     def slowed(section: tuple[Trip, Profile]) -> MarginRuns:
+        if clock.expired:
+            raise OutOfTime
         trip, fastest = section
         parts = parts_of(trip, fastest, ordered, fastest_s)
         linear = [linear_run(part) for part in parts]

@@ -8,8 +8,8 @@ from tgvdp.model.checks import require_number
 
 #: Time limit unless the caller says otherwise: a search always has a budget.
 DEFAULT_TIME_S = 60.0
-#: What is left when all the time is up, s.
-_LEAST_TIME_S = 1e-3
+#: What is left when all the time is up, s: less than any work takes.
+_LEAST_TIME_S = 1e-9
 #: Labels are numbered by int32.
 MOST_LABELS = 2**31 - 2
 

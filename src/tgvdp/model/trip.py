@@ -28,6 +28,9 @@ class Trip:
         What the run is charged for.
     convention : Convention
         How line resistance and speed limits are understood.
+    credits : tuple of (float, float)
+        Positions on the track, m, and by how much each second before them is cheaper, J/s, for journeys with timing
+        points (`journeys.priced`). Searches and bounds count them as saved energy, profiles and replays do not.
 
     Raises
     ------
@@ -43,6 +46,7 @@ class Trip:
     end_speed_mps: float = 0.0
     energy: EnergyModel = WHEEL
     convention: Convention = TTOBENCH
+    credits: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
         for name, unit in _UNITS.items():

@@ -1,7 +1,8 @@
 """A journey as an object and as files."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -37,18 +38,34 @@ class Extras(NamedTuple):
         Of ``result.robustness()``: adds robustness.csv and its picture.
     margins : mapping of str to Margins
         Of ``result.margins()``, as they were asked for: adds margins.csv, its picture, and margins to journey.json.
+    ended : tuple of str
+        What else the time limit ended, for people: part of ``warning`` in journey.json.
     """
 
     bound: "JourneyBound | None" = None
     robustness: "Robustness | None" = None
     margins: Mapping[str, "Margins"] = MappingProxyType({})
+    ended: tuple[str, ...] = ()
 
 
 NO_EXTRAS = Extras()
 
 
-def journey_object(result: "JourneyResult", extras: Extras = NO_EXTRAS) -> dict[str, Any]:
-    """Build the object of schema tgvdp.journey/1; docs/journeys.md says what each field means."""
+class JourneyFiles(NamedTuple):
+    """What was written: the files, the object that journey.json holds, and what the time limit ended, for people."""
+
+    files: list[Path]
+    content: dict[str, Any]
+    ended: tuple[str, ...]
+
+
+def journey_object(
+    result: "JourneyResult", extras: Extras = NO_EXTRAS, expired: Callable[[], bool] = bool
+) -> dict[str, Any]:
+    """Build the object of schema tgvdp.journey/1; docs/journeys.md says what each field means.
+
+    Without ``practices.linear_margin`` where the time for it is up.
+    """
     front = result.front
     points = zip(
         front.time_s, front.energy_j, result.price_kwh_per_min, result.section_time_s, result.section_energy_j,
@@ -74,10 +91,12 @@ def journey_object(result: "JourneyResult", extras: Extras = NO_EXTRAS) -> dict[
         },
         "complete": result.found.complete,
     }
-    if result.windows.are_open:
+    if result.windows.are_open and not expired():
         content["practices"]["linear_margin"] = list(map(_figures, front.time_s, result.linear_margin_j))
     if extras.margins:
         content["margins"] = margins_object(list(extras.margins), list(extras.margins.values()))
+    if warnings := (*result.warnings, *extras.ended):
+        content["warning"] = "; ".join(warnings)
     plain_content: dict[str, Any] = plain(content)
     return plain_content
 
@@ -135,7 +154,8 @@ def write_journey(
     extras: Extras = NO_EXTRAS,
     *,
     pictures: bool = True,
-) -> list[Path]:
+    expired: Callable[[], bool] = bool,
+) -> JourneyFiles:
     """Write all files of a journey into a folder, all or none.
 
     Parameters
@@ -147,6 +167,8 @@ def write_journey(
         As `make_provenance` returns it; by default of the result itself.
     extras : Extras
     pictures : bool
+    expired : callable, optional
+        Whether the time is up: no picture is begun then.
 
     Raises
     ------
@@ -157,7 +179,10 @@ def write_journey(
     if provenance is None:
         inputs: dict[str, Input] = {"train": trip.train, "track": trip.track}
         provenance = make_provenance(result.options, inputs, result.elapsed_s)
-    content = journey_object(result, extras)
+    drawn = _drawn(result, provenance, extras, expired) if pictures else {}
+    if undrawn := sum(picture is None for picture in drawn.values()):
+        extras = extras._replace(ended=(*extras.ended, f"the time limit left no time for {undrawn} pictures"))
+    content = journey_object(result, extras, expired)
     files = {
         "journey.json": to_json(content),
         "front.csv": to_csv(front_columns(result, content, extras.bound)),
@@ -167,18 +192,25 @@ def write_journey(
         files["robustness.csv"] = to_csv(robustness_columns(extras.robustness))
     if extras.margins:
         files["margins.csv"] = to_csv(margins_columns(content["margins"]))
-    if pictures:
-        # Here, so that whoever wants no picture does not wait for matplotlib.
-        from tgvdp.report.journey_plots import PICTURES, draw, plot_robustness
-        from tgvdp.report.margin_plots import plot_margins
-        from tgvdp.report.pictures import encode
+    files |= {name: picture for name, picture in drawn.items() if picture is not None}
+    return JourneyFiles(write_ledger(out_dir, files, provenance), content, extras.ended)
 
-        files |= {f"{name}.png": encode(draw(result, name), provenance) for name in PICTURES}
-        if extras.robustness is not None:
-            files["robustness.png"] = encode(plot_robustness(result, extras.robustness), provenance)
-        if extras.margins:
-            files["margins.png"] = encode(plot_margins(list(extras.margins.values())), provenance)
-    return write_ledger(out_dir, files, provenance)
+
+def _drawn(
+    result: "JourneyResult", provenance: Mapping[str, Any], extras: Extras, expired: Callable[[], bool]
+) -> dict[str, bytes | None]:
+    """Pictures by name; None where the time was up before one was begun."""
+    # Here, so that whoever wants no picture does not wait for matplotlib.
+    from tgvdp.report.journey_plots import PICTURES, draw, plot_robustness
+    from tgvdp.report.margin_plots import plot_margins
+    from tgvdp.report.pictures import encode
+
+    plots: dict[str, Callable[[], Any]] = {name: partial(draw, result, name) for name in PICTURES}
+    if extras.robustness is not None:
+        plots["robustness"] = partial(plot_robustness, result, extras.robustness)
+    if extras.margins:
+        plots["margins"] = partial(plot_margins, list(extras.margins.values()))
+    return {f"{name}.png": None if expired() else encode(plot(), provenance) for name, plot in plots.items()}
 
 
 def trains_object(results: Sequence["JourneyResult"]) -> dict[str, Any]:
