@@ -174,9 +174,11 @@ def sharing_gain(spec: SweepSpec, count: int) -> dict[str, float]:
 def _alone(task: Task) -> Task:
     """A task that shares nothing with any other one: objects of its own, and nothing remembered."""
     from tgvdp.line.resolved import resolve
+    from tgvdp.runs.fastest import reachable_w
     from tgvdp.sweeps import work
 
     resolve.cache_clear()
+    reachable_w.cache_clear()
     work._changed.cache_clear()
     alone: Task = pickle.loads(pickle.dumps(task))
     return alone

@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -131,6 +132,49 @@ def test_full_disk(case, tmp_path):
     assert not (out / "fronts.csv").exists()
     resumed(spec, out)
     assert digests(out) == expected
+
+
+#: A disk of its own in a namespace of its own: the sweep, the room that it needs, the sweep again, and what it left.
+ON_A_SMALL_DISK = """
+mount -t tmpfs -o size=$1k tmpfs "$2" || exit 77
+kept=$3; disk=$2; shift 3
+"$@" --out "$disk/out"
+code=$?
+mount -o remount,size=64m "$disk"
+"$@" --out "$disk/out" --resume >&2 && cp -r "$disk/out" "$kept"
+exit $code
+"""
+
+
+@pytest.mark.parametrize("room_kb", [16, 48, 120])
+def test_disk_without_room(case, tmp_path, room_kb):
+    """For the journal; for a commit; for the tables."""
+    spec, expected = case
+    disk, kept = tmp_path / "disk", tmp_path / "out"
+    disk.mkdir()
+    if shutil.which("unshare") is None:
+        pytest.skip("no namespaces")
+    words = [
+        "unshare",
+        "--map-root-user",
+        "--mount",
+        "sh",
+        "-c",
+        ON_A_SMALL_DISK,
+        "sh",
+        str(room_kb),
+        str(disk),
+        str(kept),
+    ]
+    done = subprocess.run([*words, *command(spec)], capture_output=True, text=True, check=False, timeout=600)
+    if done.returncode == 77 or "unshare failed" in done.stderr:
+        pytest.skip("no right to mount")
+    error, *rest = done.stderr.splitlines()
+    assert done.returncode == 3, done.stderr
+    assert error.startswith(f"tgvdp: error: {disk / 'out'}: cannot be written: ")
+    assert done.stdout == ""
+    assert not any(line.startswith("tgvdp: error") for line in rest)
+    assert digests(kept) == expected
 
 
 @pytest.mark.parametrize("fault", ["signal", "memory"])

@@ -136,8 +136,9 @@ def entry(function: _Function) -> _Function:
     """Compile a kernel that Python alone calls, many times in a search: numba looks at its arguments' types once.
 
     At each call it would look at every array in every tuple, which takes as long as a short run. Calls whose arguments
-    have the Python types of an earlier call go to the machine code itself; this holds because a kernel has one set of
-    types (`tgvdp.api.warm`), so that there is only one machine code. Where bounds are checked, so are types, each time.
+    have the Python types of an earlier call go to the machine code itself. It takes arrays for what they were then, so
+    this is for kernels whose arrays are made beside the call, contiguous and of one dtype, never given by somebody.
+    Where bounds are checked, so are types, each time.
     """
     compiled: Any = kernel(function)
     if config.DISABLE_JIT or config.BOUNDSCHECK:

@@ -45,8 +45,7 @@ class Piecewise(NamedTuple):
 
     def piece_at(self, x_m: Floats) -> NDArray[np.int64]:
         """Piece that holds each position, at a knot the one that starts there; beyond the ends the nearest."""
-        index = np.searchsorted(self.knot_m, x_m, side="right") - 1
-        return np.asarray(index.clip(0, len(self.coefficient) - 1))
+        return np.asarray(np.searchsorted(self.knot_m[1:-1], x_m, side="right"))
 
     def on(self, piece: NDArray[np.int64], x_m: Floats) -> Floats:
         """Values of given pieces at given positions."""

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import entry
+from tgvdp._jit import kernel
 from tgvdp.errors import NumericalError
 from tgvdp.line.resolved import resolve
 from tgvdp.memory import ask_for
@@ -113,7 +113,7 @@ class Profile:
         return [REGIMES[code] for code in self.regime]
 
 
-@entry
+@kernel
 def _measure(train, tables, at_wheel, x, w, grade, air, supply, time, force, energy, regime):
     """Fill time, force, energy, regime of rows (x, w); ``grade``, ``air``, ``supply`` belong to the row that starts.
 

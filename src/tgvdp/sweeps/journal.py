@@ -34,6 +34,8 @@ CREATE TABLE scenario (
 CREATE UNIQUE INDEX by_number ON scenario (number) WHERE number IS NOT NULL;
 """
 _CHUNK = 10_000
+#: What SQLite's errors are called where a disk is full.
+_NO_ROOM = ("SQLITE_FULL", "SQLITE_IOERR")
 
 
 class Finished(NamedTuple):
@@ -68,6 +70,8 @@ class Journal:
     ------
     InputError
         When somebody else writes it, or it is none.
+    sqlite3.Error
+        When the disk is full.
     """
 
     def __init__(self, path: Path) -> None:
@@ -82,6 +86,8 @@ class Journal:
                 self.note("schema", SCHEMA)
             held = self.noted("schema")
         except sqlite3.DatabaseError as error:
+            if error.sqlite_errorname.startswith(_NO_ROOM):
+                raise
             busy = "locked" in str(error)
             what = "another sweep is writing here" if busy else f"is no journal of a sweep: {error}"
             raise InputError(f"{path}: {what}") from None

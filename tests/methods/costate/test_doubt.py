@@ -6,7 +6,7 @@ import pytest
 import tgvdp
 from tgvdp import EffortCurve, Track, Train
 from tgvdp.methods.budget import SearchBudget
-from tgvdp.methods.costate.doubt import doubted_cells
+from tgvdp.methods.costate.doubt import Doubt
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.methods.costate.multipliers import ExtremalFront
 
@@ -39,21 +39,33 @@ def test_points_on_hills_are_no_dearer_than_extremals_of_a_fine_mesh(seed):
         assert energy_j + multiplier * time_s - least_j <= 5e-4 * energy_j
 
 
+def front_on(mesh, fastest_s):
+    front = ExtremalFront(mesh, 1.0, 0.0, counters(), SearchBudget().start())
+    front.reach(1.02 * fastest_s, 1.25 * fastest_s)
+    return front
+
+
 def test_cells_in_doubt_are_few_and_halving_them_settles_the_mesh():
-    result = tgvdp.search(TRAIN, hills(1), points=2)
-    mesh = Mesh.of(result.trip, result.fastest.profile, 0.25)
-    settled: set[float] = set()
+    result = tgvdp.search(TRAIN, hills(5), points=2)
     fastest_s = result.fastest.time_s
-    asked = []
-    while True:
-        front = ExtremalFront(mesh, 1.0, 0.0, counters(), SearchBudget().start())
-        front.reach(1.02 * fastest_s, 1.25 * fastest_s)
-        doubted = doubted_cells(front, settled)
-        if not doubted.any():
-            break
-        asked.append(int(doubted.sum()))
-        before, mesh = mesh, mesh.halved(doubted)
-        assert len(mesh.cells.length_m) == len(before.cells.length_m) + asked[-1]
-    assert asked
-    assert len(mesh.cells.length_m) < 180  # all of the 60 cells halved once and half of them again
-    assert {extremal.multiplier for extremal in front.extremals[1:]} <= settled
+    coarse = Mesh.of(result.trip, result.fastest.profile, 0.25)
+    doubt = Doubt()
+    mesh = doubt.refined(front_on(coarse, fastest_s))
+    assert len(coarse.cells.length_m) < len(mesh.cells.length_m) < 1.5 * len(coarse.cells.length_m)
+    front = front_on(mesh, fastest_s)
+    assert doubt.refined(front) is mesh
+    assert {extremal.multiplier for extremal in front.extremals[1:]} <= doubt.settled
+
+
+def test_extremals_that_the_points_added_are_asked_too():
+    """A mesh that was asked at marched multipliers alone left points between them at 0.06 %."""
+    result = tgvdp.search(TRAIN, hills(1), points=2)
+    fastest_s = result.fastest.time_s
+    doubt = Doubt()
+    front = front_on(Mesh.of(result.trip, result.fastest.profile, 1.0), fastest_s)
+    doubt.refined(front)
+    marched = set(doubt.settled)
+    list(front.points(fastest_s * np.linspace(1.02, 1.25, 20)))
+    doubt.refined(front)
+    assert doubt.settled > marched
+    assert {extremal.multiplier for extremal in front.extremals[1:]} <= doubt.settled

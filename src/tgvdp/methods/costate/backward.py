@@ -196,17 +196,16 @@ def switching_speeds(train, returned, cells, low, fast, end_w, multiplier, toler
         step = _step(train, returned, cells, k, multiplier, held_w, held_brake_w, low, fast, floor_w, wall, scratch)
         policy[k + 1] = fast[k + 1]
         powered = cells.supply[k] == POWERED
-        drives = 0
         coasts = n - 1
         brakes = n - 1
+        drives, a = _crossing(-0.5, line, n, 0)
+        drives, a = _snapped(held_w, slack, -0.5, line, n, drives, a)
+        policy[k + 1, 0] = a
+        policy[k + 1, 1] = a
         if powered:
-            drives, a = _crossing(-0.5, line, n, 0)
-            drives, a = _snapped(held_w, slack, -0.5, line, n, drives, a)
             n = insert(line, n, drives, a, -0.5)
             coasts = n - 1
             brakes = n - 1
-            policy[k + 1, 0] = a
-            policy[k + 1, 1] = a
             if returned > 0.0:
                 coasts, b = _crossing(-0.5 * returned, line, n, drives)
                 n = insert(line, n, coasts, b, -0.5 * returned)

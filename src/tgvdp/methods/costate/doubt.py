@@ -8,48 +8,83 @@ speed. The loss itself is known, so that only the shares of the cells in it are 
 """
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.methods.costate.extremal import Extremal
-from tgvdp.methods.costate.mesh import Mesh
+from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.costate.multipliers import ExtremalFront
 
 #: A mesh is fine enough when half its cells save no extremal more than this share of its energy: as the error falls by
 #: four from one to the other, its own is a third more.
 _MESH_LOSS = 1e-4
+#: How often cells may be halved.
+_MOST_HALVINGS = 6
 
 
-def doubted_cells(front: ExtremalFront, settled: set[float]) -> NDArray[np.bool_]:
-    """Cells that lose more than their part of what a mesh may lose at any multiplier of a front's extremals.
+@dataclass
+class Doubt:
+    """What a mesh was asked already, and what is left to ask.
 
-    Parameters
+    Attributes
     ----------
-    front : ExtremalFront
-        With the extremals that its targets need.
-    settled : set of float, modified in place
-        Multipliers, J/s, at which the mesh, or one of which it is a refinement, is known to lose less.
-
-    Returns
-    -------
-    (K,) bool
+    settled : set of float
+        Multipliers, J/s, at which the mesh, or one of which it is a refinement, is known to lose little.
+    halvings : int
+        How often cells may still be halved.
     """
-    mesh = front.mesh
-    count = len(mesh.cells.length_m)
-    finer = mesh.halved(np.ones(count, dtype=np.bool_))
-    loss = np.zeros(count)
-    for extremal in front.extremals:
-        if math.isfinite(extremal.multiplier) and extremal.multiplier not in settled:
+
+    settled: set[float] = field(default_factory=set)
+    halvings: int = _MOST_HALVINGS
+
+    def refined(self, front: ExtremalFront, runs: Sequence[Run] = ()) -> Mesh:
+        """Halve cells of a front's mesh until they lose little at any multiplier of its extremals.
+
+        Parameters
+        ----------
+        front : ExtremalFront
+        runs : sequence of Run
+            Runs that were found on its mesh. Where an extremal is dearer than one of them, all cells are halved.
+
+        Returns
+        -------
+        Mesh
+            The same object where nothing is in doubt, or cells have been halved too often.
+        """
+        mesh = front.mesh
+        asked = [e for e in front.extremals if math.isfinite(e.multiplier) and e.multiplier not in self.settled]
+        while asked and self.halvings:
+            asked, cells = self._doubted(front, mesh, asked)
+            if asked:
+                self.halvings -= 1
+                mesh = mesh.halved(cells)
+                asked = [mesh.extremal(extremal.multiplier, front.counters) for extremal in asked]
+        if mesh is front.mesh and self.halvings and not front.stands(runs):
+            self.halvings -= 1
+            mesh = mesh.finer
+        return mesh
+
+    def _doubted(
+        self, front: ExtremalFront, mesh: Mesh, asked: list[Extremal]
+    ) -> tuple[list[Extremal], NDArray[np.bool_]]:
+        """Extremals of a mesh that lose too much, and the cells, (K,), with more than their part of it."""
+        count = len(mesh.cells.length_m)
+        losing: list[Extremal] = []
+        loss = np.zeros(count)
+        for extremal in asked:
             front.watch()
-            other = finer.extremal(extremal.multiplier, front.counters)
+            other = mesh.finer.extremal(extremal.multiplier, front.counters)
             loss_j = extremal.cost_j(extremal.multiplier) - other.cost_j(extremal.multiplier)
             allowed_j = _MESH_LOSS * front.base_j(extremal.energy_j)
             if loss_j <= allowed_j:
-                settled.add(extremal.multiplier)
+                self.settled.add(extremal.multiplier)
             else:
+                losing.append(extremal)
                 loss = np.maximum(loss, loss_j / allowed_j * _shares(mesh, extremal, other))
-    return np.asarray(loss * count > 1.0)
+        return losing, loss * count > 1.0
 
 
 def _shares(mesh: Mesh, extremal: Extremal, other: Extremal) -> NDArray[np.float64]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from tgvdp._jit import leaf, part
 from tgvdp.line.cells import Cells
 from tgvdp.methods.costate.blend import switch_at
-from tgvdp.methods.costate.forward_cell import ON_CURVE, coast, coast_through, drive_cell
+from tgvdp.methods.costate.forward_cell import ON_CURVE, Lines, coast, coast_through, drive_cell
 from tgvdp.model.track import POWERED
 from tgvdp.physics.arc import duration_and_work
 from tgvdp.physics.cell import Rows, append, cell_at
@@ -193,12 +193,14 @@ def drive_blend(train, tables, course, blend, share, scratch, rows):
         else:
             if powered:
                 a = max(min(a, top), bottom)
-                regenerates = tables.regeneration > 0.0
                 b = max(a, b)
-                c = max(b, c)
-                n = drive_cell(train, regenerates, cell, w, a, max(coasts, bottom), b, c, top, scratch, rows, n)
+                before_top = course.fast[k]
+                before_b = min(switch_at(blend, share, k, 2), before_top)
+                before_a = switch_at(blend, share, k, 0)
+                lines = Lines(before_a, before_b, before_top, a, max(coasts, bottom), b, max(b, c), top)
+                n = drive_cell(train, tables.regeneration > 0.0, cell, w, lines, scratch, rows, n)
             else:
-                n = coast_through(here, False, cell, w, top, top, top, scratch, rows, n)
+                n = coast_through(here, False, cell, w, Lines(top, top, top, top, top, top, top, top), scratch, rows, n)
             if n > first + 1:
                 n = drop_slivers(rows, first, n, cell.length_m)
             if n > 0:

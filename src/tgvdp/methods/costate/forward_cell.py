@@ -1,6 +1,7 @@
 """Drive through one cell by its switching speeds: rows that are exact, whatever the policy."""
 
 import math
+from typing import NamedTuple
 
 from tgvdp._jit import leaf, part
 from tgvdp.constants import FEASIBILITY_RTOL
@@ -8,14 +9,12 @@ from tgvdp.physics.arc import arc, duration_and_work
 from tgvdp.physics.cell import Cell, append, rest_of
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK, TRACTION
 from tgvdp.physics.forces import brake_at, effort_at, mean_effort, mean_resistance, resistance_at
-from tgvdp.physics.motion import land, march, net_force
+from tgvdp.physics.motion import land, march
+from tgvdp.physics.roots import Bracket, narrowed, secant
 from tgvdp.runs.braking_point import braked_w, drive_then_brake
 
-#: Where full effort would take less than this share of a cell, a change of speed is spread over the cell: it is a drift
-#: of the holding speed.
-_GENTLE_SHARE = 0.5
-#: ... if it changes v² by no more than this share.
-_DRIFT = 0.1
+#: Changes of v² by less than this share within a cell are a drift of the holding speed, spread over the cell.
+_DRIFT = 0.01
 #: Two squared speeds nearer than this share are one speed that is held.
 _HELD = 1e-5
 #: Coasting and partial effort take so many rows in a cell per relative change of speed, so that a row's constant
@@ -24,10 +23,35 @@ _ROWS_PER_CHANGE = 300.0
 _MOST_ROWS = 12.0
 #: ... in so many sweeps, each of which corrects the effort of all rows by what the last one would have to make up for.
 _EFFORT_SWEEPS = 3
+#: Coasting meets the line of switching after so many steps of the secant, at most: both are nearly straight.
+_MEETING_STEPS = 20
 #: Relative distance in v² within which a run is on the braking curve.
 ON_CURVE = 1e-8
 #: Share of a length within which two positions are one.
 _SAME_PLACE = 1e-12
+
+
+class Lines(NamedTuple):
+    """Lines of switching through one cell, in squared speeds, m²/s²: full traction below the first one, coasting above.
+
+    Attributes
+    ----------
+    before_a, before_b, before_top : float
+        Where traction ends and dynamic braking begins, and the envelope, at the start of the cell.
+    a, b, c, top : float
+        The same at its end, and where all brakes begin.
+    coasts : float
+        Speed at the end of a run that coasts from the line's start on, a'.
+    """
+
+    before_a: float
+    before_b: float
+    before_top: float
+    a: float
+    coasts: float
+    b: float
+    c: float
+    top: float
 
 
 @leaf
@@ -88,13 +112,35 @@ def _gives(train, cell, effort, v):
 
 
 @part
+def _saturated(train, regime, cell, w, target, rows, n):
+    """Append the rows of one regime through a cell, or until a target speed is met; returns what is left of it.
+
+    Without room for them nothing is left, and their number is −1.
+    """
+    first = n
+    used, w, n = march(train, regime, 1.0, cell, cell.length_m, w, target, rows, n)
+    if n < 0:
+        return 0.0, w, n
+    for i in range(first, n):
+        rows.x[i] += cell.start_m
+    if used >= cell.length_m * (1.0 - _SAME_PLACE):
+        rows.x[n - 1] = cell.end_m
+        used = cell.length_m
+    return cell.length_m - used, w, n
+
+
+@part
 def _evenly(train, cell, w, target, rows, n):
     """Append rows of one effort through a cell; a single one, of one acceleration, where a limit is near.
 
-    An effort that one row would pull, and several would brake, is none: braking may not be allowed at all.
+    An effort that one row would pull, and several would brake, is none: braking may not be allowed at all. One that the
+    train gives at one end only is full traction, and holding where that leads to.
     """
     effort = duration_and_work(train, cell.length_m, cell.grade_n, cell.air, w, target)[1] / cell.length_m
     free = _gives(train, cell, effort, math.sqrt(w)) and _gives(train, cell, effort, math.sqrt(target))
+    if not free and effort > 0.0 and w < target and 0.0 <= _pull(train, cell, target, target) < math.inf:
+        left, _, n = _saturated(train, TRACTION, cell, w, target, rows, n)
+        return append(cell.end_m, target, rows, n) if left > 0.0 else n
     parts = _parts(w, target) if free else 1
     sweeps = _EFFORT_SWEEPS if parts > 1 else 1
     per_effort = 2.0 * cell.length_m / train.inertia_kg
@@ -124,24 +170,6 @@ def _evenly(train, cell, w, target, rows, n):
 
 
 @part
-def _saturated(train, regime, cell, w, target, rows, n):
-    """Append the rows of one regime through a cell, or until a target speed is met; returns what is left of it.
-
-    Without room for them nothing is left, and their number is −1.
-    """
-    first = n
-    used, w, n = march(train, regime, 1.0, cell, cell.length_m, w, target, rows, n)
-    if n < 0:
-        return 0.0, w, n
-    for i in range(first, n):
-        rows.x[i] += cell.start_m
-    if used >= cell.length_m * (1.0 - _SAME_PLACE):
-        rows.x[n - 1] = cell.end_m
-        used = cell.length_m
-    return cell.length_m - used, w, n
-
-
-@part
 def _brake_late(train, regime, cell, w, top, scratch, rows, n):
     """Drive in a regime from w and brake as late as possible to end at ``top``, where the regime would end above it."""
     if w > braked_w(train, BRAKING, cell, top, cell.length_m, scratch) * (1.0 + ON_CURVE):
@@ -149,37 +177,41 @@ def _brake_late(train, regime, cell, w, top, scratch, rows, n):
     return drive_then_brake(train, regime, BRAKING, cell, w, top, scratch, rows, n)
 
 
+@leaf
+def _drifts(before, after, w):
+    """Whether a line of switching, and a run next to it, change so little that they are a speed that is held."""
+    near = _DRIFT * after
+    return abs(before - after) <= near and abs(w - after) <= near
+
+
 @part
-def _regenerate(train, cell, w, b, c, top, scratch, rows, n):
+def _regenerate(train, cell, w, lines, scratch, rows, n):
     """Slow down to b, or to the envelope if that is lower, where coasting would end above it: by the dynamic brake.
 
     All brakes only where that one would end above c, or leave the envelope.
     """
-    target = min(b, top)
-    status, _, work = arc(train, cell.length_m, cell.grade_n, cell.air, w, target)
-    limit_n = mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
-    if status == OK and -work <= _GENTLE_SHARE * cell.length_m * limit_n:
-        return _evenly(train, cell, w, target, rows, n)
-    v = math.sqrt(target)
-    if w < target and net_force(train, DYNAMIC, cell, v, v) <= 0.0:  # the descent leads to b, where it is held
-        left, w, n = _saturated(train, COASTING, cell, w, target, rows, n)
-        cell = rest_of(cell, cell.end_m - left, left)
-        if left <= 0.0:
-            return n
+    target = min(lines.b, lines.top)
+    if _drifts(lines.before_b, target, w):
+        status, _, work = arc(train, cell.length_m, cell.grade_n, cell.air, w, target)
+        limit_n = mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
+        if status == OK and -work <= cell.length_m * limit_n:
+            return _evenly(train, cell, w, target, rows, n)
     braked = braked_w(train, DYNAMIC, cell, target, cell.length_m, scratch)
     if 0.0 < braked and w <= braked * (1.0 + ON_CURVE):  # 0: it passes the target even from a standstill
-        held = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, target))
+        highest = max(w, target, lines.before_b)
+        held = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, highest)
         return drive_then_brake(train, COASTING, DYNAMIC, held, w, target, scratch, rows, n)
     first = n
     landed, n = _saturated(train, DYNAMIC, cell, w, target if w > target else 0.0, rows, n)[1:]
     if n < 0:
         return n
-    if landed <= min(c, top) * (1.0 + ON_CURVE):
+    friction = min(lines.c, lines.top)
+    if landed <= friction * (1.0 + ON_CURVE):
         rows.x[n - 1] = cell.end_m  # its rows may meet the target a hair before the braking curve does
         return n
-    if c < top:  # where it is held, if all brakes can
-        cell = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, c))
-    return _brake_late(train, DYNAMIC, cell, w, min(c, top), scratch, rows, first)
+    if lines.c < lines.top:  # where it is held, if all brakes can
+        cell = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, lines.c))
+    return _brake_late(train, DYNAMIC, cell, w, friction, scratch, rows, first)
 
 
 @part
@@ -212,8 +244,10 @@ def _drive_to_line(train, cell, w, line, slope, top, rows, n):
     for i in range(n, last):
         excess = rows.w[i] - line - slope * (rows.x[i] - cell.start_m)
         if excess >= 0.0:
-            met = line + slope * (x0 + (rows.x[i] - x0) * below / (below + excess) - cell.start_m)
-            return _saturated(train, TRACTION, cell, w, met, rows, n)
+            met = x0 + (rows.x[i] - x0) * below / (below + excess)
+            driven = Cell(cell.start_m, met, met - cell.start_m, cell.grade_n, cell.air, cell.limit_w)
+            left, landed, last = _saturated(train, TRACTION, driven, w, most, rows, n)
+            return cell.end_m - met + left, landed, last
         x0 = rows.x[i]
         below = -excess
     if left <= 0.0:
@@ -222,34 +256,81 @@ def _drive_to_line(train, cell, w, line, slope, top, rows, n):
 
 
 @part
-def drive_cell(train, regenerates, cell, w, a, coasts, b, c, top, scratch, rows, n):
-    """Append the rows of one cell from w.
+def _coast_to_line(train, cell, w, line, slope, rows, n):
+    """Append coasting from above the line of switching down to it, if it is met, and if traction can follow it.
 
-    The line of switching between traction and coasting ends at a; a run that coasts from its start on ends at
-    ``coasts``. b is where dynamic braking begins, c where all brakes do, ``top`` the envelope at the end.
+    Returns the rest of the cell, the squared speed and the number of rows.
     """
+    length = cell.length_m
+    end_w = line + slope * length
+    above = w - line
+    below = end_w - coast(train, cell, length, w)
+    if above <= ON_CURVE * line or below <= 0.0:
+        return length, w, n
+    bracket = Bracket(0.0, length, -above, below, 0)
+    x = 0.0
+    for _ in range(_MEETING_STEPS):
+        x = secant(bracket)
+        below = line + slope * x - coast(train, cell, x, w)
+        if abs(below) <= ON_CURVE * line:
+            break
+        bracket = narrowed(bracket, x, below)
+    first = n
+    landed = w
+    parts = _parts(w, line + slope * x)
+    for i in range(1, parts + 1):
+        landed = coast(train, cell, x / parts, landed)
+        n = append(cell.start_m + i * x / parts, landed, rows, n)
+    if _pull(train, rest_of(cell, cell.start_m + x, length - x), landed, end_w) < math.inf:
+        return length - x, landed, n
+    return length, w, first
+
+
+@leaf
+def _line_before(train, cell, lines):
+    """Squared speed at which the line of switching begins a cell.
+
+    Where it begins beyond the envelope, it falls to its end as a run does that coasts, and by a' − a more than that; or
+    it is the level of a speed that is held.
+    """
+    if lines.before_a < lines.before_top:
+        return lines.before_a
+    coasts = lines.coasts
+    v = math.sqrt(coasts)
+    load = resistance_at(train, cell.air, v) + cell.grade_n
+    reached = lines.before_top <= coasts <= lines.a * (1.0 + _HELD)
+    if reached and 0.0 <= load <= effort_at(train.traction, v):
+        return coasts
+    return max(coasts + 2.0 * cell.length_m / train.inertia_kg * load, lines.before_top)
+
+
+@part
+def drive_cell(train, regenerates, cell, w, lines, scratch, rows, n):
+    """Append the rows of one cell from w."""
+    a = lines.a
+    coasts = lines.coasts
     if coasts < a:
         a = 0.5 * (a + coasts)
         coasts = a
     length = cell.length_m
-    drop = 0.0
-    if coasts > a * (1.0 + _HELD) or cell.grade_n < 0.0:
-        drop = 2.0 * length / train.inertia_kg * (resistance_at(train, cell.air, math.sqrt(coasts)) + cell.grade_n)
-    # What the line falls by more than the end speed does: all that coasting loses, or nothing where a speed is held.
-    steep = min(drop, coasts - a)
-    line = coasts + steep
+    top = lines.top
+    line = _line_before(train, cell, lines)
+    slope = (a - line) / length
     rest = length
     aim = coasts
-    if w < line * (1.0 - ON_CURVE):
-        if 0.0 <= steep <= 0.5 * drop and line <= cell.limit_w and w >= (1.0 - _DRIFT) * coasts:
-            share = _pull(train, cell, w, coasts)
-            if 0.0 <= share < _GENTLE_SHARE:
-                return _evenly(train, cell, w, coasts + share * (a - coasts), rows, n)
-        slope = (a - line) / length
+    if _drifts(line, a, w) and 0.0 <= _pull(train, cell, w, min(a, top)) < math.inf:
+        aim = a
+    elif w < line * (1.0 - ON_CURVE):
         rest, w, n = _drive_to_line(train, cell, w, line, slope, top, rows, n)
-        if rest <= 0.0:
+        if rest <= 0.0 or n < 0:
             return n
         aim = a + rest / length * (coasts - a)
+    elif coasts <= top:
+        rest, w, n = _coast_to_line(train, cell, w, line, slope, rows, n)
+        if n < 0:
+            return n
+        if rest < length:
+            aim = a
     cell = rest_of(cell, cell.end_m - rest, rest)
     aim = min(aim, top)  # downhill coasting may end above the envelope
     share = _pull(train, cell, w, aim)
@@ -257,22 +338,23 @@ def drive_cell(train, regenerates, cell, w, a, coasts, b, c, top, scratch, rows,
         return _evenly(train, cell, w, aim, rows, n)
     if share > 0.0:
         return _saturated(train, TRACTION, cell, w, math.inf, rows, n)[2]
-    return coast_through(train, regenerates, cell, w, b, c, top, scratch, rows, n)
+    return coast_through(train, regenerates, cell, w, lines, scratch, rows, n)
 
 
 @part
-def coast_through(train, regenerates, cell, w, b, c, top, scratch, rows, n):
+def coast_through(train, regenerates, cell, w, lines, scratch, rows, n):
     """Append the rows of one cell from w: coasting, and braking where that would end above b or the envelope."""
     rest = cell.length_m
+    most = min(lines.b, lines.top)
     landed = coast(train, cell, rest, w)
-    if landed <= min(b, top) * (1.0 + ON_CURVE):
+    if landed <= most * (1.0 + ON_CURVE):
         parts = _parts(w, landed)
         for i in range(1, parts + 1):
             w = landed if parts == 1 else coast(train, cell, rest / parts, w)
             n = append(cell.start_m + i * rest / parts if i < parts else cell.end_m, w, rows, n)
         if n > 0:
-            rows.w[n - 1] = min(w, b, top)  # a rounding error above, and braking would be a sliver
+            rows.w[n - 1] = min(w, most)  # a rounding error above, and braking would be a sliver
         return n
     if regenerates:
-        return _regenerate(train, cell, w, b, c, top, scratch, rows, n)
-    return _brake_late(train, COASTING, cell, w, top, scratch, rows, n)
+        return _regenerate(train, cell, w, lines, scratch, rows, n)
+    return _brake_late(train, COASTING, cell, w, lines.top, scratch, rows, n)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tgvdp.line.resolved import ResolvedLine, resolve
 from tgvdp.methods.budget import Clock, SearchBudget
-from tgvdp.methods.costate.doubt import doubted_cells
+from tgvdp.methods.costate.doubt import Doubt
 from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.costate.multipliers import ExtremalFront, OutOfTime
 from tgvdp.model.trip import Trip
@@ -26,9 +26,8 @@ from tgvdp.runs.resistance_correction import follow
 _STEP_TOL = 0.05
 #: Relative difference below which running times are the same.
 _SAME = 1e-9
-#: The first mesh, in cells of the usual size, and how often cells may be halved.
+#: The first mesh, in cells of the usual size.
 _COARSEST = 0.25
-_MOST_HALVINGS = 6
 
 
 @dataclass
@@ -169,37 +168,39 @@ class _Search:
     def runs(self) -> _Found:
         """Runs on a mesh that is fine enough.
 
-        Cells are halved where that makes extremals cheaper, and once more where one is dearer, at its own multiplier,
-        than another run that was found.
+        Cells are halved where that makes extremals cheaper, those that the points need included, and once more where
+        one is dearer, at its own multiplier, than another run that was found.
         """
         found: _Found | None = None
+        doubt = Doubt()
         if self.clock.expired:
             return _Found([], False, True)
         try:
             mesh = Mesh.of(self.trip, self.fastest, _COARSEST)
-            settled: set[float] = set()
-            for halving in range(_MOST_HALVINGS + 1):
-                last = halving == _MOST_HALVINGS
-                front = self._marched(mesh)
-                asked = doubted_cells(front, settled)
-                if last or not asked.any():
-                    driven = self._driven(front)
-                    if found is None or driven.complete:
-                        self.counters["cells"] = len(front.mesh.cells.length_m)
-                        found = driven
-                    if last or not driven.complete or front.stands(driven.runs):
-                        break
-                    asked[:] = True
-                mesh = mesh.halved(asked)
+            while True:
+                front = self._foreseen(mesh)
+                mesh = doubt.refined(front)
+                if mesh is not front.mesh:
+                    continue
+                driven = self._driven(front)
+                if found is None or driven.complete:
+                    self.counters["cells"] = len(mesh.cells.length_m)
+                    found = driven
+                if not driven.complete:
+                    break
+                mesh = doubt.refined(front, driven.runs)
+                if mesh is front.mesh:
+                    break
         except OutOfTime:
             pass
         return found or _Found([], False, True)
 
-    def _marched(self, mesh: Mesh) -> ExtremalFront:
+    def _foreseen(self, mesh: Mesh) -> ExtremalFront:
         # No second may cost less than nothing.
         least_multiplier = max(self.least_multiplier, float(mesh.cells.saved_w.max()))
         front = ExtremalFront(mesh, self.tolerance_s, least_multiplier, self.counters, self.clock)
         front.reach(float(self.aims_s[0]), float(self.aims_s[-1]))
+        front.foresee(self.aims_s)
         return front
 
     def _driven(self, front: ExtremalFront) -> _Found:

@@ -6,7 +6,7 @@ leave room for more than that.
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -115,11 +115,12 @@ class ExtremalFront:
         """What shares of an energy are shares of: a net energy may be 0."""
         return max(energy_j, _LEAST_SHARE * self.scale_j)
 
-    def stands(self, runs: list[Run]) -> bool:
+    def stands(self, runs: Sequence[Run]) -> bool:
         """Whether no run is cheaper than an extremal at the extremal's own multiplier, which no run can be."""
         times_s, energies_j = (np.array([run[column] for run in runs]) for column in range(2))
         return all(
-            extremal.cost_j(extremal.multiplier) - float((energies_j + extremal.multiplier * times_s).min())
+            extremal.cost_j(extremal.multiplier)
+            - float((energies_j + extremal.multiplier * times_s).min(initial=math.inf))
             <= _EXTREMAL_LOSS * self.base_j(extremal.energy_j)
             for extremal in self.extremals[1:]
             if math.isfinite(extremal.multiplier)
@@ -136,19 +137,37 @@ class ExtremalFront:
         x_m, w = self.mesh.rows
         return Run(time_s, energy_j, multiplier, x_m[:n].copy(), w[:n].copy())
 
+    def foresee(self, target_s: NDArray[np.float64]) -> None:
+        """Add the extremals without which those around increasing running times may hold a surprise."""
+        times_s = target_s.tolist()
+        at = 0
+        while at < len(times_s):
+            self.watch()
+            second = self._second(times_s[at])
+            if not self._cut(second):
+                at = max(bisect_right(times_s, self.extremals[second].time_s), at + 1)
+
+    def _second(self, time_s: float) -> int:
+        """The slower one of the two extremals around a running time; the last one beyond it."""
+        at = bisect_left(self.extremals, time_s, key=lambda extremal: extremal.time_s)
+        return min(max(at, 1), len(self.extremals) - 1)
+
+    def _cut(self, second: int) -> bool:
+        """Solve a multiplier between an extremal and the one before it if these may hold a surprise."""
+        pieces = self._pieces(*self.extremals[second - 1 : second + 1])
+        return pieces > 1 and self._split(second, (pieces // 2) / pieces)
+
     def points(self, target_s: NDArray[np.float64]) -> Iterator[Run]:
         """The best runs for increasing running times, which the extremals reach."""
         times_s = target_s.tolist()
         at = 0
         while at < len(times_s):
             self.watch()
-            ends_s = [extremal.time_s for extremal in self.extremals]
-            second = min(max(bisect_left(ends_s, times_s[at]), 1), len(ends_s) - 1)
-            before, after = self.extremals[second - 1], self.extremals[second]
-            pieces = self._pieces(before, after)
-            if pieces > 1 and self._split(second, (pieces // 2) / pieces):
+            second = self._second(times_s[at])
+            if self._cut(second):
                 continue
-            until = len(times_s) if second == len(ends_s) - 1 else max(bisect_right(times_s, after.time_s), at + 1)
+            last = second == len(self.extremals) - 1
+            until = len(times_s) if last else max(bisect_right(times_s, self.extremals[second].time_s), at + 1)
             for run in self._between(second, target_s[at : min(until, at + _AT_ONCE)]):
                 at += 1
                 yield run

@@ -8,7 +8,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import entry, part
+from tgvdp._jit import kernel, part
 from tgvdp.line.cells import breaks_of, cells_of
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
@@ -64,7 +64,7 @@ def _lacks(train, grade_n, air, w0, w1, d, share):
     return -effort - effort_at(train.braking, v)
 
 
-@entry
+@kernel
 def friction_points(train, cells, x, w, at):
     """Where friction begins or ends to help the dynamic brake along a run.
 

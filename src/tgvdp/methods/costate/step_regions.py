@@ -18,11 +18,10 @@ from tgvdp.methods.costate.characteristics import (
     saturated_image,
 )
 from tgvdp.methods.costate.polyline import insert
-from tgvdp.methods.costate.step_wall import fan_region, jumps_at
+from tgvdp.methods.costate.step_wall import SPREAD, fan_region, jumps_at
 from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
 
-#: Neighbouring images are no further apart than this factor of w, below this share of the envelope.
-_SPREAD = 2.0
+#: Neighbouring images are next to standstill below this share of the envelope.
 _SLOW_SHARE = 0.1
 
 
@@ -101,7 +100,7 @@ def coast_region(train, step, line, first, last, images, m):
         if w0 < bottom:
             lost = True
         else:
-            target = bottom if lost else _SPREAD * image
+            target = bottom if lost else SPREAD * image
             while i > first and target < min(w0, slow) and m + last + 8 < x.shape[0]:
                 share = (target - image) / (w0 - image)
                 fill_w = w[i - 1] + share * (w[i] - w[i - 1])
@@ -111,7 +110,7 @@ def coast_region(train, step, line, first, last, images, m):
                     x[m] = bottom if target == bottom else fill_w
                     y[m] = fill_p
                     m += 1
-                target *= _SPREAD
+                target *= SPREAD
             lost = False
             x[m] = w0
             y[m] = p0

@@ -10,11 +10,13 @@ from tgvdp._jit import leaf, part
 from tgvdp.methods.costate.characteristics import coast_image, saturated_image
 from tgvdp.physics.codes import DYNAMIC
 
-#: Runs that meet the wall within a cell have costates at so many points per relative change of the wall, at most, ...
+#: Runs that meet the wall within a cell have costates at so many points per relative change of w, at most, ...
 _WALL_PIECES = 40.0
 _MOST_WALL_PIECES = 8.0
 #: ... down to this share of it before the cell.
 LEAST_WALL = 1e-3
+#: Next to standstill, where p varies as 1/v, points are no further apart than this factor of w.
+SPREAD = 2.0
 #: Squared speeds nearer than this share are one, and so are costates.
 _ROUNDING = 1e-9
 
@@ -57,26 +59,29 @@ def wall_region(train, regime, step, images, m):
     They come to it by coasting, p = −r/2 there, where the dynamic brake alone follows it; else by that brake, p = 0.
     On a steep descent only a part of the wall is met from ``bottom`` on: an edge is put there.
     """
-    pieces = _pieces(step.wall, step.top)
     x, y = images
-    bottom = step.bottom
-    lost_w = bottom
-    for i in range(pieces + 1):
-        rest = 1.0 - i / pieces
-        w0, p0 = _wall_image(train, regime, step, rest)
-        if w0 < bottom:
-            lost_w = w0
-            continue
-        if lost_w < bottom:
-            edge = rest + (w0 - bottom) / (w0 - lost_w) / pieces
-            y[m] = _wall_image(train, regime, step, edge)[1]
-            x[m] = bottom
-            m += 1
-            lost_w = bottom
-        x[m] = min(w0, step.top)
-        y[m] = p0
+    top = step.top
+    fall = top - step.wall
+    w, p = _wall_image(train, regime, step, 1.0)
+    span = max(top - w, _ROUNDING * top)
+    pieces = _pieces(min(max(w, step.bottom), step.wall), top)
+    rest = 1.0
+    if w < step.bottom:
+        rest = (top - step.bottom) / span
+        w = step.bottom
+        p = _wall_image(train, regime, step, rest)[1]
+    even = rest / pieces
+    while True:
+        x[m] = min(w, top)
+        y[m] = p
         m += 1
-    return m
+        if rest == 0.0:
+            return m
+        slowest_w = max(min(top - rest * span, top - rest * fall), LEAST_WALL * top)
+        rest -= min(even, (SPREAD - 1.0) * slowest_w / max(span, fall))
+        if rest < 0.5 * even:
+            rest = 0.0
+        w, p = _wall_image(train, regime, step, rest)
 
 
 @part

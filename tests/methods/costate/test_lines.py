@@ -1,0 +1,41 @@
+"""Lines of switching within cells: extremals on the coarsest mesh against those on cells a sixteenth as long."""
+
+import pytest
+
+from tgvdp import EffortCurve, Track, Train
+from tgvdp.methods.costate.mesh import Mesh
+from tgvdp.model.energy import EnergyModel
+from tgvdp.model.trip import Trip
+from tgvdp.runs.fastest import fastest_run
+
+FREIGHT = Train(
+    mass_kg=1500e3, traction=EffortCurve.from_caps(400e3), friction_brake_n=600e3, davis_a_n=25e3,
+    davis_c_n_per_mps2=30.0,
+)  # fmt: skip
+EMU = Train(
+    mass_kg=220e3, traction=EffortCurve.from_caps(220e3, 3e6), braking=EffortCurve.from_caps(200e3, 3e6),
+    friction_brake_n=200e3, davis_a_n=4e3, davis_c_n_per_mps2=7.0, regeneration_efficiency=0.9,
+)  # fmt: skip
+#: Train, energy, gradients, limit in m/s and length in m; named by what happens within cells.
+CASES = {
+    "coasts to the limit of a descent": (FREIGHT, "wheel", ((0, 0), (9e3, 12), (12e3, -20), (18e3, 0)), 15.0, 24e3),
+    "crosses the line soon after the envelope": (EMU, "wheel", ((0, 11), (380, -4), (700, 4)), 25.0, 1400.0),
+    "loses speed on a steep climb": (FREIGHT, "wheel", ((0, 0), (6e3, 16), (7e3, 0)), 14.0, 15e3),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_coarse_cells_lose_little(name):
+    train, energy, gradients, limit_mps, length_m = CASES[name]
+    track = Track(length_m=length_m, gradients=gradients, speed_limits=((0.0, limit_mps),))
+    trip = Trip(train=train, track=track, origin_m=0.0, destination_m=length_m, energy=EnergyModel(energy))
+    fastest = fastest_run(trip)
+    coarse, fine = (Mesh.of(trip, fastest, fineness) for fineness in (0.25, 4.0))
+    counters = {"extremals": 0, "runs": 0, "costates": 0}
+    losses = {}
+    for share in (2.0, 1.0, 0.7, 0.5, 0.35, 0.25, 0.17):
+        multiplier = share * coarse.usual_multiplier
+        extremal, other = (mesh.extremal(multiplier, counters) for mesh in (coarse, fine))
+        size_j = max(other.energy_j, 0.1 * coarse.usual_multiplier * fastest.duration_s)
+        losses[share] = (extremal.cost_j(multiplier) - other.cost_j(multiplier)) / size_j
+    assert max(losses.values()) <= 1e-4
