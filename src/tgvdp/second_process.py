@@ -73,6 +73,11 @@ class SecondProcess:
             process.kill()
             process.communicate()
 
+    @property
+    def is_there(self) -> bool:
+        """Whether there is one, and it has not failed so far."""
+        return self._process is not None
+
     def load(self, *modules: str) -> None:
         """Have modules imported over there, for what will be asked."""
         self._send((None, modules, ()))
