@@ -2,6 +2,8 @@
 # make test   everything that CI checks
 # make hooks  the checks that stand before the tests, before every commit
 # make fuzz   slips of unit and mutated files, ten minutes of each; FUZZ="--seconds 3600 --processes 2" for more
+# make fuzz-bounds  the same searches with every index of the kernels checked, five minutes of each
+# make fuzz-readers  bytes that lead the readers into new branches, by atheris (Linux)
 # make versions  the wheel in empty environments: each Python, lowest and newest dependencies
 # make bench  all benchmarks, into results/benchmarks/; wants a quiet machine and about 15 minutes
 # make proof  a survey of random trips on fresh seeds, into results/: SEEDS=1000 trips, none begun after MINUTES=15
@@ -13,7 +15,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run test hooks fuzz versions bench proof clean distclean
+.PHONY: run test hooks fuzz fuzz-bounds fuzz-readers versions bench proof clean distclean
 
 run: $(VENV)/.installed
 	$(BIN)/python -m tgvdp search --out out
@@ -32,6 +34,13 @@ hooks: $(VENV)/.installed-dev
 
 fuzz: $(VENV)/.installed-dev
 	$(BIN)/python -m fuzz --seed `date +%s` $(FUZZ)
+
+fuzz-bounds: $(VENV)/.installed-dev
+	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m fuzz slips mutations --seconds 300 --seed `date +%s` $(FUZZ)
+
+fuzz-readers: $(VENV)/.installed-dev
+	$(PIP_INSTALL) -e ".[fuzz]"
+	$(BIN)/python -m fuzz.coverage -max_total_time=600
 
 versions: $(VENV)/.installed-dev
 	$(BIN)/python -m tests.versions

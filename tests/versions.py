@@ -1,7 +1,8 @@
 """The wheel in empty environments, by lowest and newest dependencies: ``python -m tests.versions [PYTHON ...]``.
 
 Of each Python that is named, or found, it makes an environment, installs nothing but the wheel and its dependencies,
-and lets it verify itself (`tgvdp selftest`). Takes minutes, and the registry.
+searches twice, with kernels that are compiled and then loaded, and lets it verify itself (`tgvdp selftest`). Takes
+minutes, four times as many where numba compiles by its own steps, and the registry.
 """
 
 import json
@@ -16,6 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 _ABSENT = "cannot be installed"
+_SHORT = ("--track", "flat-100km", "--to", "3000", "--points", "6")
 PYTHONS = ("python3.11", "python3.12", "python3.13")
 
 
@@ -49,7 +51,12 @@ def tried(place: Path, python: str, wheel: Path, pins: list[str]) -> str:
     if run(*pip, *pins, wheel).returncode:
         return _ABSENT
     variables = {name: text for name, text in os.environ.items() if not name.startswith(("PYTHON", "TGVDP", "MPL"))}
-    done = run(binary / "tgvdp", "selftest", "--json", "--quiet", cwd=place, env=variables | {"HOME": str(place)})
+    settings = {"cwd": place, "env": variables | {"HOME": str(place)}}
+    for kernels in ("compiled", "loaded"):
+        done = run(binary / "tgvdp", "search", *_SHORT, "--out", kernels, **settings)
+        if done.returncode:
+            return f"a search with {kernels} kernels ends with {done.returncode}: {done.stderr.strip()}"
+    done = run(binary / "tgvdp", "selftest", "--json", "--quiet", **settings)
     if done.returncode:
         return done.stderr.strip() or ", ".join(
             case["name"] for case in json.loads(done.stdout)["cases"] if not case["ok"]

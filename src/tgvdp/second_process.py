@@ -23,6 +23,8 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import IO, Any
 
+from tgvdp.cores import usable_cores
+
 _LENGTH = struct.Struct("<Q")
 _BOOT = (
     "import sys; sys.path[:] = {path!r}; from tgvdp import __main__, second_process;"
@@ -32,13 +34,6 @@ _BOOT = (
 _DRAWING = "matplotlib"
 #: Processes per core, as the system averages them, from which on a second one of ours would take from others.
 _BUSY = 1.5
-
-
-def usable_cores() -> int:
-    """Cores that this process may use, which containers often restrict."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def is_of_use() -> bool:
@@ -77,6 +72,11 @@ class SecondProcess:
         if process is not None:
             process.kill()
             process.communicate()
+
+    @property
+    def is_there(self) -> bool:
+        """Whether there is one, and it has not failed so far."""
+        return self._process is not None
 
     def load(self, *modules: str) -> None:
         """Have modules imported over there, for what will be asked."""

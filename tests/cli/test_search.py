@@ -7,11 +7,13 @@ import signal
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 import pytest
 
 from tgvdp.cli import main
 from tgvdp.cli.notes import large_gaps
+from tgvdp.cli.search import _asked
 
 SHORT = ("--track", "flat-100km", "--to", "3000", "--points", "6", "--max-margin", "10")
 FILES = {"result.json", "front.csv", "profiles.csv", "front.png", "profile.png"}
@@ -238,3 +240,13 @@ def test_output_options_out_of_range(tmp_path, capsys, arguments, message):
     assert search(tmp_path / "out", *SHORT, *arguments) == 2
     assert message in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("is_there", "time_s"), [(True, 9.0), (False, 2.0)])
+def test_pictures_have_the_time_that_is_left_when_they_are_begun(monkeypatch, is_there, time_s):
+    asked_s = [9.0]
+    monkeypatch.setattr("tgvdp.cli.search.left_s", lambda _: asked_s[-1])
+    second = SimpleNamespace(is_there=is_there, promise=lambda task, formats, time_s: lambda: {task: time_s})
+    wait = _asked(second, "front_files", ["png"], None)
+    asked_s.append(2.0)
+    assert wait() == {"tgvdp.report.gallery:front_files": time_s}

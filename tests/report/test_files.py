@@ -272,4 +272,4 @@ def test_pictures_for_which_there_was_no_time_are_named(result, tmp_path):
     assert written.undrawn == len(pictures_of(result))
     assert written.content["warning"] == f"the time limit left no time for {written.undrawn} pictures"
     assert json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))["warning"] == written.content["warning"]
-    assert front_files(["png"], 0.0, result, PROVENANCE, None) == {}
+    assert front_files(["png"], -1.0, result, PROVENANCE, None) == {}

@@ -5,20 +5,24 @@ import pytest
 
 import tgvdp
 from tgvdp.errors import InputError
+from tgvdp.runs.profile import REGIMES
 from tgvdp.runs.recorded import placed, recorded_profile, sections_of
 
 
-@pytest.fixture(scope="module")
-def driven():
+def every_second(result, index):
     """A run of the model, and its position, speed and time every second."""
-    result = tgvdp.search("alstom-emu", "lgv-100km", destination_m=20_000.0, points=5)
-    profile = result.profile(2)
+    profile = result.profile(index)
     t = np.append(np.arange(0.0, profile.duration_s, 1.0), profile.duration_s)
     row = np.searchsorted(profile.time_s, t, side="right").clip(1, profile.time_s.size - 1) - 1
     # The acceleration is constant within a row.
     v = np.interp(t, profile.time_s, profile.speed_mps)
     x = profile.position_m[row] + 0.5 * (profile.speed_mps[row] + v) * (t - profile.time_s[row])
     return result.trip, profile, x, v, t
+
+
+@pytest.fixture(scope="module")
+def driven():
+    return every_second(tgvdp.search("alstom-emu", "lgv-100km", destination_m=20_000.0, points=5), 2)
 
 
 @pytest.mark.parametrize("given", ["xv", "vt", "xt", "xvt"])
@@ -33,6 +37,18 @@ def test_a_run_of_the_model_comes_back(driven, given):
     assert back.duration_s == pytest.approx(profile.duration_s, rel=2e-3)
     assert back.total_energy_j == pytest.approx(profile.total_energy_j, rel=0.01)
     assert back.balance.pantograph_j == pytest.approx(profile.balance.pantograph_j, rel=0.01)
+
+
+def test_coasting_is_no_braking_by_a_hair():
+    """A record every second blurs the efforts: those within the noise are none."""
+    trip, profile, x, v, t = every_second(tgvdp.search("tgv", "lgv-100km", points=6), 4)
+    (motion,) = sections_of(x, v, t, window_s=0.0)
+    shares = [
+        np.bincount(one.regime[:-1], np.diff(one.position_m), 4) / trip.distance_m
+        for one in (profile, recorded_profile(trip, motion))
+    ]
+    assert shares[0][REGIMES.index("coasting")] > 0.4
+    assert shares[1] == pytest.approx(shares[0], abs=0.05)
 
 
 def test_the_mean_speed_takes_noise_away(driven):

@@ -4,17 +4,18 @@ import itertools
 import pickle
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 
 from tests.helpers.metro_case import TRAIN
-from tgvdp import InputError, SpeedLimit, Track
+from tgvdp import InputError, SpeedLimit, Track, cores
 from tgvdp.cli.screen import Screen
 from tgvdp.cli.sweep import teller
 from tgvdp.sweeps import run
 from tgvdp.sweeps.batches import BATCH_S, Batches
 from tgvdp.sweeps.scenario import Task
-from tgvdp.sweeps.work import solve_batch
+from tgvdp.sweeps.work import solve, solve_batch
 
 LINES = [Track(length_m=length_m, speed_limits=(SpeedLimit(0.0, 15.0),)) for length_m in (1e3, 2e3)]
 
@@ -62,6 +63,14 @@ def test_a_worker_of_another_version_refuses():
 
 def tasks(count):
     return iter(Task(number, "search", TRAIN, LINES[number % 2], (), {}, None) for number in range(count))
+
+
+def test_a_journey_leaves_the_other_cores_to_other_workers(monkeypatch):
+    line = replace(LINES[1], stops_m=(0.0, 900.0, 2e3))
+    monkeypatch.setattr(cores, "ThreadPoolExecutor", None)  # who asks for threads fails
+    monkeypatch.setattr(cores, "usable_cores", lambda: 2)
+    task = Task(0, "journey", TRAIN, line, (), {"points": 2}, None)
+    assert solve(task).error is None
 
 
 def test_batches_take_as_long_as_is_worth_a_message():

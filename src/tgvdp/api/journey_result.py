@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -14,6 +13,7 @@ from tgvdp.api.budget import budget_of
 from tgvdp.api.margins import Margins, margins_of
 from tgvdp.api.sense import sensible_numbers
 from tgvdp.certificate.front import Certificate, certify_front
+from tgvdp.cores import side_by_side
 from tgvdp.errors import InputError
 from tgvdp.journeys.bound import JourneyBound, journey_bound
 from tgvdp.journeys.delays import Delays, Robustness, robustness, standard_delays
@@ -29,7 +29,6 @@ from tgvdp.options.texts import parse_margins
 from tgvdp.pareto import ParetoFront
 from tgvdp.referee.replay import NOT_REPLAYED, Verdict, replay
 from tgvdp.runs.profile import Profile, joined
-from tgvdp.second_process import usable_cores
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
@@ -179,8 +178,7 @@ class JourneyResult:
                     np.unique(self.found.multiplier_j_per_s), clock,
                 )  # fmt: skip
 
-        with ThreadPoolExecutor(usable_cores()) as cores:
-            made = list(cores.map(certificate, self.sections, self.found.run.T))
+        made = side_by_side(certificate, self.sections, self.found.run.T)
         certificates = [one for one in made if one is not None]
         if len(certificates) < len(made):
             return JourneyBound(np.full(len(self.front), np.nan), False)

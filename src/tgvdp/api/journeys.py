@@ -3,7 +3,6 @@
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
 
@@ -16,6 +15,7 @@ from tgvdp.api.methods import continuous_front
 from tgvdp.api.sense import sensible_numbers
 from tgvdp.api.targets import asked_targets, met_to_s
 from tgvdp.api.trip import trip_of
+from tgvdp.cores import side_by_side
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.formats import load_journey
 from tgvdp.formats.sources import Source
@@ -36,7 +36,6 @@ from tgvdp.model.trip import Trip
 from tgvdp.options.search import SearchOptions
 from tgvdp.runs.fastest import fastest_run
 from tgvdp.runs.profile import Profile
-from tgvdp.second_process import usable_cores
 
 _Floats = NDArray[np.float64]
 
@@ -162,12 +161,11 @@ def _fastest(
     line: Trip, ends_m: Sequence[tuple[float, float]], solved: Callable[[Trip], SectionRuns], clock: Clock
 ) -> Iterator[SectionRuns]:
     """Sections with their fastest runs, side by side, and a look at the clock now and then."""
-    with ThreadPoolExecutor(usable_cores()) as cores:
-        for first in range(0, len(ends_m), _AT_ONCE):
-            if clock.elapsed_s > _PATIENCE * clock.limit_s:
-                raise BudgetExceededError("journey: the time limit passed before every section had its fastest run")
-            own_m = ends_m[first : first + _AT_ONCE]
-            yield from cores.map(lambda ends: solved(replace(line, origin_m=ends[0], destination_m=ends[1])), own_m)
+    trips = [replace(line, origin_m=from_m, destination_m=to_m) for from_m, to_m in ends_m]
+    for first in range(0, len(trips), _AT_ONCE):
+        if clock.elapsed_s > _PATIENCE * clock.limit_s:
+            raise BudgetExceededError("journey: the time limit passed before every section had its fastest run")
+        yield from side_by_side(solved, trips[first : first + _AT_ONCE])
 
 
 def _foreign(track: Track, timetable: Journey | None) -> Iterator[str]:

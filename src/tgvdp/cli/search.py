@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -127,7 +128,7 @@ def command(
                 result = replace(result, warnings=(*result.warnings, *section.broken_by(result.fastest.time_s)))
             about = make_provenance(result.options | case.changed, case.inputs, result.elapsed_s)
             formats = format if pictures else ()
-            runs = _asked(second, "run_files", formats, _end(clock), result, about, price_per_kwh)
+            runs = _asked(second, "run_files", formats, clock, result, about, price_per_kwh)
             if checks is not None:
                 elapsed_s = clock.elapsed_s
                 with screen.waiting():
@@ -136,7 +137,7 @@ def command(
                     elapsed_s
                 )  # what the other process compiles counts no more than what this one does
             verdicts, certificate, checks_s = _checked(result, certify, screen, clock)
-            front = _asked(second, "front_files", formats, _end(clock), result, about, certificate)
+            front = _asked(second, "front_files", formats, clock, result, about, certificate)
             tariff = make_tariff(price_per_kwh, co2_g_per_kwh)
             files, content, undrawn = write_results(
                 result, out, about | checks_s, verdicts, certificate, profiles=profiles, every_m=every_m,
@@ -160,16 +161,22 @@ def command(
     return _judge(content, certificate is None or certificate.complete, undrawn, quiet)
 
 
-def _end(clock: "Clock") -> float:
-    """When the time limit passes, in a time that other processes know, s."""
-    return time.time() + clock.left_s()
-
-
 def _asked(
-    second: SecondProcess, task: str, formats: Sequence[str], end_s: float, *shown: Any
+    second: SecondProcess, task: str, formats: Sequence[str], clock: "Clock", *shown: Any
 ) -> Callable[[], dict[str, bytes]]:
-    """Have pictures drawn in formats, if any, none begun after ``end_s``; what is returned waits for their files."""
-    return second.promise(f"tgvdp.report.gallery:{task}", formats, end_s, *shown) if formats else dict
+    """Have pictures drawn in formats, if any, as far as time allows; what is returned waits for their files."""
+    if not formats:
+        return dict
+
+    ask = partial(second.promise, f"tgvdp.report.gallery:{task}", formats)
+    if second.is_there:
+        return ask(left_s(clock), *shown)
+
+    def begun_when_waited_for() -> dict[str, bytes]:
+        files: dict[str, bytes] = ask(left_s(clock), *shown)()
+        return files
+
+    return begun_when_waited_for
 
 
 def _checked(

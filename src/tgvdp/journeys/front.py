@@ -7,20 +7,19 @@ sections at the supplements that the last one leads to, and knows their multipli
 
 import contextlib
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.cores import side_by_side
 from tgvdp.journeys.merge import Sums, least_sums
 from tgvdp.journeys.multiplier import Split, demand_of, on_hull, split
 from tgvdp.journeys.practices import practices
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.methods.costate.multipliers import OutOfTime
 from tgvdp.pareto import ParetoFront
-from tgvdp.second_process import usable_cores
 
 _Floats = NDArray[np.float64]
 
@@ -104,12 +103,14 @@ def journey_front(
     """
     search = _Search(sections, supplement_s, tolerance_s / len(sections))
     shares = practices(sections, supplement_s)
-    merged_s: list[_Floats] = []
+    shared_s: list[_Floats] = []
     with contextlib.suppress(OutOfTime):
         samples = _sampled(sections, float(supplement_s[-1]), search.tolerance_s, expired)
-        merged_s.append(search.beside(*samples.merged(supplement_s)))
+        merged_s, is_off = samples.merged(supplement_s)
+        search.tried.append(merged_s)  # its runs are known
+        shared_s.append(search.beside(merged_s, is_off))
     splits = [search.split()]
-    search.attempt(*shares.values(), *merged_s, splits[0].supplement_s)
+    search.attempt(*shares.values(), *shared_s, splits[0].supplement_s)
     while len(splits) < ROUNDS and not expired():
         splits.append(search.split())
         search.attempt(splits[-1].supplement_s)
@@ -127,7 +128,7 @@ def journey_front(
         departure_s=(np.cumsum(until_next_s, axis=1) - until_next_s)[kept],
         multiplier_j_per_s=np.repeat(splits[-1].multiplier_j_per_s[kept, None], len(sections), axis=1),
         practices={name: search.allocations(share_s[kept]) for name, share_s in shares.items()},
-        complete=bool(merged_s) and len(splits) == ROUNDS and all(section.complete for section in sections),
+        complete=bool(shared_s) and len(splits) == ROUNDS and all(section.complete for section in sections),
         exhausted=all(section.exhausted for section in sections)
         and bool(front.time_s[-1] < last_s - _SHORT * tolerance_s),
     )
@@ -195,8 +196,7 @@ class _Search:
 
 def reach(sections: Sequence[SectionRuns], supplement_s: _Floats, tolerance_s: float) -> None:
     """Find the runs of all sections at their columns of supplements, s, side by side."""
-    with ThreadPoolExecutor(usable_cores()) as cores:
-        list(cores.map(lambda section, own_s: section.reach(own_s, tolerance_s), sections, supplement_s.T))
+    side_by_side(lambda section, own_s: section.reach(own_s, tolerance_s), sections, supplement_s.T)
 
 
 class _Samples(NamedTuple):
@@ -230,19 +230,24 @@ def _sampled(
     total = _STEPS * len(sections) if last_s > tolerance_s else 0
     step_s = last_s / total if total else tolerance_s
     counts = [min(_FIRST_STEPS, total)] * len(sections)
+    first_s = step_s * np.arange(counts[0] + 1)
+    reach(sections, np.tile(first_s[:, None], len(sections)), tolerance_s)
     while True:
-        steps = np.arange(max(counts) + 1)
-        sampled_s = np.column_stack([step_s * np.minimum(steps, count) for count in counts])
-        reach(sections, sampled_s, tolerance_s)
         energy_j = [
-            one.energy_j[one.cheapest_within(np.asarray(step_s * steps[: count + 1]))]
+            one.energy_j[one.cheapest_within(np.asarray(step_s * np.arange(count + 1)))]
             for one, count in zip(sections, counts, strict=True)
         ]
         sums = least_sums(energy_j, expired)
         most = sums.steps[: total + 1].max(axis=0)
         short = [
-            not one.exhausted and used == count < total for one, used, count in zip(sections, most, counts, strict=True)
+            at
+            for at, (one, used, count) in enumerate(zip(sections, most, counts, strict=True))
+            if not one.exhausted and used == count < total
         ]
-        if not any(short):
+        if not short:
             return _Samples(step_s, energy_j, sums)
-        counts = [min(2 * count, total) if more else count for count, more in zip(counts, short, strict=True)]
+        further = np.arange(min(counts[at] for at in short) + 1, min(2 * max(counts[at] for at in short), total) + 1)
+        for at in short:
+            counts[at] = min(2 * counts[at], total)
+        sampled = [np.clip(further, None, counts[at]) for at in short]
+        reach([sections[at] for at in short], np.asarray(step_s * np.column_stack(sampled)), tolerance_s)

@@ -8,7 +8,6 @@ journey itself. They change where a window binds, and nowhere else; so they are 
 
 import math
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -16,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.certificate.lines import least_cost_j
+from tgvdp.cores import side_by_side
 from tgvdp.errors import TgvdpError
 from tgvdp.journeys.bound import JourneyBound
 from tgvdp.journeys.passed import PassedRuns
 from tgvdp.journeys.windows import Windows
 from tgvdp.methods.budget import Clock
-from tgvdp.second_process import usable_cores
 
 _Floats = NDArray[np.float64]
 
@@ -57,8 +56,7 @@ def timed_bound(
     def bounded(at: int) -> float:
         return math.nan if clock.expired else _bound_j(sections, windows, run[at], departure_s[at], clock)
 
-    with ThreadPoolExecutor(usable_cores()) as cores:
-        lower_j = np.array(list(cores.map(bounded, range(len(departure_s)))))
+    lower_j = np.array(side_by_side(bounded, range(len(departure_s))))
     lower_j[np.isinf(lower_j)] = math.nan
     return JourneyBound(lower_j, not clock.expired)
 

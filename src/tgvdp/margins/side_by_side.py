@@ -1,12 +1,12 @@
 """Margins side by side, for a whole journey: time, energy, and how far each is from the linear time anywhere."""
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.cores import side_by_side
 from tgvdp.errors import BudgetExceededError
 from tgvdp.margins.curve import Curve
 from tgvdp.margins.economy import economy_run
@@ -18,7 +18,6 @@ from tgvdp.methods.costate.multipliers import OutOfTime
 from tgvdp.model.margin import MarginRange, checked_ranges
 from tgvdp.model.trip import Trip
 from tgvdp.runs.profile import Profile, profile_of
-from tgvdp.second_process import usable_cores
 
 _Floats = NDArray[np.float64]
 
@@ -69,8 +68,7 @@ def margin_runs(
         return MarginRuns(*((_joined(trip, parts, runs),) for runs in (linear, economy, uniform)))
 
     try:
-        with ThreadPoolExecutor(usable_cores()) as cores:
-            done = list(cores.map(slowed, sections))
+        done = side_by_side(slowed, sections)
     except OutOfTime:
         raise BudgetExceededError("the time limit ended the margins: there is no uniform one yet") from None
     return MarginRuns(*(tuple(one[0] for one in runs) for runs in zip(*done, strict=True)))

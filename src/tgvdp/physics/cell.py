@@ -1,5 +1,6 @@
 """A uniform stretch of the line, and the rows of a run along it, as kernels take them."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -68,7 +69,7 @@ def room_for_marches(count: int) -> Rows:
 
 def overrun(scratch: Rows) -> bool:
     """Whether a march had more rows than there was room for: what was made of it counts for nothing."""
-    return not np.isnan(scratch.x[-1])
+    return not math.isnan(scratch.x[-1])
 
 
 @part

@@ -50,38 +50,39 @@ def draw(
 
 def front_files(
     formats: Sequence[str],
-    end_s: float,
+    time_s: float,
     result: "SearchResult",
     provenance: Mapping[str, Any],
     certificate: "Certificate | None",
 ) -> dict[str, bytes]:
-    """Files of the one picture that waits for the certificate, by name; none is begun after ``end_s`` (`time.time`)."""
-    return _files(formats, end_s, result, provenance, ["front"], certificate=certificate)
+    """Files of the one picture that waits for the certificate, by name; none is begun after so many seconds."""
+    return _files(formats, time_s, result, provenance, ["front"], certificate=certificate)
 
 
 def run_files(
     formats: Sequence[str],
-    end_s: float,
+    time_s: float,
     result: "SearchResult",
     provenance: Mapping[str, Any],
     price_per_kwh: float | None,
 ) -> dict[str, bytes]:
-    """Files of all other pictures, by name; none is begun after ``end_s`` (`time.time`)."""
+    """Files of all other pictures, by name; none is begun after so many seconds."""
     names = [name for name in pictures_of(result) if name != "front"]
-    return _files(formats, end_s, result, provenance, names, price_per_kwh=price_per_kwh)
+    return _files(formats, time_s, result, provenance, names, price_per_kwh=price_per_kwh)
 
 
 def _files(
     formats: Sequence[str],
-    end_s: float,
+    time_s: float,
     result: "SearchResult",
     provenance: Mapping[str, Any],
     names: Sequence[str],
     **shown: Any,
 ) -> dict[str, bytes]:
     files: dict[str, bytes] = {}
+    started_s = time.perf_counter()
     for name in names:
-        if time.time() > end_s:
+        if time.perf_counter() - started_s > time_s:
             break
         figure = draw(result, name, **shown)
         files |= {f"{name}.{format}": encode(figure, provenance, format) for format in formats}

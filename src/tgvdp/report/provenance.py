@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from tgvdp import __version__
+from tgvdp.cores import usable_cores
 from tgvdp.errors import InputError
 from tgvdp.model.energy import EnergyMap
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.report.plain import plain
-from tgvdp.second_process import usable_cores
 
 #: What was read: a file, values, or the fingerprint that was taken when a file was read.
 Input = str | os.PathLike[str] | Mapping[str, str] | Train | Track | EnergyMap

@@ -5,6 +5,7 @@ brakes. Noise of the speed becomes noise of the effort, and only its positive pa
 be averaged over a window.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from tgvdp.errors import InputError
 from tgvdp.line.resolved import resolve
 from tgvdp.model.trip import Trip
+from tgvdp.physics.codes import COASTING, HOLDING
 from tgvdp.runs.profile import Profile, profile_of
 
 Floats = NDArray[np.float64]
@@ -27,6 +29,8 @@ _BACKWARD_M = 20.0
 DEFAULT_WINDOW_S = 10.0
 #: Rows as near as this are one, m.
 _SAME_M = 1e-6
+#: Standard deviation of normal noise, per median of its absolute values; and how many of them tell a value from noise.
+_NORMAL_MAD, _TOLD_FROM_NOISE = 1.4826, 3.0
 
 
 class Motion(NamedTuple):
@@ -139,7 +143,10 @@ def placed(motion: Motion, start_m: float | None, end_m: float | None) -> Motion
 
 
 def recorded_profile(trip: Trip, motion: Motion) -> Profile:
-    """Run of the model with the speeds of a record: efforts and energy by the trip's train, line and energy model."""
+    """Run of the model with the speeds of a record: efforts and energy by the trip's train, line and energy model.
+
+    An effort that is not told from none by the noise of the record is coasting.
+    """
     x = motion.position_m - trip.origin_m
     keep = np.concatenate(([True], np.diff(x) > _SAME_M))
     keep[-1] = True
@@ -151,4 +158,15 @@ def recorded_profile(trip: Trip, motion: Motion) -> Profile:
     breaks = resolve(trip).break_m
     near = np.abs(breaks - x[np.abs(breaks[:, None] - x).argmin(axis=1)]) <= _SAME_M
     rows = np.union1d(x, breaks[~near])
-    return profile_of(trip, rows, np.interp(rows, x, w))
+    w = np.interp(rows, x, w)
+    profile = profile_of(trip, rows, w)
+    force_n, regime = profile.force_n[:-1], profile.regime[:-1]
+    is_noise = (np.abs(force_n) <= _TOLD_FROM_NOISE * _noise_n(force_n)) & (regime != HOLDING)
+    return profile_of(trip, rows, w, np.where(is_noise, COASTING, -1).astype(np.int8))
+
+
+def _noise_n(force_n: Floats) -> float:
+    """Standard deviation of the noise in efforts, N: by the median of their changes, few of which are the driver's."""
+    if len(force_n) < 2:
+        return 0.0
+    return _NORMAL_MAD * float(np.median(np.abs(np.diff(force_n)))) / math.sqrt(2.0)

@@ -9,8 +9,8 @@ from importlib.util import find_spec
 from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from tgvdp.cores import usable_cores
 from tgvdp.errors import MissingExtraError, UnavailableError
-from tgvdp.second_process import usable_cores
 
 if TYPE_CHECKING:
     from distributed import Client, LocalCluster

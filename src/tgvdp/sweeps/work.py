@@ -11,6 +11,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.cores import on_one_core
 from tgvdp.errors import InputError, TgvdpError
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
@@ -110,7 +111,8 @@ def solve(task: Task) -> Record:
     try:
         _load_kernels(task)
         started_s, started_cpu_s = time.perf_counter(), time.process_time()
-        record = _solved(task)
+        with on_one_core():  # the others have workers of their own
+            record = _solved(task)
     except TgvdpError as error:
         return Record(task.id, "failed", str(error), worker=worker)
     except Exception as error:  # a fault of tgvdp: the others go on

@@ -59,27 +59,24 @@ class Doubt:
         while asked and self.halvings:
             asked, cells = self._doubted(front, mesh, asked)
             if asked:
-                mesh = self._halved(mesh, cells)
+                self.halvings -= 1
+                mesh = mesh.halved(cells)
                 asked = [mesh.extremal(extremal.multiplier, front.counters) for extremal in asked]
         if mesh is front.mesh and self.halvings and not front.stands(runs):
-            mesh = self._halved(mesh, np.ones(len(mesh.cells.length_m), dtype=np.bool_))
+            self.halvings -= 1
+            mesh = mesh.finer
         return mesh
-
-    def _halved(self, mesh: Mesh, cells: NDArray[np.bool_]) -> Mesh:
-        self.halvings -= 1
-        return mesh.halved(cells)
 
     def _doubted(
         self, front: ExtremalFront, mesh: Mesh, asked: list[Extremal]
     ) -> tuple[list[Extremal], NDArray[np.bool_]]:
         """Extremals of a mesh that lose too much, and the cells, (K,), with more than their part of it."""
         count = len(mesh.cells.length_m)
-        finer = mesh.halved(np.ones(count, dtype=np.bool_))
         losing: list[Extremal] = []
         loss = np.zeros(count)
         for extremal in asked:
             front.watch()
-            other = finer.extremal(extremal.multiplier, front.counters)
+            other = mesh.finer.extremal(extremal.multiplier, front.counters)
             loss_j = extremal.cost_j(extremal.multiplier) - other.cost_j(extremal.multiplier)
             allowed_j = _MESH_LOSS * front.base_j(extremal.energy_j)
             if loss_j <= allowed_j:

@@ -149,6 +149,11 @@ class Mesh:
         cells = halved(self.cells, which)
         return replace(self, cells=cells, envelope=_envelope(self.trip, cells, self.train))
 
+    @cached_property
+    def finer(self) -> "Mesh":
+        """The mesh with all of its cells cut in two."""
+        return self.halved(np.ones(len(self.cells.length_m), dtype=np.bool_))
+
     def _switching_speeds(self, multiplier: float, counters: dict[str, int]) -> NDArray[np.float64]:
         """Optimal squared switching speeds, (K + 1, 4), for a multiplier in J/s."""
         inertia_kg = self.train.inertia_kg
