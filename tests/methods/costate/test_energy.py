@@ -69,10 +69,10 @@ def test_auxiliary_power_adds_to_energy_and_lowers_the_price():
     _, found = front_to(charged(HILLS, 0.9, 0.7, auxiliary_w), 0.25, 12)
     count = len(found.duration_s)
     assert count >= 10
-    assert found.duration_s == pytest.approx(plain.duration_s[:count], rel=5e-4)
+    assert found.duration_s == pytest.approx(plain.duration_s[:count], rel=1e-6)
     expected_j = plain.energy_j[:count] + auxiliary_w * found.duration_s
     expected_j += plain.multiplier_j_per_s[:count].clip(max=1e9) * (plain.duration_s[:count] - found.duration_s)
-    assert found.energy_j == pytest.approx(expected_j, rel=5e-4)
+    assert found.energy_j == pytest.approx(expected_j, rel=1e-6)
     assert found.multiplier_j_per_s[1:] == pytest.approx(plain.multiplier_j_per_s[1:count] - auxiliary_w, rel=0.05)
 
 
