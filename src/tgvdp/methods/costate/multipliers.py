@@ -141,7 +141,7 @@ class ExtremalFront:
         """Add the extremals without which those around increasing running times may hold a surprise."""
         times_s = target_s.tolist()
         at = 0
-        while at < len(times_s):
+        while at < len(times_s) and len(self.extremals) > 1:  # alone it is the thriftiest run as well
             self.watch()
             second = self._second(times_s[at])
             if not self._cut(second):
