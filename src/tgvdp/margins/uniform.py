@@ -27,6 +27,9 @@ _FINENESS, _BEND, _FINEST = 2.5, 0.1, 5.0
 #: Speeds to choose from on each side of a run, and the first and the last step between them, as shares of the
 #: corridor's width.
 _HALF, _FIRST_STEP, _LAST_STEP = 2, 0.25, 0.01
+#: Corridors are widened from the linear run on by so much at a time, each searched from the run of the one before: wide
+#: ones have several runs that nothing near is better than.
+_WIDENED = 0.02
 #: The first multiplier is the usual one; it is changed by this factor until there are times on both sides, and then
 #: divided until it is known to the other factor, with so many solutions at most: blends do the rest.
 _MARCH, _KNOWN, _MOST = 4.0, 1.2, 16
@@ -61,12 +64,13 @@ def uniform_run(part: Part, linear: Curve, within: float, clock: Clock) -> Curve
     if width == 0.0:  # no mesh follows the linear run so closely
         return linear
 
-    w = start
+    corridors = _widening(level, start, within)
 
     def solved(multiplier: float) -> tuple[float, _Floats]:
-        nonlocal w
-        w = w.copy()  # the last run is near
-        level.descend(tables, multiplier, w, _HALF, _FIRST_STEP * width, _LAST_STEP * width)
+        w = start.copy()
+        for share, level.low, level.fast in corridors:
+            step = share * width
+            level.descend(tables, multiplier, w, _HALF, _FIRST_STEP * step, _LAST_STEP * step)
         return level.measured(tables, w)[0], w
 
     around = _around(part.time_s, multiplier, solved)
@@ -78,6 +82,13 @@ def uniform_run(part: Part, linear: Curve, within: float, clock: Clock) -> Curve
         return part.driven(Curve(level.cells.station_m, level.blend(faster, slower, share)))
 
     return met(part, run, 0.0, 1.0, blended)
+
+
+def _widening(level: Level, start: _Floats, within: float) -> list[tuple[float, _Floats, _Floats]]:
+    """Shares of a corridor's width around a run, and its bounds there, from narrow to whole."""
+    shares = np.linspace(0.0, 1.0, max(math.ceil(within / _WIDENED), 1) + 1)[1:-1].tolist()
+    narrower = [(one, start + one * (level.low - start), start + one * (level.fast - start)) for one in shares]
+    return [*narrower, (1.0, level.low, level.fast)]
 
 
 def _around(

@@ -20,6 +20,8 @@ _LOOKS = {
 _TALL_IN = 7.2
 #: Room for a legend above what is drawn, and between the panels.
 _LEGEND_SHARE, _BETWEEN = 0.3, 0.3
+#: Supplements are drawn over twice this range at least, %.
+_HALF_PCT = 1.0
 
 
 def plot_margins(margins: Sequence["Margins"]) -> style.Picture:
@@ -49,4 +51,8 @@ def plot_margins(margins: Sequence["Margins"]) -> style.Picture:
     style.title(upper, "How is a margin taken?", f"{heading} % more time than the fastest")
     style.legend(upper, "upper left", columns=2)
     style.dress(lower, "Running time supplement (%)", f"{energy_name(trips[0])} ({energy.unit})")
+    # The runs of one supplement alone differ in time by less than can be told.
+    first_pct, last_pct = lower.get_xlim()
+    widened_pct = max(_HALF_PCT - 0.5 * (last_pct - first_pct), 0.0)
+    lower.set_xlim(first_pct - widened_pct, last_pct + widened_pct)
     return figure
