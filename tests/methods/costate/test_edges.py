@@ -146,3 +146,11 @@ def test_no_brakes_where_the_train_slows_down_by_more_than_its_braking_rate_anyw
     drawn = proof_trip(seed)
     result = tgvdp.search(drawn.train, drawn.track, points=6, **drawn.options)
     assert all(verdict.ok for verdict in result.verify())
+
+
+def test_a_train_for_which_no_slower_run_saves_has_its_fastest_run_alone():
+    """It creeps: one extremal is all there is, and nothing lies between it and another."""
+    train = tgvdp.load_train("alstom-emu")
+    result = tgvdp.search(replace(train, max_speed_mps=1e-6 * train.max_speed_mps), "lgv-100km", points=4)
+    assert result.complete
+    assert len(result.front) == 1

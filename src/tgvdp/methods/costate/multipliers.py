@@ -153,7 +153,9 @@ class ExtremalFront:
         return min(max(at, 1), len(self.extremals) - 1)
 
     def _cut(self, second: int) -> bool:
-        """Solve a multiplier between an extremal and the one before it if these may hold a surprise."""
+        """Solve a multiplier between an extremal and the one before it, if any, where these may hold a surprise."""
+        if second == 0:
+            return False
         pieces = self._pieces(*self.extremals[second - 1 : second + 1])
         return pieces > 1 and self._split(second, (pieces // 2) / pieces)
 
