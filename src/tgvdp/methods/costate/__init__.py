@@ -1,10 +1,10 @@
 """The front method: a costate dynamic program for a few multipliers, and runs between them (docs/front-method.md).
 
-The multiplier λ, J/s, is the price of time. For each, the backward pass carries the costate over the mesh
-(`backward`, `step`, `step_regions`, `characteristics`, `polyline`); the forward pass drives the policy that it
-yields (`forward`, `forward_cell`). What was solved and driven for one multiplier is an extremal (`extremal`, on a
-`mesh` of `stations`); runs between two of them are interpolated (`interpolate`), and `multipliers` chooses multipliers
-until the front is whole.
+The multiplier λ, J/s, is the price of time. For each, the backward pass carries the costate over the mesh (`backward`,
+`step`, `step_regions`, `characteristics`, `polyline`); the forward pass drives the policy that it yields (`forward`,
+`forward_cell`, `forward_rows`). What was solved and driven for one multiplier is an extremal (`extremal`, on a `mesh`
+of `stations`); runs between two of them are interpolated (`interpolate`), and `multipliers` chooses multipliers until
+the front is whole.
 
 Invariants: every run is feasible by construction; an error of the costate costs energy, never validity. Start
 reading at `front`.

@@ -4,12 +4,20 @@ import math
 from typing import NamedTuple
 
 from tgvdp._jit import leaf, part
-from tgvdp.constants import FEASIBILITY_RTOL
-from tgvdp.physics.arc import arc, duration_and_work
+from tgvdp.methods.costate.forward_rows import (
+    ON_CURVE,
+    SAME_PLACE,
+    brake_late,
+    coast,
+    evenly,
+    pull,
+    rows_needed,
+    saturated,
+)
+from tgvdp.physics.arc import arc
 from tgvdp.physics.cell import Cell, append, rest_of
-from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK, TRACTION
-from tgvdp.physics.forces import brake_at, effort_at, mean_effort, mean_resistance, resistance_at
-from tgvdp.physics.motion import land, march
+from tgvdp.physics.codes import COASTING, DYNAMIC, OK, TRACTION
+from tgvdp.physics.forces import effort_at, mean_effort, resistance_at
 from tgvdp.physics.roots import Bracket, narrowed, secant
 from tgvdp.runs.braking_point import braked_w, drive_then_brake
 
@@ -17,18 +25,8 @@ from tgvdp.runs.braking_point import braked_w, drive_then_brake
 _DRIFT = 0.01
 #: Two squared speeds nearer than this share are one speed that is held.
 _HELD = 1e-5
-#: Coasting and partial effort take so many rows in a cell per relative change of speed, so that a row's constant
-#: acceleration misses the duration by 1e-7 or two; at most ...
-_ROWS_PER_CHANGE = 300.0
-_MOST_ROWS = 12.0
-#: ... in so many sweeps, each of which corrects the effort of all rows by what the last one would have to make up for.
-_EFFORT_SWEEPS = 3
 #: Coasting meets the line of switching after so many steps of the secant, at most: both are nearly straight.
 _MEETING_STEPS = 20
-#: Relative distance in v² within which a run is on the braking curve.
-ON_CURVE = 1e-8
-#: Share of a length within which two positions are one.
-_SAME_PLACE = 1e-12
 
 
 class Lines(NamedTuple):
@@ -55,129 +53,6 @@ class Lines(NamedTuple):
 
 
 @leaf
-def _pull(train, cell, w0, w1):
-    """Share of full traction that takes the train from w0 to w1; infinite beyond its limits.
-
-    Negative if it must brake, or would slow down on a climb by more than comfort allows.
-    """
-    if w0 + w1 <= 0.0:  # a train at a stand must be driven, if only by a hair
-        return math.inf
-    length = cell.length_m
-    work = duration_and_work(train, length, cell.grade_n, cell.air, w0, w1)[1]
-    slack = 1.0 + FEASIBILITY_RTOL
-    if work < 0.0 or w0 - w1 > 2.0 * length * train.max_deceleration * slack:
-        return -1.0
-    effort = mean_effort(train.traction, math.sqrt(w0), math.sqrt(w1))
-    if work > length * effort * slack or w1 - w0 > 2.0 * length * train.max_acceleration * slack:
-        return math.inf
-    return work / (length * effort) if work > 0.0 else 0.0
-
-
-@leaf
-def _parts(w0, w1):
-    """Rows that a change of squared speed within a cell takes."""
-    return int(min(_MOST_ROWS, 1.0 + _ROWS_PER_CHANGE * abs(w0 - w1) / (w0 + w1)))
-
-
-@part
-def coast(train, cell, length, w):
-    """`land` under coasting, without its generality: the resistance is nearly linear in w1, three sweeps solve it."""
-    v = math.sqrt(w)
-    factor = 2.0 * length / train.inertia_kg
-    slope = 0.5 * cell.air
-    if v > 0.0:
-        slope += 0.25 * train.davis_b / v
-    damping = 1.0 / (1.0 + factor * slope)
-    x = max(w - factor * damping * (resistance_at(train, cell.air, v) + cell.grade_n), 0.0)
-    if train.davis_b > 0.0:
-        for _ in range(2):
-            load = mean_resistance(train, cell.air, v, math.sqrt(x)) + cell.grade_n
-            x = max(x + damping * (w - factor * load - x), 0.0)
-    gain = 0.5 * (x - w) / length
-    if gain > train.max_acceleration or -gain > train.max_deceleration:
-        return land(train, COASTING, 1.0, cell, length, w)
-    return x
-
-
-@leaf
-def _gives(train, cell, effort, v):
-    """Whether a train gives an effort at a speed, within its comfort limits."""
-    load = resistance_at(train, cell.air, v) + cell.grade_n
-    net = effort - load
-    most = effort_at(train.traction, v) if effort > 0.0 else effort_at(train.braking, v)
-    if effort < 0.0:  # braking rates leave less to the brakes the more the load slows down
-        most = min(most, brake_at(train, load, v))
-    comfortable = -train.inertia_kg * train.max_deceleration <= net <= train.inertia_kg * train.max_acceleration
-    return abs(effort) <= most and comfortable
-
-
-@part
-def _saturated(train, regime, cell, w, target, rows, n):
-    """Append the rows of one regime through a cell, or until a target speed is met; returns what is left of it.
-
-    Without room for them nothing is left, and their number is −1.
-    """
-    first = n
-    used, w, n = march(train, regime, 1.0, cell, cell.length_m, w, target, rows, n)
-    if n < 0:
-        return 0.0, w, n
-    for i in range(first, n):
-        rows.x[i] += cell.start_m
-    if used >= cell.length_m * (1.0 - _SAME_PLACE):
-        rows.x[n - 1] = cell.end_m
-        used = cell.length_m
-    return cell.length_m - used, w, n
-
-
-@part
-def _evenly(train, cell, w, target, rows, n):
-    """Append rows of one effort through a cell; a single one, of one acceleration, where a limit is near.
-
-    An effort that one row would pull, and several would brake, is none: braking may not be allowed at all. One that the
-    train gives at one end only is full traction, and holding where that leads to.
-    """
-    effort = duration_and_work(train, cell.length_m, cell.grade_n, cell.air, w, target)[1] / cell.length_m
-    free = _gives(train, cell, effort, math.sqrt(w)) and _gives(train, cell, effort, math.sqrt(target))
-    if not free and effort > 0.0 and w < target and 0.0 <= _pull(train, cell, target, target) < math.inf:
-        left, _, n = _saturated(train, TRACTION, cell, w, target, rows, n)
-        return append(cell.end_m, target, rows, n) if left > 0.0 else n
-    parts = _parts(w, target) if free else 1
-    sweeps = _EFFORT_SWEEPS if parts > 1 else 1
-    per_effort = 2.0 * cell.length_m / train.inertia_kg
-    pulls = effort >= 0.0
-    step = 0.0
-    before = w
-    last = n
-    coasts = False
-    for sweep in range(sweeps):
-        pushed = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n - effort, cell.air, cell.limit_w)
-        last = n
-        landed = w
-        for i in range(1, parts + 1):
-            landed = coast(train, pushed, cell.length_m / parts, landed)
-            last = append(cell.start_m + i * cell.length_m / parts, landed, rows, last)
-        if sweep > 0 and step != 0.0 and landed != before:
-            per_effort = (landed - before) / step
-        step = (target - landed) / per_effort
-        before = landed
-        coasts = pulls and effort == 0.0
-        effort = max(effort + step, 0.0) if pulls else effort + step
-    if last > 0:
-        rows.x[last - 1] = cell.end_m
-        if parts == 1 or not coasts:
-            rows.w[last - 1] = target
-    return last
-
-
-@part
-def _brake_late(train, regime, cell, w, top, scratch, rows, n):
-    """Drive in a regime from w and brake as late as possible to end at ``top``, where the regime would end above it."""
-    if w > braked_w(train, BRAKING, cell, top, cell.length_m, scratch) * (1.0 + ON_CURVE):
-        return _saturated(train, BRAKING, cell, w, top, rows, n)[2]
-    return drive_then_brake(train, regime, BRAKING, cell, w, top, scratch, rows, n)
-
-
-@leaf
 def _drifts(before, after, w):
     """Whether a line of switching, and a run next to it, change so little that they are a speed that is held."""
     near = _DRIFT * after
@@ -195,14 +70,14 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
         status, _, work = arc(train, cell.length_m, cell.grade_n, cell.air, w, target)
         limit_n = mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
         if status == OK and -work <= cell.length_m * limit_n:
-            return _evenly(train, cell, w, target, rows, n)
+            return evenly(train, cell, w, target, rows, n)
     braked = braked_w(train, DYNAMIC, cell, target, cell.length_m, scratch)
     if 0.0 < braked and w <= braked * (1.0 + ON_CURVE):  # 0: it passes the target even from a standstill
         highest = max(w, target, lines.before_b)
         held = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, highest)
         return drive_then_brake(train, COASTING, DYNAMIC, held, w, target, scratch, rows, n)
     first = n
-    landed, n = _saturated(train, DYNAMIC, cell, w, target if w > target else 0.0, rows, n)[1:]
+    landed, n = saturated(train, DYNAMIC, cell, w, target if w > target else 0.0, rows, n)[1:]
     if n < 0:
         return n
     friction = min(lines.c, lines.top)
@@ -211,7 +86,7 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
         return n
     if lines.c < lines.top:  # where it is held, if all brakes can
         cell = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, lines.c))
-    return _brake_late(train, DYNAMIC, cell, w, friction, scratch, rows, first)
+    return brake_late(train, DYNAMIC, cell, w, friction, scratch, rows, first)
 
 
 @part
@@ -223,8 +98,8 @@ def _hold_to_line(train, cell, w, line, slope, top, rows, n):
     length = cell.length_m
     rest = length
     held = length if slope >= 0.0 else min((w - line) / slope, length)
-    if 0.0 <= _pull(train, cell, w, w) < math.inf and top >= w * (1.0 - ON_CURVE) and held > 0.0:
-        rest = length - held if held < length * (1.0 - _SAME_PLACE) else 0.0
+    if 0.0 <= pull(train, cell, w, w) < math.inf and top >= w * (1.0 - ON_CURVE) and held > 0.0:
+        rest = length - held if held < length * (1.0 - SAME_PLACE) else 0.0
         n = append(cell.end_m - rest, w, rows, n)
     return rest, w, n
 
@@ -238,7 +113,7 @@ def _drive_to_line(train, cell, w, line, slope, top, rows, n):
     if w >= cell.limit_w * (1.0 - ON_CURVE):
         return _hold_to_line(train, cell, w, line, slope, top, rows, n)
     most = min(cell.limit_w, max(line, line + slope * cell.length_m))
-    left, landed, last = _saturated(train, TRACTION, cell, w, most, rows, n)
+    left, landed, last = saturated(train, TRACTION, cell, w, most, rows, n)
     x0 = cell.start_m
     below = line - w
     for i in range(n, last):
@@ -246,7 +121,7 @@ def _drive_to_line(train, cell, w, line, slope, top, rows, n):
         if excess >= 0.0:
             met = x0 + (rows.x[i] - x0) * below / (below + excess)
             driven = Cell(cell.start_m, met, met - cell.start_m, cell.grade_n, cell.air, cell.limit_w)
-            left, landed, last = _saturated(train, TRACTION, driven, w, most, rows, n)
+            left, landed, last = saturated(train, TRACTION, driven, w, most, rows, n)
             return cell.end_m - met + left, landed, last
         x0 = rows.x[i]
         below = -excess
@@ -277,11 +152,11 @@ def _coast_to_line(train, cell, w, line, slope, rows, n):
         bracket = narrowed(bracket, x, below)
     first = n
     landed = w
-    parts = _parts(w, line + slope * x)
+    parts = rows_needed(w, line + slope * x)
     for i in range(1, parts + 1):
         landed = coast(train, cell, x / parts, landed)
         n = append(cell.start_m + i * x / parts, landed, rows, n)
-    if _pull(train, rest_of(cell, cell.start_m + x, length - x), landed, end_w) < math.inf:
+    if pull(train, rest_of(cell, cell.start_m + x, length - x), landed, end_w) < math.inf:
         return length - x, landed, n
     return length, w, first
 
@@ -318,7 +193,7 @@ def drive_cell(train, regenerates, cell, w, lines, scratch, rows, n):
     slope = (a - line) / length
     rest = length
     aim = coasts
-    if _drifts(line, a, w) and 0.0 <= _pull(train, cell, w, min(a, top)) < math.inf:
+    if _drifts(line, a, w) and 0.0 <= pull(train, cell, w, min(a, top)) < math.inf:
         aim = a
     elif w < line * (1.0 - ON_CURVE):
         rest, w, n = _drive_to_line(train, cell, w, line, slope, top, rows, n)
@@ -333,11 +208,11 @@ def drive_cell(train, regenerates, cell, w, lines, scratch, rows, n):
             aim = a
     cell = rest_of(cell, cell.end_m - rest, rest)
     aim = min(aim, top)  # downhill coasting may end above the envelope
-    share = _pull(train, cell, w, aim)
+    share = pull(train, cell, w, aim)
     if 0.0 <= share < math.inf:
-        return _evenly(train, cell, w, aim, rows, n)
+        return evenly(train, cell, w, aim, rows, n)
     if share > 0.0:
-        return _saturated(train, TRACTION, cell, w, math.inf, rows, n)[2]
+        return saturated(train, TRACTION, cell, w, math.inf, rows, n)[2]
     return coast_through(train, regenerates, cell, w, lines, scratch, rows, n)
 
 
@@ -348,7 +223,7 @@ def coast_through(train, regenerates, cell, w, lines, scratch, rows, n):
     most = min(lines.b, lines.top)
     landed = coast(train, cell, rest, w)
     if landed <= most * (1.0 + ON_CURVE):
-        parts = _parts(w, landed)
+        parts = rows_needed(w, landed)
         for i in range(1, parts + 1):
             w = landed if parts == 1 else coast(train, cell, rest / parts, w)
             n = append(cell.start_m + i * rest / parts if i < parts else cell.end_m, w, rows, n)
@@ -357,4 +232,4 @@ def coast_through(train, regenerates, cell, w, lines, scratch, rows, n):
         return n
     if regenerates:
         return _regenerate(train, cell, w, lines, scratch, rows, n)
-    return _brake_late(train, COASTING, cell, w, lines.top, scratch, rows, n)
+    return brake_late(train, COASTING, cell, w, lines.top, scratch, rows, n)

@@ -1,0 +1,146 @@
+"""Rows of one kind through a cell: of one regime, of one effort, of brakes applied as late as possible."""
+
+import math
+
+from tgvdp._jit import leaf, part
+from tgvdp.constants import FEASIBILITY_RTOL
+from tgvdp.physics.arc import duration_and_work
+from tgvdp.physics.cell import Cell, append
+from tgvdp.physics.codes import BRAKING, COASTING, TRACTION
+from tgvdp.physics.forces import brake_at, effort_at, mean_effort, mean_resistance, resistance_at
+from tgvdp.physics.motion import land, march
+from tgvdp.runs.braking_point import braked_w, drive_then_brake
+
+#: Coasting and partial effort take so many rows in a cell per relative change of speed, so that a row's constant
+#: acceleration misses the duration by 1e-7 or two; at most ...
+_ROWS_PER_CHANGE = 300.0
+_MOST_ROWS = 12.0
+#: ... in so many sweeps, each of which corrects the effort of all rows by what the last one would have to make up for.
+_EFFORT_SWEEPS = 3
+#: Relative distance in v² within which a run is on the braking curve.
+ON_CURVE = 1e-8
+#: Share of a length within which two positions are one.
+SAME_PLACE = 1e-12
+
+
+@leaf
+def pull(train, cell, w0, w1):
+    """Share of full traction that takes the train from w0 to w1; infinite beyond its limits.
+
+    Negative if it must brake, or would slow down on a climb by more than comfort allows.
+    """
+    if w0 + w1 <= 0.0:  # a train at a stand must be driven, if only by a hair
+        return math.inf
+    length = cell.length_m
+    work = duration_and_work(train, length, cell.grade_n, cell.air, w0, w1)[1]
+    slack = 1.0 + FEASIBILITY_RTOL
+    if work < 0.0 or w0 - w1 > 2.0 * length * train.max_deceleration * slack:
+        return -1.0
+    effort = mean_effort(train.traction, math.sqrt(w0), math.sqrt(w1))
+    if work > length * effort * slack or w1 - w0 > 2.0 * length * train.max_acceleration * slack:
+        return math.inf
+    return work / (length * effort) if work > 0.0 else 0.0
+
+
+@leaf
+def rows_needed(w0, w1):
+    """Rows that a change of squared speed within a cell takes."""
+    return int(min(_MOST_ROWS, 1.0 + _ROWS_PER_CHANGE * abs(w0 - w1) / (w0 + w1)))
+
+
+@part
+def coast(train, cell, length, w):
+    """`land` under coasting, without its generality: the resistance is nearly linear in w1, three sweeps solve it."""
+    v = math.sqrt(w)
+    factor = 2.0 * length / train.inertia_kg
+    slope = 0.5 * cell.air
+    if v > 0.0:
+        slope += 0.25 * train.davis_b / v
+    damping = 1.0 / (1.0 + factor * slope)
+    x = max(w - factor * damping * (resistance_at(train, cell.air, v) + cell.grade_n), 0.0)
+    if train.davis_b > 0.0:
+        for _ in range(2):
+            load = mean_resistance(train, cell.air, v, math.sqrt(x)) + cell.grade_n
+            x = max(x + damping * (w - factor * load - x), 0.0)
+    gain = 0.5 * (x - w) / length
+    if gain > train.max_acceleration or -gain > train.max_deceleration:
+        return land(train, COASTING, 1.0, cell, length, w)
+    return x
+
+
+@leaf
+def _gives(train, cell, effort, v):
+    """Whether a train gives an effort at a speed, within its comfort limits."""
+    load = resistance_at(train, cell.air, v) + cell.grade_n
+    net = effort - load
+    most = effort_at(train.traction, v) if effort > 0.0 else effort_at(train.braking, v)
+    if effort < 0.0:  # braking rates leave less to the brakes the more the load slows down
+        most = min(most, brake_at(train, load, v))
+    comfortable = -train.inertia_kg * train.max_deceleration <= net <= train.inertia_kg * train.max_acceleration
+    return abs(effort) <= most and comfortable
+
+
+@part
+def saturated(train, regime, cell, w, target, rows, n):
+    """Append the rows of one regime through a cell, or until a target speed is met; returns what is left of it.
+
+    Without room for them nothing is left, and their number is −1.
+    """
+    first = n
+    used, w, n = march(train, regime, 1.0, cell, cell.length_m, w, target, rows, n)
+    if n < 0:
+        return 0.0, w, n
+    for i in range(first, n):
+        rows.x[i] += cell.start_m
+    if used >= cell.length_m * (1.0 - SAME_PLACE):
+        rows.x[n - 1] = cell.end_m
+        used = cell.length_m
+    return cell.length_m - used, w, n
+
+
+@part
+def evenly(train, cell, w, target, rows, n):
+    """Append rows of one effort through a cell; a single one, of one acceleration, where a limit is near.
+
+    An effort that one row would pull, and several would brake, is none: braking may not be allowed at all. One that the
+    train gives at one end only is full traction, and holding where that leads to.
+    """
+    effort = duration_and_work(train, cell.length_m, cell.grade_n, cell.air, w, target)[1] / cell.length_m
+    free = _gives(train, cell, effort, math.sqrt(w)) and _gives(train, cell, effort, math.sqrt(target))
+    if not free and effort > 0.0 and w < target and 0.0 <= pull(train, cell, target, target) < math.inf:
+        left, _, n = saturated(train, TRACTION, cell, w, target, rows, n)
+        return append(cell.end_m, target, rows, n) if left > 0.0 else n
+    parts = rows_needed(w, target) if free else 1
+    sweeps = _EFFORT_SWEEPS if parts > 1 else 1
+    per_effort = 2.0 * cell.length_m / train.inertia_kg
+    pulls = effort >= 0.0
+    step = 0.0
+    before = w
+    last = n
+    coasts = False
+    for sweep in range(sweeps):
+        pushed = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n - effort, cell.air, cell.limit_w)
+        last = n
+        landed = w
+        for i in range(1, parts + 1):
+            landed = coast(train, pushed, cell.length_m / parts, landed)
+            last = append(cell.start_m + i * cell.length_m / parts, landed, rows, last)
+        if sweep > 0 and step != 0.0 and landed != before:
+            per_effort = (landed - before) / step
+        step = (target - landed) / per_effort
+        before = landed
+        coasts = pulls and effort == 0.0
+        effort = max(effort + step, 0.0) if pulls else effort + step
+    if last > 0:
+        rows.x[last - 1] = cell.end_m
+        if parts == 1 or not coasts:
+            rows.w[last - 1] = target
+    return last
+
+
+@part
+def brake_late(train, regime, cell, w, top, scratch, rows, n):
+    """Drive in a regime from w and brake as late as possible to end at ``top``, where the regime would end above it."""
+    if w > braked_w(train, BRAKING, cell, top, cell.length_m, scratch) * (1.0 + ON_CURVE):
+        return saturated(train, BRAKING, cell, w, top, rows, n)[2]
+    return drive_then_brake(train, regime, BRAKING, cell, w, top, scratch, rows, n)
