@@ -20,7 +20,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::tgvdp.formulations.problem.bina
 
 SAMPLERS = ("sa", "pt", "tabu", "descent")
 #: Modules of solvers that need no extra.
-OWN = ("exact.solve", "samplers.coin_tosses", "tempering.solve")
+OWN = ("exact.solve", "greedy", "samplers.coin_tosses", "tempering.solve")
 
 
 @pytest.mark.parametrize("encoding", ["bits", "bits+slack", "unary"])
@@ -199,8 +199,8 @@ def test_a_missing_extra_is_one_line_that_says_what_to_install(solver, no_extra)
 
 
 @pytest.mark.parametrize("solver", [name for name, entry in SOLVERS.items() if entry.module in OWN])
-def test_exact_solvers_need_no_extra(solver, no_extra):
-    assert solve(binary_instance(4), solver).optimal == (solver not in ("random", "pt"))
+def test_solvers_of_our_own_need_no_extra(solver, no_extra):
+    assert solve(binary_instance(4), solver).optimal == (solver not in ("greedy", "random", "pt"))
 
 
 def test_every_field_of_an_allowance_is_declared_and_used():

@@ -106,7 +106,7 @@ def test_corners_are_tried_not_imposed():
 
 def test_a_frozen_switch_does_not_hold_up_the_others():
     """It stays where it is; the others meet the running time."""
-    solver, x_m, w, price, _ = programs_run(Trip(train=TGV, track=LGV, origin_m=0.0, destination_m=100e3), 0.1)
+    solver, x_m, w, price, _ = programs_run(Trip(train=TGV, track=LGV, origin_m=0.0, destination_m=100e3), 0.12)
     found = solver.settle([solver.commands_of(x_m, w, price)], price, math.inf)
     assert found.rests
     commands = found.commands.copy()

@@ -6,12 +6,14 @@ that are that near are blended themselves, speed by speed, and the time of the b
 """
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.methods.costate.mesh import Mesh, Run
-from tgvdp.physics.forces import mean_effort
+from tgvdp.model.train import Train
+from tgvdp.physics.forces import kernel_train, mean_effort
 from tgvdp.physics.roots import Bracket
 from tgvdp.runs.profile import profile_of
 
@@ -91,9 +93,13 @@ def _blended(mesh: Mesh, quick: Run, late: Run, target_s: float, tolerance_s: fl
             break
         bracket = bracket.narrowed(share, f)
     profile = profile_of(mesh.trip, x_m, w)
-    ends_mps = zip(speed_mps[:-1].tolist(), speed_mps[1:].tolist(), strict=True)
-    most_n = np.array([mean_effort(mesh.train.traction, *ends) for ends in ends_mps])
-    if (profile.force_n[:-1] > (1.0 + _EXCESS) * most_n).any():
+    if (profile.force_n[:-1] > (1.0 + _EXCESS) * most_effort_n(mesh.trip.train, speed_mps)).any():
         return quick
     energy_j = profile.total_energy_j - mesh.tables.auxiliary_w * profile.duration_s
     return Run(profile.duration_s, energy_j, math.nan, x_m, w)
+
+
+def most_effort_n(train: Train, speed_mps: _Floats) -> _Floats:
+    """Highest mean effort of each row between speeds (K + 1,), m/s → (K,), N."""
+    table = kernel_train(train).traction
+    return np.array([mean_effort(table, *ends) for ends in pairwise(speed_mps.tolist())])
