@@ -112,11 +112,11 @@ def _pipeline() -> Any:
     return pipeline
 
 
-def _cached(function: _Function, compiled: Any, *, counts: bool) -> _Function:
-    """Keep on disk what is compiled, and compile it quickly; `counts`: its machine code counts references."""
+def _cached(function: _Function, compiled: Any) -> _Function:
+    """Keep on disk what is compiled, and compile it quickly."""
     if not config.DISABLE_JIT:
         try:
-            compiled._cache = KernelCache(function, counts=counts)
+            compiled._cache = KernelCache(function)
         except OSError as error:  # no home folder, or sources that are no files
             warn_uncached(str(error))
         compile_ = _pipeline().quick_compilation(compiled.compile) if shortened() else compiled.compile
@@ -129,7 +129,7 @@ def kernel(function: _Function) -> _Function:
 
     No fastmath: costs are compared with infinity. With ``NUMBA_DISABLE_JIT=1`` the function is returned as it is.
     """
-    return _cached(function, _compiled(function), counts=not shortened())
+    return _cached(function, _compiled(function))
 
 
 def entry(function: _Function) -> _Function:
@@ -164,7 +164,7 @@ def entry(function: _Function) -> _Function:
 
 def allocating(function: _Function) -> _Function:
     """Compile a kernel that makes the arrays which it fills: by numba's own steps, with reference counts."""
-    return _cached(function, numba.njit(**_OPTIONS)(function), counts=True)
+    return _cached(function, numba.njit(**_OPTIONS)(function))
 
 
 def leaf(function: _Function) -> _Function:

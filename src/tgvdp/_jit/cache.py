@@ -30,6 +30,7 @@ import numba
 import numpy as np
 from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 
 from tgvdp._jit.steps import shortened
@@ -200,6 +201,8 @@ class _CheckedImpl(CompileResultCacheImpl):
         digest, content = payload
         if hashlib.sha256(content).digest() != digest:
             raise ValueError("damaged cache entry")
+        if b"NRT_" in content:  # it counts references: without numba's runtime it would call address 0
+            rtsys.initialize(target_context)
         return super().rebuild(target_context, pickle.loads(content))
 
 
@@ -208,18 +211,11 @@ class KernelCache(FunctionCache):
 
     _impl_class = _CheckedImpl
 
-    def __init__(self, function: Any, *, counts: bool) -> None:
-        super().__init__(function)
-        self._counts = counts  # references, with numba's runtime
-
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         # A damaged pickle may raise anything at all. None makes the dispatcher compile and save afresh. The public
-        # method first loads all that numba could compile, linear algebra and all, and its runtime: of these, machine
-        # code needs only the runtime, and only where it counts references: without it, it would call address 0.
+        # method first loads all that numba could compile, linear algebra and all: machine code needs none of it.
         try:
-            return (
-                super().load_overload(sig, target_context) if self._counts else self._load_overload(sig, target_context)
-            )
+            return self._load_overload(sig, target_context)
         except Exception:
             self._wipe()
             return None
