@@ -22,7 +22,7 @@ from tgvdp.methods.budget import Clock
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Rows
 from tgvdp.physics.energy import EnergyTables, energy_tables
-from tgvdp.physics.forces import KernelTrain, kernel_train
+from tgvdp.physics.forces import KernelTrain, kernel_train, read_only
 from tgvdp.runs.fastest import reachable_w
 
 _Floats = NDArray[np.float64]
@@ -94,8 +94,7 @@ def _broken_at(table: _Floats, more_mps: _Floats) -> _Floats:
     from_mps = np.union1d(table[:, 0], more_mps)
     broken = table[np.searchsorted(table[:, 0], from_mps, side="right") - 1]
     broken[:, 0] = from_mps
-    broken.setflags(write=False)  # as the tables of effort curves: one type for the kernels
-    return np.asarray(broken)
+    return read_only(np.asarray(broken))
 
 
 class BoundingProblem:

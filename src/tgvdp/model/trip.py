@@ -30,7 +30,7 @@ class Trip:
         How line resistance and speed limits are understood.
     credits : tuple of (float, float)
         Positions on the track, m, and by how much each second before them is cheaper, J/s, for journeys with timing
-        points (`journeys.priced`). Searches and bounds count them as saved energy, profiles and replays do not.
+        points (`journeys.whole`). Searches and bounds count them as saved energy, profiles and replays do not.
 
     Raises
     ------

@@ -35,15 +35,16 @@ class KernelTrain(NamedTuple):
     rows: float = 1.0  # how many times more rows than usual `physics.motion` makes
 
 
-def _read_only(table: NDArray[np.float64]) -> NDArray[np.float64]:
-    table.setflags(write=False)  # as the tables of effort curves: one type for the kernels
+def read_only(table: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A table of one's own, (n, 6), made read-only as those of effort curves are: kernels know one type of train."""
+    table.setflags(write=False)
     return table
 
 
 #: Above the acceleration of any line that is not vertical.
 _STEEPEST_MPS2 = 2.0 * GRAVITY_MPS2
-_NO_RATES = _read_only(np.empty((0, 6)))
-_NO_EFFORT = _read_only(np.zeros((1, 6)))
+_NO_RATES = read_only(np.empty((0, 6)))
+_NO_EFFORT = read_only(np.zeros((1, 6)))
 
 
 def kernel_train(train: Train) -> KernelTrain:
@@ -70,10 +71,10 @@ def per_kilogram(train: KernelTrain) -> KernelTrain:
         inertia_kg=1.0,
         davis_a_n=train.davis_a_n * per_kg,
         davis_b=train.davis_b * per_kg,
-        traction=_read_only(train.traction * scale),
-        braking=_read_only(train.braking * scale),
+        traction=read_only(train.traction * scale),
+        braking=read_only(train.braking * scale),
         friction_n=train.friction_n * per_kg,
-        rates=_read_only(train.rates * scale),
+        rates=read_only(train.rates * scale),
     )
 
 
@@ -94,7 +95,7 @@ def _rate_table(train: Train) -> NDArray[np.float64]:
     table[:, 0] = [rate.from_mps for rate in train.braking_rates]
     rates_mps2 = [min(rate.deceleration_mps2, train.max_deceleration_mps2) for rate in train.braking_rates]
     table[:, 2] = train.inertia_kg * np.array(rates_mps2)
-    return _read_only(table)
+    return read_only(table)
 
 
 @leaf

@@ -22,7 +22,7 @@ from tgvdp.model.track import POWERED
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import cell_at, overrun, room_for_marches, room_for_rows
 from tgvdp.physics.codes import BRAKING, NO_BRAKE, NO_ROOM, OK, STALLED, TOO_FAST, TRACTION
-from tgvdp.physics.forces import KernelTrain, kernel_train, unpowered
+from tgvdp.physics.forces import KernelTrain, kernel_train, read_only, unpowered
 from tgvdp.physics.motion import march, net_force
 from tgvdp.runs.braking_point import braked_w, drive_then_brake, driven_w, drop_slivers, emit_driven
 from tgvdp.runs.profile import Profile, profile_of
@@ -203,9 +203,7 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
 
 def weakened(table: NDArray[np.float64], share: float) -> NDArray[np.float64]:
     """Table of an effort curve, (n, 6), with all efforts multiplied by a share."""
-    scaled = table * np.array([1.0, *(share,) * 5])
-    scaled.setflags(write=False)  # as the tables of effort curves: one type for the kernels
-    return scaled
+    return read_only(table * np.array([1.0, *(share,) * 5]))
 
 
 @lru_cache(maxsize=16)
