@@ -7,7 +7,7 @@ import pytest
 
 from tgvdp import EffortCurve, Train
 from tgvdp.certificate.cell_bounds import cell_kernel, standstill_cell, standstill_terms
-from tgvdp.certificate.costates_at_bound import tangent_and_excess
+from tgvdp.certificate.costates_at_bound import FullEffort, tangent_and_excess
 from tgvdp.certificate.efforts import Load, largest_effort, load_at, merge_tables, piece_at, piece_value
 from tgvdp.certificate.hamiltonian import Hamiltonian, least_hamiltonian
 from tgvdp.physics.forces import kernel_train
@@ -122,13 +122,36 @@ def test_standstill_cell_is_exact_for_constant_effort():
     assert bound == pytest.approx(multiplier * math.sqrt(d) - 0.3 * 12.0, rel=1e-12)
 
 
+def _stepped():
+    """Brakes without load that keep 0.5 m/s² above 15 m/s, 0.9 below, all by the dynamic brake below 10 m/s."""
+    pieces = np.zeros((3, 3, 6))
+    pieces[:, 1:, 0] = 10.0, 15.0
+    pieces[0, 0, 2] = 1.0
+    pieces[1, :, 2] = 0.9, 0.9, 0.5
+    pieces[2, :, 2] = 0.9, 0.4, 0.3
+    return Hamiltonian(pieces, 1, 3, 3, 1.25, 0.6, Load(0.0, 0.0, 0.0), 0.0, 2.0)
+
+
+@pytest.mark.parametrize("p", [-0.2, 0.0, 0.05, 0.8])
+@pytest.mark.parametrize("v", [3.0, 12.0, 15.2, 18.0, 30.0])
+def test_least_chord_of_brakes_keeps_the_least_hamiltonian_at_the_run(p, v):
+    h = _stepped()
+    tangent, excess = tangent_and_excess(FullEffort(False, h), p, v)
+    assert (excess > 0.0) == (v > 10.0)
+    brake, dynamic = (piece_value(h.pieces[i], piece_at(h.pieces[i], 3, v), v) for i in (1, 2))
+    spent = -(0.6 + 2.0 * p) * dynamic if p <= 0.0 else -0.6 * dynamic - 2.0 * p * brake
+    here = spent + h.multiplier / v + (tangent - excess) * v**2
+    least, _, _ = least_hamiltonian(h, p, tangent - excess, 0.0, v)
+    assert here - 2e-3 * abs(here) <= least <= here + 1e-12 * abs(here)
+
+
 @pytest.mark.parametrize("name", TRAINS)
 @pytest.mark.parametrize("p", [-0.55, -0.8, -2.0])
 def test_least_chord_keeps_the_least_hamiltonian_at_the_run(name, p):
     train = kernel_train(TRAINS[name])
     h = _hamiltonian(train, _level(train), 40.0)
     for v in (3.0, 8.0, 12.5, 15.0, 30.0):
-        tangent, excess = tangent_and_excess(h, p, v)
+        tangent, excess = tangent_and_excess(FullEffort(True, h), p, v)
         assert excess >= 0.0
 
         def least(slope, v=v):

@@ -39,7 +39,8 @@ def test_gaps_of_a_train_with_gears(track, most_pct):
 
 
 def _without_chords(monkeypatch):
-    monkeypatch.setattr(problem, "raise_costates", lambda *_: None)
+    for kernel in ("raise_pulling", "lower_braking"):
+        monkeypatch.setattr(problem, kernel, lambda *_: None)
     monkeypatch.setattr(lines.LinesUnder, "refine", lambda under, clock: None)  # ascent would find them
 
 

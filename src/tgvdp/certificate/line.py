@@ -11,7 +11,7 @@ from tgvdp.certificate.cell_bounds import UNIT_ROUNDOFF, bound_kernel
 from tgvdp.certificate.cells import count_cells, cut_rows, split_cells, thin_rows
 from tgvdp.certificate.chain import chain_of
 from tgvdp.certificate.costates import run_costates
-from tgvdp.certificate.costates_at_bound import raise_costates
+from tgvdp.certificate.costates_at_bound import lower_braking, raise_pulling
 from tgvdp.certificate.efforts import PIECE_COLUMNS
 from tgvdp.certificate.regime_costates import Costates
 from tgvdp.certificate.regimes import LabelledRun, row_efforts
@@ -195,12 +195,11 @@ class BoundingProblem:
         return self._raised(self.evaluate(phases, multiplier, phases.left, phases.right), multiplier)
 
     def _raised(self, found: Ledger, multiplier: float) -> Ledger:
-        """The bound with costates that go along the speed bound in each phase in which that is better."""
+        """The bound with costates that go along the speed bounds in each phase in which that is better."""
         left, right = found.left.copy(), found.right.copy()
-        raise_costates(
-            self.train, self.energy, multiplier, found.cells, found.caps.cell, found.w, found.label, self.top_mps,
-            self._pieces, left, right,
-        )  # fmt: skip
+        along = found.cells, found.caps.cell, found.w, found.label, self.top_mps, self._pieces, left, right
+        raise_pulling(self.train, self.energy, multiplier, *along)
+        lower_braking(self.train, self.energy, multiplier, *along)
         changed = (left != found.left) | (right != found.right)
         changed[1:] |= right[:-1] != found.right[:-1]  # the jump at the start of a cell is part of its bound
         changed[0] |= changed[1]  # a cell of a standstill has the costate of its neighbour

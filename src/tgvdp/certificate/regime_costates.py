@@ -124,13 +124,40 @@ def _shoot(run, first, last, p, end_p, out):
     return math.nan
 
 
+@leaf
+def _carried(run, k):
+    """Factor by which a small change of p grows along cell k: as in `costate_step`; 1 where p is kept."""
+    if is_partial(run.label[k]) or slides(run, k):
+        return 1.0
+    half = 0.5 * run.cells.length_m[k] * run.growth[k, law_of(run.label[k])]
+    half = min(max(half, -0.5), 0.5)
+    return (1.0 + half) / (1.0 - half)
+
+
+@kernel
+def _meet(run, first, last, start_p, back, spread):
+    """Take from the solution ``back``, (K + 1,) in place, what it misses at the start of cell ``first``.
+
+    What is left of it, c, costs ½∫(c' − growth·c)²/H_ww ds, least for c(s) = c(0)·S(s)/(S(0)·g(s)): g is how much a
+    change of p has grown since the start, and S(s) = ∫H_ww·(g(s)/g)² ds over what is left of the phase.
+    """
+    spread[last] = 0.0
+    for k in range(last - 1, first - 1, -1):
+        spread[k] = _stiffness(run, k) + spread[k + 1] / _carried(run, k) ** 2
+    missed = back[first] - start_p
+    for k in range(first, last):
+        here = missed * spread[k] / spread[first]
+        missed /= _carried(run, k)
+        back[k] -= here
+    back[first] = start_p
+
+
 @kernel
 def fill_phase(run, k, last, start_pin, end_pin, costates):
     """Costates of the cells k to ``last`` − 1 from their values at the ends, either of which may be unknown (NaN).
 
-    A mismatch δ between the two solutions costs ½∫(δ')²/H_ww ds, least where δ' is proportional to H_ww.
-    Returns ∫H_ww ds, and where p would end if nothing but its start were known: for large δ, as if costs were of
-    second order.
+    Returns ∫H_ww ds, and where p would end if nothing but its start were known: for large mismatches, as if costs were
+    of second order.
     """
     left, right, ahead, back = costates
     use_back = not math.isnan(end_pin)
@@ -148,20 +175,9 @@ def fill_phase(run, k, last, start_pin, end_pin, costates):
         use_back = math.isnan(shift)
         if not use_back:
             reach = end_pin + shift * total
-        else:
-            _forward(run, k, last, start_pin, ahead)
-    done = 0.0
+    if use_ahead and use_back:
+        _meet(run, k, last, start_pin, back, ahead)
     for j in range(k, last):
-        share = done / total
-        done += _stiffness(run, j)
-        after = done / total
-        if not use_back:
-            left[j] = ahead[j]
-            right[j] = ahead[j + 1]
-        elif not use_ahead:
-            left[j] = back[j]
-            right[j] = back[j + 1]
-        else:
-            left[j] = (1.0 - share) * ahead[j] + share * back[j]
-            right[j] = (1.0 - after) * ahead[j + 1] + after * back[j + 1]
+        left[j] = back[j] if use_back else ahead[j]
+        right[j] = back[j + 1] if use_back else ahead[j + 1]
     return total, reach

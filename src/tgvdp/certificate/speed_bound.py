@@ -152,7 +152,8 @@ def speed_bound(train, forward, cells, end_w, pieces, rows):
 class Caps(NamedTuple):
     """Squared speeds that no run passes, m²/s²: in each cell, (K,), and at the ends of the cells, (K + 1,).
 
-    ``rise`` (K, 2) are those at the two ends of each cell between which no run passes a linear one.
+    ``rise`` (K, 2) are those at the two ends of each cell between which no run passes a linear one: where it rises or
+    falls within the cell.
     """
 
     cell: NDArray[np.float64]
@@ -187,25 +188,30 @@ def _lower_to(distance, node, rows, forward, caps):
 
 
 @kernel
-def _fill_rise(node, rows, rise):
-    """Fill ``rise`` of `lower_caps`."""
+def _lower_rise(distance, node, rows, forward, rise):
+    """Lower what no run passes in each cell, linear between its ends, to one speed bound; in place."""
     xs, ws = rows
     n = xs.shape[0]
+    count = rise.shape[0]
     i = 0
     before = ws[0]
-    for k in range(rise.shape[0]):
+    for j in range(count):
+        k = j if forward else count - 1 - j
+        start = node[k] if forward else distance - node[k + 1]
+        end = node[k + 1] if forward else distance - node[k]
         first = i
-        while i + 1 < n and xs[i + 1] <= node[k + 1]:
+        while i + 1 < n and xs[i + 1] <= end:
             i += 1
         here = ws[i]
         if i + 1 < n and xs[i + 1] > xs[i]:
-            here += (ws[i + 1] - ws[i]) * max(0.0, node[k + 1] - xs[i]) / (xs[i + 1] - xs[i])
-        slope = (here - before) / (node[k + 1] - node[k])
+            here += (ws[i + 1] - ws[i]) * max(0.0, end - xs[i]) / (xs[i + 1] - xs[i])
+        slope = (here - before) / (end - start)
         above = 0.0
-        for j in range(first + 1, i + 1):
-            above = max(above, ws[j] - before - slope * (xs[j] - node[k]))
-        rise[k, 0] = before + above
-        rise[k, 1] = here + above
+        for row in range(first + 1, i + 1):
+            above = max(above, ws[row] - before - slope * (xs[row] - start))
+        if before + here + 2.0 * above < rise[k, 0] + rise[k, 1]:
+            rise[k, 0] = (before if forward else here) + above
+            rise[k, 1] = (here if forward else before) + above
         before = here
 
 
@@ -222,8 +228,10 @@ def lower_caps(distance, node, ahead, back, caps):
     ahead, back : Rows
         The speed bounds from the origin and from the destination.
     caps : Caps, modified in place
-        ``rise`` is that of the bound from the origin.
+        ``rise`` is that of the lower of the two bounds.
     """
     _lower_to(distance, node, ahead, True, caps)
     _lower_to(distance, node, back, False, caps)
-    _fill_rise(node, ahead, caps.rise)
+    caps.rise[:] = math.inf
+    _lower_rise(distance, node, ahead, True, caps.rise)
+    _lower_rise(distance, node, back, False, caps.rise)
