@@ -23,6 +23,8 @@ from tgvdp.runs.braking_point import braked_w, drive_then_brake
 
 #: Changes of v² by less than this share within a cell are a drift of the holding speed, spread over the cell.
 _DRIFT = 0.01
+#: A run that enters a cell nearer to the line of switching than this share of v² is on it.
+_NEAR = 1e-3
 #: Two squared speeds nearer than this share are one speed that is held.
 _HELD = 1e-5
 #: Coasting meets the line of switching after so many steps of the secant, at most: both are nearly straight.
@@ -140,7 +142,7 @@ def _coast_to_line(train, cell, w, line, slope, rows, n):
     end_w = line + slope * length
     above = w - line
     below = end_w - coast(train, cell, length, w)
-    if above <= ON_CURVE * line or below <= 0.0:
+    if below <= 0.0:
         return length, w, n
     bracket = Bracket(0.0, length, -above, below, 0)
     x = 0.0
@@ -181,37 +183,27 @@ def _line_before(train, cell, lines):
 
 @part
 def drive_cell(train, regenerates, cell, w, lines, scratch, rows, n):
-    """Append the rows of one cell from w."""
+    """Append the rows of one cell from w: to the line of switching, and along it or above it from there on."""
     a = lines.a
-    coasts = lines.coasts
-    if coasts < a:
-        a = 0.5 * (a + coasts)
-        coasts = a
-    length = cell.length_m
-    top = lines.top
     line = _line_before(train, cell, lines)
-    slope = (a - line) / length
-    rest = length
-    aim = coasts
-    if _drifts(line, a, w) and 0.0 <= pull(train, cell, w, min(a, top)) < math.inf:
-        aim = a
-    elif w < line * (1.0 - ON_CURVE):
-        rest, w, n = _drive_to_line(train, cell, w, line, slope, top, rows, n)
+    slope = (a - line) / cell.length_m
+    rest = cell.length_m
+    follows = abs(w - line) <= _NEAR * line
+    if not follows and w < line:
+        rest, w, n = _drive_to_line(train, cell, w, line, slope, lines.top, rows, n)
         if rest <= 0.0 or n < 0:
             return n
-        aim = a + rest / length * (coasts - a)
-    elif coasts <= top:
+        follows = True
+    elif not follows:
         rest, w, n = _coast_to_line(train, cell, w, line, slope, rows, n)
         if n < 0:
             return n
-        if rest < length:
-            aim = a
+        follows = rest < cell.length_m
     cell = rest_of(cell, cell.end_m - rest, rest)
-    aim = min(aim, top)  # downhill coasting may end above the envelope
-    share = pull(train, cell, w, aim)
-    if 0.0 <= share < math.inf:
-        return evenly(train, cell, w, aim, rows, n)
-    if share > 0.0:
+    aim = min(a, lines.top)
+    if follows and coast(train, cell, rest, w) < aim:
+        if pull(train, cell, w, aim) < math.inf:
+            return evenly(train, cell, w, aim, rows, n)
         return saturated(train, TRACTION, cell, w, math.inf, rows, n)[2]
     return coast_through(train, regenerates, cell, w, lines, scratch, rows, n)
 
