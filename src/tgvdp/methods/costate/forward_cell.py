@@ -9,6 +9,7 @@ from tgvdp.methods.costate.forward_rows import (
     SAME_PLACE,
     brake_late,
     coast,
+    ended,
     evenly,
     pull,
     rows_needed,
@@ -17,6 +18,7 @@ from tgvdp.methods.costate.forward_rows import (
 from tgvdp.physics.arc import arc
 from tgvdp.physics.cell import Cell, append, rest_of
 from tgvdp.physics.codes import COASTING, DYNAMIC, OK, TRACTION
+from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import effort_at, mean_effort, resistance_at
 from tgvdp.physics.roots import Bracket, narrowed, secant
 from tgvdp.runs.braking_point import braked_w, drive_then_brake
@@ -75,6 +77,10 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
             return evenly(train, cell, w, target, rows, n)
     braked = braked_w(train, DYNAMIC, cell, target, cell.length_m, scratch)
     if 0.0 < braked and w <= braked * (1.0 + ON_CURVE):  # 0: it passes the target even from a standstill
+        if w > max(target, braked * (1.0 - _NEAR)):
+            left, _, last = saturated(train, DYNAMIC, cell, w, target, rows, n)
+            if last < 0 or left <= (1.0 - FULL_EFFORT) * cell.length_m:
+                return ended(cell, target, rows, last)
         highest = max(w, target, lines.before_b)
         held = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, highest)
         return drive_then_brake(train, COASTING, DYNAMIC, held, w, target, scratch, rows, n)
@@ -222,6 +228,8 @@ def coast_through(train, regenerates, cell, w, lines, scratch, rows, n):
         if n > 0:
             rows.w[n - 1] = min(w, most)  # a rounding error above, and braking would be a sliver
         return n
+    if landed <= most * (1.0 + _NEAR):  # brakes for the last hand's breadth would be none that one applies
+        return evenly(train, cell, w, most, rows, n)
     if regenerates:
         return _regenerate(train, cell, w, lines, scratch, rows, n)
     return brake_late(train, COASTING, cell, w, lines.top, scratch, rows, n)
