@@ -194,24 +194,21 @@ def drive_cell(train, regenerates, cell, w, lines, scratch, rows, n):
     line = _line_before(train, cell, lines)
     slope = (a - line) / cell.length_m
     rest = cell.length_m
-    follows = abs(w - line) <= _NEAR * line
-    if not follows and w < line:
+    if w < line * (1.0 - _NEAR):
         rest, w, n = _drive_to_line(train, cell, w, line, slope, lines.top, rows, n)
-        if rest <= 0.0 or n < 0:
+        if rest <= 0.0:
             return n
-        follows = True
-    elif not follows:
+    elif w > line * (1.0 + _NEAR):
         rest, w, n = _coast_to_line(train, cell, w, line, slope, rows, n)
-        if n < 0:
-            return n
-        follows = rest < cell.length_m
+    if n < 0:
+        return n
     cell = rest_of(cell, cell.end_m - rest, rest)
     aim = min(a, lines.top)
-    if follows and coast(train, cell, rest, w) < aim:
-        if pull(train, cell, w, aim) < math.inf:
-            return evenly(train, cell, w, aim, rows, n)
-        return saturated(train, TRACTION, cell, w, math.inf, rows, n)[2]
-    return coast_through(train, regenerates, cell, w, lines, scratch, rows, n)
+    if coast(train, cell, rest, w) > aim:
+        return coast_through(train, regenerates, cell, w, lines, scratch, rows, n)
+    if pull(train, cell, w, aim) < math.inf:
+        return evenly(train, cell, w, aim, rows, n)
+    return saturated(train, TRACTION, cell, w, math.inf, rows, n)[2]
 
 
 @part
