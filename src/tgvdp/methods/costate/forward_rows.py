@@ -7,6 +7,7 @@ from tgvdp.constants import FEASIBILITY_RTOL
 from tgvdp.physics.arc import duration_and_work
 from tgvdp.physics.cell import Cell, append
 from tgvdp.physics.codes import BRAKING, TRACTION
+from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import brake_at, effort_at, mean_effort, mean_resistance, resistance_at
 from tgvdp.physics.motion import march
 from tgvdp.runs.braking_point import braked_w, drive_then_brake
@@ -93,6 +94,15 @@ def saturated(train, regime, cell, w, target, rows, n):
     return cell.length_m - used, w, n
 
 
+@leaf
+def ended(cell, target, rows, n):
+    """Let the last of the rows end where the cell does, at the target; returns their number."""
+    if n > 0:
+        rows.x[n - 1] = cell.end_m
+        rows.w[n - 1] = target
+    return n
+
+
 @part
 def evenly(train, cell, w, target, rows, n):
     """Append rows of one effort through a cell; a single one, of one acceleration, where a limit is near.
@@ -104,7 +114,9 @@ def evenly(train, cell, w, target, rows, n):
     free = _gives(train, cell, effort, math.sqrt(w)) and _gives(train, cell, effort, math.sqrt(target))
     if not free and effort > 0.0 and w < target and 0.0 <= pull(train, cell, target, target) < math.inf:
         left, _, n = saturated(train, TRACTION, cell, w, target, rows, n)
-        return append(cell.end_m, target, rows, n) if left > 0.0 else n
+        if left <= (1.0 - FULL_EFFORT) * cell.length_m:
+            return ended(cell, target, rows, n)
+        return append(cell.end_m, target, rows, n)
     parts = rows_needed(w, target) if free else 1
     sweeps = _EFFORT_SWEEPS if parts > 1 else 1
     per_effort = 2.0 * cell.length_m / train.inertia_kg
