@@ -102,13 +102,12 @@ def test_a_front_that_ends_says_so():
     assert "the front ends with the thriftiest journey" in journey.warnings[0]
 
 
-def test_a_point_that_is_faster_and_cheaper_is_not_the_thriftiest_journey(shared):
-    """Of runs by a map a faster one may be cheaper: the front ends before what was asked for, and saves on."""
-    train = shared / "ttobench" / "trains" / "CN_Beijing_Subway.json"
-    track = shared / "ttobench" / "tracks" / "CN_Songjiazhuang_Yizhuang.json"
-    journey = tgvdp.journey(train, track, points=5, energy="map")
-    assert journey.front.time_s[-1] < 1.25 * journey.fastest_time_s - 0.05
-    assert not any(section.exhausted for section in journey.sections)
+def test_times_are_met_also_by_a_map():
+    """Runs by a map are found by another method than all others."""
+    journey = tgvdp.journey(METRO, LINE, points=12, energy="map")
+    asked_s = journey.fastest_time_s * np.linspace(1.0, 1.25, 12)
+    assert (journey.front.time_s <= asked_s * (1.0 + 1e-9)).all()
+    assert (journey.front.time_s >= asked_s - 0.1).all()
     assert not journey.warnings
 
 

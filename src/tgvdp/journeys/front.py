@@ -27,8 +27,10 @@ _Floats = NDArray[np.float64]
 #: the sections' fronts are sampled at first.
 _STEPS = 16
 _FIRST_STEPS = 32
-#: Rounds of solving the sections at their split.
+#: Rounds of solving the sections at their split, at most, and the share of the journey's energy that another one has to
+#: promise.
 ROUNDS = 3
+_SAVING = 1e-5
 #: A sample that is above the hull of its front by less than this share of the energy is on it: so exact are runs.
 _ON_HULL = 1e-4
 #: A run that misses what it was given by more than this multiple of the tolerance stands before a jump.
@@ -103,17 +105,22 @@ def journey_front(
     """
     search = _Search(sections, supplement_s, tolerance_s / len(sections))
     shares = practices(sections, supplement_s)
-    shared_s: list[_Floats] = []
+    is_ended = True
     with contextlib.suppress(OutOfTime):
-        samples = _sampled(sections, float(supplement_s[-1]), search.tolerance_s, expired)
+        samples = _sampled(search, list(shares.values()), expired)
         merged_s, is_off = samples.merged(supplement_s)
-        search.tried.append(merged_s)  # its runs are known
-        shared_s.append(search.beside(merged_s, is_off))
-    splits = [search.split()]
-    search.attempt(*shares.values(), *shared_s, splits[0].supplement_s)
-    while len(splits) < ROUNDS and not expired():
-        splits.append(search.split())
-        search.attempt(splits[-1].supplement_s)
+        search.attempt(merged_s, search.beside(merged_s, is_off))
+        is_ended = False
+    search.tried += shares.values()
+    for _ in range(ROUNDS):
+        common, (given_s, _) = search.split(), search.best()
+        known_j = search.foretold_j(given_s)
+        saves = known_j - search.foretold_j(common.supplement_s) > _SAVING * np.abs(known_j)
+        if not saves.any():
+            break
+        if is_ended := is_ended or expired():
+            break
+        search.attempt(np.where(saves[:, None], common.supplement_s, given_s))
     taken_s, is_short = search.short()
     if is_short.any():
         search.attempt(search.beside(taken_s, is_short))
@@ -126,9 +133,9 @@ def journey_front(
         front=front,
         run=best.run[kept],
         departure_s=(np.cumsum(until_next_s, axis=1) - until_next_s)[kept],
-        multiplier_j_per_s=np.repeat(splits[-1].multiplier_j_per_s[kept, None], len(sections), axis=1),
+        multiplier_j_per_s=np.repeat(common.multiplier_j_per_s[kept, None], len(sections), axis=1),
         practices={name: search.allocations(share_s[kept]) for name, share_s in shares.items()},
-        complete=bool(shared_s) and len(splits) == ROUNDS and all(section.complete for section in sections),
+        complete=not is_ended and all(section.complete for section in sections),
         exhausted=all(section.exhausted for section in sections)
         and bool(front.time_s[-1] < last_s - _SHORT * tolerance_s),
     )
@@ -149,6 +156,11 @@ class _Search:
         self.tried += allocations_s
         reach(self.sections, np.concatenate(allocations_s), self.tolerance_s)
 
+    def foretold_j(self, supplement_s: _Floats) -> _Floats:
+        """Energy of the journey at allocations, (n, sections), s, between known runs of its sections, J."""
+        own_j = [one.energy_between(own_s) for one, own_s in zip(self.sections, supplement_s.T, strict=True)]
+        return np.asarray(np.sum(own_j, axis=0))
+
     def split(self) -> Split:
         """Split by one multiplier, as well as it is known."""
         return split([demand_of(section) for section in self.sections], self.supplement_s)
@@ -157,7 +169,7 @@ class _Search:
         """Let some sections stay with what they take, s, while the others share the rest at one multiplier."""
         shared_s = taken_s.copy()
         for staying in np.unique(stays, axis=0):
-            if staying.all():
+            if staying.all() or not staying.any():
                 continue
             rows = np.flatnonzero((stays == staying).all(axis=1))
             free = [demand_of(section) for section, stay in zip(self.sections, staying, strict=True) if not stay]
@@ -223,15 +235,17 @@ def _off_hull(energy_j: _Floats) -> NDArray[np.bool_]:
     return np.asarray(above_j > _ON_HULL * np.abs(energy_j))
 
 
-def _sampled(
-    sections: Sequence[SectionRuns], last_s: float, tolerance_s: float, expired: Callable[[], bool]
-) -> _Samples:
-    """Sample the sections' fronts as far as the merge uses them up to a supplement of all, s."""
+def _sampled(search: _Search, others_s: Sequence[_Floats], expired: Callable[[], bool]) -> _Samples:
+    """Sample the sections' fronts as far as the merge uses them up to the longest supplement.
+
+    Runs of other allocations, (n, sections), s, are found with the first samples.
+    """
+    sections, tolerance_s, last_s = search.sections, search.tolerance_s, float(search.supplement_s[-1])
     total = _STEPS * len(sections) if last_s > tolerance_s else 0
     step_s = last_s / total if total else tolerance_s
     counts = [min(_FIRST_STEPS, total)] * len(sections)
     first_s = step_s * np.arange(counts[0] + 1)
-    reach(sections, np.tile(first_s[:, None], len(sections)), tolerance_s)
+    reach(sections, np.concatenate([np.tile(first_s[:, None], len(sections)), *others_s]), tolerance_s)
     while True:
         energy_j = [
             one.energy_j[one.cheapest_within(np.asarray(step_s * np.arange(count + 1)))]

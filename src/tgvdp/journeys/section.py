@@ -55,13 +55,16 @@ class SectionRuns:
     def reach(self, supplement_s: NDArray[np.float64], tolerance_s: float) -> None:
         """Find the runs that take given supplements over the fastest run, s, in any order.
 
-        Not where time has run out before.
+        None is earlier than that by more than the tolerance: half of it is the run's own, and those within the other
+        half have one run in common. Nothing is sought where one is known, nor where time has run out before.
         """
-        if not self.complete:
+        half_s = 0.5 * tolerance_s
+        known_s = np.append(self.time_s, -np.inf)[self.slowest_within(supplement_s)]
+        wanted_s = np.sort(supplement_s[self.fastest.duration_s + supplement_s - known_s > tolerance_s])
+        if not self.complete or not len(wanted_s):
             return
-        wanted_s = np.unique(supplement_s)
-        target_s = self.fastest.duration_s + wanted_s[np.diff(wanted_s, prepend=-np.inf) > tolerance_s]
-        found = self._method(self.trip, self.fastest, target_s, tolerance_s)
+        _, first = np.unique(np.floor(wanted_s / half_s), return_index=True)
+        found = self._method(self.trip, self.fastest, self.fastest.duration_s + wanted_s[first], half_s)
         self.complete &= found.complete
         self.exhausted |= found.exhausted
         runs = self._runs + [(found, index) for index in range(len(found.duration_s))]

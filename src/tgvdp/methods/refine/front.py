@@ -101,17 +101,18 @@ def refine_front(
     rows = [first_rows] * len(found)
     complete, saves = True, True
     try:
+        half_s = 0.5 * tolerance_s  # as of the front method, no point is later than its target
         if slower.any():
-            front = _front_on_fine_mesh(trip, fastest, energy, tolerance_s, counters, clock)
-        for target in target_s[slower].tolist():
-            saves = front.reach(target)
-            aim_s = target
+            front = _front_on_fine_mesh(trip, fastest, energy, half_s, counters, clock)
+        for middle_s in (target_s[slower] - half_s).tolist():
+            saves = front.reach(middle_s)
+            aim_s = middle_s
             for _ in range(_AIMS):
                 point = front.point(aim_s) if saves else front.thriftiest()
                 x_m, w = follow(trip.train, line, *front.rows(point))
                 run = profile_of(trip, x_m, w)  # across a drop of traction a train is slower than its arcs
-                late_s = run.duration_s - target
-                if not saves or late_s <= tolerance_s:
+                late_s = run.duration_s - middle_s
+                if not saves or abs(late_s) <= half_s:
                     break
                 aim_s -= late_s
             rows.append((x_m, w))
