@@ -28,7 +28,7 @@ _STEP_TOL = 0.05
 #: Relative difference below which running times are the same.
 _SAME = 1e-9
 #: The first mesh, in cells of the usual size.
-_COARSEST = 0.25
+_COARSEST = 0.125
 
 
 @dataclass
@@ -181,8 +181,8 @@ class _Search:
     def runs(self) -> _Found:
         """Runs on a mesh that is fine enough.
 
-        Cells are halved where that makes extremals cheaper, those that the points need included, and once more where
-        one is dearer, at its own multiplier, than another run that was found.
+        Cells are halved where that makes extremals cheaper, and once more where one is dearer, at its own multiplier,
+        than another run that was found.
         """
         found: _Found | None = None
         doubt = Doubt()
@@ -191,18 +191,13 @@ class _Search:
         try:
             mesh = Mesh.of(self.trip, self.fastest, _COARSEST)
             while True:
-                front = self._foreseen(mesh)
-                mesh = doubt.refined(front)
-                if mesh is not front.mesh:
-                    continue
+                front = doubt.answered(self._foreseen(mesh))
+                mesh = front.mesh
                 driven = self._driven(front)
                 if found is None or driven.complete:
                     self.counters["cells"] = len(mesh.cells.length_m)
                     found, self.mesh = driven, mesh
-                if not driven.complete:
-                    break
-                mesh = doubt.refined(front, driven.runs)
-                if mesh is front.mesh:
+                if not driven.complete or doubt.is_settled(front, driven.runs):
                     break
         except OutOfTime:
             pass
@@ -217,6 +212,7 @@ class _Search:
         return front
 
     def _driven(self, front: ExtremalFront) -> _Found:
+        front.reach(float(self.aims_s[0]), float(self.aims_s[-1]))
         reached = int(np.sum(self.aims_s <= front.extremals[-1].time_s + self.tolerance_s))
         saves = reached == len(self.aims_s)
         runs: list[Run] = []
