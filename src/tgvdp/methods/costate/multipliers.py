@@ -133,14 +133,15 @@ class ExtremalFront:
 
     def stands(self, runs: Sequence[Run]) -> bool:
         """Whether no run is cheaper than an extremal at the extremal's own multiplier, which no run can be."""
-        times_s, energies_j = (np.array([run[column] for run in runs]) for column in range(2))
-        return all(
-            extremal.cost_j(extremal.multiplier)
-            - float((energies_j + extremal.multiplier * times_s).min(initial=math.inf))
-            <= _EXTREMAL_LOSS * self.base_j(extremal.energy_j)
-            for extremal in self.extremals[1:]
-            if math.isfinite(extremal.multiplier)
-        )
+        known = [extremal for extremal in self.extremals[1:] if math.isfinite(extremal.multiplier)]
+        if not known or not runs:
+            return True
+        times_s, energies_j = np.array([run[:2] for run in runs]).T
+        multipliers, costs_j, bases_j = np.array(
+            [(one.multiplier, one.cost_j(one.multiplier), self.base_j(one.energy_j)) for one in known]
+        ).T
+        least_j = (energies_j + multipliers[:, np.newaxis] * times_s).min(axis=1)
+        return bool((costs_j - least_j <= _EXTREMAL_LOSS * bases_j).all())
 
     def thriftiest(self) -> Run:
         """Run of the slowest extremal."""
