@@ -8,7 +8,9 @@ from unittest import mock
 
 import tgvdp.api.run
 from tgvdp.methods.budget import SearchBudget
-from tgvdp.methods.costate import backward, front, mesh
+from tgvdp.methods.costate import backward, mesh
+from tgvdp.methods.costate.front import optimal_front
+from tgvdp.methods.costate.multipliers import ExtremalFront
 
 
 @contextmanager
@@ -22,14 +24,14 @@ def finer_cells(factor: float) -> Iterator[None]:
 def mesh_of(result: Any) -> mesh.Mesh:
     """The mesh that a search used: the last one of the same search done once more."""
     used: list[mesh.Mesh] = []
-    chosen = front.ExtremalFront
+    reach = ExtremalFront.reach
 
-    def noted(mesh: mesh.Mesh, *arguments: Any) -> front.ExtremalFront:
-        used.append(mesh)
-        return chosen(mesh, *arguments)
+    def noted(front: ExtremalFront, first_s: float, last_s: float) -> bool:
+        used.append(front.mesh)
+        return reach(front, first_s, last_s)
 
-    with mock.patch.object(front, "ExtremalFront", noted):
-        front.optimal_front(result.trip, result.fastest.profile, result.front.time_s, SearchBudget())
+    with mock.patch.object(ExtremalFront, "reach", noted):
+        optimal_front(result.trip, result.fastest.profile, result.front.time_s, SearchBudget())
     return used[-1]
 
 

@@ -8,7 +8,14 @@ import sys
 import time
 from pathlib import Path
 
-from benchmarks import quantum_multiplier, quantum_printed, quantum_resources
+from benchmarks import (
+    quantum_effort,
+    quantum_greedy,
+    quantum_multiplier,
+    quantum_printed,
+    quantum_resources,
+    substations,
+)
 from benchmarks.families import FAMILIES, SIZES, members, write
 from benchmarks.output import replace_between
 from benchmarks.quantum_claims import BEGIN, END, claims
@@ -16,7 +23,7 @@ from benchmarks.quantum_penalties import penalty_rows
 from benchmarks.quantum_tuning import TUNING, chosen_words
 from benchmarks.timing import ROOT
 from tgvdp.cli import main as tgvdp
-from tgvdp.instances import find
+from tgvdp.instances import find, index
 from tgvdp.report.files import write_files
 from tgvdp.report.plain import csv_text
 from tgvdp.trials.execute import Plan, Results, merged, run_benchmark
@@ -35,7 +42,7 @@ REPORTED = SIZES[:-1]
 READS = 50
 #: Embeddings, of the sizes that minorminer embeds within a minute.
 EMBEDDED = tuple(f"easy-n{steps:03d}" for steps in (4, 6, 8, 10, 12, 14, 16, 20))
-#: The whole library by the exact solvers.
+#: All single trains of the library by the exact solvers.
 LIBRARY = ("dp", "milp:time-limit=10:runs=1", "closed")
 #: Published instances on which the solvers tuned for their family and a size are run as well, and further words there:
 #: QAOA with optimised angles, and with a longer ramp than the least effort asks for.
@@ -79,10 +86,11 @@ def _progress(done: int, total: int, what: str) -> None:
 
 def commands(folder: Path) -> list[list[str]]:
     """Arguments of `tgvdp bench` for what is not of the families."""
+    single = [name for name, row in index().items() if row["kind"] != "substation"]
     drawn = ",".join(f"random:{word}:reads=100:runs=1" for word in ("bits", "unary", "unary+multiplier"))
     return [
         [*EMBEDDED, "--solvers", drawn, "--embed", "pegasus,zephyr", "--out", str(folder / "embeddings")],
-        ["--up-to", "200", "--solvers", ",".join(LIBRARY), "--runs", "3", "--out", str(folder / "exact")],
+        [*single, "--solvers", ",".join(LIBRARY), "--runs", "3", "--out", str(folder / "exact")],
     ]
 
 
@@ -99,6 +107,9 @@ def main(folder: Path) -> None:
     quantum_printed.main(folder / "printed")
     quantum_multiplier.main(folder)
     quantum_resources.main(folder)
+    quantum_greedy.main(folder)
+    quantum_effort.main(folder)
+    substations.main(folder / "substations")
     replace_between(PAGE, BEGIN, END, claims(folder))
 
 

@@ -9,7 +9,18 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from benchmarks.quantum_forms import Row, alpha, fineness, multiplier, printed_demand, printed_qubo, resources, span
+from benchmarks.quantum_forms import (
+    Row,
+    alpha,
+    effort,
+    fineness,
+    multiplier,
+    printed_demand,
+    printed_qubo,
+    resources,
+    span,
+)
+from benchmarks.quantum_shared import compared_table, large_table, substations
 from tgvdp.report.plain import markdown_table, rounded
 
 BEGIN, END = "<!-- claims: begin (python -m benchmarks quantum) -->", "<!-- claims: end -->"
@@ -17,14 +28,18 @@ BEGIN, END = "<!-- claims: begin (python -m benchmarks quantum) -->", "<!-- clai
 
 def claims(folder: Path) -> str:
     """All statements, from the rows below a folder."""
+    shared = [_read(folder / "substations" / name) for name in ("benchmark.csv", "large/benchmark.csv")]
     statements = [
         *_exact(_read(folder / "exact" / "benchmark.csv")),
+        *_greedy(_read(folder / "greedy.csv")),
         *_penalties(_read(folder / "penalties.csv")),
         *_front(_read(folder / "exact" / "pareto.csv"), _read(folder / "exact" / "pareto_demand.csv")),
         *printed_qubo(_read(folder / "printed" / "qubo.csv")),
         *printed_demand(_read(folder / "printed" / "demand.csv")),
         alpha(),
         multiplier(_read(folder / "multiplier.csv")),
+        effort(_read(folder / "effort.csv")),
+        *substations(*shared),
     ]
     tables = [
         _reach(_read(folder / "ensembles.csv")),
@@ -33,6 +48,8 @@ def claims(folder: Path) -> str:
         _embeddings(_read(folder / "embeddings" / "embeddings.csv")),
         fineness(_read(folder / "embeddings" / "embeddings.csv")),
         resources(_read(folder / "resources.csv")),
+        compared_table(shared[0]),
+        large_table(shared[1]),
     ]
     return "\n".join(["".join(f"- {statement}\n" for statement in statements), *tables])
 
@@ -66,6 +83,39 @@ def _exact(rows: Sequence[Row]) -> Iterator[str]:
             f"**HiGHS, {what}.** Within 10 s it proves {len(ended)} of {len(chosen)} instances, in "
             f"{span((times[name, 'milp'] for name in ended), ' s')}, the dynamic program's time times {span(ratios)}."
         )
+
+
+def _greedy(rows: Sequence[Row]) -> Iterator[str]:
+    """What a plan without search reaches, and which instances defeat it."""
+
+    def counted(own: Sequence[Row]) -> str:
+        return " of ".join(str(sum(int(row[name]) for row in own)) for name in ("solved", "instances"))
+
+    library = [row for row in rows if row["instances from"] == "library"]
+    single = [row for row in library if row["family"] != "substation"]
+    shared = [row for row in library if row["family"] == "substation"]
+    drawn = [row for row in rows if row["instances from"] == "random"]
+    families = (
+        f"{family} {counted([row for row in drawn if row['family'] == family])}"
+        for family in dict.fromkeys(row["family"] for row in drawn)
+    )
+    yield (
+        f"**Greedy.** The plan without search (`greedy`) is an optimum of {counted(single)} single trains of the "
+        f"library with equal steps. Of the random families it solves {', '.join(families)}: who solves these with a "
+        "sampler shows that the sampler works, not that it is needed."
+    )
+    largest = max(int(row["N"]) for row in drawn)
+    zones = [row for row in drawn if row["family"] == "zones"]
+    (last,) = (row for row in zones if int(row["N"]) == largest)
+    (substation,) = shared
+    yield (
+        f"**What defeats greedy.** Some slow zones between faster parts: at N = {largest} it solves {counted([last])} "
+        f"of `zones`, and is up to {rounded(max(float(row['worst above %']) for row in zones))} % above the optimum at "
+        "some size. Trains "
+        f"at one substation: it solves {counted(shared)} certified instances, is up to "
+        f"{rounded(float(substation['worst above %']))} % above the optimum on others and finds no plan for "
+        f"{substation['no plan']}."
+    )
 
 
 def _is_proved(row: Row) -> bool:
@@ -136,7 +186,9 @@ def _reach(rows: Sequence[Row]) -> str:
         return f"N = {last['N']} of {max(int(row['N']) for row in tried)}: {middle} % ({least} to {most})"
 
     drawn = [row for row in rows if row["draws"] == "True"]
-    return _by_family(drawn, "largest size whose median instance is solved, of those tried: success, range", cell)
+    return _by_family(
+        drawn, "largest size whose median instance the tuned settings solve, of those tried: success, range", cell
+    )
 
 
 def _growth(rows: Sequence[Row]) -> str:

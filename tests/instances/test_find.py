@@ -29,7 +29,7 @@ def test_a_path_is_a_path_and_a_name_goes_first(tmp_path, monkeypatch):
     [
         ("easy-n08", "did you mean 'easy-n080' or 'easy-n008'"),
         ("EASY-N008", "did you mean 'easy-n008'"),
-        ("turbot", "unknown instance 'turbot' (100 are built in: tgvdp catalog lists them; or give a file)"),
+        ("turbot", f"unknown instance 'turbot' ({len(index())} are built in: tgvdp catalog lists them"),
         ("", "unknown instance ''"),
     ],
 )

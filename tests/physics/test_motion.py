@@ -139,6 +139,8 @@ CASES = [
     ("traction", "power", 4000.0, 38.0, 33.0),  # slows down on a climb
     ("coasting", "power", 5000.0, 0.0, 30.0),
     ("coasting", "power", 3000.0, -12.0, 0.0),  # rolls off downhill
+    ("coasting", "power", 300.0, 60.0, 30.0),  # loses speed faster than comfort would let it brake
+    ("traction", "power", 300.0, -60.0, 5.0),  # gains speed faster than comfort would let it pull
     ("braking", "constant", 900.0, 0.0, 40.0),
     ("braking", "table", 400.0, -20.0, 30.0),
     ("braking", "power", 300.0, 10.0, 25.0),

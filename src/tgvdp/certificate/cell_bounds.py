@@ -138,7 +138,7 @@ def bound_kernel(train, tables, cells, caps, w, multiplier, left, right, top_v, 
         Costate p at the two ends of each cell.
     top_v : float
         Largest speed of all, m/s.
-    pieces : (3, 2n, 6) float64
+    pieces : (3, 3n, 6) float64
         Scratch for the pieces of the effort curves.
     wanted : (K,) bool
         Cells whose bounds are wanted.

@@ -145,7 +145,7 @@ def run_costates(train, tables, run, bound_w, sliver, top_v, pieces, costates):
         Phases shorter than this are rounding errors, m.
     top_v : float
         Largest speed of all, m/s.
-    pieces : (3, 2n, 6) float64
+    pieces : (3, 3n, 6) float64
         Scratch for the pieces of the effort curves.
     costates : Costates, modified in place
         The cells next to a standstill have none; they repeat their neighbour's.

@@ -100,7 +100,7 @@ def raise_costates(train, tables, multiplier, cells, cap, w, label, top_v, piece
         Regimes.
     top_v : float
         Largest speed of all, m/s.
-    pieces : (3, 2n, 6) float64
+    pieces : (3, 3n, 6) float64
         Scratch for the pieces of the effort curves.
     left, right : (K,) float64, modified in place
         Costate at the two ends of each cell.

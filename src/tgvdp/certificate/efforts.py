@@ -86,9 +86,59 @@ def piece_at(pieces, n, v):
     return i
 
 
+@part
+def _change(pieces, i, allowed, lo, hi):
+    """Narrow bracket of the only speed from lo to hi at which piece ``i`` passes what is allowed, or ceases to."""
+    passes = piece_value(pieces, i, lo) > load_at(allowed, lo)
+    for _ in range(48):
+        middle = 0.5 * (lo + hi)
+        if (piece_value(pieces, i, middle) > load_at(allowed, middle)) == passes:
+            lo = middle
+        else:
+            hi = middle
+    return lo, hi
+
+
+@leaf
+def _put(pieces, count, from_v, effort):
+    """Write a piece of an effort that is a polynomial, a `Load`; returns the number after it."""
+    pieces[count, 0] = from_v
+    pieces[count, 1] = 0.0
+    pieces[count, 2] = effort.r0
+    pieces[count, 3] = effort.r1
+    pieces[count, 4] = effort.r2
+    pieces[count, 5] = 0.0
+    return count + 1
+
+
+@part
+def _put_least(row, shift, scale, allowed, lo, hi, pieces, count):
+    """Append the lesser of an effort and of what is allowed, above 0 from lo to hi; returns the number of pieces."""
+    pieces[count, 0] = lo
+    for j in range(1, PIECE_COLUMNS):
+        pieces[count, j] = row[j] / scale
+    pieces[count, 2] += shift / scale
+    if allowed.r0 == math.inf:
+        return count + 1
+    over_lo = piece_value(pieces, count, lo) > load_at(allowed, lo)
+    over_hi = piece_value(pieces, count, hi) > load_at(allowed, hi)
+    if over_lo == over_hi:
+        return _put(pieces, count, lo, allowed) if over_lo else count + 1
+    at = _change(pieces, count, allowed, lo, hi)[1]
+    if over_hi:
+        return _put(pieces, count + 1, at, allowed)
+    for j in range(PIECE_COLUMNS):
+        pieces[count + 1, j] = pieces[count, j]
+    pieces[count + 1, 0] = at
+    _put(pieces, count, lo, allowed)
+    return count + 2
+
+
 @kernel
 def merge_comfort(table, extra_n, inertia_kg, comfort, rates, load, top_v, pieces):
     """Pieces of min(effort, what the comfort limit allows), per unit of inertia, for speeds up to ``top_v``.
+
+    Where the load alone does more than the limit allows, no effort is left.
 
     Parameters
     ----------
@@ -100,12 +150,12 @@ def merge_comfort(table, extra_n, inertia_kg, comfort, rates, load, top_v, piece
     comfort : float
         Acceleration limit, m/s²; may be infinite.
     rates : (m, 6) float64
-        Decelerations that are never passed either, as in `KernelTrain`, or no rows; ``table`` breaks where they do.
+        Decelerations that take its place, as in `KernelTrain`, or no rows; ``table`` breaks where they do.
     load : Load
-        What adds to it; for brakes the train's load, negative.
+        What adds to it, all terms but the first of one sign; for brakes the train's load, negative.
     top_v : float
         Largest speed of interest, m/s.
-    pieces : (2n, 6) float64, modified in place
+    pieces : (3n, 6) float64, modified in place
 
     Returns
     -------
@@ -113,8 +163,8 @@ def merge_comfort(table, extra_n, inertia_kg, comfort, rates, load, top_v, piece
         Number of pieces. Both members of the minimum bound it from above, so that it does not matter for the validity
         of the bound how well the point is found where one takes over from the other.
     """
-    r0, r1, r2 = load
     count = 0
+    nothing = Load(0.0, 0.0, 0.0)
     for i in range(table.shape[0]):
         lo = table[i, 0]
         if lo > top_v:
@@ -122,46 +172,30 @@ def merge_comfort(table, extra_n, inertia_kg, comfort, rates, load, top_v, piece
         hi = top_v
         if i + 1 < table.shape[0]:
             hi = min(top_v, table[i + 1, 0])
-        pieces[count, 0] = lo
-        for j in range(1, PIECE_COLUMNS):
-            pieces[count, j] = table[i, j] / inertia_kg
-        pieces[count, 2] += extra_n / inertia_kg
         most = comfort
         if rates.shape[0] > 0:
-            # A rate is kept unless the load alone slows the train more, which it does most at the end of the piece.
-            rate = rates[piece_at(rates, rates.shape[0], lo), 2] / inertia_kg
-            most = min(most, max(rate, -load_at(load, hi)))
-        if most == math.inf:
-            count += 1
-            continue
-        over_lo = piece_value(pieces, count, lo) > most + r0 + lo * (r1 + lo * r2)
-        over_hi = piece_value(pieces, count, hi) > most + r0 + hi * (r1 + hi * r2)
-        a = lo
-        b = hi
-        if over_lo != over_hi:
-            for _ in range(48):
-                middle = 0.5 * (a + b)
-                if (piece_value(pieces, count, middle) > most + r0 + middle * (r1 + middle * r2)) == over_lo:
-                    a = middle
-                else:
-                    b = middle
-            for j in range(PIECE_COLUMNS):
-                pieces[count + 1, j] = pieces[count, j]
-            pieces[count + 1, 0] = b
-        limited = count if over_lo else count + 1
-        if over_lo or over_hi:
-            pieces[limited, 1] = 0.0
-            pieces[limited, 2] = most + r0
-            pieces[limited, 3] = r1
-            pieces[limited, 4] = r2
-            pieces[limited, 5] = 0.0
-        count += 1 if over_lo == over_hi else 2
+            most = rates[piece_at(rates, rates.shape[0], lo), 2] / inertia_kg
+        allowed = Load(most + load.r0, load.r1, load.r2)
+        none_lo = load_at(allowed, lo) <= 0.0
+        none_hi = load_at(allowed, hi) <= 0.0
+        if none_lo and none_hi:
+            count = _put(pieces, count, lo, nothing)
+        elif none_lo or none_hi:
+            _put(pieces, count, lo, nothing)
+            below, above = _change(pieces, count, allowed, lo, hi)
+            if none_lo:
+                count = _put_least(table[i], extra_n, inertia_kg, allowed, below, hi, pieces, count + 1)
+            else:
+                count = _put_least(table[i], extra_n, inertia_kg, allowed, lo, above, pieces, count)
+                count = _put(pieces, count, above, nothing)
+        else:
+            count = _put_least(table[i], extra_n, inertia_kg, allowed, lo, hi, pieces, count)
     return count
 
 
 @kernel
 def merge_tables(train, load, top_v, pieces):
-    """Pieces of traction, of all brakes and of the dynamic brake alone, for a load, into ``pieces`` (3, 2n, 6).
+    """Pieces of traction, of all brakes and of the dynamic brake alone, for a load, into ``pieces`` (3, 3n, 6).
 
     Returns their numbers.
     """

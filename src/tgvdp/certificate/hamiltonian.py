@@ -37,7 +37,7 @@ class Hamiltonian(NamedTuple):
 
     Attributes
     ----------
-    pieces : (3, 2n, 6) float64
+    pieces : (3, 3n, 6) float64
         Effort pieces of traction, all brakes and the dynamic brake, from `merge_tables`.
     pulls, brakes, dynamics : int
         Numbers of their rows.

@@ -108,7 +108,7 @@ class BoundingProblem:
         self.cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip)))
         self.top_mps = math.sqrt(float(self.cells.limit_w.max())) * (1.0 + 1e-15)
         self.train = self._with_rates()
-        size = 2 * max(len(self.train.traction), len(self.train.braking))
+        size = 3 * max(len(self.train.traction), len(self.train.braking))
         self._pieces = np.empty((3, size, PIECE_COLUMNS))
         self._speed_bounds = self._speed_bound(True), self._speed_bound(False)
 

@@ -87,7 +87,7 @@ def speed_bound(train, forward, cells, end_w, pieces, rows):
     cells : Cells
     end_w : float
         Squared speed at the origin (destination), m²/s².
-    pieces : (2n, 6) float64
+    pieces : (3n, 6) float64
         Scratch.
     rows : Rows, modified in place
         Positions from the origin (from the destination), increasing, and W.

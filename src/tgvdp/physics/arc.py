@@ -5,7 +5,8 @@ Within the segment the acceleration is constant, so v² =: w is linear in positi
     duration T = 2·d/(v0 + v1)                                            exact, also from standstill
     work     X = ½·m_eff·(w1 − w0) + d·(mean resistance + grade force)    exact; E_wheel = max(X, 0)
 
-Feasible means that the mean effort does not pass the mean of the limit, and the acceleration not the comfort limit.
+Feasible means that the mean effort does not pass the mean of the limit, nor adds to an acceleration that passes the
+comfort limit: without effort a train may gain or lose speed as the line has it.
 On segments short enough for the effort limit to be nearly constant, as `physics.motion` makes them, that is the
 pointwise limit; a caller with long segments adds `within_effort_at`.
 """
@@ -69,9 +70,9 @@ def arc(train, length_m, grade_n, air, w0, w1):
         return OVER_TRACTION, duration, work
     if work < 0.0 and -work > length_m * mean_brake(train, mean_load, v0, v1) * slack + noise:
         return OVER_BRAKE, duration, work
-    if half_gain > length_m * train.max_acceleration * slack:
+    if work > noise and half_gain > length_m * train.max_acceleration * slack:
         return OVER_ACCELERATION, duration, work
-    if -half_gain > length_m * train.max_deceleration * slack:
+    if work < -noise and -half_gain > length_m * train.max_deceleration * slack:
         return OVER_DECELERATION, duration, work
     return OK, duration, work
 

@@ -35,20 +35,21 @@ BELOW_DROP = 1e-9
 
 @leaf
 def net_force(train, regime, cell, v0, v1):
-    """Mean net force in N between two speeds under a saturated regime, within the comfort limits."""
+    """Mean net force in N between two speeds under a saturated regime.
+
+    A comfort limit cuts the effort, to none where the load alone does more than it allows.
+    """
     load = mean_resistance(train, cell.air, v0, v1) + cell.grade_n
-    up = train.inertia_kg * train.max_acceleration
-    down = -train.inertia_kg * train.max_deceleration
     if regime == TRACTION:
-        return min(mean_effort(train.traction, v0, v1) - load, up)
-    if regime == BRAKING:
-        return max(-mean_brake(train, load, v0, v1) - load, down)
+        return min(mean_effort(train.traction, v0, v1) - load, max(train.inertia_kg * train.max_acceleration, -load))
+    if regime == COASTING:
+        return -load
+    effort = mean_brake(train, load, v0, v1)
     if regime == DYNAMIC:
         effort = mean_effort(train.braking, v0, v1)
         if train.rates.shape[0] > 0:
             effort = min(effort, mean_brake(train, load, v0, v1))
-        return max(-effort - load, down)
-    return max(min(-load, up), down)
+    return max(-effort - load, min(-train.inertia_kg * train.max_deceleration, -load))
 
 
 @kernel

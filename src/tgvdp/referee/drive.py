@@ -185,7 +185,10 @@ def replay_rows(train, tables, line, supply, x, speed, force, time, energy, firs
             excess = max(excess, (-force[i] - limit) / effort_at(train.rates, 0.5 * (speed[i] + speed[i + 1])))
         else:
             excess = max(excess, lever - 1.0)
-        excess = max(excess, acceleration / train.max_acceleration - 1.0, -acceleration / train.max_deceleration - 1.0)
+        # Comfort limits what the effort does: the line alone may do more.
+        push = force[i] / train.inertia_kg
+        excess = max(excess, min(acceleration / train.max_acceleration - 1.0, push / train.max_acceleration))
+        excess = max(excess, min(-acceleration / train.max_deceleration - 1.0, -push / train.max_deceleration))
         command = commanded(here, line, force[i], limit, x[i], d, w0, w1)
         w, seconds, drawn, count = _drive_row(here, tables, line, parts_at(line, x[i]), command, lever, x[i], d, w0, w1)
         time[i + 1] = time[i] + seconds

@@ -18,7 +18,7 @@ _MARKERS = "osDPX^v"
 #: Solvers and sizes keep their colours from picture to picture; the others take what is left.
 _OF_SOLVERS = {
     "dp": palette.BLACK, "milp": palette.MUTED, "sa": palette.BLUE, "tabu": palette.GREEN, "qaoa": palette.VERMILION,
-    "pt": palette.ORANGE, "random": palette.PURPLE,
+    "pt": palette.ORANGE, "scip": palette.SKY, "greedy": palette.PURPLE,
     "variables": palette.BLACK, "qubits on pegasus": palette.BLUE, "qubits on zephyr": palette.VERMILION,
 }  # fmt: skip
 _LEGEND_COLUMNS, _ROW_IN = 3, 0.22

@@ -87,8 +87,10 @@ def _way(train, pulls, effort, grade, air, w0, w1):
     v1 = math.sqrt(w1)
     load = mean_resistance(train, air, v0, v1) + grade
     limit = mean_effort(train.traction, v0, v1) if pulls else mean_brake(train, load, v0, v1)
-    net = (min(effort, limit) if pulls else -min(effort, limit)) - load
-    net = max(min(net, train.inertia_kg * train.max_acceleration), -train.inertia_kg * train.max_deceleration)
+    if pulls:
+        net = min(min(effort, limit) - load, max(train.inertia_kg * train.max_acceleration, -load))
+    else:
+        net = max(-min(effort, limit) - load, min(-train.inertia_kg * train.max_deceleration, -load))
     if net * (w1 - w0) <= 0.0:
         return math.inf, limit
     return 0.5 * train.inertia_kg * (w1 - w0) / net, limit

@@ -29,14 +29,17 @@ def _excess_n(train, none, pulls, d, grade, air, w0, w1):
     v1 = math.sqrt(w1)
     push = 0.5 * train.inertia_kg * (w1 - w0) / d
     load = mean_resistance(train, air, v0, v1) + grade
+    effort = push + load
     if pulls:
         limit = mean_effort(train.traction, v0, v1)
         most = train.inertia_kg * train.max_acceleration
-        return max(push + load - max((1.0 + _SPARE) * limit, none), push - (1.0 + _SPARE) * most)
+        uncomfortable = min(push - (1.0 + _SPARE) * most, effort - none)
+        return max(effort - max((1.0 + _SPARE) * limit, none), uncomfortable)
     limit = mean_brake(train, load, v0, v1)
     spare = _SPARE * (mean_rate(train.rates, v0, v1) if train.rates.shape[0] > 0 else limit)
     most = train.inertia_kg * train.max_deceleration
-    return max(-push - load - max(limit + spare, none), -push - (1.0 + _SPARE) * most)
+    uncomfortable = min(-push - (1.0 + _SPARE) * most, -effort - none)
+    return max(-effort - max(limit + spare, none), uncomfortable)
 
 
 @part

@@ -76,6 +76,14 @@ def count_parts(line, x, w, parts):
     return total
 
 
+@leaf
+def _is_comfort(train, gain):
+    """Whether an acceleration is at a comfort limit: no effort goes beyond it, but the line may."""
+    return (
+        abs(gain / train.max_acceleration - 1.0) <= _AT_LIMIT or abs(gain / train.max_deceleration + 1.0) <= _AT_LIMIT
+    )
+
+
 @kernel
 def cut_rows(train, line, x, w, parts, cut_x, cut_w):
     """Cut rows into parts: the effort keeps its share of the limit if it is full, its value if not."""
@@ -91,8 +99,7 @@ def cut_rows(train, line, x, w, parts, cut_x, cut_w):
         v1 = math.sqrt(w[k + 1])
         resistance = mean_resistance(train, air, v0, v1)
         effort = train.inertia_kg * acceleration + resistance + grade
-        kept = acceleration >= (1.0 - _AT_LIMIT) * train.max_acceleration
-        kept = kept or -acceleration >= (1.0 - _AT_LIMIT) * train.max_deceleration
+        kept = _is_comfort(train, acceleration)
         limit = 0.0
         if effort >= 0.0:
             limit = mean_effort(train.traction, v0, v1)
@@ -119,7 +126,7 @@ def cut_rows(train, line, x, w, parts, cut_x, cut_w):
 @part
 def _is_bound(train, gain, v):
     """Whether an acceleration is at a comfort limit or at a braking rate, at a mean speed."""
-    if abs(gain / train.max_acceleration - 1.0) <= _AT_LIMIT or abs(gain / train.max_deceleration + 1.0) <= _AT_LIMIT:
+    if _is_comfort(train, gain):
         return True
     return train.rates.shape[0] > 0 and abs(gain * train.inertia_kg / effort_at(train.rates, v) + 1.0) <= _AT_LIMIT
 

@@ -201,8 +201,8 @@ def _acceleration_mps2(trip: Trip, cell: _Cell, w: float) -> float:
     """Acceleration at full traction."""
     train, speed_mps = trip.train, math.sqrt(w)
     effort_n = train.traction_limit.effort_n(speed_mps) if cell.powered else 0.0
-    net_n = effort_n - _load_n(trip, cell, speed_mps)
-    return min(net_n / train.inertia_kg, train.max_acceleration_mps2)
+    load_n = _load_n(trip, cell, speed_mps)
+    return min((effort_n - load_n) / train.inertia_kg, max(train.max_acceleration_mps2, -load_n / train.inertia_kg))
 
 
 def _deceleration_mps2(trip: Trip, cell: _Cell, w: float) -> tuple[float, float]:
@@ -210,8 +210,9 @@ def _deceleration_mps2(trip: Trip, cell: _Cell, w: float) -> tuple[float, float]
     train, speed_mps = trip.train, math.sqrt(w)
     if not train.braking_rates:
         brake_n = train.friction_brake_n + (train.dynamic_brake_limit.effort_n(speed_mps) if cell.powered else 0.0)
-        rate = (brake_n + _load_n(trip, cell, speed_mps)) / train.inertia_kg
-        return min(rate, train.max_deceleration_mps2), math.inf
+        load_n = _load_n(trip, cell, speed_mps)
+        comfortable_mps2 = max(train.max_deceleration_mps2, load_n / train.inertia_kg)
+        return min((brake_n + load_n) / train.inertia_kg, comfortable_mps2), math.inf
     starts_w = [rate.from_mps**2 for rate in train.braking_rates]
     index = bisect_right(starts_w, w) - 1
     change_w = starts_w[index + 1] if index + 1 < len(starts_w) else math.inf

@@ -10,6 +10,8 @@ from tgvdp.trials.rows import Row
 
 #: Families that a picture has room for.
 _MOST_FAMILIES = 4
+#: Lines that an eye tells apart.
+_MOST_LINES = 6
 
 
 def family_panels(ensembles: Sequence[Row]) -> list[FamilyPanel]:
@@ -33,7 +35,7 @@ def _line(rows: Sequence[Row], *columns: str) -> Series:
 
 
 def _best_variants(ensembles: Sequence[Row]) -> list[str]:
-    """For each solver the variant that solves the most instances, then with the higher success."""
+    """For each solver the variant that solves the most instances, then with the higher success; of these the best."""
     score: dict[str, tuple[int, float]] = {}
     for row in ensembles:
         solved, chance = score.get(row["solver"], (0, 0.0))
@@ -42,4 +44,5 @@ def _best_variants(ensembles: Sequence[Row]) -> list[str]:
     for name in score:
         solver = name.partition(":")[0]
         best[solver] = max(best.get(solver, name), name, key=lambda one: score[one])
-    return list(best.values())
+    chosen = sorted(best.values(), key=lambda one: score[one], reverse=True)[:_MOST_LINES]
+    return [name for name in best.values() if name in chosen]

@@ -110,7 +110,9 @@ def _arcs(trip, start, end, dark, w0, w1):
     effort = np.vectorize(lambda v: 0.0 if dark else train.traction.effort_n(v))
     brakes = np.vectorize(lambda v: train.friction_brake_n if dark else brake_n(train, v))
     rates = np.array(train.braking_rates).reshape(-1, 2)
-    fits = (acceleration <= train.max_acceleration_mps2) & (-acceleration <= train.max_deceleration_mps2) & (total > 0)
+    fits = total > 0
+    # Next to nothing counts as coasting.
+    none = 1e-5 * train.traction.effort_n(0.0)
     for v in (v0, v1):
         load = train.davis_a_n + v * (train.davis_b_n_per_mps + v * drag) + grade
         force = train.inertia_kg * acceleration + load
@@ -118,8 +120,8 @@ def _arcs(trip, start, end, dark, w0, w1):
         if len(rates):
             rate = rates[np.searchsorted(rates[:, 0], v, side="right") - 1, 1]
             most = np.maximum(train.inertia_kg * rate - load, 0.0)
-        # Next to nothing counts as coasting.
-        none = 1e-5 * train.traction.effort_n(0.0)
+        fits &= (acceleration <= train.max_acceleration_mps2) | (force <= none)
+        fits &= (-acceleration <= train.max_deceleration_mps2) | (-force <= none)
         fits &= (force <= effort(v) * (1.0 + 1e-9) + none) & (-force <= most * (1.0 + 1e-9) + none)
     with np.errstate(divide="ignore", invalid="ignore"):
         seconds = np.where(fits, 2.0 * length / total, np.inf)

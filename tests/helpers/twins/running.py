@@ -44,19 +44,25 @@ def arc(train, length_m, permil, v0, v1):
 def arc_fits(train, length_m, permil, v0, v1):
     """Whether the mean effort and the acceleration of a segment are within the limits."""
     acceleration = (v1 * v1 - v0 * v0) / (2.0 * length_m)
-    if acceleration > train.max_acceleration_mps2 or -acceleration > train.max_deceleration_mps2:
-        return False
     effort = arc(train, length_m, permil, v0, v1)[1] / length_m
+    if (effort > 0.0 and acceleration > train.max_acceleration_mps2) or (
+        effort < 0.0 and -acceleration > train.max_deceleration_mps2
+    ):
+        return False
     if effort >= 0.0:
         return effort <= mean_over_distance(train.traction.effort_n, v0, v1, breaks_of(train.traction))
     return -effort <= mean_over_distance(lambda v: brake_n(train, v), v0, v1, breaks_of(train.braking))
 
 
 def acceleration_mps2(train, regime, permil, v):
-    """dv/dt under full traction, coasting or full braking, within the comfort limits."""
-    effort = {"traction": train.traction.effort_n(v), "coasting": 0.0, "braking": -brake_n(train, v)}[regime]
-    free = (effort - train.resistance_n(v) - grade_n(train, permil)) / train.inertia_kg
-    return max(min(free, train.max_acceleration_mps2), -train.max_deceleration_mps2)
+    """dv/dt under full traction, coasting or full braking, with no effort beyond the comfort limits."""
+    load = train.resistance_n(v) + grade_n(train, permil)
+    effort = 0.0
+    if regime == "traction":
+        effort = min(train.traction.effort_n(v), max(train.inertia_kg * train.max_acceleration_mps2 + load, 0.0))
+    if regime == "braking":
+        effort = -min(brake_n(train, v), max(train.inertia_kg * train.max_deceleration_mps2 - load, 0.0))
+    return (effort - load) / train.inertia_kg
 
 
 def follow(train, regime, length_m, permil, v0, rtol=1e-10):

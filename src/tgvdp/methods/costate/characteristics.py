@@ -116,14 +116,17 @@ def _saturated_slope(train, regime, load, air, v):
     resistance_w = 0.5 * train.davis_b * per_v + air
     net = effort - resistance
     if regime == TRACTION and net >= train.max_acceleration:
+        if resistance <= -train.max_acceleration:  # downhill it gains more than that by itself
+            return -2.0 * resistance, -2.0 * resistance_w, 0.0
         return 2.0 * train.max_acceleration, 0.0, resistance_w
     effort_w = 0.5 * slope * per_v
     if regime != TRACTION:
         full = train.friction_n - effort if regime == BRAKING else -effort
         rate = effort_at(train.rates, v) if train.rates.shape[0] > 0 else train.max_deceleration
         if rate < full + resistance:
-            brakes = max(rate - resistance, 0.0)
-            return -2.0 * (brakes + resistance), 0.0, resistance_w if brakes < -effort else effort_w
+            if rate <= resistance:  # the load slows it down more than that by itself
+                return -2.0 * resistance, -2.0 * resistance_w, 0.0
+            return -2.0 * rate, 0.0, resistance_w if rate - resistance < -effort else effort_w
         return -2.0 * (full + resistance), 2.0 * (effort_w - resistance_w), effort_w
     return 2.0 * net, 2.0 * (effort_w - resistance_w), effort_w
 

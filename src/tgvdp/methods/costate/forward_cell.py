@@ -9,6 +9,7 @@ from tgvdp.methods.costate.forward_rows import (
     SAME_PLACE,
     brake_late,
     coast,
+    ended,
     evenly,
     pull,
     rows_needed,
@@ -17,12 +18,15 @@ from tgvdp.methods.costate.forward_rows import (
 from tgvdp.physics.arc import arc
 from tgvdp.physics.cell import Cell, append, rest_of
 from tgvdp.physics.codes import COASTING, DYNAMIC, OK, TRACTION
+from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import effort_at, mean_effort, resistance_at
 from tgvdp.physics.roots import Bracket, narrowed, secant
 from tgvdp.runs.braking_point import braked_w, drive_then_brake
 
 #: Changes of v² by less than this share within a cell are a drift of the holding speed, spread over the cell.
 _DRIFT = 0.01
+#: A run that enters a cell nearer to the line of switching than this share of v² is on it.
+_NEAR = 1e-3
 #: Two squared speeds nearer than this share are one speed that is held.
 _HELD = 1e-5
 #: Coasting meets the line of switching after so many steps of the secant, at most: both are nearly straight.
@@ -73,6 +77,10 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
             return evenly(train, cell, w, target, rows, n)
     braked = braked_w(train, DYNAMIC, cell, target, cell.length_m, scratch)
     if 0.0 < braked and w <= braked * (1.0 + ON_CURVE):  # 0: it passes the target even from a standstill
+        if w > max(target, braked * (1.0 - _NEAR)):
+            left, _, last = saturated(train, DYNAMIC, cell, w, target, rows, n)
+            if last < 0 or left <= (1.0 - FULL_EFFORT) * cell.length_m:
+                return ended(cell, target, rows, last)
         highest = max(w, target, lines.before_b)
         held = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, highest)
         return drive_then_brake(train, COASTING, DYNAMIC, held, w, target, scratch, rows, n)
@@ -140,7 +148,7 @@ def _coast_to_line(train, cell, w, line, slope, rows, n):
     end_w = line + slope * length
     above = w - line
     below = end_w - coast(train, cell, length, w)
-    if above <= ON_CURVE * line or below <= 0.0:
+    if below <= 0.0:
         return length, w, n
     bracket = Bracket(0.0, length, -above, below, 0)
     x = 0.0
@@ -181,39 +189,26 @@ def _line_before(train, cell, lines):
 
 @part
 def drive_cell(train, regenerates, cell, w, lines, scratch, rows, n):
-    """Append the rows of one cell from w."""
+    """Append the rows of one cell from w: to the line of switching, and along it or above it from there on."""
     a = lines.a
-    coasts = lines.coasts
-    if coasts < a:
-        a = 0.5 * (a + coasts)
-        coasts = a
-    length = cell.length_m
-    top = lines.top
     line = _line_before(train, cell, lines)
-    slope = (a - line) / length
-    rest = length
-    aim = coasts
-    if _drifts(line, a, w) and 0.0 <= pull(train, cell, w, min(a, top)) < math.inf:
-        aim = a
-    elif w < line * (1.0 - ON_CURVE):
-        rest, w, n = _drive_to_line(train, cell, w, line, slope, top, rows, n)
-        if rest <= 0.0 or n < 0:
+    slope = (a - line) / cell.length_m
+    rest = cell.length_m
+    if w < line * (1.0 - _NEAR):
+        rest, w, n = _drive_to_line(train, cell, w, line, slope, lines.top, rows, n)
+        if rest <= 0.0:
             return n
-        aim = a + rest / length * (coasts - a)
-    elif coasts <= top:
+    elif w > line * (1.0 + _NEAR):
         rest, w, n = _coast_to_line(train, cell, w, line, slope, rows, n)
-        if n < 0:
-            return n
-        if rest < length:
-            aim = a
+    if n < 0:
+        return n
     cell = rest_of(cell, cell.end_m - rest, rest)
-    aim = min(aim, top)  # downhill coasting may end above the envelope
-    share = pull(train, cell, w, aim)
-    if 0.0 <= share < math.inf:
+    aim = min(a, lines.top)
+    if coast(train, cell, rest, w) > aim:
+        return coast_through(train, regenerates, cell, w, lines, scratch, rows, n)
+    if pull(train, cell, w, aim) < math.inf:
         return evenly(train, cell, w, aim, rows, n)
-    if share > 0.0:
-        return saturated(train, TRACTION, cell, w, math.inf, rows, n)[2]
-    return coast_through(train, regenerates, cell, w, lines, scratch, rows, n)
+    return saturated(train, TRACTION, cell, w, math.inf, rows, n)[2]
 
 
 @part
@@ -230,6 +225,8 @@ def coast_through(train, regenerates, cell, w, lines, scratch, rows, n):
         if n > 0:
             rows.w[n - 1] = min(w, most)  # a rounding error above, and braking would be a sliver
         return n
+    if landed <= most * (1.0 + _NEAR):  # brakes for the last hand's breadth would be none that one applies
+        return evenly(train, cell, w, most, rows, n)
     if regenerates:
         return _regenerate(train, cell, w, lines, scratch, rows, n)
     return brake_late(train, COASTING, cell, w, lines.top, scratch, rows, n)

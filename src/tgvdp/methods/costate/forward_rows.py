@@ -6,9 +6,10 @@ from tgvdp._jit import leaf, part
 from tgvdp.constants import FEASIBILITY_RTOL
 from tgvdp.physics.arc import duration_and_work
 from tgvdp.physics.cell import Cell, append
-from tgvdp.physics.codes import BRAKING, COASTING, TRACTION
+from tgvdp.physics.codes import BRAKING, TRACTION
+from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import brake_at, effort_at, mean_effort, mean_resistance, resistance_at
-from tgvdp.physics.motion import land, march
+from tgvdp.physics.motion import march
 from tgvdp.runs.braking_point import braked_w, drive_then_brake
 
 #: Coasting and partial effort take so many rows in a cell per relative change of speed, so that a row's constant
@@ -25,21 +26,18 @@ SAME_PLACE = 1e-12
 
 @leaf
 def pull(train, cell, w0, w1):
-    """Share of full traction that takes the train from w0 to w1; infinite beyond its limits.
-
-    Negative if it must brake, or would slow down on a climb by more than comfort allows.
-    """
+    """Share of full traction that takes the train from w0 to w1; infinite beyond limits, negative if it must brake."""
     if w0 + w1 <= 0.0:  # a train at a stand must be driven, if only by a hair
         return math.inf
     length = cell.length_m
     work = duration_and_work(train, length, cell.grade_n, cell.air, w0, w1)[1]
     slack = 1.0 + FEASIBILITY_RTOL
-    if work < 0.0 or w0 - w1 > 2.0 * length * train.max_deceleration * slack:
-        return -1.0
+    if work <= 0.0:
+        return -1.0 if work < 0.0 else 0.0
     effort = mean_effort(train.traction, math.sqrt(w0), math.sqrt(w1))
     if work > length * effort * slack or w1 - w0 > 2.0 * length * train.max_acceleration * slack:
         return math.inf
-    return work / (length * effort) if work > 0.0 else 0.0
+    return work / (length * effort)
 
 
 @leaf
@@ -62,9 +60,6 @@ def coast(train, cell, length, w):
         for _ in range(2):
             load = mean_resistance(train, cell.air, v, math.sqrt(x)) + cell.grade_n
             x = max(x + damping * (w - factor * load - x), 0.0)
-    gain = 0.5 * (x - w) / length
-    if gain > train.max_acceleration or -gain > train.max_deceleration:
-        return land(train, COASTING, 1.0, cell, length, w)
     return x
 
 
@@ -73,11 +68,12 @@ def _gives(train, cell, effort, v):
     """Whether a train gives an effort at a speed, within its comfort limits."""
     load = resistance_at(train, cell.air, v) + cell.grade_n
     net = effort - load
-    most = effort_at(train.traction, v) if effort > 0.0 else effort_at(train.braking, v)
-    if effort < 0.0:  # braking rates leave less to the brakes the more the load slows down
-        most = min(most, brake_at(train, load, v))
-    comfortable = -train.inertia_kg * train.max_deceleration <= net <= train.inertia_kg * train.max_acceleration
-    return abs(effort) <= most and comfortable
+    if effort >= 0.0:
+        comfortable = effort == 0.0 or net <= train.inertia_kg * train.max_acceleration
+        return effort <= effort_at(train.traction, v) and comfortable
+    # braking rates leave less to the brakes the more the load slows down
+    most = min(effort_at(train.braking, v), brake_at(train, load, v))
+    return -effort <= most and net >= -train.inertia_kg * train.max_deceleration
 
 
 @part
@@ -98,6 +94,15 @@ def saturated(train, regime, cell, w, target, rows, n):
     return cell.length_m - used, w, n
 
 
+@leaf
+def ended(cell, target, rows, n):
+    """Let the last of the rows end where the cell does, at the target; returns their number."""
+    if n > 0:
+        rows.x[n - 1] = cell.end_m
+        rows.w[n - 1] = target
+    return n
+
+
 @part
 def evenly(train, cell, w, target, rows, n):
     """Append rows of one effort through a cell; a single one, of one acceleration, where a limit is near.
@@ -109,7 +114,9 @@ def evenly(train, cell, w, target, rows, n):
     free = _gives(train, cell, effort, math.sqrt(w)) and _gives(train, cell, effort, math.sqrt(target))
     if not free and effort > 0.0 and w < target and 0.0 <= pull(train, cell, target, target) < math.inf:
         left, _, n = saturated(train, TRACTION, cell, w, target, rows, n)
-        return append(cell.end_m, target, rows, n) if left > 0.0 else n
+        if left <= (1.0 - FULL_EFFORT) * cell.length_m:
+            return ended(cell, target, rows, n)
+        return append(cell.end_m, target, rows, n)
     parts = rows_needed(w, target) if free else 1
     sweeps = _EFFORT_SWEEPS if parts > 1 else 1
     per_effort = 2.0 * cell.length_m / train.inertia_kg

@@ -29,7 +29,7 @@ _SAME = 1e-9
 #: What a second costs at least where credits pay for seconds, in usual multipliers.
 _LEAST_COST = 1e-3
 #: The first mesh, in cells of the usual size.
-_COARSEST = 0.25
+_COARSEST = 0.125
 
 
 @dataclass
@@ -170,8 +170,8 @@ class _Search:
     def runs(self) -> _Found:
         """Runs on a mesh that is fine enough.
 
-        Cells are halved where that makes extremals cheaper, those that the points need included, and once more where
-        one is dearer, at its own multiplier, than another run that was found.
+        Cells are halved where that makes extremals cheaper, and once more where one is dearer, at its own multiplier,
+        than another run that was found.
         """
         found: _Found | None = None
         doubt = Doubt()
@@ -180,18 +180,13 @@ class _Search:
         try:
             mesh = Mesh.of(self.trip, self.fastest, _COARSEST)
             while True:
-                front = self._foreseen(mesh)
-                mesh = doubt.refined(front)
-                if mesh is not front.mesh:
-                    continue
+                front = doubt.answered(self._foreseen(mesh))
+                mesh = front.mesh
                 driven = self._driven(front)
                 if found is None or driven.complete:
                     self.counters["cells"] = len(mesh.cells.length_m)
                     found = driven
-                if not driven.complete:
-                    break
-                mesh = doubt.refined(front, driven.runs)
-                if mesh is front.mesh:
+                if not driven.complete or doubt.is_settled(front, driven.runs):
                     break
         except OutOfTime:
             pass
@@ -207,6 +202,7 @@ class _Search:
         return front
 
     def _driven(self, front: ExtremalFront) -> _Found:
+        front.reach(float(self.aims_s[0]), float(self.aims_s[-1]))
         reached = int(np.sum(self.aims_s <= front.extremals[-1].time_s + self.tolerance_s))
         saves = reached == len(self.aims_s)
         runs: list[Run] = []

@@ -112,7 +112,8 @@ def drive(
         Running time, energy and multiplier of the first extremal, then of the second.
     loss, least_loss_j : float
         A run may cost more than the cubic through the extremals promises by this share of its energy, and at least by
-        so much; an infinite loss refuses no run, nor does an infinite multiplier of the first extremal.
+        so much, but no more than a faster one; an infinite loss refuses no run, nor does an infinite multiplier of the
+        first extremal.
     samples : (S, 2) float64, modified in place
         Shares of the second policy and running times of ``known`` blends, in order. Of a single one the share is
         driven, whatever time it takes.
@@ -166,7 +167,9 @@ def drive(
         if known > 1:
             foretold = _foretell(ends, run[2])
             run[4] = foretold.multiplier
-            if ends[2] < math.inf and run[3] > foretold.energy_j + max(loss * run[3], least_loss_j):
+            faster_j = runs[i - 1, 3] if i > 0 else ends[1]
+            dearest_j = min(foretold.energy_j + max(loss * run[3], least_loss_j), faster_j)
+            if ends[2] < math.inf and loss < math.inf and run[3] > dearest_j:
                 return i, NOT_KEPT, known, driven
         run[0] = stored
         stored += n

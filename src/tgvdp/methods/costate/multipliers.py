@@ -71,6 +71,27 @@ class ExtremalFront:
         self.foretold: set[float] = set()
         self.interval: Interval | None = None
 
+    def on(self, mesh: Mesh, extremals: Sequence[Extremal]) -> "ExtremalFront":
+        """The front on another mesh, from extremals that were solved on it in place of this one's."""
+        front = ExtremalFront(mesh, self.tolerance_s, self.least_multiplier, self.counters, self.clock)
+        front.foretold = self.foretold
+        for extremal in extremals:
+            front._append(extremal)
+            front.multiplier = self._after(extremal.multiplier)
+        return front
+
+    def _after(self, multiplier: float) -> float:
+        """The next multiplier of the march to slower runs."""
+        return max(multiplier * math.exp(-_MARCH), self.least_multiplier)
+
+    def _append(self, extremal: Extremal) -> bool:
+        """Take an extremal in behind the last one, unless it saves nothing against that."""
+        last = self.extremals[-1]
+        saves = extremal.energy_j < last.energy_j - _SAME * self.scale_j and extremal.time_s > last.time_s
+        if saves:
+            self.extremals.append(extremal)
+        return saves
+
     def reach(self, first_s: float, last_s: float) -> bool:
         """March λ down until an extremal takes the last time, and up until one is no slower than the first.
 
@@ -93,16 +114,11 @@ class ExtremalFront:
             if self.idle >= _IDLE_STEPS:
                 return False
             self.watch()
-            extremal = self.mesh.extremal(self.multiplier, self.counters)
-            last = self.extremals[-1]
-            if extremal.energy_j < last.energy_j - _SAME * self.scale_j and extremal.time_s > last.time_s:
-                self.extremals.append(extremal)
-                self.idle = 0
-            else:
-                self.idle += 1
+            is_slower = self._append(self.mesh.extremal(self.multiplier, self.counters))
+            self.idle = 0 if is_slower else self.idle + 1
             if self.multiplier <= self.least_multiplier:
                 self.idle = _IDLE_STEPS
-            self.multiplier = max(self.multiplier * math.exp(-_MARCH), self.least_multiplier)
+            self.multiplier = self._after(self.multiplier)
         return True
 
     def watch(self) -> None:
@@ -117,14 +133,15 @@ class ExtremalFront:
 
     def stands(self, runs: Sequence[Run]) -> bool:
         """Whether no run is cheaper than an extremal at the extremal's own multiplier, which no run can be."""
-        times_s, energies_j = (np.array([run[column] for run in runs]) for column in range(2))
-        return all(
-            extremal.cost_j(extremal.multiplier)
-            - float((energies_j + extremal.multiplier * times_s).min(initial=math.inf))
-            <= _EXTREMAL_LOSS * self.base_j(extremal.energy_j)
-            for extremal in self.extremals[1:]
-            if math.isfinite(extremal.multiplier)
-        )
+        known = [extremal for extremal in self.extremals[1:] if math.isfinite(extremal.multiplier)]
+        if not known or not runs:
+            return True
+        times_s, energies_j = np.array([run[:2] for run in runs]).T
+        multipliers, costs_j, bases_j = np.array(
+            [(one.multiplier, one.cost_j(one.multiplier), self.base_j(one.energy_j)) for one in known]
+        ).T
+        least_j = (energies_j + multipliers[:, np.newaxis] * times_s).min(axis=1)
+        return bool((costs_j - least_j <= _EXTREMAL_LOSS * bases_j).all())
 
     def thriftiest(self) -> Run:
         """Run of the slowest extremal."""

@@ -54,9 +54,9 @@ def _terms(train, regime, grade, air, v):
         f_ww = 0.25 * (d2 - d1 * per_v) * per_v * per_v
         if regime == TRACTION:
             if f - load >= train.max_acceleration:
-                f = load + train.max_acceleration
-                f_w = load_w
-                f_ww = load_ww
+                f = max(load + train.max_acceleration, 0.0)
+                f_w = load_w if f > 0.0 else 0.0
+                f_ww = load_ww if f > 0.0 else 0.0
         else:
             f = -f
             f_w = -f_w

@@ -29,14 +29,13 @@ def _excess(train, grade, air, d, w0, w1, little):
     v0 = math.sqrt(w0)
     v1 = math.sqrt(w1)
     gain = 0.5 * (w1 - w0) / d
-    worst = max(gain / train.max_acceleration - 1.0, -gain / train.max_deceleration - 1.0)
     effort = duration_and_work(train, d, grade, air, w0, w1)[1] / d
     if effort > little:
-        return max(worst, effort / mean_effort(train.traction, v0, v1) - 1.0)
+        return max(gain / train.max_acceleration, effort / mean_effort(train.traction, v0, v1)) - 1.0
     if effort < -little:
         load = mean_resistance(train, air, v0, v1) + grade
-        return max(worst, -effort / max(mean_brake(train, load, v0, v1), little) - 1.0)
-    return worst
+        return max(-gain / train.max_deceleration, -effort / max(mean_brake(train, load, v0, v1), little)) - 1.0
+    return -1.0
 
 
 @kernel
