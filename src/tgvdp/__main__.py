@@ -12,6 +12,8 @@ _GC_THRESHOLD = 100_000
 #: Subcommands that may use scipy themselves.
 _NEEDS_SCIPY = {"solve", "bench"}
 _INTERRUPTED = 130
+#: Neither the input nor the user is at fault.
+_BROKEN = 1
 #: What matplotlib and numba read while they are loaded, and refuse to be loaded for where it means nothing to them.
 #: Pictures are drawn into files without a backend, and kernels run in one thread.
 _NO_CONCERN = ("MPLBACKEND", "NUMBA_NUM_THREADS")
@@ -41,11 +43,14 @@ def main() -> int:
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, interrupt)
     start_fast(bool(_NEEDS_SCIPY & set(sys.argv[1:2])))
-    from tgvdp import cli
-
-    has_begun = True
     try:
+        from tgvdp import cli
+
+        has_begun = True
         code = cli.main()
+    except ImportError as error:  # packages that one may do without are asked for where they are used
+        print(f"tgvdp: error: the installation lacks something: {error}", file=sys.stderr)
+        return _BROKEN
     except BaseException:
         if not heard:  # commands load libraries, too
             raise

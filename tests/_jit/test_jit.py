@@ -96,6 +96,38 @@ print(table(3, 2.0).sum())
     assert [program(**mode)[0] for _ in range(2)] == [["18.0"], ["18.0"]]
 
 
+@pytest.mark.skipif(not shortened(), reason="numba's own steps load the runtime with every kernel")
+def test_kernels_that_count_references_after_all_are_loaded_with_the_runtime(program):
+    """Numba compiles what both of them need, the text of an error, once: as the first one asks, with references."""
+    program.source.write_text("""
+import os
+import numpy as np
+from tgvdp._jit import allocating, kernel
+
+@allocating
+def table(n):
+    made = np.zeros((n, 2))
+    made[0] = (1.0, 2.0)
+    return made
+
+@kernel
+def fill(rows):
+    rows[0] = (1.0, 2.0)
+    return rows[0, 0]
+
+if "FIRST" in os.environ:
+    table(3)
+try:
+    fill(np.zeros((1, 3)))
+except ValueError as error:
+    print(str(error).partition(" of ")[0].replace(" ", "_"), sum(fill.stats.cache_hits.values()))
+""")
+    assert program(FIRST="allocating")[0] == ["cannot_assign_slice", "0"]
+    (counting,) = [path for path in entries(program.cache, ".nbc") if "fill" in path.name]
+    assert b"NRT_" in counting.read_bytes()
+    assert program()[0] == ["cannot_assign_slice", "1"]
+
+
 def test_second_process_loads_what_the_first_compiled(program):
     assert program() == (["42.0", "0"], "")
     assert program() == (["42.0", "1"], "")

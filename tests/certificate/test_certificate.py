@@ -9,6 +9,7 @@ from benchmarks.proof.trips import proof_trip
 from tests.helpers.trips import commuter, trip_on
 from tgvdp import EffortCurve, Track, Train, Trip
 from tgvdp.certificate.line import BoundingProblem
+from tgvdp.errors import BudgetExceededError
 from tgvdp.physics.arc import arc
 from tgvdp.physics.codes import HOLDING, TRACTION
 
@@ -49,6 +50,20 @@ def test_gaps_are_small_and_never_negative(hills, hills_certificate):
         certificate.lower_bound_j, hills.front.energy_j * (1.0 - certificate.gap_pct / 100.0), rtol=1e-12
     )
     assert certificate.at(float(hills.front.time_s[7])) == pytest.approx(certificate.lower_bound_j[7], rel=1e-12)
+
+
+@pytest.mark.parametrize("refused", ["a speed bound", "a bound on", "the ascent of a bound"])
+def test_memory_is_asked_for_and_where_it_ends_what_is_there_holds(monkeypatch, hills, hills_certificate, refused):
+    def ask(size_b, what):
+        if what.startswith(refused):
+            raise BudgetExceededError(what)
+
+    monkeypatch.setattr("tgvdp.certificate.line.ask_for", ask)
+    certificate = hills.certify()
+    assert not certificate.complete
+    known = np.isfinite(certificate.lower_bound_j)
+    assert known.any() == (refused != "a speed bound")
+    assert (certificate.lower_bound_j[known] <= hills_certificate.lower_bound_j[known] * (1.0 + 1e-12)).all()
 
 
 @pytest.mark.parametrize("options", [{"method": "exact"}, {"method": "best-first", "paths": 40}])

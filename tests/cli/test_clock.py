@@ -1,19 +1,25 @@
 """The time limit of a whole command: what its parts may take, and reading that ends by it."""
 
+import math
 import signal
+from itertools import pairwise
 
 import pytest
 
 from tgvdp.cli import main
-from tgvdp.cli.clock import left_s, reading_within, search_s
+from tgvdp.cli.clock import left_s, preparing_within, search_s
+from tgvdp.cli.search_case import Case, resolved
 from tgvdp.errors import BudgetExceededError
+from tgvdp.formats import load_train
 from tgvdp.methods.budget import SearchBudget
+from tgvdp.model.track import Track
+from tgvdp.options.search import SearchOptions
 
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no alarms on this system")
 def test_reading_ends_by_the_clock_and_leaves_no_alarm():
     before = signal.getsignal(signal.SIGALRM)
-    with pytest.raises(BudgetExceededError, match="while files were read"), reading_within(0.01):
+    with pytest.raises(BudgetExceededError, match="leaves no time to search"), preparing_within(0.01):
         while True:
             pass
     assert signal.getsignal(signal.SIGALRM) is before
@@ -21,7 +27,7 @@ def test_reading_ends_by_the_clock_and_leaves_no_alarm():
 
 
 def test_reading_without_a_limit_is_left_alone():
-    with reading_within(None):
+    with preparing_within(None):
         assert not hasattr(signal, "setitimer") or signal.getitimer(signal.ITIMER_REAL)[0] == 0.0
 
 
@@ -34,10 +40,22 @@ def test_parts_leave_time_to_those_after_them():
     assert search_s(late, 3) == 2.0  # a search is what the command is for
 
 
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no alarms on this system")
+def test_a_line_of_many_transitions_ends_by_the_time_limit():
+    radius_m = [math.inf if index % 2 else 500.0 + index % 7 for index in range(20_001)]
+    curves = tuple((5.0 * index, *ends) for index, ends in enumerate(pairwise(radius_m)))
+    track = Track(length_m=1e5, speed_limits=((0.0, 40.0),), curves=curves)
+    case = Case(load_train("tgv"), track, None, {}, {}, {})
+    with pytest.raises(BudgetExceededError, match="leaves no time to search"):
+        resolved(case, SearchOptions(curves="roeckl", time_limit_s=1.0), elapsed_s=1.0)
+
+
 def test_a_yaml_file_of_many_rows_ends_by_the_time_limit(tmp_path, capsys):
     rows = "\n".join(f"        - [{20 * index}, {index % 9}, 0]" for index in range(20_000))
     path = tmp_path / "long.yaml"
     path.write_text(f"paths:\n  - name: long\n    characteristic_sections:\n{rows}\n", encoding="utf-8")
     assert main(["search", "--track", str(path), "--time-limit", "0.2", "--out", str(tmp_path / "out")]) == 5
-    assert capsys.readouterr().err == "tgvdp: error: the time limit passed while files were read\n"
+    assert capsys.readouterr().err == (
+        "tgvdp: error: the time limit leaves no time to search: files and line took 75% of it\n"
+    )
     assert not (tmp_path / "out").exists()

@@ -42,6 +42,18 @@ def test_variables_that_mean_nothing_here_do_no_harm(tmp_path):
     assert (tmp_path / "out" / "profile.png").exists()
 
 
+LACKING = "import runpy, sys; sys.modules[sys.argv.pop(1)] = None; runpy.run_module('tgvdp', run_name='__main__')"
+
+
+@pytest.mark.parametrize("package", ["click", "msgspec", "numpy", "numba", "llvmlite", "matplotlib", "tomli_w"])
+def test_an_installation_that_lacks_a_package_is_said_in_one_line(tmp_path, package):
+    command = [sys.executable, "-c", LACKING, package, *SEARCH, "--quiet"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=120)
+    assert (done.returncode, done.stdout, len(done.stderr.splitlines())) == (1, "", 1), done.stderr
+    assert done.stderr.startswith("tgvdp: error: the installation lacks something: ")
+    assert package in done.stderr
+
+
 def test_unknown_request_for_completion_is_named():
     code, stdout, stderr = run("catalog", _TGVDP_COMPLETE="elvish_source")
     assert (code, stdout) == (2, b"")

@@ -121,6 +121,20 @@ def test_a_closed_pipe_is_no_fault(command):
     assert (code, stderr) == (128 + signal.SIGPIPE, b"")
 
 
+@pytest.mark.parametrize("command", ["catalog --json", "catalog", "validate tgv", "--help"])
+def test_a_closed_stdout_loses_nothing_in_silence(command):
+    line = f'exec "$0" -m tgvdp {command} >&-'
+    done = subprocess.run(["sh", "-c", line, sys.executable], check=False, stderr=subprocess.PIPE, timeout=60)
+    assert (done.returncode, done.stderr) == (3, LINE + b"Bad file descriptor\n")
+
+
+def test_a_closed_stdout_does_no_harm_where_nothing_is_printed(tmp_path):
+    line = f'exec "$0" -m tgvdp convert tgv {tmp_path}/train.toml >&-'
+    done = subprocess.run(["sh", "-c", line, sys.executable], check=False, stderr=subprocess.PIPE, timeout=60)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert (tmp_path / "train.toml").stat().st_size > 0
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 def test_what_cannot_be_printed_is_said():
     with open("/dev/full", "wb") as full:

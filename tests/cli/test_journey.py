@@ -59,7 +59,7 @@ def test_what_the_time_limit_ends_after_the_search_is_labelled(run, monkeypatch,
     assert content["complete"] is True
     for what in (
         "the time limit ended the replay, 6 runs of sections had none",
-        "the time limit ended the proof, bounds are missing or loose",
+        "the budget ended the proof, bounds are missing or loose",
         "the time limit ended the margins: 5% are not taken",
     ):
         assert f"tgvdp: budget reached: {what}\n" in err

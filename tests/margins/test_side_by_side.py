@@ -89,6 +89,7 @@ def test_ranges_of_the_line_have_margins_of_their_own():
         assert taken_s == pytest.approx(wanted_s, abs=0.1)
     assert margins.time_s["optimum"] == pytest.approx(sum(wanted_s), abs=0.1)
     assert all(verdict.ok for own in margins.verify().values() for verdict in own)
+    assert all(verdict.ok is None for own in margins.verify(1e-9).values() for verdict in own)
 
 
 def test_a_range_without_supplement_is_run_as_fast_as_can_be():

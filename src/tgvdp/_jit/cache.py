@@ -201,7 +201,9 @@ class _CheckedImpl(CompileResultCacheImpl):
         digest, content = payload
         if hashlib.sha256(content).digest() != digest:
             raise ValueError("damaged cache entry")
-        if b"NRT_" in content:  # it counts references: without numba's runtime it would call address 0
+        # It counts references, and without numba's runtime it would call address 0. Kernels may, after an allocating
+        # one in the same process: numba compiles what both need, such as the texts of errors, once, for the first.
+        if b"NRT_" in content:
             rtsys.initialize(target_context)
         return super().rebuild(target_context, pickle.loads(content))
 

@@ -1,5 +1,6 @@
 """Margins of a journey side by side: linear, economy, uniform, and the optimum of the same running time."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -12,11 +13,11 @@ from tgvdp.errors import InputError
 from tgvdp.journeys.front import journey_front
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.margins.side_by_side import deviation_s, largest_deviation_s, margin_runs
-from tgvdp.methods.budget import Clock
+from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.model.checks import require_number
 from tgvdp.model.margin import MarginRange, checked_ranges
 from tgvdp.model.trip import Trip
-from tgvdp.referee.replay import Verdict, replay
+from tgvdp.referee.replay import NOT_REPLAYED, Verdict, replay
 from tgvdp.runs.profile import Profile, joined
 
 if TYPE_CHECKING:
@@ -82,9 +83,20 @@ class Margins:
         runs = self.runs[name]
         return joined(runs, np.cumsum([0.0, *(run.duration_s + self.dwell_s for run in runs[:-1])]))
 
-    def verify(self) -> dict[str, list[Verdict]]:
-        """Replay every section by the independent referee; speeds of the linear margin may ask for too much uphill."""
-        return {name: list(map(replay, self.trips, runs)) for name, runs in self.runs.items()}
+    def verify(self, time_limit_s: float = math.inf) -> dict[str, list[Verdict]]:
+        """Replay every section by the independent referee; speeds of the linear margin may ask for too much uphill.
+
+        Parameters
+        ----------
+        time_limit_s : float
+            Time for it, s; ``ok`` of runs that are not reached is None.
+        """
+        clock = SearchBudget(time_limit_s=time_limit_s).start()
+
+        def verdict(trip: Trip, run: Profile) -> Verdict:
+            return NOT_REPLAYED if clock.expired else replay(trip, run, lambda: clock.expired)
+
+        return {name: list(map(verdict, self.trips, runs)) for name, runs in self.runs.items()}
 
     def plot(self) -> "Picture":
         """Draw how far each is from the linear time along the line, and what it takes."""
@@ -112,7 +124,7 @@ def margins_of(
     runs = {name: tuple(own) for name, own in slowed._asdict().items()}
     supplement_s = sum(run.duration_s for run in slowed.linear) - fastest_s
     anew = [one.anew() for one in sections]
-    found = journey_front(anew, np.array([max(supplement_s, 0.0)]), met_to_s(fastest_s), dwell_s)
+    found = journey_front(anew, np.array([max(supplement_s, 0.0)]), met_to_s(fastest_s), dwell_s, lambda: clock.expired)
     runs["optimum"] = tuple(one.profile(int(run)) for one, run in zip(anew, found.run[-1], strict=True))
     return Margins(
         checked_ranges(ranges), within, fastest_s, tuple(one.trip for one in sections), runs, dwell_s,

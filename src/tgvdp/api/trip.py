@@ -3,10 +3,12 @@
 import os
 from typing import TypeVar
 
+from tgvdp.api.sense import sensible_numbers
 from tgvdp.constants import ENERGY_KINDS
 from tgvdp.errors import InputError
 from tgvdp.formats import load_energy_map, load_track, load_train
 from tgvdp.formats.sources import Source
+from tgvdp.line.resolved import resolve
 from tgvdp.model.convention import Convention, convention_of
 from tgvdp.model.energy import BUILT_IN_MAP, EnergyMap, EnergyModel
 from tgvdp.model.track import SpeedRestriction, Track
@@ -16,6 +18,12 @@ from tgvdp.model.variants import restricted_track, reversed_track, train_in_wind
 from tgvdp.options.search import SearchOptions
 
 _Kind = TypeVar("_Kind", Train, Track)
+
+
+def resolve_line(trip: Trip, max_memory_b: float | None = None) -> None:
+    """Resolve the line of a trip, which whoever searches it finds done; errors as of `tgvdp.search`."""
+    with sensible_numbers(trip, max_memory_b):
+        resolve(trip)
 
 
 def trip_of(train: Train | Source, track: Track | Source, options: SearchOptions) -> Trip:

@@ -6,6 +6,7 @@ envelope of such lines. A poor λ or p only loosens it. At the running time of t
 no run is as fast, for none is faster anywhere. See docs/certificate.md for the derivation and for what is proven.
 """
 
+import contextlib
 import math
 from dataclasses import dataclass
 
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from tgvdp.certificate.line import BoundingProblem
 from tgvdp.certificate.lines import NO_ENERGY, LinesUnder, top_j
+from tgvdp.errors import BudgetExceededError
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.model.trip import Trip
 from tgvdp.runs.profile import Profile, drawn_energy_j
@@ -108,16 +110,22 @@ def certify_front(
     Returns
     -------
     Certificate
-        Without any bound where the energy is that of a map: its Hamiltonian has no minima in closed form.
+        Without any bound where the energy is that of a map: its Hamiltonian has no minima in closed form. Not
+        `complete` where time, or memory, ended the work.
     """
     if trip.energy.kind == "map":
-        unknown = np.full_like(time_s, np.nan)
-        return Certificate(unknown, unknown, np.empty(0), np.empty(0), fastest.duration_s, fastest.total_energy_j)
+        return _without_bounds(len(time_s), fastest, complete=True)
     clock = SearchBudget(time_limit_s=math.inf).start() if clock is None else clock
     slower = time_s > fastest.duration_s * (1.0 + _SAME_TIME)
-    under = LinesUnder(BoundingProblem(trip), fastest, time_s[slower], energy_j[slower])
-    reached = under.make_first(multiplier_j_per_s, clock)
-    under.refine(clock)
+    try:
+        under = LinesUnder(BoundingProblem(trip), fastest, time_s[slower], energy_j[slower])
+    except BudgetExceededError:
+        return _without_bounds(len(time_s), fastest, complete=False)
+    reached = within_memory = False
+    with contextlib.suppress(BudgetExceededError):
+        reached = under.make_first(multiplier_j_per_s, clock)
+        under.refine(clock)
+        within_memory = True
     multipliers, line_j = np.array(under.lines).T[:2]
     lower = _envelope(time_s, multipliers, line_j)
     if not reached:  # where the last line is the highest, flatter ones would be higher
@@ -128,5 +136,12 @@ def certify_front(
     size_j = np.maximum(np.maximum(drawn_j, -energy_j), least_j)
     gap_pct = _gap_pct(energy_j - lower, size_j, top_j(trip, fastest))
     return Certificate(
-        lower, gap_pct, multipliers, line_j, fastest.duration_s, fastest.total_energy_j, not clock.expired
-    )
+        lower, gap_pct, multipliers, line_j, fastest.duration_s, fastest.total_energy_j,
+        within_memory and not clock.expired,
+    )  # fmt: skip
+
+
+def _without_bounds(count: int, fastest: Profile, *, complete: bool) -> Certificate:
+    """A certificate of points that have no bound."""
+    unknown = np.full(count, np.nan)
+    return Certificate(unknown, unknown, np.empty(0), np.empty(0), fastest.duration_s, fastest.total_energy_j, complete)

@@ -18,6 +18,7 @@ from tgvdp.certificate.regimes import LabelledRun, row_efforts
 from tgvdp.certificate.slopes import SLOPES
 from tgvdp.certificate.speed_bound import Caps, lower_caps, speed_bound
 from tgvdp.line.cells import Cells, cells_of
+from tgvdp.memory import ask_for
 from tgvdp.methods.budget import Clock
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Rows
@@ -43,6 +44,8 @@ _LARGEST = math.sqrt(float(np.finfo(np.float64).max))
 #: Steps of an ascent at most, and the number of cells that are moved between two looks at the clock.
 _MOST_STEPS = 60
 _CELLS_AT_ONCE = 50_000
+#: Memory that a cell takes, and in an ascent, whose chains have up to 120 points for each of its ends, B.
+_CELL_B, _ASCENT_B = 500.0, 4500.0
 #: More than the rounding error of a sum over the cells of a line, relative to it.
 _ROUNDING = 1e-10
 
@@ -127,6 +130,7 @@ class BoundingProblem:
         end_mps = self.trip.start_speed_mps if forward else self.trip.end_speed_mps
         size = 16384 + 4 * len(self.cells.length_m)
         while True:
+            ask_for(16.0 * size, f"a speed bound of {size:,} rows")
             rows = Rows(*np.empty((2, size)))
             n = speed_bound(self.train, forward, self.cells, end_mps**2, self._pieces[0], rows)
             if n >= 0:
@@ -182,6 +186,7 @@ class BoundingProblem:
         multiplier = self.total(multiplier_j_per_s) / self.train.inertia_kg
         longest_m, log_step = self.trip.distance_m / _CELLS_PER_TRIP, _LOG_STEP / fineness
         count = count_cells(x_m, w, longest_m, log_step)
+        ask_for(_CELL_B * count, f"a bound on {count:,} cells")
         node_m, node_w, row = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
         cut_rows(x_m, w, longest_m, log_step, node_m, node_w, row)
         phases = self._costates(x_m, w, node_m, node_w, row, multiplier)
@@ -189,6 +194,7 @@ class BoundingProblem:
         nothing = np.empty(0)
         count = split_cells(*nodes, nothing, nothing, np.empty(0, dtype=np.int64))
         if count > len(row):
+            ask_for(_CELL_B * count, f"a bound on {count:,} cells")
             made = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
             split_cells(*nodes, *made)
             phases = self._costates(x_m, w, *made, multiplier)
@@ -218,6 +224,7 @@ class BoundingProblem:
     def _ascended(self, found: Ledger, multiplier: float, gain_j: float, clock: Clock | None = None) -> Ledger:
         """The bound with better costates, all moved at once until a pass gains less than ``gain_j``, or time is up."""
         left, right, count = found.left.copy(), found.right.copy(), len(found.left)
+        ask_for(_ASCENT_B * count, f"the ascent of a bound on {count:,} cells")
         room = np.empty((2, count, 2, SLOPES)), np.empty(2), chain_of(2 * count), np.empty((2, count)), np.empty(count)
         steps = max(_CELLS_AT_ONCE // count, 1)
         progress = Progress(0.0, 0, 0, 0, False)

@@ -147,6 +147,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments : sequence of str, optional
         Without the program's name; ``sys.argv[1:]`` by default.
     """
+    _refuse_to_print_nowhere()
     _write_what_terminals_can()
     with warnings.catch_warnings():
         warnings.showwarning = _Warnings()  # type: ignore[assignment]
@@ -171,6 +172,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             where = f"{error.filename}: " if error.filename is not None else ""
             return _fail(f"{where}{error.strerror or error}", InputError.exit_code)
     return int(code or 0)
+
+
+def _refuse_to_print_nowhere() -> None:
+    """Have a closed stdout fail where something is printed: Python has none then, and click prints in silence."""
+    if sys.stdout is None:
+        nowhere = os.open(os.devnull, os.O_RDONLY)
+        sys.stdout = io.TextIOWrapper(os.fdopen(nowhere, "wb", buffering=0), write_through=True)
 
 
 def _write_what_terminals_can() -> None:

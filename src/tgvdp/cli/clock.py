@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 _PART_SHARE, _MOST_PART_S = 0.125, 1.0
 #: Share of the limit that a search has at least, however long it took to get there.
 _SEARCH_SHARE = 0.25
-#: What the reading of files may take in any case, s: a limit that is shorter still gets the fastest run.
-_READING_S = 0.3
+#: What files, and the line after them, may take in any case, s: a limit that is shorter still gets the fastest run.
+_PREPARING_S = 0.3
 #: What is left when all the time is up, s: who looks at the clock does nothing then.
 _NOTHING_S = 1e-9
 
@@ -33,21 +33,28 @@ def left_s(clock: "Clock", parts_after: int = 0) -> float:
 
 
 @contextlib.contextmanager
-def reading_within(time_s: float | None) -> Iterator[None]:
-    """Give up the reading of files that takes longer, where the system has alarms: 20 MB take many seconds.
+def preparing_within(limit_s: float | None, elapsed_s: float = 0.0) -> Iterator[None]:
+    """Give up what leaves a search no time, where the system has alarms: 20 MB of rows take many seconds to read.
 
     For what runs no kernels only: an alarm while one is compiled or loaded would leave half of it behind.
+
+    Parameters
+    ----------
+    limit_s : float, optional
+        The time limit of the command, s.
+    elapsed_s : float
+        What has passed of it, s.
 
     Raises
     ------
     BudgetExceededError
-        When the time is up.
+        When the share of the limit that is no search's is up.
     """
-    if time_s is None or not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
+    if limit_s is None or not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
         yield
         return
     handler = signal.signal(signal.SIGALRM, _give_up)
-    timer = signal.setitimer(signal.ITIMER_REAL, max(time_s, _READING_S))
+    timer = signal.setitimer(signal.ITIMER_REAL, max((1.0 - _SEARCH_SHARE) * limit_s - elapsed_s, _PREPARING_S))
     try:
         yield
     finally:
@@ -56,4 +63,6 @@ def reading_within(time_s: float | None) -> Iterator[None]:
 
 
 def _give_up(*_: object) -> None:
-    raise BudgetExceededError("the time limit passed while files were read")
+    raise BudgetExceededError(
+        f"the time limit leaves no time to search: files and line took {1.0 - _SEARCH_SHARE:.0%} of it"
+    )

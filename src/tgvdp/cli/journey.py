@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from tgvdp.cli import echo_json
-from tgvdp.cli.clock import left_s, reading_within, search_s
+from tgvdp.cli.clock import left_s, preparing_within, search_s
 from tgvdp.cli.compare import compare_table
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand, apply_all, heading
@@ -18,10 +18,10 @@ from tgvdp.cli.journey_tables import front_table, margins_table, robustness_tabl
 from tgvdp.cli.notes import unusual
 from tgvdp.cli.numbers import LINE_SPEED, number
 from tgvdp.cli.screen import Screen
-from tgvdp.cli.search_case import merged, read_case, read_map
+from tgvdp.cli.search_case import merged, read_case, read_map, resolved
 from tgvdp.cli.search_options import SET_HELP, TRACK_HELP, TRAIN_HELP, complete, complete_fields, declared
 from tgvdp.errors import BudgetExceededError, InputError
-from tgvdp.options.search import BY_FIELD, JOURNEY_FIELDS, TRIP, arguments_of
+from tgvdp.options.search import BY_FIELD, JOURNEY_FIELDS, TRIP, SearchOptions, arguments_of
 from tgvdp.options.texts import parse_margins
 
 if TYPE_CHECKING:
@@ -179,7 +179,7 @@ def _run(
     **given: Any,
 ) -> _Done:
     """Run one train and write its files, until a share of the time limit has passed since the command began."""
-    with reading_within(given["time_limit_s"]):
+    with preparing_within(given["time_limit_s"]):
         case = read_case(train, track, None, line_speed_kmh).with_fields(changes)
         options = merged({}, {name: value for name, value in given.items() if value is not None})
         read_map(options, case)
@@ -199,8 +199,9 @@ def _run(
     from tgvdp.report import make_provenance
     from tgvdp.report.journeys import Extras, write_journey
 
+    arguments = arguments_of(options)
+    resolved(case, SearchOptions(**arguments), time.perf_counter() - started_s)
     with screen.compiling():
-        arguments = arguments_of(options)
         budget = budget_of(arguments)
         own_budget = replace(budget, time_limit_s=share * budget.time_limit_s)
         clock = own_budget.start(time.perf_counter() - started_s)
@@ -218,9 +219,9 @@ def _run(
             bound = result.certify(left_s(clock, 1 + len(margins)))
         taken, margins_ended = _margins(screen, result, margins, within_pct / 100.0, clock)
         delays = None if mean_delay_s is None else result.robustness(mean_delay_s=mean_delay_s)
+        verdicts += [own for one in taken.values() for runs in one.verify(left_s(clock)).values() for own in runs]
         ended = (*_ended(verdicts, bound), *margins_ended)
         extras = Extras(bound, delays, taken, ended)
-        verdicts += [own for one in taken.values() for runs in one.verify().values() for own in runs]
         screen.progress("drawing and writing")
         written = write_journey(result, home, about, extras, pictures=pictures, expired=lambda: clock.expired)
     failed = sum(verdict.ok is False for verdict in verdicts)
@@ -246,7 +247,7 @@ def _ended(verdicts: Sequence["Verdict"], bound: "JourneyBound | None") -> Itera
     if unknown := sum(verdict.ok is None for verdict in verdicts):
         yield f"the time limit ended the replay, {unknown} runs of sections had none"
     if bound is not None and not bound.complete:
-        yield "the time limit ended the proof, bounds are missing or loose"
+        yield "the budget ended the proof, bounds are missing or loose"
 
 
 def _front(done: _Done) -> str:

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from tgvdp.cli import echo_json
-from tgvdp.cli.clock import left_s, reading_within, search_s
+from tgvdp.cli.clock import left_s, preparing_within, search_s
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand
 from tgvdp.cli.notes import idle, idle_restrictions, large_gaps, unused_line_speed, unusual
 from tgvdp.cli.screen import Screen, energy_table, front_table, power_and_cost
-from tgvdp.cli.search_case import merged, read_case, read_map, suited
+from tgvdp.cli.search_case import merged, read_case, read_map, resolved, suited
 from tgvdp.cli.search_options import search_options
 from tgvdp.cli.timetable_section import read_section
 from tgvdp.errors import BudgetExceededError
@@ -94,7 +94,7 @@ def command(
     with Screen(quiet=quiet) as screen, SecondProcess() as second:
         if pictures:
             second.load("tgvdp.api.warm", "tgvdp.report.gallery")
-        with reading_within(given["time_limit_s"]):
+        with preparing_within(given["time_limit_s"]):
             case = read_case(train, track, scenario, line_speed_kmh)
             asked = {name: value for name, value in given.items() if value is not None}
             options = merged(suited(case.options, asked, scenario), asked)
@@ -106,13 +106,12 @@ def command(
         from tgvdp import api
         from tgvdp.api import warm
         from tgvdp.api.budget import budget_of
-        from tgvdp.api.trip import trip_of
         from tgvdp.options.search import SearchOptions
         from tgvdp.report import make_provenance, make_tariff, write_results
 
         arguments = arguments_of(options)
+        trip = resolved(case, SearchOptions(**arguments), time.perf_counter() - started_s)
         if not quiet:
-            trip = trip_of(case.train, case.track, SearchOptions(**arguments))
             spare = () if line_speed_kmh is None else unused_line_speed(case.track, kmh_to_mps(line_speed_kmh))
             slow = idle_restrictions(trip, arguments.get("speed_restrictions", ()))
             for text in (*unusual(case.train, case.track), *spare, *slow, *idle(trip)):
@@ -218,7 +217,7 @@ def _judge(content: Mapping[str, Any], is_proved: bool, undrawn: int, quiet: boo
     elif bare:
         ended = f"the time limit ended the summing up, {bare} points lack it"
     elif not is_proved:
-        ended = "the time limit ended the proof, bounds are missing or loose"
+        ended = "the budget ended the proof, bounds are missing or loose"
     elif undrawn:
         ended = f"the time limit left no time for {undrawn} pictures"
     else:

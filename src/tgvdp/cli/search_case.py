@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import click
 
+from tgvdp.cli.clock import preparing_within
 from tgvdp.cli.search_options import DEFAULT_TRACK, DEFAULT_TRAIN
 from tgvdp.constants import ENERGY_KINDS, METHODS
 from tgvdp.errors import InputError
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from tgvdp.model.energy import EnergyMap
     from tgvdp.model.track import Track
     from tgvdp.model.train import Train
+    from tgvdp.model.trip import Trip
+    from tgvdp.options.search import SearchOptions
     from tgvdp.report.provenance import Input
 
 
@@ -64,6 +67,17 @@ def read_case(train: str | None, track: str | None, scenario: str | None, line_s
     the_train, the_track = part("train", train, DEFAULT_TRAIN), part("track", track, DEFAULT_TRACK)
     changed = {} if line_speed_kmh is None else {"line_speed_kmh": line_speed_kmh}
     return Case(the_train, the_track, held.map, held.options, inputs, changed)
+
+
+def resolved(case: Case, options: "SearchOptions", elapsed_s: float) -> "Trip":
+    """The trip that is asked for, its line resolved as far as time allows: a hundred thousand transitions take long."""
+    # These bring numba: neither --help nor an error in the input waits for it.
+    from tgvdp.api.trip import resolve_line, trip_of
+
+    trip = trip_of(case.train, case.track, options)
+    with preparing_within(options.time_limit_s, elapsed_s):
+        resolve_line(trip, options.max_memory_b)
+    return trip
 
 
 def read_map(options: dict[str, Any], case: Case) -> None:

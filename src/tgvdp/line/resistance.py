@@ -3,10 +3,13 @@
 A train of some length meets the mean of these over its length (mass strip), or their value at its head (point).
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from tgvdp.errors import InputError
-from tgvdp.line.piecewise import Floats, Piecewise
+from tgvdp.line.piecewise import Floats, Piecewise, as_table
+from tgvdp.memory import ask_for
 from tgvdp.model.track import Curve, Track
 from tgvdp.model.train import Train
 
@@ -15,16 +18,18 @@ ROECKL_RADIUS_M = 300.0
 _ROECKL_POLE_M = 30.0
 #: Linear pieces for Röckl's formula along a transition: 0.002 % of it off at most.
 _ROECKL_PIECES = 64
+#: Memory that each of them takes until the line is resolved, B.
+_PIECE_B = 250.0
 
 
 def gradient_permil(track: Track) -> Piecewise:
     """Gradient along the track, ‰."""
-    return _held([(row.position_m, row.gradient_permil) for row in track.gradients], track.length_m)
+    return _held(track.gradients, track.length_m)
 
 
-def _held(rows: list[tuple[float, float]], length_m: float) -> Piecewise:
+def _held(rows: Sequence[tuple[float, float]], length_m: float) -> Piecewise:
     """Build a function from values that hold until the next row; none means 0."""
-    table = np.array(rows or [(0.0, 0.0)], dtype=np.float64)
+    table = as_table(rows or [(0.0, 0.0)])
     knot_m, value = np.append(table[:, 0], length_m), table[:, 1]
     return Piecewise.of(knot_m, value, value, value)
 
@@ -46,6 +51,9 @@ def curve_permil(track: Track, formula: str) -> Piecewise:
     """
     if formula == "none" or not track.curves:
         return _held([], track.length_m)
+    if formula == "roeckl":
+        transitions = sum(row.radius_start_m != row.radius_end_m for row in track.curves)
+        ask_for(_PIECE_B * _ROECKL_PIECES * transitions, f"Röckl's formula along {transitions:,} transitions")
     ends_m = [*(row.position_m for row in track.curves[1:]), track.length_m]
     pieces = [
         _one_curve(track, index, row, end_m, formula)

@@ -13,9 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.line.piecewise import Floats, Piecewise
+from tgvdp.line.piecewise import Floats, Piecewise, as_table
 from tgvdp.line.resistance import curve_permil, gradient_permil, tunnel_drag
-from tgvdp.model.track import LOWERED, NEUTRAL, POWERED
+from tgvdp.model.convention import Convention
+from tgvdp.model.track import LOWERED, NEUTRAL, POWERED, Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
 
@@ -94,7 +95,7 @@ def resolve(trip: Trip) -> ResolvedLine:
     """
     train, origin_m, distance_m = trip.train, trip.origin_m, trip.distance_m
     force, drag = _resistance(trip)
-    limits = np.array(trip.track.speed_limits, dtype=np.float64)
+    limits = as_table(trip.track.speed_limits)
     reach_m = train.length_m if trip.convention.limits == "tail" else 0.0
     top_mps = min(float(limits[:, 1].max()), train.max_speed_mps)
     rises = np.diff(limits[:, 1]) > 0.0
@@ -125,7 +126,13 @@ def resolve(trip: Trip) -> ResolvedLine:
 
 def _resistance(trip: Trip) -> tuple[Piecewise, Piecewise]:
     """Force of gradients and curves, N, and coefficient of v², N/(m/s)², over the head's position from the origin."""
-    train, track, convention = trip.train, trip.track, trip.convention
+    force, drag = _whole(trip.train, trip.track, trip.convention)
+    return force.between(trip.origin_m, trip.destination_m), drag.between(trip.origin_m, trip.destination_m)
+
+
+@lru_cache(maxsize=4)
+def _whole(train: Train, track: Track, convention: Convention) -> tuple[Piecewise, Piecewise]:
+    """The same over a whole track, which the sections of a journey share."""
     permil = gradient_permil(track)
     if convention.curves != "none":
         permil = permil.plus(curve_permil(track, convention.curves))
@@ -135,7 +142,7 @@ def _resistance(trip: Trip) -> tuple[Piecewise, Piecewise]:
         drag = drag.plus(tunnel_drag(train, track))
     if convention.mass_model == "strip" and train.length_m > 0.0:
         force, drag = force.mean_behind(train.length_m), drag.mean_behind(train.length_m)
-    return force.between(trip.origin_m, trip.destination_m), drag.between(trip.origin_m, trip.destination_m)
+    return force, drag
 
 
 def _steps(trip: Trip, force: Piecewise, drag: Piecewise, top_mps: float) -> list[Floats]:

@@ -115,21 +115,21 @@ def _until_next_m(rows: Sequence[Any], last_m: float) -> list[float]:
     return [*(row.position_m for row in rows[1:]), last_m][: len(rows)]
 
 
-def _curve_permil(formula: str, row: Curve, share: float) -> float:
-    """Resistance at a share of the way through a curve, ‰."""
-    bend = abs((1.0 - share) / row.radius_start_m + share / row.radius_end_m)
-    if formula == "none" or bend == 0.0:
-        return 0.0
-    radius_m = 1.0 / bend
+def _curve_permil(formula: str, row: Curve, share: _Floats) -> _Floats:
+    """Resistance at shares of the way through a curve, ‰."""
+    bend = np.abs((1.0 - share) / row.radius_start_m + share / row.radius_end_m)
+    radius_m = np.divide(1.0, bend, out=np.full_like(bend, math.inf), where=bend > 0.0)
     if formula == "800/R":
         return 800.0 / radius_m
-    return 650.0 / (radius_m - 55.0) if radius_m >= _JUMP_M else 500.0 / (radius_m - 30.0)
+    wide = radius_m >= _JUMP_M
+    return np.where(wide, 650.0 / (np.where(wide, radius_m, math.inf) - 55.0), 500.0 / (radius_m - 30.0))
 
 
 @lru_cache(maxsize=16)
 def see_line(trip: Trip) -> SeenLine:
     """Add up the track of a trip."""
     track, train, convention = trip.track, trip.train, trip.convention
+    at_turns_m: list[_Floats] = []
     ends_m = {0.0, track.length_m}
     ends_m |= {row.position_m for row in track.gradients} | {row.position_m for row in track.curves}
     for tunnel in track.tunnels:
@@ -139,27 +139,26 @@ def see_line(trip: Trip) -> SeenLine:
     for row, end_m in zip(curves, curve_end_m, strict=True):
         if row.radius_start_m != row.radius_end_m:
             parts = max(_PARTS, math.ceil((end_m - row.position_m) / _LONGEST_M))
-            ends_m |= set(np.linspace(row.position_m, end_m, parts + 1).tolist())
+            at_turns_m.append(np.linspace(row.position_m, end_m, parts + 1))
             bend, turn = 1.0 / row.radius_start_m, 1.0 / row.radius_end_m - 1.0 / row.radius_start_m
             shares = ((side / _JUMP_M - bend) / turn for side in (-1.0, 0.0, 1.0))
             ends_m |= {row.position_m + share * (end_m - row.position_m) for share in shares if 0.0 < share < 1.0}
     length_m = train.length_m if convention.mass_model == "strip" else 0.0
     # What the track begins with was there before it.
-    at_m = np.array(sorted(ends_m | {-length_m}))
+    at_m = np.unique(np.concatenate((list(ends_m | {-length_m}), *at_turns_m)))
     middle_m = np.maximum(0.5 * (at_m[:-1] + at_m[1:]), _BESIDE * _BESIDE * at_m[at_m > 0.0].min())
     span_m = np.diff(at_m)
     permil, permil_per_m = np.zeros_like(middle_m), np.zeros_like(middle_m)
     for row, held in _held(middle_m, track.gradients, _until_next_m(track.gradients, math.inf)):
         permil[held] = row.gradient_permil
     for (row, held), end_m in zip(_held(middle_m, curves, curve_end_m), curve_end_m, strict=True):
-        for i in range(held.start, held.stop):
-            beside_m = 0.25 * span_m[i] if at_m[i] >= 0.0 else 0.0
-            first, last = (
-                _curve_permil(convention.curves, row, float((at - row.position_m) / (end_m - row.position_m)))
-                for at in (middle_m[i] - beside_m, middle_m[i] + beside_m)
-            )
-            permil[i] += 0.5 * (first + last)
-            permil_per_m[i] = 2.0 * (last - first) / span_m[i]
+        beside_m = np.where(at_m[held] >= 0.0, 0.25 * span_m[held], 0.0)
+        first, last = (
+            _curve_permil(convention.curves, row, (place_m - row.position_m) / (end_m - row.position_m))
+            for place_m in (middle_m[held] - beside_m, middle_m[held] + beside_m)
+        )
+        permil[held] += 0.5 * (first + last)
+        permil_per_m[held] = 2.0 * (last - first) / span_m[held]
     air = np.full_like(middle_m, train.davis_c_n_per_mps2)
     tunnels = track.tunnels if convention.tunnels else ()
     for tunnel, held in _held(middle_m, tunnels, [row.position_m + row.length_m for row in tunnels]):

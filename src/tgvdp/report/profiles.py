@@ -73,7 +73,7 @@ def choose_runs(result: "SearchResult", every_m: float | None = None, most_rows:
     kept = max(2, most_rows // each)
     points = np.unique(np.linspace(0, count - 1, kept).round().astype(int)).tolist()
     spaced = ""
-    if every_m is None and len(points) * each > most_rows:
+    if len(points) * each > most_rows:
         every_m = result.trip.distance_m / max(most_rows // len(points), _LEAST_ROWS)
         spaced = f" with a row every {every_m:.3g} m"
     note = f"{len(points)} of {count} profiles are written{spaced}, evenly spread: all would have {count * each} rows"

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import InputError
+from tgvdp.line.piecewise import as_table
 from tgvdp.line.resolved import resolve
 from tgvdp.model.checks import require_number
 from tgvdp.model.trip import Trip
@@ -111,5 +112,5 @@ def limit_at(trip: Trip, position_m: Floats) -> Floats:
 
 def gradient_at(trip: Trip, position_m: Floats) -> Floats:
     """Gradient of the line from positions on the track on, ‰."""
-    rows = np.array(trip.track.gradients or ((0.0, 0.0),), dtype=np.float64)
+    rows = as_table(trip.track.gradients or ((0.0, 0.0),))
     return np.asarray(rows[np.searchsorted(rows[:, 0], position_m, side="right") - 1, 1])

@@ -9,6 +9,7 @@ metre; published figures of TGV, ICE 3, KISS, metros and ore trains for power, t
 """
 
 import math
+from bisect import bisect_right
 from collections.abc import Iterator
 from functools import partial
 from itertools import pairwise
@@ -268,7 +269,8 @@ def _curves(track: Track) -> Iterator[Figure]:
 
 def _limit_at(track: Track, position_m: float) -> float:
     """Speed limit at a position, m/s."""
-    return next(row.speed_mps for row in reversed(track.speed_limits) if row.position_m <= position_m)
+    after = bisect_right(track.speed_limits, position_m, key=lambda row: row.position_m)
+    return track.speed_limits[after - 1].speed_mps
 
 
 def _tunnels(track: Track) -> Iterator[Figure]:
