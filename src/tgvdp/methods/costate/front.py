@@ -27,6 +27,8 @@ from tgvdp.runs.resistance_correction import follow
 _STEP_TOL = 0.05
 #: Relative difference below which running times are the same.
 _SAME = 1e-9
+#: What a second costs at least where credits pay for seconds, in usual multipliers.
+_LEAST_COST = 1e-3
 #: The first mesh, in cells of the usual size.
 _COARSEST = 0.125
 
@@ -204,8 +206,9 @@ class _Search:
         return found or _Found([], False, True)
 
     def _foreseen(self, mesh: Mesh) -> ExtremalFront:
-        # No second may cost less than nothing.
-        least_multiplier = max(self.least_multiplier, float(mesh.cells.saved_w.max()))
+        least_multiplier, saved_w = self.least_multiplier, float(mesh.cells.saved_w.max())
+        if saved_w > 0.0:  # every second has to cost something: of those that cost nothing a run takes without end
+            least_multiplier = max(least_multiplier, saved_w + _LEAST_COST * mesh.usual_multiplier)
         front = ExtremalFront(mesh, self.tolerance_s, least_multiplier, self.counters, self.clock)
         front.reach(float(self.aims_s[0]), float(self.aims_s[-1]))
         front.foresee(self.aims_s)
