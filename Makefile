@@ -7,6 +7,7 @@
 # make versions  the wheel in empty environments: each Python, lowest and newest dependencies
 # make bench  all benchmarks, into results/benchmarks/; wants a quiet machine and about 15 minutes
 # make proof  a survey of random trips on fresh seeds, into results/: SEEDS=1000 trips, none begun after MINUTES=15
+# make windows  journeys with random windows on random lines against an explicit grid, into results/journeys/
 # Both create .venv on first use. Another Python: make run PYTHON=python3.13
 PYTHON ?= python3
 SEEDS ?= 1000
@@ -15,7 +16,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run test hooks fuzz fuzz-bounds fuzz-readers versions bench proof clean distclean
+.PHONY: run test hooks fuzz fuzz-bounds fuzz-readers versions bench proof windows clean distclean
 
 run: $(VENV)/.installed
 	$(BIN)/python -m tgvdp search --out out
@@ -50,6 +51,9 @@ bench: $(VENV)/.installed-peers
 
 proof: $(VENV)/.installed-dev
 	$(BIN)/python -m benchmarks.proof --seeds $(SEEDS) --minutes $(MINUTES)
+
+windows: $(VENV)/.installed-dev
+	$(BIN)/python -m benchmarks.windows
 
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and f"tgvdp needs Python 3.11 or newer, $(PYTHON) is {sys.version.split()[0]}: try make PYTHON=python3.13")'

@@ -55,7 +55,7 @@ def test_every_option_reaches_the_search(tmp_path, calls):
     common = f"--energy wheel {line} --max-margin 30 --time-limit 20 --max-memory 4GB --no-certify --quiet"
     grid = "--segment 500 --speeds 12 --max-labels 100000"
     best_first = "--method best-first --paths 3 --heuristic time --no-dominance --bounds"
-    for out, options in enumerate(("--points 7 --clean", f"{grid} {best_first}")):
+    for out, options in enumerate(("--points 7 --clean --min-phase 3", f"{grid} {best_first}")):
         assert search(tmp_path / str(out), *f"{trip} {common} {options}".split()) == 0
     (train, track, on_front), (_, _, on_grid) = calls
     assert train == tgvdp.load_train("alstom-emu")
@@ -81,7 +81,7 @@ def test_every_option_reaches_the_search(tmp_path, calls):
     assert set(on_front) | set(on_grid) == set(inspect.signature(api.search).parameters) - other
     for one in (on_front, on_grid):  # replay, proof and tables keep a second each
         assert 10.0 <= one.pop("time_limit_s") <= 17.0
-    assert on_front == shared | {"points": 7, "clean": True}
+    assert on_front == shared | {"points": 7, "clean": True, "min_phase_s": 3.0}
     assert on_grid == shared | {
         "method": "best-first",
         "paths": 3,
@@ -102,6 +102,7 @@ FOREIGN = {
     "at_s": ("--at 200s", 'at = "200s"', (200.0,)),
     "at_margin": ("--at 5%", 'at = "5%"', (0.05,)),
     "clean": ("--clean", "clean = true", True),
+    "min_phase_s": ("--min-phase 3", "min_phase_s = 3.0", 3.0),
     "paths": ("--paths 7", "paths = 7", 7),
     "heuristic": ("--heuristic time", 'heuristic = "time"', "time"),
     "dominance": ("--no-dominance", "dominance = false", False),

@@ -1,6 +1,7 @@
 """Windows between stops: against the run without them, against exact fronts on a grid, and what cannot be kept."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -138,6 +139,44 @@ def test_two_points_between_two_stops():
 def test_what_cannot_be_kept_is_named(point, message):
     with pytest.raises(InfeasibleError, match=message):
         run(point, points=3)
+
+
+def misses(error):
+    """By how much each window is missed, s, as an error tells it."""
+    return [float(missed_s) for missed_s in re.findall(r"missed by ([0-9.]+) s", str(error.value))]
+
+
+def test_what_is_told_of_missed_windows_meets_them_and_less_does_not():
+    """Two windows close too early: each by so much, when the one before closes no later than it has to."""
+
+    def windows(first_s, second_s):
+        return TimingPoint(1800.0, 0.0, 30.0 + first_s), TimingPoint(2800.0, 0.0, 80.0 + second_s)
+
+    with pytest.raises(InfeasibleError, match=r"at 1800 m closes .*; the window at 2800 m closes") as error:
+        run(*windows(0.0, 0.0), points=3)
+    first_s, second_s = misses(error)
+    journey = run(*windows(first_s, second_s), points=3)
+    assert passed(journey, 0, 2800.0)[0] <= 80.0 + second_s + 0.1
+    with pytest.raises(InfeasibleError, match="at 1800 m closes"):
+        run(*windows(first_s - 0.1, second_s), points=3)
+    with pytest.raises(InfeasibleError, match="at 2800 m closes"):
+        run(*windows(first_s, second_s - 0.1), points=3)
+
+
+def test_two_windows_that_need_two_other_speeds_are_kept():
+    """Between the points the train is slower than any run that is fast at one of them."""
+    level = replace(ONE, gradients=())
+    points = TimingPoint(1800.0, 42.0, 43.0), TimingPoint(2800.0, 342.0, 347.0)
+    journey = run(*points, line=level, points=3, max_margin=2.0)
+    assert 41.9 <= passed(journey, 0, 1800.0)[0] <= 43.1
+    assert 341.9 <= passed(journey, 0, 2800.0)[0] <= 347.1
+
+
+def test_where_running_longer_saves_nothing_is_said():
+    """Behind the point the train rolls down to its stop."""
+    down = replace(ONE, gradients=(tgvdp.Gradient(0.0, 0.0), tgvdp.Gradient(HALF_M, -10.0)))
+    journey = run(TimingPoint(HALF_M, 80.0, 85.0), line=down, points=4, max_margin=3.0)
+    assert any("the front ends with the thriftiest journey" in text for text in journey.warnings)
 
 
 def test_the_published_journey_cannot_be_kept(shared):

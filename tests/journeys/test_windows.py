@@ -148,8 +148,8 @@ def test_asked_times_are_arrivals_on_the_clock_and_margins_count_from_the_earlie
 
 def test_a_window_that_is_left_is_named():
     windows = Windows((TimingPoint(0.0),), (TimingPoint(5.0, 10.0, 12.0),), ())
-    assert not windows.left_by(np.zeros((2, 1)), np.array([[10.0], [12.0]]), 1e-3)
-    told = windows.left_by(np.zeros((2, 1)), np.array([[9.5], [12.2]]), 1e-3)
+    assert not list(windows.left_by(np.zeros((2, 1)), np.array([[10.0], [12.0]]), 1e-3))
+    (told,) = windows.left_by(np.zeros((2, 1)), np.array([[9.5], [12.2]]), 1e-3)
     assert told == "the window at 5 m is left: the train is there 0.5 s earlier than it opens"
 
 

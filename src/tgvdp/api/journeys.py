@@ -242,8 +242,7 @@ def _warnings(found: JourneyFront) -> Iterator[str]:
     """Say where the result is less than was asked for."""
     if not found.complete:
         yield "the time limit ended the search: better splits than these may exist"
-    if found.left:
-        yield found.left
+    yield from found.left
     if found.complete and found.exhausted:
         last_s = found.front.time_s[-1]
         yield f"the front ends with the thriftiest journey, {last_s:.6g} s: running longer saves nothing"

@@ -44,17 +44,18 @@ def continuous_front(
     budget: SearchBudget,
     tolerance_s: float | None = None,
     clean: bool = False,
+    min_phase_s: float = 0.0,
 ) -> OptimalRuns:
     """Method ``front``: the costate program, or for an energy by a map the generic refinement.
 
     With ``clean`` its points become extremals of few commands (`methods.extremal`), which takes much longer, where the
-    line has current throughout.
+    line has current throughout. Phases shorter than ``min_phase_s`` are left out of the costate program's runs.
     """
     if trip.energy.kind == "map":
         return refine_front(trip, fastest, target_s, budget, tolerance_s)
     powered = bool((resolve(trip).supply == POWERED).all())
     find = extremal_front if clean and powered else optimal_front
-    return find(trip, fastest, target_s, budget, tolerance_s)
+    return find(trip, fastest, target_s, budget, tolerance_s, min_phase_s)
 
 
 def find(
@@ -62,11 +63,12 @@ def find(
 ) -> OptimalRuns | GridPaths:
     """Dispatch to the method; the margin is that of the options, or what their longest time leaves."""
     if options.method == "front":
+        driven = options.clean, options.min_phase_s
         if options.at_s or options.at_margin:
             target_s, tolerance_s = asked_targets(fastest.time_s, options.at_s, options.at_margin)
-            return continuous_front(trip, fastest.profile, target_s, budget, tolerance_s, options.clean)
+            return continuous_front(trip, fastest.profile, target_s, budget, tolerance_s, *driven)
         target_s = fastest.time_s * np.linspace(1.0, 1.0 + max_margin, options.points)
-        return continuous_front(trip, fastest.profile, target_s, budget, clean=options.clean)
+        return continuous_front(trip, fastest.profile, target_s, budget, None, *driven)
     max_time_s = fastest.time_s * (1.0 + max_margin)
     segment_m, speeds = options.segment_m, options.speeds
     exact = options.method == "exact"

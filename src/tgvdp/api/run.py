@@ -44,6 +44,7 @@ def search(
     at_s: Sequence[float] = (),
     at_margin: Sequence[float] = (),
     clean: bool = False,
+    min_phase_s: float = 1.0,
     paths: int = 100,
     heuristic: str = "ratio",
     segment_m: float | None = None,
@@ -103,6 +104,9 @@ def search(
     clean : bool
         Whether each point is rebuilt as an extremal of few commands, as a driver would run (method ``front``; energies
         by a map and neutral sections keep their runs). It takes ten times as long; docs/extremals.md.
+    min_phase_s : float
+        Phases of driving that are shorter, s, are left out where that costs no more than 10⁻⁵ of the energy; 0 leaves
+        all (method ``front``; energies by a map keep theirs). See docs/phases.md.
     paths, heuristic, dominance, bounds
         Of method ``best-first``; see `tgvdp.methods.grid.best_first`.
     segment_m, speeds
@@ -147,6 +151,7 @@ def search(
         at_s=at_s,
         at_margin=at_margin,
         clean=clean,
+        min_phase_s=min_phase_s,
         paths=paths,
         heuristic=heuristic,
         segment_m=segment_m,

@@ -67,8 +67,8 @@ class JourneyFront:
         False when a time limit ended the search.
     exhausted : bool
         Whether the front ends with the thriftiest journey: running longer saves nothing.
-    left : str
-        Which window is left, and by how much, where runs do not meet their times.
+    left : tuple of str
+        Which window is left, and by how much, where runs do not meet their times, and which arrivals are too early.
     """
 
     front: ParetoFront
@@ -78,7 +78,7 @@ class JourneyFront:
     practices: dict[str, Allocations]
     complete: bool
     exhausted: bool
-    left: str = ""
+    left: tuple[str, ...] = ()
 
 
 def journey_front(

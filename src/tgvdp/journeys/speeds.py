@@ -1,6 +1,7 @@
 """The search for the speeds at which timing points are passed: on a grid, and from there by multipliers."""
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,8 +9,8 @@ from numpy.typing import NDArray
 
 from tgvdp.errors import InfeasibleError
 from tgvdp.journeys.section import SectionRuns
-from tgvdp.journeys.timetable import sample, timetable_of
-from tgvdp.journeys.windows import WindowMissedError, Windows
+from tgvdp.journeys.timetable import earliest, sample, timetable_of
+from tgvdp.journeys.windows import Miss, WindowMissedError, Windows
 
 _Floats = NDArray[np.float64]
 
@@ -18,8 +19,8 @@ Speeds = tuple[float, ...]
 #: Parts that share given speeds.
 Parts = Callable[[Speeds], list[SectionRuns]]
 
-#: Speeds tried for each point, then around the best of them at a finer distance, so often.
-_SPEEDS, _FINER, _LEVELS = 8, 4, 2
+#: Speeds tried for each point, and how much closer those around the best of them are.
+_SPEEDS, _FINER = 8, 4
 #: Lowest speed of the grid, as a share of the highest possible.
 _LOWEST = 0.25
 
@@ -30,6 +31,14 @@ class Point(NamedTuple):
     position_m: float
     lowest_mps: float
     highest_mps: float
+
+
+class _Refusal(NamedTuple):
+    """Speeds that are not possible: by how much they miss windows, s, infinite where not by time, and the error."""
+
+    missed_s: float
+    speeds: Speeds
+    error: InfeasibleError
 
 
 class SpeedSearch:
@@ -57,35 +66,53 @@ class SpeedSearch:
         #: By the number of the arrival; not where those that were tried are too slow.
         self.found: dict[int, Speeds] = {}
         self._least_j = np.full(len(arrival_s), np.inf)
-        self._refusals: list[InfeasibleError] = []
+        self._fastest = tuple(point.highest_mps for point in points)
+        #: Of the speeds that are not possible those that miss windows least: by how much, s, and what is said of them.
+        self._nearest = _Refusal(math.inf, self._fastest, InfeasibleError())
 
     def on_grid(self) -> None:
-        """Try speeds on a grid, one point after the other, then around the best ones.
+        """Try speeds on a grid, one point after the other.
 
         Raises
         ------
         InfeasibleError
             When a window cannot be met by any of them.
         """
-        fastest = tuple(point.highest_mps for point in self.points)
-        self._attempt(fastest)
-        for level in range(_LEVELS):
-            for place, point in enumerate(self.points):
-                high = point.highest_mps
-                low = min(max(point.lowest_mps, _LOWEST * high), high)
-                step = (high - low) / (_SPEEDS - 1) / _FINER**level
-                steps = np.arange(-_SPEEDS, _SPEEDS + 1) if level == 0 else np.arange(1 - _FINER, _FINER)
-                for speeds in set(self.found.values()) or {fastest}:
-                    for speed in np.unique(np.clip(speeds[place] + step * steps, low, high)).tolist():
-                        self._attempt((*speeds[:place], speed, *speeds[place + 1 :]))
+        self._attempt(self._fastest)
+        self._sweep(np.arange(-_SPEEDS, _SPEEDS + 1), 1.0)
         if not self.found:
-            raise min(self._refusals, key=lambda one: one.missed_s if isinstance(one, WindowMissedError) else np.inf)
+            self.around()
+        if not self.found:
+            raise self._nearest.error
+
+    def around(self) -> None:
+        """Try speeds around the best ones, closer than those of the grid."""
+        self._sweep(np.arange(1 - _FINER, _FINER), 1.0 / _FINER)
+
+    def _sweep(self, steps: NDArray[np.int64], share: float) -> None:
+        for place, point in enumerate(self.points):
+            high = point.highest_mps
+            low = min(max(point.lowest_mps, _LOWEST * high), high)
+            steps_mps = steps * (share * (high - low) / (_SPEEDS - 1))
+            for speeds in set(self.found.values()) or {self._nearest.speeds}:
+                for speed in np.unique(np.clip(speeds[place] + steps_mps, low, high)).tolist():
+                    self._attempt((*speeds[:place], speed, *speeds[place + 1 :]))
+
+    def too_early(self) -> Iterator[str]:
+        """Say for which arrivals no run was found."""
+        if missing := [time_s for at, time_s in enumerate(self.arrival_s.tolist()) if at not in self.found]:
+            yield (
+                f"no journey was found that keeps all windows and ends by {missing[-1]:.6g} s: {len(missing)} points"
+                " are missing"
+            )
 
     def _attempt(self, speeds: Speeds) -> None:
         try:
             energy_j = self._energy_j(speeds)
         except InfeasibleError as error:
-            self._refusals.append(error)
+            missed_s = error.missed_s if isinstance(error, WindowMissedError) else math.inf
+            if missed_s <= self._nearest.missed_s:
+                self._nearest = _Refusal(missed_s, speeds, error)
             return
         for at in np.flatnonzero(energy_j < self._least_j).tolist():
             self.found[at], self._least_j[at] = speeds, energy_j[at]
@@ -93,11 +120,16 @@ class SpeedSearch:
     def _energy_j(self, speeds: Speeds) -> _Floats:
         """Energy of the journey for each arrival, as far as the parts' fronts are sampled, J; infinite if too early."""
         parts = self.parts(speeds)
+        earliest(parts, self.windows, self.tolerance_s)  # asked first, as nothing is solved for it
         sample(parts, self.windows, self.arrival_s, self.tolerance_s)
         timetable = timetable_of(parts, self.windows, self.tolerance_s)
+        first_s, last_s = timetable.arrival.first_s, float(self.arrival_s[-1])
+        if last_s < first_s - self.tolerance_s:
+            which = f"an arrival at {last_s:.6g} s is wanted, the first one that was found is at {first_s:.6g} s"
+            raise WindowMissedError([Miss(which, first_s - last_s, "is so much later")])
         taken_s = timetable.at(self.arrival_s).supplement_s
         energy_j = np.sum(
             [one.energy_between(own_s) for one, own_s in zip(parts, taken_s.T, strict=True)],
             axis=0,
         )
-        return np.where(self.arrival_s >= timetable.arrival.first_s - self.tolerance_s, energy_j, np.inf)
+        return np.where(self.arrival_s >= first_s - self.tolerance_s, energy_j, np.inf)

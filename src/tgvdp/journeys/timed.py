@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 
 from tgvdp.errors import InfeasibleError
 from tgvdp.journeys.front import JourneyFront
-from tgvdp.journeys.multiplier import Demand
 from tgvdp.journeys.passed import PassedRun, PassedRuns, run_of_parts
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.journeys.speeds import Point, Speeds, SpeedSearch
-from tgvdp.journeys.timetable import planned
+from tgvdp.journeys.timetable import earliest, planned
 from tgvdp.journeys.whole import whole_run
-from tgvdp.journeys.windows import Schedule, Timetable, Windows
+from tgvdp.journeys.windows import Schedule, Windows
 from tgvdp.model.journey import TimingPoint
 from tgvdp.model.trip import Trip
 from tgvdp.pareto import ParetoFront
@@ -32,8 +31,6 @@ _Floats = NDArray[np.float64]
 
 #: Parts share a speed that is lower than that of the fastest run by this share: it has to be possible on both sides.
 _ROUNDING = 1e-6
-#: What takes any time, s: for whether windows can be met at all before anything is solved.
-_ANY_TIME = Demand(np.array([0.0, 1e9]), np.array([1.0, 0.0]))
 
 
 class TimedJourney:
@@ -106,8 +103,7 @@ class TimedJourney:
             When a window closes before the fastest runs reach it.
         """
         highest_mps = tuple(point.highest_mps for point in self._points)
-        fastest_s = [part.fastest.duration_s for part in self.parts(highest_mps)]
-        return Timetable(self.windows, fastest_s, [_ANY_TIME] * len(fastest_s), 0.0).arrival.first_s
+        return earliest(self.parts(highest_mps), self.windows, 0.0).arrival.first_s
 
     def front(self, arrival_s: _Floats, tolerance_s: float) -> tuple[tuple[PassedRuns, ...], JourneyFront]:
         """Find the front of the journey.
@@ -133,17 +129,11 @@ class TimedJourney:
         windows = self.windows.opened_later(own_s)
         search = SpeedSearch(self._points, self.parts, windows, arrival_s, own_s)
         search.on_grid()
-        speeds = search.found
-        met = sorted(speeds)
-        shape = len(arrival_s), len(windows.arrivals)
-        departure_s, supplement_s, multiplier = np.empty((3, *shape))
-        for chosen in set(speeds.values()):
-            rows = [at for at in met if speeds[at] == chosen]
-            plan = planned(self.parts(chosen), windows, arrival_s[rows], own_s)
-            departure_s[rows], supplement_s[rows], multiplier[rows] = plan
-        runs = [
-            self._runs(speeds[at], Schedule(departure_s[at], supplement_s[at], multiplier[at]), own_s) for at in met
-        ]
+        departure_s, runs, are_whole = self._solved_at(search)
+        if not are_whole:  # the speeds of the grid are those of the runs
+            search.around()
+            departure_s, runs, _ = self._solved_at(search)
+        met = sorted(search.found)
         sections = tuple(
             PassedRuns(section.trip, section.fastest, own)
             for section, own in zip(self.sections, zip(*runs, strict=True), strict=True)
@@ -153,7 +143,7 @@ class TimedJourney:
         )
         kept = front.source
         first = [parts[0] for parts in windows.sections]
-        clocks = [_clock(self.windows, departure_s[met[at], first], runs[at]) for at in kept.tolist()]
+        clocks = [_clock(self.windows, departure_s[at, first], runs[at]) for at in kept.tolist()]
         leaving_s, coming_s = np.array(clocks).swapaxes(0, 1)
         found = JourneyFront(
             front=front,
@@ -162,28 +152,69 @@ class TimedJourney:
             multiplier_j_per_s=np.column_stack([one.multiplier_j_per_s[kept] for one in sections]),
             practices={},
             complete=all(part.complete for part in (*self._known.values(), *self.sections)),
-            exhausted=False,
-            left=self.windows.left_by(leaving_s, coming_s, tolerance_s),
+            exhausted=bool(coming_s[-1, -1] < arrival_s[met[-1]] - tolerance_s),
+            left=(*search.too_early(), *self.windows.left_by(leaving_s, coming_s, tolerance_s)),
         )
         return sections, found
 
-    def _runs(self, speeds: Speeds, plan: Schedule, tolerance_s: float) -> list[PassedRun]:
-        """Runs of all sections as planned: by parts that share speeds, or in one piece where that is cheaper."""
-        parts = self.parts(speeds)
-        runs = []
-        for section, numbers in zip(self.sections, self.windows.sections, strict=True):
-            own = slice(numbers[0], numbers[-1] + 1)
-            run = run_of_parts(section.trip, parts[own], plan.supplement_s[own], plan.multiplier_j_per_s[own])
-            if len(numbers) > 1 and section.trip.energy.map is None:
-                time_s = sum(part.fastest.duration_s for part in parts[own]) + float(plan.supplement_s[own].sum())
-                points = [_since(self.windows.arrivals[at], plan.departure_s[own.start]) for at in numbers]
-                whole = whole_run(section, points, time_s, run.multiplier_j_per_s, tolerance_s)
-                if whole is not None:
-                    one, is_met = whole
-                    cheaper = is_met and one.profile.total_energy_j < run.profile.total_energy_j
-                    run = one if cheaper else run._replace(multiplier_j_per_s=one.multiplier_j_per_s)
-            runs.append(run)
-        return runs
+    def _solved_at(self, search: SpeedSearch) -> tuple[_Floats, list[list[PassedRun]], bool]:
+        """Solve the arrivals for which speeds were found.
+
+        Returns
+        -------
+        departure_s : (n, parts) float64
+            As planned, s.
+        runs : list of list of PassedRun
+            For each arrival those of all sections.
+        are_whole : bool
+            Whether all sections with points were solved in one piece, wherever the speeds of their parts are.
+        """
+        met = sorted(search.found)
+        plan = Schedule(*np.empty((3, len(met), len(self.windows.arrivals))))
+        for chosen in set(search.found.values()):
+            rows = [row for row, at in enumerate(met) if search.found[at] == chosen]
+            own = planned(self.parts(chosen), search.windows, search.arrival_s[met][rows], search.tolerance_s)
+            for column, own_column in zip(plan, own, strict=True):
+                column[rows] = own_column
+        runs, are_whole = [], True
+        last = len(self.sections) - 1
+        for row, at in enumerate(met):
+            parts, own_plan = self.parts(search.found[at]), Schedule(*(column[row] for column in plan))
+            found = [
+                self._run(number, parts, own_plan, search.arrival_s[at] if number == last else None, search.tolerance_s)
+                for number in range(len(self.sections))
+            ]
+            runs.append([run for run, _ in found])
+            are_whole &= all(is_whole for _, is_whole in found)
+        return plan.departure_s, runs, are_whole
+
+    def _run(
+        self, number: int, parts: Sequence[SectionRuns], plan: Schedule, until_s: float | None, tolerance_s: float
+    ) -> tuple[PassedRun, bool]:
+        """Run of one section as planned: by parts that share speeds, or in one piece where that is cheaper.
+
+        And whether it has been solved in one piece, if it has points at all. That may take until a time, s, when parts
+        of these speeds save nothing any more.
+        """
+        section, numbers = self.sections[number], self.windows.sections[number]
+        own = slice(numbers[0], numbers[-1] + 1)
+        run = run_of_parts(section.trip, parts[own], plan.supplement_s[own], plan.multiplier_j_per_s[own])
+        if len(numbers) == 1:
+            return run, True
+        if section.trip.energy.map is not None:
+            return run, False
+        departure_s = float(plan.departure_s[own.start])
+        time_s = sum(part.fastest.duration_s for part in parts[own]) + float(plan.supplement_s[own].sum())
+        if until_s is not None:
+            time_s = until_s - departure_s
+        points = [_since(self.windows.arrivals[at], departure_s) for at in numbers]
+        whole = whole_run(section, points, time_s, run.multiplier_j_per_s, tolerance_s)
+        if whole is None:
+            return run, False
+        one, is_met = whole
+        if is_met and one.profile.total_energy_j < run.profile.total_energy_j:
+            return one, True
+        return run._replace(multiplier_j_per_s=one.multiplier_j_per_s), is_met
 
 
 def _since(point: TimingPoint, departure_s: float) -> TimingPoint:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tgvdp.errors import InfeasibleError
 from tgvdp.journeys.front import ROUNDS, reach
-from tgvdp.journeys.multiplier import demand_of
+from tgvdp.journeys.multiplier import Demand, demand_of
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.journeys.windows import Schedule, Timetable, Windows
 
@@ -17,6 +17,8 @@ _Floats = NDArray[np.float64]
 _FIRST_MARGIN, _SAMPLES = 0.5, 12
 #: ... and up to this share at most.
 _MOST_MARGIN = 8.0
+#: What takes any time, s.
+_ANY_TIME = Demand(np.array([0.0, 1e9]), np.array([1.0, 0.0]))
 #: A section that takes this share of what is known of its front may take more.
 _AT_THE_END = 0.98
 
@@ -25,6 +27,18 @@ def timetable_of(sections: Sequence[SectionRuns], windows: Windows, slack_s: flo
     """The timetable of sections, as far as their runs are known."""
     fastest_s = [section.fastest.duration_s for section in sections]
     return Timetable(windows, fastest_s, [demand_of(section) for section in sections], slack_s)
+
+
+def earliest(sections: Sequence[SectionRuns], windows: Windows, slack_s: float) -> Timetable:
+    """The timetable of sections that may take any time, which tells when each window is reached at the earliest.
+
+    Raises
+    ------
+    WindowMissedError
+        When a window closes before that.
+    """
+    fastest_s = [section.fastest.duration_s for section in sections]
+    return Timetable(windows, fastest_s, [_ANY_TIME] * len(fastest_s), slack_s)
 
 
 def planned(sections: Sequence[SectionRuns], windows: Windows, arrival_s: _Floats, tolerance_s: float) -> Schedule:

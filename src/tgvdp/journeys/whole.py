@@ -27,7 +27,9 @@ _FIRST, _GROWTH = 0.25, 2.5
 _NEAR = 1e-4
 #: Largest multiplier of a point, in the same measure: no time is worth more, but next to the fastest run.
 _MOST = 1e3
-#: Relative change of multipliers below which another round changes nothing.
+#: The largest share of a round's changes in those of the round before from which the end of all rounds is foreseen.
+_SLOWEST = 0.95
+#: Change of multipliers, relative to them or the mean power, below which another round changes nothing.
 _SETTLED = 1e-2
 
 
@@ -60,6 +62,7 @@ def whole_run(
         is_met = run is not None and search.is_met(run)
         if len(own_w) == 1 or (is_met and search.is_settled(before_w)):
             break
+        search.foresee(before_w)
     return None if run is None else (run, is_met)
 
 
@@ -73,6 +76,7 @@ class _Search:
         self.tolerance_s = tolerance_s
         self.scale_w = abs(section.fastest.total_energy_j) / section.fastest.duration_s
         self.own_w = np.zeros(len(points) - 1)
+        self._change_w: _Floats | None = None
         self._known: dict[tuple[float, ...], PassedRun | None] = {}
 
     def run(self) -> PassedRun | None:
@@ -108,10 +112,24 @@ class _Search:
 
     def is_settled(self, before_w: _Floats) -> bool:
         """Whether multipliers are those of the round before."""
-        return bool((np.abs(self.own_w - before_w) <= _SETTLED * np.abs(self.own_w)).all())
+        size_w = np.maximum(np.abs(self.own_w), self.scale_w)
+        return bool((np.abs(self.own_w - before_w) <= _SETTLED * size_w).all())
+
+    def foresee(self, before_w: _Floats) -> None:
+        """Go on to where the last two rounds lead: one point moves the others, and so their changes shrink evenly."""
+        change_w, last_w = self.own_w - before_w, self._change_w
+        self._change_w = change_w
+        if last_w is None or not last_w.any():
+            return
+        share = float(change_w @ last_w / (last_w @ last_w))
+        if 0.0 < share < _SLOWEST:
+            self.own_w += share / (1.0 - share) * change_w
+            self._change_w = None
 
     def bind(self, at: int, first_w: float) -> bool:
         """Find the multiplier of one point, the others given, 0 where it is passed in time; whether one is found."""
+        if self.own_w[at] and self._is_bound(at):
+            return True
         self.own_w[at] = 0.0
         run = self.run()
         if run is None:
@@ -144,3 +162,9 @@ class _Search:
         # The time jumps over the end of the window: in it the train is a little away from that.
         self.own_w[at] = side * bracket.hi
         return True
+
+    def _is_bound(self, at: int) -> bool:
+        """Whether the train passes at that end of a window to which its multiplier drives it."""
+        run, point = self.run(), self.points[at]
+        bound_s = point.latest_s if self.own_w[at] > 0.0 else point.earliest_s
+        return run is not None and abs(float(run.ends_s[at]) - bound_s) <= 0.5 * self.tolerance_s

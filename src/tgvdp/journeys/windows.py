@@ -7,7 +7,7 @@ in their order, a window cuts off what lies outside, and waiting adds time that 
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +19,8 @@ from tgvdp.model.journey import Journey, TimingPoint
 
 _Floats = NDArray[np.float64]
 
+#: Misses are told in so many seconds, and what is above a whole number of them by less than this share is rounding.
+_TOLD_S, _WHOLE = 0.01, 1e-6
 #: Stretches into which a demand is cut between two of its points.
 _CUTS = 8
 
@@ -47,7 +49,7 @@ class Windows(NamedTuple):
         arrivals = [one._replace(earliest_s=min(one.earliest_s + by_s, one.latest_s)) for one in self.arrivals]
         return self._replace(arrivals=tuple(arrivals))
 
-    def left_by(self, departure_s: _Floats, arrival_s: _Floats, slack_s: float) -> str:
+    def left_by(self, departure_s: _Floats, arrival_s: _Floats, slack_s: float) -> Iterator[str]:
         """Say which window is left most, and by how much, by departures and arrivals, (n, parts), s; else nothing."""
         worst_s, text = slack_s, ""
         for points, clock_s in ((self.departures, departure_s), (self.arrivals, arrival_s)):
@@ -57,7 +59,8 @@ class Windows(NamedTuple):
                     worst_s = max(early_s, late_s)
                     side = "earlier than it opens" if early_s > late_s else "later than it closes"
                     text = f"the window at {point.position_m:.6g} m is left: the train is there {worst_s:.3g} s {side}"
-        return text
+        if text:
+            yield text
 
     @property
     def start_s(self) -> float:
@@ -95,12 +98,25 @@ def windows_of(journey: Journey, dwell_s: float) -> Windows:
     return Windows(tuple(departures), tuple(arrivals), tuple(dwells_s))
 
 
-class WindowMissedError(InfeasibleError):
-    """A window cannot be met: which, by how much, s, and what would meet it."""
+class Miss(NamedTuple):
+    """A window that is missed: which and why, by how much, s, and what would meet it."""
 
-    def __init__(self, which: str, missed_s: float, remedy: str) -> None:
-        super().__init__(f"{which}: it is missed by {missed_s:.4g} s, and met when it {remedy}")
-        self.missed_s = missed_s
+    which: str
+    missed_s: float
+    remedy: str
+
+    def __str__(self) -> str:
+        # Rounded up, so that who widens the window by it meets it.
+        missed_s = math.ceil(self.missed_s / _TOLD_S - _WHOLE) * _TOLD_S
+        return f"{self.which}: it is missed by {missed_s:.8g} s, and met when it {self.remedy}"
+
+
+class WindowMissedError(InfeasibleError):
+    """Windows cannot be met: all that are missed when each of them opens or closes no farther away than it has to."""
+
+    def __init__(self, misses: Sequence[Miss]) -> None:
+        super().__init__(f"journey: {'; '.join(map(str, misses))}")
+        self.missed_s = sum(miss.missed_s for miss in misses)
 
 
 class Clock(NamedTuple):
@@ -117,28 +133,26 @@ class Clock(NamedTuple):
         """The last time that still saves something, s."""
         return self.first_s + float(self.length_s.sum())
 
-    def within(self, window: TimingPoint, slack_s: float) -> "Clock":
-        """Cut off what lies outside a window.
-
-        Raises
-        ------
-        WindowMissedError
-            When nothing is left but for a slack.
-        """
+    def miss(self, window: TimingPoint, slack_s: float) -> Miss | None:
+        """How a window is missed, if it is by more than a slack."""
+        at = f"the window at {window.position_m:.6g} m"
         if self.first_s > window.latest_s + slack_s:
-            raise WindowMissedError(
-                f"journey: the window at {window.position_m:.6g} m closes at {window.latest_s:.6g} s, the first time"
-                f" possible there is {self.first_s:.6g} s",
+            return Miss(
+                f"{at} closes at {window.latest_s:.6g} s, the first time possible there is {self.first_s:.6g} s",
                 self.first_s - window.latest_s,
                 "closes so much later",
             )
         if self.last_s < window.earliest_s - slack_s:
-            raise WindowMissedError(
-                f"journey: the window at {window.position_m:.6g} m opens at {window.earliest_s:.6g} s, the slowest"
-                f" runs that were sought are there at {self.last_s:.6g} s",
+            return Miss(
+                f"{at} opens at {window.earliest_s:.6g} s, the slowest runs that were sought are there at"
+                f" {self.last_s:.6g} s",
                 window.earliest_s - self.last_s,
                 "opens so much earlier",
             )
+        return None
+
+    def within(self, window: TimingPoint) -> "Clock":
+        """Cut off what lies outside a window; the time next to it is left where all does."""
         edges_s = self.first_s + np.concatenate(([0.0], np.cumsum(self.length_s)))
         start_s, end_s = edges_s[:-1], edges_s[1:]
         low_s, high_s = max(window.earliest_s, self.first_s), max(window.latest_s, self.first_s)
@@ -176,7 +190,7 @@ class Timetable:
     Raises
     ------
     WindowMissedError
-        When the windows cannot be met: names the first one that is missed, by how much, and what would meet it.
+        When the windows cannot be met.
     """
 
     def __init__(self, windows: Windows, fastest_s: Sequence[float], demands: Sequence[Demand], slack_s: float) -> None:
@@ -186,12 +200,19 @@ class Timetable:
         departure = Clock(windows.start_s, np.array([free_s]), np.zeros(1))
         self._fastest_s = fastest_s
         self._runs: list[_Run] = []
+        misses: list[Miss | None] = []
         for number, (own_s, demand) in enumerate(zip(fastest_s, demands, strict=True)):
             if number:
                 departure = self._runs[-1].arrival
                 if (dwell_s := windows.dwells_s[number - 1]) is not None:
-                    departure = departure.after(dwell_s).within(windows.departures[number], slack_s)
-            self._runs.append(_run(departure, own_s, demand, windows.arrivals[number], slack_s))
+                    departure = departure.after(dwell_s)
+                    misses.append(departure.miss(windows.departures[number], slack_s))
+                    departure = departure.within(windows.departures[number])
+            run = _run(departure, own_s, demand, windows.arrivals[number])
+            misses.append(run.whole.miss(windows.arrivals[number], slack_s))
+            self._runs.append(run)
+        if missed := [miss for miss in misses if miss is not None]:
+            raise WindowMissedError(missed)
 
     @property
     def arrival(self) -> Clock:
@@ -214,7 +235,7 @@ class Timetable:
         return Schedule(*map(np.column_stack, zip(*columns[::-1], strict=True)))
 
 
-def _run(departure: Clock, fastest_s: float, demand: Demand, window: TimingPoint, slack_s: float) -> _Run:
+def _run(departure: Clock, fastest_s: float, demand: Demand, window: TimingPoint) -> _Run:
     """Let a section follow a departure."""
     parts = np.linspace(0.0, 1.0, 2 * _CUTS + 1)[1::2]
     steps_s, falls = np.diff(demand.supplement_s), np.diff(demand.log_multiplier)
@@ -225,4 +246,4 @@ def _run(departure: Clock, fastest_s: float, demand: Demand, window: TimingPoint
     order = np.argsort(-multiplier, kind="stable")
     whole = Clock(departure.first_s + fastest_s, length_s[order], multiplier[order])
     is_own = np.concatenate((np.zeros(len(departure.length_s)), own_s))
-    return _Run(departure, whole.within(window, slack_s), whole, is_own[order])
+    return _Run(departure, whole.within(window), whole, is_own[order])

@@ -150,6 +150,16 @@ class SearchOptions:
         heading=SEARCH,
         methods=_FRONT,
     )
+    min_phase_s: float = option(
+        1.0,
+        "leave shorter phases of driving out where that costs next to nothing.",
+        name="min-phase",
+        heading=SEARCH,
+        methods=_FRONT,
+        unit="s",
+        at_least=0.0,
+        metavar="S",
+    )
     paths: int = option(
         100,
         "stop after so many complete paths, 0: find all.",

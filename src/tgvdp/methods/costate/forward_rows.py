@@ -113,9 +113,9 @@ def evenly(train, cell, w, target, rows, n):
     effort = duration_and_work(train, cell.length_m, cell.grade_n, cell.air, w, target)[1] / cell.length_m
     free = _gives(train, cell, effort, math.sqrt(w)) and _gives(train, cell, effort, math.sqrt(target))
     if not free and effort > 0.0 and w < target and 0.0 <= pull(train, cell, target, target) < math.inf:
-        left, _, n = saturated(train, TRACTION, cell, w, target, rows, n)
+        left, landed, n = saturated(train, TRACTION, cell, w, target, rows, n)
         if left <= (1.0 - FULL_EFFORT) * cell.length_m:
-            return ended(cell, target, rows, n)
+            return ended(cell, landed, rows, n)  # a hair below the target, where its rows take a little longer than one
         return append(cell.end_m, target, rows, n)
     parts = rows_needed(w, target) if free else 1
     sweeps = _EFFORT_SWEEPS if parts > 1 else 1

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from tgvdp.line.resolved import ResolvedLine, resolve
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.doubt import Doubt
+from tgvdp.methods.costate.drivable import drivable
 from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.costate.multipliers import ExtremalFront, OutOfTime
 from tgvdp.model.trip import Trip
@@ -26,6 +27,8 @@ from tgvdp.runs.resistance_correction import follow
 _STEP_TOL = 0.05
 #: Relative difference below which running times are the same.
 _SAME = 1e-9
+#: What a second costs at least where credits pay for seconds, in usual multipliers.
+_LEAST_COST = 1e-3
 #: The first mesh, in cells of the usual size.
 _COARSEST = 0.125
 
@@ -75,6 +78,7 @@ def optimal_front(
     target_s: NDArray[np.float64],
     budget: SearchBudget,
     tolerance_s: float | None = None,
+    min_phase_s: float = 0.0,
 ) -> OptimalRuns:
     """Least energy of the continuous problem at given running times.
 
@@ -88,6 +92,8 @@ def optimal_front(
     budget : SearchBudget
     tolerance_s : float, optional
         How well running times are met, s; by default a small share of the smallest step between them.
+    min_phase_s : float
+        Shorter phases of driving, s, are left out of the runs where that costs next to nothing; 0 leaves all.
 
     Returns
     -------
@@ -102,7 +108,7 @@ def optimal_front(
         When the costate program fails; it never returns a wrong front in silence.
     """
     clock = budget.start()
-    counters = {"cells": 0, "extremals": 0, "runs": 0, "costates": 0}
+    counters = {"cells": 0, "extremals": 0, "runs": 0, "costates": 0, "short": 0}
     slower = target_s > fastest.duration_s * (1.0 + _SAME)
     if tolerance_s is None:
         steps_s = np.diff(target_s[slower], prepend=fastest.duration_s)
@@ -127,22 +133,30 @@ def optimal_front(
         ):
             found.append(run)
     line = resolve(trip)
-    found[met:] = [_followed(trip, line, run, auxiliary_w) for run in found[met:]]
+    regimes: list[NDArray[np.int8] | None] = [None] * len(found)
+    if search.mesh is not None and min_phase_s > 0.0:
+        found[met:], regimes[met:] = drivable(search.mesh, found[met:], aims_s, half_s, min_phase_s, counters)
+    for i in range(met, len(found)):
+        found[i], regimes[i] = _followed(trip, line, found[i], regimes[i], auxiliary_w)
     duration, energy, multipliers = np.array([run[:3] for run in found], dtype=np.float64).reshape(-1, 3).T.copy()
     return OptimalRuns(
         duration, energy + auxiliary_w * duration, np.maximum(multipliers - auxiliary_w, 0.0), complete, not saves,
-        counters, [(run.x_m, run.w) for run in found], tuple(missed_s),
+        counters, [(run.x_m, run.w) for run in found], tuple(missed_s), regimes,
     )  # fmt: skip
 
 
-def _followed(trip: Trip, line: ResolvedLine, run: Run, auxiliary_w: float) -> Run:
+def _followed(
+    trip: Trip, line: ResolvedLine, run: Run, regime: NDArray[np.int8] | None, auxiliary_w: float
+) -> tuple[Run, NDArray[np.int8] | None]:
     """The run with its true resistance, and rows cut where an effort drops: its time is another then."""
     x_m, w = follow(trip.train, line, run.x_m, run.w)
     if len(x_m) == len(run.x_m):
-        return run._replace(x_m=x_m, w=w)
+        return run._replace(x_m=x_m, w=w), regime
+    if regime is not None:
+        regime = regime[np.searchsorted(run.x_m, 0.5 * (x_m[1:] + x_m[:-1])) - 1]
     profile = profile_of(trip, x_m, w)
     energy_j = profile.total_energy_j - auxiliary_w * profile.duration_s
-    return Run(profile.duration_s, energy_j, run.multiplier, x_m, w)
+    return Run(profile.duration_s, energy_j, run.multiplier, x_m, w), regime
 
 
 class _Found(NamedTuple):
@@ -164,6 +178,7 @@ class _Search:
     least_multiplier: float
     counters: dict[str, int]
     clock: Clock
+    mesh: Mesh | None = None  # of the runs that were found
 
     def runs(self) -> _Found:
         """Runs on a mesh that is fine enough.
@@ -183,7 +198,7 @@ class _Search:
                 driven = self._driven(front)
                 if found is None or driven.complete:
                     self.counters["cells"] = len(mesh.cells.length_m)
-                    found = driven
+                    found, self.mesh = driven, mesh
                 if not driven.complete or doubt.is_settled(front, driven.runs):
                     break
         except OutOfTime:
@@ -191,8 +206,9 @@ class _Search:
         return found or _Found([], False, True)
 
     def _foreseen(self, mesh: Mesh) -> ExtremalFront:
-        # No second may cost less than nothing.
-        least_multiplier = max(self.least_multiplier, float(mesh.cells.saved_w.max()))
+        least_multiplier, saved_w = self.least_multiplier, float(mesh.cells.saved_w.max())
+        if saved_w > 0.0:  # every second has to cost something: of those that cost nothing a run takes without end
+            least_multiplier = max(least_multiplier, saved_w + _LEAST_COST * mesh.usual_multiplier)
         front = ExtremalFront(mesh, self.tolerance_s, least_multiplier, self.counters, self.clock)
         front.reach(float(self.aims_s[0]), float(self.aims_s[-1]))
         front.foresee(self.aims_s)

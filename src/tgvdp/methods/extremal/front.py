@@ -71,6 +71,7 @@ def extremal_front(
     target_s: Floats,
     budget: SearchBudget,
     tolerance_s: float | None = None,
+    min_phase_s: float = 0.0,
 ) -> OptimalRuns:
     """Least energy of the continuous problem at given running times, by clean extremals where there are any.
 
@@ -78,7 +79,7 @@ def extremal_front(
     joined by ``clean``, the points that are clean extremals, and ``drives``, the blocks that were driven for them.
     """
     clock = budget.start()
-    found = optimal_front(trip, fastest, target_s, budget, tolerance_s)
+    found = optimal_front(trip, fastest, target_s, budget, tolerance_s, min_phase_s)
     found.counters |= {"clean": 0, "drives": 0}
     if not resolve(trip).even or not (found.duration_s > fastest.duration_s * (1.0 + _SAME)).any():
         return found
@@ -256,7 +257,7 @@ class _Cleaning:
             if i not in replaced:
                 rows.append(
                     (float(found.duration_s[i]), float(found.energy_j[i]), float(found.multiplier_j_per_s[i]),
-                     found.rows(i), None)
+                     found.rows(i), found.regimes(i))
                 )  # fmt: skip
         line = resolve(self.trip)
         for point in self.points.values():

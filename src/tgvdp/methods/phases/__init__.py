@@ -1,0 +1,10 @@
+"""Phases long enough to drive: runs of the front method without those that no driver would drive (docs/phases.md).
+
+A run is told from its rows as phases of one regime each (`regimes`), and the short ones are left out of its `plan`.
+Where the plan differs from the run the train leaves it (`leave`) and comes back to it farther on (`track`), on the same
+cells and under the same envelope (`way`). What stays short is driven longer at a
+partial effort (`widen`). `prune` does all that for a whole run, and gives it back its running time.
+
+Invariants: each new row keeps to the efforts and limits; E + λT never rises by more than it is allowed to; a run whose
+running time cannot be kept stays as it is. Start reading at `prune`.
+"""

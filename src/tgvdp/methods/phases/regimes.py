@@ -1,0 +1,83 @@
+"""Regimes of rows: what a row does to two per cent of its limit, and how regimes follow each other in effort."""
+
+import math
+
+from tgvdp._jit import kernel, leaf, part
+from tgvdp.methods.phases.way import train_in
+from tgvdp.physics.arc import duration_and_work
+from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, HOLDING, TRACTION
+from tgvdp.physics.forces import mean_brake, mean_effort, resistance_at
+
+#: An effort above this share of its limit is the limit.
+_FULL = 0.98
+
+
+@part
+def regime_of_row(way, k, d, w0, w1):
+    """Regime of a row; partial effort is `HOLDING`, be it at a speed that drifts."""
+    train = train_in(way, k)
+    _, work, load, _ = duration_and_work(train, d, way.cells.grade_n[k], way.cells.air[k], w0, w1)
+    effort = work / d
+    if abs(effort) <= way.little_n:
+        return COASTING
+    v0 = math.sqrt(w0)
+    v1 = math.sqrt(w1)
+    if effort > 0.0:
+        capped = w1 - w0 >= 2.0 * _FULL * d * train.max_acceleration
+        return TRACTION if capped or effort >= _FULL * mean_effort(train.traction, v0, v1) else HOLDING
+    capped = w0 - w1 >= 2.0 * _FULL * d * train.max_deceleration
+    if capped or -effort >= _FULL * mean_brake(train, load, v0, v1):
+        return BRAKING
+    dynamic = mean_effort(train.braking, v0, v1)
+    return DYNAMIC if _FULL * dynamic <= -effort <= dynamic / _FULL else HOLDING
+
+
+@kernel
+def tell_regimes(way, run, n):
+    """Fill in the regime of each row of a run."""
+    k = 0
+    for i in range(n - 1):
+        while way.cells.station_m[k + 1] <= run.x[i]:
+            k += 1
+        d = run.x[i + 1] - run.x[i]
+        run.regime[i] = regime_of_row(way, k, d, run.w[i], run.w[i + 1])
+
+
+@leaf
+def pull(way, k, regime, w):
+    """Rank of a regime by its effort in a cell; to hold a speed takes more or less than to coast."""
+    if regime == TRACTION:
+        return 4
+    if regime == HOLDING:
+        load = resistance_at(way.train, way.cells.air[k], math.sqrt(w)) + way.cells.grade_n[k]
+        return 3 if load > 0.0 else 1
+    return 2 if regime == COASTING else 0 if regime == DYNAMIC else -1
+
+
+@kernel
+def without_touches(way, run, n):
+    """Spread rows that follow coasting over the row before them where next to no effort is left then.
+
+    A train that coasts up to a limit holds it for a hand's breadth, as no switch is so exact. Rows stay within cells.
+    Returns the number of rows.
+    """
+    x = run.x
+    w = run.w
+    m = 1
+    k = 0
+    for i in range(1, n):
+        while way.cells.station_m[k + 1] <= x[i - 1]:
+            k += 1
+        x[m] = x[i]
+        w[m] = w[i]
+        run.regime[m - 1] = run.regime[i - 1]
+        m += 1
+        follows = m > 2 and run.regime[m - 2] != COASTING and run.regime[m - 3] == COASTING
+        if follows and x[m - 3] >= way.cells.station_m[k]:
+            d = x[m - 1] - x[m - 3]
+            if regime_of_row(way, k, d, w[m - 3], w[m - 1]) == COASTING:
+                m -= 1
+                x[m - 1] = x[i]
+                w[m - 1] = w[i]
+                run.regime[m - 2] = COASTING
+    return m

@@ -1,0 +1,121 @@
+"""Drive a plan along a run: off it where the two differ, where that is worth it."""
+
+import math
+
+from tgvdp._jit import kernel, part
+from tgvdp.methods.phases.leave import drive, leave
+from tgvdp.methods.phases.plan import AT, REGIME
+from tgvdp.methods.phases.way import SAME_M, measure, row_at, w_on
+from tgvdp.physics.codes import HOLDING, TRACTION
+
+
+@part
+def stretch(way, run, i, from_m, j, until_m):
+    """Time and energy of a run from a position on its row i to one on its row j, which is cut for it and put back."""
+    x0 = run.x[i]
+    w0 = run.w[i]
+    x1 = run.x[j + 1]
+    w1 = run.w[j + 1]
+    at_end = w_on(run.x, run.w, j, until_m)
+    run.w[i] = w_on(run.x, run.w, i, from_m)
+    run.x[i] = from_m
+    run.x[j + 1] = until_m
+    run.w[j + 1] = at_end
+    last = j + 1 if until_m > run.x[j] + SAME_M else j
+    time, energy = measure(way, run, i, last)
+    run.x[i] = x0
+    run.w[i] = w0
+    run.x[j + 1] = x1
+    run.w[j + 1] = w1
+    return time, energy
+
+
+@part
+def _until(way, run, i, until, out, m):
+    """Drive as a run does on its row i, up to a position on it; returns the rows, −1 where the train stalls."""
+    regime = int(run.regime[i])
+    if regime == HOLDING:
+        out.x[m] = until
+        out.w[m] = w_on(run.x, run.w, i, until)
+        last = m + 1
+    else:
+        stations_m = way.cells.station_m
+        k = row_at(stations_m, stations_m.shape[0], out.x[m - 1] + SAME_M)
+        last, _ = drive(way, k, regime, until, math.inf if regime == TRACTION else 0.0, out, m)
+    for j in range(m, last):
+        out.regime[j - 1] = regime
+    return last
+
+
+@kernel
+def track(way, run, n, plan, planned, price, most_j, out):
+    """Drive a plan along a run; where that costs too much, or comes to nothing, the run stays as it is.
+
+    Parameters
+    ----------
+    way : Way
+    run : Run
+        Of ``n`` rows.
+    plan : (planned, PLAN_COLUMNS) float64
+    price : float
+        What a second is worth, J/s, auxiliaries included.
+    most_j : float
+        What all stretches on which the two differ may cost together, J.
+    out : Run, modified in place
+
+    Returns
+    -------
+    m : int
+        Rows of the new run; −1 if there is no room for them.
+    refused : int
+        On how many stretches the run stays although the plan differs.
+    cost_j : float
+        By how much E + λT rises, J.
+    """
+    out.x[0] = run.x[0]
+    out.w[0] = run.w[0]
+    m = 1
+    i = 0
+    c = 0
+    refused = 0
+    cost_j = 0.0
+    kept_m = -1.0  # the run stays up to here
+    while i < n - 1:
+        x = out.x[m - 1]
+        if m + 2 > out.x.shape[0]:
+            return -1, 0, 0.0
+        while c + 1 < planned and plan[c + 1, AT] <= x + SAME_M:
+            c += 1
+        turn_m = plan[c + 1, AT] if c + 1 < planned else run.x[n - 1]
+        turns = plan[c, REGIME] == run.regime[i] and turn_m < run.x[i + 1] - SAME_M
+        turns = turns and plan[min(c + 1, planned - 1), REGIME] != run.regime[i]
+        if x < kept_m or (plan[c, REGIME] == run.regime[i] and not turns):
+            out.x[m] = run.x[i + 1]
+            out.w[m] = run.w[i + 1]
+            out.regime[m - 1] = run.regime[i]
+            m += 1
+            i += 1
+            continue
+        first = m
+        if turns:
+            m = _until(way, run, i, turn_m, out, m)
+        size, j = leave(way, run, n, i, plan, planned, c + 1 if turns else c, out, m) if m > 0 else (-1, i)
+        if size > 0:
+            new_s, new_j = measure(way, out, first - 1, size - 1)
+            old_s, old_j = stretch(way, run, i, x, j, out.x[size - 1])
+            dearer_j = new_j - old_j + price * (new_s - old_s)
+            if cost_j + dearer_j <= most_j:
+                cost_j += dearer_j
+                m = size
+                i = j
+                if out.x[m - 1] >= run.x[i + 1] - SAME_M:
+                    out.x[m - 1] = run.x[i + 1]
+                    i += 1
+                continue
+        m = first
+        refused += 1
+        j = i
+        while j < n - 1 and run.regime[j] == run.regime[i]:
+            j += 1
+        kept_m = run.x[j] - SAME_M
+    return m, refused, cost_j

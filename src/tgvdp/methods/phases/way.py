@@ -1,0 +1,123 @@
+"""What a train drives on: cells, the envelope, and what rows cost there."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp._jit import leaf, part
+from tgvdp.line.cells import Cells
+from tgvdp.methods.extremal.course import account
+from tgvdp.model.track import POWERED
+from tgvdp.physics.arc import duration_and_work
+from tgvdp.physics.cell import Rows
+from tgvdp.physics.energy import EnergyTables
+from tgvdp.physics.forces import KernelTrain, mean_brake, mean_effort
+
+#: Positions that differ by less are one, m.
+SAME_M = 1e-9
+#: Share by which a row may pass its limit: what joins the run does so within one of its rows.
+_EXCESS = 5e-4
+#: An effort below this share of the starting effort is none.
+_NONE = 1e-4
+#: Rows of a march, per usual one: time and energy of a row to 2e-6.
+_ROWS = 8.0
+
+
+class Way(NamedTuple):
+    """What a train drives on.
+
+    Attributes
+    ----------
+    train, dark : KernelTrain
+        With current and without.
+    cells : Cells
+    envelope : Rows
+        Of the fastest run.
+    traction, returned : float
+        Energy of a joule of traction, and what a joule of the dynamic brake is worth in joules of traction.
+    little_n : float
+        An effort below it is none, N.
+    """
+
+    train: KernelTrain
+    dark: KernelTrain
+    cells: Cells
+    envelope: Rows
+    traction: float
+    returned: float
+    little_n: float
+
+
+class Run(NamedTuple):
+    """Rows of a run, (size,) each: positions, m, squared speeds, m²/s², and the regime of the row that starts there."""
+
+    x: NDArray[np.float64]
+    w: NDArray[np.float64]
+    regime: NDArray[np.int8]
+
+
+def way_of(train: KernelTrain, cells: Cells, envelope: Rows, tables: EnergyTables) -> Way:
+    """What a train drives on, by a mesh and an energy model."""
+    train = train._replace(rows=_ROWS)
+    dark = train._replace(traction=train.no_effort, braking=train.no_effort)
+    starting_n = float(train.traction[0, 2])  # the constant of the curve that starts at a standstill
+    returned = tables.regeneration / tables.traction
+    return Way(train, dark, cells, envelope, tables.traction, returned, _NONE * starting_n)
+
+
+@leaf
+def row_at(x, n, at):
+    """Row that starts at a position, or holds it."""
+    return min(max(np.searchsorted(x[:n], at, side="right") - 1, 0), n - 2)
+
+
+@leaf
+def w_on(x, w, i, at):
+    """Squared speed at a position on the row that starts at i."""
+    return w[i] + (w[i + 1] - w[i]) * ((at - x[i]) / (x[i + 1] - x[i]))
+
+
+@leaf
+def train_in(way, k):
+    """The train as it is in a cell."""
+    return way.train if way.cells.supply[k] == POWERED else way.dark
+
+
+@part
+def measure(way, run, first, last):
+    """Running time, s, and energy, J, of rows ``first`` to ``last`` − 1.
+
+    Without auxiliaries, less what these do not draw where the pantograph is lowered.
+    """
+    cells = way.cells
+    k = row_at(cells.station_m, cells.station_m.shape[0], run.x[first] + SAME_M)
+    time = 0.0
+    energy = 0.0
+    for j in range(first, last):
+        while cells.station_m[k + 1] <= run.x[j] + SAME_M:
+            k += 1
+        d = run.x[j + 1] - run.x[j]
+        duration, work, _ = account(
+            train_in(way, k), way.returned, cells.grade_n[k], cells.air[k], d, run.w[j], run.w[j + 1]
+        )
+        time += duration
+        energy += way.traction * work - cells.saved_w[k] * duration
+    return time, energy
+
+
+@part
+def is_feasible(way, k, d, w0, w1):
+    """Whether a train gives the effort of a row, within its comfort limits."""
+    here = train_in(way, k)
+    _, work, load, noise = duration_and_work(here, d, way.cells.grade_n[k], way.cells.air[k], w0, w1)
+    v0 = math.sqrt(w0)
+    v1 = math.sqrt(w1)
+    slack = 1.0 + _EXCESS
+    gain = 0.5 * (w1 - w0)
+    if gain > d * here.max_acceleration * slack or -gain > d * here.max_deceleration * slack:
+        return False
+    if work >= 0.0:
+        return work <= d * mean_effort(here.traction, v0, v1) * slack + noise
+    return -work <= d * mean_brake(here, load, v0, v1) * slack + noise

@@ -1,0 +1,186 @@
+"""Short phases: left out of runs at their running time and next to no cost, in whatever trains and lines ask for."""
+
+import math
+
+import numpy as np
+import pytest
+
+import tgvdp
+from tests.helpers.phases_case import CASES, POINTS, phases_s
+from tests.helpers.trips import trip_on
+from tgvdp.methods.costate.drivable import drivable
+from tgvdp.methods.costate.mesh import Mesh, Run
+from tgvdp.methods.phases.plan import AT, PLAN_COLUMNS, REGIME, leave_out, plan_of
+from tgvdp.methods.phases.prune import Pruner
+from tgvdp.methods.phases.regimes import tell_regimes
+from tgvdp.methods.phases.way import Run as Rows
+from tgvdp.methods.phases.way import way_of
+from tgvdp.methods.phases.widen import widen
+from tgvdp.model.trip import Trip
+from tgvdp.physics import cell
+from tgvdp.physics.codes import COASTING, HOLDING, TRACTION
+from tgvdp.physics.motion import march
+from tgvdp.runs.fastest import fastest_run
+
+
+def short(result, least_s=1.0):
+    """Short phases of each point but the fastest."""
+    return np.array([(phases_s(result.profile(i))[:-1] < least_s).sum() for i in range(1, len(result.front))])
+
+
+@pytest.fixture(scope="module", params=CASES)
+def pair(request):
+    train, track, trip = CASES[request.param]
+    return [tgvdp.search(train, track, points=POINTS, min_phase_s=least_s, **trip) for least_s in (0.0, 1.0)]
+
+
+def test_short_phases_go_and_what_stays_is_counted(pair):
+    before, after = pair
+    assert short(after).sum() <= short(before).sum() and short(after).mean() <= 0.5
+    assert len(after.front) == len(before.front)
+    forced = 2 * len(after.trip.track.neutral_sections) * len(after.front)  # no choice: they are not counted
+    assert short(after).sum() <= after.counters["short"] + forced
+
+
+def test_running_times_are_met_and_energy_is_no_more(pair):
+    before, after = pair
+    wanted_s = before.fastest.time_s * np.linspace(1.0, 1.25, POINTS)[: len(before.front)]
+    step_s = wanted_s[1] - wanted_s[0]
+    assert (after.front.time_s <= wanted_s * (1.0 + 1e-9)).all()
+    complete = len(before.front) == POINTS
+    assert not complete or (after.front.time_s >= wanted_s - 0.05 * step_s * (1.0 + 1e-6)).all()
+    later_s = after.front.time_s - before.front.time_s
+    dearer_j = (
+        after.front.energy_j
+        - before.front.energy_j
+        + np.nan_to_num(before._found.multiplier_j_per_s[before.front.source], posinf=0.0) * later_s
+    )
+    base_j = np.maximum(np.abs(before.front.energy_j), 0.1 * abs(before.front.energy_j[0]))
+    assert (dearer_j <= 3e-5 * base_j).all()
+
+
+def test_the_referee_confirms_the_runs(pair):
+    assert all(verdict.ok for verdict in pair[1].verify())
+
+
+def test_many_points_are_met_to_a_tighter_tolerance():
+    train, track, _ = CASES["wheel"]
+    result = tgvdp.search(train, track, at_s=tuple(result_s(train, track)))
+    missing_s = np.array(list(result_s(train, track))) - result.front.time_s
+    assert ((missing_s >= 0.0) & (missing_s <= 0.05)).all()
+    assert short(result).mean() <= 2.0
+
+
+def result_s(train, track):
+    fastest_s = fastest_run(Trip(train=train, track=track, origin_m=0.0, destination_m=track.length_m)).duration_s
+    return (fastest_s * np.array([1.05, 1.1, 1.15, 1.2])).tolist()
+
+
+def test_longer_phases_go_when_that_is_asked_for():
+    train, track, _ = CASES["wheel"]
+    few, fewer = (tgvdp.search(train, track, points=POINTS, min_phase_s=least_s) for least_s in (1.0, 5.0))
+    assert short(fewer, 5.0).sum() < short(few, 5.0).sum()
+
+
+# A run that is made by hand: traction, coasting, a dab of traction in it, coasting.
+
+
+@pytest.fixture(scope="module")
+def made():
+    trip = trip_on([(0.0, 40.0)])
+    mesh = Mesh.of(trip, fastest_run(trip))
+    way = way_of(mesh.train, mesh.cells, cell.Rows(mesh.envelope.x_m, mesh.envelope.w), mesh.tables)
+    rows = cell.room_for_rows(20_000)
+    rows.x[0] = rows.w[0] = 0.0
+    n, w = 1, 0.0
+    for regime, until_m in ((TRACTION, 900.0), (COASTING, 4000.0), (TRACTION, 4008.0), (COASTING, 8200.0)):
+        for k in range(len(mesh.cells.length_m)):
+            start_m = max(rows.x[n - 1], mesh.cells.station_m[k])
+            end_m = min(until_m, mesh.cells.station_m[k + 1])
+            if end_m > start_m + 1e-9:
+                here = cell.Cell(start_m, end_m, end_m - start_m, mesh.cells.grade_n[k], mesh.cells.air[k], math.inf)
+                target = math.inf if regime == TRACTION else 0.0
+                first = n
+                _, w, n = march(way.train, regime, 1.0, here, here.length_m, w, target, rows, n)
+                rows.x[first:n] += start_m
+                rows.x[n - 1] = end_m
+    # From there on the fastest run, which is faster by then, is braked for: the run meets its braking curve.
+    fast_x, fast_w = mesh.envelope.x_m, mesh.envelope.w
+    later = fast_x > 8200.0
+    x_m = np.concatenate((rows.x[:n], fast_x[later]))
+    return mesh, way, x_m, np.concatenate((rows.w[:n], np.minimum(fast_w[later], w)))
+
+
+def regimes(way, x_m, w):
+    run = Rows(x_m.copy(), w.copy(), np.empty(len(x_m), dtype=np.int8))
+    tell_regimes(way, run, len(x_m))
+    plan = np.empty((100, PLAN_COLUMNS))
+    return run, plan, plan_of(way, run, len(x_m), plan)
+
+
+def test_regimes_are_told_from_what_rows_do(made):
+    _, way, x_m, w = made
+    _, plan, count = regimes(way, x_m, w)
+    assert plan[:4, REGIME].tolist() == [TRACTION, COASTING, TRACTION, COASTING]
+    assert plan[4, REGIME] == HOLDING and count >= 5
+    assert plan[1:4, AT] == pytest.approx([900.0, 4000.0, 4008.0])
+
+
+def test_a_plan_leaves_short_phases_out(made):
+    _, way, x_m, w = made
+    _, plan, count = regimes(way, x_m, w)
+    assert leave_out(way, plan, count, 1.0, 0.5) == count - 2
+    assert plan[:3, REGIME].tolist() == [TRACTION, COASTING, HOLDING]
+
+
+@pytest.mark.parametrize("slack_s", [math.inf, 1e-4])
+def test_a_dab_of_traction_goes_and_the_time_stays(made, slack_s):
+    _, way, x_m, w = made
+    pruned = Pruner(way, len(x_m)).prune(x_m, w, 1e5, 1.0, 1e9, (-slack_s, slack_s))
+    assert pruned.short == 0
+    assert abs(pruned.time_s) <= slack_s
+    changes = np.flatnonzero(np.diff(pruned.regime))
+    assert pruned.regime[changes[:2]].tolist() == [TRACTION, COASTING]
+    assert pruned.x_m[changes[1] + 1] > 8000.0  # one coasting to the hold
+    speed = np.sqrt(pruned.w)
+    own_s = float((2.0 * np.diff(pruned.x_m) / (speed[1:] + speed[:-1])).sum())
+    was_s = float((2.0 * np.diff(x_m) / (np.sqrt(w[1:]) + np.sqrt(w[:-1]))).sum())
+    assert own_s - was_s == pytest.approx(pruned.time_s, abs=1e-9)
+
+
+def widened(made, most_j):
+    _, way, x_m, w = made
+    run, plan, count = regimes(way, x_m, w)
+    size = 3 * len(x_m)
+    out = Rows(np.empty(size), np.empty(size), np.empty(size, dtype=np.int8))
+    n, cost_j = widen(way, run, len(x_m), plan, count, 1e5, 1.0, most_j, out)
+    return out.x[:n], out.w[:n], out.regime[: n - 1], cost_j
+
+
+def test_a_dab_that_stays_lasts_longer_at_a_partial_effort(made):
+    x_m, w, regime, cost_j = widened(made, 1e9)
+    assert (np.diff(x_m) > 0.0).all()
+    speed = np.sqrt(w)
+    gentle = (regime == HOLDING) & (x_m[1:] > 3800.0) & (x_m[1:] < 4200.0)
+    assert float((2.0 * np.diff(x_m) / (speed[1:] + speed[:-1]))[gentle].sum()) >= 1.0
+    assert not ((regime == TRACTION) & (x_m[1:] > 3800.0) & (x_m[1:] < 4200.0)).any()
+    assert cost_j <= 1e5
+
+
+def test_a_dab_is_not_widened_where_that_costs_too_much(made):
+    x_m, w, _, cost_j = widened(made, -1e9)
+    np.testing.assert_array_equal(x_m, made[2])
+    np.testing.assert_array_equal(w, made[3])
+    assert cost_j == 0.0
+
+
+def test_what_costs_too_much_stays(made):
+    mesh, way, x_m, w = made
+    pruned = Pruner(way, len(x_m)).prune(x_m, w, 1e5, 1.0, -1e9, (-math.inf, math.inf))
+    assert pruned.short == 1
+    assert pruned.time_s == pruned.energy_j == 0.0
+    np.testing.assert_array_equal(pruned.x_m, x_m)
+    counters = {"short": 0}
+    run = Run(100.0, 1e8, 1e5, x_m, w)
+    (kept,), _ = drivable(mesh, [run], np.array([100.0]), 1e-9, 1e-3, counters)
+    assert kept.time_s == 100.0 and counters["short"] == 0
