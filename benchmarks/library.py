@@ -217,7 +217,7 @@ def _known(name: str, objective: float, bound: float) -> tuple[str, str]:
         own = [row for row in csv.DictReader(file) if row["Problem"] == name]
     plans = [float(row["Best Objective Value"]) for row in own if row["Best Objective Value"]]
     bounds = [float(row["Optimality Bound"]) for row in own if row["Optimality Bound"]]
-    return repr(min(objective, *plans)), repr(max(bound, *bounds))
+    return repr(min([objective, *plans])), repr(max([bound, *bounds]))
 
 
 def _others(instance: Instance) -> list[str]:

@@ -28,10 +28,13 @@ def trip_of(train=TRAIN):
 
 
 def test_a_train_that_creeps_is_searched_within_its_time_and_memory():
-    """Its mesh would have 4 cells per way to its top speed, 10⁹ of them, for which there is no memory."""
+    """Its mesh would have 4 cells per way to its top speed, 10⁹ of them, for which there is no memory.
+
+    The mesh has some 50,000 cells at most, and is held against one with each of them cut in two.
+    """
     creeping = replace(TRAIN, max_speed_mps=1e-3 * TRAIN.max_speed_mps)
     result = tgvdp.search(creeping, TRACK, points=2, time_limit_s=2.0)
-    assert result.counters["cells"] < 60_000
+    assert result.counters["cells"] < 120_000
     assert result.fastest.time_s == pytest.approx(TRACK.length_m / creeping.max_speed_mps, rel=0.01)
 
 
