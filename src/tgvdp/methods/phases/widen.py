@@ -138,17 +138,22 @@ def widen(way, run, n, plan, count, price, least_s, most_j, out):
             last, size = _ramp(way, run, n, first, from_m, until_m, out, size)
             if size < 0:
                 continue
-            new_s, new_j = measure(way, out, start, size - 1)
-            old_s, old_j = stretch(way, run, first, from_m, last, until_m)
+            lasts_s = measure(way, out, start, size - 1)[0]
+            # Whole rows of the run count: what a brake gives back is right as a row's mean, and less on parts of it.
+            out.x[size] = run.x[last + 1]
+            out.w[size] = run.w[last + 1]
+            whole = size if run.x[last + 1] > until_m + SAME_M else size - 1
+            new_s, new_j = measure(way, out, start - 1, whole)
+            old_s, old_j = stretch(way, run, first, out.x[start - 1], last, out.x[whole])
             dearer_j = new_j - old_j + price * (new_s - old_s)
             if final:
                 cost_j += dearer_j
                 m = size
                 i = last + 1 if run.x[last + 1] <= until_m + SAME_M else last
                 done_m = until_m
-                plan[c, LASTS_S] = new_s
+                plan[c, LASTS_S] = lasts_s
                 plan[c + 1, LASTS_S] -= after_s
-            elif new_s >= least_s and dearer_j <= best_j:
+            elif lasts_s >= least_s and dearer_j <= best_j:
                 best = option
                 best_j = dearer_j
     i, m = _copied(run, n, math.inf, i, out, m)
