@@ -35,7 +35,7 @@ MILP_LIMIT_S = 60.0
 #: Plans of a demand instance that brute force tries.
 BRUTE_PLANS = 1_000_000
 #: Trains times steps up to which HiGHS confirms the optimum of a substation within a minute.
-SUBSTATION_SIZE = 63
+SUBSTATION_SIZE = 80
 #: Runs of other solvers on what the dynamic program leaves open; their best plans are beside.
 LARGE_RUNS = ROOT / "results" / "quantum" / "substations" / "large" / "benchmark.csv"
 

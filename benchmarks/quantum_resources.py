@@ -32,8 +32,8 @@ BACKENDS = ("fake_sherbrooke", "fake_torino")
 #: The penalty that tuning chose for circuits of `easy`.
 PENALTY = 0.1
 SHOTS = 300
-#: Most qubits whose noise is simulated within minutes: of 16 a circuit takes some, of 20 an hour.
-NOISY_QUBITS = 12
+#: Most qubits whose noise is simulated within minutes: of 20 a circuit takes an hour, and one shot in 22,000 succeeds.
+NOISY_QUBITS = 16
 #: Error that all rotations together may make.
 WHOLE_ERROR = 1e-3
 

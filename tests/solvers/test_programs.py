@@ -1,6 +1,7 @@
 """Programs: HiGHS and SCIP against the dynamic program, and LP and MPS files read again by SCIP."""
 
 import itertools
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -100,6 +101,21 @@ def test_milp_tells_what_it_proved():
     assert solution.optimal
     assert solution.details["bound"] == pytest.approx(solution.objective, rel=1e-12)
     assert solution.details["variables"] == 59
+
+
+def test_what_highs_prints_is_no_answer(capfd, monkeypatch):
+    """Some of its messages come whatever it is told, from below Python."""
+    optimize = pytest.importorskip("scipy.optimize")
+    find = optimize.milp
+
+    def talkative(**program):
+        os.write(1, b"HighsMipSolverData\n")
+        return find(**program)
+
+    monkeypatch.setattr(optimize, "milp", talkative)
+    assert solve(binary_instance(8, distance_units=10.0), "milp").optimal
+    print("answer")
+    assert capfd.readouterr().out == "answer\n"
 
 
 def test_milp_ends_at_its_time_limit():

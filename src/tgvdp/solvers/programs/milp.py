@@ -1,7 +1,9 @@
 """HiGHS, through scipy: one train or those of a substation as a linear program with bits, to a proved optimum."""
 
+import contextlib
+import os
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from math import ceil, isfinite
 from typing import Any
 
@@ -41,16 +43,17 @@ def solve_milp(instance: BinaryInstance | SubstationInstance, allowance: Allowan
     limits = {"mip_rel_gap": 0.0, "presolve": True}
     if allowance.time_limit_s is not None:
         limits["time_limit"] = allowance.time_limit_s
-    result = scipy_optimize.milp(
-        c=_dense(program.linear, len(program.variables)),
-        integrality=np.array([variable.integer for variable in program.variables], dtype=np.int8),
-        bounds=scipy_optimize.Bounds(
-            np.array([variable.lower for variable in program.variables]),
-            np.array([variable.upper for variable in program.variables]),
-        ),
-        constraints=_rows(program, scipy_optimize.LinearConstraint),
-        options=limits,
-    )
+    with _stdout_kept():
+        result = scipy_optimize.milp(
+            c=_dense(program.linear, len(program.variables)),
+            integrality=np.array([variable.integer for variable in program.variables], dtype=np.int8),
+            bounds=scipy_optimize.Bounds(
+                np.array([variable.lower for variable in program.variables]),
+                np.array([variable.upper for variable in program.variables]),
+            ),
+            constraints=_rows(program, scipy_optimize.LinearConstraint),
+            options=limits,
+        )
     elapsed_s = time.perf_counter() - start
     if result.status == _INFEASIBLE:
         raise InfeasibleError(f"{instance.id}: no plan obeys all constraints (proved by HiGHS)")
@@ -61,6 +64,24 @@ def solve_milp(instance: BinaryInstance | SubstationInstance, allowance: Allowan
     bound = result.mip_dual_bound if result.mip_dual_bound is not None else result.fun
     details = {"nodes": int(result.mip_node_count or 0), "time_limit_s": allowance.time_limit_s}
     return program_solution("milp", instance, written, result.x, float(bound), elapsed_s, details)
+
+
+@contextlib.contextmanager
+def _stdout_kept() -> Iterator[None]:
+    """Keep what HiGHS prints, told to print nothing, out of the standard output: it is no part of any answer."""
+    try:
+        kept = os.dup(1)
+    except OSError:  # closed: nothing can be printed
+        yield
+        return
+    silent = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(silent, 1)
+    os.close(silent)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
 
 
 def program_solution(
