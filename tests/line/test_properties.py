@@ -132,6 +132,8 @@ def jumping_trip(seed):
         (jumping_trip, 34),  # a rate above the comfort limit
         (jumping_trip, 220),  # coasting without current
         (jumping_trip, 279),  # from one limit to another in one row, across two rates
+        (jumping_trip, 322),  # pruned across a change of a limit that the train does not reach
+        (jumping_trip, 356),  # the same on a coasting to the stop
     ],
 )
 def test_fronts_that_were_refused(make, seed):

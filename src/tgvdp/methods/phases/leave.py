@@ -114,19 +114,6 @@ def _ride(way, k, start, regime, after, until, out, m):
 
 
 @part
-def _alike(cells, k, until):
-    """End of the cells from k on that are alike, but no farther than ``until``."""
-    last = k
-    while last + 1 < cells.length_m.shape[0] and cells.station_m[last + 1] < until:
-        after = last + 1
-        same = cells.grade_n[after] == cells.grade_n[k] and cells.air[after] == cells.air[k]
-        if not same or cells.supply[after] != cells.supply[k] or cells.limit_w[after] != cells.limit_w[k]:
-            break
-        last = after
-    return min(cells.station_m[last + 1], until)
-
-
-@part
 def _target(plan, planned, c, regime, w):
     """Squared speed at which the plan's next hold begins, if a train comes to it from where the run does."""
     hold = c if plan[c, REGIME] == HOLDING else c + 1
@@ -204,7 +191,9 @@ def leave(way, run, n, i, plan, planned, c, out, m):
                     return -1, i
                 now = other
                 held = other == HOLDING and not rides
-        until = _alike(cells, k, plan[c + 1, AT] if c + 1 < planned else cells.station_m[-1])
+        until = cells.station_m[k + 1]  # a row ends wherever the line may change
+        if c + 1 < planned:
+            until = min(until, plan[c + 1, AT])
         first = m
         regime = HOLDING if held else now
         moves = -1 if held or rides else now
