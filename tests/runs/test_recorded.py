@@ -5,7 +5,7 @@ import pytest
 
 import tgvdp
 from tgvdp.errors import InputError
-from tgvdp.runs.profile import REGIMES
+from tgvdp.runs.profile import REGIMES, profile_of
 from tgvdp.runs.recorded import placed, recorded_profile, sections_of
 
 
@@ -40,12 +40,16 @@ def test_a_run_of_the_model_comes_back(driven, given):
 
 
 def test_coasting_is_no_braking_by_a_hair():
-    """A record every second blurs the efforts: those within the noise are none."""
+    """A record every second blurs the efforts: those within the noise are none.
+
+    The front knows partial effort at a speed that drifts as such; a record knows it by its acceleration, as traction.
+    """
     trip, profile, x, v, t = every_second(tgvdp.search("tgv", "lgv-100km", points=6), 4)
     (motion,) = sections_of(x, v, t, window_s=0.0)
+    by_acceleration = profile_of(trip, profile.position_m - trip.origin_m, profile.speed_mps**2)
     shares = [
         np.bincount(one.regime[:-1], np.diff(one.position_m), 4) / trip.distance_m
-        for one in (profile, recorded_profile(trip, motion))
+        for one in (by_acceleration, recorded_profile(trip, motion))
     ]
     assert shares[0][REGIMES.index("coasting")] > 0.4
     assert shares[1] == pytest.approx(shares[0], abs=0.05)
