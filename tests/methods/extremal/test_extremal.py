@@ -171,7 +171,7 @@ def test_a_front_takes_few_runs():
     """From point to point two or three runs, and some to find structures: not hundreds."""
     result = tgvdp.search(TGV, LGV, clean=True)
     assert result.counters["clean"] >= 57  # of 59
-    assert result.counters["drives"] < 20 * 59
+    assert result.counters["drives"] < 25 * 59
 
 
 def test_hardly_a_phase_is_shorter_than_a_second():
