@@ -56,7 +56,7 @@ def test_running_times_are_met_and_energy_is_no_more(pair):
         + np.nan_to_num(before._found.multiplier_j_per_s[before.front.source], posinf=0.0) * later_s
     )
     base_j = np.maximum(np.abs(before.front.energy_j), 0.1 * abs(before.front.energy_j[0]))
-    assert (dearer_j <= 3e-5 * base_j).all()
+    assert (dearer_j <= 1.1e-5 * base_j).all()
 
 
 def test_the_referee_confirms_the_runs(pair):
@@ -133,7 +133,7 @@ def test_a_plan_leaves_short_phases_out(made):
     assert plan[:3, REGIME].tolist() == [TRACTION, COASTING, HOLDING]
 
 
-@pytest.mark.parametrize("slack_s", [math.inf, 1e-4])
+@pytest.mark.parametrize("slack_s", [1e6, 1e-4])
 def test_a_dab_of_traction_goes_and_the_time_stays(made, slack_s):
     _, way, x_m, w = made
     (pruned,) = prune(way, [(x_m, w)], np.array([1e5]), 1.0, np.array([1e9]), np.zeros(1), slack_s)
@@ -176,7 +176,7 @@ def test_a_dab_is_not_widened_where_that_costs_too_much(made):
 
 def test_what_costs_too_much_stays(made):
     mesh, way, x_m, w = made
-    (pruned,) = prune(way, [(x_m, w)], np.array([1e5]), 1.0, np.array([-1e9]), np.zeros(1), math.inf)
+    (pruned,) = prune(way, [(x_m, w)], np.array([1e5]), 1.0, np.array([-1e9]), np.zeros(1), 1e6)
     assert pruned.short == 1
     assert pruned.time_s == pruned.energy_j == 0.0
     np.testing.assert_array_equal(pruned.x_m, x_m)

@@ -6,5 +6,6 @@ cells and under the same envelope (`way`). What stays short is driven longer at 
 partial effort (`widen`). `prune` does all that for a whole run, and gives it back its running time.
 
 Invariants: each new row keeps to the efforts and limits; E + λT never rises by more than it is allowed to; a run whose
-running time cannot be kept stays as it is. Start reading at `prune`.
+running time cannot be kept stays as it is; each turn of a loop goes on by a row or uses up room. Start reading at
+`prune`.
 """

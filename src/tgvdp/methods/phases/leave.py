@@ -10,7 +10,7 @@ import math
 from tgvdp._jit import part
 from tgvdp.methods.phases.plan import AT, FROM_ABOVE, REGIME, START_W
 from tgvdp.methods.phases.regimes import pull, regime_of_row
-from tgvdp.methods.phases.way import SAME_M, is_feasible, row_at, train_in, w_on
+from tgvdp.methods.phases.way import SAME_M, cell_from, is_feasible, row_at, train_in, w_on
 from tgvdp.model.track import POWERED
 from tgvdp.physics.cell import Cell, Rows
 from tgvdp.physics.codes import COASTING, HOLDING, TRACTION
@@ -28,18 +28,19 @@ _MOST_CHANGES = 8
 
 
 @part
-def _meets(run, n, j, out, first, last, regime, moves):
+def _meets(run, n, start, out, first, last, regime, moves):
     """Where new rows first meet a run whose regime there is that of the plan, or at its end.
 
     Rows of the regime in which the train ``moves`` run beside its own: they only seem to cross. Returns the run's row,
     the new row that does, −1 for none, and the position.
     """
+    j = start
     for i in range(first, last):
         xa = out.x[i - 1]
         fa = out.w[i - 1] - w_on(run.x, run.w, j, xa)
-        while True:
-            while j < n - 2 and run.x[j + 1] <= xa:
-                j += 1
+        for j in range(start, n - 1):
+            if j < n - 2 and run.x[j + 1] <= xa:
+                continue
             xb = min(out.x[i], run.x[j + 1])
             top = w_on(run.x, run.w, j, xb)
             fb = w_on(out.x, out.w, i - 1, xb) - top
@@ -53,20 +54,22 @@ def _meets(run, n, j, out, first, last, regime, moves):
             xa = xb
             if xb >= out.x[i]:
                 break
+        start = j
     return j, -1, 0.0
 
 
 @part
-def _clip(way, e, out, first, last):
+def _clip(way, start, out, first, last):
     """Cut rows where they pass above the envelope; returns their number, its row, and whether they do."""
     ex = way.envelope.x
     ew = way.envelope.w
+    e = start
     for i in range(first, last):
         xa = out.x[i - 1]
         fa = 0.0
-        while True:
-            while e < ex.shape[0] - 2 and ex[e + 1] <= xa:
-                e += 1
+        for e in range(start, ex.shape[0] - 1):
+            if e < ex.shape[0] - 2 and ex[e + 1] <= xa:
+                continue
             xb = min(out.x[i], ex[e + 1])
             top = w_on(ex, ew, e, xb)
             fb = w_on(out.x, out.w, i - 1, xb) - top
@@ -81,20 +84,24 @@ def _clip(way, e, out, first, last):
             xa = xb
             if xb >= out.x[i]:
                 break
+        start = e
     return last, e, False
 
 
 @part
-def _ride(way, k, e, regime, after, until, out, m):
+def _ride(way, k, start, regime, after, until, out, m):
     """Append rows of the envelope as long as they take no more effort than a regime has; returns rows, and its row.
 
     They are whole, as their efforts are right as means alone, but where the regime ``after`` leaves the envelope.
     """
     ex = way.envelope.x
     ew = way.envelope.w
-    while e < ex.shape[0] - 2 and ex[e + 1] <= out.x[m - 1] + SAME_M:
-        e += 1
-    while out.x[m - 1] < until - SAME_M:
+    e = start
+    for e in range(start, ex.shape[0] - 1):
+        if ex[e + 1] <= out.x[m - 1] + SAME_M:
+            continue
+        if out.x[m - 1] >= until - SAME_M or m == out.x.shape[0]:
+            break
         own = regime_of_row(way, k, ex[e + 1] - ex[e], ew[e], ew[e + 1])
         if pull(way, k, own, out.w[m - 1]) > pull(way, k, regime, out.w[m - 1]):
             break
@@ -103,8 +110,6 @@ def _ride(way, k, e, regime, after, until, out, m):
         out.w[m] = w_on(ex, ew, e, out.x[m])
         out.regime[m - 1] = own
         m += 1
-        if out.x[m - 1] == ex[e + 1]:
-            e = min(e + 1, ex.shape[0] - 2)
     return m, e
 
 
@@ -167,11 +172,11 @@ def leave(way, run, n, i, plan, planned, c, out, m):
     changes = 0
     k = row_at(cells.station_m, cells.station_m.shape[0], out.x[m - 1])
     e = row_at(way.envelope.x, way.envelope.x.shape[0], out.x[m - 1])
-    while out.x[m - 1] < cells.station_m[-1]:
+    # Each turn appends a row of more than `SAME_M`, or gets onto the envelope or off it, once at each position.
+    while out.x[m - 1] < cells.station_m[-1] - SAME_M:
         x = out.x[m - 1]
         w = out.w[m - 1]
-        while cells.station_m[k + 1] <= x + SAME_M:
-            k += 1
+        k = cell_from(cells, k, x)
         while c + 1 < planned and plan[c + 1, AT] <= x + SAME_M:
             c += 1
             changes += 1

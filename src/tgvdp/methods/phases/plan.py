@@ -3,7 +3,7 @@
 import math
 
 from tgvdp._jit import kernel, part
-from tgvdp.methods.phases.way import row_at
+from tgvdp.methods.phases.way import cell_from, row_at
 from tgvdp.model.track import POWERED
 from tgvdp.physics.cell import Cell
 from tgvdp.physics.codes import HOLDING
@@ -64,8 +64,7 @@ def plan_of(way, run, n, plan):
     count = 0
     k = 0
     for i in range(n - 1):
-        while way.cells.station_m[k + 1] <= run.x[i]:
-            k += 1
+        k = cell_from(way.cells, k, run.x[i])
         may_go = 1.0 if way.cells.supply[k] == POWERED else 0.0
         if count == 0 or run.regime[i] != plan[count - 1, REGIME] or may_go != plan[count - 1, MAY_GO]:
             if count == plan.shape[0]:

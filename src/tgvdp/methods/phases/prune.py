@@ -159,7 +159,7 @@ def _prune(way, here, there, n, plan, price, least_s, most, most_j, later_s, sla
         most_j -= dearer_j
     now_s, now_j = measure(way, here, 0, n - 1)
     late_s = now_s - before_s - later_s
-    if abs(late_s) > slack_s:
+    if not abs(late_s) <= slack_s:  # no number is not in time
         n = _retime(way, here, n, plan, price, most_j, late_s, slack_s, there)
         if n < 0:
             return -1, False, 0.0, 0.0, 0

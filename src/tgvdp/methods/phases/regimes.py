@@ -3,7 +3,7 @@
 import math
 
 from tgvdp._jit import kernel, leaf, part
-from tgvdp.methods.phases.way import train_in
+from tgvdp.methods.phases.way import cell_from, train_in
 from tgvdp.physics.arc import duration_and_work
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, HOLDING, TRACTION
 from tgvdp.physics.forces import mean_brake, mean_effort, resistance_at
@@ -37,8 +37,7 @@ def tell_regimes(way, run, n):
     """Fill in the regime of each row of a run."""
     k = 0
     for i in range(n - 1):
-        while way.cells.station_m[k + 1] <= run.x[i]:
-            k += 1
+        k = cell_from(way.cells, k, run.x[i])
         d = run.x[i + 1] - run.x[i]
         run.regime[i] = regime_of_row(way, k, d, run.w[i], run.w[i + 1])
 
@@ -66,8 +65,7 @@ def without_touches(way, run, n):
     m = 1
     k = 0
     for i in range(1, n):
-        while way.cells.station_m[k + 1] <= x[i - 1]:
-            k += 1
+        k = cell_from(way.cells, k, x[i - 1])
         x[m] = x[i]
         w[m] = w[i]
         run.regime[m - 1] = run.regime[i - 1]

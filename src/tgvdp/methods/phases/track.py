@@ -79,7 +79,8 @@ def track(way, run, n, plan, planned, price, most_j, out):
     c = 0
     refused = 0
     cost_j = 0.0
-    kept_m = -1.0  # the run stays up to here
+    kept = 0  # the run stays up to here
+    # Each turn goes on by a row of the run, or appends rows that advance, or refuses: then rows of the run follow.
     while i < n - 1:
         x = out.x[m - 1]
         if m + 2 > out.x.shape[0]:
@@ -89,7 +90,7 @@ def track(way, run, n, plan, planned, price, most_j, out):
         turn_m = plan[c + 1, AT] if c + 1 < planned else run.x[n - 1]
         turns = plan[c, REGIME] == run.regime[i] and turn_m < run.x[i + 1] - SAME_M
         turns = turns and plan[min(c + 1, planned - 1), REGIME] != run.regime[i]
-        if x < kept_m or (plan[c, REGIME] == run.regime[i] and not turns):
+        if i < kept or (plan[c, REGIME] == run.regime[i] and not turns):
             out.x[m] = run.x[i + 1]
             out.w[m] = run.w[i + 1]
             out.regime[m - 1] = run.regime[i]
@@ -100,7 +101,7 @@ def track(way, run, n, plan, planned, price, most_j, out):
         if turns:
             m = _until(way, run, i, turn_m, out, m)
         size, j = leave(way, run, n, i, plan, planned, c + 1 if turns else c, out, m) if m > 0 else (-1, i)
-        if size > 0:
+        if size > 0 and out.x[size - 1] > x + SAME_M:
             new_s, new_j = measure(way, out, first - 1, size - 1)
             old_s, old_j = stretch(way, run, i, x, j, out.x[size - 1])
             dearer_j = new_j - old_j + price * (new_s - old_s)
@@ -114,8 +115,7 @@ def track(way, run, n, plan, planned, price, most_j, out):
                 continue
         m = first
         refused += 1
-        j = i
-        while j < n - 1 and run.regime[j] == run.regime[i]:
-            j += 1
-        kept_m = run.x[j] - SAME_M
+        kept = i + 1
+        while kept < n - 1 and run.regime[kept] == run.regime[i]:
+            kept += 1
     return m, refused, cost_j

@@ -74,6 +74,14 @@ def row_at(x, n, at):
 
 
 @leaf
+def cell_from(cells, k, at):
+    """The cell, from k on, in which a row that starts at a position lies; no farther than the last one."""
+    while k < cells.length_m.shape[0] - 1 and cells.station_m[k + 1] <= at + SAME_M:
+        k += 1
+    return k
+
+
+@leaf
 def w_on(x, w, i, at):
     """Squared speed at a position on the row that starts at i."""
     return w[i] + (w[i + 1] - w[i]) * ((at - x[i]) / (x[i + 1] - x[i]))
@@ -96,8 +104,7 @@ def measure(way, run, first, last):
     time = 0.0
     energy = 0.0
     for j in range(first, last):
-        while cells.station_m[k + 1] <= run.x[j] + SAME_M:
-            k += 1
+        k = cell_from(cells, k, run.x[j])
         d = run.x[j + 1] - run.x[j]
         duration, work, _ = account(
             train_in(way, k), way.returned, cells.grade_n[k], cells.air[k], d, run.w[j], run.w[j + 1]

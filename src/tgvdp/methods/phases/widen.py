@@ -9,7 +9,7 @@ import math
 from tgvdp._jit import kernel, part
 from tgvdp.methods.phases.plan import AT, LASTS_S, MAY_GO, REGIME, START_W
 from tgvdp.methods.phases.track import stretch
-from tgvdp.methods.phases.way import SAME_M, is_feasible, measure, row_at, w_on
+from tgvdp.methods.phases.way import SAME_M, cell_from, is_feasible, measure, row_at, w_on
 from tgvdp.physics.codes import HOLDING
 
 #: Shares of what a phase gains that the one before it gives, the other one the rest.
@@ -45,25 +45,27 @@ def _copied(run, n, until_m, i, out, m):
 def _ramp(way, run, n, i, from_m, until_m, out, m):
     """Append rows from a position on row i of the run to another one along which v² changes evenly.
 
-    Returns the row on which they end and their number; −1 where they ask for too much, or pass the envelope.
+    Returns the row on which they end and their number; −1 where they ask for too much, or pass the envelope. So may
+    what is left of the rows of the run that they cut, as the effort of a row is right as a mean alone.
     """
     ex = way.envelope.x
     ew = way.envelope.w
     w0 = w_on(run.x, run.w, i, from_m)
     last = row_at(run.x, n, until_m - SAME_M)
     w1 = w_on(run.x, run.w, last, until_m)
+    cells = way.cells
+    k = row_at(cells.station_m, cells.station_m.shape[0], out.x[m - 1] + SAME_M)
+    if not is_feasible(way, k, from_m - out.x[m - 1], out.w[m - 1], w0):
+        return last, -1
     out.x[m] = from_m
     out.w[m] = w0
     out.regime[m - 1] = run.regime[i]
     m += 1
-    cells = way.cells
-    k = row_at(cells.station_m, cells.station_m.shape[0], from_m + SAME_M)
     for j in range(i + 1, last + 2):
         x = run.x[j] if j <= last else until_m
         if x <= out.x[m - 1] + SAME_M:
             continue
-        while cells.station_m[k + 1] <= out.x[m - 1] + SAME_M:
-            k += 1
+        k = cell_from(cells, k, out.x[m - 1])
         w = w0 + (w1 - w0) * ((x - from_m) / (until_m - from_m)) if x < until_m else w1
         fits = w <= w_on(ex, ew, row_at(ex, ex.shape[0], x), x) * (1.0 + _SAME_W)
         if not fits or not is_feasible(way, k, x - out.x[m - 1], out.w[m - 1], w):
@@ -72,7 +74,10 @@ def _ramp(way, run, n, i, from_m, until_m, out, m):
         out.w[m] = w
         out.regime[m - 1] = HOLDING
         m += 1
-    return last, m
+    rest_m = run.x[last + 1] - until_m
+    k = cell_from(cells, k, until_m)
+    fits = rest_m <= SAME_M or is_feasible(way, k, rest_m, w1, run.w[last + 1])
+    return last, m if fits else -1
 
 
 @kernel
@@ -133,17 +138,22 @@ def widen(way, run, n, plan, count, price, least_s, most_j, out):
             last, size = _ramp(way, run, n, first, from_m, until_m, out, size)
             if size < 0:
                 continue
-            new_s, new_j = measure(way, out, start, size - 1)
-            old_s, old_j = stretch(way, run, first, from_m, last, until_m)
+            lasts_s = measure(way, out, start, size - 1)[0]
+            # Whole rows of the run count: what a brake gives back is right as a row's mean, and less on parts of it.
+            out.x[size] = run.x[last + 1]
+            out.w[size] = run.w[last + 1]
+            whole = size if run.x[last + 1] > until_m + SAME_M else size - 1
+            new_s, new_j = measure(way, out, start - 1, whole)
+            old_s, old_j = stretch(way, run, first, out.x[start - 1], last, out.x[whole])
             dearer_j = new_j - old_j + price * (new_s - old_s)
             if final:
                 cost_j += dearer_j
                 m = size
                 i = last + 1 if run.x[last + 1] <= until_m + SAME_M else last
                 done_m = until_m
-                plan[c, LASTS_S] = new_s
+                plan[c, LASTS_S] = lasts_s
                 plan[c + 1, LASTS_S] -= after_s
-            elif new_s >= least_s and dearer_j <= best_j:
+            elif lasts_s >= least_s and dearer_j <= best_j:
                 best = option
                 best_j = dearer_j
     i, m = _copied(run, n, math.inf, i, out, m)
