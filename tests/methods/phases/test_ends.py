@@ -7,7 +7,7 @@ from tests.helpers.trips import trip_on
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.methods.phases.leave import leave
 from tgvdp.methods.phases.plan import AT, PLAN_COLUMNS, REGIME, plan_of
-from tgvdp.methods.phases.prune import Pruner
+from tgvdp.methods.phases.prune import prune
 from tgvdp.methods.phases.regimes import tell_regimes
 from tgvdp.methods.phases.track import track
 from tgvdp.methods.phases.way import Run, way_of
@@ -126,6 +126,6 @@ def test_leaving_ends_where_there_is_no_room(fast):
 def test_pruning_ends_at_the_running_time(fast, spoil, least_s):
     way, *rows = fast
     x_m, w = spoil(*rows)
-    pruned = Pruner(way, len(x_m)).prune(x_m, w, PRICE, least_s, 1e3, (-0.1, 0.1))
+    (pruned,) = prune(way, [(x_m, w)], np.array([PRICE]), least_s, np.array([1e3]), np.zeros(1), 0.1)
     assert abs(pruned.time_s) <= 0.1
     assert pruned.energy_j + PRICE * pruned.time_s <= 1e3

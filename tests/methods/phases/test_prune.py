@@ -11,7 +11,7 @@ from tests.helpers.trips import trip_on
 from tgvdp.methods.costate.drivable import drivable
 from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.phases.plan import AT, PLAN_COLUMNS, REGIME, leave_out, plan_of
-from tgvdp.methods.phases.prune import Pruner
+from tgvdp.methods.phases.prune import prune
 from tgvdp.methods.phases.regimes import tell_regimes
 from tgvdp.methods.phases.way import Run as Rows
 from tgvdp.methods.phases.way import way_of
@@ -136,7 +136,7 @@ def test_a_plan_leaves_short_phases_out(made):
 @pytest.mark.parametrize("slack_s", [1e6, 1e-4])
 def test_a_dab_of_traction_goes_and_the_time_stays(made, slack_s):
     _, way, x_m, w = made
-    pruned = Pruner(way, len(x_m)).prune(x_m, w, 1e5, 1.0, 1e9, (-slack_s, slack_s))
+    (pruned,) = prune(way, [(x_m, w)], np.array([1e5]), 1.0, np.array([1e9]), np.zeros(1), slack_s)
     assert pruned.short == 0
     assert abs(pruned.time_s) <= slack_s
     changes = np.flatnonzero(np.diff(pruned.regime))
@@ -176,7 +176,7 @@ def test_a_dab_is_not_widened_where_that_costs_too_much(made):
 
 def test_what_costs_too_much_stays(made):
     mesh, way, x_m, w = made
-    pruned = Pruner(way, len(x_m)).prune(x_m, w, 1e5, 1.0, -1e9, (-1e6, 1e6))
+    (pruned,) = prune(way, [(x_m, w)], np.array([1e5]), 1.0, np.array([-1e9]), np.zeros(1), 1e6)
     assert pruned.short == 1
     assert pruned.time_s == pruned.energy_j == 0.0
     np.testing.assert_array_equal(pruned.x_m, x_m)

@@ -6,11 +6,11 @@ that are that near are blended themselves, speed by speed, and the time of the b
 """
 
 import math
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp._jit import kernel
 from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.model.train import Train
 from tgvdp.physics.forces import kernel_train, mean_effort
@@ -101,5 +101,12 @@ def _blended(mesh: Mesh, quick: Run, late: Run, target_s: float, tolerance_s: fl
 
 def most_effort_n(train: Train, speed_mps: _Floats) -> _Floats:
     """Highest mean effort of each row between speeds (K + 1,), m/s → (K,), N."""
-    table = kernel_train(train).traction
-    return np.array([mean_effort(table, *ends) for ends in pairwise(speed_mps.tolist())])
+    most_n = np.empty(len(speed_mps) - 1)
+    _fill_most_efforts(kernel_train(train).traction, speed_mps, most_n)
+    return most_n
+
+
+@kernel
+def _fill_most_efforts(table, speed_mps, most_n):
+    for i in range(most_n.shape[0]):
+        most_n[i] = mean_effort(table, speed_mps[i], speed_mps[i + 1])

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.methods.costate.mesh import Mesh, Run
-from tgvdp.methods.phases.prune import Pruner
+from tgvdp.methods.phases.prune import prune
 from tgvdp.methods.phases.way import way_of
 from tgvdp.physics.cell import Rows
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, HOLDING, TRACTION
@@ -27,7 +27,7 @@ def drivable(
     tolerance_s: float,
     min_phase_s: float,
     counters: dict[str, int],
-) -> tuple[list[Run], list[NDArray[np.int8] | None]]:
+) -> tuple[list[Run], list[NDArray[np.int8]]]:
     """Leave short phases out of runs.
 
     Parameters
@@ -52,22 +52,19 @@ def drivable(
         Regime of each row, as `runs.profile` numbers them.
     """
     way = way_of(mesh.train, mesh.cells, Rows(mesh.envelope.x_m, mesh.envelope.w), mesh.tables)
-    pruner = Pruner(way, max((len(run.x_m) for run in runs), default=0))
-    energies_j = np.array([run.energy_j for run in runs])
+    times_s, energies_j, price = np.array([(run.time_s, run.energy_j, run.multiplier) for run in runs]).reshape(-1, 3).T
     steps_j = -np.diff(energies_j, prepend=np.inf, append=-np.inf)
-    least_j = _LEAST_SHARE * mesh.usual_multiplier * min((run.time_s for run in runs), default=0.0)
-    found: list[Run] = []
-    regimes: list[NDArray[np.int8] | None] = []
-    for run, step_j in zip(runs, np.minimum(steps_j[1:], steps_j[:-1]).tolist(), strict=True):
-        most_j = min(_LOSS * max(abs(run.energy_j), least_j), _OF_STEP * step_j)
-        early_s = float(aims_s[np.argmin(np.abs(aims_s - run.time_s))] - run.time_s)
-        if abs(early_s) > tolerance_s:  # it stands for a time that no run takes
-            early_s = 0.0
-        window_s = early_s - tolerance_s, early_s + tolerance_s
-        pruned = pruner.prune(run.x_m, run.w, run.multiplier, min_phase_s, most_j, window_s)
-        counters["short"] += pruned.short
-        found.append(
-            Run(run.time_s + pruned.time_s, run.energy_j + pruned.energy_j, run.multiplier, pruned.x_m, pruned.w)
-        )
-        regimes.append(_PROFILE_REGIMES[pruned.regime])
-    return found, regimes
+    least_j = _LEAST_SHARE * mesh.usual_multiplier * min(times_s, default=0.0)
+    most_j = np.minimum(
+        _LOSS * np.maximum(np.abs(energies_j), least_j), _OF_STEP * np.minimum(steps_j[1:], steps_j[:-1])
+    )
+    early_s = aims_s[np.abs(aims_s - times_s[:, np.newaxis]).argmin(axis=1)] - times_s
+    early_s[np.abs(early_s) > tolerance_s] = 0.0  # it stands for a time that no run takes
+    rows = [(run.x_m, run.w) for run in runs]
+    pruned = prune(way, rows, price.copy(), min_phase_s, most_j, early_s, tolerance_s)
+    counters["short"] += sum(one.short for one in pruned)
+    found = [
+        Run(run.time_s + one.time_s, run.energy_j + one.energy_j, run.multiplier, one.x_m, one.w)
+        for run, one in zip(runs, pruned, strict=True)
+    ]
+    return found, [_PROFILE_REGIMES[one.regime] for one in pruned]

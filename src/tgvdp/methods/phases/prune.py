@@ -1,12 +1,13 @@
 """A run without phases that are too short to drive, at the same running time."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel, part
+from tgvdp._jit import entry, part
 from tgvdp.methods.phases.plan import (
     AT,
     BALANCED,
@@ -29,6 +30,8 @@ _Floats = NDArray[np.float64]
 #: What is left out in turn: phases shorter than a share of the least duration, and how much of each its neighbour
 #: before it takes. First what is next to nothing, so that it does not stand or fall with longer phases beside it.
 _PASSES = ((0.05, BALANCED), (1.0, BALANCED), (1.0, 0.0), (1.0, 1.0))
+#: Least share of a phase's duration that is left out, where more, or anything, would take another time.
+_LEVELS = (1.0, _PASSES[0][0], 0.0)
 #: Tries to give a run its time back, and the share of a phase of coasting by which the first one moves its start.
 _TRIES = 6
 _FIRST_STEP = 1e-3
@@ -113,7 +116,7 @@ def _short(plan, count, least_s):
     return short
 
 
-@kernel
+@part
 def _prune(way, here, there, n, plan, price, least_s, most, most_j, later_s, slack_s):
     """Leave phases shorter than the share ``most`` of ``least_s`` out of the run in ``here``.
 
@@ -166,53 +169,96 @@ def _prune(way, here, there, n, plan, price, least_s, most, most_j, later_s, sla
     return n, swapped, now_s - before_s, now_j - before_j, _short(plan, plan_of(way, here, n, plan), least_s)
 
 
-class Pruner:
-    """Leaves out of runs on one way what is too short to drive; holds the room that this takes.
+@entry
+def _prune_runs(way, runs, ends, price, least_s, most_j, later_s, slack_s, here, there, plan, out, found):
+    """Prune runs one after the other.
 
     Parameters
     ----------
     way : Way
-    most_rows : int
-        Rows of any of the runs at most.
+    runs : Run
+        The rows of all of them, and
+    ends : (n + 1,) int64
+        where each begins.
+    price, most_j, later_s : (n,) float64
+    least_s, slack_s : float
+        As of `prune`.
+    here, there : Run, modified in place
+    plan : (size, PLAN_COLUMNS) float64, modified in place
+    out : Run, modified in place
+        The rows of all new runs.
+    found : (n, 4) float64, modified in place
+        Of each: where it ends in ``out``, by how much it takes longer and costs more, and its short phases.
     """
-
-    def __init__(self, way: Way, most_rows: int) -> None:
-        self.way = way
-        size = 2 * most_rows + _MORE_ROWS
-        self.here, self.there = (Run(np.empty(size), np.empty(size), np.empty(size, dtype=np.int8)) for _ in range(2))
-        self.plan = np.empty((_MOST_PHASES, PLAN_COLUMNS))
-
-    def prune(
-        self, x_m: _Floats, w: _Floats, price: float, least_s: float, most_j: float, window_s: tuple[float, float]
-    ) -> Pruned:
-        """Leave out of a run what is too short to drive.
-
-        Parameters
-        ----------
-        x_m, w : (n,) float64
-            Positions, m, and squared speeds, m²/s².
-        price : float
-            What a second is worth, J/s, auxiliaries included.
-        least_s : float
-            Phases that are shorter, s, are left out.
-        most_j : float
-            By how much E + λT may rise, J.
-        window_s : (float, float)
-            By how much the running time may change, s, at least and at most.
-
-        Returns
-        -------
-        Pruned
-        """
-        n = len(x_m)
-        later_s, slack_s = 0.5 * (window_s[0] + window_s[1]), 0.5 * (window_s[1] - window_s[0])
-        for most in (1.0, _PASSES[0][0], 0.0):  # less, or nothing, where that would take another time
-            self.here.x[:n], self.here.w[:n] = x_m, w
+    m = 0
+    for r in range(price.shape[0]):
+        first = ends[r]
+        n = ends[r + 1] - first
+        room = out.x.shape[0] - m - (ends[-1] - ends[r + 1])  # the rest fits as it is
+        for most in _LEVELS:
+            for j in range(n):
+                here.x[j] = runs.x[first + j]
+                here.w[j] = runs.w[first + j]
             size, swapped, time_s, energy_j, short = _prune(
-                self.way, self.here, self.there, n, self.plan, price, least_s, most, most_j, later_s, slack_s
+                way, here, there, n, plan, price[r], least_s, most, most_j[r], later_s[r], slack_s
             )
-            if size > 0:
+            if 0 < size <= room:
                 break
-        run = self.there if swapped else self.here
-        kept = run.x[:size].copy(), run.w[:size].copy(), run.regime[: size - 1].copy()
-        return Pruned(time_s, energy_j, *kept, short)
+        run = there if swapped else here
+        for j in range(size):
+            out.x[m + j] = run.x[j]
+            out.w[m + j] = run.w[j]
+            out.regime[m + j] = run.regime[j]
+        m += size
+        found[r, 0] = m
+        found[r, 1] = time_s
+        found[r, 2] = energy_j
+        found[r, 3] = short
+
+
+def _room(size: int) -> Run:
+    return Run(np.empty(size), np.empty(size), np.empty(size, dtype=np.int8))
+
+
+def prune(
+    way: Way, runs: Sequence[tuple[_Floats, _Floats]], price: _Floats, least_s: float, most_j: _Floats,
+    later_s: _Floats, slack_s: float,
+) -> list[Pruned]:  # fmt: skip
+    """Leave out of runs what is too short to drive.
+
+    Parameters
+    ----------
+    way : Way
+    runs : sequence of ((rows,) float64, (rows,) float64)
+        Positions, m, and squared speeds, m²/s², of n runs.
+    price : (n,) float64
+        What a second is worth, J/s, auxiliaries included.
+    least_s : float
+        Phases that are shorter, s, are left out.
+    most_j : (n,) float64
+        By how much E + λT may rise, J.
+    later_s : (n,) float64
+        How much later than before each run is wanted, s,
+    slack_s : float
+        and how well that is to be met, s.
+
+    Returns
+    -------
+    list of Pruned
+    """
+    if not runs:
+        return []
+    ends = np.concatenate(([0], np.cumsum([len(x_m) for x_m, _ in runs])))
+    most_rows, rows = int(np.diff(ends).max()), int(ends[-1])
+    given = Run(np.concatenate([x for x, _ in runs]), np.concatenate([w for _, w in runs]), np.empty(0, dtype=np.int8))
+    here, there, out = (_room(2 * size + _MORE_ROWS) for size in (most_rows, most_rows, rows))
+    plan, found = np.empty((_MOST_PHASES, PLAN_COLUMNS)), np.empty((len(runs), 4))
+    _prune_runs(way, given, ends, price, least_s, most_j, later_s, slack_s, here, there, plan, out, found)
+    size = int(found[-1, 0])
+    x_m, w, regime = out.x[:size].copy(), out.w[:size].copy(), out.regime[:size].copy()
+    pruned, start = [], 0
+    for end, time_s, energy_j, short in found.tolist():
+        place = slice(start, int(end))
+        pruned.append(Pruned(time_s, energy_j, x_m[place], w[place], regime[place][:-1], int(short)))
+        start = int(end)
+    return pruned
