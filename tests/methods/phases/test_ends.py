@@ -10,7 +10,7 @@ from tgvdp.methods.phases.plan import AT, PLAN_COLUMNS, REGIME, plan_of
 from tgvdp.methods.phases.prune import prune
 from tgvdp.methods.phases.regimes import tell_regimes
 from tgvdp.methods.phases.track import track
-from tgvdp.methods.phases.way import Run, way_of
+from tgvdp.methods.phases.way import Run, is_sound, way_of
 from tgvdp.methods.phases.widen import widen
 from tgvdp.physics.cell import Rows
 from tgvdp.physics.codes import BRAKING, COASTING, HOLDING, TRACTION
@@ -129,3 +129,16 @@ def test_pruning_ends_at_the_running_time(fast, spoil, least_s):
     (pruned,) = prune(way, [(x_m, w)], np.array([PRICE]), least_s, np.array([1e3]), np.zeros(1), 0.1)
     assert abs(pruned.time_s) <= 0.1
     assert pruned.energy_j + PRICE * pruned.time_s <= 1e3
+
+
+def test_runs_that_the_referee_would_refuse_are_known(fast):
+    """What is no run of the line stays unpruned, whatever went wrong on the way there."""
+    way, x_m, w = fast
+    sound = [is_sound(way, run_of(*rows), len(rows[0])) for rows in ((x_m, w), doubled(x_m, w))]
+    assert sound == [True, False]
+    station = int(np.searchsorted(x_m, way.cells.station_m[1]))
+    without = np.delete(x_m, station), np.delete(w, station)
+    assert not is_sound(way, run_of(*without), len(x_m) - 1)  # a row passes a place where the line may change
+    faster = w.copy()
+    faster[station] *= 1.01
+    assert not is_sound(way, run_of(x_m, faster), len(x_m))  # that takes more than the train gives

@@ -21,7 +21,7 @@ from tgvdp.methods.phases.plan import (
 )
 from tgvdp.methods.phases.regimes import tell_regimes, without_touches
 from tgvdp.methods.phases.track import track
-from tgvdp.methods.phases.way import Run, Way, measure
+from tgvdp.methods.phases.way import Run, Way, is_sound, measure
 from tgvdp.methods.phases.widen import widen
 from tgvdp.physics.codes import COASTING, HOLDING, TRACTION
 
@@ -202,9 +202,9 @@ def _prune_runs(way, runs, ends, price, least_s, most_j, later_s, slack_s, here,
             size, swapped, time_s, energy_j, short = _prune(
                 way, here, there, n, plan, price[r], least_s, most, most_j[r], later_s[r], slack_s
             )
-            if 0 < size <= room:
+            run = there if swapped else here
+            if most == 0.0 or (0 < size <= room and is_sound(way, run, size)):
                 break
-        run = there if swapped else here
         for j in range(size):
             out.x[m + j] = run.x[j]
             out.w[m + j] = run.w[j]

@@ -17,6 +17,8 @@ from tgvdp.physics.forces import KernelTrain, mean_brake, mean_effort
 
 #: Positions that differ by less are one, m.
 SAME_M = 1e-9
+#: Positions that differ by less than this share of the destination are one to the referee.
+_SAME_PLACE = 1e-12
 #: Share by which a row may pass its limit: what joins the run does so within one of its rows.
 _EXCESS = 5e-4
 #: An effort below this share of the starting effort is none.
@@ -128,3 +130,19 @@ def is_feasible(way, k, d, w0, w1):
     if work >= 0.0:
         return work <= d * mean_effort(here.traction, v0, v1) * slack + noise
     return -work <= d * mean_brake(here, load, v0, v1) * slack + noise
+
+
+@part
+def is_sound(way, run, n):
+    """Whether rows advance, end wherever the line may change, and ask for no more than the train gives."""
+    station_m = way.cells.station_m
+    same = _SAME_PLACE * station_m[-1]
+    k = 0
+    for j in range(n - 1):
+        d = run.x[j + 1] - run.x[j]
+        while k < way.cells.length_m.shape[0] - 1 and station_m[k + 1] <= run.x[j] + same:
+            k += 1
+        within = d > 0.0 and run.x[j + 1] <= station_m[k + 1] + same
+        if not within or not is_feasible(way, k, d, run.w[j], run.w[j + 1]):
+            return False
+    return True
