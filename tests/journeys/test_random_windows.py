@@ -9,7 +9,7 @@ from benchmarks.windows.study import judged
 FEW, MORE = (0, 1, 2), range(20, 27)
 #: What a timetable is met to, s.
 MET_S = 0.1
-#: Half of the fronts are nearer to their bounds than this, %; the last of their few points is not as near as the others.
+#: Half of the fronts are nearer to their bounds than this, %; the last of their few points is not as near as others.
 NEAR_PCT = 2.0
 
 
