@@ -141,6 +141,9 @@ class TimedJourney:
         front = ParetoFront.of(
             np.sum([one.time_s for one in sections], axis=0), np.sum([one.energy_j for one in sections], axis=0)
         )
+        # Whatever is asked for behind the thriftiest journey is that journey again, but for how well its time is met.
+        is_slower = np.diff(front.time_s, prepend=-np.inf) > tolerance_s
+        front = ParetoFront(front.time_s[is_slower], front.energy_j[is_slower], front.source[is_slower])
         kept = front.source
         first = [parts[0] for parts in windows.sections]
         clocks = [_clock(self.windows, departure_s[at, first], runs[at]) for at in kept.tolist()]

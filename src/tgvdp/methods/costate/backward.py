@@ -117,11 +117,10 @@ def _last_cell(train, step, line):
 
 
 @leaf
-def _step(train, returned, cells, k, multiplier, held_w, held_brake_w, low, fast, floor_w, wall, scratch):
-    """The step over cell k."""
+def _step(train, returned, cells, k, price, held_w, held_brake_w, low, fast, floor_w, wall, scratch):
+    """The step over cell k, in which a second costs a price."""
     bottom = max(low[k], min(floor_w, 0.1 * fast[k]))
     load = train.davis_a_n + cells.grade_n[k]
-    price = multiplier - cells.saved_w[k]
     if cells.supply[k] != POWERED:
         returned = 0.0
     length = cells.length_m[k]
@@ -179,7 +178,8 @@ def switching_speeds(train, returned, cells, low, fast, end_w, multiplier, toler
     if count == 1:
         return OK, points
     k = count - 1
-    step = _step(train, returned, cells, k, multiplier, math.inf, math.inf, low, fast, floor_w, end_w, scratch)
+    price = multiplier - cells.saved_w[k]
+    step = _step(train, returned, cells, k, price, math.inf, math.inf, low, fast, floor_w, end_w, scratch)
     n = make_monotone(line, _last_cell(train, step, line), fast[k])
     loosen = 1.0
     thinned = n
@@ -187,13 +187,15 @@ def switching_speeds(train, returned, cells, low, fast, end_w, multiplier, toler
     held_w = math.inf
     held_brake_w = math.inf
     for k in range(count - 2, -1, -1):
-        if cells.air[k] != held_air:
+        before = price
+        price = multiplier - cells.saved_w[k]
+        if cells.air[k] != held_air or price != before:
             held_air = cells.air[k]
-            held_w = holding_w(train.davis_b, held_air, multiplier)
-            held_brake_w = holding_w(train.davis_b, held_air, multiplier / returned) if returned > 0.0 else math.inf
+            held_w = holding_w(train.davis_b, held_air, price)
+            held_brake_w = holding_w(train.davis_b, held_air, price / returned) if returned > 0.0 else math.inf
         slack = tolerance * loosen * cells.length_m[k] / typical_m
         wall = fast[k + 1]
-        step = _step(train, returned, cells, k, multiplier, held_w, held_brake_w, low, fast, floor_w, wall, scratch)
+        step = _step(train, returned, cells, k, price, held_w, held_brake_w, low, fast, floor_w, wall, scratch)
         policy[k + 1] = fast[k + 1]
         powered = cells.supply[k] == POWERED
         coasts = n - 1
@@ -212,7 +214,7 @@ def switching_speeds(train, returned, cells, low, fast, end_w, multiplier, toler
                 policy[k + 1, 2] = b
                 brakes, c = _crossing(0.0, line, n, coasts)
                 if brakes < n:
-                    held_back = held_back_w(train, returned, multiplier, fast[k + 1])
+                    held_back = held_back_w(train, returned, price, fast[k + 1])
                     brakes, c = _snapped(held_back, slack, 0.0, line, n, brakes, c)
                     n = insert(line, n, brakes, c, 0.0)
                     policy[k + 1, 3] = c
