@@ -67,7 +67,8 @@ def changed(train: Train, track: Track, assignments: Sequence[str]) -> tuple[Tra
 @lru_cache(maxsize=4)
 def _tree_of(part: str, held: Train | Track) -> dict[str, Any]:
     """Native tables of a train or a line, which a sweep changes time and again; not to be written to."""
-    return native_tree(Scenario(name=held.name, format="native", **{part: held}))
+    parts: dict[str, Any] = {part: held}
+    return native_tree(Scenario(name=held.name, format="native", **parts))
 
 
 def _parsed(assignment: str) -> tuple[list[str | int], Any]:
