@@ -45,6 +45,12 @@ def test_units_rows_tables_and_texts():
     assert (train.traction, track.gradients) == (TRAIN.traction, TRACK.gradients)
 
 
+def test_changes_leave_no_trace_for_later_ones():
+    fields = ("train.adhesion.adhesive_mass_t=136", "track.speed_limits[1].speed_kmh=72", "train.mass_t=110%")
+    assert changed(TRAIN, TRACK, fields) == changed(TRAIN, TRACK, fields)
+    assert changed(TRAIN, TRACK, ["train.mass_t=100%", "track.speed_limits[0].speed_kmh=100%"]) == (TRAIN, TRACK)
+
+
 @pytest.mark.parametrize(
     ("assignment", "part"),
     [

@@ -73,9 +73,9 @@ class Piecewise(NamedTuple):
 
     def ends(self) -> tuple[Floats, Floats, Floats]:
         """Values of each piece at its left end, its middle and its right end."""
-        piece = np.arange(len(self.coefficient))
-        left_m, right_m = self.knot_m[:-1], self.knot_m[1:]
-        return self.coefficient[:, 0], self.on(piece, 0.5 * (left_m + right_m)), self.on(piece, right_m)
+        h = np.diff(self.knot_m)
+        c0, c1, c2 = self.coefficient.T
+        return c0, c0 + 0.5 * h * (c1 + 0.5 * h * c2), c0 + h * (c1 + h * c2)
 
     def scaled(self, factor: float) -> "Piecewise":
         """The function times a factor."""
@@ -93,12 +93,17 @@ class Piecewise(NamedTuple):
 
     def between(self, from_m: float, to_m: float) -> "Piecewise":
         """The function on a part of its range, with positions from there on."""
-        inside = self.knot_m[(self.knot_m > from_m) & (self.knot_m < to_m)]
-        knot_m = np.concatenate(([from_m], inside, [to_m]))
-        left_m, right_m = knot_m[:-1], knot_m[1:]
-        middle_m = 0.5 * (left_m + right_m)
-        piece = self.piece_at(middle_m)
-        return Piecewise.of(knot_m - from_m, *(self.on(piece, at_m) for at_m in (left_m, middle_m, right_m)))
+        first = int(self.knot_m[1:-1].searchsorted(from_m, side="right"))
+        last = int(self.knot_m[1:-1].searchsorted(to_m, side="left")) + 1
+        knot_m = np.concatenate(([0.0], self.knot_m[first + 1 : last] - from_m, [to_m - from_m]))
+        coefficient = self.coefficient[first:last].copy()
+        u = from_m - self.knot_m[first]
+        c0, c1, c2 = coefficient[0].tolist()
+        coefficient[0] = c0 + u * (c1 + u * c2), c1 + 2.0 * u * c2, c2
+        h = np.diff(knot_m)
+        c0, c1, c2 = coefficient.T
+        integral = np.concatenate(([0.0], np.cumsum(h * (c0 + h * (c1 / 2.0 + h * c2 / 3.0)))))
+        return Piecewise(knot_m, coefficient, integral)
 
     def mean_behind(self, length_m: float) -> "Piecewise":
         """Mean over the last ``length_m`` before each position: a train of that length whose head is there.
@@ -119,24 +124,29 @@ class Piecewise(NamedTuple):
 
         return Piecewise.of(knot_m, mean(knot_m[:-1]), mean(0.5 * (knot_m[:-1] + knot_m[1:])), mean(knot_m[1:]))
 
-    def steps(self, step: float, area: float) -> Floats:
-        """Positions between which the function changes by about ``step`` at most, and less over long distances.
+    def steps(self, least: float, most: int, area: float) -> Floats:
+        """Positions between which the function changes by about a step at most, and less over long distances.
 
         Knots where it jumps, and both ends of the stretches where it is constant, are always among them.
 
         Parameters
         ----------
-        step : float
-            In the unit of the function, above 0.
+        least : float
+            The step, in the unit of the function, above 0; a larger one where the range of the function holds more ...
+        most : int
+            ... than so many.
         area : float
             Largest product of the change within a step and its length, in that unit times m, above 0.
         """
-        left, middle, right = self.ends()
-        noise = _SAME_VALUE * max(float(np.max(np.abs([left, right]))), step)
+        left, middle, right = ends = np.array(self.ends())
+        step = max(least, float(ends.max() - ends.min()) / most)
+        noise = _SAME_VALUE * max(float(np.abs(ends[::2]).max()), step)
         change = np.abs(middle - left) + np.abs(right - middle)
         flat = change <= noise
         fixed = np.ones(len(self.knot_m), dtype=bool)
         fixed[1:-1] = (flat[:-1] != flat[1:]) | (np.abs(left[1:] - right[:-1]) > noise)
+        if flat.all():
+            return self.knot_m[fixed]
         along = np.concatenate(([0.0], np.cumsum(np.where(flat, 0.0, change))))
         at = np.flatnonzero(fixed)
         span_m, range_ = np.diff(self.knot_m[at]), np.diff(along[at])

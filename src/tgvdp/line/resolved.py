@@ -149,12 +149,10 @@ def _steps(trip: Trip, force: Piecewise, drag: Piecewise, top_mps: float) -> lis
     """Ends of steps in which the resistance at speeds up to the top speed hardly changes."""
     effort_n, inertia_kg = trip.train.traction_limit.effort_n(0.0), trip.train.inertia_kg
     top_w = min(top_mps**2, trip.start_speed_mps**2 + 2.0 * effort_n * trip.distance_m / inertia_kg)
-    found = []
-    for function, unit in ((force, 1.0), (drag, 1.0 / top_w)):
-        range_ = float(np.ptp(np.concatenate(function.ends())))
-        step = max(_STEP_SHARE * effort_n * unit, range_ / _MOST_STEPS)
-        found.append(function.steps(step, _WORK_SHARE * inertia_kg * top_w * unit))
-    return found
+    return [
+        function.steps(_STEP_SHARE * effort_n * unit, _MOST_STEPS, _WORK_SHARE * inertia_kg * top_w * unit)
+        for function, unit in ((force, 1.0), (drag, 1.0 / top_w))
+    ]
 
 
 def _turns(

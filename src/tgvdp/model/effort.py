@@ -57,12 +57,14 @@ class EffortPiece(NamedTuple):
 
     def is_negative_at(self, speed_mps: float) -> bool:
         """Whether the effort at a speed is below 0 N by more than rounding."""
-        terms_n = EffortPiece(*(abs(value) for value in self)).effort_n(speed_mps)
-        return self.effort_n(speed_mps) < -_ROUNDING * terms_n
+        effort_n = self.effort_n(speed_mps)
+        return effort_n < 0.0 and effort_n < -_ROUNDING * EffortPiece(*map(abs, self)).effort_n(speed_mps)
 
     def extremes_mps(self, from_mps: float, to_mps: float) -> list[float]:
         """Speeds strictly inside an interval at which the effort has an extreme."""
-        # dF/dv · v² = −P + c1·v² + 2·c2·v³ + 3·c3·v⁴; a constant piece has none.
+        # dF/dv · v² = −P + c1·v² + 2·c2·v³ + 3·c3·v⁴; power alone and a constant have none.
+        if self.c1 == self.c2 == self.c3 == 0.0:
+            return []
         slope = [3.0 * self.c3, 2.0 * self.c2, self.c1, 0.0, -self.power_w]
         # np.roots divides by the leading coefficient: next to nothing there would overflow.
         least = _NEGLIGIBLE * max(map(abs, slope))

@@ -4,9 +4,11 @@ The train or line is written as native tables, the field is put there, and the t
 ranges and errors are those of the format.
 """
 
+import copy
 import re
 import tomllib
 from collections.abc import Sequence
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +32,12 @@ _OWNER = Path("--set")
 
 def fields() -> list[str]:
     """Fields of a train and a line, without those deeper inside."""
-    return [f"{part}.{field.encode_name}" for part, spec in _SPECS.items() for field in structs.fields(spec)]
+    return [f"{part}.{field}" for part in _SPECS for field in _fields_of(part)]
+
+
+@cache
+def _fields_of(part: str) -> list[str]:
+    return [field.encode_name for field in structs.fields(_SPECS[part])]
 
 
 def changed(train: Train, track: Track, assignments: Sequence[str]) -> tuple[Train, Track]:
@@ -50,11 +57,18 @@ def changed(train: Train, track: Track, assignments: Sequence[str]) -> tuple[Tra
         steps, value = _parsed(assignment)
         by_part.setdefault(str(steps[0]), []).append((steps, value))
     for part, fields in by_part.items():
-        tree = native_tree(Scenario(name=parts[part].name, format="native", **{part: parts[part]}))
+        tree = _tree_of(part, parts[part])
         for steps, value in fields:
-            _put(tree, steps, value)
+            tree = _with(tree, steps, value)
         parts[part] = getattr(read_scenario(Document(_OWNER, "", "TOML", tree, b"")), part)
     return parts["train"], parts["track"]
+
+
+@lru_cache(maxsize=4)
+def _tree_of(part: str, held: Train | Track) -> dict[str, Any]:
+    """Native tables of a train or a line, which a sweep changes time and again; not to be written to."""
+    parts: dict[str, Any] = {part: held}
+    return native_tree(Scenario(name=held.name, format="native", **parts))
 
 
 def _parsed(assignment: str) -> tuple[list[str | int], Any]:
@@ -69,7 +83,7 @@ def _parsed(assignment: str) -> tuple[list[str | int], Any]:
     part, name = str(steps[0]), str(steps[1])
     if part not in _SPECS:
         raise InputError(f"--set: {part}: must be train or track, got {shown(part)}{suggestion(part, list(_SPECS))}")
-    known = [field.encode_name for field in structs.fields(_SPECS[part])]
+    known = _fields_of(part)
     if name not in known:
         raise InputError(
             f"--set: {part}.{name}: unknown field {shown(name)}{suggestion(name, known)} (known: {', '.join(known)})"
@@ -94,17 +108,19 @@ def _share_of(held: Any, value: Any, at: str) -> Any:
     return held * float(match[1]) / 100.0
 
 
-def _put(tree: Any, steps: Sequence[str | int], value: Any, at: str = "") -> None:
-    """Set a field of a tree in place; tables on the way are made where they are absent, rows are not."""
+def _with(tree: Any, steps: Sequence[str | int], value: Any, at: str = "") -> Any:
+    """The tree with a field set, all else shared; tables on the way are made where they are absent, rows are not."""
     step, *below = steps
     kind: Any = list if isinstance(step, int) else dict
     if not isinstance(tree, kind):
         raise InputError(f"--set: {at}: holds no {'rows' if isinstance(step, int) else 'fields'}")
     if isinstance(step, int) and step >= len(tree):
         raise InputError(f"--set: {at}: has rows [0] to [{len(tree) - 1}], got [{step}]")
-    if not below:
-        held = tree[step] if isinstance(step, int) else tree.get(step)
-        tree[step] = _share_of(held, value, f"{at}.{step}".lstrip("."))
-        return
-    inner = tree[step] if isinstance(step, int) else tree.setdefault(step, {})
-    _put(inner, below, value, f"{at}[{step}]" if isinstance(step, int) else f"{at}.{step}".lstrip("."))
+    here = f"{at}[{step}]" if isinstance(step, int) else f"{at}.{step}".lstrip(".")
+    held = tree[step] if isinstance(step, int) else tree.get(step)
+    changed = copy.copy(tree)
+    if below:
+        changed[step] = _with({} if held is None else held, below, value, here)
+    else:
+        changed[step] = _share_of(held, value, here)
+    return changed

@@ -13,7 +13,7 @@ from tgvdp.model.track import POWERED
 from tgvdp.physics.arc import duration_and_work
 from tgvdp.physics.cell import Rows
 from tgvdp.physics.energy import EnergyTables
-from tgvdp.physics.forces import KernelTrain, mean_brake, mean_effort
+from tgvdp.physics.forces import KernelTrain, mean_brake, mean_effort, unpowered
 
 #: Positions that differ by less are one, m.
 SAME_M = 1e-9
@@ -32,8 +32,7 @@ class Way(NamedTuple):
 
     Attributes
     ----------
-    train, dark : KernelTrain
-        With current and without.
+    train : KernelTrain
     cells : Cells
     envelope : Rows
         Of the fastest run.
@@ -44,7 +43,6 @@ class Way(NamedTuple):
     """
 
     train: KernelTrain
-    dark: KernelTrain
     cells: Cells
     envelope: Rows
     traction: float
@@ -63,10 +61,9 @@ class Run(NamedTuple):
 def way_of(train: KernelTrain, cells: Cells, envelope: Rows, tables: EnergyTables) -> Way:
     """What a train drives on, by a mesh and an energy model."""
     train = train._replace(rows=_ROWS)
-    dark = train._replace(traction=train.no_effort, braking=train.no_effort)
     starting_n = float(train.traction[0, 2])  # the constant of the curve that starts at a standstill
     returned = tables.regeneration / tables.traction
-    return Way(train, dark, cells, envelope, tables.traction, returned, _NONE * starting_n)
+    return Way(train, cells, envelope, tables.traction, returned, _NONE * starting_n)
 
 
 @leaf
@@ -92,7 +89,7 @@ def w_on(x, w, i, at):
 @leaf
 def train_in(way, k):
     """The train as it is in a cell."""
-    return way.train if way.cells.supply[k] == POWERED else way.dark
+    return way.train if way.cells.supply[k] == POWERED else unpowered(way.train)
 
 
 @part
