@@ -116,7 +116,7 @@ def journey_front(
         common, (given_s, _) = search.split(), search.best()
         known_j = search.foretold_j(given_s)
         saves = known_j - search.foretold_j(common.supplement_s) > _SAVING * np.abs(known_j)
-        # The merge gives whole steps; what it leaves is shared even where chords next to fastest runs foretell no saving.
+        # The merge leaves parts of its steps: they are shared even where chords next to fastest runs foretell nothing.
         saves |= common.supplement_s.sum(axis=1) - given_s.sum(axis=1) > tolerance_s
         if not saves.any():
             break
