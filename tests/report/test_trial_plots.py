@@ -1,10 +1,12 @@
 """Pictures of trials: nothing is cut off, steps are whole numbers, and what the legend names is seen."""
 
+import itertools
+
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from tgvdp.report.trial_plots import FamilyPanel, Series, median_series, plot_sizes, plot_success
+from tgvdp.report.trial_plots import FamilyPanel, Series, SizePanel, median_series, plot_sizes, plot_success
 
 
 def series(name, steps, values, **more):
@@ -19,8 +21,11 @@ def success_of(steps):
 
 
 def sizes_of(steps):
-    bits = [series("variables, unary", steps, [16.0] * len(steps))]
-    return plot_sizes(bits, [series("variables, unary", steps, [120.0] * len(steps))], "detail")
+    lines = {
+        "Bits": [series("unary", steps, [16.0] * len(steps))],
+        "Couplers": [series("unary", steps, [120.0] * len(steps))],
+    }
+    return plot_sizes([SizePanel(name, lines) for name in ("easy", "zones")], "detail")
 
 
 def shown(axis):
@@ -46,6 +51,23 @@ def test_labels_are_whole_and_within_the_picture(picture, steps):
     assert numbers and all(text.isdigit() for text in numbers)
     if len(steps) == 1:
         assert numbers == ["8"]
+
+
+@pytest.mark.parametrize("name", ["dp", "sa:unary:penalty=0.4:beta=5..40:reads=100:sweeps=100:some=more", "s" * 90])
+def test_legends_and_numbers_of_steps_fit_four_families(name):
+    lines = [series(one + name, [4, 20, 100, 150, 200], [0.1, 0.2, 0.3, 0.4, 0.5]) for one in "abcdef"]
+    figure = plot_success(
+        [FamilyPanel(family, lines, lines) for family in ("easy", "demand", "zones", "tight")], "detail"
+    )
+    FigureCanvasAgg(figure).draw()
+    (legend,) = figure.legends
+    box = legend.get_window_extent()
+    assert 0.0 <= box.x0 < box.x1 <= figure.bbox.x1 and box.y0 >= 0.0
+    for axes in figure.axes[4:]:
+        low, high = axes.get_xlim()
+        seen = [label for label in axes.get_xticklabels() if low <= label.get_position()[0] <= high]
+        boxes = [label.get_window_extent() for label in seen]
+        assert all(one.x1 < other.x0 for one, other in itertools.pairwise(boxes))
 
 
 @pytest.mark.parametrize("steps", [[8], [4, 8, 60]])

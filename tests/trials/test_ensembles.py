@@ -31,8 +31,8 @@ def test_names_of_families_and_of_variants():
     assert list(variants([row("a", 4, word, 1.0, 1.0) for word in words]).values()) == [
         "sa:unary", "qaoa:unary:angles=ramp:mixer=walls", "dp",
     ]  # fmt: skip
-    two = [row("a", 4, word, 1.0, 1.0) for word in ("sa:unary:reads=5", "sa:unary:reads=6")]
-    assert list(variants(two).values()) == ["sa:unary:reads=5", "sa:unary:reads=6"]
+    two = [row("a", 4, word, 1.0, 1.0) for word in ("sa:unary:reads=5", "sa:unary:reads=6", "pt:unary:reads=5")]
+    assert list(variants(two).values()) == ["sa:unary:reads=5", "sa:unary:reads=6", "pt:unary"]
 
 
 def test_the_median_instance_and_its_interval():

@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import cycle
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,15 +16,16 @@ from tgvdp.report import palette, style
 
 _COLORS = (palette.BLUE, palette.VERMILION, palette.GREEN, palette.ORANGE, palette.PURPLE, palette.SKY, palette.BLACK)
 _MARKERS = "osDPX^v"
-#: Solvers and sizes keep their colours from picture to picture; the others take what is left.
+#: Solvers keep their colours from picture to picture; the others take what is left.
 _OF_SOLVERS = {
     "dp": palette.BLACK, "milp": palette.MUTED, "sa": palette.BLUE, "tabu": palette.GREEN, "qaoa": palette.VERMILION,
     "pt": palette.ORANGE, "scip": palette.SKY, "greedy": palette.PURPLE,
-    "variables": palette.BLACK, "qubits on pegasus": palette.BLUE, "qubits on zephyr": palette.VERMILION,
 }  # fmt: skip
 _LEGEND_COLUMNS, _ROW_IN = 3, 0.22
-#: Characters of a name of which three fit side by side.
-_LONG_NAME = 34
+#: Intervals between numbers of steps of three digits that a quarter of the width has room for.
+_MOST_STEPS = 6
+#: Characters of names that fit side by side.
+_LEGEND_CHARACTERS = 102
 
 
 class Series(NamedTuple):
@@ -42,6 +44,13 @@ class FamilyPanel(NamedTuple):
     family: str
     success: Sequence[Series]
     tts_s: Sequence[Series]
+
+
+class SizePanel(NamedTuple):
+    """Sizes of the formulations of one family against N: by quantity, a line of each encoding."""
+
+    family: str
+    lines: Mapping[str, Sequence[Series]]
 
 
 def plot_success(panels: Sequence[FamilyPanel], detail: str) -> Figure:
@@ -67,18 +76,26 @@ def plot_success(panels: Sequence[FamilyPanel], detail: str) -> Figure:
     return figure
 
 
-def plot_sizes(variables: Sequence[Series], couplers: Sequence[Series], detail: str) -> Figure:
-    """Draw bits and qubits, and couplers, against N."""
-    figure, axes = _panels(2, [one.name for one in (*variables, *couplers)])
-    looks = _looks([one.name for one in (*variables, *couplers)])
-    for axis, series in zip(axes, (variables, couplers), strict=True):
-        for one in series:
-            _draw(axis, one, looks[one.name])
-    _scale(axes, [*variables, *couplers])
-    style.dress(axes[0], "", "Bits, qubits")
-    style.dress(axes[1], "Steps N", "Couplers")
-    style.title(axes[0], "Size of the formulations", detail)
-    _legend(figure, axes)
+def plot_sizes(panels: Sequence[SizePanel], detail: str) -> Figure:
+    """Draw sizes against N by encoding, one row per quantity and one column per family."""
+    quantities = list(panels[0].lines)
+    names = list(dict.fromkeys(one.name for panel in panels for lines in panel.lines.values() for one in lines))
+    legend_in = _ROW_IN * math.ceil(len(names) / _columns(names))
+    figure = style.new_figure(2.0 + 2.0 * len(quantities) + legend_in, bottom_in=0.72 + legend_in)
+    axes = figure.subplots(len(quantities), len(panels), sharex="col", sharey="row", squeeze=False)
+    figure.subplots_adjust(wspace=0.08)
+    looks = {name: (color, marker, "-") for name, color, marker in zip(names, cycle(_COLORS), cycle(_MARKERS))}
+    for column, panel in zip(axes.T, panels, strict=True):
+        for axis, lines in zip(column, panel.lines.values(), strict=True):
+            for one in lines:
+                _draw(axis, one, looks[one.name])
+            style.dress(axis)
+        style.dress(column[-1], f"Steps N, {panel.family}")
+        _scale(column, [one for lines in panel.lines.values() for one in lines])
+    for axis, quantity in zip(axes[:, 0], quantities, strict=True):
+        axis.set_ylabel(quantity)
+    style.title(axes[0, 0], "Size of the formulations", detail)
+    _legend(figure, list(axes.flat))
     return figure
 
 
@@ -164,7 +181,8 @@ def _looks(names: Sequence[str]) -> dict[str, _Look]:
     families: dict[str, list[str]] = {}
     for name in dict.fromkeys(names):
         families.setdefault(re.split("[:,]", name)[0], []).append(name)
-    free = iter(color for color in (*_COLORS, *_COLORS) if color not in _OF_SOLVERS.values())
+    taken = {_OF_SOLVERS[family] for family in families if family in _OF_SOLVERS}
+    free = iter(color for color in _COLORS if color not in taken)
     looks = {}
     for family, members in families.items():
         color = _OF_SOLVERS.get(family) or next(free, palette.INK)
@@ -186,18 +204,10 @@ def _draw(axes: Axes, one: Series, look: _Look) -> None:
         axes.vlines(one.x[known], one.low[known], high[known], color=color, linewidth=1.0)
 
 
-def _panels(count: int, names: Sequence[str]) -> tuple[Figure, Sequence[Axes]]:
-    different = dict.fromkeys(names)
-    rows = math.ceil(len(different) / _columns(different))
-    figure = style.new_figure(2.0 + 2.6 * count + _ROW_IN * rows, bottom_in=0.72 + _ROW_IN * rows)
-    axes = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
-    return figure, axes
-
-
 def _scale(axes: Sequence[Axes], series: Sequence[Series]) -> None:
     """Whole numbers of steps, and logarithmic ordinates with short labels: 1, 2, 5 where decades would be too few."""
     steps = sorted({x for one in series for x in one.x.tolist()})
-    axes[-1].xaxis.set_major_locator(FixedLocator(steps) if len(steps) == 1 else MaxNLocator(integer=True))
+    axes[-1].xaxis.set_major_locator(FixedLocator(steps) if len(steps) == 1 else MaxNLocator(_MOST_STEPS, integer=True))
     for axis in axes:
         axis.set_yscale("log")
         bottom, top = axis.get_ylim()
@@ -216,4 +226,5 @@ def _legend(figure: Figure, axes: Sequence[Axes]) -> None:
 
 def _columns(names: Iterable[str]) -> int:
     """Columns of a legend: fewer where names are long."""
-    return _LEGEND_COLUMNS if max(map(len, names), default=0) <= _LONG_NAME else _LEGEND_COLUMNS - 1
+    longest = max(map(len, names), default=1)
+    return min(_LEGEND_COLUMNS, max(1, _LEGEND_CHARACTERS // longest))

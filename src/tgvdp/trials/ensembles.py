@@ -7,6 +7,7 @@ The time to solution of an ensemble is the median over its instances (Rønnow et
 
 import re
 import statistics
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
@@ -33,10 +34,11 @@ def family_of(name: str) -> str:
 
 
 def variants(rows: Sequence[Row]) -> dict[str, str]:
-    """Names of solvers without their settings, by their words; the words where one instance has two of a name."""
+    """Names of solvers without their settings, by their words; the words of a name that one instance has twice."""
     short = {word: _variant(word) for word in dict.fromkeys(row["Workflow"] for row in rows)}
-    pairs = [(row["Problem"], short[row["Workflow"]]) for row in rows]
-    return short if len(set(pairs)) == len(pairs) else {word: word for word in short}
+    often = Counter((row["Problem"], short[row["Workflow"]]) for row in rows)
+    twice = {name for (_, name), count in often.items() if count > 1}
+    return {word: word if name in twice else name for word, name in short.items()}
 
 
 def _variant(word: str) -> str:

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from tgvdp.report import make_provenance
 from tgvdp.report.files import write_files
@@ -17,9 +17,6 @@ from tgvdp.trials.pivot import growth_table, tables
 from tgvdp.trials.rows import Row, embedding_rows, rows_of, run_rows
 from tgvdp.trials.trip_points import Comparison, comparison
 from tgvdp.units import JOULE_PER_KWH
-
-if TYPE_CHECKING:
-    from tgvdp.report.trial_plots import Series
 
 SCHEMA = "tgvdp.bench/2"
 
@@ -115,15 +112,17 @@ def pictures(
 ) -> dict[str, Any]:
     """All pictures (matplotlib figures) for which there is something to show, by name."""
     from tgvdp.report.trial_plots import Depths, plot_landscape, plot_sizes, plot_success
-    from tgvdp.trials.panels import family_panels
+    from tgvdp.trials.panels import family_panels, size_panels
 
     found: dict[str, Any] = {}
     panels = family_panels(together)
     if panels:
         found["success"] = plot_success(panels, "medians over the instances of a family and size; bars: 95 % intervals")
-    variables, couplers = _sizes(rows, embeddings)
-    if variables and couplers:
-        found["sizes"] = plot_sizes(variables, couplers, "bits of the QUBOs, and qubits of their embeddings")
+    sizes = size_panels(rows, embeddings)
+    if sizes:
+        found["sizes"] = plot_sizes(
+            sizes, "QUBOs and their embeddings; medians over the instances of a family and size"
+        )
     deep = landscapes([case.instance for case in results.plan.cases], results.plan.encodings)
     if deep:
         found["landscape"] = plot_landscape(
@@ -164,21 +163,3 @@ def _comparisons(compared: Comparison | None, driven: DemandComparison | None) -
         detail = f"{driven.instance.id} in more and fewer steps; fine steps miss its distance by up to {worst:.1f} %"
         found["pareto_demand"] = plot_comparison(best, [claimed, fine], "kWh", detail)
     return found
-
-
-def _sizes(rows: Sequence[Row], embeddings: Sequence[Row]) -> "tuple[list[Series], list[Series]]":
-    from tgvdp.report.trial_plots import median_series
-
-    variables, couplers = [], []
-    for encoding in dict.fromkeys(row["encoding"] for row in rows if row["encoding"]):
-        own = [
-            row | {"couplers": row["# Non-Zero Coefficients"] - row["# Decision Variables"]}
-            for row in rows
-            if row["encoding"] == encoding and row["# Non-Zero Coefficients"] is not None
-        ]
-        variables.append(median_series(f"variables, {encoding}", own, "N", "# Decision Variables"))
-        couplers.append(median_series(f"variables, {encoding}", own, "N", "couplers"))
-        for topology in dict.fromkeys(row["topology"] for row in embeddings):
-            laid = [row for row in embeddings if row["encoding"] == encoding and row["topology"] == topology]
-            variables.append(median_series(f"qubits on {topology}, {encoding}", laid, "N", "qubits"))
-    return [one for one in variables if one is not None], [one for one in couplers if one is not None]

@@ -1,11 +1,12 @@
-"""What the picture of success shows: small multiples by family, of each solver the variant that does best."""
+"""What the pictures show, in small multiples by family: of each solver the variant that does best; sizes."""
 
 import math
 from collections.abc import Sequence
 
 import numpy as np
 
-from tgvdp.report.trial_plots import FamilyPanel, Series
+from tgvdp.report.trial_plots import FamilyPanel, Series, SizePanel, median_series
+from tgvdp.trials.ensembles import family_of
 from tgvdp.trials.rows import Row
 
 #: Families that a picture has room for.
@@ -17,17 +18,50 @@ _MOST_LINES = 6
 def family_panels(ensembles: Sequence[Row]) -> list[FamilyPanel]:
     """Panels of the families of most sizes; rows without a time to solution are left out."""
     ensembles = [row for row in ensembles if math.isfinite(row["TTS99 s"])]
-    sizes: dict[str, set[int]] = {}
-    for row in ensembles:
-        sizes.setdefault(row["family"], set()).add(row["N"])
-    shown = _best_variants(ensembles)
+    names = _best_variants(ensembles)
+    shown = [row for row in ensembles if row["solver"] in names]
     panels = []
-    for family in sorted(sizes, key=lambda name: -len(sizes[name]))[:_MOST_FAMILIES]:
-        lines = [[row for row in ensembles if (row["family"], row["solver"]) == (family, name)] for name in shown]
+    for family in _longest([(row["family"], row["N"]) for row in shown]):
+        lines = [[row for row in shown if (row["family"], row["solver"]) == (family, name)] for name in names]
         success = [_line(rows, "p median") for rows in lines if rows]
         times = [_line(rows, "TTS99 s", "TTS99 s low", "TTS99 s high") for rows in lines if rows]
         panels.append(FamilyPanel(family, success, times))
     return panels
+
+
+def size_panels(rows: Sequence[Row], embeddings: Sequence[Row]) -> list[SizePanel]:
+    """Panels of the families of most sizes: bits and couplers of the QUBOs, qubits of their embeddings."""
+    written = [
+        row | {"couplers": row["# Non-Zero Coefficients"] - row["# Decision Variables"]}
+        for row in rows
+        if row["encoding"] and row["# Non-Zero Coefficients"] is not None
+    ]  # fmt: skip
+    topologies = dict.fromkeys(row["topology"] for row in embeddings)
+    columns = {
+        "Bits": ("# Decision Variables", written),
+        "Couplers": ("couplers", written),
+        **{f"Qubits, {one}": ("qubits", [row for row in embeddings if row["topology"] == one]) for one in topologies},
+    }
+    panels = []
+    for family in _longest([(family_of(row["Problem"]), row["N"]) for row in written]):
+        lines: dict[str, list[Series]] = {}
+        for quantity, (column, known) in columns.items():
+            own = [row for row in known if family_of(row["Problem"]) == family]
+            series = (
+                median_series(encoding, [row for row in own if row["encoding"] == encoding], "N", column)
+                for encoding in dict.fromkeys(row["encoding"] for row in own)
+            )
+            lines[quantity] = [one for one in series if one is not None]
+        panels.append(SizePanel(family, lines))
+    return panels
+
+
+def _longest(sizes: Sequence[tuple[str, int]]) -> list[str]:
+    """Of families and their sizes, the families of most sizes."""
+    found: dict[str, set[int]] = {}
+    for family, steps in sizes:
+        found.setdefault(family, set()).add(steps)
+    return sorted(found, key=lambda name: -len(found[name]))[:_MOST_FAMILIES]
 
 
 def _line(rows: Sequence[Row], *columns: str) -> Series:
