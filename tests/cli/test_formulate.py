@@ -1,10 +1,12 @@
 """``tgvdp formulate`` of a trip: instances of real trains and lines, and what they say that they leave out."""
 
 import json
+import shlex
 
 import pytest
 
 from tgvdp.cli import main
+from tgvdp.cli.formulate import command
 from tgvdp.formulations.problem.reading import read_instance
 from tgvdp.formulations.problem.three_phase import three_phase_run
 from tgvdp.solvers.registry import solve
@@ -33,6 +35,16 @@ def made(tmp_path, capsys, *words):
     output = tmp_path / "trip.json"
     code = main(["formulate", "--train", "alstom-emu", *words, "--to", "instance", "-o", str(output)])
     return code, output, capsys.readouterr().err
+
+
+def test_the_examples_of_the_help_that_need_no_file_work(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    lines = [shlex.split(line) for line in (command.epilog or "").splitlines() if "tgvdp formulate" in line]
+    asked = [words[1:] for words in lines if "trip.json" not in words]
+    assert len(asked) == 3
+    for words in asked:
+        assert main(words) == 0, words
+        assert (tmp_path / words[-1]).stat().st_size
 
 
 def test_binary_instance_of_a_level_trip_has_its_distance_time_and_top_speed(tmp_path, capsys):

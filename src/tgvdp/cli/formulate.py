@@ -23,7 +23,7 @@ Examples:
   tgvdp formulate trip.json --encoding unary --to coo -o trip.coo
   tgvdp formulate trip.json --encoding bits --to qasm3 --layers 2 -o -
   tgvdp formulate --train tgv --track lgv-100km --steps 40 --to instance -o tgv.json
-  tgvdp formulate --train tgv --track lgv-100km --steps 12 --model demand --to instance -o tgv-demand.json
+  tgvdp formulate --train alstom-emu --between 20km:30km --steps 12 --model demand --to instance -o emu.json
 """
 
 
