@@ -1,8 +1,9 @@
 """What more effort and wider penalties reach than the tuned ones: ``python -m benchmarks.quantum_effort``.
 
 Writes results/quantum/effort.csv. Tuning takes the least effort to one success, in the mean over few instances, among
-penalties up to 0.8. Where its choice does not solve the median instance of the largest reported size, the most sweeps
-and penalties up to eight times as large are tried here, on reported instances, which favours the solvers.
+penalties up to 0.8 but on `efficiency`. Where its choice does not solve the median instance of the largest reported
+size, the most sweeps and penalties up to eight times as large are tried here, on reported instances, which favours
+the solvers.
 """
 
 import csv
