@@ -37,6 +37,9 @@ _COSTATE_STEP = 0.06
 _SAME_PLACE = 1e-8
 #: Phases shorter than this share of the trip are rounding errors.
 _SLIVER = 1e-6
+#: A run on a mesh may slip into another regime for less than this, s: friction where the dynamic brake met the limit
+#: a hand's breadth too late. Costates are tried without such phases, too.
+_MOMENT_S = 1.0
 #: Squared speed inside a trip, relative to the top, below which a costate is not integrated.
 _SLOWEST = 1e-8
 #: Costates whose squares are no numbers are none themselves.
@@ -195,10 +198,12 @@ class BoundingProblem:
         count = split_cells(*nodes, nothing, nothing, np.empty(0, dtype=np.int64))
         if count > len(row):
             ask_for(_CELL_B * count, f"a bound on {count:,} cells")
-            made = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
-            split_cells(*nodes, *made)
-            phases = self._costates(x_m, w, *made, multiplier)
-        return self._raised(self.evaluate(phases, multiplier, phases.left, phases.right), multiplier)
+            node_m, node_w, row = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
+            split_cells(*nodes, node_m, node_w, row)
+            phases = self._costates(x_m, w, node_m, node_w, row, multiplier)
+        found = self.evaluate(phases, multiplier, phases.left, phases.right)
+        lasting = self._costates(x_m, w, node_m, node_w, row, multiplier, _MOMENT_S)
+        return self._raised(self._better(found, lasting, multiplier), multiplier)
 
     def _raised(self, found: Ledger, multiplier: float) -> Ledger:
         """The bound with costates that go along the speed bounds in each phase in which that is better."""
@@ -206,18 +211,20 @@ class BoundingProblem:
         along = found.cells, found.caps.cell, found.w, found.label, self.top_mps, self._pieces, left, right
         raise_pulling(self.train, self.energy, multiplier, *along)
         lower_braking(self.train, self.energy, multiplier, *along)
-        changed = (left != found.left) | (right != found.right)
-        changed[1:] |= right[:-1] != found.right[:-1]  # the jump at the start of a cell is part of its bound
+        return self._better(found, found._replace(left=left, right=right), multiplier)
+
+    def _better(self, found: Ledger, other: Ledger, multiplier: float) -> Ledger:
+        """The bound with the costates of another ledger of the same cells wherever these differ and are better."""
+        changed = (other.left != found.left) | (other.right != found.right)
+        changed[1:] |= other.right[:-1] != found.right[:-1]  # the jump at the start of a cell is part of its bound
         changed[0] |= changed[1]  # a cell of a standstill has the costate of its neighbour
-        raised = self.evaluate(found, multiplier, left, right, changed)
+        other = self.evaluate(found._replace(label=other.label), multiplier, other.left, other.right, changed)
         first = np.flatnonzero(np.diff(changed, prepend=not changed[0]))  # phases by turns changed and not
-        better = np.add.reduceat(raised.bound - found.bound, first) > 0.0
+        better = np.add.reduceat(other.bound - found.bound, first) > 0.0
         better = np.repeat(better, np.diff(first, append=len(changed)))
+        columns = ("bound", "doubt", "left", "right", "label")
         return found._replace(
-            bound=np.where(better, raised.bound, found.bound),
-            doubt=np.where(better, raised.doubt, found.doubt),
-            left=np.where(better, left, found.left),
-            right=np.where(better, right, found.right),
+            **{name: np.where(better, getattr(other, name), getattr(found, name)) for name in columns}
         )
 
     def _ascended(self, found: Ledger, multiplier: float, gain_j: float, clock: Clock | None = None) -> Ledger:
@@ -236,9 +243,10 @@ class BoundingProblem:
         return better if found.total - found.error < better.total - better.error < math.inf else found
 
     def _costates(
-        self, x_m: _Floats, w: _Floats, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], multiplier: float
-    ) -> Ledger:
-        """Costates along a run for given cells, not yet bounded."""
+        self, x_m: _Floats, w: _Floats, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], multiplier: float,
+        moment_s: float = 0.0,
+    ) -> Ledger:  # fmt: skip
+        """Costates along a run for given cells, not yet bounded; of phases that last ``moment_s`` at least."""
         row_cell = np.searchsorted(self.cells.station_m, 0.5 * (x_m[:-1] + x_m[1:]), side="right") - 1
         grade_n, air = self.cells.grade_n[row_cell], self.cells.air[row_cell]
         row_effort = np.empty(len(row_cell))
@@ -253,7 +261,8 @@ class BoundingProblem:
         run = LabelledRun(cells, node_w, effort, multiplier, *levels, label, source, growth)
         caps, left, right = self._caps(cells), np.zeros(count), np.zeros(count)
         run_costates(
-            self.train, self.energy, run, caps.cell, _SLIVER * self.trip.distance_m, self.top_mps, self._pieces,
+            self.train, self.energy, run, caps.cell, _SLIVER * self.trip.distance_m, moment_s, self.top_mps,
+            self._pieces,
             Costates(left, right, np.empty(count + 1), np.empty(count + 1)),
         )  # fmt: skip
         lost = ~((np.abs(left) < _LARGEST) & (np.abs(right) < _LARGEST))  # where nothing bounds its growth p overflows

@@ -190,11 +190,11 @@ def label_cells(train, tables, run, top_v, pieces):
 
 
 @kernel
-def tidy_labels(run, sliver, bound_w):
+def tidy_labels(run, sliver, moment_s, bound_w):
     """Give cells that no optimal run could have the label of a neighbour; in place.
 
-    Such are phases shorter than ``sliver`` metres, or much shorter than the cells around it if these are of one regime,
-    and partial effort away from both the limit and the optimal holding speed, at which p' = 0 whatever the gradient:
+    Such are phases shorter than ``sliver`` metres or ``moment_s`` seconds, or much shorter than the cells around it if
+    these are of one regime, and partial effort away from both the limit and the optimal holding speed, at which p' = 0 whatever the gradient:
     the run only steps from one switching speed to the next. The limit is that of the cell, or where a run keeps a
     speed ``bound_w``, (K,): where effort drops it goes no faster. A speed that is kept by friction on top of the whole
     dynamic brake is optimal where that returns most energy for the time.
@@ -209,19 +209,21 @@ def tidy_labels(run, sliver, bound_w):
         while k < count:
             last = k
             span = 0.0
+            lasts_s = 0.0
             drift = 0.0
             scale = 0.0
             free = is_partial(label[k])
             level = run.hold if label[k] == HOLDING else (run.retard if label[k] == RETARDED else 0.0)
             while last < count and label[last] == label[k]:
                 span += length[last]
+                lasts_s += 2.0 * length[last] / (math.sqrt(w[last]) + math.sqrt(w[last + 1]))
                 drift += (source[last, 1] + level * growth[last, 1]) * length[last]
                 scale += source[last, 1] * length[last]
                 free = free and w[last] < cap[last] * (1.0 - TOUCH) and w[last + 1] < cap[last] * (1.0 - TOUCH)
                 steady = abs(w[last + 1] - w[last]) <= _STEADY * w[last]
                 free = free and not (steady and (w[last] > bound_w[last] * (1.0 - TOUCH) or label[k] == HELD_BACK))
                 last += 1
-            short = span <= sliver
+            short = span <= sliver or lasts_s < moment_s
             if k > 0 and last < count and label[k - 1] == label[last]:
                 short = short or span < _MOMENT * (length[k - 1] + length[last])
             if sweep == 1:
@@ -241,6 +243,12 @@ def slides(run, k):
     return run.w[k] >= top and run.w[k + 1] >= top
 
 
+@leaf
+def goes_on(before, after):
+    """Whether a phase goes on in another cell: in one regime, or where only what the brakes can do changes."""
+    return before == after or (max(before, after) == DYNAMIC_BRAKING and min(before, after) in (DYNAMIC, BRAKING))
+
+
 @kernel
 def phase_end(run, k):
     """First cell after the phase of cell k: another regime, or the run meets or leaves the limit there."""
@@ -248,7 +256,7 @@ def phase_end(run, k):
     w = run.w
     cap = run.cells.limit_w
     j = k + 1
-    while j < label.shape[0] and label[j] == label[k]:
+    while j < label.shape[0] and goes_on(label[j - 1], label[j]):
         touches = w[j] >= min(cap[j - 1], cap[j]) * (1.0 - TOUCH)
         peak = w[j] >= w[j - 1] and w[j] >= w[j + 1] and (w[j] > w[j - 1] or w[j] > w[j + 1])
         meets_drop = label[k] == COASTING and cap[j] < cap[j - 1] and w[j] < w[j - 1]
