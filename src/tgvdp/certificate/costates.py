@@ -17,7 +17,6 @@ from tgvdp.certificate.regimes import (
     highest_costate,
     is_partial,
     is_standstill,
-    label_cells,
     lowest_costate,
     order_of,
     phase_end,
@@ -129,28 +128,19 @@ def _integrate(run, costates):
 
 
 @kernel
-def run_costates(train, tables, run, bound_w, sliver, moment_s, top_v, pieces, costates):
-    """Regimes and costates along a run.
+def run_costates(run, bound_w, sliver, moment_s, costates):
+    """Costates along a run whose cells are labelled.
 
     Parameters
     ----------
-    train : KernelTrain
-    tables : EnergyTables
-    run : LabelledRun, modified in place
-        Its regimes and the coefficients of p' are filled in.
+    run : LabelledRun
+        Its labels are tidied in place.
     bound_w : (K,) float64
         Squared speed that no run passes in the cell, m²/s².
     sliver, moment_s : float
         Phases shorter than this, m, are rounding errors; shorter than this, s, they may be slips of the run.
-    top_v : float
-        Largest speed of all, m/s.
-    pieces : (3, 3n, 6) float64
-        Scratch for the pieces of the effort curves.
     costates : Costates, modified in place
         The cells next to a standstill have none; they repeat their neighbour's.
     """
-    label_cells(train, tables, run, top_v, pieces)
     tidy_labels(run, sliver, moment_s, bound_w)
-    for k in range(run.effort.shape[0]):
-        run.effort[k] /= train.inertia_kg
     _integrate(run, costates)

@@ -1,20 +1,20 @@
 """A trip prepared for lower bounds, and one bound with all that it is made of."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.certificate.ascent import Progress, climb
-from tgvdp.certificate.cell_bounds import UNIT_ROUNDOFF, bound_kernel
+from tgvdp.certificate.cell_bounds import bound_kernel
 from tgvdp.certificate.cells import count_cells, cut_rows, split_cells, thin_rows
 from tgvdp.certificate.chain import chain_of
 from tgvdp.certificate.costates import run_costates
 from tgvdp.certificate.costates_at_bound import lower_braking, raise_pulling
 from tgvdp.certificate.efforts import PIECE_COLUMNS
+from tgvdp.certificate.ledger import Ledger
 from tgvdp.certificate.regime_costates import Costates
-from tgvdp.certificate.regimes import LabelledRun, row_efforts
+from tgvdp.certificate.regimes import LabelledRun, label_cells, row_efforts
 from tgvdp.certificate.slopes import SLOPES
 from tgvdp.certificate.speed_bound import Caps, lower_caps, speed_bound
 from tgvdp.line.cells import Cells, cells_of
@@ -51,48 +51,6 @@ _CELLS_AT_ONCE = 50_000
 _CELL_B, _ASCENT_B = 500.0, 4500.0
 #: More than the rounding error of a sum over the cells of a line, relative to it.
 _ROUNDING = 1e-10
-
-
-class Ledger(NamedTuple):
-    """How one bound came about, per unit of inertia: E + λT ≥ inertia·(total − error).
-
-    Attributes
-    ----------
-    bound : (K,) float64
-        Lower bound of each cell.
-    doubt : (K,) float64
-        Bounds of their rounding errors, in units of 2⁻⁵³.
-    left, right : (K,) float64
-        Costate at the two ends of each cell.
-    cells : Cells
-        The cells; ``limit_w`` is the squared speed that no run passes.
-    caps : Caps
-        The same below the speed bounds.
-    w : (K + 1,) float64
-        Squared speeds of the run that the costate comes from, m²/s².
-    label : (K,) int8
-        Its regimes (`certificate.regimes`).
-    """
-
-    bound: _Floats
-    doubt: _Floats
-    left: _Floats
-    right: _Floats
-    cells: Cells
-    caps: Caps
-    w: _Floats
-    label: NDArray[np.int8]
-
-    @property
-    def total(self) -> float:
-        """The bound: the sum over the cells."""
-        return float(self.bound.sum())
-
-    @property
-    def error(self) -> float:
-        """Bound of its rounding error."""
-        adding = (len(self.bound) + 4.0) * float(np.abs(self.bound).sum())
-        return (float(self.doubt.sum()) + adding) * UNIT_ROUNDOFF
 
 
 def _broken_at(table: _Floats, more_mps: _Floats) -> _Floats:
@@ -192,7 +150,8 @@ class BoundingProblem:
         ask_for(_CELL_B * count, f"a bound on {count:,} cells")
         node_m, node_w, row = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
         cut_rows(x_m, w, longest_m, log_step, node_m, node_w, row)
-        phases = self._costates(x_m, w, node_m, node_w, row, multiplier)
+        run = self._labelled(x_m, w, node_m, node_w, row, multiplier)
+        phases = self._costates(run)
         nodes = (node_m, node_w, row, phases.left, phases.right, multiplier, _COSTATE_STEP / fineness)
         nothing = np.empty(0)
         count = split_cells(*nodes, nothing, nothing, np.empty(0, dtype=np.int64))
@@ -200,10 +159,10 @@ class BoundingProblem:
             ask_for(_CELL_B * count, f"a bound on {count:,} cells")
             node_m, node_w, row = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
             split_cells(*nodes, node_m, node_w, row)
-            phases = self._costates(x_m, w, node_m, node_w, row, multiplier)
+            run = self._labelled(x_m, w, node_m, node_w, row, multiplier)
+            phases = self._costates(run)
         found = self.evaluate(phases, multiplier, phases.left, phases.right)
-        lasting = self._costates(x_m, w, node_m, node_w, row, multiplier, _MOMENT_S)
-        return self._raised(self._better(found, lasting, multiplier), multiplier)
+        return self._raised(self._better(found, self._costates(run, phases.caps, _MOMENT_S), multiplier), multiplier)
 
     def _raised(self, found: Ledger, multiplier: float) -> Ledger:
         """The bound with costates that go along the speed bounds in each phase in which that is better."""
@@ -242,32 +201,35 @@ class BoundingProblem:
         better = self.evaluate(found, multiplier, left, right)
         return better if found.total - found.error < better.total - better.error < math.inf else found
 
-    def _costates(
-        self, x_m: _Floats, w: _Floats, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], multiplier: float,
-        moment_s: float = 0.0,
-    ) -> Ledger:  # fmt: skip
-        """Costates along a run for given cells, not yet bounded; of phases that last ``moment_s`` at least."""
+    def _labelled(
+        self, x_m: _Floats, w: _Floats, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], multiplier: float
+    ) -> LabelledRun:
+        """A run in given cells, each with its regime."""
         row_cell = np.searchsorted(self.cells.station_m, 0.5 * (x_m[:-1] + x_m[1:]), side="right") - 1
         grade_n, air = self.cells.grade_n[row_cell], self.cells.air[row_cell]
         row_effort = np.empty(len(row_cell))
         row_efforts(self.train, x_m, w, grade_n, air, row_effort)
-        effort = row_effort[row]
         limit_w = self.cells.limit_w[row_cell][row]
         supply, saved_w = self.cells.supply[row_cell][row], self.cells.saved_w[row_cell][row]
         cells = Cells(node_m, np.diff(node_m), grade_n[row], air[row], limit_w, supply, saved_w)
-        count = len(row)
-        label, source, growth = np.empty(count, dtype=np.int8), np.zeros((count, 4)), np.zeros((count, 4))
         levels = -0.5 * self.energy.traction, -0.5 * self.energy.regeneration
+        label, source, growth = np.empty(len(row), dtype=np.int8), np.zeros((len(row), 4)), np.zeros((len(row), 4))
+        effort = row_effort[row] / self.train.inertia_kg
         run = LabelledRun(cells, node_w, effort, multiplier, *levels, label, source, growth)
-        caps, left, right = self._caps(cells), np.zeros(count), np.zeros(count)
-        run_costates(
-            self.train, self.energy, run, caps.cell, _SLIVER * self.trip.distance_m, moment_s, self.top_mps,
-            self._pieces,
-            Costates(left, right, np.empty(count + 1), np.empty(count + 1)),
-        )  # fmt: skip
+        label_cells(self.train, self.energy, run, self.top_mps, self._pieces)
+        return run
+
+    def _costates(self, run: LabelledRun, caps: Caps | None = None, moment_s: float = 0.0) -> Ledger:
+        """Costates along a run, not yet bounded; of phases that last ``moment_s`` at least."""
+        run = run._replace(label=run.label.copy())
+        caps = self._caps(run.cells) if caps is None else caps
+        left, right, *scratch = np.zeros((4, len(run.label) + 1))
+        left, right = left[:-1], right[:-1]
+        costates = Costates(left, right, *scratch)
+        run_costates(run, caps.cell, _SLIVER * self.trip.distance_m, moment_s, costates)
         lost = ~((np.abs(left) < _LARGEST) & (np.abs(right) < _LARGEST))  # where nothing bounds its growth p overflows
         left[lost] = right[lost] = 0.0
-        return Ledger(np.empty(count), np.empty(count), left, right, cells, caps, node_w, label)
+        return Ledger(np.empty_like(left), np.empty_like(left), left, right, run.cells, caps, run.w, run.label)
 
     def _caps(self, cells: Cells) -> Caps:
         """Squared speeds that no run passes."""
