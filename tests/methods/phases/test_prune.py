@@ -8,6 +8,7 @@ import pytest
 import tgvdp
 from tests.helpers.phases_case import CASES, POINTS, phases_s
 from tests.helpers.trips import trip_on
+from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate.drivable import drivable
 from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.phases.plan import AT, PLAN_COLUMNS, REGIME, leave_out, plan_of
@@ -182,5 +183,35 @@ def test_what_costs_too_much_stays(made):
     np.testing.assert_array_equal(pruned.x_m, x_m)
     counters = {"short": 0}
     run = Run(100.0, 1e8, 1e5, x_m, w)
-    (kept,), _ = drivable(mesh, [run], np.array([100.0]), 1e-9, 1e-3, counters)
+    (kept,), _, _ = drivable(mesh, [run], np.array([100.0]), 1e-9, 1e-3, counters, SearchBudget().start())
     assert kept.time_s == 100.0 and counters["short"] == 0
+
+
+@pytest.mark.parametrize("why", ["no time", "too many rows"])
+def test_runs_stay_as_they_are_where_there_is_no_time_for_them(made, monkeypatch, why):
+    """A run of a train of a few grams has a hundred thousand rows: to prune sixty of them took nine seconds."""
+    mesh, _, x_m, w = made
+    run = Run(100.0, 1e8, 1e5, x_m, w)
+    if why == "too many rows":
+        monkeypatch.setattr("tgvdp.methods.costate.drivable._ROWS_AT_ONCE", len(x_m) - 1)
+    clock = SearchBudget(time_limit_s=1e-9 if why == "no time" else 60.0).start()
+    (found,), regimes, in_time = drivable(mesh, [run], np.array([100.0]), 1e-9, 1.0, {"short": 0}, clock)
+    assert found is run and regimes == [None]
+    assert in_time == (why != "no time")
+
+
+def test_runs_are_pruned_some_rows_at_a_time(made, monkeypatch):
+    mesh, _, x_m, w = made
+    monkeypatch.setattr("tgvdp.methods.costate.drivable._ROWS_AT_ONCE", 2 * len(x_m))
+    runs = [Run(100.0 + i, 1e8 - 1e6 * i, 1e5, x_m, w) for i in range(5)]
+    aims_s = np.array([run.time_s for run in runs])
+
+    def pruned():
+        return drivable(mesh, runs, aims_s, 1e-9, 1.0, {"short": 0}, SearchBudget().start())
+
+    some, regimes, in_time = pruned()
+    monkeypatch.setattr("tgvdp.methods.costate.drivable._ROWS_AT_ONCE", 10 * len(x_m))
+    whole, known, _ = pruned()
+    assert in_time and [run.energy_j for run in some] == [run.energy_j for run in whole]
+    for one, other in zip(regimes, known, strict=True):
+        np.testing.assert_array_equal(one, other)

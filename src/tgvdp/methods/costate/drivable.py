@@ -1,8 +1,11 @@
 """Runs of the front method without phases that are too short to drive: the points of a front, one by one."""
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.methods.budget import Clock
 from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.phases.prune import prune
 from tgvdp.methods.phases.way import way_of
@@ -15,6 +18,9 @@ _LOSS = 1e-5
 _LEAST_SHARE = 0.1
 #: ... and as a share of what the next run costs less: the order of runs stays what it is.
 _OF_STEP = 0.2
+#: Rows between two looks at the clock: a tenth of a second. Usual runs have some thousand; one of more than these stays
+#: as it is.
+_ROWS_AT_ONCE = 200_000
 #: Regime of a profile for each of a row: the dynamic brake brakes.
 _PROFILE_REGIMES = np.full(DYNAMIC + 1, -1, dtype=np.int8)
 _PROFILE_REGIMES[[TRACTION, HOLDING, COASTING, BRAKING, DYNAMIC]] = TRACTION, HOLDING, COASTING, BRAKING, BRAKING
@@ -27,7 +33,8 @@ def drivable(
     tolerance_s: float,
     min_phase_s: float,
     counters: dict[str, int],
-) -> tuple[list[Run], list[NDArray[np.int8]]]:
+    clock: Clock,
+) -> tuple[list[Run], list[NDArray[np.int8] | None], bool]:
     """Leave short phases out of runs.
 
     Parameters
@@ -44,12 +51,16 @@ def drivable(
         Shorter phases are left out, s.
     counters : dict of str to int, modified in place
         ``short`` counts those that had to stay.
+    clock : Clock
+        Runs that it leaves no time for stay as they are.
 
     Returns
     -------
     runs : list of Run
-    regimes : list of (n,) int8
-        Regime of each row, as `runs.profile` numbers them.
+    regimes : list of (n,) int8 or None
+        Regime of each row, as `runs.profile` numbers them; None of a run that stayed as it is.
+    complete : bool
+        False where the time was up.
     """
     way = way_of(mesh.train, mesh.cells, Rows(mesh.envelope.x_m, mesh.envelope.w), mesh.tables)
     times_s, energies_j, price = np.array([(run.time_s, run.energy_j, run.multiplier) for run in runs]).reshape(-1, 3).T
@@ -60,11 +71,32 @@ def drivable(
     )
     early_s = aims_s[np.abs(aims_s - times_s[:, np.newaxis]).argmin(axis=1)] - times_s
     early_s[np.abs(early_s) > tolerance_s] = 0.0  # it stands for a time that no run takes
-    rows = [(run.x_m, run.w) for run in runs]
-    pruned = prune(way, rows, price.copy(), min_phase_s, most_j, early_s, tolerance_s)
-    counters["short"] += sum(one.short for one in pruned)
-    found = [
-        Run(run.time_s + one.time_s, run.energy_j + one.energy_j, run.multiplier, one.x_m, one.w)
-        for run, one in zip(runs, pruned, strict=True)
-    ]
-    return found, [_PROFILE_REGIMES[one.regime] for one in pruned]
+    found = list(runs)
+    regimes: list[NDArray[np.int8] | None] = [None] * len(runs)
+    rows = [len(run.x_m) for run in runs]
+    for part in _parts(rows):
+        if clock.expired:
+            return found, regimes, False
+        if sum(rows[part]) > _ROWS_AT_ONCE:
+            continue
+        given = [(run.x_m, run.w) for run in runs[part]]
+        pruned = prune(way, given, price[part].copy(), min_phase_s, most_j[part], early_s[part], tolerance_s)
+        counters["short"] += sum(one.short for one in pruned)
+        found[part] = [
+            Run(run.time_s + one.time_s, run.energy_j + one.energy_j, run.multiplier, one.x_m, one.w)
+            for run, one in zip(runs[part], pruned, strict=True)
+        ]
+        regimes[part] = [_PROFILE_REGIMES[one.regime] for one in pruned]
+    return found, regimes, True
+
+
+def _parts(rows: Sequence[int]) -> Iterator[slice]:
+    """Neighbouring runs that have few enough rows together, or one that has more."""
+    first = together = 0
+    for index, count in enumerate(rows):
+        if together + count > _ROWS_AT_ONCE:
+            yield slice(first, index)
+            first = index
+            together = 0
+        together += count
+    yield slice(first, len(rows))

@@ -119,7 +119,7 @@ def find_rides(train, tables, course):
         powered = course.cells.supply[k] == POWERED
         if not powered:
             course.stays[k] = _BRAKES_THERE
-        course.ride[k] = _measured(
+        course.ride[k, 0], course.ride[k, 1] = _measured(
             train if powered else dark, tables, cell, course.cells.saved_w[k], course.fastest, course.row[k] + 1,
             course.row[k + 1] + 1,
         )  # fmt: skip
@@ -170,7 +170,8 @@ def drive_blend(train, tables, course, blend, share, scratch, rows):
     time = 0.0
     energy = 0.0
     dark = unpowered(train)
-    course.passed[0] = rows.w[0], time, energy
+    passed = course.passed
+    passed[0, 0], passed[0, 1], passed[0, 2] = rows.w[0], time, energy
     for k in range(course.stays.shape[0]):
         w = rows.w[n - 1]
         top = course.fast[k + 1]
@@ -211,5 +212,5 @@ def drive_blend(train, tables, course, blend, share, scratch, rows):
         duration, work = _measured(here, tables, cell, course.cells.saved_w[k], rows, first, n)
         time += duration
         energy += work
-        course.passed[k + 1] = rows.w[n - 1], time, energy
+        passed[k + 1, 0], passed[k + 1, 1], passed[k + 1, 2] = rows.w[n - 1], time, energy
     return n, time, energy

@@ -135,7 +135,10 @@ def optimal_front(
     line = resolve(trip)
     regimes: list[NDArray[np.int8] | None] = [None] * len(found)
     if search.mesh is not None and min_phase_s > 0.0:
-        found[met:], regimes[met:] = drivable(search.mesh, found[met:], aims_s, half_s, min_phase_s, counters)
+        found[met:], regimes[met:], in_time = drivable(
+            search.mesh, found[met:], aims_s, half_s, min_phase_s, counters, clock
+        )
+        complete = complete and in_time
     for i in range(met, len(found)):
         found[i], regimes[i] = _followed(trip, line, found[i], regimes[i], auxiliary_w)
     duration, energy, multipliers = np.array([run[:3] for run in found], dtype=np.float64).reshape(-1, 3).T.copy()
