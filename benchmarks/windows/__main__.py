@@ -1,4 +1,7 @@
-"""``python -m benchmarks.windows [--seeds N] [--first SEED] [--minutes M] [--out FOLDER]``: study random windows."""
+"""Study random windows.
+
+``python -m benchmarks.windows [--seeds N] [--first SEED] [--minutes M] [--late] [--out FOLDER]``
+"""
 
 import argparse
 import sys
@@ -16,6 +19,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seeds", type=int, default=120, help="number of lines")
     parser.add_argument("--first", type=int, default=0, help="first seed")
     parser.add_argument("--minutes", type=float, default=60.0, help="no line is begun after these")
+    parser.add_argument("--late", action="store_true", help="windows that open later than runs that save energy pass")
     parser.add_argument("--out", type=Path, default=ROOT / "results" / "journeys", help="folder of the results")
     options = parser.parse_args(arguments)
     started = time.perf_counter()
@@ -23,7 +27,7 @@ def main(arguments: list[str] | None = None) -> int:
     for seed in range(options.first, options.first + options.seeds):
         if rows and time.perf_counter() - started > 60.0 * options.minutes:
             break
-        rows.append(judged(seed))
+        rows.append(judged(seed, options.late))
         row = rows[-1]
         found = row["refused"] or f"{row['points']} points, above the grid {shown(row['above_grid_pct'])} %"
         print(seed, found, flush=True)

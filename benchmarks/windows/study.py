@@ -14,9 +14,9 @@ from tgvdp.errors import InfeasibleError
 _AFTER_S = 200.0
 
 
-def judged(seed: int) -> dict[str, Any]:
+def judged(seed: int, late: bool = False) -> dict[str, Any]:
     """A row of the study."""
-    case = Case(seed)
+    case = Case(seed, late)
     row: dict[str, Any] = {
         "seed": seed,
         "energy": case.energy,
@@ -52,7 +52,7 @@ def _beside_grid(case: Case, journey: JourneyResult) -> dict[str, Any]:
     # The first arrival is the earliest one that was found, which a grid hardly has.
     gap_pct = bound.gap_pct(energy_j)[1:]
     above_pct = [
-        100.0 * (own_j / best_j - 1.0)
+        100.0 * (own_j - best_j) / abs(best_j)  # where brakes return more than traction takes, both are negative
         for own_j, best_j in zip(energy_j[1:], least_j[1:], strict=True)
         if np.isfinite(best_j)
     ]

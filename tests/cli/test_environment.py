@@ -42,6 +42,23 @@ def test_variables_that_mean_nothing_here_do_no_harm(tmp_path):
     assert (tmp_path / "out" / "profile.png").exists()
 
 
+ALONE = """
+import os, runpy
+os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})  # on one core nobody else draws
+runpy.run_module("tgvdp", run_name="__main__")
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="no processes that are held to one core")
+def test_what_libraries_log_is_not_shown(tmp_path):
+    """Matplotlib says where its caches are if not at home."""
+    done = subprocess.run(
+        [sys.executable, "-c", ALONE, *SEARCH, "--quiet"], cwd=tmp_path, capture_output=True, check=False, timeout=120,
+        env={name: text for name, text in os.environ.items() if name != "MPLCONFIGDIR"} | {"HOME": "/proc/none"},
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
 LACKING = "import runpy, sys; sys.modules[sys.argv.pop(1)] = None; runpy.run_module('tgvdp', run_name='__main__')"
 
 

@@ -136,9 +136,10 @@ def test_a_closed_stdout_does_no_harm_where_nothing_is_printed(tmp_path):
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
-def test_what_cannot_be_printed_is_said():
+@pytest.mark.parametrize("command", [("catalog",), SHORT[:-1]])
+def test_what_cannot_be_printed_is_said(tmp_path, command):
     with open("/dev/full", "wb") as full:
-        code, stderr = run("catalog", stdout=full)
+        code, stderr = run(*command, cwd=tmp_path, stdout=full, PYTHONUNBUFFERED="")
     assert code == 3
     assert stderr == LINE + b"No space left on device\n"
 

@@ -124,6 +124,15 @@ def test_several_trains(run, tmp_path, capsys):
     assert run("journey", "--train", "heavy.json", "--points", "4", "--out", "both", "--no-pictures") == 0
 
 
+def test_trains_are_compared_where_points_were_asked_for(run, tmp_path, capsys):
+    """A point is a little earlier than its margin: what lies between is told by its price, not by the next point."""
+    write_json(tmp_path / "heavy.json", changed(TTOBENCH_TRAIN, ("metadata", "id"), "heavy"))
+    assert run("journey", "--train", "heavy.json", "--at", "5%,8%", "--out", "both", "--no-pictures") == 0
+    assert "straight line" not in capsys.readouterr().err
+    rows = list(csv.DictReader((tmp_path / "both" / "compare.csv").open()))
+    assert all(float(row["at_most_above_pct"]) < 0.01 for row in rows)
+
+
 def test_delays(run, tmp_path, capsys):
     assert run("journey", "--at", "5%,10%", "--delay", "15", "--out", "late") == 0
     shown = capsys.readouterr().out

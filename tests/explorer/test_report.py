@@ -13,6 +13,8 @@ from tgvdp.explorer.folder import read_folder
 from tgvdp.explorer.standalone import page
 from tgvdp.report.results import write_results
 
+SEARCH = '"schema": "tgvdp.search/1"'
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
@@ -69,9 +71,11 @@ def test_figures_have_the_width_of_journals_and_hold_their_fonts(folder, tmp_pat
         ({}, "holds none of result.json"),
         ({"result.json": "{"}, "is not valid JSON"),
         ({"result.json": "[]"}, "must hold an object"),
-        ({"result.json": '{"trip": {}, "front": [], "fastest": {}}'}, "holds no line"),
-        ({"result.json": '{"trip": {}, "front": [], "fastest": {}, "line": {}}'}, "no such file"),
-        ({"journey.json": "{}"}, "holds no sections"),
+        ({"result.json": '{"schema": "tgvdp.search/2"}'}, "schema tgvdp.search/1, got 'tgvdp.search/2'"),
+        ({"result.json": f'{{{SEARCH}, "trip": {{}}, "front": [], "fastest": {{}}}}'}, "holds no line"),
+        ({"result.json": f'{{{SEARCH}, "trip": {{}}, "front": [], "fastest": {{}}, "line": {{}}}}'}, "no such file"),
+        ({"journey.json": "{}"}, "schema tgvdp.journey/1, got None"),
+        ({"journey.json": '{"schema": "tgvdp.journey/1"}'}, "holds no sections"),
     ],
 )
 def test_what_is_missing_in_a_folder_is_named(tmp_path, files, words, capsys):

@@ -80,7 +80,7 @@ def test_a_front_that_is_not_convex_takes_what_the_exact_merge_finds(monkeypatch
     """Two sections that save only in whole steps of 10 s: no multiplier leads to one step, the merge does."""
     sections = sections_of()[:2]
     for section in sections:
-        monkeypatch.setattr(section, "_method", _in_steps(section._method))
+        monkeypatch.setattr(section, "method", _in_steps(section.method))
     whole = journey_front(sections, np.array([0.0, 5.0, 10.0, 20.0]), TOLERANCE_S)
     assert whole.front.time_s - whole.front.time_s[0] == pytest.approx([0.0, 10.0, 20.0], abs=2.0 * TOLERANCE_S)
 

@@ -36,6 +36,13 @@ def test_the_thriftiest_journey_is_one_point():
     assert (np.diff(journey.front.time_s) > MET_S).all()
 
 
+def test_late_windows_are_kept():
+    """Nothing is saved by running so long: a second costs less than nothing."""
+    rows = [judged(seed, late=True) for seed in (2, 12)]
+    assert not any(row["refused"] or row["not_ok"] or row["below_bound"] for row in rows)
+    assert all(row["missed_s"] <= MET_S and row["above_grid_pct"] <= 0.1 for row in rows)
+
+
 @pytest.mark.slow
 def test_more_random_windows():
     check(MORE)

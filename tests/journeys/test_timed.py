@@ -127,10 +127,6 @@ def test_two_points_between_two_stops():
     [
         (TimingPoint(HALF_M, 0.0, 50.0), "the window at 2200 m closes at 50 s, the first time possible there is"),
         (
-            TimingPoint(HALF_M, 9000.0, 9500.0),
-            "the window at 2200 m opens at 9000 s, the slowest runs",
-        ),
-        (
             TimingPoint(HALF_M, lowest_mps=21.0),
             "2200 m is to be passed at 75.6 km/h at least, the fastest run has 61.2",
         ),
@@ -139,6 +135,22 @@ def test_two_points_between_two_stops():
 def test_what_cannot_be_kept_is_named(point, message):
     with pytest.raises(InfeasibleError, match=message):
         run(point, points=3)
+
+
+@pytest.mark.parametrize(
+    ("opens_s", "energy", "slopes"),
+    [
+        (9000.0, "wheel", LINE.gradients),
+        (200.0, "wheel", ((0.0, -10.0), (2500.0, 0.0))),
+        (300.0, "pantograph", ((0.0, 0.0), (1500.0, -10.0))),
+    ],
+)
+def test_what_is_later_than_the_thriftiest_run_is_kept(opens_s, energy, slopes):
+    line = replace(ONE, gradients=tuple(tgvdp.Gradient(*slope) for slope in slopes))
+    journey = run(TimingPoint(HALF_M, opens_s, opens_s + 1.0), line=line, points=3, energy=energy)
+    for index in range(len(journey.front)):
+        assert opens_s - 0.1 <= passed(journey, index)[0] <= opens_s + 1.1
+    assert all(verdict.ok for point in journey.verify() for verdict in point)
 
 
 def misses(error):

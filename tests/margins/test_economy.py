@@ -8,6 +8,8 @@ import pytest
 import tgvdp
 from tests.helpers.documented_case import OSRD_TRACK, OSRD_TRAIN
 from tests.helpers.margin_case import HILLS, TRAIN, twin
+from tests.helpers.trips import commuter
+from tgvdp import EffortCurve
 from tgvdp.margins.economy import coasting_ends_mps
 from tgvdp.physics.codes import BRAKING, COASTING
 
@@ -49,6 +51,15 @@ def test_it_coasts_into_descents_and_does_not_brake_on_them(hills):
     assert (run.regime[:-1][on_the_descent] == COASTING).all()
     before = np.interp(14_000.0, run.position_m, run.speed_mps)
     assert before < np.interp(15_500.0, run.position_m, run.speed_mps)
+
+
+def test_a_climb_that_takes_a_run_up_bounds_the_cap():
+    """The lowest caps tried stall on the climb: once that refused any margin."""
+    weak = commuter(traction=EffortCurve.from_caps(1e5, 3e6))
+    line = replace(HILLS, gradients=((0.0, 0.0), (10_000.0, 40.0), (10_400.0, 0.0)))
+    margins = tgvdp.journey(weak, line, points=2).margins("5%")
+    assert margins.time_s["economy"] == pytest.approx(margins.time_s["linear"], abs=0.1)
+    assert margins.energy_j["optimum"] <= margins.energy_j["economy"] * (1.0 + 1e-4)
 
 
 def test_without_resistance_coasting_ends_nowhere():

@@ -111,6 +111,14 @@ def test_ride_of_a_run_with_constant_accelerations():
     assert ride_of(fastest_run(moving)) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
 
 
+def test_ride_of_a_run_so_slow_that_rows_take_no_time():
+    """A time of 10¹⁴ s has steps of 16 ms: shorter rows begin and end at the same one."""
+    profile = run(TRAIN)
+    late = ride_of(replace(profile, time_s=profile.time_s + 1e20))
+    assert (np.diff(profile.time_s + 1e20) == 0.0).all()
+    assert late[:2] == pytest.approx(ride_of(profile)[:2])
+
+
 def test_comfort_limits_bound_the_ride():
     train = replace(TRAIN, max_acceleration_mps2=0.5, max_deceleration_mps2=0.45)
     ride = ride_of(run(train))

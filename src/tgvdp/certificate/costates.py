@@ -13,16 +13,16 @@ from tgvdp._jit import kernel, leaf
 from tgvdp.certificate.regime_costates import costate_step, fill_phase, law_of
 from tgvdp.certificate.regimes import (
     TOUCH,
+    goes_on,
     highest_costate,
     is_partial,
     is_standstill,
-    label_cells,
     lowest_costate,
     order_of,
     phase_end,
     tidy_labels,
 )
-from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, DYNAMIC_BRAKING, HELD_BACK, RETARDED, TRACTION
+from tgvdp.physics.codes import COASTING, HELD_BACK, RETARDED, TRACTION
 
 
 @leaf
@@ -32,10 +32,8 @@ def _pin(run, before, after, touch):
     level_after = lowest_costate(run, after) if is_partial(after) else math.nan
     rise = max(lowest_costate(run, before), lowest_costate(run, after))  # least p after, if p rises
     fall = highest_costate(run, after)
-    if before == after:
+    if goes_on(before, after):
         return math.nan, math.nan  # the run touches the limit within a regime
-    if max(before, after) == DYNAMIC_BRAKING and min(before, after) in (DYNAMIC, BRAKING):
-        return math.nan, math.nan  # only what the brakes can do changes
     if order_of(before) < order_of(after):
         return rise, rise  # regimes between them are too short to be seen
     if touch:
@@ -130,28 +128,19 @@ def _integrate(run, costates):
 
 
 @kernel
-def run_costates(train, tables, run, bound_w, sliver, top_v, pieces, costates):
-    """Regimes and costates along a run.
+def run_costates(run, bound_w, sliver, moment_s, costates):
+    """Costates along a run whose cells are labelled.
 
     Parameters
     ----------
-    train : KernelTrain
-    tables : EnergyTables
-    run : LabelledRun, modified in place
-        Its regimes and the coefficients of p' are filled in.
+    run : LabelledRun
+        Its labels are tidied in place.
     bound_w : (K,) float64
         Squared speed that no run passes in the cell, m²/s².
-    sliver : float
-        Phases shorter than this are rounding errors, m.
-    top_v : float
-        Largest speed of all, m/s.
-    pieces : (3, 3n, 6) float64
-        Scratch for the pieces of the effort curves.
+    sliver, moment_s : float
+        Phases shorter than this, m, are rounding errors; shorter than this, s, they may be slips of the run.
     costates : Costates, modified in place
         The cells next to a standstill have none; they repeat their neighbour's.
     """
-    label_cells(train, tables, run, top_v, pieces)
-    tidy_labels(run, sliver, bound_w)
-    for k in range(run.effort.shape[0]):
-        run.effort[k] /= train.inertia_kg
+    tidy_labels(run, sliver, moment_s, bound_w)
     _integrate(run, costates)

@@ -1,20 +1,20 @@
 """A trip prepared for lower bounds, and one bound with all that it is made of."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.certificate.ascent import Progress, climb
-from tgvdp.certificate.cell_bounds import UNIT_ROUNDOFF, bound_kernel
+from tgvdp.certificate.cell_bounds import bound_kernel
 from tgvdp.certificate.cells import count_cells, cut_rows, split_cells, thin_rows
 from tgvdp.certificate.chain import chain_of
 from tgvdp.certificate.costates import run_costates
 from tgvdp.certificate.costates_at_bound import lower_braking, raise_pulling
 from tgvdp.certificate.efforts import PIECE_COLUMNS
+from tgvdp.certificate.ledger import Ledger
 from tgvdp.certificate.regime_costates import Costates
-from tgvdp.certificate.regimes import LabelledRun, row_efforts
+from tgvdp.certificate.regimes import LabelledRun, label_cells, row_efforts
 from tgvdp.certificate.slopes import SLOPES
 from tgvdp.certificate.speed_bound import Caps, lower_caps, speed_bound
 from tgvdp.line.cells import Cells, cells_of
@@ -37,6 +37,9 @@ _COSTATE_STEP = 0.06
 _SAME_PLACE = 1e-8
 #: Phases shorter than this share of the trip are rounding errors.
 _SLIVER = 1e-6
+#: A run on a mesh may slip into another regime for less than this, s: friction where the dynamic brake met the limit
+#: a hand's breadth too late. Costates are tried without such phases, too.
+_MOMENT_S = 1.0
 #: Squared speed inside a trip, relative to the top, below which a costate is not integrated.
 _SLOWEST = 1e-8
 #: Costates whose squares are no numbers are none themselves.
@@ -48,48 +51,6 @@ _CELLS_AT_ONCE = 50_000
 _CELL_B, _ASCENT_B = 500.0, 4500.0
 #: More than the rounding error of a sum over the cells of a line, relative to it.
 _ROUNDING = 1e-10
-
-
-class Ledger(NamedTuple):
-    """How one bound came about, per unit of inertia: E + λT ≥ inertia·(total − error).
-
-    Attributes
-    ----------
-    bound : (K,) float64
-        Lower bound of each cell.
-    doubt : (K,) float64
-        Bounds of their rounding errors, in units of 2⁻⁵³.
-    left, right : (K,) float64
-        Costate at the two ends of each cell.
-    cells : Cells
-        The cells; ``limit_w`` is the squared speed that no run passes.
-    caps : Caps
-        The same below the speed bounds.
-    w : (K + 1,) float64
-        Squared speeds of the run that the costate comes from, m²/s².
-    label : (K,) int8
-        Its regimes (`certificate.regimes`).
-    """
-
-    bound: _Floats
-    doubt: _Floats
-    left: _Floats
-    right: _Floats
-    cells: Cells
-    caps: Caps
-    w: _Floats
-    label: NDArray[np.int8]
-
-    @property
-    def total(self) -> float:
-        """The bound: the sum over the cells."""
-        return float(self.bound.sum())
-
-    @property
-    def error(self) -> float:
-        """Bound of its rounding error."""
-        adding = (len(self.bound) + 4.0) * float(np.abs(self.bound).sum())
-        return (float(self.doubt.sum()) + adding) * UNIT_ROUNDOFF
 
 
 def _broken_at(table: _Floats, more_mps: _Floats) -> _Floats:
@@ -189,16 +150,19 @@ class BoundingProblem:
         ask_for(_CELL_B * count, f"a bound on {count:,} cells")
         node_m, node_w, row = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
         cut_rows(x_m, w, longest_m, log_step, node_m, node_w, row)
-        phases = self._costates(x_m, w, node_m, node_w, row, multiplier)
+        run = self._labelled(x_m, w, node_m, node_w, row, multiplier)
+        phases = self._costates(run)
         nodes = (node_m, node_w, row, phases.left, phases.right, multiplier, _COSTATE_STEP / fineness)
         nothing = np.empty(0)
         count = split_cells(*nodes, nothing, nothing, np.empty(0, dtype=np.int64))
         if count > len(row):
             ask_for(_CELL_B * count, f"a bound on {count:,} cells")
-            made = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
-            split_cells(*nodes, *made)
-            phases = self._costates(x_m, w, *made, multiplier)
-        return self._raised(self.evaluate(phases, multiplier, phases.left, phases.right), multiplier)
+            node_m, node_w, row = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
+            split_cells(*nodes, node_m, node_w, row)
+            run = self._labelled(x_m, w, node_m, node_w, row, multiplier)
+            phases = self._costates(run)
+        found = self.evaluate(phases, multiplier, phases.left, phases.right)
+        return self._raised(self._better(found, self._costates(run, phases.caps, _MOMENT_S), multiplier), multiplier)
 
     def _raised(self, found: Ledger, multiplier: float) -> Ledger:
         """The bound with costates that go along the speed bounds in each phase in which that is better."""
@@ -206,18 +170,20 @@ class BoundingProblem:
         along = found.cells, found.caps.cell, found.w, found.label, self.top_mps, self._pieces, left, right
         raise_pulling(self.train, self.energy, multiplier, *along)
         lower_braking(self.train, self.energy, multiplier, *along)
-        changed = (left != found.left) | (right != found.right)
-        changed[1:] |= right[:-1] != found.right[:-1]  # the jump at the start of a cell is part of its bound
+        return self._better(found, found._replace(left=left, right=right), multiplier)
+
+    def _better(self, found: Ledger, other: Ledger, multiplier: float) -> Ledger:
+        """The bound with the costates of another ledger of the same cells wherever these differ and are better."""
+        changed = (other.left != found.left) | (other.right != found.right)
+        changed[1:] |= other.right[:-1] != found.right[:-1]  # the jump at the start of a cell is part of its bound
         changed[0] |= changed[1]  # a cell of a standstill has the costate of its neighbour
-        raised = self.evaluate(found, multiplier, left, right, changed)
+        other = self.evaluate(found._replace(label=other.label), multiplier, other.left, other.right, changed)
         first = np.flatnonzero(np.diff(changed, prepend=not changed[0]))  # phases by turns changed and not
-        better = np.add.reduceat(raised.bound - found.bound, first) > 0.0
+        better = np.add.reduceat(other.bound - found.bound, first) > 0.0
         better = np.repeat(better, np.diff(first, append=len(changed)))
+        columns = ("bound", "doubt", "left", "right", "label")
         return found._replace(
-            bound=np.where(better, raised.bound, found.bound),
-            doubt=np.where(better, raised.doubt, found.doubt),
-            left=np.where(better, left, found.left),
-            right=np.where(better, right, found.right),
+            **{name: np.where(better, getattr(other, name), getattr(found, name)) for name in columns}
         )
 
     def _ascended(self, found: Ledger, multiplier: float, gain_j: float, clock: Clock | None = None) -> Ledger:
@@ -235,30 +201,35 @@ class BoundingProblem:
         better = self.evaluate(found, multiplier, left, right)
         return better if found.total - found.error < better.total - better.error < math.inf else found
 
-    def _costates(
+    def _labelled(
         self, x_m: _Floats, w: _Floats, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], multiplier: float
-    ) -> Ledger:
-        """Costates along a run for given cells, not yet bounded."""
+    ) -> LabelledRun:
+        """A run in given cells, each with its regime."""
         row_cell = np.searchsorted(self.cells.station_m, 0.5 * (x_m[:-1] + x_m[1:]), side="right") - 1
         grade_n, air = self.cells.grade_n[row_cell], self.cells.air[row_cell]
         row_effort = np.empty(len(row_cell))
         row_efforts(self.train, x_m, w, grade_n, air, row_effort)
-        effort = row_effort[row]
         limit_w = self.cells.limit_w[row_cell][row]
         supply, saved_w = self.cells.supply[row_cell][row], self.cells.saved_w[row_cell][row]
         cells = Cells(node_m, np.diff(node_m), grade_n[row], air[row], limit_w, supply, saved_w)
-        count = len(row)
-        label, source, growth = np.empty(count, dtype=np.int8), np.zeros((count, 4)), np.zeros((count, 4))
         levels = -0.5 * self.energy.traction, -0.5 * self.energy.regeneration
+        label, source, growth = np.empty(len(row), dtype=np.int8), np.zeros((len(row), 4)), np.zeros((len(row), 4))
+        effort = row_effort[row] / self.train.inertia_kg
         run = LabelledRun(cells, node_w, effort, multiplier, *levels, label, source, growth)
-        caps, left, right = self._caps(cells), np.zeros(count), np.zeros(count)
-        run_costates(
-            self.train, self.energy, run, caps.cell, _SLIVER * self.trip.distance_m, self.top_mps, self._pieces,
-            Costates(left, right, np.empty(count + 1), np.empty(count + 1)),
-        )  # fmt: skip
+        label_cells(self.train, self.energy, run, self.top_mps, self._pieces)
+        return run
+
+    def _costates(self, run: LabelledRun, caps: Caps | None = None, moment_s: float = 0.0) -> Ledger:
+        """Costates along a run, not yet bounded; of phases that last ``moment_s`` at least."""
+        run = run._replace(label=run.label.copy())
+        caps = self._caps(run.cells) if caps is None else caps
+        left, right, *scratch = np.zeros((4, len(run.label) + 1))
+        left, right = left[:-1], right[:-1]
+        costates = Costates(left, right, *scratch)
+        run_costates(run, caps.cell, _SLIVER * self.trip.distance_m, moment_s, costates)
         lost = ~((np.abs(left) < _LARGEST) & (np.abs(right) < _LARGEST))  # where nothing bounds its growth p overflows
         left[lost] = right[lost] = 0.0
-        return Ledger(np.empty(count), np.empty(count), left, right, cells, caps, node_w, label)
+        return Ledger(np.empty_like(left), np.empty_like(left), left, right, run.cells, caps, run.w, run.label)
 
     def _caps(self, cells: Cells) -> Caps:
         """Squared speeds that no run passes."""

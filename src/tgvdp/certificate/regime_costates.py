@@ -67,7 +67,8 @@ def _backward(run, first, last, p, out):
         if is_partial(kind) and not ramp:
             p = level
         elif ramp or not slides(run, k):
-            p = costate_step(run, k, p, -run.cells.length_m[k], _law_at(run, p) if ramp else law_of(kind))
+            law = _law_at(run, p) if ramp else law_of(run.label[k])
+            p = costate_step(run, k, p, -run.cells.length_m[k], law)
             if ramp and p <= level:
                 ramp = False
                 if is_partial(kind):

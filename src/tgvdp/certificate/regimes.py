@@ -57,7 +57,7 @@ class LabelledRun(NamedTuple):
     w : (K + 1,) float64
         Squared speed at the ends of the cells, m²/s².
     effort : (K,) float64
-        Mean effort of the row that a cell belongs to, N; once they are labelled, per unit of inertia.
+        Mean effort of the row that a cell belongs to, per unit of inertia.
     multiplier : float
         λ per unit of inertia.
     hold, retard : float
@@ -155,11 +155,21 @@ def _regime(effort, v, no_effort, regeneration, pieces, merged):
 
 @kernel
 def label_cells(train, tables, run, top_v, pieces):
-    """Label the cells of a run by regime, with the coefficients of p' = source + growth·p in it; in place."""
-    mass = train.inertia_kg
+    """Label the cells of a run by regime, with the coefficients of p' = source + growth·p in it; in place.
+
+    Parameters
+    ----------
+    train : KernelTrain
+    tables : EnergyTables
+    run : LabelledRun, modified in place
+    top_v : float
+        Largest speed of all, m/s.
+    pieces : (3, 3n, 6) float64
+        Scratch for the pieces of the effort curves.
+    """
     label, source, growth = run.label, run.source, run.growth
     w = run.w
-    no_effort = _NO_EFFORT * train.traction[0, 2] / mass
+    no_effort = _NO_EFFORT * train.traction[0, 2] / train.inertia_kg
     merged = NOT_MERGED
     for k in range(label.shape[0]):
         load = load_in(train, run.cells, k)
@@ -168,7 +178,7 @@ def label_cells(train, tables, run, top_v, pieces):
         v0 = math.sqrt(w[k])
         v1 = math.sqrt(w[k + 1])
         v = 0.5 * (v0 + v1)
-        label[k] = _regime(run.effort[k] / mass, v, no_effort, tables.regeneration, pieces, merged)
+        label[k] = _regime(run.effort[k], v, no_effort, tables.regeneration, pieces, merged)
         if v0 <= 0.0 or v1 <= 0.0:
             continue  # cells at a standstill have no costate
         m1 = 1.0 / v
@@ -190,14 +200,15 @@ def label_cells(train, tables, run, top_v, pieces):
 
 
 @kernel
-def tidy_labels(run, sliver, bound_w):
+def tidy_labels(run, sliver, moment_s, bound_w):
     """Give cells that no optimal run could have the label of a neighbour; in place.
 
-    Such are phases shorter than ``sliver`` metres, or much shorter than the cells around it if these are of one regime,
-    and partial effort away from both the limit and the optimal holding speed, at which p' = 0 whatever the gradient:
-    the run only steps from one switching speed to the next. The limit is that of the cell, or where a run keeps a
-    speed ``bound_w``, (K,): where effort drops it goes no faster. A speed that is kept by friction on top of the whole
-    dynamic brake is optimal where that returns most energy for the time.
+    Such are phases shorter than ``sliver`` metres or ``moment_s`` seconds, or much shorter than the cells around it if
+    these are of one regime, and partial effort away from both the limit and the optimal holding speed, at which p' = 0
+    whatever the gradient: the run only steps from one switching speed to the next. The limit, along which both ends of
+    a cell must lie, is that of the cell, or where a run keeps a speed ``bound_w``, (K,): where effort drops it goes no
+    faster. A speed that is kept by friction on top of the whole dynamic brake is optimal where that returns most energy
+    for the time.
     """
     label, source, growth = run.label, run.source, run.growth
     w = run.w
@@ -209,19 +220,21 @@ def tidy_labels(run, sliver, bound_w):
         while k < count:
             last = k
             span = 0.0
+            lasts_s = 0.0
             drift = 0.0
             scale = 0.0
             free = is_partial(label[k])
             level = run.hold if label[k] == HOLDING else (run.retard if label[k] == RETARDED else 0.0)
             while last < count and label[last] == label[k]:
                 span += length[last]
+                lasts_s += 2.0 * length[last] / (math.sqrt(w[last]) + math.sqrt(w[last + 1]))
                 drift += (source[last, 1] + level * growth[last, 1]) * length[last]
                 scale += source[last, 1] * length[last]
-                free = free and w[last] < cap[last] * (1.0 - TOUCH) and w[last + 1] < cap[last] * (1.0 - TOUCH)
+                free = free and min(w[last], w[last + 1]) < cap[last] * (1.0 - TOUCH)
                 steady = abs(w[last + 1] - w[last]) <= _STEADY * w[last]
                 free = free and not (steady and (w[last] > bound_w[last] * (1.0 - TOUCH) or label[k] == HELD_BACK))
                 last += 1
-            short = span <= sliver
+            short = span <= sliver or lasts_s < moment_s
             if k > 0 and last < count and label[k - 1] == label[last]:
                 short = short or span < _MOMENT * (length[k - 1] + length[last])
             if sweep == 1:
@@ -241,6 +254,12 @@ def slides(run, k):
     return run.w[k] >= top and run.w[k + 1] >= top
 
 
+@leaf
+def goes_on(before, after):
+    """Whether a phase goes on in another cell: in one regime, or where only what the brakes can do changes."""
+    return before == after or (max(before, after) == DYNAMIC_BRAKING and min(before, after) in (DYNAMIC, BRAKING))
+
+
 @kernel
 def phase_end(run, k):
     """First cell after the phase of cell k: another regime, or the run meets or leaves the limit there."""
@@ -248,7 +267,7 @@ def phase_end(run, k):
     w = run.w
     cap = run.cells.limit_w
     j = k + 1
-    while j < label.shape[0] and label[j] == label[k]:
+    while j < label.shape[0] and goes_on(label[j - 1], label[j]):
         touches = w[j] >= min(cap[j - 1], cap[j]) * (1.0 - TOUCH)
         peak = w[j] >= w[j - 1] and w[j] >= w[j + 1] and (w[j] > w[j - 1] or w[j] > w[j + 1])
         meets_drop = label[k] == COASTING and cap[j] < cap[j - 1] and w[j] < w[j - 1]

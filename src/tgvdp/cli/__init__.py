@@ -7,6 +7,7 @@ single place where an error becomes one line on stderr and an exit code (see `tg
 import importlib
 import io
 import json
+import logging
 import os
 import sys
 import warnings
@@ -149,6 +150,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     _refuse_to_print_nowhere()
     _write_what_terminals_can()
+    logging.getLogger().addHandler(logging.NullHandler())  # what libraries log is not for people
     with warnings.catch_warnings():
         warnings.showwarning = _Warnings()  # type: ignore[assignment]
         try:
@@ -169,6 +171,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         except TgvdpError as error:
             return _fail(str(error), error.exit_code)
         except OSError as error:
+            _drop_what_cannot_be_printed()
             where = f"{error.filename}: " if error.filename is not None else ""
             return _fail(f"{where}{error.strerror or error}", InputError.exit_code)
     return int(code or 0)
@@ -179,6 +182,15 @@ def _refuse_to_print_nowhere() -> None:
     if sys.stdout is None:
         nowhere = os.open(os.devnull, os.O_RDONLY)
         sys.stdout = io.TextIOWrapper(os.fdopen(nowhere, "wb", buffering=0), write_through=True)
+
+
+def _drop_what_cannot_be_printed() -> None:
+    """Have a stdout that takes no more, such as a file on a full disk, end in one line: Python would try once more."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        with open(os.devnull, "wb") as nowhere:
+            os.dup2(nowhere.fileno(), sys.stdout.fileno())
 
 
 def _write_what_terminals_can() -> None:

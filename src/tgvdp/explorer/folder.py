@@ -3,7 +3,7 @@
 import csv
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,8 @@ import msgspec
 
 from tgvdp.errors import InputError
 from tgvdp.explorer.exhibit import PROFILE_COLUMNS, Exhibit, search_exhibit
+from tgvdp.report.journeys import SCHEMA as JOURNEY_SCHEMA
+from tgvdp.report.tables import SCHEMA as SEARCH_SCHEMA
 from tgvdp.runs.profile import REGIMES
 
 #: Columns of a benchmark that the page shows, by table.
@@ -34,7 +36,7 @@ def read_folder(folder: str) -> Exhibit:
     Raises
     ------
     InputError
-        When there is no result, or one that misses what the page shows.
+        When there is no result, or one of another version, or one that misses what the page shows.
     """
     home = Path(folder)
     for name, read in _READERS.items():
@@ -54,10 +56,17 @@ def read_search(folder: str) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]
 
 
 def _checked(home: Path, content: dict[str, Any]) -> dict[str, Any]:
-    lacking = [name for name in ("trip", "front", "fastest", "line") if name not in content]
-    if lacking:
-        raise InputError(f"{home / 'result.json'}: holds no {lacking[0]}: run the search again with this version")
+    _require(home / "result.json", content, SEARCH_SCHEMA, ("trip", "front", "fastest", "line"))
     return content
+
+
+def _require(path: Path, content: dict[str, Any], schema: str, fields: Sequence[str]) -> None:
+    given = content.get("schema")
+    if given != schema:
+        raise InputError(f"{path}: must be a result of this tgvdp, schema {schema}, got {given!r:.40}")
+    for name in fields:
+        if name not in content:
+            raise InputError(f"{path}: holds no {name}")
 
 
 def _object(path: Path) -> dict[str, Any]:
@@ -105,9 +114,7 @@ def _rows(path: Path) -> list[dict[str, str]]:
 
 
 def _journey(home: Path, content: dict[str, Any]) -> Exhibit:
-    for name in ("sections", "front", "practices"):
-        if name not in content:
-            raise InputError(f"{home / 'journey.json'}: holds no {name}: run the journey again with this version")
+    _require(home / "journey.json", content, JOURNEY_SCHEMA, ("sections", "front", "practices"))
     return _plain("journey", home, content=content)
 
 

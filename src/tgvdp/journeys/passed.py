@@ -42,8 +42,10 @@ def run_of_parts(
     for at, (part, taken_s) in enumerate(zip(parts, supplement_s, strict=True)):
         run = int(part.slowest_within(taken_s))
         x_m, w, regime = part.rows(run)
-        first = 1 if columns else 0  # where a part begins the one before it ends
-        columns.append((x_m[first:] + (part.trip.origin_m - trip.origin_m), w[first:], regime))
+        x_m = x_m + (part.trip.origin_m - trip.origin_m)
+        moves = np.diff(x_m) > 0.0  # rows may have come so near to each other that this rounds them to one place
+        kept = np.append(not columns, moves)  # where a part begins the one before it ends
+        columns.append((x_m[kept], w[kept], regime[moves]))
         own_s[at] = part.time_s[run]
     profile = profile_of(trip, *map(np.concatenate, zip(*columns, strict=True)))
     # The train waits for what the first part is faster than planned; the others follow as they are.

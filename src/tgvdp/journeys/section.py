@@ -41,7 +41,7 @@ class SectionRuns:
     def __init__(self, trip: Trip, fastest: Profile, method: Method) -> None:
         self.trip = trip
         self.fastest = fastest
-        self._method = method
+        self.method = method
         self.time_s, self.energy_j, self.multiplier_j_per_s = np.empty((3, 0))
         self.front = ParetoFront.of([], [])
         self._runs: list[tuple[OptimalRuns, int]] = []
@@ -50,7 +50,7 @@ class SectionRuns:
 
     def anew(self) -> "SectionRuns":
         """The same section, of which no runs are known yet."""
-        return SectionRuns(self.trip, self.fastest, self._method)
+        return SectionRuns(self.trip, self.fastest, self.method)
 
     def reach(self, supplement_s: NDArray[np.float64], tolerance_s: float) -> None:
         """Find the runs that take given supplements over the fastest run, s, in any order.
@@ -64,11 +64,24 @@ class SectionRuns:
         if not self.complete or not len(wanted_s):
             return
         _, first = np.unique(np.floor(wanted_s / half_s), return_index=True)
-        found = self._method(self.trip, self.fastest, self.fastest.duration_s + wanted_s[first], half_s)
+        found = self.method(self.trip, self.fastest, self.fastest.duration_s + wanted_s[first], half_s)
         self.complete &= found.complete
         self.exhausted |= found.exhausted
+        self._take(found, found.energy_j, found.multiplier_j_per_s)
+
+    def takes(self, supplement_s: float, tolerance_s: float) -> bool:
+        """Whether a run is known that takes a supplement over the fastest one, s."""
+        known_s = float(self.time_s[self.slowest_within(np.array([supplement_s]))[0]])
+        return self.fastest.duration_s + supplement_s - known_s <= tolerance_s
+
+    def add(self, found: OptimalRuns) -> None:
+        """Take runs in that waste energy on purpose, of a trip that differs in what it forbids or charges."""
+        energy_j = [profile_of(self.trip, *found.rows(index)).total_energy_j for index in range(len(found.duration_s))]
+        self._take(found, np.array(energy_j), np.zeros(len(energy_j)))
+
+    def _take(self, found: OptimalRuns, energy_j: NDArray[np.float64], multiplier_j_per_s: NDArray[np.float64]) -> None:
         runs = self._runs + [(found, index) for index in range(len(found.duration_s))]
-        known = np.array([found.duration_s, found.energy_j, found.multiplier_j_per_s])
+        known = np.array([found.duration_s, energy_j, multiplier_j_per_s])
         columns = np.concatenate(([self.time_s, self.energy_j, self.multiplier_j_per_s], known), axis=1)
         order = np.lexsort((columns[1], columns[0]))
         order = order[np.diff(columns[0][order], prepend=-np.inf) > 0.0]  # of equal times the cheapest
@@ -84,7 +97,7 @@ class SectionRuns:
         None where no run takes that time, unless running so long saves nothing: then it is the thriftiest run.
         """
         try:
-            found = self._method(replace(self.trip, credits=credits), self.fastest, np.array([time_s]), tolerance_s)
+            found = self.method(replace(self.trip, credits=credits), self.fastest, np.array([time_s]), tolerance_s)
         except NumericalError:
             return None
         self.complete &= found.complete
@@ -117,6 +130,11 @@ class SectionRuns:
         before, after = np.where(convex, before, fall), np.where(convex, after, fall)
         fallen = u * (before + u * ((3.0 * fall - 2.0 * before - after) + u * (before + after - 2.0 * fall)))
         return np.asarray(y[last - 1] - fallen)
+
+    def energy_at(self, supplement_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Energy at some supplements, J: as `energy_between`, behind the front that of the slowest run within them."""
+        slowest_j = self.energy_j[self.slowest_within(supplement_s)]
+        return np.where(supplement_s > self.supplement_s[-1], slowest_j, self.energy_between(supplement_s))
 
     def cheapest_within(self, supplement_s: NDArray[np.float64]) -> NDArray[np.int64]:
         """Number of the cheapest run that takes no more than each of some supplements, s."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tgvdp.errors import InfeasibleError
 from tgvdp.journeys.section import SectionRuns
-from tgvdp.journeys.timetable import earliest, sample, timetable_of
+from tgvdp.journeys.timetable import earliest, sample, timetable_of, wait
 from tgvdp.journeys.windows import Miss, WindowMissedError, Windows
 
 _Floats = NDArray[np.float64]
@@ -78,7 +78,10 @@ class SpeedSearch:
         InfeasibleError
             When a window cannot be met by any of them.
         """
-        self._attempt(self._fastest)
+        for share in np.linspace(1.0, _LOWEST, _SPEEDS).tolist():  # at all points: one alone may not be that slow
+            self._attempt(tuple(max(share * point.highest_mps, point.lowest_mps) for point in self.points))
+            if self.found:
+                break
         self._sweep(np.arange(-_SPEEDS, _SPEEDS + 1), 1.0)
         if not self.found:
             self.around()
@@ -128,8 +131,6 @@ class SpeedSearch:
             which = f"an arrival at {last_s:.6g} s is wanted, the first one that was found is at {first_s:.6g} s"
             raise WindowMissedError([Miss(which, first_s - last_s, "is so much later")])
         taken_s = timetable.at(self.arrival_s).supplement_s
-        energy_j = np.sum(
-            [one.energy_between(own_s) for one, own_s in zip(parts, taken_s.T, strict=True)],
-            axis=0,
-        )
+        wait(parts, self.windows, taken_s, self.tolerance_s)
+        energy_j = np.sum([one.energy_at(own_s) for one, own_s in zip(parts, taken_s.T, strict=True)], axis=0)
         return np.where(self.arrival_s >= first_s - self.tolerance_s, energy_j, np.inf)

@@ -138,7 +138,7 @@ def box_of(windows: Windows, fastest_s: Sequence[float], arrival_s: float) -> Bo
 
 def one_where_none_binds(multiplier_j_per_s: _Floats, time_s: _Floats, changes: Sequence[bool]) -> _Floats:
     """Multipliers of parts made equal from one change to the next: their mean by times, s."""
-    group = np.concatenate(([0], np.cumsum(changes)))
+    group = np.concatenate(([0], np.cumsum(changes, dtype=np.int64)))
     mean = np.bincount(group, time_s * np.log(multiplier_j_per_s)) / np.bincount(group, time_s)
     return np.asarray(np.exp(mean)[group])
 

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.errors import InfeasibleError
 from tgvdp.journeys.front import ROUNDS, reach
 from tgvdp.journeys.multiplier import Demand, demand_of
 from tgvdp.journeys.section import SectionRuns
-from tgvdp.journeys.windows import Schedule, Timetable, Windows
+from tgvdp.journeys.slower import slow_down
+from tgvdp.journeys.windows import Miss, Schedule, Timetable, WindowMissedError, Windows
 
 _Floats = NDArray[np.float64]
 
@@ -46,6 +46,7 @@ def planned(sections: Sequence[SectionRuns], windows: Windows, arrival_s: _Float
     for _ in range(ROUNDS):
         plan = timetable_of(sections, windows, tolerance_s).at(arrival_s)
         reach(sections, plan.supplement_s, tolerance_s)
+        wait(sections, windows, plan.supplement_s, tolerance_s)
     return plan
 
 
@@ -60,14 +61,26 @@ def sample(sections: Sequence[SectionRuns], windows: Windows, arrival_s: _Floats
         known_s = np.array([one.supplement_s[-1] for one in sections])
         may_grow = np.array([not one.exhausted and one.complete for one in sections])
         may_grow &= known_s < _MOST_MARGIN * fastest_s
-        try:
-            taken_s = timetable_of(sections, windows, tolerance_s).at(arrival_s).supplement_s.max(axis=0)
-        except InfeasibleError:  # a window opens later than any run known arrives
-            if not may_grow.any():
-                raise
-            taken_s = np.full(len(sections), np.inf)
+        taken_s = timetable_of(sections, windows, tolerance_s).at(arrival_s).supplement_s.max(axis=0)
         short = np.flatnonzero(may_grow & (taken_s >= _AT_THE_END * known_s)).tolist()
         if not short:
             return
         further_s = 2.0 * np.maximum(known_s, _FIRST_MARGIN * fastest_s)
         reach([sections[at] for at in short], np.outer(shares, further_s[short]), tolerance_s)
+
+
+def wait(sections: Sequence[SectionRuns], windows: Windows, supplement_s: _Floats, tolerance_s: float) -> None:
+    """Find the runs that are slower than the thriftiest ones for planned supplements, (n, sections), s.
+
+    Raises
+    ------
+    WindowMissedError
+        When a section cannot be that slow.
+    """
+    for section, window, own_s in zip(sections, windows.arrivals, supplement_s.T, strict=True):
+        behind_s = own_s[own_s > section.supplement_s[-1] + tolerance_s]
+        for slow_s in np.unique(behind_s).tolist():
+            if section.complete and not slow_down(section, slow_s, tolerance_s):
+                missed_s = slow_s - float(section.supplement_s[-1])
+                which = f"the window at {window.position_m:.6g} m opens {missed_s:.6g} s after the slowest run found"
+                raise WindowMissedError([Miss(which, missed_s, "opens so much earlier")])

@@ -134,30 +134,23 @@ class Clock(NamedTuple):
         return self.first_s + float(self.length_s.sum())
 
     def miss(self, window: TimingPoint, slack_s: float) -> Miss | None:
-        """How a window is missed, if it is by more than a slack."""
-        at = f"the window at {window.position_m:.6g} m"
-        if self.first_s > window.latest_s + slack_s:
-            return Miss(
-                f"{at} closes at {window.latest_s:.6g} s, the first time possible there is {self.first_s:.6g} s",
-                self.first_s - window.latest_s,
-                "closes so much later",
-            )
-        if self.last_s < window.earliest_s - slack_s:
-            return Miss(
-                f"{at} opens at {window.earliest_s:.6g} s, the slowest runs that were sought are there at"
-                f" {self.last_s:.6g} s",
-                window.earliest_s - self.last_s,
-                "opens so much earlier",
-            )
-        return None
+        """How a window is missed that closes too early, if it is by more than a slack."""
+        if self.first_s <= window.latest_s + slack_s:
+            return None
+        return Miss(
+            f"the window at {window.position_m:.6g} m closes at {window.latest_s:.6g} s, the first time possible there"
+            f" is {self.first_s:.6g} s",
+            self.first_s - window.latest_s,
+            "closes so much later",
+        )
 
     def within(self, window: TimingPoint) -> "Clock":
-        """Cut off what lies outside a window; the time next to it is left where all does."""
+        """Cut off what lies outside a window; where all does, the time at its beginning is left, or the first one."""
         edges_s = self.first_s + np.concatenate(([0.0], np.cumsum(self.length_s)))
         start_s, end_s = edges_s[:-1], edges_s[1:]
         low_s, high_s = max(window.earliest_s, self.first_s), max(window.latest_s, self.first_s)
         length_s = np.maximum(np.minimum(end_s, high_s) - np.maximum(start_s, low_s), 0.0)
-        return Clock(min(low_s, self.last_s), length_s, self.multiplier_j_per_s)
+        return Clock(low_s, length_s, self.multiplier_j_per_s)
 
     def after(self, dwell_s: float) -> "Clock":
         """When the train can leave again: as long after the dwell as one likes."""
@@ -228,6 +221,7 @@ class Timetable:
             filled_s = arrival_s - run.whole.first_s
             edges_s = np.concatenate(([0.0], np.cumsum(run.whole.length_s)))
             own_s = np.interp(filled_s, edges_s, np.concatenate(([0.0], np.cumsum(run.own_s))))
+            own_s += np.maximum(filled_s - edges_s[-1], 0.0)  # the window opens later than any run that saves arrives
             at = np.minimum(np.searchsorted(edges_s[1:], filled_s), len(run.own_s) - 1)
             departure_s = arrival_s - fastest_s - own_s
             columns.append((departure_s, own_s, np.where(own_s > 0.0, run.whole.multiplier_j_per_s[at], np.inf)))

@@ -24,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.errors import InfeasibleError
 from tgvdp.line.cells import cells_of
 from tgvdp.line.resolved import resolve
 from tgvdp.margins.curve import Curve, blended, mirrored
@@ -38,6 +39,8 @@ from tgvdp.runs.profile import Profile, profile_of
 _SPARE = 1.001
 #: The lowest cap tried, as a share of the slowest mean speed that is asked for.
 _LEAST = 0.2
+#: The lowest cap that is possible is known to this factor.
+_KNOWN = 1.001
 #: Relative difference below which speeds are the same.
 _SAME = 1e-9
 
@@ -65,13 +68,34 @@ def economy_run(part: Part) -> Curve:
     fast = top_mps
     while coasting_ends_mps(train, fast) < top_mps and fast < 1e3 * top_mps:
         fast *= 2.0
-    slow = _LEAST * part.trip.distance_m / part.time_s
+    slow = _least_possible(part, _LEAST * part.trip.distance_m / part.time_s, fast)
 
     def later(first: Curve, second: Curve, share: float) -> Curve:
         return part.driven(_coasted_later(part, first, second, (1.0 - share) * part.trip.distance_m))
 
     # Running times are more nearly linear in the pace of the cap than in its speed.
     return met(part, lambda pace: part.driven(_run(part, 1.0 / pace)), 1.0 / fast, 1.0 / slow, later, blended)
+
+
+def _least_possible(part: Part, slow_mps: float, fast_mps: float) -> float:
+    """The lowest cap from a slow one on, m/s, under which the train gets over the climbs and up to its end speed."""
+
+    def is_possible(held_mps: float) -> bool:
+        try:
+            _capped(part, held_mps)
+        except InfeasibleError:
+            return False
+        return True
+
+    if is_possible(slow_mps):
+        return slow_mps
+    while fast_mps > _KNOWN * slow_mps:
+        held_mps = math.sqrt(slow_mps * fast_mps)
+        if is_possible(held_mps):
+            fast_mps = held_mps
+        else:
+            slow_mps = held_mps
+    return fast_mps
 
 
 def coasting_ends_mps(train: Train, held_mps: float) -> float:

@@ -79,7 +79,7 @@ def require_rows(owner: str, field: str, rows: Any, row_type: type[Row]) -> tupl
         raise InputError(f"{owner}: {field} must be a list of ({columns}), got {rows!r:.60}")
     made = []
     for index, row in enumerate(rows):
-        if isinstance(row, str) or not isinstance(row, Iterable):
+        if isinstance(row, str) or not isinstance(row, (tuple, Iterable)):  # Iterable alone is asked slowly
             raise InputError(f"{owner}: {field}[{index}] must be ({columns}), got {row!r:.60}")
         values = tuple(row)
         if len(values) != len(row_type._fields):

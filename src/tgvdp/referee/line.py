@@ -115,9 +115,12 @@ def _until_next_m(rows: Sequence[Any], last_m: float) -> list[float]:
     return [*(row.position_m for row in rows[1:]), last_m][: len(rows)]
 
 
-def _curve_permil(formula: str, row: Curve, share: _Floats) -> _Floats:
-    """Resistance at shares of the way through a curve, ‰."""
-    bend = np.abs((1.0 - share) / row.radius_start_m + share / row.radius_end_m)
+def _curve_permil(formula: str, curves: Sequence[Curve], end_m: Sequence[float], at_m: _Floats) -> _Floats:
+    """Resistance at positions from the first curve on, ‰."""
+    from_m, start_m, last_m = np.array(curves, dtype=np.float64).T
+    row = np.searchsorted(from_m, at_m, side="right") - 1
+    share = (at_m - from_m[row]) / (np.array(end_m) - from_m)[row]
+    bend = np.abs((1.0 - share) / start_m[row] + share / last_m[row])
     radius_m = np.divide(1.0, bend, out=np.full_like(bend, math.inf), where=bend > 0.0)
     if formula == "800/R":
         return 800.0 / radius_m
@@ -138,7 +141,8 @@ def see_line(trip: Trip) -> SeenLine:
     curve_end_m = _until_next_m(curves, track.length_m)
     for row, end_m in zip(curves, curve_end_m, strict=True):
         if row.radius_start_m != row.radius_end_m:
-            parts = max(_PARTS, math.ceil((end_m - row.position_m) / _LONGEST_M))
+            # 800/R is linear where the curvature is.
+            parts = 1 if convention.curves == "800/R" else max(_PARTS, math.ceil((end_m - row.position_m) / _LONGEST_M))
             at_turns_m.append(np.linspace(row.position_m, end_m, parts + 1))
             bend, turn = 1.0 / row.radius_start_m, 1.0 / row.radius_end_m - 1.0 / row.radius_start_m
             shares = ((side / _JUMP_M - bend) / turn for side in (-1.0, 0.0, 1.0))
@@ -151,14 +155,15 @@ def see_line(trip: Trip) -> SeenLine:
     permil, permil_per_m = np.zeros_like(middle_m), np.zeros_like(middle_m)
     for row, held in _held(middle_m, track.gradients, _until_next_m(track.gradients, math.inf)):
         permil[held] = row.gradient_permil
-    for (row, held), end_m in zip(_held(middle_m, curves, curve_end_m), curve_end_m, strict=True):
-        beside_m = np.where(at_m[held] >= 0.0, 0.25 * span_m[held], 0.0)
+    if curves:
+        bent = slice(int(np.searchsorted(middle_m, curves[0].position_m)), None)
+        beside_m = np.where(at_m[:-1] >= 0.0, 0.25 * span_m, 0.0)[bent]
         first, last = (
-            _curve_permil(convention.curves, row, (place_m - row.position_m) / (end_m - row.position_m))
-            for place_m in (middle_m[held] - beside_m, middle_m[held] + beside_m)
+            _curve_permil(convention.curves, curves, curve_end_m, middle_m[bent] + aside_m)
+            for aside_m in (-beside_m, beside_m)
         )
-        permil[held] += 0.5 * (first + last)
-        permil_per_m[held] = 2.0 * (last - first) / span_m[held]
+        permil[bent] += 0.5 * (first + last)
+        permil_per_m[bent] = 2.0 * (last - first) / span_m[bent]
     air = np.full_like(middle_m, train.davis_c_n_per_mps2)
     tunnels = track.tunnels if convention.tunnels else ()
     for tunnel, held in _held(middle_m, tunnels, [row.position_m + row.length_m for row in tunnels]):

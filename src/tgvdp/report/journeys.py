@@ -1,5 +1,6 @@
 """A journey as an object and as files."""
 
+import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -262,8 +263,8 @@ def _comparable(result: "JourneyResult") -> dict[str, Any]:
     fastest = points[0]  # ... that windows allow, whose prices are not those of running times
     if result.windows.are_open:
         fastest = _figures(result.fastest_time_s, result.fastest_energy_j)
-        for point, price in zip(points[1:], result.price_kwh_per_min[1:].tolist(), strict=True):
-            point["price_kwh_per_min"] = price
+        for point, price in zip(points, result.price_kwh_per_min.tolist(), strict=True):
+            point["price_kwh_per_min"] = price if math.isfinite(price) else None  # of the fastest journey
     return {
         "method": "front",
         "trip": {

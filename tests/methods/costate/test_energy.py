@@ -7,8 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import tgvdp
 from tests.helpers.fronts import cheapest_above_grid, check_front, feasible_seeds, feasible_trip, front_at, front_to
 from tests.helpers.trips import commuter, references, trip_on
+from tgvdp import Track, Train
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate.front import optimal_front
 from tgvdp.methods.costate.mesh import Mesh
@@ -189,3 +191,21 @@ def test_a_train_without_dynamic_brake_returns_nothing():
     _, plain = front_to(charged(trip, 0.9, 0.0), 0.25, 8)
     _, found = front_to(charged(trip, 0.9, 0.8), 0.25, 8)
     assert found.energy_j.tolist() == plain.energy_j.tolist()
+
+
+def test_cells_however_short_leave_friction_to_the_brakes_that_need_it():
+    """At speed b falls by little within a short cell: runs followed it by friction, 70 % dearer at worst."""
+    train = Train(
+        mass_kg=840e3, traction=EffortCurve.from_caps(330e3, 12e6), davis_a_n=9500.0, davis_b_n_per_mps=100.0,
+        davis_c_n_per_mps2=5.7, friction_brake_n=800e3, braking=EffortCurve.from_caps(260e3, 9e6),
+        traction_efficiency=0.83, regeneration_efficiency=0.8,
+    )  # fmt: skip
+    track = Track(length_m=16e3, speed_limits=((0.0, 98.0),))
+    result = tgvdp.search(train, track, points=2, energy="pantograph", start_speed_mps=69.0, end_speed_mps=6.0)
+    multiplier = 50e6
+    counters = {"extremals": 0, "runs": 0, "costates": 0}
+    costs = [
+        Mesh.of(result.trip, result.fastest.profile, fineness).extremal(multiplier, counters).cost_j(multiplier)
+        for fineness in (1.0, 16.0)
+    ]
+    assert costs[1] <= costs[0]

@@ -10,9 +10,10 @@ metre; published figures of TGV, ICE 3, KISS, metros and ore trains for power, t
 
 import math
 from bisect import bisect_right
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import pairwise
+from operator import neg
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +31,11 @@ _SPEEDS = 2000
 _RISE = 0.05
 #: Rows of a line that are named one by one, at most.
 _MOST_ROWS = 5
+#: Usual ranges of the rows of a line. INF TSI: 35 ‰, mountain lines with adhesion up to 70 ‰; 150 m, metros down to
+#: some 60 m; 160 mm of cant and 300 mm of deficiency (tilting trains) over 1500 mm: 3.0 m/s². Metro tubes of 15 m² to
+#: double-track tunnels for high speed of 100 m².
+_LIMIT_KMH, _GRADIENT_PERMIL, _RADIUS_M = (10.0, 400.0), (-45.0, 45.0), (150.0, 50_000.0)
+_LATERAL_MPS2, _TUNNEL_M2 = (0.0, 3.0), (12.0, 150.0)
 
 
 class Figure(NamedTuple):
@@ -209,10 +215,11 @@ def track_figures(track: Track) -> Iterator[Figure]:
         yield from _tunnels(track)
 
 
-def _shown(checks: list[Figure]) -> Iterator[Figure]:
-    """The first of the unusual rows, or else the most extreme row alone."""
-    odd = [check for check in checks if not check.ok]
-    yield from odd[:_MOST_ROWS] or sorted(checks, key=lambda check: abs(float(check.value)))[-1:]
+def _telling(values: Sequence[float], usual: tuple[float, float], extreme: Callable[[float], float] = abs) -> list[int]:
+    """Where the first of the unusual values are, or else the most extreme one: a line may have 100,000 rows."""
+    low, high = usual
+    odd = [index for index, value in enumerate(values) if not low <= value <= high]
+    return odd[:_MOST_ROWS] or sorted(range(len(values)), key=lambda index: extreme(values[index]))[-1:]
 
 
 def _is_limited(speed_mps: float) -> bool:
@@ -220,51 +227,48 @@ def _is_limited(speed_mps: float) -> bool:
 
 
 def _limits(track: Track) -> Iterator[Figure]:
-    rows = [
-        Check(f"speed limit at {row.position_m:.6g} m", mps_to_kmh(row.speed_mps), "km/h", 10.0, 400.0,
-              f"speed_limits[{index}]",
-              "m/s given as km/h?" if row.speed_mps < kmh_to_mps(10.0) else "km/h given as m/s?")
-        for index, row in enumerate(track.speed_limits)
-        if _is_limited(row.speed_mps)
-    ]  # fmt: skip
+    rows = [(index, row) for index, row in enumerate(track.speed_limits) if _is_limited(row.speed_mps)]
+    limits_kmh = [mps_to_kmh(row.speed_mps) for _, row in rows]
+    for at in _telling(limits_kmh, _LIMIT_KMH):
+        index, row = rows[at]
+        hint = "m/s given as km/h?" if limits_kmh[at] < _LIMIT_KMH[0] else "km/h given as m/s?"
+        name = f"speed limit at {row.position_m:.6g} m"
+        yield Check(name, limits_kmh[at], "km/h", *_LIMIT_KMH, f"speed_limits[{index}]", hint)
     if rows:
-        yield from _shown(rows)
-        fastest = max(rows, key=lambda check: check.value)
-        yield Check("highest speed limit", fastest.value, "km/h", 30.0, 400.0, fastest.field, "m/s given as km/h?")
+        fastest_kmh = max(limits_kmh)
+        index, _ = rows[limits_kmh.index(fastest_kmh)]
+        yield Check("highest speed limit", fastest_kmh, "km/h", 30.0, 400.0, f"speed_limits[{index}]",
+                    "m/s given as km/h?")  # fmt: skip
 
 
 def _gradients(track: Track) -> Iterator[Figure]:
-    # INF TSI: 35 ‰; mountain lines with adhesion up to 70 ‰.
-    yield from _shown([
-        Check(f"gradient at {row.position_m:.6g} m", row.gradient_permil, "‰", -45.0, 45.0, f"gradients[{index}]",
-              "degrees or per cent of something?")
-        for index, row in enumerate(track.gradients)
-    ])  # fmt: skip
-    steepest = max(abs(row.gradient_permil) for row in track.gradients)
+    permil = [row.gradient_permil for row in track.gradients]
+    for index in _telling(permil, _GRADIENT_PERMIL):
+        name = f"gradient at {track.gradients[index].position_m:.6g} m"
+        yield Check(name, permil[index], "‰", *_GRADIENT_PERMIL, f"gradients[{index}]",
+                    "degrees or per cent of something?")  # fmt: skip
+    steepest = max(map(abs, permil))
     if steepest > 0.0:
-        index = next(i for i, row in enumerate(track.gradients) if abs(row.gradient_permil) == steepest)
+        index = next(i for i, value in enumerate(permil) if abs(value) == steepest)
         yield Check("steepest gradient", steepest, "‰", 0.2, 45.0, f"gradients[{index}]",
                     "metre per metre, or per cent?" if steepest < 1.0 else "tenths of ‰?")  # fmt: skip
 
 
 def _curves(track: Track) -> Iterator[Figure]:
-    tight, fast = [], []
-    for index, curve in enumerate(track.curves):
-        radius_m = min(abs(curve.radius_start_m), abs(curve.radius_end_m))
-        if math.isinf(radius_m):
-            continue
-        field = f"curves[{index}]"
-        at = f"at {curve.position_m:.6g} m"
-        # INF TSI: 150 m; metros down to some 60 m.
-        tight.append(Check(f"radius {at}", radius_m, "m", 150.0, 50_000.0, field, "m or km?"))
-        speed_mps = _limit_at(track, curve.position_m)
-        if _is_limited(speed_mps):
-            # 160 mm of cant and 300 mm of deficiency (tilting trains) over 1500 mm: 3.0 m/s².
-            fast.append(Check(f"lateral acceleration {at}", speed_mps**2 / radius_m, "m/s²", 0.0, 3.0, field,
-                              f"{mps_to_kmh(speed_mps):.4g} km/h in a radius of {radius_m:.4g} m"))  # fmt: skip
-    odd = [check for check in tight if not check.ok]
-    yield from odd[:_MOST_ROWS] or sorted(tight, key=lambda check: check.value)[:1]
-    yield from _shown(fast)
+    radii_m = [min(abs(curve.radius_start_m), abs(curve.radius_end_m)) for curve in track.curves]
+    bent = [index for index, radius_m in enumerate(radii_m) if math.isfinite(radius_m)]
+    for at in _telling([radii_m[index] for index in bent], _RADIUS_M, neg):
+        index = bent[at]
+        name = f"radius at {track.curves[index].position_m:.6g} m"
+        yield Check(name, radii_m[index], "m", *_RADIUS_M, f"curves[{index}]", "m or km?")
+    fast = [(index, _limit_at(track, track.curves[index].position_m)) for index in bent]
+    fast = [(index, speed_mps) for index, speed_mps in fast if _is_limited(speed_mps)]
+    lateral_mps2 = [speed_mps**2 / radii_m[index] for index, speed_mps in fast]
+    for at in _telling(lateral_mps2, _LATERAL_MPS2):
+        index, speed_mps = fast[at]
+        name = f"lateral acceleration at {track.curves[index].position_m:.6g} m"
+        yield Check(name, lateral_mps2[at], "m/s²", *_LATERAL_MPS2, f"curves[{index}]",
+                    f"{mps_to_kmh(speed_mps):.4g} km/h in a radius of {radii_m[index]:.4g} m")  # fmt: skip
 
 
 def _limit_at(track: Track, position_m: float) -> float:
@@ -274,12 +278,10 @@ def _limit_at(track: Track, position_m: float) -> float:
 
 
 def _tunnels(track: Track) -> Iterator[Figure]:
-    # Metro tubes of 15 m² to double-track tunnels for high speed of 100 m².
-    yield from _shown([
-        Check(f"tunnel cross section at {row.position_m:.6g} m", row.cross_section_m2, "m²", 12.0, 150.0,
-              f"tunnels[{index}]", "diameter or area?")
-        for index, row in enumerate(track.tunnels)
-    ])  # fmt: skip
+    for index in _telling([row.cross_section_m2 for row in track.tunnels], _TUNNEL_M2):
+        row = track.tunnels[index]
+        yield Check(f"tunnel cross section at {row.position_m:.6g} m", row.cross_section_m2, "m²", *_TUNNEL_M2,
+                    f"tunnels[{index}]", "diameter or area?")  # fmt: skip
 
 
 def value_range(values: list[float]) -> str:

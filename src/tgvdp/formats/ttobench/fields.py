@@ -53,8 +53,10 @@ def value_si(path: Path, place: str, value: float, unit: str, quantity: str) -> 
 def rows_si(path: Path, place: str, table: Any, *quantities: str) -> Iterator[list[float]]:
     """Rows of a table in SI; the fields of its ``units`` are its columns, each of a quantity."""
     names, units = table.units.__struct_encode_fields__, structs.astuple(table.units)
-    for row in table.values:
+    for index, row in enumerate(table.values):
+        if index == 0:  # all rows have the same units: an unknown one is named at the first
+            for name, unit, quantity in zip(names, units, quantities, strict=True):
+                value_si(path, f"{place}.units.{name}", 0.0, unit, quantity)
         yield [
-            value_si(path, f"{place}.units.{name}", float(value), unit, quantity)
-            for name, unit, value, quantity in zip(names, units, row, quantities, strict=True)
+            to_si(float(value), unit, quantity) for value, unit, quantity in zip(row, units, quantities, strict=True)
         ]

@@ -64,17 +64,21 @@ def _drifts(before, after, w):
 
 
 @part
+def _dynamic_brake_does(train, cell, w, target):
+    """Whether the dynamic brake alone takes the train through a cell, from w to a target, at one effort."""
+    status, _, work = arc(train, cell.length_m, cell.grade_n, cell.air, w, target)
+    return status == OK and -work <= cell.length_m * mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
+
+
+@part
 def _regenerate(train, cell, w, lines, scratch, rows, n):
     """Slow down to b, or to the envelope if that is lower, where coasting would end above it: by the dynamic brake.
 
     All brakes only where that one would end above c, or leave the envelope.
     """
     target = min(lines.b, lines.top)
-    if _drifts(lines.before_b, target, w):
-        status, _, work = arc(train, cell.length_m, cell.grade_n, cell.air, w, target)
-        limit_n = mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
-        if status == OK and -work <= cell.length_m * limit_n:
-            return evenly(train, cell, w, target, rows, n)
+    if _drifts(lines.before_b, target, w) and _dynamic_brake_does(train, cell, w, target):
+        return evenly(train, cell, w, target, rows, n)
     braked = braked_w(train, DYNAMIC, cell, target, cell.length_m, scratch)
     if 0.0 < braked and w <= braked * (1.0 + ON_CURVE):  # 0: it passes the target even from a standstill
         if w > max(target, braked * (1.0 - _NEAR)):
@@ -225,7 +229,10 @@ def coast_through(train, regenerates, cell, w, lines, scratch, rows, n):
         if n > 0:
             rows.w[n - 1] = min(w, most)  # a rounding error above, and braking would be a sliver
         return n
-    if landed <= most * (1.0 + _NEAR):  # brakes for the last hand's breadth would be none that one applies
+    # Brakes for the last hand's breadth would be none that one applies, but a cell may be as short as that: by friction
+    # only the envelope is met.
+    near = landed <= most * (1.0 + _NEAR)
+    if near and (lines.top <= lines.b or _dynamic_brake_does(train, cell, w, most)):
         return evenly(train, cell, w, most, rows, n)
     if regenerates:
         return _regenerate(train, cell, w, lines, scratch, rows, n)
