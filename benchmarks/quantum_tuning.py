@@ -1,11 +1,11 @@
 """Equal tuning of all solvers, on instances that are not reported: ``python -m benchmarks.quantum_tuning``.
 
-Each solver on each encoding gets 16 settings (four penalties by four of its own; on efficiency unary takes seven
-penalties, because the largest of four won there), tried at one of the sizes of `TUNED_AT`, and then four efforts
-(sweeps, layers) at every reported size, always with the same number of attempts on the same instances. The score is
-the effort after which an attempt has succeeded with probability 99 %, as in Rønnow et al. (Science 345, 420, 2014),
-by the mean success over the instances: of four instances a median says little. A solver that no effort made succeed
-at a size is not run there.
+Each solver on each encoding gets 16 settings (four penalties by four of its own; on efficiency seven penalties,
+because the largest of four won there), tried at one of the sizes of `TUNED_AT`, and then four efforts (sweeps,
+layers) at every reported size, always with the same number of attempts on the same instances. The score is the effort
+after which an attempt has succeeded with probability 99 %, as in Rønnow et al. (Science 345, 420, 2014), by the mean
+success over the instances: of four instances a median says little. A solver that no effort made succeed at a size is
+not run there.
 """
 
 import csv
@@ -35,8 +35,8 @@ _LADDERS = ("beta=1..20:replicas=4", "beta=1..20:replicas=8", "beta=3..12:replic
 _TENURES = ("tenure=0.05", "tenure=0.1", "tenure=0.25", "tenure=0.5")
 _STEPS = ("step=0.4", "step=0.8", "step=1.2", "step=1.6")
 _PENALTIES = {"unary": (0.1, 0.2, 0.4, 0.8), "bits": (0.2, 0.4, 0.8, 1.6)}
-#: Further penalties, by family and encoding.
-_LARGER_PENALTIES = {("efficiency", "unary"): (1.6, 3.2, 6.4)}
+#: Further penalties of a family by encoding, where the largest of those had won.
+_LARGER_PENALTIES = {"efficiency": {"unary": (1.6, 3.2, 6.4), "bits": (3.2, 6.4, 12.8)}}
 _SWEEPS = tuple(f"sweeps={sweeps}" for sweeps in (100, 300, 1000, 3000))
 _LAYERS = tuple(f"layers={layers}" for layers in (3, 10, 32, 100))
 
@@ -56,7 +56,7 @@ class Tunable(NamedTuple):
 
     def words(self, family: str) -> Iterator[str]:
         """All settings on a family, without an effort."""
-        larger = _LARGER_PENALTIES.get((family, self.encoding), ())
+        larger = _LARGER_PENALTIES.get(family, {}).get(self.encoding, ())
         for penalty, setting in product((*_PENALTIES[self.encoding], *larger), self.settings):
             yield f"{self.word}:penalty={penalty}:{setting}"
 
