@@ -87,7 +87,10 @@ def test_results_of_one_name_are_numbered(tmp_path, capsys):
     assert [run["name"] for run in json.loads(capsys.readouterr().out)["runs"]] == ["result 1", "result 2"]
 
 
-@pytest.mark.parametrize("text", ["no JSON", "[]", '{"schema": "tgvdp.solve/1"}'])
+@pytest.mark.parametrize(
+    "text",
+    ["no JSON", "[]", '{"schema": "tgvdp.solve/1"}', '{"schema": "tgvdp.search/1", "method": "front", "trip": {}}'],
+)
 def test_files_that_are_no_results(tmp_path, capsys, text):
     (tmp_path / "result.json").write_text(text)
     assert main(["compare", str(tmp_path), "--out", str(tmp_path / "out")]) == 3

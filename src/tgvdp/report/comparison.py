@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import msgspec
 import numpy as np
 
 from tgvdp.errors import InputError
@@ -32,13 +33,39 @@ _COLORS = (palette.BLUE, palette.VERMILION, palette.GREEN, palette.PURPLE, palet
 _DASHES = ("-", "--", ":", "-.")
 
 
+class _Trip(msgspec.Struct):
+    train: str
+    track: str
+    origin_m: float
+    destination_m: float
+
+
+class _Energy(msgspec.Struct):
+    model: str
+
+
+class _Point(msgspec.Struct):
+    time_s: float
+    energy_kwh: float
+
+
+class _Result(msgspec.Struct):
+    """What is read of a result.json; all else that it holds passes."""
+
+    method: str
+    trip: _Trip
+    energy: _Energy
+    fastest: _Point
+    front: list[_Point]
+
+
 def read_result(folder: str | os.PathLike[str]) -> dict[str, Any]:
     """Read the result.json of a folder that ``tgvdp search`` has written, or such a file.
 
     Raises
     ------
     InputError
-        When there is none, or it is not of schema tgvdp.search/1.
+        When there is none, it is not of schema tgvdp.search/1, or lacks a field that is compared.
     """
     path = Path(folder)
     path = path / "result.json" if path.is_dir() else path
@@ -49,8 +76,12 @@ def read_result(folder: str | os.PathLike[str]) -> dict[str, Any]:
     except ValueError as error:
         raise InputError(f"{path}: is not JSON: {error}") from None
     schema = content.get("schema") if isinstance(content, dict) else None
-    if schema != SEARCH_SCHEMA or "trip" not in content:
+    if schema != SEARCH_SCHEMA:
         raise InputError(f"{path}: must be a result of this tgvdp, schema {SEARCH_SCHEMA}, got {schema!r:.40}")
+    try:
+        msgspec.convert(content, _Result)
+    except msgspec.ValidationError as error:
+        raise InputError(f"{path}: is no whole result: {error}") from None
     return dict(content)
 
 
