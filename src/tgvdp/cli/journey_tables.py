@@ -32,11 +32,16 @@ def front_table(result: "JourneyResult", content: Mapping[str, Any], bound: "Jou
         gaps = [f"{gap_pct[index]:.3f}" if math.isfinite(gap_pct[index]) else "–" for index in chosen]
         columns.append(column("gap", "%", 6, gaps))
     lines = ["  ".join(cells) for cells in zip(*columns, strict=True)]
-    lines.append(
-        f"{len(result.sections)} sections, fastest {duration(result.fastest_time_s)} without"
-        f" {len(result.sections) - 1} dwells of {result.options['dwell_s']:g} s"
-    )
-    return "\n".join(lines)
+    return "\n".join([*lines, _sections_line(result)])
+
+
+def _sections_line(result: "JourneyResult") -> str:
+    """How many sections there are, and what running times leave out."""
+    sections, dwells = len(result.sections), len(result.sections) - 1
+    line = f"{sections} section{'s' if dwells else ''}, fastest {duration(result.fastest_time_s)}"
+    if not dwells:
+        return line
+    return f"{line} without {dwells} dwell{'s' if dwells > 1 else ''} of {result.options['dwell_s']:g} s"
 
 
 def robustness_table(robustness: "Robustness") -> str:
