@@ -1,7 +1,6 @@
 """From a folder that ``tgvdp search``, ``journey`` or ``bench`` wrote to what the page shows."""
 
 import csv
-import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -13,6 +12,7 @@ from tgvdp.errors import InputError
 from tgvdp.explorer.exhibit import PROFILE_COLUMNS, Exhibit, search_exhibit
 from tgvdp.report.journeys import SCHEMA as JOURNEY_SCHEMA
 from tgvdp.report.tables import SCHEMA as SEARCH_SCHEMA
+from tgvdp.report.written import read_object, require_schema
 from tgvdp.runs.profile import REGIMES
 
 #: Columns of a benchmark that the page shows, by table.
@@ -41,7 +41,7 @@ def read_folder(folder: str) -> Exhibit:
     home = Path(folder)
     for name, read in _READERS.items():
         if (home / name).is_file():
-            return read(home, _object(home / name))
+            return read(home, read_object(home / name))
     if not home.is_dir():
         raise InputError(f"{folder}: no such folder")
     raise InputError(f"{folder}: holds none of {', '.join(_READERS)}, which search, journey and bench write")
@@ -52,7 +52,7 @@ def read_search(folder: str) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]
     home = Path(folder)
     if not (home / "result.json").is_file():
         return None
-    return _checked(home, _object(home / "result.json")), _profiles(home)
+    return _checked(home, read_object(home / "result.json")), _profiles(home)
 
 
 def _checked(home: Path, content: dict[str, Any]) -> dict[str, Any]:
@@ -61,31 +61,17 @@ def _checked(home: Path, content: dict[str, Any]) -> dict[str, Any]:
 
 
 def _require(path: Path, content: dict[str, Any], schema: str, fields: Sequence[str]) -> None:
-    given = content.get("schema")
-    if given != schema:
-        raise InputError(f"{path}: must be a result of this tgvdp, schema {schema}, got {given!r:.40}")
+    require_schema(path, content, schema)
     for name in fields:
         if name not in content:
             raise InputError(f"{path}: holds no {name}")
-
-
-def _object(path: Path) -> dict[str, Any]:
-    try:
-        content = json.loads(path.read_bytes())
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    except ValueError as error:
-        raise InputError(f"{path}: is not valid JSON: {error}") from None
-    if not isinstance(content, dict):
-        raise InputError(f"{path}: must hold an object")
-    return content
 
 
 def _search(home: Path, content: dict[str, Any]) -> Exhibit:
     _checked(home, content)
     trace = home / "trace.json"
     profiles = _profiles(home)
-    return search_exhibit(home.name, content, profiles, trace=_object(trace) if trace.is_file() else None)
+    return search_exhibit(home.name, content, profiles, trace=read_object(trace) if trace.is_file() else None)
 
 
 def _profiles(home: Path) -> dict[str, dict[str, Any]]:
@@ -141,7 +127,7 @@ def _cell(text: str) -> Any:
 
 def _plain(kind: str, home: Path, **held: Any) -> Exhibit:
     provenance = home / "provenance.json"
-    about = {"provenance": _object(provenance)} if provenance.is_file() else {}
+    about = {"provenance": read_object(provenance)} if provenance.is_file() else {}
     return Exhibit(home.name, msgspec.json.encode({"kind": kind, "name": home.name, **about, **held}))
 
 

@@ -16,6 +16,7 @@ from tgvdp.methods.costate.front import OptimalRuns
 from tgvdp.model.track import SpeedRestriction
 from tgvdp.model.trip import Trip
 from tgvdp.model.variants import restricted_track
+from tgvdp.runs.caps import lowest_cap_mps
 from tgvdp.runs.fastest import fastest_run
 
 #: Stretches that are capped, as shares of the section: next to where it stands, or with room to brake and speed up.
@@ -77,11 +78,8 @@ def _capped(
             return False
 
     top_mps = float(section.fastest.speed_mps.max())
-    bracket_mps = [(to_m - from_m) / time_s, top_mps]
-    while bracket_mps[1] > _LEAST_KNOWN * bracket_mps[0]:
-        cap_mps = math.sqrt(bracket_mps[0] * bracket_mps[1])
-        bracket_mps[is_possible(cap_mps)] = cap_mps
-    low_mps, high_mps = bracket_mps[1], top_mps
+    low_mps = lowest_cap_mps(is_possible, (to_m - from_m) / time_s, top_mps, _LEAST_KNOWN)
+    high_mps = top_mps
     best = _within(section, slow(low_mps), time_s, tolerance_s)
     while best is not None and high_mps > _KNOWN * low_mps:
         cap_mps = math.sqrt(low_mps * high_mps)

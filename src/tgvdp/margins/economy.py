@@ -32,6 +32,7 @@ from tgvdp.margins.linear import joints_of
 from tgvdp.margins.parts import Part, met
 from tgvdp.model.train import Train
 from tgvdp.physics.codes import BRAKING, COASTING
+from tgvdp.runs.caps import lowest_cap_mps
 from tgvdp.runs.fastest import envelope_of
 from tgvdp.runs.profile import Profile, profile_of
 
@@ -87,15 +88,7 @@ def _least_possible(part: Part, slow_mps: float, fast_mps: float) -> float:
             return False
         return True
 
-    if is_possible(slow_mps):
-        return slow_mps
-    while fast_mps > _KNOWN * slow_mps:
-        held_mps = math.sqrt(slow_mps * fast_mps)
-        if is_possible(held_mps):
-            fast_mps = held_mps
-        else:
-            slow_mps = held_mps
-    return fast_mps
+    return slow_mps if is_possible(slow_mps) else lowest_cap_mps(is_possible, slow_mps, fast_mps, _KNOWN)
 
 
 def coasting_ends_mps(train: Train, held_mps: float) -> float:

@@ -1,6 +1,5 @@
 """Several results side by side: the same margins, one table, one picture."""
 
-import json
 import os
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
@@ -15,6 +14,7 @@ from tgvdp.report import palette, style
 from tgvdp.report.plain import plain
 from tgvdp.report.tables import SCHEMA as SEARCH_SCHEMA
 from tgvdp.report.tables import saved_pct
+from tgvdp.report.written import read_object, require_schema
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
@@ -69,20 +69,13 @@ def read_result(folder: str | os.PathLike[str]) -> dict[str, Any]:
     """
     path = Path(folder)
     path = path / "result.json" if path.is_dir() else path
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
-    except ValueError as error:
-        raise InputError(f"{path}: is not JSON: {error}") from None
-    schema = content.get("schema") if isinstance(content, dict) else None
-    if schema != SEARCH_SCHEMA:
-        raise InputError(f"{path}: must be a result of this tgvdp, schema {SEARCH_SCHEMA}, got {schema!r:.40}")
+    content = read_object(path)
+    require_schema(path, content, SEARCH_SCHEMA)
     try:
         msgspec.convert(content, _Result)
     except msgspec.ValidationError as error:
         raise InputError(f"{path}: is no whole result: {error}") from None
-    return dict(content)
+    return content
 
 
 def names_of(contents: Sequence[Mapping[str, Any]], given: Sequence[str] = ()) -> list[str]:
