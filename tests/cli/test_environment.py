@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from tgvdp._jit.cache import key_folder
 from tgvdp.model import catalog
 
 
@@ -52,9 +53,11 @@ runpy.run_module("tgvdp", run_name="__main__")
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="no processes that are held to one core")
 def test_what_libraries_log_is_not_shown(tmp_path):
     """Matplotlib says where its caches are if not at home."""
+    environment = {name: text for name, text in os.environ.items() if name != "MPLCONFIGDIR"}
+    homeless = {"HOME": "/proc/none", "TGVDP_CACHE_DIR": str(key_folder().parent)}  # kernels stay where they are
     done = subprocess.run(
         [sys.executable, "-c", ALONE, *SEARCH, "--quiet"], cwd=tmp_path, capture_output=True, check=False, timeout=120,
-        env={name: text for name, text in os.environ.items() if name != "MPLCONFIGDIR"} | {"HOME": "/proc/none"},
+        env=environment | homeless,
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, b"")
 
