@@ -20,7 +20,7 @@ from tgvdp.line.cells import Cells, cells_of
 from tgvdp.line.resolved import resolve
 from tgvdp.model.track import POWERED
 from tgvdp.model.trip import Trip
-from tgvdp.physics.cell import cell_at, overrun, room_for_marches, room_for_rows
+from tgvdp.physics.cell import MOST_ROWS, cell_at, overrun, room_for_marches, room_for_rows
 from tgvdp.physics.codes import BRAKING, NO_BRAKE, NO_ROOM, OK, STALLED, TOO_FAST, TRACTION
 from tgvdp.physics.forces import KernelTrain, kernel_train, read_only, unpowered
 from tgvdp.physics.motion import march, net_force
@@ -34,6 +34,8 @@ from tgvdp.units import mps_to_kmh
 _FINE_ROWS = 10.0
 #: Rows of one march for which there is room at first.
 _SCRATCH = 32768
+#: How much more room there is for a run that found none; it is driven anew from its start.
+_GROWTH = 8
 #: Share of the traction effort that the slowest run keeps in hand, so that rounding and rows of other lengths do not
 #: stall it. Of the effort, not of the speed in each cell: it adds up to the same over a stretch, whatever the cells.
 _SPARE = 1e-3
@@ -188,7 +190,7 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
         if overrun(scratch):
             march_size *= 2
         elif status == NO_ROOM:
-            size *= 2
+            size = max(size + 1, min(_GROWTH * size, MOST_ROWS))
         else:
             break
     if status != OK:
