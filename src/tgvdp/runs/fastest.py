@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import entry, part
 from tgvdp.constants import FEASIBILITY_RTOL
-from tgvdp.errors import InfeasibleError
+from tgvdp.errors import InfeasibleError, NumericalError
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.line.resolved import resolve
 from tgvdp.model.track import POWERED
@@ -34,6 +34,9 @@ from tgvdp.units import mps_to_kmh
 _FINE_ROWS = 10.0
 #: Rows of one march for which there is room at first.
 _SCRATCH = 32768
+#: Largest acceleration by the starting effort. Rows of a train that takes off like a bullet are so short next to its
+#: balancing speed that a run has millions, and that rounding fails the replay; a real one has some m/s².
+_MOST_MPS2 = 1e5
 #: How much more room there is for a run that found none; it is driven anew from its start.
 _GROWTH = 8
 #: Share of the traction effort that the slowest run keeps in hand, so that rounding and rows of other lengths do not
@@ -234,7 +237,12 @@ def fastest_run(trip: Trip) -> Profile:
     ------
     InfeasibleError
         When no run obeys all limits.
+    NumericalError
+        When the train is too light for its effort, or the run takes too many rows.
     """
+    start_mps2 = trip.train.traction_limit.effort_n(0.0) / trip.train.inertia_kg
+    if start_mps2 > _MOST_MPS2:
+        raise NumericalError(f"it starts with {start_mps2:.3g} m/s², at most {_MOST_MPS2:g} can be computed")
     train = kernel_train(trip.train)._replace(rows=_FINE_ROWS)
     envelope = envelope_of(trip, cells_of(trip), train)
     return profile_of(trip, *follow(trip.train, resolve(trip), envelope.x_m, envelope.w))
