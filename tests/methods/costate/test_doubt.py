@@ -67,13 +67,13 @@ def test_halves_that_cost_more_are_no_answer(monkeypatch):
     question = front_on(Mesh.of(result.trip, result.fastest.profile, 1.0), result.fastest.time_s)
     cells = len(question.mesh.cells.length_m)
     assert len(Doubt().answered(question).mesh.cells.length_m) == 2 * cells
-    solved = Mesh.extremal
+    solved = Mesh.extremals
 
-    def dearer_on_halves(mesh, multiplier, counts):
-        extremal = solved(mesh, multiplier, counts)
-        return replace(extremal, energy_j=1.0003 * extremal.energy_j) if mesh is question.mesh.finer else extremal
+    def dearer_on_halves(mesh, multipliers, counts):
+        factor = 1.0003 if mesh is question.mesh.finer else 1.0
+        return [replace(one, energy_j=factor * one.energy_j) for one in solved(mesh, multipliers, counts)]
 
-    monkeypatch.setattr(Mesh, "extremal", dearer_on_halves)
+    monkeypatch.setattr(Mesh, "extremals", dearer_on_halves)
     assert len(Doubt().answered(question).mesh.cells.length_m) > 2 * cells
 
 
@@ -86,3 +86,17 @@ def test_an_extremal_that_a_run_undercuts_halves_all_cells_until_they_may_not_be
     runs[2] = runs[2]._replace(energy_j=0.99 * runs[2].energy_j)
     assert not doubt.is_settled(front, runs)
     assert doubt.is_settled(front, runs)
+
+
+def test_extremals_that_are_solved_together_are_those_solved_one_by_one():
+    result = tgvdp.search(TRAIN, hills(5), points=2)
+    mesh = Mesh.of(result.trip, result.fastest.profile, 1.0)
+    multipliers = [share * mesh.usual_multiplier for share in (2.0, 1.0, 0.5)]
+    together_counts, counts = ({"extremals": 0, "runs": 0, "costates": 0} for _ in range(2))
+    together = mesh.extremals(multipliers, together_counts)
+    for multiplier, one in zip(multipliers, together, strict=True):
+        alone = mesh.extremal(multiplier, counts)
+        assert (one.multiplier, one.time_s, one.energy_j) == (multiplier, alone.time_s, alone.energy_j)
+        assert (one.switch == alone.switch).all()
+        assert (one.passed == alone.passed).all()
+    assert together_counts == counts

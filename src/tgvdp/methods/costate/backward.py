@@ -130,8 +130,10 @@ def _step(train, returned, cells, k, price, held_w, held_brake_w, low, fast, flo
 
 
 @entry
-def switching_speeds(train, returned, cells, low, fast, end_w, multiplier, tolerance, typical_m, floor_w, policy, room):
-    """Backward pass: the optimal switching speeds a, a', b and c for one multiplier.
+def switching_speeds(
+    train, returned, cells, low, fast, end_w, multipliers, tolerances, typical_m, floor_w, policies, room
+):
+    """Backward pass: the optimal switching speeds a, a', b and c for some multipliers, one after the other.
 
     Full traction below the line of switching, which ends each cell at a; coasting above it, from the cell's start on to
     a' or more; full dynamic braking above b ≥ a, all brakes above c ≥ b. In a neutral section they mean nothing. All
@@ -148,26 +150,41 @@ def switching_speeds(train, returned, cells, low, fast, end_w, multiplier, toler
         Slowest and fastest feasible squared speed at each station, m²/s².
     end_w : float
         Squared speed at the destination.
-    multiplier : float
+    multipliers : (m,) float64
         λ per unit of inertia, J/(s·kg).
-    tolerance : float
+    tolerances : (m,) float64
         Error of p allowed by thinning in a cell of ``typical_m``.
     typical_m : float
         Typical cell length, m.
     floor_w : float
         Below this squared speed the polyline is not carried.
-    policy : (K + 1, 4) float64, modified in place
+    policies : (m, K + 1, 4) float64, modified in place
         Squared switching speeds a, a', b and c for the station at the end of each cell.
     room : (6, size) float64
         Scratch for the polyline, and for rows; `ROOM` points are plenty.
 
     Returns
     -------
-    status : int
-        OK or CROWDED.
+    done : int
+        Multipliers that are solved: all, or those before one that is CROWDED.
     points : int
         Points carried in all, the work done.
     """
+    points = 0
+    for i in range(multipliers.shape[0]):
+        status, carried = _solve(
+            train, returned, cells, low, fast, end_w, multipliers[i], tolerances[i], typical_m, floor_w, policies[i],
+            room,
+        )  # fmt: skip
+        points += carried
+        if status != OK:
+            return i, points
+    return multipliers.shape[0], points
+
+
+@part
+def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typical_m, floor_w, policy, room):
+    """Fill in the ``policy`` of one multiplier, (K + 1, 4); returns OK or CROWDED, and the points carried."""
     count = cells.length_m.shape[0]
     line = Polyline(room[0], room[1])
     images = Polyline(room[2], room[3])

@@ -7,6 +7,7 @@ their policies that drives worse than that is refused, for an extremal to be sol
 import math
 
 from tgvdp._jit import entry, leaf, part
+from tgvdp.methods.costate.blend import Blend
 from tgvdp.methods.costate.extremal import foretell
 from tgvdp.methods.costate.forward import drive_blend, find_rides
 from tgvdp.physics.cell import Rows
@@ -98,10 +99,12 @@ def _meet(train, tables, course, blend, ends, samples, known, target_s, toleranc
 
 @entry
 def drive(
-    train, tables, course, start_w, blend, ends, loss, least_loss_j, samples, known, targets, tolerance_s, rows,
-    stored, scratch, runs,
+    train, tables, course, start_w, policies, passed, blend, ends, loss, least_loss_j, samples, known, targets,
+    tolerance_s, rows, stored, scratch, runs,
 ):  # fmt: skip
-    """Drive blends of two policies through the whole trip that take given times, one after the other.
+    """Drive through the whole trip: policies one after the other, or blends of two that take given times.
+
+    Both in one kernel, for most of it is what drives.
 
     Parameters
     ----------
@@ -111,6 +114,10 @@ def drive(
     course : Course
     start_w : float
         Squared speed at the origin.
+    policies : (m, K + 1, 4) float64
+        Each is driven in place of the one before it; where there are none, blends are driven.
+    passed : (m, K + 1, 3) float64, modified in place
+        Squared speed, running time and energy at each station.
     blend : Blend
         Of the policies of the two extremals.
     ends : (6,) float64
@@ -120,8 +127,7 @@ def drive(
         so much, but no more than a faster one; an infinite loss refuses no run, nor does an infinite multiplier of the
         first extremal.
     samples : (S, 2) float64, modified in place
-        Shares of the second policy and running times of ``known`` blends, in order. Of a single one the share is
-        driven, whatever time it takes.
+        Shares of the second policy and running times of ``known`` blends, in order.
     known : int
     targets : (n,) float64
         Running times that are wanted, s.
@@ -132,13 +138,13 @@ def drive(
     stored : int
         Rows that are taken already.
     scratch : Rows
-    runs : (n, 7) float64, modified in place
-        `RUN_COLUMNS` of each target's run; of a time that is not met, the run next to it.
+    runs : (m or n, 7) float64, modified in place
+        `RUN_COLUMNS` of each policy's or target's run; of a time that is not met, the run next to it.
 
     Returns
     -------
     done : int
-        Targets done before the kernel ended.
+        Policies or targets done before the kernel ended.
     status : int
         OK, or why it ended at the next one: NO_ROOM, NOT_MET or NOT_KEPT.
     known : int
@@ -148,7 +154,19 @@ def drive(
     """
     if course.stays[0] < 0:
         find_rides(train, tables, course)
-    driven = 0
+    for i in range(policies.shape[0]):
+        policy = policies[i]
+        run = runs[i]
+        rows.x[0] = 0.0
+        rows.w[0] = start_w
+        n, run[2], run[3] = drive_blend(train, tables, course, Blend(policy, policy, policy), 0.0, scratch, rows)
+        if n < 0:
+            return i, NO_ROOM, known, i + 1
+        run[1] = n
+        for k in range(passed.shape[1]):
+            for column in range(passed.shape[2]):
+                passed[i, k, column] = course.passed[k, column]
+    driven = policies.shape[0]
     for i in range(targets.shape[0]):
         if stored >= rows.x.shape[0]:
             return i, NO_ROOM, known, driven
@@ -156,27 +174,21 @@ def drive(
         free.x[0] = 0.0
         free.w[0] = start_w
         run = runs[i]
-        met = True
-        if known == 1:
-            n, run[2], run[3] = drive_blend(train, tables, course, blend, samples[0, 0], scratch, free)
-            driven += 1
-        else:
-            n, known, tried, met = _meet(
-                train, tables, course, blend, ends, samples, known, targets[i], tolerance_s, scratch, free, run,
-            )  # fmt: skip
-            driven += tried
+        n, known, tried, met = _meet(
+            train, tables, course, blend, ends, samples, known, targets[i], tolerance_s, scratch, free, run
+        )
+        driven += tried
         if n < 0:
             return i, NO_ROOM, known, driven
         if not met:
             return i, NOT_MET, known, driven
-        if known > 1:
-            foretold = _foretell(ends, run[2])
-            run[4] = foretold.multiplier
-            faster_j = runs[i - 1, 3] if i > 0 else ends[1]
-            dearest_j = min(foretold.energy_j + max(loss * run[3], least_loss_j), faster_j)
-            if ends[2] < math.inf and loss < math.inf and run[3] > dearest_j:
-                return i, NOT_KEPT, known, driven
+        foretold = _foretell(ends, run[2])
+        run[4] = foretold.multiplier
+        faster_j = runs[i - 1, 3] if i > 0 else ends[1]
+        dearest_j = min(foretold.energy_j + max(loss * run[3], least_loss_j), faster_j)
+        if ends[2] < math.inf and loss < math.inf and run[3] > dearest_j:
+            return i, NOT_KEPT, known, driven
         run[0] = stored
         stored += n
         run[1] = stored
-    return targets.shape[0], OK, known, driven
+    return max(policies.shape[0], targets.shape[0]), OK, known, driven

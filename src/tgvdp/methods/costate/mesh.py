@@ -1,6 +1,7 @@
 """The mesh of the front method: multipliers are solved by the costate program on it, and runs are driven."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -42,8 +43,10 @@ _MARCH_ROWS = 4096
 _FLOOR = 1e-4
 #: Memory of a cell, B: its columns twice, the rows of a run through it, and the policies of thirty extremals.
 _CELL_B = 2000.0
+_NO_POLICIES = np.empty((0, 0, 0))
+_NO_BLEND = Blend(*np.empty((3, 0, 4)))
 _NO_ENDS = np.full(6, np.inf)
-_NO_TARGET = np.full(1, np.nan)
+_NO_TIMES = np.empty(0)
 
 
 class Run(NamedTuple):
@@ -80,7 +83,6 @@ class _Scratch:
         self.kept, self.stored = Rows(*np.empty((2, 0))), 0
         self.march = room_for_marches(_MARCH_ROWS)
         self.samples = np.empty((SAMPLES, 2))
-        self.run = np.empty((1, RUN_COLUMNS))
         self.costates = np.empty((6, costate.ROOM))
 
     def double_march(self) -> None:
@@ -154,21 +156,20 @@ class Mesh:
         """The mesh with all of its cells cut in two."""
         return self.halved(np.ones(len(self.cells.length_m), dtype=np.bool_))
 
-    def _switching_speeds(self, multiplier: float, counters: dict[str, int]) -> NDArray[np.float64]:
-        """Optimal squared switching speeds, (K + 1, 4), for a multiplier in J/s."""
-        inertia_kg = self.train.inertia_kg
-        switch = np.empty_like(self.flat_out)
-        tolerance = _TOLERANCE * min(1.0, multiplier / self.usual_multiplier)
-        status, points = costate.switching_speeds(
+    def _switching_speeds(
+        self, multipliers: NDArray[np.float64], policies: NDArray[np.float64], counters: dict[str, int]
+    ) -> None:
+        """Fill in optimal squared switching speeds, (m, K + 1, 4), for multipliers in J/s, (m,)."""
+        done, points = costate.switching_speeds(
             self.unit_train, self.tables.regeneration / self.tables.traction, self.unit_cells, self.low, self.fast,
-            self.trip.end_speed_mps**2, multiplier / (self.tables.traction * inertia_kg), tolerance, self.typical_m,
-            self.floor_w, switch, self.scratch.costates,
+            self.trip.end_speed_mps**2, multipliers / (self.tables.traction * self.train.inertia_kg),
+            _TOLERANCE * np.minimum(1.0, multipliers / self.usual_multiplier), self.typical_m, self.floor_w, policies,
+            self.scratch.costates,
         )  # fmt: skip
-        counters["extremals"] += 1
+        counters["extremals"] += len(multipliers)
         counters["costates"] += points
-        if status != OK:
-            raise NumericalError(f"the costate program lost its way at λ = {multiplier:g} J/s (status {status})")
-        return switch
+        if done < len(multipliers):
+            raise NumericalError(f"the costate program lost its way at λ = {multipliers[done]:g} J/s: too many points")
 
     @cached_property
     def course(self) -> Course:
@@ -180,23 +181,31 @@ class Mesh:
         return Course(self.cells, self.low, self.fast, fastest, row, np.full(count, -1), ride, passed)
 
     def drive(self, policy: NDArray[np.float64], counters: dict[str, int]) -> tuple[int, float, float]:
-        """Drive a policy into `rows`; returns rows, running time in s, energy in J."""
+        """Drive a policy, (K + 1, 4), into `rows`; returns rows, running time in s, energy in J."""
+        n, time_s, energy_j = self._driven(policy[np.newaxis], counters)[0][0, 1:4].tolist()
+        return int(n), time_s, energy_j
+
+    def _driven(
+        self, policies: NDArray[np.float64], counters: dict[str, int]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Drive policies, (m, K + 1, 4), each into `rows`; returns their runs and what they passed, as `drive` does."""
         scratch = self.scratch
-        scratch.samples[0, 0] = 0.0
-        while True:
-            _, status, _, driven = drive(
-                self.train, self.tables, self.course, self.trip.start_speed_mps**2, Blend(policy, policy, policy),
-                _NO_ENDS, math.inf, 0.0, scratch.samples, 1, _NO_TARGET, 0.0, scratch.rows, 0, scratch.march,
-                scratch.run,
+        runs, passed = np.empty((len(policies), RUN_COLUMNS)), np.empty((*policies.shape[:2], 3))
+        first = 0
+        while first < len(policies):
+            done, status, _, driven = drive(
+                self.train, self.tables, self.course, self.trip.start_speed_mps**2, policies[first:], passed[first:],
+                _NO_BLEND, _NO_ENDS, math.inf, 0.0, scratch.samples, 0, _NO_TIMES, 0.0, scratch.rows, 0, scratch.march,
+                runs[first:],
             )  # fmt: skip
             counters["runs"] += driven
             if overrun(scratch.march):
                 scratch.double_march()
-            elif status == OK:
-                n, time_s, energy_j = scratch.run[0, 1:4].tolist()
-                return int(n), time_s, energy_j
-            else:
+                continue
+            first += done
+            if status != OK:
                 scratch.rows = room_for_rows(2 * len(scratch.rows.x))
+        return runs, passed
 
     def meet(
         self,
@@ -217,7 +226,7 @@ class Mesh:
         while True:
             rows = scratch.kept
             done, status, interval.known, driven = drive(
-                self.train, self.tables, self.course, self.trip.start_speed_mps**2,
+                self.train, self.tables, self.course, self.trip.start_speed_mps**2, _NO_POLICIES, _NO_POLICIES,
                 interval.blend, interval.ends, loss, least_loss_j, interval.samples,
                 interval.known, target_s[len(found) :], tolerance_s, rows, scratch.stored, scratch.march, runs,
             )  # fmt: skip
@@ -239,11 +248,23 @@ class Mesh:
 
     def extremal(self, multiplier: float, counters: dict[str, int]) -> Extremal:
         """Solve and drive one multiplier, J/s; infinite is the fastest run, full traction up to the envelope."""
-        switch = self.flat_out if math.isinf(multiplier) else self._switching_speeds(multiplier, counters)
-        _, time_s, energy_j = self.drive(switch, counters)
-        if not math.isfinite(time_s):
-            raise NumericalError(f"the train of the costate program stalls at λ = {multiplier:g} J/s")
-        return Extremal(multiplier, switch, time_s, energy_j, self.course.passed.copy())
+        return self.extremals([multiplier], counters)[0]
+
+    def extremals(self, multipliers: Sequence[float], counters: dict[str, int]) -> list[Extremal]:
+        """Solve and drive multipliers, J/s, which are all finite or all infinite."""
+        if math.isinf(multipliers[0]):
+            policies = self.flat_out[np.newaxis]
+        else:
+            policies = np.empty((len(multipliers), *self.flat_out.shape))
+            self._switching_speeds(np.array(multipliers), policies, counters)
+        runs, passed = self._driven(policies, counters)
+        found = []
+        for multiplier, switch, run, at in zip(multipliers, policies, runs.tolist(), passed, strict=True):
+            _, _, time_s, energy_j, *_ = run
+            if not math.isfinite(time_s):
+                raise NumericalError(f"the train of the costate program stalls at λ = {multiplier:g} J/s")
+            found.append(Extremal(multiplier, switch, time_s, energy_j, at))
+        return found
 
 
 def _envelope(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
