@@ -47,8 +47,12 @@ class Piecewise(NamedTuple):
     @classmethod
     def constant(cls, value: float, length_m: float) -> "Piecewise":
         """Build a function that has one value from 0 to a length."""
-        values = np.array([value])
-        return cls.of(np.array([0.0, length_m]), values, values, values)
+        return cls(np.array([0.0, length_m]), np.array([[value, 0.0, 0.0]]), np.array([0.0, value * length_m]))
+
+    @property
+    def is_even(self) -> bool:
+        """Whether it is constant within each piece."""
+        return not self.coefficient[:, 1:].any()
 
     def piece_at(self, x_m: Floats) -> NDArray[np.int64]:
         """Piece that holds each position, at a knot the one that starts there; beyond the ends the nearest."""
@@ -73,6 +77,8 @@ class Piecewise(NamedTuple):
 
     def ends(self) -> tuple[Floats, Floats, Floats]:
         """Values of each piece at its left end, its middle and its right end."""
+        if self.is_even:
+            return (self.coefficient[:, 0],) * 3
         h = np.diff(self.knot_m)
         c0, c1, c2 = self.coefficient.T
         return c0, c0 + 0.5 * h * (c1 + 0.5 * h * c2), c0 + h * (c1 + h * c2)

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from tgvdp.line.piecewise import Floats, Piecewise, as_table
 from tgvdp.line.resistance import curve_permil, gradient_permil, tunnel_drag
-from tgvdp.model.convention import Convention
 from tgvdp.model.track import LOWERED, NEUTRAL, POWERED, Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
@@ -109,10 +108,11 @@ def resolve(trip: Trip) -> ResolvedLine:
     def limit_of(at_m: Floats) -> Floats:
         return np.minimum(_limit_mps(limits, origin_m + at_m, reach_m), train.max_speed_mps)
 
-    even = all(bool((function.coefficient[:, 1:] == 0.0).all()) for function in (force, drag))
-    break_m = _merged(np.unique(np.concatenate(breaks)), distance_m)
+    even = force.is_even and drag.is_even
+    break_m = _merged(np.sort(np.concatenate(breaks)), distance_m)
     if not even:
-        break_m = _merged(np.union1d(break_m, _turns(train, force, drag, break_m, limit_of)), distance_m)
+        turns_m = _turns(train, force, drag, break_m, limit_of)
+        break_m = _merged(np.sort(np.concatenate((break_m, turns_m))), distance_m)
     middle_m = 0.5 * (break_m[:-1] + break_m[1:])
     grade_n, air = (
         function.on(function.piece_at(middle_m), middle_m) if even else function.mean(break_m[:-1], break_m[1:])
@@ -126,23 +126,36 @@ def resolve(trip: Trip) -> ResolvedLine:
 
 def _resistance(trip: Trip) -> tuple[Piecewise, Piecewise]:
     """Force of gradients and curves, N, and coefficient of v², N/(m/s)², over the head's position from the origin."""
-    force, drag = _whole(trip.train, trip.track, trip.convention)
-    return force.between(trip.origin_m, trip.destination_m), drag.between(trip.origin_m, trip.destination_m)
+    train, track, convention = trip.train, trip.track, trip.convention
+    over_m = train.length_m if convention.mass_model == "strip" else 0.0
+    permil = _section_permil(track, convention.curves, over_m, trip.origin_m, trip.destination_m)
+    if convention.tunnels and track.tunnels:
+        drag = _whole_drag(train, track, over_m).between(trip.origin_m, trip.destination_m)
+    else:
+        drag = Piecewise.constant(train.davis_c_n_per_mps2, trip.distance_m)
+    return permil.scaled(train.mass_kg * convention.gravity_mps2 / 1000.0), drag
+
+
+@lru_cache(maxsize=16)
+def _section_permil(track: Track, curves: str, over_m: float, from_m: float, to_m: float) -> Piecewise:
+    """Gradients and curves of a section, ‰, averaged over a train's length: many trains may run there."""
+    return _whole_permil(track, curves, over_m).between(from_m, to_m)
 
 
 @lru_cache(maxsize=4)
-def _whole(train: Train, track: Track, convention: Convention) -> tuple[Piecewise, Piecewise]:
+def _whole_permil(track: Track, curves: str, over_m: float) -> Piecewise:
     """The same over a whole track, which the sections of a journey share."""
     permil = gradient_permil(track)
-    if convention.curves != "none":
-        permil = permil.plus(curve_permil(track, convention.curves))
-    force = permil.scaled(train.mass_kg * convention.gravity_mps2 / 1000.0)
-    drag = Piecewise.constant(train.davis_c_n_per_mps2, track.length_m)
-    if convention.tunnels and track.tunnels:
-        drag = drag.plus(tunnel_drag(train, track))
-    if convention.mass_model == "strip" and train.length_m > 0.0:
-        force, drag = force.mean_behind(train.length_m), drag.mean_behind(train.length_m)
-    return force, drag
+    if curves != "none":
+        permil = permil.plus(curve_permil(track, curves))
+    return permil.mean_behind(over_m) if over_m > 0.0 else permil
+
+
+@lru_cache(maxsize=4)
+def _whole_drag(train: Train, track: Track, over_m: float) -> Piecewise:
+    """Coefficient of v² over a whole track with tunnels, N/(m/s)², averaged over a train's length."""
+    drag = Piecewise.constant(train.davis_c_n_per_mps2, track.length_m).plus(tunnel_drag(train, track))
+    return drag.mean_behind(over_m) if over_m > 0.0 else drag
 
 
 def _steps(trip: Trip, force: Piecewise, drag: Piecewise, top_mps: float) -> list[Floats]:
@@ -169,7 +182,7 @@ def _turns(
 
 
 def _merged(break_m: Floats, distance_m: float) -> Floats:
-    """Breaks within the trip and its two ends, those that are one in rounding only once."""
+    """Breaks in order, within the trip, and its two ends; those that are one in rounding only once."""
     gap_m = SAME_POSITION * distance_m
     inside_m = np.concatenate(([0.0], break_m[(break_m > 0.0) & (break_m < distance_m - gap_m)]))
     return np.append(inside_m[np.diff(inside_m, prepend=-np.inf) > gap_m], distance_m)
