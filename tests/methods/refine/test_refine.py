@@ -161,7 +161,7 @@ def test_a_map_with_idle_losses_punishes_partial_effort():
         assert replay(EFFICIENT_HILLS, profile_of(EFFICIENT_HILLS, *lossy.rows(index))).ok
         assert lossy.energy_j[index] > plain.energy_j[index]
         late_j = lossy.multiplier_j_per_s[index] * (lossy.duration_s - plain.duration_s)[index]
-        assert lossy.energy_j[index] + late_j < (plain.energy_j[index] + 3e5 * pulling_s(plain, index)) * (1.0 + 1e-4)
+        assert lossy.energy_j[index] + late_j < (plain.energy_j[index] + 3e5 * pulling_s(plain, index)) * (1.0 + 2e-4)
         assert pulling_s(lossy, index) < pulling_s(plain, index) * (1.0 if index == 0 else 1.01)
 
 

@@ -202,7 +202,9 @@ def drive_blend(train, tables, course, blend, share, scratch, rows):
                 lines = Lines(before_a, before_b, before_top, a, max(coasts, bottom), b, max(b, c), top)
                 n = drive_cell(train, tables.regeneration > 0.0, cell, w, lines, scratch, rows, n)
             else:
-                n = coast_through(here, False, cell, w, Lines(top, top, top, top, top, top, top, top), scratch, rows, n)
+                landed = coast(here, cell, cell.length_m, w)
+                lines = Lines(top, top, top, top, top, top, top, top)
+                n = coast_through(here, False, cell, w, landed, lines, scratch, rows, n)
             if n > first + 1:
                 n = drop_slivers(rows, first, n, cell.length_m)
             if n > 0:

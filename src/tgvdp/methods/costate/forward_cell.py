@@ -143,15 +143,16 @@ def _drive_to_line(train, cell, w, line, slope, top, rows, n):
 
 
 @part
-def _coast_to_line(train, cell, w, line, slope, rows, n):
+def _coast_to_line(train, cell, w, landed, line, slope, rows, n):
     """Append coasting from above the line of switching down to it, if it is met, and if traction can follow it.
 
-    Returns the rest of the cell, the squared speed and the number of rows.
+    ``landed`` is where coasting through the whole cell leads. Returns the rest of the cell, the squared speed and the
+    number of rows.
     """
     length = cell.length_m
     end_w = line + slope * length
     above = w - line
-    below = end_w - coast(train, cell, length, w)
+    below = end_w - landed
     if below <= 0.0:
         return length, w, n
     bracket = Bracket(0.0, length, -above, below, 0)
@@ -163,13 +164,13 @@ def _coast_to_line(train, cell, w, line, slope, rows, n):
             break
         bracket = narrowed(bracket, x, below)
     first = n
-    landed = w
+    met_w = w
     parts = rows_needed(train, cell.air, x, w, line + slope * x)
     for i in range(1, parts + 1):
-        landed = coast(train, cell, x / parts, landed)
-        n = append(cell.start_m + i * x / parts, landed, rows, n)
-    if pull(train, rest_of(cell, cell.start_m + x, length - x), landed, end_w) < math.inf:
-        return length - x, landed, n
+        met_w = coast(train, cell, x / parts, met_w)
+        n = append(cell.start_m + i * x / parts, met_w, rows, n)
+    if pull(train, rest_of(cell, cell.start_m + x, length - x), met_w, end_w) < math.inf:
+        return length - x, met_w, n
     return length, w, first
 
 
@@ -197,30 +198,37 @@ def drive_cell(train, regenerates, cell, w, lines, scratch, rows, n):
     a = lines.a
     line = _line_before(train, cell, lines)
     slope = (a - line) / cell.length_m
-    rest = cell.length_m
+    length = cell.length_m
+    rest = length
+    landed = math.nan
     if w < line * (1.0 - _NEAR):
         rest, w, n = _drive_to_line(train, cell, w, line, slope, lines.top, rows, n)
         if rest <= 0.0:
             return n
     elif w > line * (1.0 + _NEAR):
-        rest, w, n = _coast_to_line(train, cell, w, line, slope, rows, n)
+        landed = coast(train, cell, length, w)
+        rest, w, n = _coast_to_line(train, cell, w, landed, line, slope, rows, n)
     if n < 0:
         return n
     cell = rest_of(cell, cell.end_m - rest, rest)
+    if rest != length or math.isnan(landed):
+        landed = coast(train, cell, rest, w)
     aim = min(a, lines.top)
-    if coast(train, cell, rest, w) > aim:
-        return coast_through(train, regenerates, cell, w, lines, scratch, rows, n)
+    if landed > aim:
+        return coast_through(train, regenerates, cell, w, landed, lines, scratch, rows, n)
     if pull(train, cell, w, aim) < math.inf:
         return evenly(train, cell, w, aim, rows, n)
     return saturated(train, TRACTION, cell, w, math.inf, rows, n)[2]
 
 
 @part
-def coast_through(train, regenerates, cell, w, lines, scratch, rows, n):
-    """Append the rows of one cell from w: coasting, and braking where that would end above b or the envelope."""
+def coast_through(train, regenerates, cell, w, landed, lines, scratch, rows, n):
+    """Append the rows of one cell from w: coasting, and braking where that would end above b or the envelope.
+
+    ``landed`` is where coasting leads.
+    """
     rest = cell.length_m
     most = min(lines.b, lines.top)
-    landed = coast(train, cell, rest, w)
     if landed <= most * (1.0 + ON_CURVE):
         parts = rows_needed(train, cell.air, rest, w, landed)
         for i in range(1, parts + 1):

@@ -14,7 +14,7 @@ from tgvdp.runs.braking_point import braked_w, drive_then_brake
 
 #: Coasting and partial effort take so many rows in a cell that their constant accelerations miss the duration by this
 #: share, as those under full traction do over a run; at most ...
-_TIME_RTOL = 1e-6
+_TIME_RTOL = 2e-6
 _MOST_ROWS = 12.0
 #: ... in so many sweeps, each of which corrects the effort of all rows by what the last one would have to make up for.
 _EFFORT_SWEEPS = 3
