@@ -27,6 +27,16 @@ def test_pictures_by_name(result):
         result.plot("pie")
 
 
+def test_the_point_without_delay_is_the_fastest_run(result):
+    assert result.profile(0) is result.fastest.profile
+    assert [result.row_count(index) for index in range(5)] == [
+        len(result.profile(index).position_m) for index in range(5)
+    ]
+    alone = tgvdp.search("tgv", "flat-100km", destination_m=5000.0, at_margin=(0.0,)).certify()
+    assert alone.complete and alone.gap_pct.tolist() == [0.0]
+    assert alone.at(alone.fastest_s) == alone.fastest_j
+
+
 def test_notebooks_show_a_picture_and_a_table(result):
     page = result._repr_html_()
     assert "data:image/png;base64," in page

@@ -47,6 +47,16 @@ def test_failures_name_the_figures_that_are_unusual():
         raise MemoryError
 
 
+def test_a_train_that_takes_off_like_a_bullet_is_refused():
+    """Its fastest run has two million rows on a real line, and fails the replay."""
+    light = replace(TRAIN, mass_kg=1e-6 * TRAIN.mass_kg)
+    with pytest.raises(InputError, match=r"cannot be computed: train .*: mass .*it starts with .* m/s², at most"):
+        tgvdp.search(light, TRACK, points=2)
+    tgv = tgvdp.load_train("tgv")
+    result = tgvdp.search(replace(tgv, mass_kg=1e-3 * tgv.mass_kg), TRACK, points=2)
+    assert all(verdict.ok for verdict in result.verify())
+
+
 def test_failures_of_usual_figures_are_faults():
     usual = replace(TRAIN, braking=tgvdp.EffortCurve.from_caps(0.0), friction_brake_n=TRAIN.mass_kg)
     with pytest.raises(NumericalError, match=r"divide by zero.*please report"), sensible_numbers(trip_of(usual)):

@@ -26,10 +26,11 @@ _NAMES = ("chromium", "chromium-browser", "google-chrome")
 
 
 def await_address(page, part: str) -> None:
-    """Wait until the address holds a part; the page's own policy forbids to ask it by a script."""
+    """Wait until the address holds a part, and the page shows what it says."""
     from playwright.sync_api import expect
 
-    expect(page).to_have_url(re.compile(re.escape(part)), timeout=30_000)
+    expect(page).to_have_url(re.compile(re.escape(part)), timeout=30_000)  # a policy of the page forbids scripts to ask
+    expect(page.locator("[aria-busy='true']")).to_have_count(0, timeout=30_000)
 
 
 def executable() -> str:

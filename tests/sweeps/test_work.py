@@ -1,6 +1,7 @@
 """Workers and batches: who compiles, who is refused, how long batches are, and what is said of how far it is."""
 
 import itertools
+import os
 import pickle
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from tgvdp.cli.screen import Screen
 from tgvdp.cli.sweep import teller
 from tgvdp.sweeps import run
 from tgvdp.sweeps.batches import BATCH_S, Batches
+from tgvdp.sweeps.cluster import Cluster, connected
 from tgvdp.sweeps.scenario import Task
 from tgvdp.sweeps.work import solve, solve_batch
 
@@ -114,3 +116,16 @@ def test_nothing_is_said_elsewhere(capsys, progress):
     with Screen(quiet=True) as screen:
         teller(screen)(progress)
     assert capsys.readouterr().err == ""
+
+
+def _malloc() -> dict[str, str]:
+    return {name: size_b for name, size_b in os.environ.items() if name.startswith("MALLOC_")}
+
+
+def test_workers_keep_their_memory_for_the_next_front():
+    """Both are needed: glibc takes the least size of an array that it maps anew as fixed once one of them is set."""
+    pytest.importorskip("distributed")
+    with connected(Cluster(workers=1)) as client:
+        kept = client.submit(_malloc).result()
+    assert int(kept["MALLOC_MMAP_THRESHOLD_"]) >= 16 << 20
+    assert int(kept["MALLOC_TRIM_THRESHOLD_"]) > int(kept["MALLOC_MMAP_THRESHOLD_"])

@@ -120,8 +120,22 @@ def _cached(function: _Function, compiled: Any) -> _Function:
         except OSError as error:  # no home folder, or sources that are no files
             warn_uncached(str(error))
         compile_ = _pipeline().quick_compilation(compiled.compile) if shortened() else compiled.compile
-        compiled.compile = _stopwatch(_interrupt_hold(compile_))
+        compiled.compile = _stopwatch(_after_others(compiled, _interrupt_hold(compile_)))
     return cast(_Function, compiled)
+
+
+def _after_others(compiled: Any, compile_: _Function) -> _Function:
+    """Compile or load a kernel once another process has done what it was asked to; Ctrl-C ends the waiting."""
+
+    @functools.wraps(compile_)
+    def compile_after_others(*args: Any, **kwargs: Any) -> Any:
+        cache = compiled._cache
+        if isinstance(cache, KernelCache) and cache.wait_for_it is not None:
+            wait, cache.wait_for_it = cache.wait_for_it, None
+            wait()
+        return compile_(*args, **kwargs)
+
+    return cast(_Function, compile_after_others)
 
 
 def kernel(function: _Function) -> _Function:
@@ -159,6 +173,7 @@ def entry(function: _Function) -> _Function:
             known.clear()
         return result
 
+    cast(Any, call)._cache = compiled._cache
     return cast(_Function, call)
 
 

@@ -212,6 +212,8 @@ class KernelCache(FunctionCache):
     """The cache of one kernel: never the reason why a program fails."""
 
     _impl_class = _CheckedImpl
+    #: Where another process fills it: waits until that is done.
+    wait_for_it: Callable[[], object] | None = None
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         # A damaged pickle may raise anything at all. None makes the dispatcher compile and save afresh. The public

@@ -56,3 +56,8 @@ def is_missing(kernel: Any) -> bool:
     """Whether a kernel has to be compiled and there is a cache to keep it."""
     cache = getattr(kernel, "_cache", None)
     return isinstance(cache, KernelCache) and not cache.is_filled()
+
+
+def leave_to_another(kernel: Any, wait: Callable[[], object]) -> None:
+    """Have another process compile a kernel that `is_missing`: who calls it here waits until that is done."""
+    kernel._cache.wait_for_it = wait

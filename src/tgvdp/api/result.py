@@ -90,13 +90,21 @@ class SearchResult:
         with self._computing():
             return self._profile(index)
 
+    def row_count(self, index: int) -> int:
+        """Rows of `profile` of one point of the front."""
+        return len(self._found.rows(int(self.front.source[index]))[0])
+
     def linear_margin(self, index: int) -> Profile:
         """Speed profile of today's practice: the fastest run with all speeds scaled to the time of one point."""
         return scaled_run(self.trip, self.fastest.profile, float(self.front.time_s[index]) / self.fastest.time_s)
 
     def _profile(self, index: int) -> Profile:
         source = int(self.front.source[index])
-        known = self._found.regimes(source) if isinstance(self._found, OptimalRuns) else None
+        if not isinstance(self._found, OptimalRuns):
+            return profile_of(self.trip, *self._found.rows(source))
+        if self._found.duration_s[source] == self.fastest.profile.duration_s:
+            return self.fastest.profile
+        known = self._found.regimes(source)
         return profile_of(self.trip, *self._found.rows(source), known)
 
     def verify(self, time_limit_s: float | None = None) -> list[Verdict]:

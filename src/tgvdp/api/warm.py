@@ -4,37 +4,46 @@ A kernel is compiled for the types that it is called with, and each has one set 
 the energy and the convention are; tests count them.
 """
 
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tgvdp._jit.cache import key_folder, make_folder
-from tgvdp._jit.watch import Compiled, is_compiled, is_missing, watch
+from tgvdp._jit.watch import Compiled, is_compiled, is_missing, leave_to_another, watch
 from tgvdp.api.journeys import journey
 from tgvdp.api.run import search
 from tgvdp.certificate.ascent import climb
 from tgvdp.certificate.line import BoundingProblem
 from tgvdp.formats import load_train
 from tgvdp.methods.costate.bridge import most_effort_n
+from tgvdp.methods.phases.prune import prune_fastest, prune_runs
 from tgvdp.model.track import Gradient, SpeedLimit, Track
 from tgvdp.model.trip import Trip
+from tgvdp.options.search import SearchOptions
 from tgvdp.referee.drive import replay_rows
 from tgvdp.referee.replay import replay
 from tgvdp.runs.profile import profile_of
+from tgvdp.second_process import SecondProcess
 
 __all__ = [
     "TOURS",
     "Compiled",
     "checks",
-    "checks_missing",
+    "compile_beside",
     "is_compiled",
     "key_folder",
     "make_folder",
     "margins",
+    "pruning",
     "tour",
     "watch",
 ]
+
+Waiting = Callable[[], AbstractContextManager[None]]
 
 _TRAIN = "alstom-emu"  # its effort has a drop
 _TRACK = Track(
@@ -67,18 +76,57 @@ def margins() -> list[Compiled]:
     return compiled
 
 
+def pruning() -> list[Compiled]:
+    """Leave short phases out of a run that no search made: what ends a front can be compiled beside it."""
+    with watch() as compiled:
+        prune_fastest(*_some_run(), 1.0)
+    return compiled
+
+
 def checks(certified: bool = True) -> list[Compiled]:
     """Replay and certify a run that no search made: what comes after a search can be compiled beside it."""
-    trip = Trip(train=load_train(_TRAIN), track=_TRACK, origin_m=0.0, destination_m=_TRACK.length_m)
-    x_m = np.array([0.0, 200.0, 900.0, 1800.0, 2000.0])
+    trip, x_m, w = _some_run()
     with watch() as compiled:
-        profile = profile_of(trip, x_m, np.array([0.0, 150.0, 150.0, 150.0, 0.0]))
+        profile = profile_of(trip, x_m, w)
         replay(trip, profile)
         if certified:
             BoundingProblem(trip).line(profile.position_m, profile.speed_mps**2, 1e4, gain_j=1e6)
     return compiled
 
 
-def checks_missing(certified: bool = True) -> bool:
-    """Whether `checks` would have something to compile for the cache: the last kernel of each is looked for."""
-    return is_missing(replay_rows) or (certified and is_missing(climb))
+def _some_run() -> tuple[Trip, NDArray[np.float64], NDArray[np.float64]]:
+    trip = Trip(train=load_train(_TRAIN), track=_TRACK, origin_m=0.0, destination_m=_TRACK.length_m)
+    return trip, np.array([0.0, 200.0, 900.0, 1800.0, 2000.0]), np.array([0.0, 150.0, 150.0, 150.0, 0.0])
+
+
+def compile_beside(second: SecondProcess, waiting: Waiting, options: SearchOptions, *, certified: bool) -> None:
+    """Have a second process compile what a search calls late; here it is waited for where it is called.
+
+    Parameters
+    ----------
+    second : SecondProcess
+    waiting : function
+        Makes a context in which people are told that they wait.
+    options : SearchOptions
+    certified : bool
+        Whether the search will be certified.
+    """
+    pruned = options.method == "front" and options.min_phase_s > 0.0
+    # The last kernel of each part is looked for.
+    parts = (
+        (prune_runs, pruned and is_missing(prune_runs), "pruning", ()),
+        (replay_rows, is_missing(replay_rows) or (certified and is_missing(climb)), "checks", (certified,)),
+    )
+    for first, missing, task, arguments in parts:
+        if missing:
+            done = second.promise(f"{__name__}:{task}", *arguments)
+            if second.is_there:
+                leave_to_another(first, _waited_for(done, waiting))
+
+
+def _waited_for(done: Callable[[], object], waiting: Waiting) -> Callable[[], None]:
+    def wait() -> None:
+        with waiting():
+            done()
+
+    return wait

@@ -110,13 +110,14 @@ def command(
         from tgvdp.report import make_provenance, make_tariff, write_results
 
         arguments = arguments_of(options)
-        trip = resolved(case, SearchOptions(**arguments), time.perf_counter() - started_s)
+        declared = SearchOptions(**arguments)
+        trip = resolved(case, declared, time.perf_counter() - started_s)
         if not quiet:
             spare = () if line_speed_kmh is None else unused_line_speed(case.track, kmh_to_mps(line_speed_kmh))
             slow = idle_restrictions(trip, arguments.get("speed_restrictions", ()))
             for text in (*unusual(case.train, case.track), *spare, *slow, *idle(trip)):
                 screen.note(text)
-        checks = second.promise("tgvdp.api.warm:checks", certify) if warm.checks_missing(certify) else None
+        warm.compile_beside(second, screen.waiting, declared, certified=certify)
         with screen.compiling():
             budget = budget_of(arguments)
             clock = budget.start(time.perf_counter() - started_s)
@@ -128,13 +129,6 @@ def command(
             about = make_provenance(result.options | case.changed, case.inputs, result.elapsed_s)
             formats = format if pictures else ()
             runs = _asked(second, "run_files", formats, clock, result, about, price_per_kwh)
-            if checks is not None:
-                elapsed_s = clock.elapsed_s
-                with screen.waiting():
-                    checks()
-                clock = budget.start(
-                    elapsed_s
-                )  # what the other process compiles counts no more than what this one does
             verdicts, certificate, checks_s = _checked(result, certify, screen, clock)
             front = _asked(second, "front_files", formats, clock, result, about, certificate)
             tariff = make_tariff(price_per_kwh, co2_g_per_kwh)

@@ -67,7 +67,8 @@ class Trip:
         """Of a few of its numbers: what is kept per trip is looked up at each run, and lines may have thousands."""
         train, track = self.train, self.track
         ends = (self.origin_m, self.destination_m, self.start_speed_mps, self.end_speed_mps)
-        return hash((*ends, train.mass_kg, train.davis_c_n_per_mps2, track.length_m, track.name))
+        davis = (train.davis_a_n, train.davis_b_n_per_mps, train.davis_c_n_per_mps2)  # wind changes the first two
+        return hash((*ends, train.mass_kg, *davis, track.length_m, track.name))
 
     @property
     def distance_m(self) -> float:

@@ -65,7 +65,7 @@ def choose_runs(result: "SearchResult", every_m: float | None = None, most_rows:
     """
     count = len(result.front)
     if every_m is None:
-        each = max(len(result.profile(index).position_m) for index in {0, count // 2, count - 1})
+        each = max(result.row_count(index) for index in {0, count // 2, count - 1})
     else:
         each = sample_count(result.trip, every_m)
     if count * each <= most_rows:

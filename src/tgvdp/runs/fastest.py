@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import entry, part
 from tgvdp.constants import FEASIBILITY_RTOL
-from tgvdp.errors import InfeasibleError
+from tgvdp.errors import InfeasibleError, NumericalError
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.line.resolved import resolve
 from tgvdp.model.track import POWERED
 from tgvdp.model.trip import Trip
-from tgvdp.physics.cell import cell_at, overrun, room_for_marches, room_for_rows
+from tgvdp.physics.cell import MOST_ROWS, cell_at, overrun, room_for_marches, room_for_rows
 from tgvdp.physics.codes import BRAKING, NO_BRAKE, NO_ROOM, OK, STALLED, TOO_FAST, TRACTION
 from tgvdp.physics.forces import KernelTrain, kernel_train, read_only, unpowered
 from tgvdp.physics.motion import march, net_force
@@ -34,6 +34,11 @@ from tgvdp.units import mps_to_kmh
 _FINE_ROWS = 10.0
 #: Rows of one march for which there is room at first.
 _SCRATCH = 32768
+#: Largest acceleration by the starting effort. Rows of a train that takes off like a bullet are so short next to its
+#: balancing speed that a run has millions, and that rounding fails the replay; a real one has some m/s².
+_MOST_MPS2 = 1e5
+#: How much more room there is for a run that found none; it is driven anew from its start.
+_GROWTH = 8
 #: Share of the traction effort that the slowest run keeps in hand, so that rounding and rows of other lengths do not
 #: stall it. Of the effort, not of the speed in each cell: it adds up to the same over a stretch, whatever the cells.
 _SPARE = 1e-3
@@ -188,7 +193,7 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
         if overrun(scratch):
             march_size *= 2
         elif status == NO_ROOM:
-            size *= 2
+            size = max(size + 1, min(_GROWTH * size, MOST_ROWS))
         else:
             break
     if status != OK:
@@ -232,7 +237,12 @@ def fastest_run(trip: Trip) -> Profile:
     ------
     InfeasibleError
         When no run obeys all limits.
+    NumericalError
+        When the train is too light for its effort, or the run takes too many rows.
     """
+    start_mps2 = trip.train.traction_limit.effort_n(0.0) / trip.train.inertia_kg
+    if start_mps2 > _MOST_MPS2:
+        raise NumericalError(f"it starts with {start_mps2:.3g} m/s², at most {_MOST_MPS2:g} can be computed")
     train = kernel_train(trip.train)._replace(rows=_FINE_ROWS)
     envelope = envelope_of(trip, cells_of(trip), train)
     return profile_of(trip, *follow(trip.train, resolve(trip), envelope.x_m, envelope.w))

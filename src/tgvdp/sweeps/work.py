@@ -1,6 +1,7 @@
 """What runs in a worker: the tasks of a batch, one after the other, each with its result or its error."""
 
 import functools
+import gc
 import os
 import pickle
 import platform
@@ -188,6 +189,8 @@ def _load_kernels(task: Task) -> None:
 def load_kernels(tour: str) -> None:
     """Load the kernels of a method; where they are not compiled yet, one process of the machine does it for all.
 
+    What is loaded then stays, and Python need not look through it for garbage again and again.
+
     Parameters
     ----------
     tour : str
@@ -207,3 +210,4 @@ def load_kernels(tour: str) -> None:
     except OSError:  # nothing can be written there: what is there is used, all else compiled by each
         pass
     warm.tour(tour)
+    gc.freeze()

@@ -15,7 +15,7 @@ def test_no_phase_is_there_only_because_a_cell_ends(case):
     train, track, trip = CASES[case]
     result = tgvdp.search(train, track, points=POINTS, min_phase_s=0.0, **trip)
     for index in range(1, len(result.front)):
-        assert (phases_s(result.profile(index))[:-1] > 0.05).all()
+        assert (phases_s(result.profile(index))[:-1] > 0.02).all()
 
 
 def test_cells_braked_by_the_dynamic_brake_are_one_phase():

@@ -14,6 +14,7 @@ from tgvdp.line.cells import cells_of
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.refine.convex_map import relaxed_tables
 from tgvdp.methods.refine.front import refine_front
+from tgvdp.methods.refine.guide import Guide, fitted_tables
 from tgvdp.model.energy import EnergyMap, EnergyModel
 from tgvdp.physics.energy import energy_tables
 from tgvdp.referee.replay import replay
@@ -129,20 +130,43 @@ def test_no_plain_grid_is_better():
 
 
 def test_the_map_of_constant_efficiencies_gives_the_pantograph_front():
-    """Two methods that share no search: sweeps over a table, and the costate program with its factors."""
-    train = EFFICIENT
+    """Sweeps over a table, and the costate program with its factors."""
+    trips = [(EFFICIENT, HILLS.track), ("alstom-emu", "flat-100km"), ("tgv", "lgv-100km")]
+    for name, track in trips:
+        train = replace(name if name is EFFICIENT else tgvdp.load_train(name), auxiliary_power_w=0.0)
+        wanted = {"at_margin": (0.02, 0.05, 0.1, 0.2)}
+        by_factors = tgvdp.search(train, track, energy="pantograph", **wanted)
+        by_table = tgvdp.search(train, track, energy=constant_efficiencies(train), **wanted)
+        price_j_per_s = by_factors.price_kwh_per_min * 6e4
+        late_j = price_j_per_s * (by_table.front.time_s - by_factors.front.time_s)
+        assert by_table.front.energy_j + late_j == pytest.approx(by_factors.front.energy_j, rel=2e-4)
+
+
+def constant_efficiencies(train):
+    """Map of a train's two efficiencies."""
     breaks_mps = [piece.from_mps for curve in (train.traction, train.braking) for piece in curve.pieces]
-    speeds = np.union1d(np.linspace(0.0, 44.0, 401), breaks_mps)
+    speeds = np.union1d(np.linspace(0.0, 1.02 * train.max_speed_mps, 401), breaks_mps)
     pull_w = np.array([v * train.traction.effort_n(v) for v in speeds]) / train.traction_efficiency
     returned_w = np.array([v * train.braking.effort_n(v) for v in speeds]) * train.regeneration_efficiency
     rows = tuple(zip((-returned_w).tolist(), np.zeros_like(speeds).tolist(), pull_w.tolist(), strict=True))
-    table = EnergyMap(speed_mps=tuple(speeds.tolist()), demand=(-1.0, 0.0, 1.0), power_w=rows)
-    wanted = {"at_margin": (0.02, 0.05, 0.1, 0.2)}
-    by_factors = tgvdp.search(train, HILLS.track, energy="pantograph", **wanted)
-    by_table = tgvdp.search(train, HILLS.track, energy=table, **wanted)
-    price_j_per_s = by_factors.price_kwh_per_min * 6e4
-    late_j = price_j_per_s * (by_table.front.time_s - by_factors.front.time_s)
-    assert by_table.front.energy_j + late_j == pytest.approx(by_factors.front.energy_j, rel=1e-3)
+    return EnergyMap(speed_mps=tuple(speeds.tolist()), demand=(-1.0, 0.0, 1.0), power_w=rows)
+
+
+def test_a_map_is_fitted_by_what_it_draws_at_full_effort():
+    """The factors of constant efficiencies come back; what idles counts as auxiliaries; absurd maps guide nobody."""
+    train = tgvdp.load_train("alstom-emu")
+    energy = EnergyModel("map", constant_efficiencies(train))
+    fitted = fitted_tables(train, energy_tables(train, energy), 40.0)
+    assert fitted.traction == pytest.approx(1.0 / train.traction_efficiency, rel=1e-12)
+    assert fitted.regeneration == pytest.approx(train.regeneration_efficiency, rel=1e-12)
+    assert fitted.auxiliary_w == train.auxiliary_power_w
+    nodes = {"speed_mps": (0.0, 80.0), "demand": (-1.0, 0.0, 1.0)}
+    idle = EnergyModel("map", EnergyMap(**nodes, power_w=((5e4, 5e4, 1e6), (5e4, 5e4, 1e6))))
+    assert fitted_tables(train, energy_tables(train, idle), 40.0)[1:3] == (0.0, train.auxiliary_power_w + 5e4)
+    absurd = EnergyModel("map", EnergyMap(**nodes, power_w=((0.0, 0.0, -1e6), (0.0, 0.0, -1e6))))
+    trip = replace(HILLS, energy=absurd)
+    guide = Guide(trip, fastest_run(trip), energy_tables(trip.train, absurd))
+    assert guide.speeds(1e5, np.linspace(0.0, trip.distance_m, 9)) is None
 
 
 @pytest.mark.parametrize("seed", [8, 20, 33, 40])

@@ -47,7 +47,7 @@ def test_meets_every_reference(shared, variant):
         found = refined(trip, seconds, energy)
         above_j = found.energy_j + found.multiplier_j_per_s * (found.duration_s - seconds) - joules
         place = f"{trip.track.length_m:g} m from {trip.origin_m:g} m: {above_j / joules}"
-        assert (above_j <= np.where(np.abs(joules) < 15 * 3.6e6, 0.0202 * 3.6e6, 2e-3 * np.abs(joules))).all(), place
+        assert (above_j <= 3e-4 * np.abs(joules)).all(), place
         assert (above_j >= -3e-4 * np.abs(joules)).all(), place
         count += len(seconds)
     assert count == 90
@@ -55,15 +55,15 @@ def test_meets_every_reference(shared, variant):
 
 @pytest.mark.slow
 def test_agrees_with_the_front_method(shared):
-    """Two methods that share physics and stations alone."""
+    """One acceleration per cell, and runs of the costate program, which the first ones started from."""
     for trip, seconds, _ in list(references(shared, "A"))[::5]:
         fastest = fastest_run(trip)
         target_s = np.linspace(seconds[0], seconds[-1], 12)
         front = optimal_front(trip, fastest, target_s, SearchBudget())
         found = refined(trip, target_s)
         gap_j = found.energy_j + found.multiplier_j_per_s * (found.duration_s - front.duration_s) - front.energy_j
-        assert (np.abs(gap_j) <= 2.5e-3 * front.energy_j).all(), gap_j / front.energy_j
-        assert np.median(gap_j / front.energy_j) <= 1.5e-3
+        assert (np.abs(gap_j) <= 1e-3 * front.energy_j).all(), gap_j / front.energy_j
+        assert np.median(gap_j / front.energy_j) <= 5e-4
 
 
 def pantograph_by_twin(trip, x_m, w):
@@ -137,7 +137,7 @@ def test_a_linear_map_gives_the_same_front():
     linear = refined(EFFICIENT_HILLS, wanted, PANTOGRAPH)
     mapped = refined(EFFICIENT_HILLS, wanted, map_of(speeds, np.array([-1.0, 0.0, 1.0]), table))
     shifted_j = mapped.multiplier_j_per_s * (mapped.duration_s - linear.duration_s)
-    assert mapped.energy_j + shifted_j == pytest.approx(linear.energy_j, rel=1e-3)
+    assert mapped.energy_j + shifted_j == pytest.approx(linear.energy_j, rel=2e-4)
 
 
 def test_a_map_with_idle_losses_punishes_partial_effort():
@@ -160,7 +160,8 @@ def test_a_map_with_idle_losses_punishes_partial_effort():
     for index in range(2):
         assert replay(EFFICIENT_HILLS, profile_of(EFFICIENT_HILLS, *lossy.rows(index))).ok
         assert lossy.energy_j[index] > plain.energy_j[index]
-        assert lossy.energy_j[index] < plain.energy_j[index] + 3e5 * pulling_s(plain, index)
+        late_j = lossy.multiplier_j_per_s[index] * (lossy.duration_s - plain.duration_s)[index]
+        assert lossy.energy_j[index] + late_j < (plain.energy_j[index] + 3e5 * pulling_s(plain, index)) * (1.0 + 1e-4)
         assert pulling_s(lossy, index) < pulling_s(plain, index) * (1.0 if index == 0 else 1.01)
 
 

@@ -52,13 +52,21 @@ export class Search {
 
   async course(id, point) { return courseOf(await source.profile(id, point)); }
 
-  /** Show what the state says; of several calls the last one wins. */
+  /** Show what the state says; of several calls the last one wins, and until then the element says that it is busy. */
   async show() {
     this.wanted += 1;
     const turn = this.wanted;
     const { chosen } = this;
-    const [course, pins, overlays] = await Promise.all([this.course(this.id, chosen), this.pins(), this.overlays()]);
-    if (turn !== this.wanted) return;
+    this.element.setAttribute("aria-busy", "true");
+    try {
+      const found = await Promise.all([this.course(this.id, chosen), this.pins(), this.overlays()]);
+      if (turn === this.wanted) this.draw(chosen, ...found);
+    } finally {
+      if (turn === this.wanted) this.element.setAttribute("aria-busy", "false");
+    }
+  }
+
+  draw(chosen, course, pins, overlays) {
     const { draft } = this;
     this.front.show(chosen, { pins, overlays, practices: this.practices, draft: draft?.points ?? null });
     this.tellFigures(this.content.front[chosen]);

@@ -94,7 +94,7 @@ def _parts(rows: Sequence[int]) -> Iterator[slice]:
     """Neighbouring runs that have few enough rows together, or one that has more."""
     first = together = 0
     for index, count in enumerate(rows):
-        if together + count > _ROWS_AT_ONCE:
+        if index > first and together + count > _ROWS_AT_ONCE:
             yield slice(first, index)
             first = index
             together = 0

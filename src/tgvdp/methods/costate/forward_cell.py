@@ -164,7 +164,7 @@ def _coast_to_line(train, cell, w, line, slope, rows, n):
         bracket = narrowed(bracket, x, below)
     first = n
     landed = w
-    parts = rows_needed(w, line + slope * x)
+    parts = rows_needed(train, cell.air, x, w, line + slope * x)
     for i in range(1, parts + 1):
         landed = coast(train, cell, x / parts, landed)
         n = append(cell.start_m + i * x / parts, landed, rows, n)
@@ -222,7 +222,7 @@ def coast_through(train, regenerates, cell, w, lines, scratch, rows, n):
     most = min(lines.b, lines.top)
     landed = coast(train, cell, rest, w)
     if landed <= most * (1.0 + ON_CURVE):
-        parts = rows_needed(w, landed)
+        parts = rows_needed(train, cell.air, rest, w, landed)
         for i in range(1, parts + 1):
             w = landed if parts == 1 else coast(train, cell, rest / parts, w)
             n = append(cell.start_m + i * rest / parts if i < parts else cell.end_m, w, rows, n)

@@ -12,9 +12,9 @@ from tgvdp.physics.forces import brake_at, effort_at, mean_effort, mean_resistan
 from tgvdp.physics.motion import march
 from tgvdp.runs.braking_point import braked_w, drive_then_brake
 
-#: Coasting and partial effort take so many rows in a cell per relative change of speed, so that a row's constant
-#: acceleration misses the duration by 1e-7 or two; at most ...
-_ROWS_PER_CHANGE = 300.0
+#: Coasting and partial effort take so many rows in a cell that their constant accelerations miss the duration by this
+#: share, as those under full traction do over a run; at most ...
+_TIME_RTOL = 1e-6
 _MOST_ROWS = 12.0
 #: ... in so many sweeps, each of which corrects the effort of all rows by what the last one would have to make up for.
 _EFFORT_SWEEPS = 3
@@ -41,9 +41,15 @@ def pull(train, cell, w0, w1):
 
 
 @leaf
-def rows_needed(w0, w1):
-    """Rows that a change of squared speed within a cell takes."""
-    return int(min(_MOST_ROWS, 1.0 + _ROWS_PER_CHANGE * abs(w0 - w1) / (w0 + w1)))
+def rows_needed(train, air, length, w0, w1):
+    """Rows that a change of squared speed at one effort takes over a length.
+
+    Constant acceleration misses the duration by e/6·(v1 − v0)/(v0 + v1), where e is the change of the resistance as a
+    share of the net force ½·m·(w1 − w0)/d, and by 1/n² of that in n rows.
+    """
+    both = math.sqrt(w0) + math.sqrt(w1)
+    missed = length * abs(w1 - w0) * (train.davis_b / both + air) / (3.0 * train.inertia_kg * both * both)
+    return int(min(_MOST_ROWS, 1.0 + math.sqrt(missed / _TIME_RTOL)))
 
 
 @part
@@ -117,7 +123,7 @@ def evenly(train, cell, w, target, rows, n):
         if left <= (1.0 - FULL_EFFORT) * cell.length_m:
             return ended(cell, landed, rows, n)  # a hair below the target, where its rows take a little longer than one
         return append(cell.end_m, target, rows, n)
-    parts = rows_needed(w, target) if free else 1
+    parts = rows_needed(train, cell.air, cell.length_m, w, target) if free else 1
     sweeps = _EFFORT_SWEEPS if parts > 1 else 1
     per_effort = 2.0 * cell.length_m / train.inertia_kg
     pulls = effort >= 0.0

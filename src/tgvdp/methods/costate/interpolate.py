@@ -17,9 +17,12 @@ from tgvdp.physics.roots import Bracket, narrowed, secant
 RUN_COLUMNS = 7
 #: Blends of two extremals whose running times are remembered, at most.
 SAMPLES = 128
-#: A search for a running time ends when its bracket of shares is smaller than this, or after so many runs.
-_SAME_SHARE = 1e-9
+#: A search for a running time ends, for it jumps, when it would change by less than this share of the tolerance within
+#: the bracket of shares if it changed evenly with them; or after so many runs.
+_EVEN = 0.1
 _MOST_RUNS = 30
+#: Of these the first are foretold, each from those before it; after that running times jump, or nearly.
+_FORETOLD_RUNS = 3
 
 
 _foretell = leaf(foretell)
@@ -32,7 +35,7 @@ def _astray(ends, samples, i):
 
 
 @leaf
-def _first_share(ends, samples, known, at, time_s):
+def _foretold_share(ends, samples, known, at, time_s):
     """Share to try between the samples ``at − 1`` and ``at``.
 
     It is what is foretold, corrected by what that is astray at the samples around: a polynomial through four of them.
@@ -53,7 +56,7 @@ def _first_share(ends, samples, known, at, time_s):
 def _meet(train, tables, course, blend, ends, samples, known, target_s, tolerance_s, scratch, rows, run):
     """Drive blends until one takes the target time; returns its rows, known samples, runs, and whether it is met.
 
-    The first one is foretold, the others follow the Illinois rule. ``run`` gets running time, energy, and the bracket
+    The first ones are foretold, the others follow the Illinois rule. ``run`` gets running time, energy, and the bracket
     of shares that is left, from its third entry on.
     """
     at = 1
@@ -62,32 +65,34 @@ def _meet(train, tables, course, blend, ends, samples, known, target_s, toleranc
     bracket = Bracket(samples[at - 1, 0], samples[at, 0], samples[at - 1, 1] - target_s, samples[at, 1] - target_s, 0)
     bracketed = bracket.f_lo < 0.0 < bracket.f_hi
     share = bracket.lo if bracket.f_lo >= 0.0 else bracket.hi
-    if bracketed:
-        share = secant(bracket)
-        foretold = _first_share(ends, samples, known, at, target_s)
-        if ends[2] < math.inf and bracket.lo < foretold < bracket.hi:
-            share = foretold
+    span_s = ends[3] - ends[0]
     runs = 0
     while True:
+        if bracketed:
+            share = secant(bracket)
+            foretold = _foretold_share(ends, samples, known, at, target_s)
+            if ends[2] < math.inf and runs < _FORETOLD_RUNS and bracket.lo < foretold < bracket.hi:
+                share = foretold
         n, time, energy = drive_blend(train, tables, course, blend, share, scratch, rows)
         runs += 1
         f = time - target_s
-        close = abs(f) <= tolerance_s or bracket.hi - bracket.lo < _SAME_SHARE
+        if n > 0 and known < samples.shape[0] and samples[at - 1, 1] < time < samples[at, 1]:
+            for i in range(known, at, -1):
+                samples[i, 0] = samples[i - 1, 0]
+                samples[i, 1] = samples[i - 1, 1]
+            samples[at, 0] = share
+            samples[at, 1] = time
+            known += 1
+            if f < 0.0:
+                at += 1
+        close = abs(f) <= tolerance_s or (bracket.hi - bracket.lo) * span_s < _EVEN * tolerance_s
         if n < 0 or not bracketed or close or runs >= _MOST_RUNS:
             break
         bracket = narrowed(bracket, share, f)
-        share = secant(bracket)
     run[2] = time
     run[3] = energy
     run[5] = bracket.lo
     run[6] = bracket.hi
-    if n > 0 and known < samples.shape[0] and samples[at - 1, 1] < time < samples[at, 1]:
-        for i in range(known, at, -1):
-            samples[i, 0] = samples[i - 1, 0]
-            samples[i, 1] = samples[i - 1, 1]
-        samples[at, 0] = share
-        samples[at, 1] = time
-        known += 1
     return n, known, runs, not bracketed or abs(f) <= tolerance_s
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import entry, part
+from tgvdp.line.cells import cells_of
 from tgvdp.methods.phases.plan import (
     AT,
     BALANCED,
@@ -21,9 +22,13 @@ from tgvdp.methods.phases.plan import (
 )
 from tgvdp.methods.phases.regimes import tell_regimes, without_touches
 from tgvdp.methods.phases.track import track
-from tgvdp.methods.phases.way import Run, Way, is_sound, measure
+from tgvdp.methods.phases.way import Run, Way, is_sound, measure, way_of
 from tgvdp.methods.phases.widen import widen
+from tgvdp.model.trip import Trip
+from tgvdp.physics.cell import Rows
 from tgvdp.physics.codes import COASTING, HOLDING, TRACTION
+from tgvdp.physics.energy import energy_tables
+from tgvdp.physics.forces import kernel_train
 
 _Floats = NDArray[np.float64]
 
@@ -170,7 +175,7 @@ def _prune(way, here, there, n, plan, price, least_s, most, most_j, later_s, sla
 
 
 @entry
-def _prune_runs(way, runs, ends, price, least_s, most_j, later_s, slack_s, here, there, plan, out, found):
+def prune_runs(way, runs, ends, price, least_s, most_j, later_s, slack_s, here, there, plan, out, found):
     """Prune runs one after the other.
 
     Parameters
@@ -253,7 +258,7 @@ def prune(
     given = Run(np.concatenate([x for x, _ in runs]), np.concatenate([w for _, w in runs]), np.empty(0, dtype=np.int8))
     here, there, out = (_room(2 * size + _MORE_ROWS) for size in (most_rows, most_rows, rows))
     plan, found = np.empty((_MOST_PHASES, PLAN_COLUMNS)), np.empty((len(runs), 4))
-    _prune_runs(way, given, ends, price, least_s, most_j, later_s, slack_s, here, there, plan, out, found)
+    prune_runs(way, given, ends, price, least_s, most_j, later_s, slack_s, here, there, plan, out, found)
     size = int(found[-1, 0])
     x_m, w, regime = out.x[:size].copy(), out.w[:size].copy(), out.regime[:size].copy()
     pruned, start = [], 0
@@ -262,3 +267,18 @@ def prune(
         pruned.append(Pruned(time_s, energy_j, x_m[place], w[place], regime[place][:-1], int(short)))
         start = int(end)
     return pruned
+
+
+def prune_fastest(trip: Trip, x_m: _Floats, w: _Floats, least_s: float) -> Pruned:
+    """Leave short phases out of the fastest run, for nothing: all kernels are called, and no mesh is needed.
+
+    Parameters
+    ----------
+    trip : Trip
+    x_m, w : (n,) float64
+        Rows of the run: positions from the origin, m, and squared speeds, m²/s².
+    least_s : float
+        Phases that are shorter, s, would be left out if that cost nothing.
+    """
+    way = way_of(kernel_train(trip.train), cells_of(trip), Rows(x_m, w), energy_tables(trip.train, trip.energy))
+    return prune(way, [(x_m, w)], np.ones(1), least_s, np.zeros(1), np.zeros(1), least_s)[0]

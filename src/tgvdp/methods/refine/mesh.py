@@ -24,10 +24,10 @@ WIDEST = 24
 #: Memory of a station, B: cost and choice of each of its speeds, and its columns.
 _STATION_B = 10.0 * (2 * WIDEST + 1) + 100.0
 #: A coarser level keeps every so many stations, and all breaks of the line.
-_COARSENING = 4
+_COARSENING = 8
 #: Sweeps with one step at most, and from one step to the next finer one.
 _PASSES = 60
-_SHRINK = 0.4
+SHRINK = 0.4
 #: Arcs between two looks at the clock, if one sweep has no more: a quarter of a second.
 _ARCS_AT_ONCE = 2_000_000
 #: Rows nearer to a station than this share of its cell make no station.
@@ -107,7 +107,7 @@ class Level:
                 )  # fmt: skip
                 left -= done
             sweeps += _PASSES - left
-            step *= _SHRINK
+            step *= SHRINK
             if step < last * self.top_w:
                 return sweeps
 

@@ -1,0 +1,196 @@
+"""Extremals of the generic refinement in the order of their running times, and the runs between them."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.methods.budget import Clock
+from tgvdp.methods.costate.extremal import Extremal, between
+from tgvdp.methods.costate.mesh import Mesh
+from tgvdp.methods.refine.convex_map import relaxed_tables
+from tgvdp.methods.refine.guide import Guide
+from tgvdp.methods.refine.mesh import SHRINK, WIDEST, Level
+from tgvdp.physics.energy import EnergyTables
+from tgvdp.physics.roots import Bracket
+from tgvdp.progress import tell
+from tgvdp.runs.profile import Profile
+
+#: Speeds above and below the incumbent in a sweep.
+_HALF = 2
+#: The first step between those speeds, after which starts are compared, and the last one, as shares of the largest v².
+_FIRST_STEP = 1e-3
+_LAST_STEP = 1e-5
+#: Two multipliers within this factor are neighbours: the run between them starts from their blend, too. Runs further
+#: apart may differ in where they coast, which sweeps cannot mend (0.15 % on a line with 150 gradients).
+_NEAR = 2.0
+#: Largest share of energy by which a point may lie above the tangents of its neighbouring runs.
+_GAP = 1e-4
+#: A run that switches is aimed again so often at most, each time planned with this share of the tolerance.
+_AIMS = 6
+_PLAN_SHARE = 0.3
+#: Step of ln λ towards slower runs, and how many steps without saving end the front.
+_MARCH = 1.0
+_IDLE_STEPS = 6
+#: Relative difference below which running times, energies or multipliers are the same.
+_SAME = 1e-9
+_MOST_EXTREMALS = 250
+
+
+class Extremals:
+    """Extremals of one mesh, with the envelope as the first; more are solved where a time is asked for."""
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        fastest: Profile,
+        energy: EnergyTables,
+        tolerance_s: float,
+        counters: dict[str, int],
+        clock: Clock,
+    ) -> None:
+        self.mesh, self.tolerance_s, self.counters, self.clock = mesh, tolerance_s, counters, clock
+        self.energy, self.relaxed = energy, relaxed_tables(mesh.trip.train, energy)
+        self.guide = Guide(mesh.trip, fastest, self.relaxed)
+        self.level = Level(mesh.trip, mesh.train, mesh.cells, clock)
+        self.coarse = self.level.coarser(energy)
+        fast = self.level.fast
+        self.extremals = [Extremal(math.inf, fast, *self.level.measured(energy, fast))]
+        self.multiplier = mesh.usual_multiplier
+        self.scale_j = mesh.usual_multiplier * self.extremals[0].time_s
+        self.idle = 0
+
+    def _solve(self, multiplier: float, *known: NDArray[np.float64]) -> Extremal:
+        """Run of least E + λT: the best of those that all starts lead to, among them runs that are known."""
+        self.counters["extremals"] += 1
+        best, least_j = self.level.fast, math.inf
+        for w in (*self._starts(multiplier), *known):
+            self._descend(multiplier, w, _HALF, _FIRST_STEP, _FIRST_STEP)
+            cost_j = Extremal(multiplier, w, *self.level.measured(self.relaxed, w)).cost_j(multiplier)
+            if cost_j < least_j:
+                best, least_j = w, cost_j
+        self._descend(multiplier, best, _HALF, SHRINK * _FIRST_STEP, _LAST_STEP)
+        return Extremal(multiplier, best, *self.level.measured(self.relaxed, best))
+
+    def _descend(self, multiplier: float, w: NDArray[np.float64], half: int, first: float, last: float) -> None:
+        self.counters["sweeps"] += self.level.descend(self.relaxed, multiplier, w, half, first, last)
+
+    def _starts(self, multiplier: float) -> Iterator[NDArray[np.float64]]:
+        """Runs that are optimal but for details, made of nothing: of the costate program, and of a coarse grid."""
+        speeds = self.guide.speeds(multiplier, self.level.cells.station_m)
+        if speeds is not None:
+            yield self._blend(speeds, speeds, 0.0)
+        level = self.level if self.coarse is None else self.coarse
+        w = level.fast.copy()
+        step = 1.0 / WIDEST
+        self.counters["sweeps"] += level.descend(self.relaxed, multiplier, w, WIDEST, step, step)
+        self.counters["sweeps"] += level.descend(self.relaxed, multiplier, w, _HALF, 0.5 * step, _FIRST_STEP)
+        yield w if self.coarse is None else self.level.carried(level, w)
+
+    def reach(self, target_s: float) -> bool:
+        """March λ down until an extremal takes the target time; False when running longer saves nothing."""
+        while self.extremals[-1].time_s < target_s - self.tolerance_s:
+            if self.idle >= _IDLE_STEPS:
+                return False
+            extremal = self._solve(self.multiplier)
+            last = self.extremals[-1]
+            if extremal.energy_j < last.energy_j - _SAME * self.scale_j and extremal.time_s > last.time_s:
+                self.extremals.append(extremal)
+                self.idle = 0
+            else:
+                self.idle += 1
+            self.multiplier *= math.exp(-_MARCH)
+        return True
+
+    def thriftiest(self) -> Extremal:
+        """The slowest extremal, driven."""
+        last = self.extremals[-1]
+        return (
+            last
+            if self.relaxed is self.energy
+            else Extremal(last.multiplier, last.switch, *self._switched(last.switch))
+        )
+
+    def point(self, target_s: float) -> Extremal:
+        """The best run for one running time; to switch between efforts takes a little longer than planned."""
+        run = self._planned(target_s)
+        if self.relaxed is self.energy:
+            return run
+        aim_s = target_s
+        for _ in range(_AIMS):
+            driven = Extremal(run.multiplier, run.switch, *self._switched(run.switch))
+            if abs(driven.time_s - target_s) <= self.tolerance_s:
+                break
+            aim_s -= driven.time_s - target_s
+            run = self._planned(aim_s)
+        return driven
+
+    def _planned(self, target_s: float) -> Extremal:
+        """Run of the relaxed problem for one running time: a blend of the extremals around it."""
+        if len(self.extremals) == 1:  # with one acceleration per cell even the fastest run takes as long as that
+            return self.extremals[0]
+        while True:
+            tell("searching", **self.counters)
+            second = next((i for i in range(1, len(self.extremals)) if self.extremals[i].time_s >= target_s), None)
+            second = len(self.extremals) - 1 if second is None else second
+            before, after = self.extremals[second - 1], self.extremals[second]
+            found = self._meet(before, after, target_s)
+            least_j = max(
+                extremal.energy_j + extremal.multiplier * (extremal.time_s - found.time_s)
+                for extremal in (before, after)
+                if math.isfinite(extremal.multiplier)
+            )
+            enough_j = _GAP * max(abs(found.energy_j), 0.1 * self.scale_j)
+            if found.energy_j - least_j <= enough_j or not self._split(second):
+                return found
+
+    def _split(self, second: int) -> bool:
+        """Solve the multiplier of the chord between two neighbouring extremals; False when the chord is the front."""
+        before, after = self.extremals[second - 1], self.extremals[second]
+        chord = (before.energy_j - after.energy_j) / (after.time_s - before.time_s)
+        if len(self.extremals) >= _MOST_EXTREMALS or not before.multiplier > chord > after.multiplier * (1.0 + _SAME):
+            return False
+        known = (self._blend(before.switch, after.switch, 0.5),) if before.multiplier < _NEAR * after.multiplier else ()
+        middle = self._solve(chord, *known)
+        saved = before.cost_j(chord) - middle.cost_j(chord)
+        inside = before.time_s < middle.time_s < after.time_s and after.energy_j < middle.energy_j < before.energy_j
+        if inside and saved > _SAME * self.scale_j:
+            self.extremals.insert(second, middle)
+        else:  # no run is below the chord, which then is the tangent of both
+            self.extremals[second - 1], self.extremals[second] = (
+                replace(before, multiplier=chord),
+                replace(after, multiplier=chord),
+            )
+        return True
+
+    def _blend(self, first: NDArray[np.float64], second: NDArray[np.float64], share: float) -> NDArray[np.float64]:
+        self.counters["blends"] += 1
+        return self.level.blend(first, second, share)
+
+    def rows(self, run: Extremal) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Rows of a run that is returned: positions from the origin, m, and squared speeds, m²/s²."""
+        if self.relaxed is self.energy:
+            return self.level.cells.station_m, run.switch
+        return self.level.switched(self.energy, self.relaxed, run.switch)[2:]
+
+    def _switched(self, w: NDArray[np.float64]) -> tuple[float, float]:
+        return self.level.switched(self.energy, self.relaxed, w)[:2]
+
+    def _meet(self, before: Extremal, after: Extremal, target_s: float) -> Extremal:
+        """Blend of two extremals that takes the target time (Illinois rule)."""
+        tolerance_s = self.tolerance_s * (1.0 if self.relaxed is self.energy else _PLAN_SHARE)
+        bracket = Bracket(0.0, 1.0, before.time_s - target_s, after.time_s - target_s)
+        if bracket.f_lo >= 0.0 or bracket.f_hi <= 0.0:
+            return before if bracket.f_lo >= 0.0 else after
+        run = before
+        for _ in range(40):
+            share = bracket.secant()
+            w = self._blend(before.switch, after.switch, share)
+            run = Extremal(0.0, w, *self.level.measured(self.relaxed, w))
+            f = run.time_s - target_s
+            if abs(f) <= tolerance_s or bracket.hi - bracket.lo < _SAME:
+                break
+            bracket = bracket.narrowed(share, f)
+        return replace(run, multiplier=between(before, after, run.time_s).multiplier)
