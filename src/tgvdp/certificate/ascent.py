@@ -3,15 +3,18 @@
 The bound is a sum over cells, each of the costates at its two ends and no others, and concave in all of them. Around
 given costates it is like a sum of parabolas along a chain, with steps of their slopes where regimes change and where p
 jumps (`slopes`), whose top `chain` finds exactly: a Newton step with the kinks in it. A step that does not raise the
-bound is not taken. Where a cell gained less than it promised its parabola is bent more (it is softer than H_vv tells),
-which is a damping of its own for each cell. Whatever comes out is as valid as any other costate.
+bound is not taken. Where a cell gained less than it promised, a kink stood in the way: the speed of its least value
+jumped from one to another, say. Its slopes on both sides tell where: the cell is bent more along their difference, so
+that the next step ends about there, and then goes along the kink (a secant rule, as in quasi-Newton methods, for each
+cell alone). All cells are damped the more, the more steps were in vain (Levenberg 1944). Whatever comes out is as valid
+as any other costate.
 """
 
 import math
 from typing import NamedTuple
 
 from tgvdp._jit import kernel, leaf, part
-from tgvdp.certificate.chain import LEVELS, link_gain, own_gain, solve_chain
+from tgvdp.certificate.chain import link_gain, own_gain, solve_chain
 from tgvdp.certificate.slopes import (
     BRAKES,
     BY_P,
@@ -25,21 +28,24 @@ from tgvdp.certificate.slopes import (
     regular_cells,
 )
 
-#: Softness of cells at first, share of it that is kept after a step that raised the bound, and the most.
-_SOFT, _FORGET, _SOFTEST = 0.03, 0.25, 1e4
+#: Damping at first, relative to the bend of λ/v; and the share of it, and of what cells are bent more, that is kept
+#: after a step that raised the bound. One in vain divides the damping by it.
+_DAMPED, _KEPT = 0.03, 0.25
+#: Least distance to a kink, relative to the step that crossed it.
+_NEAREST = 1e-6
 #: How far a step may go, and the least size of a costate, in units of what a joule of traction costs.
 _REACH, _LEAST_SIZE = 4.0, 0.02
-#: Second derivative that is added to all, relative to w over the size of the costate.
-_DAMPING = 1e-6
+#: Second derivative that all have at least, relative to w over the size of the costate.
+_LEAST_BEND = 1e-6
 #: Steps that raise the bound too little in a row, after which there are no more.
-_MOST_POOR = 12
+_MOST_POOR = 20
 #: Gains of a cell that are no more than rounding, relative to its bound.
 _ROUNDING = 1e-12
 
 
 @leaf
 def _bend(slopes, d, multiplier, k, end):
-    """Second derivative of the bound of a cell, −weight·u·uᵀ, by one of its ends; and a usual weight."""
+    """Second derivative of the bound of a cell, −weight·u·uᵀ, by one of its ends; and the weight that λ/v has alone."""
     w = slopes[k, end, BY_SLOPE]
     v = math.sqrt(w)
     turn = slopes[k, end, TURN]
@@ -48,8 +54,22 @@ def _bend(slopes, d, multiplier, k, end):
     return u0, u1, 0.5 * d / slopes[k, end, STIFF], 0.5 * d * w * v / (3.0 * multiplier)
 
 
+@leaf
+def _slope_below(slopes, chain, d, k, end, p):
+    """Slope of the bound of a cell by the costate p at one of its ends, without the drops of levels below it."""
+    cross = 0.5 * (slopes[k, 0, BY_SLOPE] + slopes[k, 1, BY_SLOPE])
+    slope = 0.5 * d * slopes[k, end, BY_P] + (cross if end == 1 else -cross)
+    if p > chain.level[0]:
+        slope += d * slopes[k, end, PULL]
+    if p > chain.level[1]:
+        slope += d * slopes[k, end, DYNAMIC]
+    if p > chain.level[2]:
+        slope += d * (slopes[k, end, BRAKES] - slopes[k, end, DYNAMIC])
+    return slope
+
+
 @part
-def _fill_chain(tables, cells, caps, w, multiplier, left, right, slopes, ends, soft, chain):
+def _fill_chain(tables, cells, caps, w, multiplier, left, right, slopes, ends, bent, damping, chain):
     """The bound around given costates as a `Chain`."""
     first, last = regular_cells(w)
     chain.level[0] = -0.5 * tables.traction
@@ -57,8 +77,7 @@ def _fill_chain(tables, cells, caps, w, multiplier, left, right, slopes, ends, s
     chain.level[2] = 0.0
     for k in range(first, last + 1):
         d = cells.length_m[k]
-        cross = 0.5 * (slopes[k, 0, BY_SLOPE] + slopes[k, 1, BY_SLOPE])
-        chain.link[2 * k + 1] = 0.0
+        chain.link[2 * k + 1] = bent[k, 1]
         for end in range(2):
             i = 2 * k + end
             p = right[k] if end == 1 else left[k]
@@ -66,18 +85,15 @@ def _fill_chain(tables, cells, caps, w, multiplier, left, right, slopes, ends, s
             chain.at[i] = p
             chain.lowest[i] = p - _REACH * max(size, tables.traction)
             chain.highest[i] = p + _REACH * max(size, tables.traction)
-            chain.bend[i] = _DAMPING * w[k + end] / size
+            chain.bend[i] = _LEAST_BEND * w[k + end] / size + bent[k, 2 * end]
             chain.drop[i, 0] = d * slopes[k, end, PULL]
             chain.drop[i, 1] = d * slopes[k, end, DYNAMIC]
             chain.drop[i, 2] = d * (slopes[k, end, BRAKES] - slopes[k, end, DYNAMIC])
-            chain.slope[i] = 0.5 * d * slopes[k, end, BY_P] + (cross if end == 1 else -cross)
-            for j in range(LEVELS):
-                if p > chain.level[j]:
-                    chain.slope[i] += chain.drop[i, j]
+            chain.slope[i] = _slope_below(slopes, chain, d, k, end, p)
         chain.cap[2 * k] = caps.node[k]
         for end in range(2):
-            u0, u1, weight, spare = _bend(slopes, d, multiplier, k, end)
-            weight += soft[k] * spare
+            u0, u1, weight, usual = _bend(slopes, d, multiplier, k, end)
+            weight += damping * usual
             chain.bend[2 * k] += weight * u0 * u0
             chain.bend[2 * k + 1] += weight * u1 * u1
             chain.link[2 * k + 1] += weight * u0 * u1
@@ -91,8 +107,33 @@ def _fill_chain(tables, cells, caps, w, multiplier, left, right, slopes, ends, s
 
 
 @part
-def _learn(cells, w, multiplier, slopes, reached, ends, chain, accepted, soft):
-    """Soften cells that gained less than they promised, so that the parabola meets the gain; stiffen the others.
+def _bend_more(slopes, reached, chain, d, k, missed, bent):
+    """Bend a cell more that gained ``missed`` less than it promised; ``bent`` (3,) in place.
+
+    Along the step the bound is at most two straight lines: the slopes at both its ends tell the share of the step up to
+    the kink between them. The slope turns by their difference on that share.
+    """
+    i = 2 * k
+    step0 = chain.best[i] - chain.at[i]
+    step1 = chain.best[i + 1] - chain.at[i + 1]
+    turn0 = _slope_below(reached, chain, d, k, 0, chain.best[i]) - _slope_below(slopes, chain, d, k, 0, chain.at[i])
+    turn1 = _slope_below(reached, chain, d, k, 1, chain.best[i + 1])
+    turn1 -= _slope_below(slopes, chain, d, k, 1, chain.at[i + 1])
+    turned = -(turn0 * step0 + turn1 * step1)
+    if turned < missed:  # the bend of a speed bound hides the kink: as if it stood half way
+        turned = 2.0 * missed
+        share = -turned / (step0 * step0 + step1 * step1)
+        turn0 = share * step0
+        turn1 = share * step1
+    weight = 1.0 / max(turned - missed, _NEAREST * turned)
+    bent[0] += weight * turn0 * turn0
+    bent[1] += weight * turn0 * turn1
+    bent[2] += weight * turn1 * turn1
+
+
+@part
+def _learn(cells, w, slopes, reached, ends, chain, accepted, bent):
+    """Bend cells more that gained less than they promised; the others keep less of it after a step that was taken.
 
     Returns what all cells, and the jumps between them, promised together.
     """
@@ -110,15 +151,16 @@ def _learn(cells, w, multiplier, slopes, reached, ends, chain, accepted, soft):
             promise -= _gain_of_start(ends[0], first > 0, chain, 2 * k)
         if k == last:
             promise -= _gain_of_end(ends[1], last < cells.length_m.shape[0] - 1, chain, 2 * k + 1)
-        usual = 0.0
-        for end in range(2):
-            u0, u1, _, spare = _bend(slopes, cells.length_m[k], multiplier, k, end)
-            along = u0 * (chain.best[2 * k] - chain.at[2 * k]) + u1 * (chain.best[2 * k + 1] - chain.at[2 * k + 1])
-            usual += 0.5 * spare * along * along
-        missed = promise + soft[k] * usual - (reached[k, 0, VALUE] - slopes[k, 0, VALUE])
-        kept = _FORGET * soft[k] if accepted else soft[k]
-        known = missed > _ROUNDING * abs(reached[k, 0, VALUE])
-        soft[k] = min(max(missed / usual, kept), _SOFTEST) if known and usual > 0.0 else kept
+        missed = promise - (reached[k, 0, VALUE] - slopes[k, 0, VALUE])
+        if accepted:
+            step0 = chain.best[2 * k] - chain.at[2 * k]
+            step1 = chain.best[2 * k + 1] - chain.at[2 * k + 1]
+            by_bend = 0.5 * (bent[k, 0] * step0 * step0 + bent[k, 2] * step1 * step1) + bent[k, 1] * step0 * step1
+            missed += (1.0 - _KEPT) * by_bend
+            for j in range(3):
+                bent[k, j] *= _KEPT
+        if missed > _ROUNDING * abs(reached[k, 0, VALUE]):
+            _bend_more(slopes, reached, chain, cells.length_m[k], k, missed, bent[k])
     return total
 
 
@@ -160,6 +202,8 @@ class Progress(NamedTuple):
         The bound, per unit of inertia.
     now : int
         Which of the two arrays of slopes is that of the costates.
+    damping : float
+        How much all cells are bent more, relative to the bend of λ/v.
     steps, poor : int
         Steps that were made, and how many of the last ones raised the bound too little.
     ended : bool
@@ -168,6 +212,7 @@ class Progress(NamedTuple):
 
     total: float
     now: int
+    damping: float
     steps: int
     poor: int
     ended: bool
@@ -176,7 +221,7 @@ class Progress(NamedTuple):
 @kernel
 def climb(
     train, tables, cells, caps, w, multiplier, left, right, top_v, pieces, gain, most, before, slopes, ends, chain,
-    tried, soft,
+    tried, bent,
 ):  # fmt: skip
     """Raise the bound by better costates.
 
@@ -197,36 +242,37 @@ def climb(
     chain : Chain
         Of 2·K unknowns.
     tried : (2, K) float64
-    soft : (K,) float64
-        Scratch.
+    bent : (K, 3) float64
+        Scratch: how much more than its parabola each cell is bent, −∂² by both starts, start and end, both ends.
 
     Returns
     -------
     Progress
     """
     first, last = regular_cells(w)
-    total, now, steps, poor, ended = before
+    total, now, damping, steps, poor, ended = before
     if steps == 0:
-        for k in range(left.shape[0]):
-            soft[k] = _SOFT
+        bent[:] = 0.0
+        damping = _DAMPED
         total = fill_slopes(train, tables, cells, caps, w, multiplier, left, right, top_v, pieces, slopes[0], ends)
     last_step = steps + most
     while steps < last_step and not ended:
         steps += 1
-        _fill_chain(tables, cells, caps, w, multiplier, left, right, slopes[now], ends, soft, chain)
+        _fill_chain(tables, cells, caps, w, multiplier, left, right, slopes[now], ends, bent, damping, chain)
         solve_chain(2 * first, 2 * last + 1, gain / (last - first + 1), chain)
         _carry(w, chain, tried)
         reached = fill_slopes(
             train, tables, cells, caps, w, multiplier, tried[0], tried[1], top_v, pieces, slopes[1 - now], ends
         )  # fmt: skip
         gained = reached - total
-        promise = _learn(cells, w, multiplier, slopes[now], slopes[1 - now], ends, chain, gained > 0.0, soft)
+        promise = _learn(cells, w, slopes[now], slopes[1 - now], ends, chain, gained > 0.0, bent)
         if gained > 0.0:
             total = reached
             now = 1 - now
             for k in range(left.shape[0]):
                 left[k] = tried[0, k]
                 right[k] = tried[1, k]
+        damping *= _KEPT if gained > 0.0 else 1.0 / _KEPT
         poor = poor + 1 if gained <= gain else 0
         ended = promise <= gain or poor == _MOST_POOR
-    return Progress(total, now, steps, poor, ended)
+    return Progress(total, now, damping, steps, poor, ended)

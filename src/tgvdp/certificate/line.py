@@ -190,9 +190,15 @@ class BoundingProblem:
         """The bound with better costates, all moved at once until a pass gains less than ``gain_j``, or time is up."""
         left, right, count = found.left.copy(), found.right.copy(), len(found.left)
         ask_for(_ASCENT_B * count, f"the ascent of a bound on {count:,} cells")
-        room = np.empty((2, count, 2, SLOPES)), np.empty(2), chain_of(2 * count), np.empty((2, count)), np.empty(count)
+        room = (
+            np.empty((2, count, 2, SLOPES)),
+            np.empty(2),
+            chain_of(2 * count),
+            np.empty((2, count)),
+            np.empty((count, 3)),
+        )
         steps = max(_CELLS_AT_ONCE // count, 1)
-        progress = Progress(0.0, 0, 0, 0, False)
+        progress = Progress(0.0, 0, 0.0, 0, 0, False)
         while progress.steps < _MOST_STEPS and not progress.ended and not (clock and clock.expired):
             progress = climb(
                 self.train, self.energy, found.cells, found.caps, found.w, multiplier, left, right, self.top_mps,

@@ -29,9 +29,9 @@ NO_ENERGY = 1e-9
 _FINENESS = 4.0
 #: Lines for the multipliers of the front at first; and one for a multiplier that is larger by this factor.
 _FIRST_LINES, _LARGER = 12, 1.5
-#: What another line might gain that is not worth it, relative to the energy.
-_ENOUGH = 2e-4
-#: What a refined line must gain of what its run costs more, if it is not in vain; so many in vain in a row end it.
+#: What another line might gain that is not worth it, relative to the energy; and where care has been in vain.
+_ENOUGH, _ENOUGH_IN_VAIN = 2e-4, 1e-3
+#: What a refined line must gain of what its run costs more, if it is not in vain; so many in a row discourage.
 _WORTH, _MOST_IN_VAIN = 0.3, 3
 #: Care that lines are made with, in this order: none; ascent; and ascent with so many times more cells.
 _NEXT_CARE = {0.0: 1.0, 1.0: 2.0, 2.0: 4.0, 4.0: math.nan}
@@ -142,8 +142,8 @@ class LinesUnder:
         while not clock.expired:
             better_j, other_j = self._promises()
             other_j[tries == _MOST_TRIES] = 0.0
-            if in_vain == _MOST_IN_VAIN:
-                better_j[:] = 0.0
+            if in_vain >= _MOST_IN_VAIN:
+                better_j[better_j < _ENOUGH_IN_VAIN * self._size_j] = 0.0
             promise_j = np.maximum(better_j, other_j)
             promise_j[promise_j < _ENOUGH * self._size_j] = 0.0
             if not promise_j.any():
@@ -161,7 +161,9 @@ class LinesUnder:
         made = self._line(line.multiplier_j_per_s, line.care, clock)
         gained_j = 0.0 if made is None else made.line_j - line.line_j
         if made is None or gained_j < _WORTH * (line.cost_j - line.line_j):
-            self.lines[index] = line._replace(care=math.nan, line_j=line.line_j + max(gained_j, 0.0))
+            # where the best costates do not help, finer cells may: costates of these were as good before
+            care = _NEXT_CARE[line.care] if line.care == 1.0 else math.nan
+            self.lines[index] = line._replace(care=care, line_j=line.line_j + max(gained_j, 0.0))
             return False
         self.lines[index] = made
         return True

@@ -42,7 +42,7 @@ TOUCH = 1e-4
 _STEADY = 1e-6
 #: Relative difference of λ/(2v³) and ∂ρ/∂w above which a speed is not the optimal holding speed.
 _OFF_HOLDING = 0.05
-#: Partial effort over which p would change by less than this is none.
+#: Partial effort below the limit over which p would change by less than this is none.
 _NO_DRIFT = 3e-3
 #: Another regime for less than this share of the cells before and after it, which are of the same one, is none.
 _MOMENT = 0.05
@@ -238,8 +238,7 @@ def tidy_labels(run, sliver, moment_s, bound_w):
             if k > 0 and last < count and label[k - 1] == label[last]:
                 short = short or span < _MOMENT * (length[k - 1] + length[last])
             if sweep == 1:
-                partial = is_partial(label[k])
-                short = (partial and scale < _NO_DRIFT) or (free and abs(drift) > _OFF_HOLDING * scale)
+                short = free and (scale < _NO_DRIFT or abs(drift) > _OFF_HOLDING * scale)
             if short:
                 neighbour = label[k - 1] if k > 0 else (label[last] if last < count else label[k])
                 for j in range(k, last):

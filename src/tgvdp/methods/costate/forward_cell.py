@@ -17,7 +17,7 @@ from tgvdp.methods.costate.forward_rows import (
 )
 from tgvdp.physics.arc import arc
 from tgvdp.physics.cell import Cell, append, rest_of
-from tgvdp.physics.codes import COASTING, DYNAMIC, OK, TRACTION
+from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK, TRACTION
 from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import effort_at, mean_effort, resistance_at
 from tgvdp.physics.roots import Bracket, narrowed, secant
@@ -64,10 +64,11 @@ def _drifts(before, after, w):
 
 
 @part
-def _dynamic_brake_does(train, cell, w, target):
-    """Whether the dynamic brake alone takes the train through a cell, from w to a target, at one effort."""
+def _brakes_do(train, cell, w, target, friction):
+    """Whether brakes take the train through a cell at one effort: the dynamic one alone, or ``friction`` as well."""
     status, _, work = arc(train, cell.length_m, cell.grade_n, cell.air, w, target)
-    return status == OK and -work <= cell.length_m * mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
+    dynamic = cell.length_m * mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
+    return status == OK and (friction or -work <= dynamic)
 
 
 @part
@@ -77,14 +78,14 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
     All brakes only where that one would end above c, or leave the envelope.
     """
     target = min(lines.b, lines.top)
-    if _drifts(lines.before_b, target, w) and _dynamic_brake_does(train, cell, w, target):
+    if _drifts(lines.before_b, target, w) and _brakes_do(train, cell, w, target, False):
         return evenly(train, cell, w, target, rows, n)
     braked = braked_w(train, DYNAMIC, cell, target, cell.length_m, scratch)
     if 0.0 < braked and w <= braked * (1.0 + ON_CURVE):  # 0: it passes the target even from a standstill
         if w > max(target, braked * (1.0 - _NEAR)):
             left, _, last = saturated(train, DYNAMIC, cell, w, target, rows, n)
             if last < 0 or left <= (1.0 - FULL_EFFORT) * cell.length_m:
-                return ended(cell, target, rows, last)
+                return ended(cell, target, rows, n, last)
         highest = max(w, target, lines.before_b)
         held = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, highest)
         return drive_then_brake(train, COASTING, DYNAMIC, held, w, target, scratch, rows, n)
@@ -193,18 +194,28 @@ def _line_before(train, cell, lines):
 
 
 @part
+def _passes(train, cell, w, top, scratch):
+    """Whether not even all brakes keep a run through a cell from ending above the envelope, at ``top``."""
+    too_fast = coast(train, cell, cell.length_m, w) > top * (1.0 + ON_CURVE)
+    return too_fast and w > braked_w(train, BRAKING, cell, top, cell.length_m, scratch) * (1.0 + ON_CURVE)
+
+
+@part
 def drive_cell(train, regenerates, cell, w, lines, scratch, rows, n):
     """Append the rows of one cell from w: to the line of switching, and along it or above it from there on."""
     a = lines.a
     line = _line_before(train, cell, lines)
-    slope = (a - line) / cell.length_m
     length = cell.length_m
+    slope = (a - line) / length
     rest = length
     landed = math.nan
     if w < line * (1.0 - _NEAR):
+        first, start_w = n, w
         rest, w, n = _drive_to_line(train, cell, w, line, slope, lines.top, rows, n)
-        if rest <= 0.0:
+        if rest <= 0.0 or n < 0:
             return n
+        if _passes(train, rest_of(cell, cell.end_m - rest, rest), w, lines.top, scratch):
+            return drive_then_brake(train, TRACTION, BRAKING, cell, start_w, lines.top, scratch, rows, first)
     elif w > line * (1.0 + _NEAR):
         landed = coast(train, cell, length, w)
         rest, w, n = _coast_to_line(train, cell, w, landed, line, slope, rows, n)
@@ -240,7 +251,7 @@ def coast_through(train, regenerates, cell, w, landed, lines, scratch, rows, n):
     # Brakes for the last hand's breadth would be none that one applies, but a cell may be as short as that: by friction
     # only the envelope is met.
     near = landed <= most * (1.0 + _NEAR)
-    if near and (lines.top <= lines.b or _dynamic_brake_does(train, cell, w, most)):
+    if near and _brakes_do(train, cell, w, most, lines.top <= lines.b):
         return evenly(train, cell, w, most, rows, n)
     if regenerates:
         return _regenerate(train, cell, w, lines, scratch, rows, n)

@@ -101,9 +101,15 @@ def saturated(train, regime, cell, w, target, rows, n):
 
 
 @leaf
-def ended(cell, target, rows, n):
-    """Let the last of the rows end where the cell does, at the target; returns their number."""
-    if n > 0:
+def ended(cell, target, rows, first, n):
+    """Let the last of a cell's rows, from ``first`` on, end where the cell does, at the target; returns their number.
+
+    What they lack of it is shared by all of them: the last one may be short, and its effort beyond the limit then.
+    """
+    if n > first:
+        lacking = (target - rows.w[n - 1]) / (cell.end_m - cell.start_m)
+        for i in range(first, n - 1):
+            rows.w[i] += lacking * (rows.x[i] - cell.start_m)
         rows.x[n - 1] = cell.end_m
         rows.w[n - 1] = target
     return n
@@ -119,9 +125,11 @@ def evenly(train, cell, w, target, rows, n):
     effort = duration_and_work(train, cell.length_m, cell.grade_n, cell.air, w, target)[1] / cell.length_m
     free = _gives(train, cell, effort, math.sqrt(w)) and _gives(train, cell, effort, math.sqrt(target))
     if not free and effort > 0.0 and w < target and 0.0 <= pull(train, cell, target, target) < math.inf:
+        first = n
         left, landed, n = saturated(train, TRACTION, cell, w, target, rows, n)
         if left <= (1.0 - FULL_EFFORT) * cell.length_m:
-            return ended(cell, landed, rows, n)  # a hair below the target, where its rows take a little longer than one
+            # A hair below the target, where its rows take a little longer than one.
+            return ended(cell, landed, rows, first, n)
         return append(cell.end_m, target, rows, n)
     parts = rows_needed(train, cell.air, cell.length_m, w, target) if free else 1
     sweeps = _EFFORT_SWEEPS if parts > 1 else 1
