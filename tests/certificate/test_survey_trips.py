@@ -23,6 +23,14 @@ def test_gaps_of_trips_that_the_ascent_had_left_open(seed):
     assert gap_pct[2:].max() < 0.05
 
 
+def test_lines_between_points_that_runs_of_multipliers_jump_over():
+    """The run of a multiplier costs more than points of the front: its line cannot be as high, and others must help."""
+    trip = proof_trip(1795378594)
+    gap_pct = tgvdp.search(trip.train, trip.track, points=12, **trip.options).certify().gap_pct
+    assert gap_pct.min() > -0.001
+    assert gap_pct[2:].max() < 0.2
+
+
 @pytest.mark.parametrize("price_j_per_s", [1e3, 1e5])
 def test_a_limit_that_brakes_keep_is_a_phase_however_cheap_time_is(price_j_per_s):
     """It was taken for coasting where time is cheap, and the costate before it grew without bound."""

@@ -3,8 +3,9 @@
 Every line holds for all runs, whatever multiplier and run it comes from (`certificate.line`); these only decide how
 close it comes. All runs that are known, points of the front and runs of lines, lie on or above the lower hull of their
 times and energies, and no line passes above it. What is between it and the highest line at the running time of a point
-is what another line might still gain there. It has two parts: a line is at most as high as its own run costs, which
-finer cells may close; and between the running times of two such runs only another multiplier helps.
+is what another line might still gain there. It has two parts: a line is at most as high as the known run of
+least E + λT, which better costates and finer cells may close; and between the running times of two such runs only
+another multiplier helps.
 """
 
 import math
@@ -153,14 +154,15 @@ class LinesUnder:
                 tries[chosen] += 1
                 self._make(self._multiplier_at(float(self._time_s[chosen])), clock)
             else:
-                in_vain = 0 if self._improve(int(self._best_runs()[chosen]), clock) else in_vain + 1
+                in_vain = 0 if self._improve(int(self._best_lines()[chosen]), clock) else in_vain + 1
 
     def _improve(self, index: int, clock: Clock) -> bool:
         """Make a line anew with more care; whether that was not in vain."""
         line = self.lines[index]
+        short_j = self._contacts()[1][index] - line.line_j
         made = self._line(line.multiplier_j_per_s, line.care, clock)
         gained_j = 0.0 if made is None else made.line_j - line.line_j
-        if made is None or gained_j < _WORTH * (line.cost_j - line.line_j):
+        if made is None or gained_j < _WORTH * short_j:
             # where the best costates do not help, finer cells may: costates of these were as good before
             care = _NEXT_CARE[line.care] if line.care == 1.0 else math.nan
             self.lines[index] = line._replace(care=care, line_j=line.line_j + max(gained_j, 0.0))
@@ -188,16 +190,28 @@ class LinesUnder:
         cost_j = run.energy_j + run.multiplier * run.time_s
         return Line(multiplier, line_j, run.time_s, cost_j, _NEXT_CARE[care])
 
-    def _best_runs(self) -> NDArray[np.int64]:
-        """For each point the line whose own run would bound it best, were it as high as that run costs."""
-        multiplier, _, _, cost_j, _ = np.array(self.lines).T
+    def _contacts(self) -> tuple[_Floats, _Floats]:
+        """For each line the known run that it must not pass above: its time, and its E + λT, the least of all."""
+        multiplier, line_j, *_ = np.array(self.lines).T
+        time_s, energy_j = np.array(self._runs).T
+        cost_j = energy_j + multiplier[:, None] * time_s
+        first = np.argmin(cost_j, axis=1)
+        least_j = cost_j[np.arange(len(first)), first]
+        level = multiplier == 0.0  # which no run suggests: it is as high as it can be
+        return np.where(level, math.inf, time_s[first]), np.where(level, line_j, least_j)
+
+    def _best_lines(self) -> NDArray[np.int64]:
+        """For each point the line that would bound it best, were it as high as the run that it must not pass above."""
+        multiplier, *_ = np.array(self.lines).T
+        _, cost_j = self._contacts()
         return np.asarray(np.argmax(cost_j[:, None] - multiplier[:, None] * self._time_s, axis=0))
 
     def _promises(self) -> tuple[_Floats, _Floats]:
         """What more care, and what other multipliers might gain at each point, J."""
-        multiplier, line_j, _, cost_j, care = np.array(self.lines).T
+        multiplier, line_j, _, _, care = np.array(self.lines).T
+        _, cost_j = self._contacts()
         spent_j = multiplier[:, None] * self._time_s
-        best = self._best_runs()
+        best = self._best_lines()
         highest_j = np.max(line_j[:, None] - spent_j, axis=0)
         hull_j = _hull(np.array(self._runs), self._time_s)
         tangent_j = np.minimum((cost_j[:, None] - spent_j)[best, np.arange(len(best))], hull_j)
@@ -205,8 +219,9 @@ class LinesUnder:
         return better_j, hull_j - np.maximum(tangent_j, highest_j)
 
     def _multiplier_at(self, time_s: float) -> float:
-        """Multiplier between those of the lines whose runs take next less and next more time: their secant."""
-        multiplier, _, line_s, cost_j, _ = np.array(self.lines[1:]).T
+        """Multiplier between those of the lines that meet runs of next less and next more time: their secant."""
+        multiplier, *_ = np.array(self.lines[1:]).T
+        line_s, cost_j = (column[1:] for column in self._contacts())
         before, after = np.flatnonzero(line_s <= time_s), np.flatnonzero(line_s > time_s)
         if len(before) == 0:
             return float(_LARGER * multiplier.max())
