@@ -56,7 +56,7 @@ def written(tmp_path_factory):
             "--points",
             "4",
             "--max-margin",
-            "900",
+            "1900",
         ),
         "course": ("search", *SHORT, "--points", "3", "--profiles", "railtoolkit", "--no-pictures"),
         "compare": ("compare", str(home / "wheel"), str(home / "map"), "--quiet"),
