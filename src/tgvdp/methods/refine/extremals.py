@@ -67,15 +67,17 @@ class Extremals:
         self.counters["extremals"] += 1
         best, least_j = self.level.fast, math.inf
         for w in (*self._starts(multiplier), *known):
-            self._descend(multiplier, w, _HALF, _FIRST_STEP, _FIRST_STEP)
+            self._descend(self.level, multiplier, w, _HALF, _FIRST_STEP, _FIRST_STEP)
             cost_j = Extremal(multiplier, w, *self.level.measured(self.relaxed, w)).cost_j(multiplier)
             if cost_j < least_j:
                 best, least_j = w, cost_j
-        self._descend(multiplier, best, _HALF, SHRINK * _FIRST_STEP, _LAST_STEP)
+        self._descend(self.level, multiplier, best, _HALF, SHRINK * _FIRST_STEP, _LAST_STEP)
         return Extremal(multiplier, best, *self.level.measured(self.relaxed, best))
 
-    def _descend(self, multiplier: float, w: NDArray[np.float64], half: int, first: float, last: float) -> None:
-        self.counters["sweeps"] += self.level.descend(self.relaxed, multiplier, w, half, first, last)
+    def _descend(
+        self, level: Level, multiplier: float, w: NDArray[np.float64], half: int, first: float, last: float
+    ) -> None:
+        self.counters["sweeps"] += level.descend(self.relaxed, multiplier, w, half, first, last)
 
     def _starts(self, multiplier: float) -> Iterator[NDArray[np.float64]]:
         """Runs that are optimal but for details, made of nothing: of the costate program, and of a coarse grid."""
@@ -85,8 +87,8 @@ class Extremals:
         level = self.level if self.coarse is None else self.coarse
         w = level.fast.copy()
         step = 1.0 / WIDEST
-        self.counters["sweeps"] += level.descend(self.relaxed, multiplier, w, WIDEST, step, step)
-        self.counters["sweeps"] += level.descend(self.relaxed, multiplier, w, _HALF, 0.5 * step, _FIRST_STEP)
+        self._descend(level, multiplier, w, WIDEST, step, step)
+        self._descend(level, multiplier, w, _HALF, 0.5 * step, _FIRST_STEP)
         yield w if self.coarse is None else self.level.carried(level, w)
 
     def reach(self, target_s: float) -> bool:

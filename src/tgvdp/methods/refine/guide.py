@@ -12,13 +12,11 @@ from numpy.typing import NDArray
 
 from tgvdp.errors import TgvdpError
 from tgvdp.methods.costate.mesh import Mesh
+from tgvdp.model.energy import WHEEL
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
-from tgvdp.physics.energy import EnergyTables
+from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.runs.profile import Profile
-
-_NO_NODES = np.empty(0)
-_NO_MAP = np.empty((0, 0))
 
 
 def fitted_tables(train: Train, tables: EnergyTables, top_mps: float) -> EnergyTables:
@@ -45,8 +43,11 @@ def fitted_tables(train: Train, tables: EnergyTables, top_mps: float) -> EnergyT
     )
     traction = max(float((traction_w - idle_w).sum() / pull_w.sum()), 0.0)
     returned = float((idle_w - braking_w).sum() / brake_w.sum()) if brake_w.any() else 0.0
-    auxiliary_w = tables.auxiliary_w + float(idle_w.mean())
-    return EnergyTables(traction, min(max(returned, 0.0), traction), auxiliary_w, _NO_NODES, _NO_NODES, _NO_MAP)
+    return energy_tables(train, WHEEL)._replace(
+        traction=traction,
+        regeneration=min(max(returned, 0.0), traction),
+        auxiliary_w=tables.auxiliary_w + float(idle_w.mean()),
+    )
 
 
 class Guide:
