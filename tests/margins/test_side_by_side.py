@@ -10,6 +10,7 @@ import pytest
 import tgvdp
 from tests.helpers.journey_case import LINE, METRO
 from tests.helpers.margin_case import HILLS, TRAIN
+from tgvdp import EffortCurve
 from tgvdp.errors import InfeasibleError, InputError
 from tgvdp.margins.side_by_side import passing_s
 from tgvdp.model.journey import Journey, TimingPoint
@@ -90,6 +91,22 @@ def test_ranges_of_the_line_have_margins_of_their_own():
     assert margins.time_s["optimum"] == pytest.approx(sum(wanted_s), abs=0.1)
     assert all(verdict.ok for own in margins.verify().values() for verdict in own)
     assert all(verdict.ok is None for own in margins.verify(1e-9).values() for verdict in own)
+
+
+@pytest.mark.parametrize("ranges", ["0:3.1km:20%,3.1km:12.9km:20%", "0:9.2km:10%,9.2km:17.2km:10%"])
+def test_times_are_met_between_faster_neighbours(ranges):
+    """A part that speeds up to its neighbour at its end is slower elsewhere, at its begin as well."""
+    margins = tgvdp.journey(TRAIN, HILLS, points=2).margins(ranges)
+    assert list(margins.time_s.values()) == pytest.approx([margins.time_s["linear"]] * 4, abs=0.02)
+    assert all(verdict.ok for own in margins.verify().values() for verdict in own)
+
+
+def test_a_border_next_to_the_balancing_speed_can_be_reached():
+    """Driven from the cap up to it a train comes near that speed and no nearer: once that refused the margin."""
+    weak = replace(TRAIN, traction=EffortCurve.from_caps(9e4, 2.2e6))
+    line = replace(HILLS, gradients=((0.0, 0.0), (9000.0, 18.0), (10_000.0, 2.0)))
+    margins = tgvdp.journey(weak, line, points=2).margins("0:3.7km:10%,3.7km:8.4km:5%")
+    assert margins.time_s["economy"] == pytest.approx(margins.time_s["linear"], abs=0.02)
 
 
 def test_a_range_without_supplement_is_run_as_fast_as_can_be():

@@ -36,7 +36,7 @@ from tgvdp.runs.caps import lowest_cap_mps
 from tgvdp.runs.fastest import envelope_of
 from tgvdp.runs.profile import Profile, profile_of
 
-#: The cap leaves this much more than the length in which the train comes down from a neighbour's speed, or up to it.
+#: The cap leaves this much more than the length in which the train comes down from a neighbour's speed.
 _SPARE = 1.001
 #: The lowest cap tried, as a share of the slowest mean speed that is asked for.
 _LEAST = 0.2
@@ -120,16 +120,20 @@ def _run(part: Part, held_mps: float) -> Curve:
 
 def _capped(part: Part, held_mps: float) -> Profile:
     """The fastest run with its speed capped, but next to faster neighbours."""
-    cap_w, length_m = held_mps**2, part.trip.distance_m
-    down, up = joints_of(part, cap_w, cap_w)
-    from_m = 0.0 if down is None else _SPARE * float(np.interp(-cap_w, -down.w, down.x_m))
-    to_m = length_m if up is None else length_m - _SPARE * (length_m - float(np.interp(cap_w, up.w, up.x_m)))
-    cells = cells_of(part.trip, np.array([from_m, to_m]))
+    cap_w, trip, length_m = held_mps**2, part.trip, part.trip.distance_m
+    down, up = joints_of(part, cap_w, 0.0)
+    from_m, to_m = 0.0, length_m
+    if down is not None:  # to the first row below the cap
+        above = np.flatnonzero(down.w >= cap_w)
+        from_m = _SPARE * float(down.x_m[min(above[-1] + 1, len(down.x_m) - 1)])
+    if up is not None and (up.w > cap_w).any():  # from the last row below it on
+        to_m = float(up.x_m[max(int(np.argmax(up.w > cap_w)) - 1, 0)])
+    cells = cells_of(trip, np.array([from_m, to_m]))
     middle_m = 0.5 * (cells.station_m[1:] + cells.station_m[:-1])
     limit_w = np.where((middle_m > from_m) & (middle_m < to_m), cap_w, math.inf)
     capped = cells._replace(limit_w=np.minimum(cells.limit_w, limit_w))
-    envelope = envelope_of(part.trip, capped, part.driver.train)
-    return profile_of(part.trip, envelope.x_m, envelope.w)
+    envelope = envelope_of(trip, capped, part.driver.train)
+    return profile_of(trip, envelope.x_m, envelope.w)
 
 
 def _before_braking(run: Profile, ends_w: float) -> Iterator[_Opportunity]:

@@ -34,15 +34,16 @@ def linear_run(part: Part) -> Curve:
     if part.ratio <= 1.0 + _SAME:
         return part.base
     own = part.base.scaled(part.ratio)
-    joints = [joint for joint in joints_of(part, float(own.w[0]), float(own.w[-1])) if joint is not None]
-    if not joints:
+    if not any(joints_of(part, float(own.w[0]), float(own.w[-1]))):
         return own
+    # Ratios rise, and both ends fall. The scaled run is one under the true resistance already.
+    joints = [part.driven(joint) for joint in joints_of(part, 0.0, 0.0) if joint is not None]
 
     def run(ratio: float) -> Curve:
         curve = part.base.scaled(ratio)
         for joint in joints:
             curve = curve.upper(joint)
-        return part.driven(curve)
+        return curve
 
     return met(part, run, part.ratio, _MOST * part.ratio, blended)
 

@@ -26,7 +26,7 @@ _Floats = NDArray[np.float64]
 #: Rows of what is driven, per usual one. One curve leaves another within a row, whose first part then has the effort of
 #: the whole row: it is off its own limit by half of `physics.motion.STEP` over this number at most, less than the
 #: referee allows.
-_ROWS = 16.0
+_ROWS = 32.0
 #: Parts share a v² that is lower than that of the faster one by this share: it has to be possible on both sides.
 _ROUNDING = 1e-6
 #: A part's time is met to this, s, or to this share of it if that is less.
@@ -110,9 +110,16 @@ def parts_of(trip: Trip, fastest: Profile, ranges: Sequence[MarginRange], fastes
         if ratio > 1.0 and len(trips) > 1:
             _require_run(part)
     return [
-        Part(part, Curve(stretch.x_m - stretch.x_m[0], stretch.w), ratio * stretch.duration_s)
+        Part(part, _from_its_begin(stretch, part.distance_m), ratio * stretch.duration_s)
         for part, stretch, ratio in zip(trips, stretches, ratios, strict=True)
     ]
+
+
+def _from_its_begin(stretch: Curve, length_m: float) -> Curve:
+    """A stretch by the distance along it, to the very end of its trip."""
+    x_m = stretch.x_m - stretch.x_m[0]
+    x_m[-1] = length_m
+    return Curve(x_m, stretch.w)
 
 
 def _base(trip: Trip, fastest: Profile, ends_m: Sequence[float]) -> Curve:

@@ -11,6 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.errors import InfeasibleError
 from tgvdp.margins.curve import Curve, blended
 from tgvdp.margins.parts import Part, met
 from tgvdp.methods.budget import Clock
@@ -54,7 +55,10 @@ def uniform_run(part: Part, linear: Curve, within: float, clock: Clock) -> Curve
     """
     if linear is part.base:
         return linear
-    level, linear_w, multiplier = _corridor(part, linear, within, clock)
+    try:
+        level, linear_w, multiplier = _corridor(part, linear, within, clock)
+    except InfeasibleError:  # rounding keeps the mesh from a speed at its end that full traction only just gives
+        return linear
     tables = relaxed_tables(part.trip.train, energy_tables(part.trip.train, part.trip.energy))
     start = level.blend(linear_w, linear_w, 0.0)
     if math.isinf(level.measured(tables, start)[1]):  # the linear run itself cannot be driven
@@ -66,22 +70,22 @@ def uniform_run(part: Part, linear: Curve, within: float, clock: Clock) -> Curve
 
     corridors = _widening(level, start, within)
 
+    def driven(w: _Floats) -> Curve:
+        return part.driven(Curve(level.cells.station_m, w))
+
     def solved(multiplier: float) -> tuple[float, _Floats]:
         w = start.copy()
         for share, level.low, level.fast in corridors:
             step = share * width
             level.descend(tables, multiplier, w, _HALF, _FIRST_STEP * step, _LAST_STEP * step)
-        return level.measured(tables, w)[0], w
+        return driven(w).duration_s, w
 
     around = _around(part.time_s, multiplier, solved)
     if around is None:
         return linear
     faster, slower = around
 
-    def run(share: float) -> Curve:
-        return part.driven(Curve(level.cells.station_m, level.blend(faster, slower, share)))
-
-    return met(part, run, 0.0, 1.0, blended)
+    return met(part, lambda share: driven(level.blend(faster, slower, share)), 0.0, 1.0, blended)
 
 
 def _widening(level: Level, start: _Floats, within: float) -> list[tuple[float, _Floats, _Floats]]:
