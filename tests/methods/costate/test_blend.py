@@ -7,7 +7,7 @@ import pytest
 
 from tests.helpers.fronts import check_front, feasible_trip
 from tests.helpers.trips import commuter, trip_on
-from tgvdp.methods.costate.blend import Blend, blend_of
+from tgvdp.methods.costate.blend import Blend, fill_blend
 from tgvdp.methods.costate.extremal import Extremal, between
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.runs.fastest import fastest_run
@@ -15,6 +15,14 @@ from tgvdp.runs.fastest import fastest_run
 
 def counters():
     return {"extremals": 0, "runs": 0, "costates": 0}
+
+
+def blend_of(known, second, top_w):
+    """Blend of the policies of one of some extremals and the one before it."""
+    policies = np.array([one.switch for one in known])
+    blend = Blend(*np.empty((3, *policies[0].shape)))
+    fill_blend(np.array([one.outcome for one in known]), policies, second, top_w, blend)
+    return blend
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +36,7 @@ def test_a_blend_of_four_extremals_is_far_nearer_to_the_one_between_than_a_strai
     known = [mesh.extremal(level * ratio * mesh.usual_multiplier, counters()) for ratio in (1.5, 1.2, 0.96, 0.77)]
     first, second = known[1:3]
     middle = mesh.extremal(math.sqrt(first.multiplier * second.multiplier), counters())
-    bent = blend_of(first, second, known, mesh.fast)
+    bent = blend_of(known, 2, mesh.fast)
     straight = Blend(first.switch, second.switch, np.zeros_like(first.switch))
     lost_j = []
     for blend in (bent, straight):
@@ -44,7 +52,7 @@ def test_a_blend_stays_between_its_two_policies_but_beyond_the_envelope():
     known = [
         Extremal(math.exp(-k), np.repeat(np.array(w)[:, None], 4, axis=1), float(k), 0.0) for k, w in enumerate(speeds)
     ]
-    blend = blend_of(known[1], known[2], known, top_w)
+    blend = blend_of(known, 2, top_w)
     assert blend.first[0, 0] == pytest.approx(110.0)  # 70, 90, and so on
     assert blend.first[1, 0] == 96.0
     for share in (0.1, 0.5, 0.9):

@@ -44,7 +44,8 @@ def test_points_on_hills_are_no_dearer_than_extremals_of_a_fine_mesh(seed):
 
 def front_on(mesh, fastest_s):
     front = ExtremalFront(mesh, 1.0, 0.0, counters(), SearchBudget().start())
-    front.reach(1.02 * fastest_s, 1.25 * fastest_s)
+    front.reach(1.25 * fastest_s)
+    front.foresee(np.array([1.02 * fastest_s]))
     return front
 
 

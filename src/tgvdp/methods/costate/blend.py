@@ -1,14 +1,12 @@
 """Policies between those of two extremals: switching speeds are quadratic in ln λ, by the extremals beside them."""
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import entry, leaf
-from tgvdp.methods.costate.extremal import Extremal
+from tgvdp._jit import leaf, part
 
 #: Extremals nearer than this, in distances of the two whose policies are blended, tell no bend.
 _APART = 1e-3
@@ -33,55 +31,62 @@ def switch_at(blend, share, k, which):
     return first + share * (blend.second[k, which] - first + (share - 1.0) * blend.bend[k, which])
 
 
-@entry
-def _bend(before_at, before, after_at, after, top, blend):
-    """Fill in the bend of a blend by policies beside it, at ``before_at`` < 0 and ``after_at`` > 1; nan where none is.
+@part
+def _beside(known, first, second):
+    """The nearest extremals before the first and after the second, and where they lie in ln λ from 0 to 1 of these."""
+    before = first
+    after = second
+    before_at = 0.0
+    after_at = 1.0
+    if known[first, 2] < math.inf:
+        span = math.log(known[second, 2] / known[first, 2])
+        while before > 0 and before_at >= -_APART and known[before - 1, 2] < math.inf:
+            before -= 1
+            before_at = math.log(known[before, 2] / known[first, 2]) / span
+        while after < known.shape[0] - 1 and after_at <= 1.0 + _APART:
+            after += 1
+            after_at = math.log(known[after, 2] / known[first, 2]) / span
+    return before, before_at, after, after_at
+
+
+@part
+def fill_blend(known, policies, second, top, blend):
+    """Fill in the blend of the policies of an extremal and the one before it, bent by the extremals beside them.
 
     The switching speed of the second policy and the one after it tell how far that of the first lies beyond the
-    envelope, where it ends at ``top``.
-    """
-    for k in range(top.shape[0]):
-        for i in range(4):
-            p1 = blend.second[k, i]
-            if after_at == after_at and blend.first[k, i] >= top[k] > p1:
-                lifted = p1 + (p1 - after[k, i]) / (after_at - 1.0)
-                blend.first[k, i] = max(lifted, blend.first[k, i])
-            p0 = blend.first[k, i]
-            step = p1 - p0
-            bend = 0.0
-            count = 0
-            if before_at == before_at and before[k, i] < top[k]:
-                bend += (before[k, i] - p0 - before_at * step) / (before_at * (before_at - 1.0))
-                count += 1
-            if after_at == after_at and p0 < top[k]:
-                bend += (after[k, i] - p0 - after_at * step) / (after_at * (after_at - 1.0))
-                count += 1
-            most = abs(step)
-            blend.bend[k, i] = min(max(bend / max(count, 1), -most), most)
-
-
-def blend_of(first: Extremal, second: Extremal, known: Sequence[Extremal], top_w: NDArray[np.float64]) -> Blend:
-    """Blend of the policies of two extremals.
+    envelope, where it ends.
 
     Parameters
     ----------
-    first, second : Extremal
-        Of falling multipliers.
-    known : sequence of Extremal
-        Finite multipliers, among them those beside the two, in the order of their running times.
-    top_w : (K + 1,) float64
+    known : (E, 3) float64
+        Running times, energies and multipliers of extremals, in order; the first multiplier may be infinite.
+    policies : (E, K + 1, 4) float64
+    second : int
+    top : (K + 1,) float64
         Envelope at the stations, m²/s², beyond which no switching speed is known.
+    blend : Blend, modified in place
     """
-    blend = Blend(first.switch.copy(), second.switch, np.zeros(first.switch.shape))
-    if math.isfinite(first.multiplier):
-        span = math.log(second.multiplier / first.multiplier)
-        before = after = (math.nan, first.switch)
-        for one in known:
-            at = math.log(one.multiplier / first.multiplier) / span
-            if at < -_APART:
-                before = at, one.switch
-            elif at > 1.0 + _APART:
-                after = at, one.switch
-                break
-        _bend(*before, *after, top_w, blend)
-    return blend
+    first = max(second - 1, 0)
+    before, before_at, after, after_at = _beside(known, first, second)
+    bent_before = before_at < -_APART
+    bent_after = after_at > 1.0 + _APART
+    for k in range(top.shape[0]):
+        for i in range(4):
+            p0 = policies[first, k, i]
+            p1 = policies[second, k, i]
+            p2 = policies[after, k, i]
+            if bent_after and p0 >= top[k] > p1:
+                p0 = max(p1 + (p1 - p2) / (after_at - 1.0), p0)
+            step = p1 - p0
+            bend = 0.0
+            count = 0
+            if bent_before and policies[before, k, i] < top[k]:
+                bend += (policies[before, k, i] - p0 - before_at * step) / (before_at * (before_at - 1.0))
+                count += 1
+            if bent_after and p0 < top[k]:
+                bend += (p2 - p0 - after_at * step) / (after_at * (after_at - 1.0))
+                count += 1
+            most = abs(step)
+            blend.first[k, i] = p0
+            blend.second[k, i] = p1
+            blend.bend[k, i] = min(max(bend / max(count, 1), -most), most)

@@ -22,8 +22,6 @@ from tgvdp.methods.costate.multipliers import ExtremalFront
 #: as errors fall by four from one to the other, to a third of what they save. Where they cost more, errors do not fall.
 _MESH_LOSS = 1e-4
 _SAVED_PER_LOSS = 3.0
-#: Cells through which extremals are solved between two looks at the clock: some 10 ms.
-_CELLS_AT_ONCE = 20_000
 #: How often cells may be halved.
 _MOST_HALVINGS = 6
 
@@ -53,15 +51,15 @@ class Doubt:
         asked = extremals
         while True:
             multipliers = [one.multiplier for one in asked]
-            answers = dict(zip(multipliers, _solved(front, mesh.finer, multipliers), strict=True))
+            answers = dict(zip(multipliers, front.solved(mesh.finer, multipliers), strict=True))
             asked, cells = _losing(front, mesh, asked, answers)
             if not asked or not self.halvings:
                 break
             self.halvings -= 1
             mesh = mesh.halved(cells)
-            asked = _solved(front, mesh, [one.multiplier for one in asked])
+            asked = front.solved(mesh, [one.multiplier for one in asked])
         missing = [one.multiplier for one in extremals if one.multiplier not in answers]
-        answers |= zip(missing, _solved(front, mesh.finer, missing), strict=True)
+        answers |= zip(missing, front.solved(mesh.finer, missing), strict=True)
         return front.on(mesh.finer, [answers[one.multiplier] for one in extremals])
 
     def is_settled(self, front: ExtremalFront, runs: Sequence[Run]) -> bool:
@@ -73,16 +71,6 @@ class Doubt:
             return True
         self.halvings -= 1
         return False
-
-
-def _solved(front: ExtremalFront, mesh: Mesh, multipliers: Sequence[float]) -> list[Extremal]:
-    """Extremals of finite multipliers, as many at once as leave time for looks at the clock."""
-    at_once = math.ceil(_CELLS_AT_ONCE / len(mesh.cells.length_m))
-    found: list[Extremal] = []
-    for first in range(0, len(multipliers), at_once):
-        front.watch()
-        found += mesh.extremals(multipliers[first : first + at_once], front.counters)
-    return found
 
 
 def _losing(

@@ -23,14 +23,14 @@ class Extremal:
     energy_j: float
     passed: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
 
+    @property
+    def outcome(self) -> tuple[float, float, float]:
+        """Running time, energy and multiplier."""
+        return self.time_s, self.energy_j, self.multiplier
+
     def cost_j(self, multiplier: float) -> float:
         """Cost E + λT of this run at a multiplier in J/s."""
         return self.energy_j + multiplier * self.time_s
-
-
-def ends_of(first: Extremal, second: Extremal) -> NDArray[np.float64]:
-    """Running time, energy and multiplier of two extremals, (6,)."""
-    return np.array([first.time_s, first.energy_j, first.multiplier, second.time_s, second.energy_j, second.multiplier])
 
 
 class Foretold(NamedTuple):
@@ -50,19 +50,18 @@ class Foretold(NamedTuple):
     multiplier: float
 
 
-def foretell(ends, time_s):
+def foretell(first, second, time_s):
     """Energy, multiplier, and share of the second extremal of the optimum that takes a time between two of them.
 
     The least E + λ·(T − t) is concave in λ, and largest, the least energy at the time t, at the multiplier of that
     time. Between two extremals it is a Hermite cubic in ln λ, for its slope is λ·(T − t). (Over the time energy may
     have a vertical tangent, next to the fastest run; over the multiplier nothing is steep.)
 
-    ``ends`` are running time, energy and multiplier of the first extremal, then of the second. If the first multiplier
-    is infinite, all is that of the second.
+    ``first`` and ``second`` are running times, energies and multipliers of extremals. If the first multiplier is
+    infinite, all is that of the second.
     """
-    first_s, first_j, first_multiplier, second_s, second_j, second_multiplier = (
-        ends[0], ends[1], ends[2], ends[3], ends[4], ends[5],
-    )  # fmt: skip
+    first_s, first_j, first_multiplier = first[0], first[1], first[2]
+    second_s, second_j, second_multiplier = second[0], second[1], second[2]
     late = max(second_s - time_s, 0.0)
     h1 = second_j + second_multiplier * late
     if math.isinf(first_multiplier):
@@ -81,7 +80,7 @@ def foretell(ends, time_s):
 
 def between(first: Extremal, second: Extremal, time_s: float) -> Foretold:
     """What two extremals say of the optimum that takes a time between theirs."""
-    return Foretold._make(foretell(ends_of(first, second).tolist(), time_s))
+    return foretell(first.outcome, second.outcome, time_s)
 
 
 def tangent_gap(first: Extremal, second: Extremal) -> float:

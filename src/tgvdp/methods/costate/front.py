@@ -217,12 +217,12 @@ class _Search:
         if saved_w > 0.0:  # every second has to cost something: of those that cost nothing a run takes without end
             least_multiplier = max(least_multiplier, saved_w + _LEAST_COST * mesh.usual_multiplier)
         front = ExtremalFront(mesh, self.tolerance_s, least_multiplier, self.counters, self.clock)
-        front.reach(float(self.aims_s[0]), float(self.aims_s[-1]))
+        front.reach(float(self.aims_s[-1]))
         front.foresee(self.aims_s)
         return front
 
     def _driven(self, front: ExtremalFront) -> _Found:
-        front.reach(float(self.aims_s[0]), float(self.aims_s[-1]))
+        front.reach(float(self.aims_s[-1]))
         reached = int(np.sum(self.aims_s <= front.extremals[-1].time_s + self.tolerance_s))
         saves = reached == len(self.aims_s)
         runs: list[Run] = []

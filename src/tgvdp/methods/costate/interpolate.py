@@ -5,9 +5,13 @@ their policies that drives worse than that is refused, for an extremal to be sol
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from tgvdp._jit import entry, leaf, part
-from tgvdp.methods.costate.blend import Blend
+from tgvdp.methods.costate.blend import Blend, fill_blend
 from tgvdp.methods.costate.extremal import foretell
 from tgvdp.methods.costate.forward import drive_blend, find_rides
 from tgvdp.physics.cell import Rows
@@ -29,10 +33,35 @@ _FORETOLD_RUNS = 3
 _foretell = leaf(foretell)
 
 
+class Scratch(NamedTuple):
+    """What kernels write on their way.
+
+    Attributes
+    ----------
+    march : Rows
+        Rows of one march at a time.
+    blend : Blend
+        Of the two extremals between which runs were driven last.
+    samples : (S, 2) float64
+        Shares of the second policy and running times of its blends that are known, in order.
+    """
+
+    march: Rows
+    blend: Blend
+    samples: NDArray[np.float64]
+
+
+class _Between(NamedTuple):
+    """Two neighbouring extremals, (3,) float64 each: running time, energy and multiplier."""
+
+    first: NDArray[np.float64]
+    second: NDArray[np.float64]
+
+
 @leaf
 def _astray(ends, samples, i):
     """How much larger the share of a sample is than that foretold for its running time."""
-    return samples[i, 0] - _foretell(ends, samples[i, 1]).share
+    return samples[i, 0] - _foretell(ends.first, ends.second, samples[i, 1]).share
 
 
 @leaf
@@ -50,31 +79,32 @@ def _foretold_share(ends, samples, known, at, time_s):
             if j != i:
                 weight *= (time_s - samples[j, 1]) / (samples[i, 1] - samples[j, 1])
         correction += weight * _astray(ends, samples, i)
-    return _foretell(ends, time_s).share + correction
+    return _foretell(ends.first, ends.second, time_s).share + correction
 
 
 @part
-def _meet(train, tables, course, blend, ends, samples, known, target_s, tolerance_s, scratch, rows, run):
+def _meet(train, tables, course, ends, known, target_s, tolerance_s, scratch, rows, run):
     """Drive blends until one takes the target time; returns its rows, known samples, runs, and whether it is met.
 
     The first ones are foretold, the others follow the Illinois rule. ``run`` gets running time, energy, and the bracket
     of shares that is left, from its third entry on.
     """
+    samples = scratch.samples
     at = 1
     while at < known - 1 and samples[at, 1] < target_s:
         at += 1
     bracket = Bracket(samples[at - 1, 0], samples[at, 0], samples[at - 1, 1] - target_s, samples[at, 1] - target_s, 0)
     bracketed = bracket.f_lo < 0.0 < bracket.f_hi
     share = bracket.lo if bracket.f_lo >= 0.0 else bracket.hi
-    span_s = ends[3] - ends[0]
+    span_s = ends.second[0] - ends.first[0]
     runs = 0
     while True:
         if bracketed:
             share = secant(bracket)
             foretold = _foretold_share(ends, samples, known, at, target_s)
-            if ends[2] < math.inf and runs < _FORETOLD_RUNS and bracket.lo < foretold < bracket.hi:
+            if ends.first[2] < math.inf and runs < _FORETOLD_RUNS and bracket.lo < foretold < bracket.hi:
                 share = foretold
-        n, time, energy = drive_blend(train, tables, course, blend, share, scratch, rows)
+        n, time, energy = drive_blend(train, tables, course, scratch.blend, share, scratch.march, rows)
         runs += 1
         f = time - target_s
         if n > 0 and known < samples.shape[0] and samples[at - 1, 1] < time < samples[at, 1]:
@@ -97,10 +127,28 @@ def _meet(train, tables, course, blend, ends, samples, known, target_s, toleranc
     return n, known, runs, not bracketed or abs(f) <= tolerance_s
 
 
+@part
+def _drive_all(train, tables, course, start_w, policies, passed, rows, scratch, runs):
+    """Drive policies one after the other; the first four columns of their runs are filled in."""
+    for i in range(policies.shape[0]):
+        policy = policies[i]
+        run = runs[i]
+        rows.x[0] = 0.0
+        rows.w[0] = start_w
+        n, run[2], run[3] = drive_blend(train, tables, course, Blend(policy, policy, policy), 0.0, scratch.march, rows)
+        if n < 0:
+            return i, NO_ROOM, 0, i + 1
+        run[1] = n
+        for k in range(passed.shape[1]):
+            for column in range(passed.shape[2]):
+                passed[i, k, column] = course.passed[k, column]
+    return policies.shape[0], OK, 0, policies.shape[0]
+
+
 @entry
 def drive(
-    train, tables, course, start_w, policies, passed, blend, ends, loss, least_loss_j, samples, known, targets,
-    tolerance_s, rows, stored, scratch, runs,
+    train, tables, course, start_w, policies, passed, known, losses, base_j, targets, tolerance_s, rows, stored,
+    scratch, runs,
 ):  # fmt: skip
     """Drive through the whole trip: policies one after the other, or blends of two that take given times.
 
@@ -115,29 +163,26 @@ def drive(
     start_w : float
         Squared speed at the origin.
     policies : (m, K + 1, 4) float64
-        Each is driven in place of the one before it; where there are none, blends are driven.
+        Those to drive, each in place of the one before it; or, where targets are given, those of the extremals.
     passed : (m, K + 1, 3) float64, modified in place
-        Squared speed, running time and energy at each station.
-    blend : Blend
-        Of the policies of the two extremals.
-    ends : (6,) float64
-        Running time, energy and multiplier of the first extremal, then of the second.
-    loss, least_loss_j : float
-        A run may cost more than the cubic through the extremals promises by this share of its energy, and at least by
-        so much, but no more than a faster one; an infinite loss refuses no run, nor does an infinite multiplier of the
-        first extremal.
-    samples : (S, 2) float64, modified in place
-        Shares of the second policy and running times of ``known`` blends, in order.
-    known : int
+        Squared speed, running time and energy of each policy at each station.
+    known : (m, 3) float64
+        Running times, energies and multipliers of the extremals, in order.
+    losses : (m,) float64
+        A run between an extremal and the one before it may cost more than the cubic through the two promises by this
+        share of its energy,
+    base_j : float
+        but of no less than so much, and no more than a faster one; an infinite loss refuses no run, nor does an
+        infinite multiplier of the first extremal.
     targets : (n,) float64
-        Running times that are wanted, s.
+        Increasing running times that are wanted, s.
     tolerance_s : float
         How well.
     rows : Rows, modified in place
         Rows of the runs: positions from the origin, squared speeds.
     stored : int
         Rows that are taken already.
-    scratch : Rows
+    scratch : Scratch
     runs : (m or n, 7) float64, modified in place
         `RUN_COLUMNS` of each policy's or target's run; of a time that is not met, the run next to it.
 
@@ -147,48 +192,51 @@ def drive(
         Policies or targets done before the kernel ended.
     status : int
         OK, or why it ended at the next one: NO_ROOM, NOT_MET or NOT_KEPT.
-    known : int
-        Number of samples now.
+    second : int
+        The slower of the extremals around the last target.
     driven : int
         Number of runs.
     """
     if course.stays[0] < 0:
         find_rides(train, tables, course)
-    for i in range(policies.shape[0]):
-        policy = policies[i]
-        run = runs[i]
-        rows.x[0] = 0.0
-        rows.w[0] = start_w
-        n, run[2], run[3] = drive_blend(train, tables, course, Blend(policy, policy, policy), 0.0, scratch, rows)
-        if n < 0:
-            return i, NO_ROOM, known, i + 1
-        run[1] = n
-        for k in range(passed.shape[1]):
-            for column in range(passed.shape[2]):
-                passed[i, k, column] = course.passed[k, column]
-    driven = policies.shape[0]
+    if targets.shape[0] == 0:
+        return _drive_all(train, tables, course, start_w, policies, passed, rows, scratch, runs)
+    second = -1
+    driven = samples = 0
+    faster_j = 0.0
     for i in range(targets.shape[0]):
+        at = max(second, min(1, known.shape[0] - 1))
+        while at < known.shape[0] - 1 and known[at, 0] < targets[i]:
+            at += 1
+        ends = _Between(known[max(at - 1, 0)], known[at])
+        if at != second:
+            second = at
+            fill_blend(known, policies, second, course.fast, scratch.blend)
+            scratch.samples[0, 0], scratch.samples[0, 1] = 0.0, ends.first[0]
+            scratch.samples[1, 0], scratch.samples[1, 1] = 1.0, ends.second[0]
+            samples = 2
+            faster_j = ends.first[1]
         if stored >= rows.x.shape[0]:
-            return i, NO_ROOM, known, driven
+            return i, NO_ROOM, second, driven
         free = Rows(rows.x[stored:], rows.w[stored:])
         free.x[0] = 0.0
         free.w[0] = start_w
         run = runs[i]
-        n, known, tried, met = _meet(
-            train, tables, course, blend, ends, samples, known, targets[i], tolerance_s, scratch, free, run
+        n, samples, tried, met = _meet(
+            train, tables, course, ends, samples, targets[i], tolerance_s, scratch, free, run
         )
         driven += tried
         if n < 0:
-            return i, NO_ROOM, known, driven
+            return i, NO_ROOM, second, driven
         if not met:
-            return i, NOT_MET, known, driven
-        foretold = _foretell(ends, run[2])
+            return i, NOT_MET, second, driven
+        foretold = _foretell(ends.first, ends.second, run[2])
         run[4] = foretold.multiplier
-        faster_j = runs[i - 1, 3] if i > 0 else ends[1]
-        dearest_j = min(foretold.energy_j + max(loss * run[3], least_loss_j), faster_j)
-        if ends[2] < math.inf and loss < math.inf and run[3] > dearest_j:
-            return i, NOT_KEPT, known, driven
+        loss_j = losses[second] * max(run[3], base_j)
+        if ends.first[2] < math.inf and loss_j < math.inf and run[3] > min(foretold.energy_j + loss_j, faster_j):
+            return i, NOT_KEPT, second, driven
+        faster_j = run[3]
         run[0] = stored
         stored += n
         run[1] = stored
-    return max(policies.shape[0], targets.shape[0]), OK, known, driven
+    return targets.shape[0], OK, second, driven

@@ -14,9 +14,9 @@ from tgvdp.line.cells import Cells, cells_of, halved
 from tgvdp.memory import ask_for
 from tgvdp.methods.costate import backward as costate
 from tgvdp.methods.costate.blend import Blend
-from tgvdp.methods.costate.extremal import Extremal, ends_of
+from tgvdp.methods.costate.extremal import Extremal
 from tgvdp.methods.costate.forward import Course
-from tgvdp.methods.costate.interpolate import RUN_COLUMNS, SAMPLES, drive
+from tgvdp.methods.costate.interpolate import RUN_COLUMNS, SAMPLES, Scratch, drive
 from tgvdp.methods.costate.stations import graded_stations
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Rows, overrun, room_for_marches, room_for_rows
@@ -45,7 +45,7 @@ _FLOOR = 1e-4
 _CELL_B = 2000.0
 _NO_POLICIES = np.empty((0, 0, 0))
 _NO_BLEND = Blend(*np.empty((3, 0, 4)))
-_NO_ENDS = np.full(6, np.inf)
+_NO_KNOWN = np.empty((0, 3))
 _NO_TIMES = np.empty(0)
 
 
@@ -59,22 +59,27 @@ class Run(NamedTuple):
     w: NDArray[np.float64]
 
 
-class Interval:
-    """Two neighbouring extremals, and the blends of them that were driven: shares and running times, in order."""
+class Met(NamedTuple):
+    """Runs that take given times.
 
-    def __init__(self, before: Extremal, after: Extremal, blend: Blend) -> None:
-        self.before = before
-        self.after = after
-        self.blend = blend
-        self.ends = ends_of(before, after)
-        self.samples = np.empty((SAMPLES, 2))
-        self.samples[:2] = (0.0, before.time_s), (1.0, after.time_s)
-        self.known = 2
-        #: Shares between which the running time jumps, where it does.
-        self.bracket = (0.0, 1.0)
+    Attributes
+    ----------
+    runs : list of Run
+    status : int
+        OK, or why there is none for the next time: NOT_MET or NOT_KEPT.
+    second : int
+        The slower one of the extremals around the last time.
+    bracket : (2, K + 1, 4) float64
+        Where a time is not met, the policies between which running times jump over it.
+    """
+
+    runs: list[Run]
+    status: int
+    second: int
+    bracket: NDArray[np.float64]
 
 
-class _Scratch:
+class _Room:
     """Arrays that kernels write, the same ones for a mesh and all that is made of it."""
 
     def __init__(self, cells: int) -> None:
@@ -108,7 +113,7 @@ class Mesh:
     envelope: Envelope
     typical_m: float
     usual_multiplier: float
-    scratch: _Scratch
+    room: _Room
 
     def __post_init__(self) -> None:
         inertia_kg = self.train.inertia_kg
@@ -123,7 +128,7 @@ class Mesh:
     @property
     def rows(self) -> Rows:
         """Rows of the run that was driven last."""
-        return self.scratch.rows
+        return self.room.rows
 
     @classmethod
     def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0) -> "Mesh":
@@ -143,8 +148,8 @@ class Mesh:
         cells = cells_of(trip, graded_stations(trip, fastest, cell_m))
         cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip)))
         envelope = _envelope(trip, cells, train)
-        scratch = _Scratch(len(cells.length_m))
-        return cls(trip, train, per_kilogram(train), tables, cells, envelope, cell_m, usual_multiplier, scratch)
+        room = _Room(len(cells.length_m))
+        return cls(trip, train, per_kilogram(train), tables, cells, envelope, cell_m, usual_multiplier, room)
 
     def halved(self, which: NDArray[np.bool_]) -> "Mesh":
         """The mesh with some of its cells, (K,), cut in two."""
@@ -164,7 +169,7 @@ class Mesh:
             self.unit_train, self.tables.regeneration / self.tables.traction, self.unit_cells, self.low, self.fast,
             self.trip.end_speed_mps**2, multipliers / (self.tables.traction * self.train.inertia_kg),
             _TOLERANCE * np.minimum(1.0, multipliers / self.usual_multiplier), self.typical_m, self.floor_w, policies,
-            self.scratch.costates,
+            self.room.costates,
         )  # fmt: skip
         counters["extremals"] += len(multipliers)
         counters["costates"] += points
@@ -189,62 +194,66 @@ class Mesh:
         self, policies: NDArray[np.float64], counters: dict[str, int]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Drive policies, (m, K + 1, 4), each into `rows`; returns their runs and what they passed, as `drive` does."""
-        scratch = self.scratch
+        room = self.room
         runs, passed = np.empty((len(policies), RUN_COLUMNS)), np.empty((*policies.shape[:2], 3))
         first = 0
         while first < len(policies):
             done, status, _, driven = drive(
                 self.train, self.tables, self.course, self.trip.start_speed_mps**2, policies[first:], passed[first:],
-                _NO_BLEND, _NO_ENDS, math.inf, 0.0, scratch.samples, 0, _NO_TIMES, 0.0, scratch.rows, 0, scratch.march,
-                runs[first:],
+                _NO_KNOWN, _NO_TIMES, 0.0, _NO_TIMES, 0.0, room.rows, 0,
+                Scratch(room.march, _NO_BLEND, room.samples), runs[first:],
             )  # fmt: skip
             counters["runs"] += driven
-            if overrun(scratch.march):
-                scratch.double_march()
+            if overrun(room.march):
+                room.double_march()
                 continue
             first += done
             if status != OK:
-                scratch.rows = room_for_rows(2 * len(scratch.rows.x))
+                room.rows = room_for_rows(2 * len(room.rows.x))
         return runs, passed
 
     def meet(
         self,
-        interval: Interval,
+        extremals: Sequence[Extremal],
+        losses: NDArray[np.float64],
+        base_j: float,
         target_s: NDArray[np.float64],
         tolerance_s: float,
-        loss: float,
-        least_loss_j: float,
         counters: dict[str, int],
-    ) -> tuple[list[Run], int]:
-        """Drive blends of two extremals that take given times; returns them, and why they end before the last, or OK.
+    ) -> Met:
+        """Drive blends of neighbouring extremals that take given times, increasing, until one cannot be had.
 
-        ``loss`` and ``least_loss_j`` are those of `interpolate.drive`.
+        ``losses`` and ``base_j`` are those of `interpolate.drive`.
         """
-        scratch = self.scratch
+        room = self.room
+        policies = np.array([one.switch for one in extremals])
+        known = np.array([one.outcome for one in extremals])
+        blend = Blend(*np.empty((3, *self.flat_out.shape)))
         found: list[Run] = []
         runs = np.empty((len(target_s), RUN_COLUMNS))
         while True:
-            rows = scratch.kept
-            done, status, interval.known, driven = drive(
-                self.train, self.tables, self.course, self.trip.start_speed_mps**2, _NO_POLICIES, _NO_POLICIES,
-                interval.blend, interval.ends, loss, least_loss_j, interval.samples,
-                interval.known, target_s[len(found) :], tolerance_s, rows, scratch.stored, scratch.march, runs,
+            rows = room.kept
+            done, status, second, driven = drive(
+                self.train, self.tables, self.course, self.trip.start_speed_mps**2, policies, _NO_POLICIES, known,
+                losses, base_j, target_s[len(found) :], tolerance_s, rows, room.stored,
+                Scratch(room.march, blend, room.samples), runs,
             )  # fmt: skip
             counters["runs"] += driven
-            if overrun(scratch.march):
-                scratch.double_march()
+            if overrun(room.march):
+                room.double_march()
                 continue
             for first, last, time_s, energy_j, multiplier, *_ in runs[:done].tolist():
                 kept = slice(int(first), int(last))
                 found.append(Run(time_s, energy_j, multiplier, rows.x[kept], rows.w[kept]))
-                scratch.stored = int(last)
+                room.stored = int(last)
             if status != NO_ROOM:
+                bracket = _NO_POLICIES
                 if status == NOT_MET:
-                    interval.bracket = (runs[done, 5], runs[done, 6])
-                return found, status
+                    bracket = np.array([blend.at(share) for share in runs[done, 5:7].tolist()])
+                return Met(found, status, second, bracket)
             if not done:
-                scratch.size *= 2
-            scratch.kept, scratch.stored = room_for_rows(scratch.size), 0
+                room.size *= 2
+            room.kept, room.stored = room_for_rows(room.size), 0
 
     def extremal(self, multiplier: float, counters: dict[str, int]) -> Extremal:
         """Solve and drive one multiplier, J/s; infinite is the fastest run, full traction up to the envelope."""

@@ -5,18 +5,17 @@ leave room for more than that.
 """
 
 import math
-from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.methods.budget import Clock
-from tgvdp.methods.costate.blend import Blend, blend_of
 from tgvdp.methods.costate.bridge import bridge
 from tgvdp.methods.costate.extremal import Extremal, between, tangent_gap
-from tgvdp.methods.costate.mesh import Interval, Mesh, Run
+from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.physics.codes import NOT_KEPT, NOT_MET
 from tgvdp.progress import tell
 
@@ -41,6 +40,8 @@ _SAME = 1e-9
 _MOST_EXTREMALS = 250
 #: Runs between two looks at the clock, at most.
 _AT_ONCE = 50
+#: Cells through which extremals are solved between two looks at the clock: some 10 ms.
+_CELLS_AT_ONCE = 20_000
 #: A mesh is too coarse when an extremal is dearer, at its own multiplier, than another run by this share of the energy.
 _EXTREMAL_LOSS = 5e-4
 
@@ -69,7 +70,6 @@ class ExtremalFront:
         self.multiplier = max(_FIRST_MULTIPLIER * mesh.usual_multiplier, least_multiplier)
         self.idle = 0
         self.foretold: set[float] = set()
-        self.interval: Interval | None = None
 
     def on(self, mesh: Mesh, extremals: Sequence[Extremal]) -> "ExtremalFront":
         """The front on another mesh, from extremals that were solved on it in place of this one's."""
@@ -92,25 +92,9 @@ class ExtremalFront:
             self.extremals.append(extremal)
         return saves
 
-    def reach(self, first_s: float, last_s: float) -> bool:
-        """March λ down until an extremal takes the last time, and up until one is no slower than the first.
-
-        False when running longer saves nothing.
-        """
-        saves = self._march_down(last_s)
-        while (
-            len(self.extremals) > 1
-            and math.isinf(self.extremals[0].multiplier)
-            and self.extremals[1].time_s > first_s
-            and self._pieces(*self.extremals[:2]) > 1
-        ):
-            self.watch()
-            if not self._split(1):
-                break
-        return saves
-
-    def _march_down(self, target_s: float) -> bool:
-        while len(self.extremals) < 2 or self.extremals[-1].time_s < target_s - self.tolerance_s:
+    def reach(self, last_s: float) -> bool:
+        """March λ down until an extremal takes the last time; False when running longer saves nothing."""
+        while len(self.extremals) < 2 or self.extremals[-1].time_s < last_s - self.tolerance_s:
             if self.idle >= _IDLE_STEPS:
                 return False
             self.watch()
@@ -155,73 +139,57 @@ class ExtremalFront:
         return Run(time_s, energy_j, multiplier, x_m[:n].copy(), w[:n].copy())
 
     def foresee(self, target_s: NDArray[np.float64]) -> None:
-        """Add the extremals without which those around increasing running times may hold a surprise."""
-        times_s = target_s.tolist()
-        at = 0
-        while at < len(times_s) and len(self.extremals) > 1:  # alone it is the thriftiest run as well
+        """Add the extremals without which those around running times may hold a surprise."""
+        while wanted := self._surprising(target_s):
+            middles = self.solved(self.mesh, list(wanted.values()))
+            for second, middle in reversed(list(zip(wanted, middles, strict=True))):
+                self._insert(second, middle)
+
+    def _surprising(self, target_s: NDArray[np.float64]) -> dict[int, float]:
+        """Multipliers to solve between extremals and those before them, where these may hold a surprise."""
+        times_s = np.array([extremal.time_s for extremal in self.extremals])
+        around = np.bincount(np.searchsorted(times_s[1:-1], target_s), minlength=len(times_s) - 1)
+        wanted: dict[int, float] = {}
+        for second, (before, after) in enumerate(pairwise(self.extremals), 1):
+            pieces = self._pieces(before, after) if around[second - 1] else 1
+            multiplier = self._middle(second, (pieces // 2) / pieces) if pieces > 1 else None
+            if multiplier is not None and len(self.extremals) + len(wanted) < _MOST_EXTREMALS:
+                wanted[second] = multiplier
+        return wanted
+
+    def solved(self, mesh: Mesh, multipliers: Sequence[float]) -> list[Extremal]:
+        """Extremals of finite multipliers, as many at once as leave time for looks at the clock."""
+        at_once = math.ceil(_CELLS_AT_ONCE / len(mesh.cells.length_m))
+        found: list[Extremal] = []
+        for first in range(0, len(multipliers), at_once):
             self.watch()
-            second = self._second(times_s[at])
-            if not self._cut(second):
-                at = max(bisect_right(times_s, self.extremals[second].time_s), at + 1)
-
-    def _second(self, time_s: float) -> int:
-        """The slower one of the two extremals around a running time; the last one beyond it."""
-        at = bisect_left(self.extremals, time_s, key=lambda extremal: extremal.time_s)
-        return min(max(at, 1), len(self.extremals) - 1)
-
-    def _cut(self, second: int) -> bool:
-        """Solve a multiplier between an extremal and the one before it, if any, where these may hold a surprise."""
-        if second == 0:
-            return False
-        pieces = self._pieces(*self.extremals[second - 1 : second + 1])
-        return pieces > 1 and self._split(second, (pieces // 2) / pieces)
+            found += mesh.extremals(multipliers[first : first + at_once], self.counters)
+        return found
 
     def points(self, target_s: NDArray[np.float64]) -> Iterator[Run]:
         """The best runs for increasing running times, which the extremals reach."""
-        times_s = target_s.tolist()
+        self.foresee(target_s)
+        base_j = _LEAST_SHARE * self.scale_j
+        closed: set[float] = set()  # multipliers of extremals between which and those before them there is nothing
         at = 0
-        while at < len(times_s):
-            self.watch()
-            second = self._second(times_s[at])
-            if self._cut(second):
-                continue
-            last = second == len(self.extremals) - 1
-            until = len(times_s) if last else max(bisect_right(times_s, self.extremals[second].time_s), at + 1)
-            for run in self._between(second, target_s[at : min(until, at + _AT_ONCE)]):
-                at += 1
-                yield run
-
-    def _between(self, second: int, target_s: NDArray[np.float64]) -> Iterator[Run]:
-        """Runs between two neighbouring extremals; ends early where an extremal was added between them."""
-        before, after = self.extremals[second - 1], self.extremals[second]
-        if self.interval is None or (self.interval.before, self.interval.after) != (before, after):  # by identity
-            self.interval = Interval(before, after, self._blend(second))
-        interval = self.interval
-        at = 0
-        loss = _BLEND_LOSS
         while at < len(target_s):
-            runs, status = self.mesh.meet(
-                interval, target_s[at:], self.tolerance_s, loss, loss * _LEAST_SHARE * self.scale_j, self.counters
-            )
-            at += len(runs)
-            yield from runs
-            if status == NOT_KEPT:
-                if self._split(second):
-                    return
-                loss = math.inf
-            elif status == NOT_MET:
-                self.watch()
-                fast, slow = map(interval.blend.at, interval.bracket)
+            self.watch()
+            losses = np.array([math.inf if one.multiplier in closed else _BLEND_LOSS for one in self.extremals])
+            wanted_s = target_s[at : at + _AT_ONCE]
+            met = self.mesh.meet(self.extremals, losses, base_j, wanted_s, self.tolerance_s, self.counters)
+            at += len(met.runs)
+            yield from met.runs
+            before, after = self.extremals[max(met.second - 1, 0)], self.extremals[met.second]
+            splits = met.status == NOT_KEPT
+            if met.status == NOT_MET:
+                fast, slow = met.bracket
                 run = bridge(self.mesh, fast, slow, float(target_s[at]), self.tolerance_s, self.counters)
-                if loss < math.inf and not self._keeps(before, after, run) and self._split(second):
-                    return
-                at += 1
-                yield run._replace(multiplier=between(before, after, run.time_s).multiplier)
-
-    def _blend(self, second: int) -> Blend:
-        """Blend of the policies of an extremal and the one before it."""
-        finite = [extremal for extremal in self.extremals[: second + 2] if math.isfinite(extremal.multiplier)]
-        return blend_of(self.extremals[second - 1], self.extremals[second], finite[-4:], self.mesh.fast)
+                splits = not (after.multiplier in closed or self._keeps(before, after, run))
+                if not splits:
+                    at += 1
+                    yield run._replace(multiplier=between(before, after, run.time_s).multiplier)
+            if splits and not self._split(met.second):
+                closed.add(after.multiplier)
 
     def _pieces(self, before: Extremal, after: Extremal) -> int:
         """Into how many pieces to cut the front between two extremals so that none holds a surprise."""
@@ -247,17 +215,24 @@ class ExtremalFront:
         loss_j = _BLEND_LOSS * self.base_j(run.energy_j)
         return run.energy_j <= between(before, after, run.time_s).energy_j + loss_j
 
-    def _split(self, second: int, share: float = 0.5) -> bool:
-        """Solve a multiplier between two neighbouring extremals; False when there is nothing between them."""
+    def _middle(self, second: int, share: float = 0.5) -> float | None:
+        """A multiplier between those of an extremal and the one before it, if any."""
+        before, after = self.extremals[second - 1].multiplier, self.extremals[second].multiplier
+        if math.isinf(before):
+            higher = _FIRST_MULTIPLIER * after
+            return higher if higher < _HIGHEST_MULTIPLIER * self.mesh.usual_multiplier else None
+        return before ** (1.0 - share) * after**share if math.log(before / after) >= _SAME_MULTIPLIER else None
+
+    def _split(self, second: int) -> bool:
+        """Solve a multiplier between an extremal and the one before it; False when there is nothing between them."""
+        multiplier = self._middle(second) if 0 < second and len(self.extremals) < _MOST_EXTREMALS else None
+        if multiplier is not None:
+            self._insert(second, self.mesh.extremal(multiplier, self.counters))
+        return multiplier is not None
+
+    def _insert(self, second: int, middle: Extremal) -> None:
+        """Take in an extremal that was solved between two neighbouring ones."""
         before, after = self.extremals[second - 1], self.extremals[second]
-        if len(self.extremals) >= _MOST_EXTREMALS:
-            return False
-        if math.isinf(before.multiplier):
-            middle = self.mesh.extremal(_FIRST_MULTIPLIER * after.multiplier, self.counters)
-        elif math.log(before.multiplier / after.multiplier) < _SAME_MULTIPLIER:
-            return False
-        else:
-            middle = self.mesh.extremal(before.multiplier ** (1.0 - share) * after.multiplier**share, self.counters)
         if before.time_s < middle.time_s < after.time_s and after.energy_j < middle.energy_j < before.energy_j:
             if self._is_foretold(before, middle, after):
                 self.foretold.add(middle.multiplier)
@@ -268,4 +243,3 @@ class ExtremalFront:
             )  # the same run: T jumps at a lower multiplier
         else:
             self.extremals[second] = replace(after, multiplier=middle.multiplier)  # ... or at a higher multiplier
-        return middle.multiplier < _HIGHEST_MULTIPLIER * self.mesh.usual_multiplier
