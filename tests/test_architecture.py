@@ -14,7 +14,7 @@ from tgvdp._jit.cache import KERNEL_FREE
 PACKAGE = Path(__file__).resolve().parents[1] / "src" / "tgvdp"
 
 #: Leaves that every room may use.
-LEAVES = {"errors", "memory", "progress", "units", "constants", "cores", "second_process", "__version__"}
+LEAVES = {"errors", "memory", "progress", "units", "constants", "cores", "second_process", "start", "__version__"}
 
 #: Room → the rooms it may import besides itself and the leaves. Edges (cli, api) stand last.
 MAY_IMPORT = {
@@ -25,6 +25,7 @@ MAY_IMPORT = {
     "progress": set(),
     "cores": set(),
     "second_process": set(),
+    "start": set(),
     "pareto": set(),
     "_jit": set(),
     "model": set(),

@@ -1,32 +1,18 @@
 """``python -m tgvdp`` and the console command ``tgvdp``."""
 
-import gc
 import os
 import signal
 import sys
 from types import FrameType
 from typing import NoReturn
 
-#: Imports and pictures make many objects that stay; looking for cycles among them takes a tenth of a short run.
-_GC_THRESHOLD = 100_000
+from tgvdp.start import start_fast
+
 #: Subcommands that may use scipy themselves.
 _NEEDS_SCIPY = {"solve", "bench"}
 _INTERRUPTED = 130
 #: Neither the input nor the user is at fault.
 _BROKEN = 1
-#: What matplotlib and numba read while they are loaded, and refuse to be loaded for where it means nothing to them.
-#: Pictures are drawn into files without a backend, and kernels run in one thread.
-_NO_CONCERN = ("MPLBACKEND", "NUMBA_NUM_THREADS")
-
-
-def start_fast(needs_scipy: bool) -> None:
-    """Prepare this process, which is the program's own, for a fast start."""
-    gc.set_threshold(_GC_THRESHOLD)
-    for name in _NO_CONCERN:
-        os.environ.pop(name, None)
-    # numba imports these where they are installed, for BLAS and for line coverage in kernels: 0.25 s for nothing here.
-    for name in ("coverage",) if needs_scipy else ("scipy", "coverage"):
-        sys.modules.setdefault(name, None)  # type: ignore[arg-type]
 
 
 def main() -> int:

@@ -27,8 +27,8 @@ from tgvdp.cores import usable_cores
 
 _LENGTH = struct.Struct("<Q")
 _BOOT = (
-    "import sys; sys.path[:] = {path!r}; from tgvdp import __main__, second_process;"
-    " __main__.start_fast({needs_scipy!r}); second_process.serve()"
+    "import sys; sys.path[:] = {path!r}; from tgvdp import second_process, start;"
+    " start.start_fast({needs_scipy!r}); second_process.serve()"
 )
 #: Loaded only by who draws: then drawing here is quicker than in a process that has to load it first.
 _DRAWING = "matplotlib"

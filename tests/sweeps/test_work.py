@@ -129,3 +129,13 @@ def test_workers_keep_their_memory_for_the_next_front():
         kept = client.submit(_malloc).result()
     assert int(kept["MALLOC_MMAP_THRESHOLD_"]) >= 16 << 20
     assert int(kept["MALLOC_TRIM_THRESHOLD_"]) > int(kept["MALLOC_MMAP_THRESHOLD_"])
+
+
+def _loaded() -> tuple[bool, bool]:
+    return "tgvdp.api.warm" in sys.modules, "scipy.linalg" in sys.modules
+
+
+def test_workers_load_what_fronts_need_as_they_start_and_no_more():
+    pytest.importorskip("distributed")
+    with connected(Cluster(workers=1)) as client:
+        assert client.submit(_loaded).result() == (True, False)

@@ -35,6 +35,8 @@ _CONFIG = {
     "distributed.admin.system-monitor.interval": "2s",
     "distributed.admin.system-monitor.gil.enabled": False,
 }
+#: What workers of an own cluster load as they start, besides what else Dask is told to have them load.
+_PRELOAD = "tgvdp.sweeps.preload"
 _ONE_THREAD = {
     name: "1" for name in ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 }
@@ -82,7 +84,8 @@ def connected(cluster: Cluster) -> "Iterator[Client]":
         raise MissingExtraError("sweeps need dask and pyarrow: pip install 'tgvdp[sweep]'") from None
     with contextlib.ExitStack() as stack:
         stack.enter_context(silence_logging_cmgr(_SILENT))
-        stack.enter_context(dask.config.set(_CONFIG))
+        preload = [*dask.config.get("distributed.worker.preload", []), _PRELOAD]
+        stack.enter_context(dask.config.set({**_CONFIG, "distributed.worker.preload": preload}))
         try:
             address: Any = cluster.scheduler or stack.enter_context(_started(cluster))
             client = stack.enter_context(Client(address, timeout=_CONNECT_S, set_as_default=False))

@@ -20,7 +20,7 @@ from tgvdp.errors import TgvdpError
 LENGTH = struct.Struct("<Q")
 #: What a process is started with: quick imports first, then this module with the limit of its memory, B.
 BOOT = (
-    "import sys; sys.path[:] = {path!r}; from tgvdp import __main__; __main__.start_fast(False);"
+    "import sys; sys.path[:] = {path!r}; from tgvdp import start; start.start_fast(False);"
     " from tgvdp.explorer.compute import worker; worker.serve({memory_b!r})"
 )
 #: Kinds of messages back: any number of the first, then one of the others.
