@@ -173,11 +173,12 @@ def sharing_gain(spec: SweepSpec, count: int) -> dict[str, float]:
 
 def _alone(task: Task) -> Task:
     """A task that shares nothing with any other one: objects of its own, and nothing remembered."""
-    from tgvdp.line.resolved import resolve
+    from tgvdp.line import resolved
     from tgvdp.runs.fastest import reachable_w
     from tgvdp.sweeps import work
 
-    resolve.cache_clear()
+    resolved.resolve.cache_clear()
+    resolved._on_steps.cache_clear()
     reachable_w.cache_clear()
     work._changed.cache_clear()
     alone: Task = pickle.loads(pickle.dumps(task))
