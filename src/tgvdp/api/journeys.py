@@ -144,7 +144,9 @@ def journey(
             supplement_s, tolerance_s = _supplements(between, options)
             found = journey_front(between, supplement_s, tolerance_s, dwell_s, lambda: clock.expired)
         else:
-            sections, found = _timed(TimedJourney(between, whole, windows, solved), options)
+            sections, found = _timed(
+                TimedJourney(between, whole, windows, solved, _solver(clock, max_memory_b, rough=True)), options
+            )
     filled = {"time_limit_s": budget.time_limit_s, "dwell_s": dwell_s, "stops_m": stops_m}
     return JourneyResult(
         trip=whole,
@@ -224,12 +226,12 @@ def _timed(journey: TimedJourney, options: SearchOptions) -> tuple[tuple[PassedR
     return journey.front(np.maximum(arrival_s, earliest_s), met_to_s(fastest_s))
 
 
-def _solver(clock: Clock, max_memory_b: float | None) -> Callable[[Trip], SectionRuns]:
+def _solver(clock: Clock, max_memory_b: float | None, *, rough: bool = False) -> Callable[[Trip], SectionRuns]:
     """What makes the runs of a trip within the time and the memory that are left: by the front method."""
 
     def method(trip: Trip, fastest: Profile, target_s: _Floats, tolerance_s: float) -> OptimalRuns:
         with sensible_numbers(trip, max_memory_b):
-            return continuous_front(trip, fastest, target_s, SearchBudget().after(clock), tolerance_s)
+            return continuous_front(trip, fastest, target_s, SearchBudget().after(clock), tolerance_s, rough=rough)
 
     def solved(trip: Trip) -> SectionRuns:
         with sensible_numbers(trip, max_memory_b):

@@ -45,17 +45,20 @@ def continuous_front(
     tolerance_s: float | None = None,
     clean: bool = False,
     min_phase_s: float = 0.0,
+    rough: bool = False,
 ) -> OptimalRuns:
     """Method ``front``: the costate program, or for an energy by a map the generic refinement.
 
     With ``clean`` its points become extremals of few commands (`methods.extremal`), which takes much longer, where the
-    line has current throughout. Phases shorter than ``min_phase_s`` are left out of the costate program's runs.
+    line has current throughout. Phases shorter than ``min_phase_s`` are left out of the costate program's runs; a
+    ``rough`` one takes its cells as they come.
     """
     if trip.energy.kind == "map":
         return refine_front(trip, fastest, target_s, budget, tolerance_s)
     powered = bool((resolve(trip).supply == POWERED).all())
-    find = extremal_front if clean and powered else optimal_front
-    return find(trip, fastest, target_s, budget, tolerance_s, min_phase_s)
+    if clean and powered:
+        return extremal_front(trip, fastest, target_s, budget, tolerance_s, min_phase_s)
+    return optimal_front(trip, fastest, target_s, budget, tolerance_s, min_phase_s, rough=rough)
 
 
 def find(

@@ -18,7 +18,7 @@ from tgvdp.journeys.front import JourneyFront
 from tgvdp.journeys.passed import PassedRun, PassedRuns, run_of_parts
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.journeys.speeds import Point, Speeds, SpeedSearch
-from tgvdp.journeys.timetable import earliest, planned
+from tgvdp.journeys.timetable import earliest, planned, sample
 from tgvdp.journeys.whole import whole_run
 from tgvdp.journeys.windows import Schedule, Windows
 from tgvdp.model.journey import TimingPoint
@@ -33,6 +33,46 @@ _Floats = NDArray[np.float64]
 _ROUNDING = 1e-6
 
 
+class _Parts:
+    """The parts of a journey by the speeds at which it passes, solved when they are first asked for.
+
+    Attributes
+    ----------
+    known : collection of SectionRuns
+        All that were asked for.
+    """
+
+    def __init__(self, trip: Trip, windows: Windows, solved: Callable[[Trip], SectionRuns]) -> None:
+        self._trip = trip
+        self._windows = windows
+        self._solved = solved
+        self._known: dict[tuple[float, ...], SectionRuns] = {}
+        self.known = self._known.values()
+
+    def __call__(self, speeds_mps: Speeds) -> list[SectionRuns]:
+        """Parts that share given speeds where the train passes.
+
+        Raises
+        ------
+        InfeasibleError
+            When a part cannot have its speeds.
+        """
+        speeds = iter(speeds_mps)
+        ends = [(self._windows.departures[0].position_m, 0.0)]
+        for point, dwell_s in zip(self._windows.arrivals, (*self._windows.dwells_s, 0.0), strict=True):
+            ends.append((point.position_m, next(speeds) if dwell_s is None else 0.0))
+        return [self._part(*first, *last) for first, last in pairwise(ends)]
+
+    def _part(self, from_m: float, from_mps: float, to_m: float, to_mps: float) -> SectionRuns:
+        key = (from_m, from_mps, to_m, to_mps)
+        if key not in self._known:
+            trip = replace(
+                self._trip, origin_m=from_m, destination_m=to_m, start_speed_mps=from_mps, end_speed_mps=to_mps
+            )
+            self._known[key] = self._solved(trip)
+        return self._known[key]
+
+
 class TimedJourney:
     """A journey with windows: its parts by the speeds at which it passes, solved when they are first asked for.
 
@@ -43,8 +83,8 @@ class TimedJourney:
     trip : Trip
         The whole journey.
     windows : Windows
-    solved : callable
-        Makes the runs of a trip.
+    solved, planned : callable
+        Make the runs of a trip: as well as they can be, and well enough to choose the speeds by, in less time.
 
     Raises
     ------
@@ -58,40 +98,17 @@ class TimedJourney:
         trip: Trip,
         windows: Windows,
         solved: Callable[[Trip], SectionRuns],
+        planned: Callable[[Trip], SectionRuns],
     ) -> None:
         self.sections = sections
         self.windows = windows
-        self._trip = trip
-        self._solved = solved
-        self._known: dict[tuple[float, ...], SectionRuns] = {}
+        self.parts = _Parts(trip, windows, solved)
+        self._planned_parts = _Parts(trip, windows, planned)
         self._points = [
             point
             for section, parts in zip(sections, windows.sections, strict=True)
             for point in _passed(section.trip, [windows.arrivals[part] for part in parts[:-1]])
         ]
-
-    def parts(self, speeds_mps: Speeds) -> list[SectionRuns]:
-        """Parts that share given speeds where the train passes.
-
-        Raises
-        ------
-        InfeasibleError
-            When a part cannot have its speeds.
-        """
-        speeds = iter(speeds_mps)
-        ends = [(self.windows.departures[0].position_m, 0.0)]
-        for point, dwell_s in zip(self.windows.arrivals, (*self.windows.dwells_s, 0.0), strict=True):
-            ends.append((point.position_m, next(speeds) if dwell_s is None else 0.0))
-        return [self._part(*first, *last) for first, last in pairwise(ends)]
-
-    def _part(self, from_m: float, from_mps: float, to_m: float, to_mps: float) -> SectionRuns:
-        key = (from_m, from_mps, to_m, to_mps)
-        if key not in self._known:
-            trip = replace(
-                self._trip, origin_m=from_m, destination_m=to_m, start_speed_mps=from_mps, end_speed_mps=to_mps
-            )
-            self._known[key] = self._solved(trip)
-        return self._known[key]
 
     @property
     def earliest_s(self) -> float:
@@ -103,7 +120,7 @@ class TimedJourney:
             When a window closes before the fastest runs reach it.
         """
         highest_mps = tuple(point.highest_mps for point in self._points)
-        return earliest(self.parts(highest_mps), self.windows, 0.0).arrival.first_s
+        return earliest(self._planned_parts(highest_mps), self.windows, 0.0).arrival.first_s
 
     def front(self, arrival_s: _Floats, tolerance_s: float) -> tuple[tuple[PassedRuns, ...], JourneyFront]:
         """Find the front of the journey.
@@ -127,7 +144,7 @@ class TimedJourney:
         """
         own_s = tolerance_s / len(self.windows.arrivals)
         windows = self.windows.opened_later(own_s)
-        search = SpeedSearch(self._points, self.parts, windows, arrival_s, own_s)
+        search = SpeedSearch(self._points, self._planned_parts, windows, arrival_s, own_s)
         search.on_grid()
         departure_s, runs, are_whole = self._solved_at(search)
         if not are_whole:  # the speeds of the grid are those of the runs
@@ -154,7 +171,7 @@ class TimedJourney:
             departure_s=leaving_s[:, first],
             multiplier_j_per_s=np.column_stack([one.multiplier_j_per_s[kept] for one in sections]),
             practices={},
-            complete=all(part.complete for part in (*self._known.values(), *self.sections)),
+            complete=all(part.complete for part in (*self._planned_parts.known, *self.parts.known, *self.sections)),
             exhausted=bool(coming_s[-1, -1] < arrival_s[met[-1]] - tolerance_s),
             left=(*search.too_early(), *self.windows.left_by(leaving_s, coming_s, tolerance_s)),
         )
@@ -176,7 +193,9 @@ class TimedJourney:
         plan = Schedule(*np.empty((3, len(met), len(self.windows.arrivals))))
         for chosen in set(search.found.values()):
             rows = [row for row, at in enumerate(met) if search.found[at] == chosen]
-            own = planned(self.parts(chosen), search.windows, search.arrival_s[met][rows], search.tolerance_s)
+            parts, arrival_s = self.parts(chosen), search.arrival_s[met][rows]
+            sample(parts, search.windows, arrival_s, search.tolerance_s)
+            own = planned(parts, search.windows, arrival_s, search.tolerance_s)
             for column, own_column in zip(plan, own, strict=True):
                 column[rows] = own_column
         runs, are_whole = [], True

@@ -7,6 +7,7 @@ import tgvdp
 from tgvdp import EffortCurve, Track, Train
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate.doubt import Doubt
+from tgvdp.methods.costate.front import optimal_front
 from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.costate.multipliers import ExtremalFront
 
@@ -99,3 +100,16 @@ def test_extremals_that_are_solved_together_are_those_solved_one_by_one():
         assert (one.switch == alone.switch).all()
         assert (one.passed == alone.passed).all()
     assert together_counts == counts
+
+
+def test_a_rough_front_takes_cells_as_they_come():
+    """Plans are made of such runs: as punctual, a little dearer or not, on fewer cells."""
+    fastest = tgvdp.search(TRAIN, hills(17), points=2)
+    targets_s = fastest.fastest.time_s * np.linspace(1.01, 1.25, 6)
+    fine, rough = (
+        optimal_front(fastest.trip, fastest.fastest.profile, targets_s, SearchBudget(), 0.1, rough=rough)
+        for rough in (False, True)
+    )
+    assert rough.counters["cells"] < fine.counters["cells"]
+    assert rough.energy_j == pytest.approx(fine.energy_j, rel=1e-3)
+    assert ((rough.duration_s <= targets_s) & (rough.duration_s >= targets_s - 0.1)).all()

@@ -79,6 +79,8 @@ def optimal_front(
     budget: SearchBudget,
     tolerance_s: float | None = None,
     min_phase_s: float = 0.0,
+    *,
+    rough: bool = False,
 ) -> OptimalRuns:
     """Least energy of the continuous problem at given running times.
 
@@ -94,6 +96,8 @@ def optimal_front(
         How well running times are met, s; by default a small share of the smallest step between them.
     min_phase_s : float
         Shorter phases of driving, s, are left out of the runs where that costs next to nothing; 0 leaves all.
+    rough : bool
+        Whether cells are taken as they come, for plans: runs are feasible and met, some may be a little too dear.
 
     Returns
     -------
@@ -118,7 +122,7 @@ def optimal_front(
     # No point is later than its target: a timetable allows for no more.
     half_s = 0.5 * tolerance_s
     aims_s = target_s[slower] - half_s
-    search = _Search(trip, fastest, aims_s, half_s, auxiliary_w, counters, clock)
+    search = _Search(trip, fastest, aims_s, half_s, auxiliary_w, counters, clock, Doubt(0) if rough else Doubt())
     runs, complete, saves = search.runs() if slower.any() else _Found([], True, True)
     rows = fastest.position_m - trip.origin_m, fastest.speed_mps**2
     met = int(np.sum(~slower))
@@ -181,6 +185,7 @@ class _Search:
     least_multiplier: float
     counters: dict[str, int]
     clock: Clock
+    doubt: Doubt
     mesh: Mesh | None = None  # of the runs that were found
 
     def runs(self) -> _Found:
@@ -190,19 +195,18 @@ class _Search:
         than another run that was found.
         """
         found: _Found | None = None
-        doubt = Doubt()
         if self.clock.expired:
             return _Found([], False, True)
         try:
             mesh = Mesh.of(self.trip, self.fastest, _COARSEST)
             while True:
-                front = doubt.answered(self._foreseen(mesh))
+                front = self.doubt.answered(self._foreseen(mesh))
                 mesh = front.mesh
                 driven = self._driven(front)
                 if found is None or driven.complete:
                     self.counters["cells"] = len(mesh.cells.length_m)
                     found, self.mesh = driven, mesh
-                if not driven.complete or doubt.is_settled(front, driven.runs):
+                if not driven.complete or self.doubt.is_settled(front, driven.runs):
                     break
         except OutOfTime:
             pass
