@@ -21,8 +21,8 @@ import pyarrow.parquet as parquet
 
 from benchmarks.timing import ROOT
 from tgvdp.report import make_provenance
-from tgvdp.report.plain import markdown_table
-from tgvdp.report.results import to_json, write_ledger
+from tgvdp.report.plain import markdown_table, to_json
+from tgvdp.report.provenance import write_ledger
 from tgvdp.sweeps.batches import Batches
 from tgvdp.sweeps.cluster import Cluster, connected
 from tgvdp.sweeps.engine import Engine
