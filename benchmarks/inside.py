@@ -26,9 +26,9 @@ def mesh_of(result: Any) -> mesh.Mesh:
     used: list[mesh.Mesh] = []
     reach = ExtremalFront.reach
 
-    def noted(front: ExtremalFront, first_s: float, last_s: float) -> bool:
+    def noted(front: ExtremalFront, last_s: float) -> bool:
         used.append(front.mesh)
-        return reach(front, first_s, last_s)
+        return reach(front, last_s)
 
     with mock.patch.object(ExtremalFront, "reach", noted):
         optimal_front(result.trip, result.fastest.profile, result.front.time_s, SearchBudget())

@@ -21,8 +21,8 @@ import pyarrow.parquet as parquet
 
 from benchmarks.timing import ROOT
 from tgvdp.report import make_provenance
-from tgvdp.report.plain import markdown_table
-from tgvdp.report.results import to_json, write_ledger
+from tgvdp.report.plain import markdown_table, to_json
+from tgvdp.report.provenance import write_ledger
 from tgvdp.sweeps.batches import Batches
 from tgvdp.sweeps.cluster import Cluster, connected
 from tgvdp.sweeps.engine import Engine
@@ -173,11 +173,12 @@ def sharing_gain(spec: SweepSpec, count: int) -> dict[str, float]:
 
 def _alone(task: Task) -> Task:
     """A task that shares nothing with any other one: objects of its own, and nothing remembered."""
-    from tgvdp.line.resolved import resolve
+    from tgvdp.line import resolved
     from tgvdp.runs.fastest import reachable_w
     from tgvdp.sweeps import work
 
-    resolve.cache_clear()
+    resolved.resolve.cache_clear()
+    resolved._on_steps.cache_clear()
     reachable_w.cache_clear()
     work._changed.cache_clear()
     alone: Task = pickle.loads(pickle.dumps(task))

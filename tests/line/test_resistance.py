@@ -43,6 +43,12 @@ def trip_on(convention=STRIP, train=TRAIN, origin_m=0.0, destination_m=5000.0, l
     return Trip(train=train, track=track, origin_m=origin_m, destination_m=destination_m, convention=convention)
 
 
+def forget_lines():
+    """Have lines resolved anew."""
+    resolve.cache_clear()
+    resolved._on_steps.cache_clear()
+
+
 def force_n(trip, x_m):
     line = resolve(trip)
     at = np.array([x_m])
@@ -233,15 +239,55 @@ def test_steps_have_converged(shared, monkeypatch, track, train, destination_m, 
         destination_m=destination_m,
         convention=Convention(name="test", mass_model=mass_model, curves="roeckl", limits="tail"),
     )
-    resolve.cache_clear()
+    forget_lines()
     usual, cells = fastest_run(trip), len(cells_of(trip).length_m)
     assert replay(trip, usual).ok
     monkeypatch.setattr(resolved, "_STEP_SHARE", resolved._STEP_SHARE / 8.0)
     monkeypatch.setattr(resolved, "_MOST_STEPS", resolved._MOST_STEPS * 8)
     monkeypatch.setattr(resolved, "_WORK_SHARE", resolved._WORK_SHARE / 8.0)
-    resolve.cache_clear()
+    forget_lines()
     fine = fastest_run(trip)
     assert len(cells_of(trip).length_m) > 2 * cells or (track.startswith("CN") and mass_model == "point")
-    resolve.cache_clear()
+    forget_lines()
     assert usual.duration_s == pytest.approx(fine.duration_s, rel=3e-5)
     assert usual.total_energy_j == pytest.approx(fine.total_energy_j, rel=1e-4)
+
+
+@pytest.mark.parametrize("mass_model", ["point", "strip"])
+@pytest.mark.parametrize(
+    "figures",
+    [
+        {"mass_kg": 3e5},
+        {"rotating_mass_factor": 1.2},
+        {"traction": EffortCurve.from_caps(1e5, 5e6)},
+        {"length_m": 120.0},
+        {"davis_a_n": 40e3},
+        {"davis_b_n_per_mps": 2e3},
+        {"davis_c_n_per_mps2": 20.0},
+        {"tunnel_drag": ((24.0, 30.0), (40.0, 5.0))},
+        {"max_speed_mps": 20.0},
+    ],
+    ids=lambda figures: next(iter(figures)),
+)
+def test_a_train_with_another_figure_does_not_get_the_line_of_the_one_before_it(mass_model, figures):
+    """Lines are shared by trips that agree in all they depend on."""
+    convention = Convention(name="test", mass_model=mass_model, limits="tail", tunnels=True)
+    line = {
+        "gradients": ((0, 0), (800, 14), (2100, -21), (3300, 5)),
+        "speed_limits": ((0, 30), (1500, 18), (3000, 30)),
+        "tunnels": ((1000.0, 700.0, 24.0),),
+    }
+    forget_lines()
+    resolve(trip_on(convention, **line))
+    other = trip_on(convention, replace(TRAIN, **figures), **line)
+    shared = resolve(other)
+    forget_lines()
+    alone = resolve(other)
+    for mine, own in zip(shared, alone, strict=True):
+        np.testing.assert_equal(mine, own)
+
+
+def test_trips_that_differ_in_the_wind_share_their_line():
+    forget_lines()
+    trips = [trip_on(CONVENTIONS["ttobench"], replace(TRAIN, davis_a_n=newtons)) for newtons in (4e3, 5e3)]
+    assert resolve(trips[0]) is resolve(trips[1])

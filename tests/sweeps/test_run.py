@@ -2,6 +2,8 @@
 
 import csv
 import json
+import subprocess
+import sys
 
 import pytest
 
@@ -86,3 +88,11 @@ def test_a_failing_scenario_is_reported_and_the_others_go_on(tmp_path):
     assert all("train metro" in row["error"] for row in rows if row["status"] == "failed")
     assert "Traceback" not in done.stderr
     assert "warning: scenario 3 failed: " in done.stderr
+
+
+def test_the_driver_starts_without_numba():
+    """Workers solve: a driver that loads numba for nothing starts them half a second later."""
+    code = (
+        "import sys, tgvdp.cli, tgvdp.cli.sweep, tgvdp.sweeps.run, tgvdp.sweeps.read; sys.exit('numba' in sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

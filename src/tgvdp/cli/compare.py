@@ -70,7 +70,8 @@ def command(
     from tgvdp.report.columns import to_csv
     from tgvdp.report.comparison import compare_columns, compare_object, names_of, plot_comparison, read_result
     from tgvdp.report.pictures import encode
-    from tgvdp.report.results import to_json, write_ledger
+    from tgvdp.report.plain import to_json
+    from tgvdp.report.provenance import write_ledger
 
     context = click.get_current_context()
     asked = {"train": trains, "track": tracks, "energy": energy, "from_m": from_m, "to_m": to_m}

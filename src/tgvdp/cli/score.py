@@ -87,7 +87,8 @@ def command(
         from tgvdp.api import score_run  # brings numba: neither --help nor an error in the input waits for it
         from tgvdp.report import make_provenance
         from tgvdp.report.pictures import encode
-        from tgvdp.report.results import to_json, write_ledger
+        from tgvdp.report.plain import to_json
+        from tgvdp.report.provenance import write_ledger
         from tgvdp.report.scores import plot_score, score_object
 
         started_s = time.perf_counter()

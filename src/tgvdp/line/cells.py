@@ -61,7 +61,8 @@ def cells_of(trip: Trip, stations_m: NDArray[np.float64] | None = None) -> Cells
     """
     station_m = breaks_of(trip)
     if stations_m is not None:
-        station_m = np.union1d(station_m, stations_m)
+        station_m = np.sort(np.concatenate((station_m, stations_m)))
+        station_m = station_m[np.concatenate(([True], station_m[1:] > station_m[:-1]))]
     line = resolve(trip)
     step = line.step_at(0.5 * (station_m[:-1] + station_m[1:]))
     supply = line.supply[step]

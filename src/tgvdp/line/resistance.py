@@ -11,7 +11,7 @@ from tgvdp.errors import InputError
 from tgvdp.line.piecewise import Floats, Piecewise, as_table
 from tgvdp.memory import ask_for
 from tgvdp.model.track import Curve, Track
-from tgvdp.model.train import Train
+from tgvdp.model.train import TunnelDrag
 
 #: From this radius on Röckl's formula is 650/(R − 55), below it 500/(R − 30), ‰ of the weight; it jumps there.
 ROECKL_RADIUS_M = 300.0
@@ -93,7 +93,7 @@ def _one_curve(track: Track, index: int, row: Curve, end_m: float, formula: str)
     return np.array([starts_m, left, 0.5 * (left + right), right])
 
 
-def tunnel_drag(train: Train, track: Track) -> Piecewise:
+def tunnel_drag(train_name: str, drags: Sequence[TunnelDrag], track: Track) -> Piecewise:
     """Additional coefficient of v² along the track, N/(m/s)².
 
     Raises
@@ -101,13 +101,13 @@ def tunnel_drag(train: Train, track: Track) -> Piecewise:
     InputError
         When the train has no coefficient for the cross section of a tunnel: there is no rule for others.
     """
-    known = {row.cross_section_m2: row.davis_c_n_per_mps2 for row in train.tunnel_drag}
+    known = {row.cross_section_m2: row.davis_c_n_per_mps2 for row in drags}
     rows = [(0.0, 0.0)]
     for index, tunnel in enumerate(track.tunnels):
         if tunnel.cross_section_m2 not in known:
             names = ", ".join(f"{area_m2:g}" for area_m2 in known) or "none"
             raise InputError(
-                f"train {train.name}: tunnel_drag is not known for {tunnel.cross_section_m2:g} m², the cross section "
+                f"train {train_name}: tunnel_drag is not known for {tunnel.cross_section_m2:g} m², the cross section "
                 f"of tunnels[{index}] of track {track.name}; known cross sections in m²: {names}"
             )
         start_m = max(tunnel.position_m, rows[-1][0])  # the end of the one before it, but for rounding

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from tgvdp.line.piecewise import Floats, Piecewise, as_table
 from tgvdp.line.resistance import curve_permil, gradient_permil, tunnel_drag
+from tgvdp.model.convention import Convention
 from tgvdp.model.track import LOWERED, NEUTRAL, POWERED, Track
-from tgvdp.model.train import Train
+from tgvdp.model.train import Train, TunnelDrag
 from tgvdp.model.trip import Trip
 
 #: Breaks nearer to each other than this share of the distance are one: no acceleration can be told on less.
@@ -83,6 +84,50 @@ class ResolvedLine(NamedTuple):
         return force, drag
 
 
+class _Asked(NamedTuple):
+    """What the steps of a line depend on: trips that differ in something else, as in the wind, share them.
+
+    Attributes
+    ----------
+    track, origin_m, destination_m, start_speed_mps, convention, credits
+        As of the trip.
+    train_name, mass_kg, length_m, davis_c_n_per_mps2, tunnel_drag, max_speed_mps, inertia_kg
+        As of its train.
+    starting_n : float
+        Starting effort, N.
+    """
+
+    track: Track
+    origin_m: float
+    destination_m: float
+    start_speed_mps: float
+    convention: Convention
+    credits: tuple[tuple[float, float], ...]
+    train_name: str
+    mass_kg: float
+    length_m: float
+    davis_c_n_per_mps2: float
+    tunnel_drag: tuple[TunnelDrag, ...]
+    max_speed_mps: float
+    inertia_kg: float
+    starting_n: float
+
+    @property
+    def distance_m(self) -> float:
+        """Distance from origin to destination, m."""
+        return self.destination_m - self.origin_m
+
+    def limit_mps(self, at_m: Floats) -> Floats:
+        """Speed limit of line and train at positions from the origin."""
+        limits = as_table(self.track.speed_limits)
+        return np.minimum(_limit_mps(limits, self.origin_m + at_m, self.reach_m), self.max_speed_mps)
+
+    @property
+    def reach_m(self) -> float:
+        """How far behind the head the speed limit counts that holds there, m."""
+        return self.length_m if self.convention.limits == "tail" else 0.0
+
+
 @lru_cache(maxsize=16)
 def resolve(trip: Trip) -> ResolvedLine:
     """Resolve the line of a trip by its convention.
@@ -92,48 +137,66 @@ def resolve(trip: Trip) -> ResolvedLine:
     InputError
         When a curve is too tight for the formula, or the train's drag in a tunnel is not known.
     """
-    train, origin_m, distance_m = trip.train, trip.origin_m, trip.distance_m
-    force, drag = _resistance(trip)
-    limits = as_table(trip.track.speed_limits)
-    reach_m = train.length_m if trip.convention.limits == "tail" else 0.0
-    top_mps = min(float(limits[:, 1].max()), train.max_speed_mps)
+    train = trip.train
+    asked = _Asked(
+        trip.track, trip.origin_m, trip.destination_m, trip.start_speed_mps, trip.convention, trip.credits, train.name,
+        train.mass_kg, train.length_m, train.davis_c_n_per_mps2, train.tunnel_drag, train.max_speed_mps,
+        train.inertia_kg, train.traction_limit.effort_n(0.0),
+    )  # fmt: skip
+    line = _on_steps(asked)
+    if line.even:
+        return line
+    turns_m = _turns(train, line.force, line.drag, line.break_m, asked.limit_mps)
+    break_m = _merged(np.sort(np.concatenate((line.break_m, turns_m))), asked.distance_m)
+    return _cut(asked, line.force, line.drag, break_m)
+
+
+@lru_cache(maxsize=16)
+def _on_steps(asked: _Asked) -> ResolvedLine:
+    """The line on steps whose ends do not depend on how hard the train rolls."""
+    force, drag = _resistance(asked)
+    limits = as_table(asked.track.speed_limits)
+    top_mps = min(float(limits[:, 1].max()), asked.max_speed_mps)
     rises = np.diff(limits[:, 1]) > 0.0
-    changes_m = limits[1:, 0] + np.where(rises, reach_m, 0.0) - origin_m
-    breaks = [*_steps(trip, force, drag, top_mps), changes_m]
-    stretches = np.array(trip.track.neutral_sections, dtype=np.float64).reshape(-1, 3)
-    stretches[:, 0] -= origin_m
-    breaks += [stretches[:, 0], stretches[:, 0] + stretches[:, 1]]
-    breaks.append(np.array([until_m - origin_m for until_m, _ in trip.credits]))
+    changes_m = limits[1:, 0] + np.where(rises, asked.reach_m, 0.0) - asked.origin_m
+    from_m, until_m = _stretches(asked)[:, :2].T
+    credits_m = np.array([until_m - asked.origin_m for until_m, _ in asked.credits])
+    breaks = [*_steps(asked, force, drag, top_mps), changes_m, from_m, until_m, credits_m]
+    return _cut(asked, force, drag, _merged(np.sort(np.concatenate(breaks)), asked.distance_m))
 
-    def limit_of(at_m: Floats) -> Floats:
-        return np.minimum(_limit_mps(limits, origin_m + at_m, reach_m), train.max_speed_mps)
 
+def _cut(asked: _Asked, force: Piecewise, drag: Piecewise, break_m: Floats) -> ResolvedLine:
+    """The line in the steps between given breaks."""
     even = force.is_even and drag.is_even
-    break_m = _merged(np.sort(np.concatenate(breaks)), distance_m)
-    if not even:
-        turns_m = _turns(train, force, drag, break_m, limit_of)
-        break_m = _merged(np.sort(np.concatenate((break_m, turns_m))), distance_m)
     middle_m = 0.5 * (break_m[:-1] + break_m[1:])
     grade_n, air = (
         function.on(function.piece_at(middle_m), middle_m) if even else function.mean(break_m[:-1], break_m[1:])
         for function in (force, drag)
     )
     return ResolvedLine(
-        break_m, grade_n, air, limit_of(middle_m), _supply(stretches, middle_m), force, drag,
-        force.integral_to(break_m), drag.integral_to(break_m), even, train.inertia_kg,
+        break_m, grade_n, air, asked.limit_mps(middle_m), _supply(_stretches(asked), middle_m), force, drag,
+        force.integral_to(break_m), drag.integral_to(break_m), even, asked.inertia_kg,
     )  # fmt: skip
 
 
-def _resistance(trip: Trip) -> tuple[Piecewise, Piecewise]:
+def _stretches(asked: _Asked) -> Floats:
+    """Stretches without current: their ends, from the origin, m, and whether the pantograph is lowered, (n, 3)."""
+    stretches = np.array(asked.track.neutral_sections, dtype=np.float64).reshape(-1, 3)
+    stretches[:, 0] -= asked.origin_m
+    stretches[:, 1] += stretches[:, 0]
+    return stretches
+
+
+def _resistance(asked: _Asked) -> tuple[Piecewise, Piecewise]:
     """Force of gradients and curves, N, and coefficient of v², N/(m/s)², over the head's position from the origin."""
-    train, track, convention = trip.train, trip.track, trip.convention
-    over_m = train.length_m if convention.mass_model == "strip" else 0.0
-    permil = _section_permil(track, convention.curves, over_m, trip.origin_m, trip.destination_m)
+    track, convention, ends_m = asked.track, asked.convention, (asked.origin_m, asked.destination_m)
+    over_m = asked.length_m if convention.mass_model == "strip" else 0.0
+    permil = _section_permil(track, convention.curves, over_m, *ends_m)
+    drag = Piecewise.constant(asked.davis_c_n_per_mps2, asked.distance_m)
     if convention.tunnels and track.tunnels:
-        drag = _whole_drag(train, track, over_m).between(trip.origin_m, trip.destination_m)
-    else:
-        drag = Piecewise.constant(train.davis_c_n_per_mps2, trip.distance_m)
-    return permil.scaled(train.mass_kg * convention.gravity_mps2 / 1000.0), drag
+        own = asked.train_name, asked.davis_c_n_per_mps2, asked.tunnel_drag
+        drag = _whole_drag(*own, track, over_m).between(*ends_m)
+    return permil.scaled(asked.mass_kg * convention.gravity_mps2 / 1000.0), drag
 
 
 @lru_cache(maxsize=16)
@@ -152,16 +215,18 @@ def _whole_permil(track: Track, curves: str, over_m: float) -> Piecewise:
 
 
 @lru_cache(maxsize=4)
-def _whole_drag(train: Train, track: Track, over_m: float) -> Piecewise:
+def _whole_drag(
+    train_name: str, davis_c_n_per_mps2: float, more: tuple[TunnelDrag, ...], track: Track, over_m: float
+) -> Piecewise:
     """Coefficient of v² over a whole track with tunnels, N/(m/s)², averaged over a train's length."""
-    drag = Piecewise.constant(train.davis_c_n_per_mps2, track.length_m).plus(tunnel_drag(train, track))
+    drag = Piecewise.constant(davis_c_n_per_mps2, track.length_m).plus(tunnel_drag(train_name, more, track))
     return drag.mean_behind(over_m) if over_m > 0.0 else drag
 
 
-def _steps(trip: Trip, force: Piecewise, drag: Piecewise, top_mps: float) -> list[Floats]:
+def _steps(asked: _Asked, force: Piecewise, drag: Piecewise, top_mps: float) -> list[Floats]:
     """Ends of steps in which the resistance at speeds up to the top speed hardly changes."""
-    effort_n, inertia_kg = trip.train.traction_limit.effort_n(0.0), trip.train.inertia_kg
-    top_w = min(top_mps**2, trip.start_speed_mps**2 + 2.0 * effort_n * trip.distance_m / inertia_kg)
+    effort_n, inertia_kg = asked.starting_n, asked.inertia_kg
+    top_w = min(top_mps**2, asked.start_speed_mps**2 + 2.0 * effort_n * asked.distance_m / inertia_kg)
     return [
         function.steps(_STEP_SHARE * effort_n * unit, _MOST_STEPS, _WORK_SHARE * inertia_kg * top_w * unit)
         for function, unit in ((force, 1.0), (drag, 1.0 / top_w))
@@ -198,8 +263,8 @@ def _limit_mps(limits: Floats, at_m: Floats, reach_m: float) -> Floats:
 
 
 def _supply(stretches: Floats, at_m: Floats) -> NDArray[np.int8]:
-    """Current at each position; rows of a stretch are position, length, and whether the pantograph is lowered."""
+    """Current at each position; rows of a stretch are its ends, and whether the pantograph is lowered."""
     supply = np.full(len(at_m), POWERED, dtype=np.int8)
-    for from_m, length_m, lowered in stretches:
-        supply[(at_m > from_m) & (at_m < from_m + length_m)] = LOWERED if lowered else NEUTRAL
+    for from_m, until_m, lowered in stretches:
+        supply[(at_m > from_m) & (at_m < until_m)] = LOWERED if lowered else NEUTRAL
     return supply

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tgvdp.report.columns import to_csv
 from tgvdp.report.margins import margins_columns, margins_object
-from tgvdp.report.plain import plain
-from tgvdp.report.provenance import Input, make_provenance
-from tgvdp.report.results import to_json, write_ledger
+from tgvdp.report.plain import plain, to_json
+from tgvdp.report.provenance import Input, make_provenance, write_ledger
 from tgvdp.report.tables import margin_pct, saved_pct
 from tgvdp.units import joule_to_kwh
 

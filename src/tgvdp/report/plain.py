@@ -1,11 +1,13 @@
-"""Values as JSON can hold them, and rows of values as CSV and as Markdown."""
+"""Values as JSON can hold them, JSON as files hold it, and rows of values as CSV and as Markdown."""
 
 import csv
 import io
+import json
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import msgspec
 import numpy as np
 
 
@@ -24,6 +26,12 @@ def plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [plain(item) for item in value]
     return str(value)
+
+
+def to_json(content: Mapping[str, Any]) -> bytes:
+    """JSON as files hold it; the line breaks are msgspec's, whose numbers Python would write in another way."""
+    compact = json.dumps(content, ensure_ascii=False, allow_nan=False).encode()
+    return msgspec.json.format(compact, indent=2) + b"\n"
 
 
 def csv_text(rows: Sequence[Mapping[str, Any]]) -> bytes:

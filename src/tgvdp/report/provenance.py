@@ -5,7 +5,7 @@ import hashlib
 import json
 import os
 import platform
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -17,7 +17,8 @@ from tgvdp.errors import InputError
 from tgvdp.model.energy import EnergyMap
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
-from tgvdp.report.plain import plain
+from tgvdp.report.files import write_files
+from tgvdp.report.plain import plain, to_json
 
 #: What was read: a file, values, or the fingerprint that was taken when a file was read.
 Input = str | os.PathLike[str] | Mapping[str, str] | Train | Track | EnergyMap
@@ -89,3 +90,22 @@ def _processor() -> str:
         lines = []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return names[0] if names else platform.processor() or platform.machine()
+
+
+def write_ledger(
+    out_dir: str | os.PathLike[str],
+    files: Mapping[str, bytes],
+    provenance: Mapping[str, Any],
+    beneath: Sequence[Path] = (),
+) -> list[Path]:
+    """Write files, and ``provenance.json`` with the provenance and the SHA-256 of each of them.
+
+    It lists files that were written into folders beneath, too.
+    """
+    listed = {**files, **{file.relative_to(out_dir).as_posix(): file.read_bytes() for file in beneath}}
+    ledger = {
+        "schema": "tgvdp.provenance/1",
+        **plain(provenance),
+        "files": {name: hashlib.sha256(data).hexdigest() for name, data in listed.items()},
+    }
+    return write_files(out_dir, {**files, "provenance.json": to_json(ledger)})

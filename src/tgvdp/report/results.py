@@ -1,6 +1,5 @@
 """The results folder of a search: result.json, two tables, pictures and provenance.json."""
 
-import hashlib
 import json
 import math
 import os
@@ -9,16 +8,13 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import msgspec
-
 from tgvdp.errors import InputError
 from tgvdp.report.columns import to_csv, to_parquet, to_xlsx
 from tgvdp.report.courses import driving_course_csv
-from tgvdp.report.files import write_files
 from tgvdp.report.pictures import check_formats, pictures_of
-from tgvdp.report.plain import plain
+from tgvdp.report.plain import to_json
 from tgvdp.report.profiles import PROFILE_DIGITS, Progress, Written, choose_runs, most_rows_in, profile_columns
-from tgvdp.report.provenance import Input, make_provenance
+from tgvdp.report.provenance import Input, make_provenance, write_ledger
 from tgvdp.report.tables import Tariff, front_columns, result_object
 
 if TYPE_CHECKING:
@@ -128,31 +124,6 @@ def write_results(
     if trace is not None:
         files |= _trace(trace, provenance, pictures)
     return Results(write_ledger(out_dir, {"result.json": to_json(content), **files}, provenance), content, undrawn)
-
-
-def write_ledger(
-    out_dir: str | os.PathLike[str],
-    files: Mapping[str, bytes],
-    provenance: Mapping[str, Any],
-    beneath: Sequence[Path] = (),
-) -> list[Path]:
-    """Write files, and ``provenance.json`` with the provenance and the SHA-256 of each of them.
-
-    It lists files that were written into folders beneath, too.
-    """
-    listed = {**files, **{file.relative_to(out_dir).as_posix(): file.read_bytes() for file in beneath}}
-    ledger = {
-        "schema": "tgvdp.provenance/1",
-        **plain(provenance),
-        "files": {name: hashlib.sha256(data).hexdigest() for name, data in listed.items()},
-    }
-    return write_files(out_dir, {**files, "provenance.json": to_json(ledger)})
-
-
-def to_json(content: Mapping[str, Any]) -> bytes:
-    """JSON as files hold it; the line breaks are msgspec's, whose numbers Python would write in another way."""
-    compact = json.dumps(content, ensure_ascii=False, allow_nan=False).encode()
-    return msgspec.json.format(compact, indent=2) + b"\n"
 
 
 def _tables(

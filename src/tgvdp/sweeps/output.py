@@ -6,9 +6,8 @@ from typing import Any
 
 from tgvdp.report.columns import to_csv
 from tgvdp.report.pictures import encode
-from tgvdp.report.plain import markdown_table, plain
-from tgvdp.report.provenance import make_provenance
-from tgvdp.report.results import to_json, write_ledger
+from tgvdp.report.plain import markdown_table, plain, to_json
+from tgvdp.report.provenance import make_provenance, write_ledger
 from tgvdp.report.style import Picture
 from tgvdp.report.sweep_plots import Effect, plot_distribution, plot_map, plot_tornado
 from tgvdp.sweeps.summary import Savings, by_effect, grid, report_object, savings_columns, sensitivity_columns

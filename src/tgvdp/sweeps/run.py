@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 from tgvdp.errors import InputError
 from tgvdp.report.files import write_files
+from tgvdp.report.plain import to_json
 from tgvdp.report.provenance import make_provenance
-from tgvdp.report.results import to_json
 from tgvdp.sweeps.batches import Batches
 from tgvdp.sweeps.cluster import Cluster, connected, dashboard_of
 from tgvdp.sweeps.engine import Engine

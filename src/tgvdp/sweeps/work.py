@@ -20,6 +20,8 @@ from tgvdp.sweeps.scenario import Task, engine_version
 
 Status = Literal["done", "partial", "failed", "killed"]
 _Floats = NDArray[np.float64]
+#: New objects between two looks for garbage: some fronts, of which next to nothing is garbage that only a look finds.
+_YOUNG = 20_000
 #: Trains and lines with fields set that a worker remembers.
 _KNOWN = 16
 
@@ -211,3 +213,4 @@ def load_kernels(tour: str) -> None:
         pass
     warm.tour(tour)
     gc.freeze()
+    gc.set_threshold(_YOUNG)

@@ -10,7 +10,6 @@ from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.phases.prune import prune
 from tgvdp.methods.phases.way import way_of
 from tgvdp.physics.cell import Rows
-from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, HOLDING, TRACTION
 
 #: What leaving phases out may add to E + λT, as a share of a run's energy; but of no less than this share of the energy
 #: for traction of the fastest run, as net energies may be 0.
@@ -21,9 +20,6 @@ _OF_STEP = 0.2
 #: Rows between two looks at the clock: a tenth of a second. Usual runs have some thousand; one of more than these stays
 #: as it is.
 _ROWS_AT_ONCE = 200_000
-#: Regime of a profile for each of a row: the dynamic brake brakes.
-_PROFILE_REGIMES = np.full(DYNAMIC + 1, -1, dtype=np.int8)
-_PROFILE_REGIMES[[TRACTION, HOLDING, COASTING, BRAKING, DYNAMIC]] = TRACTION, HOLDING, COASTING, BRAKING, BRAKING
 
 
 def drivable(
@@ -86,7 +82,7 @@ def drivable(
             Run(run.time_s + one.time_s, run.energy_j + one.energy_j, run.multiplier, one.x_m, one.w)
             for run, one in zip(runs[part], pruned, strict=True)
         ]
-        regimes[part] = [_PROFILE_REGIMES[one.regime] for one in pruned]
+        regimes[part] = [one.regime for one in pruned]
     return found, regimes, True
 
 

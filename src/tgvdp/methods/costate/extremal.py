@@ -1,15 +1,13 @@
 """An extremal: a multiplier that was solved and driven, and what two of them say of the front between them."""
 
 import math
-from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 
-@dataclass(frozen=True, eq=False)
-class Extremal:
+class Extremal(NamedTuple):
     """A solved multiplier: λ in J/s, its switching speeds, running time in s and energy in J.
 
     Those of the front method are (K + 1, 4), see `backward.switching_speeds`; the refinement keeps squared speeds of
@@ -21,7 +19,7 @@ class Extremal:
     switch: NDArray[np.float64]
     time_s: float
     energy_j: float
-    passed: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
+    passed: NDArray[np.float64] = np.empty((0, 3))
 
     @property
     def outcome(self) -> tuple[float, float, float]:

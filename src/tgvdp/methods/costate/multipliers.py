@@ -6,7 +6,6 @@ leave room for more than that.
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -238,8 +237,7 @@ class ExtremalFront:
                 self.foretold.add(middle.multiplier)
             self.extremals.insert(second, middle)
         elif middle.time_s - before.time_s < after.time_s - middle.time_s:
-            self.extremals[second - 1] = replace(
-                before, multiplier=middle.multiplier
-            )  # the same run: T jumps at a lower multiplier
+            # the same run: T jumps at a lower multiplier
+            self.extremals[second - 1] = before._replace(multiplier=middle.multiplier)
         else:
-            self.extremals[second] = replace(after, multiplier=middle.multiplier)  # ... or at a higher multiplier
+            self.extremals[second] = after._replace(multiplier=middle.multiplier)  # ... or at a higher multiplier

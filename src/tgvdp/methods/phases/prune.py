@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +27,7 @@ from tgvdp.methods.phases.way import Run, Way, is_sound, measure, way_of
 from tgvdp.methods.phases.widen import widen
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Rows
-from tgvdp.physics.codes import COASTING, HOLDING, TRACTION
+from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, HOLDING, TRACTION
 from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import kernel_train
 
@@ -54,7 +55,7 @@ class Pruned(NamedTuple):
         By how much it takes longer, and costs more.
     x_m, w : (n,) float64
     regime : (n − 1,) int8
-        As of `physics.codes`.
+        As of `runs.profile`: the dynamic brake brakes.
     short : int
         Phases that are too short and had to stay.
     """
@@ -123,7 +124,7 @@ def _short(plan, count, least_s):
 
 @part
 def _prune(way, here, there, n, plan, price, least_s, most, most_j, later_s, slack_s):
-    """Leave phases shorter than the share ``most`` of ``least_s`` out of the run in ``here``.
+    """Leave phases shorter than the share ``most`` of ``least_s`` out of the run in ``here``, with its regimes.
 
     Returns
     -------
@@ -134,10 +135,6 @@ def _prune(way, here, there, n, plan, price, least_s, most, most_j, later_s, sla
     time, energy : float
     short : int
     """
-    tell_regimes(way, here, n)
-    count = plan_of(way, here, n, plan)
-    if count < 0 or most == 0.0 or shortest(plan, count, least_s) < 0:
-        return n, False, 0.0, 0.0, _short(plan, count, least_s)
     before_s, before_j = measure(way, here, 0, n - 1)
     swapped = False
     for p in range(len(_PASSES)):
@@ -204,16 +201,21 @@ def prune_runs(way, runs, ends, price, least_s, most_j, later_s, slack_s, here, 
             for j in range(n):
                 here.x[j] = runs.x[first + j]
                 here.w[j] = runs.w[first + j]
+            tell_regimes(way, here, n)
+            count = plan_of(way, here, n, plan)
+            size, run, time_s, energy_j, short = n, here, 0.0, 0.0, _short(plan, count, least_s)
+            if most == 0.0 or count < 0 or shortest(plan, count, least_s) < 0:
+                break
             size, swapped, time_s, energy_j, short = _prune(
                 way, here, there, n, plan, price[r], least_s, most, most_j[r], later_s[r], slack_s
             )
             run = there if swapped else here
-            if most == 0.0 or (0 < size <= room and is_sound(way, run, size)):
+            if 0 < size <= room and is_sound(way, run, size):
                 break
         for j in range(size):
             out.x[m + j] = run.x[j]
             out.w[m + j] = run.w[j]
-            out.regime[m + j] = run.regime[j]
+            out.regime[m + j] = BRAKING if run.regime[j] == DYNAMIC else run.regime[j]
         m += size
         found[r, 0] = m
         found[r, 1] = time_s
@@ -253,19 +255,20 @@ def prune(
     """
     if not runs:
         return []
-    ends = np.concatenate(([0], np.cumsum([len(x_m) for x_m, _ in runs])))
-    most_rows, rows = int(np.diff(ends).max()), int(ends[-1])
-    given = Run(np.concatenate([x for x, _ in runs]), np.concatenate([w for _, w in runs]), np.empty(0, dtype=np.int8))
-    here, there, out = (_room(2 * size + _MORE_ROWS) for size in (most_rows, most_rows, rows))
+    rows = [len(x_m) for x_m, _ in runs]
+    ends = np.array([0, *accumulate(rows)])
+    x_m, w = map(np.concatenate, zip(*runs, strict=True))
+    given = Run(x_m, w, np.empty(0, dtype=np.int8))
+    here, there, out = (_room(2 * size + _MORE_ROWS) for size in (max(rows), max(rows), sum(rows)))
     plan, found = np.empty((_MOST_PHASES, PLAN_COLUMNS)), np.empty((len(runs), 4))
     prune_runs(way, given, ends, price, least_s, most_j, later_s, slack_s, here, there, plan, out, found)
     size = int(found[-1, 0])
     x_m, w, regime = out.x[:size].copy(), out.w[:size].copy(), out.regime[:size].copy()
     pruned, start = [], 0
-    for end, time_s, energy_j, short in found.tolist():
-        place = slice(start, int(end))
-        pruned.append(Pruned(time_s, energy_j, x_m[place], w[place], regime[place][:-1], int(short)))
-        start = int(end)
+    for place, time_s, energy_j, short in found.tolist():
+        end = int(place)
+        pruned.append(Pruned(time_s, energy_j, x_m[start:end], w[start:end], regime[start : end - 1], int(short)))
+        start = end
     return pruned
 
 

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -162,8 +161,8 @@ class Extremals:
             self.extremals.insert(second, middle)
         else:  # no run is below the chord, which then is the tangent of both
             self.extremals[second - 1], self.extremals[second] = (
-                replace(before, multiplier=chord),
-                replace(after, multiplier=chord),
+                before._replace(multiplier=chord),
+                after._replace(multiplier=chord),
             )
         return True
 
@@ -195,4 +194,4 @@ class Extremals:
             if abs(f) <= tolerance_s or bracket.hi - bracket.lo < _SAME:
                 break
             bracket = bracket.narrowed(share, f)
-        return replace(run, multiplier=between(before, after, run.time_s).multiplier)
+        return run._replace(multiplier=between(before, after, run.time_s).multiplier)
