@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tgvdp import EffortCurve, Train
-from tgvdp.certificate.cell_bounds import cell_kernel, standstill_cell, standstill_terms
+from tgvdp.certificate.cell_bounds import WHOLE, cell_kernel, standstill_cell, standstill_terms
 from tgvdp.certificate.costates_at_bound import FullEffort, tangent_and_excess
 from tgvdp.certificate.efforts import Load, largest_effort, load_at, merge_tables, piece_at, piece_value
 from tgvdp.certificate.hamiltonian import Hamiltonian, least_hamiltonian
@@ -193,9 +193,9 @@ def test_cell_below_a_rising_bound_is_below_every_sample_and_tighter_than_a_flat
     top_v = max(start_v, end_v)
     gained = 0.0
     for p0, p1 in ((-3.0, -2.9), (-3.0, -3.0), (-3.0, -3.2), (-0.8, -0.78), (-0.3, -0.35), (0.4, 0.5)):
-        args = h, p0, p1, length, top_v
-        found, *_ = cell_kernel(*args, start_v**2, end_v**2)
-        flat, *_ = cell_kernel(*args, top_v**2, top_v**2)
+        args = h, WHOLE, p0, p1, length, top_v
+        found = 0.5 * sum(cell_kernel(*args, start_v**2, end_v**2)[:2])
+        flat = 0.5 * sum(cell_kernel(*args, top_v**2, top_v**2)[:2])
         samples = []
         for share in np.linspace(0.0, 1.0, 41):
             bound_v = math.sqrt(start_v**2 + share * (end_v**2 - start_v**2))

@@ -10,10 +10,10 @@ cell alone). All cells are damped the more, the more steps were in vain (Levenbe
 as any other costate.
 """
 
-import math
 from typing import NamedTuple
 
 from tgvdp._jit import kernel, leaf, part
+from tgvdp.certificate.cell_bounds import share_of
 from tgvdp.certificate.chain import link_gain, own_gain, solve_chain
 from tgvdp.certificate.slopes import (
     BRAKES,
@@ -21,6 +21,7 @@ from tgvdp.certificate.slopes import (
     BY_SLOPE,
     DYNAMIC,
     PULL,
+    SPEED,
     STIFF,
     TURN,
     VALUE,
@@ -46,12 +47,11 @@ _ROUNDING = 1e-12
 @leaf
 def _bend(slopes, d, multiplier, k, end):
     """Second derivative of the bound of a cell, −weight·u·uᵀ, by one of its ends; and the weight that λ/v has alone."""
-    w = slopes[k, end, BY_SLOPE]
-    v = math.sqrt(w)
+    v = slopes[k, end, SPEED]
     turn = slopes[k, end, TURN]
     u0 = (turn if end == 0 else 0.0) - 2.0 * v / d
     u1 = (turn if end == 1 else 0.0) + 2.0 * v / d
-    return u0, u1, 0.5 * d / slopes[k, end, STIFF], 0.5 * d * w * v / (3.0 * multiplier)
+    return u0, u1, 0.5 * d / slopes[k, end, STIFF], 0.5 * d * v * v * v / (3.0 * multiplier)
 
 
 @leaf
@@ -69,7 +69,7 @@ def _slope_below(slopes, chain, d, k, end, p):
 
 
 @part
-def _fill_chain(tables, cells, caps, w, multiplier, left, right, slopes, ends, bent, damping, chain):
+def _fill_chain(tables, cells, caps, w, multiplier, side, left, right, slopes, ends, bent, damping, chain):
     """The bound around given costates as a `Chain`."""
     first, last = regular_cells(w)
     chain.level[0] = -0.5 * tables.traction
@@ -90,7 +90,7 @@ def _fill_chain(tables, cells, caps, w, multiplier, left, right, slopes, ends, b
             chain.drop[i, 1] = d * slopes[k, end, DYNAMIC]
             chain.drop[i, 2] = d * (slopes[k, end, BRAKES] - slopes[k, end, DYNAMIC])
             chain.slope[i] = _slope_below(slopes, chain, d, k, end, p)
-        chain.cap[2 * k] = caps.node[k]
+        chain.cap[2 * k] = share_of(side, caps.node[k])
         for end in range(2):
             u0, u1, weight, usual = _bend(slopes, d, multiplier, k, end)
             weight += damping * usual
@@ -220,15 +220,15 @@ class Progress(NamedTuple):
 
 @kernel
 def climb(
-    train, tables, cells, caps, w, multiplier, left, right, top_v, pieces, gain, most, before, slopes, ends, chain,
-    tried, bent,
+    train, tables, cells, caps, w, multiplier, side, other, left, right, top_v, pieces, gain, most, before, slopes,
+    ends, chain, tried, bent,
 ):  # fmt: skip
     """Raise the bound by better costates.
 
     Parameters
     ----------
-    train, tables, cells, caps, w, multiplier, top_v, pieces
-        As `cell_bounds.bound_kernel` has them.
+    train, tables, cells, caps, w, multiplier, side, other, top_v, pieces
+        As `slopes.fill_slopes` has them.
     left, right : (K,) float64, modified in place
         Costate at the two ends of each cell.
     gain : float
@@ -254,15 +254,18 @@ def climb(
     if steps == 0:
         bent[:] = 0.0
         damping = _DAMPED
-        total = fill_slopes(train, tables, cells, caps, w, multiplier, left, right, top_v, pieces, slopes[0], ends)
+        total = fill_slopes(
+            train, tables, cells, caps, w, multiplier, side, other, left, right, top_v, pieces, slopes[0], ends
+        )  # fmt: skip
     last_step = steps + most
     while steps < last_step and not ended:
         steps += 1
-        _fill_chain(tables, cells, caps, w, multiplier, left, right, slopes[now], ends, bent, damping, chain)
+        _fill_chain(tables, cells, caps, w, multiplier, side, left, right, slopes[now], ends, bent, damping, chain)
         solve_chain(2 * first, 2 * last + 1, gain / (last - first + 1), chain)
         _carry(w, chain, tried)
         reached = fill_slopes(
-            train, tables, cells, caps, w, multiplier, tried[0], tried[1], top_v, pieces, slopes[1 - now], ends
+            train, tables, cells, caps, w, multiplier, side, other, tried[0], tried[1], top_v, pieces,
+            slopes[1 - now], ends,
         )  # fmt: skip
         gained = reached - total
         promise = _learn(cells, w, slopes[now], slopes[1 - now], ends, chain, gained > 0.0, bent)

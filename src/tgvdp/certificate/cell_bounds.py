@@ -12,6 +12,7 @@ docs/certificate.md.
 """
 
 import math
+from typing import NamedTuple
 
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.certificate.efforts import NOT_MERGED, largest_effort, load_at, load_in, merged_in, price_in
@@ -61,29 +62,51 @@ def standstill_cell(rest, reach_w, start, slope, per_joule):
     return rest + min(0.0, (sign + slope) * reach_w)
 
 
+class Side(NamedTuple):
+    """Speeds on one side of a kink of the potential, whose costate is theirs alone: w from ``low_w`` to ``high_w``."""
+
+    low_w: float
+    high_w: float
+
+
+#: All speeds: no kink.
+WHOLE = Side(0.0, math.inf)
+
+
+@leaf
+def share_of(side, w):
+    """What of w lies on a side."""
+    return min(max(w - side.low_w, 0.0), side.high_w - side.low_w)
+
+
 @kernel
-def cell_kernel(h, p0, p1, length, top_v, start_w, end_w):
-    """Lower bound of the mean of H over a cell, with all that tells how it changes with the costate.
+def cell_kernel(h, side, p0, p1, length, top_v, start_w, end_w):
+    """Lower bounds of H at the two ends of a cell, with all that tells how they change with the costate.
 
     ``p0``, ``p1`` are the costates at its ends, and w is at most linear between ``start_w`` and ``end_w``, and at most
-    ``top_v``².
+    ``top_v``². On one side of a kink these are bounds for the speeds there; infinite where the cell has none of them.
 
     Returns
     -------
-    mean, size : float
-        The bound, and a bound of its rounding error in units of 2⁻⁵³.
+    least0, least1, size : float
+        The bounds, and a bound of the rounding error of their mean in units of 2⁻⁵³.
     v0, v1 : float
         The speeds of the least values at the two ends.
     tilt0, tilt1 : float
         What μ adds to the slope of the costate there.
     """
     slope = (p1 - p0) / length
-    low_w = max(min(start_w, end_w), 0.0)
+    bottom_v = math.sqrt(side.low_w)
+    top_v = min(math.sqrt(side.high_w), top_v)
+    if bottom_v > top_v:
+        return math.inf, math.inf, 0.0, top_v, top_v, 0.0, 0.0
+    shift = slope * side.low_w
+    low_w = max(min(start_w, end_w), side.low_w)
     low_v = min(math.sqrt(low_w), top_v)
     if low_v >= top_v:
-        least0, size0, v0 = least_hamiltonian(h, p0, slope, 0.0, top_v)
-        least1, size1, v1 = least_hamiltonian(h, p1, slope, 0.0, top_v)
-        return 0.5 * (least0 + least1), 0.5 * (size0 + size1), v0, v1, 0.0, 0.0
+        least0, size0, v0 = least_hamiltonian(h, p0, slope, bottom_v, top_v)
+        least1, size1, v1 = least_hamiltonian(h, p1, slope, bottom_v, top_v)
+        return least0 - shift, least1 - shift, 0.5 * (size0 + size1), v0, v1, 0.0, 0.0
     # μ is the mean fall of H from the slowest to the fastest of the speeds that not all runs may have
     fall = 0.0
     for p in (p0, p1):
@@ -93,17 +116,18 @@ def cell_kernel(h, p0, p1, length, top_v, start_w, end_w):
     tilt = 0.0
     if fall > _RISE_GAIN * h.multiplier / top_v:
         tilt = fall / (top_v * top_v - low_w)
-    least0, tilted0, size0, v0, at0, tilt0 = _end_of_rise(h, p0, slope, low_v, top_v, start_w, tilt)
-    least1, tilted1, size1, v1, at1, tilt1 = _end_of_rise(h, p1, slope, low_v, top_v, end_w, tilt)
+    least0, tilted0, size0, v0, at0, tilt0 = _end_of_rise(h, p0, slope, bottom_v, low_v, top_v, start_w, tilt)
+    least1, tilted1, size1, v1, at1, tilt1 = _end_of_rise(h, p1, slope, bottom_v, low_v, top_v, end_w, tilt)
+    size = 0.5 * (size0 + size1)
     if tilted0 + tilted1 > least0 + least1:
-        return 0.5 * (tilted0 + tilted1), 0.5 * (size0 + size1), at0, at1, tilt0, tilt1
-    return 0.5 * (least0 + least1), 0.5 * (size0 + size1), v0, v1, 0.0, 0.0
+        return tilted0 - shift, tilted1 - shift, size, at0, at1, tilt0, tilt1
+    return least0 - shift, least1 - shift, size, v0, v1, 0.0, 0.0
 
 
 @part
-def _end_of_rise(h, p, slope, low_v, top_v, bound_w, tilt):
+def _end_of_rise(h, p, slope, bottom_v, low_v, top_v, bound_w, tilt):
     """Least H at an end of a cell in which the speed bound rises, and least H with μ; rounding; where each is."""
-    slow, size, slow_v = least_hamiltonian(h, p, slope, 0.0, low_v)
+    slow, size, slow_v = least_hamiltonian(h, p, slope, bottom_v, low_v)
     fast, fast_size, fast_v = least_hamiltonian(h, p, slope, low_v, top_v)
     least = min(slow, fast)
     v = slow_v if slow <= fast else fast_v
@@ -182,6 +206,7 @@ def bound_kernel(train, tables, cells, caps, w, multiplier, left, right, top_v, 
             size = (train.davis_a_n + abs(cells.grade_n[k])) / mass
             h = Hamiltonian(pieces, pulls, brakes, dynamics, tables.traction, tables.regeneration, load, size, price)
             cell_v = min(math.sqrt(cap) * (1.0 + 4.0 * UNIT_ROUNDOFF), top_v)
-            mean, rounding, _, _, _, _ = cell_kernel(h, left[k], right[k], d, cell_v, caps.rise[k, 0], caps.rise[k, 1])
-            bound[k] = d * mean + arrival + leaving
+            rise = caps.rise[k]
+            start, end, rounding, _, _, _, _ = cell_kernel(h, WHOLE, left[k], right[k], d, cell_v, rise[0], rise[1])
+            bound[k] = 0.5 * d * (start + end) + arrival + leaving
             doubt[k] = d * rounding + ROUNDINGS * (abs(arrival) + abs(leaving))

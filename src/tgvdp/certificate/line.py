@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.certificate.ascent import Progress, climb
-from tgvdp.certificate.cell_bounds import bound_kernel
+from tgvdp.certificate.cell_bounds import WHOLE, Side, bound_kernel
 from tgvdp.certificate.cells import count_cells, cut_rows, split_cells, thin_rows
 from tgvdp.certificate.chain import chain_of
 from tgvdp.certificate.costates import run_costates
@@ -73,7 +73,7 @@ class BoundingProblem:
         self.top_mps = math.sqrt(float(self.cells.limit_w.max())) * (1.0 + 1e-15)
         self.train = self._with_rates()
         size = 3 * max(len(self.train.traction), len(self.train.braking))
-        self._pieces = np.empty((3, size, PIECE_COLUMNS))
+        self.pieces = np.empty((3, size, PIECE_COLUMNS))
         self._speed_bounds = self._speed_bound(True), self._speed_bound(False)
 
     def _with_rates(self) -> KernelTrain:
@@ -93,7 +93,7 @@ class BoundingProblem:
         while True:
             ask_for(16.0 * size, f"a speed bound of {size:,} rows")
             rows = Rows(*np.empty((2, size)))
-            n = speed_bound(self.train, forward, self.cells, end_mps**2, self._pieces[0], rows)
+            n = speed_bound(self.train, forward, self.cells, end_mps**2, self.pieces[0], rows)
             if n >= 0:
                 return Rows(rows.x[:n].copy(), rows.w[:n].copy())
             size *= 2
@@ -121,16 +121,22 @@ class BoundingProblem:
         gain_j: float = math.inf,
         clock: Clock | None = None,
     ) -> float:
-        """Lower bound of E + λT of every run, J, with the costate of the run of rows ``x_m``, ``w``.
+        """Lower bound of E + λT of every run, J, with the costates of `ledger`."""
+        return self.line_j(self.ledger(x_m, w, multiplier_j_per_s, fineness, gain_j, clock))
 
-        It is improved by ascent for as long as a step promises to gain ``gain_j`` and there is time.
-        """
-        ledger = self.ledger(x_m, w, multiplier_j_per_s, fineness)
-        if math.isfinite(gain_j):
-            ledger = self._ascended(ledger, self.total(multiplier_j_per_s) / self.train.inertia_kg, gain_j, clock)
+    def line_j(self, ledger: Ledger) -> float:
+        """Lower bound of E + λT of every run, J, whose cells are in a ledger."""
         return self.train.inertia_kg * (ledger.total - ledger.error)
 
-    def ledger(self, x_m: _Floats, w: _Floats, multiplier_j_per_s: float, fineness: float = 1.0) -> Ledger:
+    def ledger(
+        self,
+        x_m: _Floats,
+        w: _Floats,
+        multiplier_j_per_s: float,
+        fineness: float = 1.0,
+        gain_j: float = math.inf,
+        clock: Clock | None = None,
+    ) -> Ledger:
         """Bound of E + λT cell by cell.
 
         Parameters
@@ -142,6 +148,9 @@ class BoundingProblem:
             Multiplier λ, above 0.
         fineness : float
             How many times more cells than usual there are where speed or costate change.
+        gain_j : float
+            Costates of the run are improved by ascent for as long as a step promises to gain this, and there is time.
+        clock : Clock, optional
         """
         x_m, w = self._with_breaks(x_m, w)
         multiplier = self.total(multiplier_j_per_s) / self.train.inertia_kg
@@ -162,12 +171,13 @@ class BoundingProblem:
             run = self._labelled(x_m, w, node_m, node_w, row, multiplier)
             phases = self._costates(run)
         found = self.evaluate(phases, multiplier, phases.left, phases.right)
-        return self._raised(self._better(found, self._costates(run, phases.caps, _MOMENT_S), multiplier), multiplier)
+        found = self._raised(self._better(found, self._costates(run, phases.caps, _MOMENT_S), multiplier), multiplier)
+        return self._ascended(found, multiplier, gain_j, clock) if math.isfinite(gain_j) else found
 
     def _raised(self, found: Ledger, multiplier: float) -> Ledger:
         """The bound with costates that go along the speed bounds in each phase in which that is better."""
         left, right = found.left.copy(), found.right.copy()
-        along = found.cells, found.caps.cell, found.w, found.label, self.top_mps, self._pieces, left, right
+        along = found.cells, found.caps.cell, found.w, found.label, self.top_mps, self.pieces, left, right
         raise_pulling(self.train, self.energy, multiplier, *along)
         lower_braking(self.train, self.energy, multiplier, *along)
         return self._better(found, found._replace(left=left, right=right), multiplier)
@@ -187,8 +197,25 @@ class BoundingProblem:
         )
 
     def _ascended(self, found: Ledger, multiplier: float, gain_j: float, clock: Clock | None = None) -> Ledger:
-        """The bound with better costates, all moved at once until a pass gains less than ``gain_j``, or time is up."""
-        left, right, count = found.left.copy(), found.right.copy(), len(found.left)
+        """The bound with better costates."""
+        alone = np.full((len(found.left), 2), np.inf)
+        left, right = self.climbed(found, multiplier, WHOLE, alone, found.left, found.right, gain_j, clock)
+        better = self.evaluate(found, multiplier, left, right)
+        return better if found.total - found.error < better.total - better.error < math.inf else found
+
+    def climbed(
+        self,
+        found: Ledger,
+        multiplier: float,
+        side: Side,
+        other: _Floats,
+        left: _Floats,
+        right: _Floats,
+        gain_j: float,
+        clock: Clock | None,
+    ) -> tuple[_Floats, _Floats]:
+        """Costates, all moved at once until a pass gains less than ``gain_j``, or time is up; see `climb`."""
+        left, right, count = left.copy(), right.copy(), len(left)
         ask_for(_ASCENT_B * count, f"the ascent of a bound on {count:,} cells")
         room = (
             np.empty((2, count, 2, SLOPES)),
@@ -201,11 +228,11 @@ class BoundingProblem:
         progress = Progress(0.0, 0, 0.0, 0, 0, False)
         while progress.steps < _MOST_STEPS and not progress.ended and not (clock and clock.expired):
             progress = climb(
-                self.train, self.energy, found.cells, found.caps, found.w, multiplier, left, right, self.top_mps,
-                self._pieces, gain_j / self.train.inertia_kg, min(steps, _MOST_STEPS - progress.steps), progress, *room,
+                self.train, self.energy, found.cells, found.caps, found.w, multiplier, side, other, left, right,
+                self.top_mps, self.pieces, gain_j / self.train.inertia_kg,
+                min(steps, _MOST_STEPS - progress.steps), progress, *room,
             )  # fmt: skip
-        better = self.evaluate(found, multiplier, left, right)
-        return better if found.total - found.error < better.total - better.error < math.inf else found
+        return left, right
 
     def _labelled(
         self, x_m: _Floats, w: _Floats, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], multiplier: float
@@ -222,7 +249,7 @@ class BoundingProblem:
         label, source, growth = np.empty(len(row), dtype=np.int8), np.zeros((len(row), 4)), np.zeros((len(row), 4))
         effort = row_effort[row] / self.train.inertia_kg
         run = LabelledRun(cells, node_w, effort, multiplier, *levels, label, source, growth)
-        label_cells(self.train, self.energy, run, self.top_mps, self._pieces)
+        label_cells(self.train, self.energy, run, self.top_mps, self.pieces)
         return run
 
     def _costates(self, run: LabelledRun, caps: Caps | None = None, moment_s: float = 0.0) -> Ledger:
@@ -262,7 +289,7 @@ class BoundingProblem:
         wanted = np.ones(len(bound), dtype=np.bool_) if wanted is None else wanted
         bound_kernel(
             self.train, self.energy, phases.cells, phases.caps, phases.w, multiplier, left, right, self.top_mps,
-            self._pieces, wanted, bound, doubt,
+            self.pieces, wanted, bound, doubt,
         )  # fmt: skip
         return phases._replace(bound=bound, doubt=doubt, left=left, right=right)
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.certificate.kinked import kinked
 from tgvdp.certificate.line import BoundingProblem
 from tgvdp.errors import TgvdpError
 from tgvdp.methods.budget import Clock
@@ -186,7 +187,10 @@ class LinesUnder:
             return None
         size_j = float(np.interp(run.time_s, self._time_s, self._size_j)) if len(self._time_s) else abs(run.energy_j)
         gain_j = _ASCENT_GAIN * size_j if care else math.inf
-        line_j = self._problem.line(run.x_m, run.w, multiplier, max(care, 1.0), gain_j, clock)
+        ledger = self._problem.ledger(run.x_m, run.w, multiplier, max(care, 1.0), gain_j, clock)
+        if care > 1.0:
+            ledger = kinked(self._problem, ledger, multiplier, gain_j, clock)
+        line_j = self._problem.line_j(ledger)
         cost_j = run.energy_j + run.multiplier * run.time_s
         return Line(multiplier, line_j, run.time_s, cost_j, _NEXT_CARE[care])
 

@@ -11,16 +11,16 @@ derivative by p steps down by twice the effort that is added or taken away.
 import math
 
 from tgvdp._jit import kernel, leaf, part
-from tgvdp.certificate.cell_bounds import UNIT_ROUNDOFF, cell_kernel, standstill_cell, standstill_terms
+from tgvdp.certificate.cell_bounds import UNIT_ROUNDOFF, cell_kernel, share_of, standstill_cell, standstill_terms
 from tgvdp.certificate.efforts import NOT_MERGED, load_at, load_in, merged_in, piece_at, piece_value, price_in
 from tgvdp.certificate.hamiltonian import Hamiltonian
 from tgvdp.certificate.regimes import is_standstill
 
-#: Columns of `fill_slopes`: derivatives of a least value by p, on the lower side of a level, and by p'; of ∂H/∂v by p;
-#: H_vv, infinite where v is an end of a range; efforts of traction, of the dynamic brake (of all brakes where that
-#: returns nothing) and of all brakes; and, at the start of a cell, its bound.
-BY_P, BY_SLOPE, TURN, STIFF, PULL, DYNAMIC, BRAKES, VALUE = range(8)
-SLOPES = 8
+#: Columns of `fill_slopes`: derivatives of a least value by p, on the lower side of a level, and by p'; where it is
+#: taken, m/s; of ∂H/∂v by p; H_vv, infinite where v is an end of a range; efforts of traction, of the dynamic brake (of
+#: all brakes where that returns nothing) and of all brakes; and, at the start of a cell, its bound.
+BY_P, BY_SLOPE, SPEED, TURN, STIFF, PULL, DYNAMIC, BRAKES, VALUE = range(9)
+SLOPES = 9
 #: |v·∂H/∂v| below this share of λ/v is none.
 _FLAT = 1e-4
 
@@ -70,6 +70,7 @@ def _fill_end(h, p, slope, v, slopes):
         f, f_v, f_vv = -brakes, -brakes_v, -brakes_vv
     slopes[BY_P] = 2.0 * (f - load_at(h.load, v))
     slopes[BY_SLOPE] = v * v
+    slopes[SPEED] = v
     slopes[TURN] = 2.0 * (f_v - h.load.r1 - 2.0 * h.load.r2 * v)
     by_v = cost_v + p * slopes[TURN] - h.multiplier / (v * v) + 2.0 * slope * v
     stiff = cost_vv + 2.0 * p * (f_vv - 2.0 * h.load.r2) + 2.0 * h.multiplier / (v * v * v) + 2.0 * slope
@@ -80,14 +81,36 @@ def _fill_end(h, p, slope, v, slopes):
     slopes[BRAKES] = brakes
 
 
+@leaf
+def _meet_other(side, other, slope, top_v, least, slopes):
+    """The lesser of a least value and of that beyond the kink, whose derivatives take the place of its own."""
+    if side.low_w == 0.0 and other < math.inf:
+        other += slope * side.high_w
+    if other >= least:
+        slopes[BY_SLOPE] -= side.low_w
+        return least
+    slopes[:] = 0.0
+    slopes[BY_SLOPE] = side.high_w if side.low_w == 0.0 else 0.0
+    slopes[SPEED] = top_v
+    slopes[STIFF] = math.inf
+    return other
+
+
 @kernel
-def fill_slopes(train, tables, cells, caps, w, multiplier, left, right, top_v, pieces, slopes, ends):
+def fill_slopes(
+    train, tables, cells, caps, w, multiplier, side, other, left, right, top_v, pieces, slopes, ends
+):  # fmt: skip
     """Sum of the bounds of all cells for given costates, per unit of inertia, and how it changes with them.
 
     Parameters
     ----------
     train, tables, cells, caps, w, multiplier, left, right, top_v, pieces
         As `cell_bounds.bound_kernel` has them.
+    side : Side
+        The speeds whose costates these are.
+    other : (K, 2) float64
+        Least values of H at the ends of each cell for all other speeds, with the potential taken as 0 at the kink;
+        infinite where there are none.
     slopes : (K, 2, SLOPES) float64, modified in place
         Derivatives at the two ends of each cell.
     ends : (2,) float64, modified in place
@@ -96,7 +119,9 @@ def fill_slopes(train, tables, cells, caps, w, multiplier, left, right, top_v, p
     count = left.shape[0]
     first, last = regular_cells(w)
     total = 0.0
-    if first > 0:
+    if first > 0 and side.low_w > 0.0:
+        ends[0] = 0.0
+    elif first > 0:
         load = load_in(train, cells, 0)
         pulls = merged_in(train, cells, 0, top_v, pieces, NOT_MERGED).pulls
         price = price_in(train, cells, 0, multiplier)
@@ -105,9 +130,11 @@ def fill_slopes(train, tables, cells, caps, w, multiplier, left, right, top_v, p
         )
         total += standstill_cell(rest, ends[0], True, left[first], tables.traction)
     else:
-        ends[0] = w[0]
-        total += left[0] * w[0]
-    if last < count - 1:
+        ends[0] = share_of(side, w[0])
+        total += left[0] * ends[0]
+    if last < count - 1 and side.low_w > 0.0:
+        ends[1] = 0.0
+    elif last < count - 1:
         load = load_in(train, cells, count - 1)
         brakes = merged_in(train, cells, count - 1, top_v, pieces, NOT_MERGED).brakes
         price = price_in(train, cells, count - 1, multiplier)
@@ -117,8 +144,8 @@ def fill_slopes(train, tables, cells, caps, w, multiplier, left, right, top_v, p
         )  # fmt: skip
         total += standstill_cell(rest, ends[1], False, -right[last], tables.regeneration)
     else:
-        ends[1] = w[count]
-        total -= right[last] * w[count]
+        ends[1] = share_of(side, w[count])
+        total -= right[last] * ends[1]
     merged = NOT_MERGED
     for k in range(first, last + 1):
         load = load_in(train, cells, k)
@@ -127,14 +154,16 @@ def fill_slopes(train, tables, cells, caps, w, multiplier, left, right, top_v, p
         price = price_in(train, cells, k, multiplier)
         h = Hamiltonian(pieces, pulls, brakes, dynamics, tables.traction, tables.regeneration, load, 0.0, price)
         if k > first:
-            total += min(0.0, left[k] - right[k - 1]) * caps.node[k]
+            total += min(0.0, left[k] - right[k - 1]) * share_of(side, caps.node[k])
         d = cells.length_m[k]
         cell_v = min(math.sqrt(caps.cell[k]) * (1.0 + 4.0 * UNIT_ROUNDOFF), top_v)
         rise = caps.rise[k]
-        mean, _, v0, v1, tilt0, tilt1 = cell_kernel(h, left[k], right[k], d, cell_v, rise[0], rise[1])
+        start, end, _, v0, v1, tilt0, tilt1 = cell_kernel(h, side, left[k], right[k], d, cell_v, rise[0], rise[1])
         slope = (right[k] - left[k]) / d
         _fill_end(h, left[k], slope + tilt0, v0, slopes[k, 0])
         _fill_end(h, right[k], slope + tilt1, v1, slopes[k, 1])
-        total += d * mean
-        slopes[k, 0, VALUE] = d * mean
+        start = _meet_other(side, other[k, 0], slope, cell_v, start, slopes[k, 0])
+        end = _meet_other(side, other[k, 1], slope, cell_v, end, slopes[k, 1])
+        total += 0.5 * d * (start + end)
+        slopes[k, 0, VALUE] = 0.5 * d * (start + end)
     return total

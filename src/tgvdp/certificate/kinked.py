@@ -1,0 +1,195 @@
+"""The bound of a potential with a kink at one speed: a costate for the speeds below it, and one for those above.
+
+Where braking rates drop at a speed the least energy from a place on has a kink there, wherever the train is, and no p·w
+touches it on both sides. The potential is lower·min(w, w_k) + upper·max(w − w_k, 0) instead, each costate linear in a
+cell. The least of H is then the lesser of two, each over the speeds of its side, so that the trapezoid of `cell_bounds`
+holds for it as it does for one; at a jump the potential falls most at w = 0, w_k or the cap. The costates of one side
+are raised by the ascent as ever, with those of the other side held, by turns.
+"""
+
+import itertools
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp._jit import kernel
+from tgvdp.certificate.cell_bounds import UNIT_ROUNDOFF, Side, cell_kernel
+from tgvdp.certificate.efforts import NOT_MERGED, load_in, merged_in, price_in
+from tgvdp.certificate.hamiltonian import ROUNDINGS, Hamiltonian
+from tgvdp.certificate.ledger import Ledger
+from tgvdp.certificate.line import BoundingProblem
+from tgvdp.certificate.slopes import regular_cells
+from tgvdp.methods.budget import Clock
+
+_Floats = NDArray[np.float64]
+
+#: Rounds at most, in each of which both sides are raised.
+_MOST_ROUNDS = 12
+
+
+@kernel
+def side_kernel(
+    train, tables, cells, caps, w, multiplier, side, kink_w, left, right, top_v, pieces, least, doubt
+):  # fmt: skip
+    """Least values of H on one side of a kink, per unit of inertia, with the potential taken as 0 at the kink.
+
+    Parameters
+    ----------
+    train, tables, cells, caps, w, multiplier, left, right, top_v, pieces
+        As `cell_bounds.bound_kernel` has them.
+    side : Side
+    kink_w : float
+        Squared speed of the kink, m²/s².
+    least : (K, 2) float64, modified in place
+        At the two ends of each cell; infinite where it has no speed of that side.
+    doubt : (K,) float64, modified in place
+        Bounds of the rounding errors of their means times the length of the cell, in units of 2⁻⁵³.
+    """
+    first, last = regular_cells(w)
+    merged = NOT_MERGED
+    for k in range(first, last + 1):
+        d = cells.length_m[k]
+        load = load_in(train, cells, k)
+        price = price_in(train, cells, k, multiplier)
+        merged = merged_in(train, cells, k, top_v, pieces, merged)
+        _, pulls, brakes, dynamics = merged
+        size = (train.davis_a_n + abs(cells.grade_n[k])) / train.inertia_kg
+        h = Hamiltonian(pieces, pulls, brakes, dynamics, tables.traction, tables.regeneration, load, size, price)
+        cell_v = min(math.sqrt(caps.cell[k]) * (1.0 + 4.0 * UNIT_ROUNDOFF), top_v)
+        rise = caps.rise[k]
+        start, end, rounding, _, _, _, _ = cell_kernel(h, side, left[k], right[k], d, cell_v, rise[0], rise[1])
+        slope = (right[k] - left[k]) / d
+        above = slope * (kink_w - side.low_w)
+        least[k, 0] = start - above
+        least[k, 1] = end - above
+        doubt[k] = d * (rounding + ROUNDINGS * abs(slope) * kink_w)
+
+
+class _Half(NamedTuple):
+    """One side of a kink: its costates at the two ends of each cell, (K,), and what `side_kernel` finds with them."""
+
+    side: Side
+    left: _Floats
+    right: _Floats
+    least: _Floats
+    doubt: _Floats
+
+
+def kinked(
+    problem: BoundingProblem, found: Ledger, multiplier_j_per_s: float, gain_j: float, clock: Clock | None = None
+) -> Ledger:
+    """The best bound with a kink at a speed where braking rates drop, or ``found`` where none is better.
+
+    Parameters
+    ----------
+    problem : BoundingProblem
+    found : Ledger
+        A bound without kink, whose costates both sides start from.
+    multiplier_j_per_s : float
+        Its multiplier λ.
+    gain_j : float
+        What a step of an ascent, and both sides together, must gain.
+    clock : Clock, optional
+
+    Returns
+    -------
+    Ledger
+        With the costates below the kink.
+    """
+    multiplier = problem.total(multiplier_j_per_s) / problem.train.inertia_kg
+    tried = [_Kinked(problem, found, multiplier, kink_w, gain_j, clock) for kink_w in _kinks_w(problem, found)]
+    best = found
+    for round_ in range(_MOST_ROUNDS):
+        before = best
+        for one in tried:
+            best = max(best, one.raised(), key=problem.line_j)
+            if clock and clock.expired:
+                return best
+        if not problem.line_j(best) - problem.line_j(before) > gain_j:
+            return best
+        if round_ == 0:  # they compete for the same gap
+            tried = [max(tried, key=lambda one: problem.line_j(one.ledger))]
+    return best
+
+
+def _kinks_w(problem: BoundingProblem, found: Ledger) -> Iterator[float]:
+    """Squared speeds at which braking rates drop, m²/s², but those that a cell of a standstill may reach."""
+    lowest, highest = _standing_w(found), float(found.caps.cell.max())
+    for before, after in itertools.pairwise(problem.train.rates):
+        if after[2] < before[2] and lowest <= after[0] ** 2 < highest:
+            yield float(after[0]) ** 2
+
+
+def _standing_w(found: Ledger) -> float:
+    """Largest squared speed in cells of a standstill, m²/s², whose bound knows no kink."""
+    first, last = regular_cells(found.w)
+    return float(np.max(np.append(found.caps.cell[:first], found.caps.cell[last + 1 :]), initial=0.0))
+
+
+class _Kinked:
+    """A bound with a kink at one speed, and its costates."""
+
+    def __init__(
+        self,
+        problem: BoundingProblem,
+        found: Ledger,
+        multiplier: float,
+        kink_w: float,
+        gain_j: float,
+        clock: Clock | None,
+    ) -> None:
+        self._problem, self._found, self._multiplier, self._kink_w = problem, found, multiplier, kink_w
+        self._gain_j, self._clock = gain_j, clock
+        self._lower = self._half(Side(0.0, kink_w), found.left, found.right)
+        self._upper = self._half(Side(kink_w, math.inf), found.left, found.right)
+        self.ledger = found
+
+    def raised(self) -> Ledger:
+        """The bound after another ascent of either side."""
+        self._lower = self._climbed(self._lower, self._upper.least)
+        self._upper = self._climbed(self._upper, self._lower.least)
+        self.ledger = self._together()
+        return self.ledger
+
+    def _climbed(self, half: _Half, other: _Floats) -> _Half:
+        """One side with better costates, the least values on the other being given."""
+        at = half.side, other, half.left, half.right
+        return self._half(
+            half.side, *self._problem.climbed(self._found, self._multiplier, *at, self._gain_j, self._clock)
+        )
+
+    def _half(self, side: Side, left: _Floats, right: _Floats) -> _Half:
+        """One side with given costates."""
+        problem, found = self._problem, self._found
+        least, doubt = np.full((len(left), 2), np.inf), np.zeros(len(left))
+        side_kernel(
+            problem.train, problem.energy, found.cells, found.caps, found.w, self._multiplier, side, self._kink_w,
+            left, right, problem.top_mps, problem.pieces, least, doubt,
+        )  # fmt: skip
+        return _Half(side, left, right, least, doubt)
+
+    def _together(self) -> Ledger:
+        """The bound of both sides; cells of a standstill know the lower one only."""
+        found, lower, upper, kink_w = self._found, self._lower, self._upper, self._kink_w
+        first, last = regular_cells(found.w)
+        bound = 0.5 * found.cells.length_m * np.minimum(lower.least, upper.least).sum(axis=1)
+        bound += (lower.right - lower.left) * kink_w  # the potential at the kink
+        doubt = lower.doubt + upper.doubt + ROUNDINGS * (np.abs(lower.right) + np.abs(lower.left)) * kink_w
+        cap, w = found.caps.node[1:-1], found.w
+        by_lower = (lower.left[1:] - lower.right[:-1]) * np.minimum(cap, kink_w)
+        by_upper = (upper.left[1:] - upper.right[:-1]) * np.maximum(cap - kink_w, 0.0)
+        bound[1:] += np.minimum(0.0, np.minimum(by_lower, by_lower + by_upper))
+        doubt[1:] += ROUNDINGS * (np.abs(by_lower) + np.abs(by_upper))
+        for k, node, p_lower, p_upper in ((0, 0, lower.left, upper.left), (-1, -1, -lower.right, -upper.right)):
+            by_lower, by_upper = p_lower[k] * min(w[node], kink_w), p_upper[k] * max(w[node] - kink_w, 0.0)
+            bound[k] += by_lower + by_upper
+            doubt[k] += ROUNDINGS * (abs(by_lower) + abs(by_upper))
+        standing = np.ones(len(bound), dtype=np.bool_)
+        standing[first : last + 1] = False
+        ledger = self._problem.evaluate(found, self._multiplier, lower.left, lower.right, standing)
+        ledger.bound[first : last + 1] = bound[first : last + 1]
+        ledger.doubt[first : last + 1] = doubt[first : last + 1]
+        return ledger
