@@ -16,7 +16,6 @@ def start_fast(needs_scipy: bool) -> None:
     gc.set_threshold(_GC_THRESHOLD)
     for name in _NO_CONCERN:
         os.environ.pop(name, None)
-    # Imported where they are installed, for nothing here: by numba for BLAS and for line coverage in kernels, which takes
-    # 0.25 s, and by pyarrow, to ask whether what becomes a table is one of theirs, which takes as long.
-    for name in ("coverage",) if needs_scipy else ("scipy", "coverage", "pandas"):
+    # numba imports these where they are installed, for BLAS and for line coverage in kernels: 0.25 s for nothing here.
+    for name in ("coverage",) if needs_scipy else ("scipy", "coverage"):
         sys.modules.setdefault(name, None)  # type: ignore[arg-type]
