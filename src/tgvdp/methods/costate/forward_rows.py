@@ -78,7 +78,7 @@ def _gives(train, cell, effort, v):
         comfortable = effort == 0.0 or net <= train.inertia_kg * train.max_acceleration
         return effort <= effort_at(train.traction, v) and comfortable
     # braking rates leave less to the brakes the more the load slows down
-    most = min(effort_at(train.braking, v), brake_at(train, load, v))
+    most = brake_at(train, load, v)
     return -effort <= most and net >= -train.inertia_kg * train.max_deceleration
 
 
@@ -120,17 +120,18 @@ def evenly(train, cell, w, target, rows, n):
     """Append rows of one effort through a cell; a single one, of one acceleration, where a limit is near.
 
     An effort that one row would pull, and several would brake, is none: braking may not be allowed at all. One that the
-    train gives at one end only is full traction, and holding where that leads to.
+    train gives at one end only is full traction, and holding where that leads to; or full traction that slows down.
     """
     effort = duration_and_work(train, cell.length_m, cell.grade_n, cell.air, w, target)[1] / cell.length_m
     free = _gives(train, cell, effort, math.sqrt(w)) and _gives(train, cell, effort, math.sqrt(target))
-    if not free and effort > 0.0 and w < target and 0.0 <= pull(train, cell, target, target) < math.inf:
+    holds = w < target and 0.0 <= pull(train, cell, target, target) < math.inf
+    if not free and effort > 0.0 and (holds or w > target):
         first = n
         left, landed, n = saturated(train, TRACTION, cell, w, target, rows, n)
         if left <= (1.0 - FULL_EFFORT) * cell.length_m:
-            # A hair below the target, where its rows take a little longer than one.
-            return ended(cell, landed, rows, first, n)
-        return append(cell.end_m, target, rows, n)
+            # A hair below the target, where its rows take a little longer than one; slowing down, to the target.
+            return ended(cell, landed if holds else target, rows, first, n)
+        return append(cell.end_m, target, rows, n if holds else first)
     parts = rows_needed(train, cell.air, cell.length_m, w, target) if free else 1
     sweeps = _EFFORT_SWEEPS if parts > 1 else 1
     per_effort = 2.0 * cell.length_m / train.inertia_kg

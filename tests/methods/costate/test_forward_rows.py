@@ -1,0 +1,53 @@
+"""Rows through a cell last as long as the equation of motion says, however much of the speed goes there."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from tgvdp.methods.costate.forward_rows import evenly
+from tgvdp.model.effort import EffortCurve
+from tgvdp.model.train import Train
+from tgvdp.physics.cell import Cell, room_for_rows
+from tgvdp.physics.forces import kernel_train
+
+FREIGHT = Train(
+    mass_kg=2.5e6,
+    traction=EffortCurve.from_caps(4e5, 4.6e6),
+    friction_brake_n=1.5e6,
+    davis_a_n=3e4,
+    davis_b_n_per_mps=360.0,
+    davis_c_n_per_mps2=32.0,
+)
+
+
+def full_traction_n(v):
+    return min(4e5, 4.6e6 / v)
+
+
+def brakes_n(v):
+    return -2e3
+
+
+@pytest.mark.parametrize(
+    ("effort_n", "start_mps", "permil", "length_m"),
+    [(full_traction_n, 20.0, 9.7, 4200.0), (brakes_n, 24.0, -9.0, 1500.0)],
+    ids=["full traction that slows down", "the friction brake alone"],
+)
+def test_rows_last_as_long_as_the_motion(effort_n, start_mps, permil, length_m):
+    grade_n = FREIGHT.mass_kg * 9.81e-3 * permil
+    train = kernel_train(FREIGHT)._replace(rows=8.0)  # as finely as fronts are driven
+
+    def slopes(_, state):
+        v = math.sqrt(state[0])
+        load_n = FREIGHT.davis_a_n + v * (FREIGHT.davis_b_n_per_mps + v * FREIGHT.davis_c_n_per_mps2) + grade_n
+        return 2.0 * (effort_n(v) - load_n) / FREIGHT.inertia_kg, 1.0 / v
+
+    (end_w, seconds) = solve_ivp(slopes, (0.0, length_m), (start_mps**2, 0.0), rtol=1e-11, atol=1e-9).y[:, -1]
+    rows = room_for_rows(1000)
+    cell = Cell(0.0, length_m, length_m, grade_n, FREIGHT.davis_c_n_per_mps2, math.inf)
+    n = evenly(train, cell, start_mps**2, end_w, rows, 0)
+    x_m, v = np.concatenate(([0.0], rows.x[:n])), np.sqrt(np.concatenate(([start_mps**2], rows.w[:n])))
+    assert (x_m[-1], v[-1] ** 2) == pytest.approx((length_m, end_w), rel=1e-7)
+    assert float(np.sum(2.0 * np.diff(x_m) / (v[:-1] + v[1:]))) == pytest.approx(seconds, rel=5e-6)
