@@ -72,10 +72,7 @@ def _optimal(problem: BoundingProblem, mesh: Mesh, multiplier: float) -> Run:
 
     The power of auxiliaries is part of the multipliers of a mesh, and of the run's, which otherwise know none.
     """
-    total = problem.total(multiplier)
-    counters = {"extremals": 0, "runs": 0, "costates": 0}
-    n, time_s, energy_j = mesh.drive(mesh.extremal(total, counters).switch, counters)
-    return Run(time_s, energy_j, total, mesh.rows.x[:n], mesh.rows.w[:n])
+    return mesh.optimal_run(problem.total(multiplier), {"extremals": 0, "runs": 0, "costates": 0})
 
 
 def least_cost_j(trip: Trip, fastest: Profile, multiplier: float, size_j: float, clock: Clock) -> float:

@@ -270,10 +270,22 @@ class Mesh:
         found = []
         for multiplier, switch, run, at in zip(multipliers, policies, runs.tolist(), passed, strict=True):
             _, _, time_s, energy_j, *_ = run
-            if not math.isfinite(time_s):
-                raise NumericalError(f"the train of the costate program stalls at λ = {multiplier:g} J/s")
+            _require_arrival(multiplier, time_s)
             found.append(Extremal(multiplier, switch, time_s, energy_j, at))
         return found
+
+    def optimal_run(self, multiplier: float, counters: dict[str, int]) -> Run:
+        """The optimal run of a finite multiplier, J/s, in rows that the next one overwrites."""
+        policies = np.empty((1, *self.flat_out.shape))
+        self._switching_speeds(np.array([multiplier]), policies, counters)
+        n, time_s, energy_j = self.drive(policies[0], counters)
+        _require_arrival(multiplier, time_s)
+        return Run(time_s, energy_j, multiplier, self.rows.x[:n], self.rows.w[:n])
+
+
+def _require_arrival(multiplier: float, time_s: float) -> None:
+    if not math.isfinite(time_s):
+        raise NumericalError(f"the train of the costate program stalls at λ = {multiplier:g} J/s")
 
 
 def _envelope(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:

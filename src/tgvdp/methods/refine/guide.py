@@ -73,7 +73,7 @@ class Guide:
         if mesh is None or not math.isfinite(total := multiplier + mesh.tables.auxiliary_w) or total <= 0.0:
             return None
         try:
-            n, _, _ = mesh.drive(mesh.extremal(total, self._counters).switch, self._counters)
+            run = mesh.optimal_run(total, self._counters)
         except (TgvdpError, ArithmeticError):  # a start less: the grid has one, too
             return None
-        return np.interp(station_m, mesh.rows.x[:n], mesh.rows.w[:n])
+        return np.interp(station_m, run.x_m, run.w)
