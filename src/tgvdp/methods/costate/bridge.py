@@ -57,7 +57,7 @@ def bridge(
                 hi, late = share, run
     if abs(late.time_s - target_s) <= tolerance_s:
         return late
-    if abs(quick.time_s - target_s) <= tolerance_s:
+    if abs(quick.time_s - target_s) <= tolerance_s or late.time_s <= quick.time_s:
         return quick
     return _blended(mesh, quick, late, target_s, tolerance_s)
 
