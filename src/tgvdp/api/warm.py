@@ -17,11 +17,13 @@ from tgvdp._jit.watch import Compiled, is_compiled, is_missing, leave_to_another
 from tgvdp.api.journeys import journey
 from tgvdp.api.run import search
 from tgvdp.certificate.ascent import climb
+from tgvdp.certificate.kinked import kinked
 from tgvdp.certificate.line import BoundingProblem
 from tgvdp.formats import load_train
 from tgvdp.methods.costate.bridge import most_effort_n
 from tgvdp.methods.phases.prune import prune_fastest, prune_runs
 from tgvdp.model.track import Gradient, SpeedLimit, Track
+from tgvdp.model.train import BrakingRate
 from tgvdp.model.trip import Trip
 from tgvdp.options.search import SearchOptions
 from tgvdp.referee.drive import replay_rows
@@ -36,6 +38,7 @@ __all__ = [
     "compile_beside",
     "is_compiled",
     "key_folder",
+    "kinks",
     "make_folder",
     "margins",
     "pruning",
@@ -94,9 +97,20 @@ def checks(certified: bool = True) -> list[Compiled]:
     return compiled
 
 
+def kinks() -> list[Compiled]:
+    """Certify a run of a train whose braking rates drop: what few trains need."""
+    trip, x_m, w = _some_run()
+    rates = BrakingRate(0.0, 0.9), BrakingRate(15.0, 0.6)
+    problem = BoundingProblem(replace(trip, train=replace(trip.train, braking_rates=rates)))
+    with watch() as compiled:
+        kinked(problem, problem.ledger(x_m, w, 1e4, gain_j=1e6), 1e4, gain_j=1e6)
+    return compiled
+
+
 def _some_run() -> tuple[Trip, NDArray[np.float64], NDArray[np.float64]]:
     trip = Trip(train=load_train(_TRAIN), track=_TRACK, origin_m=0.0, destination_m=_TRACK.length_m)
-    return trip, np.array([0.0, 200.0, 900.0, 1800.0, 2000.0]), np.array([0.0, 150.0, 150.0, 150.0, 0.0])
+    x_m, w = np.array([(0.0, 0.0), (20.0, 30.0), (200.0, 150.0), (900.0, 150.0), (1800.0, 150.0), (2000.0, 0.0)]).T
+    return trip, x_m.copy(), w.copy()
 
 
 def compile_beside(second: SecondProcess, waiting: Waiting, options: SearchOptions, *, certified: bool) -> None:

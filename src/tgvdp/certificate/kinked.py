@@ -68,6 +68,12 @@ def side_kernel(
         doubt[k] = d * (rounding + ROUNDINGS * abs(slope) * kink_w)
 
 
+@kernel
+def _regular(w):
+    """`regular_cells`, for Python."""
+    return regular_cells(w)
+
+
 class _Half(NamedTuple):
     """One side of a kink: its costates at the two ends of each cell, (K,), and what `side_kernel` finds with them."""
 
@@ -117,15 +123,17 @@ def kinked(
 
 def _kinks_w(problem: BoundingProblem, found: Ledger) -> Iterator[float]:
     """Squared speeds at which braking rates drop, m²/s², but those that a cell of a standstill may reach."""
-    lowest, highest = _standing_w(found), float(found.caps.cell.max())
-    for before, after in itertools.pairwise(problem.train.rates):
-        if after[2] < before[2] and lowest <= after[0] ** 2 < highest:
-            yield float(after[0]) ** 2
+    drops_w = [
+        float(after[0]) ** 2 for before, after in itertools.pairwise(problem.train.rates) if after[2] < before[2]
+    ]
+    if drops_w:
+        lowest, highest = _standing_w(found), float(found.caps.cell.max())
+        yield from (kink_w for kink_w in drops_w if lowest <= kink_w < highest)
 
 
 def _standing_w(found: Ledger) -> float:
     """Largest squared speed in cells of a standstill, m²/s², whose bound knows no kink."""
-    first, last = regular_cells(found.w)
+    first, last = _regular(found.w)
     return float(np.max(np.append(found.caps.cell[:first], found.caps.cell[last + 1 :]), initial=0.0))
 
 
@@ -174,7 +182,7 @@ class _Kinked:
     def _together(self) -> Ledger:
         """The bound of both sides; cells of a standstill know the lower one only."""
         found, lower, upper, kink_w = self._found, self._lower, self._upper, self._kink_w
-        first, last = regular_cells(found.w)
+        first, last = _regular(found.w)
         bound = 0.5 * found.cells.length_m * np.minimum(lower.least, upper.least).sum(axis=1)
         bound += (lower.right - lower.left) * kink_w  # the potential at the kink
         doubt = lower.doubt + upper.doubt + ROUNDINGS * (np.abs(lower.right) + np.abs(lower.left)) * kink_w
