@@ -10,8 +10,23 @@ from tgvdp.physics.codes import HOLDING, TRACTION
 
 
 @part
-def stretch(way, run, i, from_m, j, until_m):
-    """Time and energy of a run from a position on its row i to one on its row j, which is cut for it and put back."""
+def _lacking_s(run, first, last, before, after, least_s):
+    """Seconds that phases within rows ``first`` to ``last`` − 1 lack of the least; what goes on beyond lacks none."""
+    lacking = 0.0
+    lasts_s = least_s
+    regime = before
+    for j in range(first, last):
+        if run.regime[j] != regime:
+            lacking += max(least_s - lasts_s, 0.0)
+            regime = run.regime[j]
+            lasts_s = 0.0
+        lasts_s += 2.0 * (run.x[j + 1] - run.x[j]) / (math.sqrt(run.w[j]) + math.sqrt(run.w[j + 1]))
+    return lacking + (max(least_s - lasts_s, 0.0) if regime != after else 0.0)
+
+
+@part
+def stretch(way, run, i, from_m, j, until_m, before=-1, after=-1, least_s=0.0):
+    """Time, energy and `_lacking_s` from a position on row i of a run, which is cut for it, to one on its row j."""
     x0 = run.x[i]
     w0 = run.w[i]
     x1 = run.x[j + 1]
@@ -23,11 +38,12 @@ def stretch(way, run, i, from_m, j, until_m):
     run.w[j + 1] = at_end
     last = j + 1 if until_m > run.x[j] + SAME_M else j
     time, energy = measure(way, run, i, last)
+    lacking = _lacking_s(run, i, last, before, after, least_s)
     run.x[i] = x0
     run.w[i] = w0
     run.x[j + 1] = x1
     run.w[j + 1] = w1
-    return time, energy
+    return time, energy, lacking
 
 
 @part
@@ -48,8 +64,8 @@ def _until(way, run, i, until, out, m):
 
 
 @kernel
-def track(way, run, n, plan, planned, price, most_j, out):
-    """Drive a plan along a run; where that costs too much, or comes to nothing, the run stays as it is.
+def track(way, run, n, plan, planned, price, least_s, most_j, out):
+    """Drive a plan along a run; where that costs too much, or leaves phases shorter, the run stays as it is.
 
     Parameters
     ----------
@@ -59,6 +75,8 @@ def track(way, run, n, plan, planned, price, most_j, out):
     plan : (planned, PLAN_COLUMNS) float64
     price : float
         What a second is worth, J/s, auxiliaries included.
+    least_s : float
+        How long phases should last, s.
     most_j : float
         What all stretches on which the two differ may cost together, J.
     out : Run, modified in place
@@ -102,10 +120,14 @@ def track(way, run, n, plan, planned, price, most_j, out):
             m = _until(way, run, i, turn_m, out, m)
         size, j = leave(way, run, n, i, plan, planned, c + 1 if turns else c, out, m) if m > 0 else (-1, i)
         if size > 0 and out.x[size - 1] > x + SAME_M:
+            before = out.regime[first - 2] if first > 1 else -1
+            whole = out.x[size - 1] >= run.x[j + 1] - SAME_M and j < n - 2
+            after = run.regime[j + 1] if whole else run.regime[j]
             new_s, new_j = measure(way, out, first - 1, size - 1)
-            old_s, old_j = stretch(way, run, i, x, j, out.x[size - 1])
+            old_s, old_j, old_lacking_s = stretch(way, run, i, x, j, out.x[size - 1], before, after, least_s)
             dearer_j = new_j - old_j + price * (new_s - old_s)
-            if cost_j + dearer_j <= most_j:
+            lacking_s = _lacking_s(out, first - 1, size - 1, before, after, least_s)
+            if lacking_s <= old_lacking_s and cost_j + dearer_j <= most_j:
                 cost_j += dearer_j
                 m = size
                 i = j

@@ -144,7 +144,7 @@ def widen(way, run, n, plan, count, price, least_s, most_j, out):
             out.w[size] = run.w[last + 1]
             whole = size if run.x[last + 1] > until_m + SAME_M else size - 1
             new_s, new_j = measure(way, out, start - 1, whole)
-            old_s, old_j = stretch(way, run, first, out.x[start - 1], last, out.x[whole])
+            old_s, old_j, _ = stretch(way, run, first, out.x[start - 1], last, out.x[whole])
             dearer_j = new_j - old_j + price * (new_s - old_s)
             if final:
                 cost_j += dearer_j
