@@ -15,8 +15,8 @@ from tgvdp.methods.phases.plan import AT, PLAN_COLUMNS, REGIME, leave_out, plan_
 from tgvdp.methods.phases.prune import prune
 from tgvdp.methods.phases.regimes import tell_regimes
 from tgvdp.methods.phases.track import track
+from tgvdp.methods.phases.way import Room, way_of
 from tgvdp.methods.phases.way import Run as Rows
-from tgvdp.methods.phases.way import way_of
 from tgvdp.methods.phases.widen import widen
 from tgvdp.model.trip import Trip
 from tgvdp.physics import cell
@@ -164,8 +164,8 @@ def widened(made, most_j):
     run, plan, count = regimes(way, x_m, w)
     size = 3 * len(x_m)
     out = Rows(np.empty(size), np.empty(size), np.empty(size, dtype=np.int8))
-    n, cost_j = widen(way, run, len(x_m), plan, count, 1e5, 1.0, most_j, out)
-    return out.x[:n], out.w[:n], out.regime[: n - 1], cost_j
+    n, left = widen(way, run, len(x_m), plan, count, 1e5, 1.0, Room(most_j, -math.inf, math.inf), out)
+    return out.x[:n], out.w[:n], out.regime[: n - 1], most_j - left.most_j
 
 
 def test_a_dab_that_stays_lasts_longer_at_a_partial_effort(made):
@@ -233,5 +233,19 @@ def test_a_stretch_that_leaves_phases_shorter_is_refused(made):
     run, plan, count = regimes(way, x_m, w)
     plan[3, AT] = 4001.0
     out = Rows(*(np.empty(30_000) for _ in range(2)), np.empty(30_000, dtype=np.int8))
+    whatever = Room(math.inf, -math.inf, math.inf)
     for least_s, refused in ((0.0, 0), (1.0, 1)):
-        assert track(way, run, len(x_m), plan, count, 1e5, least_s, math.inf, out)[1] == refused
+        assert track(way, run, len(x_m), plan, count, 1e5, least_s, whatever, out)[1] == refused
+
+
+@pytest.mark.parametrize("by_s", [1e-6, math.inf])
+def test_a_stretch_that_takes_too_long_is_refused(made, by_s):
+    _, way, x_m, w = made
+    run, plan, count = regimes(way, x_m, w)
+    planned = leave_out(way, plan, count, 1.0)
+    out = Rows(*(np.empty(30_000) for _ in range(2)), np.empty(30_000, dtype=np.int8))
+    n, refused, left = track(way, run, len(x_m), plan, planned, 1e5, 1.0, Room(math.inf, -by_s, by_s), out)
+    assert refused == (by_s < math.inf)
+    if refused:
+        np.testing.assert_array_equal(out.x[:n], x_m)
+        assert left.latest_s == by_s

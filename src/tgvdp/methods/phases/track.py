@@ -5,7 +5,7 @@ import math
 from tgvdp._jit import kernel, part
 from tgvdp.methods.phases.leave import drive, leave
 from tgvdp.methods.phases.plan import AT, REGIME
-from tgvdp.methods.phases.way import SAME_M, measure, row_at, w_on
+from tgvdp.methods.phases.way import SAME_M, is_within, left_of, measure, row_at, w_on
 from tgvdp.physics.codes import HOLDING, TRACTION
 
 
@@ -64,8 +64,8 @@ def _until(way, run, i, until, out, m):
 
 
 @kernel
-def track(way, run, n, plan, planned, price, least_s, most_j, out):
-    """Drive a plan along a run; where that costs too much, or leaves phases shorter, the run stays as it is.
+def track(way, run, n, plan, planned, price, least_s, room, out):
+    """Drive a plan along a run; where that costs too much, or leaves phases shorter, the run stays.
 
     Parameters
     ----------
@@ -77,8 +77,8 @@ def track(way, run, n, plan, planned, price, least_s, most_j, out):
         What a second is worth, J/s, auxiliaries included.
     least_s : float
         How long phases should last, s.
-    most_j : float
-        What all stretches on which the two differ may cost together, J.
+    room : Room
+        What all stretches on which the two differ may cost together, and how much later they may be.
     out : Run, modified in place
 
     Returns
@@ -87,8 +87,8 @@ def track(way, run, n, plan, planned, price, least_s, most_j, out):
         Rows of the new run; −1 if there is no room for them.
     refused : int
         On how many stretches the run stays although the plan differs.
-    cost_j : float
-        By how much E + λT rises, J.
+    room : Room
+        What is left of it.
     """
     out.x[0] = run.x[0]
     out.w[0] = run.w[0]
@@ -96,13 +96,12 @@ def track(way, run, n, plan, planned, price, least_s, most_j, out):
     i = 0
     c = 0
     refused = 0
-    cost_j = 0.0
     kept = 0  # the run stays up to here
     # Each turn goes on by a row of the run, or appends rows that advance, or refuses: then rows of the run follow.
     while i < n - 1:
         x = out.x[m - 1]
         if m + 2 > out.x.shape[0]:
-            return -1, 0, 0.0
+            return -1, 0, room
         while c + 1 < planned and plan[c + 1, AT] <= x + SAME_M:
             c += 1
         turn_m = plan[c + 1, AT] if c + 1 < planned else run.x[n - 1]
@@ -125,10 +124,11 @@ def track(way, run, n, plan, planned, price, least_s, most_j, out):
             after = run.regime[j + 1] if whole else run.regime[j]
             new_s, new_j = measure(way, out, first - 1, size - 1)
             old_s, old_j, old_lacking_s = stretch(way, run, i, x, j, out.x[size - 1], before, after, least_s)
-            dearer_j = new_j - old_j + price * (new_s - old_s)
+            later_s = new_s - old_s
+            dearer_j = new_j - old_j + price * later_s
             lacking_s = _lacking_s(out, first - 1, size - 1, before, after, least_s)
-            if lacking_s <= old_lacking_s and cost_j + dearer_j <= most_j:
-                cost_j += dearer_j
+            if lacking_s <= old_lacking_s and is_within(room, dearer_j, later_s):
+                room = left_of(room, dearer_j, later_s)
                 m = size
                 i = j
                 if out.x[m - 1] >= run.x[i + 1] - SAME_M:
@@ -140,4 +140,4 @@ def track(way, run, n, plan, planned, price, least_s, most_j, out):
         kept = i + 1
         while kept < n - 1 and run.regime[kept] == run.regime[i]:
             kept += 1
-    return m, refused, cost_j
+    return m, refused, room
