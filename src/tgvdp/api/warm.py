@@ -17,9 +17,13 @@ from tgvdp._jit.watch import Compiled, is_compiled, is_missing, leave_to_another
 from tgvdp.api.journeys import journey
 from tgvdp.api.run import search
 from tgvdp.certificate.ascent import climb
+from tgvdp.certificate.cell_bounds import WHOLE
 from tgvdp.certificate.kinked import kinked
+from tgvdp.certificate.ledger import Ledger
 from tgvdp.certificate.line import BoundingProblem
+from tgvdp.certificate.speed_bound import Caps
 from tgvdp.formats import load_train
+from tgvdp.line.cells import Cells
 from tgvdp.methods.costate.bridge import most_effort_n
 from tgvdp.methods.phases.prune import prune_fastest, prune_runs
 from tgvdp.model.track import Gradient, SpeedLimit, Track
@@ -34,6 +38,7 @@ from tgvdp.second_process import SecondProcess
 __all__ = [
     "TOURS",
     "Compiled",
+    "ascents",
     "checks",
     "compile_beside",
     "is_compiled",
@@ -93,7 +98,21 @@ def checks(certified: bool = True) -> list[Compiled]:
         profile = profile_of(trip, x_m, w)
         replay(trip, profile)
         if certified:
-            BoundingProblem(trip).line(profile.position_m, profile.speed_mps**2, 1e4, gain_j=1e6)
+            BoundingProblem(trip).line(profile.position_m, profile.speed_mps**2, 1e4)
+    return compiled
+
+
+def ascents() -> list[Compiled]:
+    """Raise a bound by better costates: the largest kernel of a certificate, compiled beside the others of `checks`."""
+    trip, _, _ = _some_run()
+    problem = BoundingProblem(trip)
+    cells = Cells._make(column.copy() for column in problem.cells)
+    count = len(cells.length_m)
+    caps = Caps(cells.limit_w, np.append(cells.limit_w, cells.limit_w[-1]), np.zeros((count, 2)))
+    flat = np.zeros(count)
+    found = Ledger(flat, flat, flat, flat, cells, caps, caps.node.copy(), np.zeros(count, dtype=np.int8))
+    with watch() as compiled:
+        problem.climbed(found, 1.0, WHOLE, np.full((count, 2), np.inf), flat, flat, 1e6, None)
     return compiled
 
 
@@ -126,21 +145,23 @@ def compile_beside(second: SecondProcess, waiting: Waiting, options: SearchOptio
         Whether the search will be certified.
     """
     pruned = options.method == "front" and options.min_phase_s > 0.0
-    # The last kernel of each part is looked for.
-    parts = (
-        (prune_runs, pruned and is_missing(prune_runs), "pruning", ()),
-        (replay_rows, is_missing(replay_rows) or (certified and is_missing(climb)), "checks", (certified,)),
+    ascended = certified and is_missing(climb)
+    # The last kernel of each part is looked for. Who waits for the checks has time for the ascent.
+    parts: tuple[tuple[Any, bool, str, tuple[bool, ...], Callable[[], object]], ...] = (
+        (prune_runs, pruned and is_missing(prune_runs), "pruning", (), list),
+        (replay_rows, is_missing(replay_rows) or ascended, "checks", (certified,), ascents if ascended else list),
     )
-    for first, missing, task, arguments in parts:
+    for first, missing, task, arguments, meanwhile in parts:
         if missing:
             done = second.promise(f"{__name__}:{task}", *arguments)
             if second.is_there:
-                leave_to_another(first, _waited_for(done, waiting))
+                leave_to_another(first, _waited_for(done, waiting, meanwhile))
 
 
-def _waited_for(done: Callable[[], object], waiting: Waiting) -> Callable[[], None]:
+def _waited_for(done: Callable[[], object], waiting: Waiting, meanwhile: Callable[[], object]) -> Callable[[], None]:
     def wait() -> None:
         with waiting():
+            meanwhile()
             done()
 
     return wait

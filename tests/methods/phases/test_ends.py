@@ -10,13 +10,14 @@ from tgvdp.methods.phases.plan import AT, PLAN_COLUMNS, REGIME, plan_of
 from tgvdp.methods.phases.prune import prune
 from tgvdp.methods.phases.regimes import tell_regimes
 from tgvdp.methods.phases.track import track
-from tgvdp.methods.phases.way import Run, is_sound, way_of
+from tgvdp.methods.phases.way import Room, Run, is_sound, way_of
 from tgvdp.methods.phases.widen import widen
 from tgvdp.physics.cell import Rows
 from tgvdp.physics.codes import BRAKING, COASTING, HOLDING, TRACTION
 from tgvdp.runs.fastest import fastest_run
 
 PRICE = 1e5
+ANY = Room(np.inf, -np.inf, np.inf)
 
 
 def doubled(x_m, w):
@@ -76,7 +77,7 @@ def test_tracking_ends_whatever_the_rows_and_the_plan(fast, spoil, regime):
     plan[:count, REGIME] = regime
     for most_j in (np.inf, -np.inf):
         out = room(n + 20_000)
-        m, refused, _ = track(way, run, n, plan, count, PRICE, most_j, out)
+        m, refused, _ = track(way, run, n, plan, count, PRICE, 0.0, Room(most_j, -np.inf, np.inf), out)
         assert -1 <= m <= len(out.x) and refused <= n
         if most_j < 0.0 and m > 0:  # all that differs is refused: the run stays as it is
             np.testing.assert_array_equal(out.x[:m], x_m)
@@ -91,9 +92,9 @@ def test_a_plan_of_phases_of_no_length_ends(fast, spoil):
     plan, count = planned(way, run, n)
     plan[1:count, AT] = x_m[n // 3]
     plan[:count, REGIME] = np.resize((TRACTION, COASTING, HOLDING, BRAKING), count)
-    m, refused, _ = track(way, run, n, plan, count, PRICE, np.inf, out)
+    m, refused, _ = track(way, run, n, plan, count, PRICE, 0.0, ANY, out)
     assert -1 <= m <= len(out.x) and refused <= n
-    m, _ = widen(way, run, n, plan, count, PRICE, 1.0, np.inf, out)
+    m, _ = widen(way, run, n, plan, count, PRICE, 1.0, ANY, out)
     assert -1 <= m <= len(out.x)
 
 
@@ -118,7 +119,7 @@ def test_leaving_ends_where_there_is_no_room(fast):
     plan[0, REGIME] = COASTING
     out.x[0], out.w[0] = x_m[n // 4], w[n // 4]
     assert leave(way, run, n, n // 4, plan, 1, 0, out, 1)[0] == -1
-    assert track(way, run, n, plan, 1, PRICE, np.inf, room(10))[0] == -1
+    assert track(way, run, n, plan, 1, PRICE, 0.0, ANY, room(10))[0] == -1
 
 
 @pytest.mark.parametrize("least_s", [0.01, 1.0, 1e9, np.inf])

@@ -28,11 +28,11 @@ _MOST_CHANGES = 8
 
 
 @part
-def _meets(run, n, start, out, first, last, regime, moves):
+def _meets(run, n, start, out, first, last, regime, moves, rides):
     """Where new rows first meet a run whose regime there is that of the plan, or at its end.
 
-    Rows of the regime in which the train ``moves`` run beside its own: they only seem to cross. Returns the run's row,
-    the new row that does, −1 for none, and the position.
+    Rows of the regime in which the train ``moves`` run beside its own: they only seem to cross. One that ``rides`` on
+    the envelope has that regime there, too. Returns the run's row, the new row that does, −1 for none, and where.
     """
     j = start
     for i in range(first, last):
@@ -44,7 +44,8 @@ def _meets(run, n, start, out, first, last, regime, moves):
             xb = min(out.x[i], run.x[j + 1])
             top = w_on(run.x, run.w, j, xb)
             fb = w_on(out.x, out.w, i - 1, xb) - top
-            if run.regime[j] == regime or xb >= run.x[n - 1]:
+            joins = run.regime[j] == regime and (not rides or out.regime[i - 1] == regime)
+            if joins or xb >= run.x[n - 1]:
                 beside = run.regime[j] == moves
                 if abs(fb) <= (_SAME_CURVE_W if beside else _SAME_W) * top:
                     return j, i, xb
@@ -197,7 +198,8 @@ def leave(way, run, n, i, plan, planned, c, out, m):
         first = m
         regime = HOLDING if held else now
         moves = -1 if held or rides else now
-        if rides:
+        rode = rides
+        if rode:
             after = int(plan[min(c + 1, planned - 1), REGIME])
             m, e = _ride(way, k, e, now, after, until, out, m)
             rides = m > first
@@ -221,7 +223,7 @@ def leave(way, run, n, i, plan, planned, c, out, m):
             for j in range(first, m):
                 dark = regime == TRACTION and cells.supply[k] != POWERED
                 out.regime[j - 1] = COASTING if dark else regime
-        i, row, at = _meets(run, n, i, out, first, m, int(plan[c, REGIME]), moves)
+        i, row, at = _meets(run, n, i, out, first, m, int(plan[c, REGIME]), moves, rode)
         if row >= 0:
             joined = w_on(run.x, run.w, i, at)
             m = row

@@ -13,8 +13,6 @@ from tgvdp.physics.motion import net_force
 #: left out, and whether the run slows down before it.
 REGIME, AT, START_W, LASTS_S, MAY_GO, FROM_ABOVE = range(6)
 PLAN_COLUMNS = 6
-#: A phase that is left out is shared by its neighbours so that the speed after it stays what it was.
-BALANCED = -1.0
 
 
 @part
@@ -95,11 +93,10 @@ def shortest(plan, count, least_s):
 
 
 @part
-def leave_out(way, plan, count, least_s, share):
+def leave_out(way, plan, count, least_s):
     """Leave phases shorter than ``least_s`` out of a plan, the shortest first; returns the number of the others.
 
-    One between two of the same regime becomes part of them; of another the neighbour before it takes ``share``, or what
-    is `BALANCED`.
+    One between two of the same regime becomes part of them; another is shared by its neighbours.
     """
     while count > 1:
         i = shortest(plan, count, least_s)
@@ -114,7 +111,7 @@ def leave_out(way, plan, count, least_s, share):
             plan[i - 1, LASTS_S] += plan[i, LASTS_S] + plan[i + 1, LASTS_S]
             count = _drop(plan, count, i, 2)
         else:
-            first = _balance(way, plan, i) if share == BALANCED else share
+            first = _balance(way, plan, i)
             plan[i + 1, AT] = plan[i, AT] + first * (plan[i + 1, AT] - plan[i, AT])
             plan[i - 1, LASTS_S] += first * plan[i, LASTS_S]
             plan[i + 1, LASTS_S] += (1.0 - first) * plan[i, LASTS_S]

@@ -10,20 +10,10 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import entry, part
 from tgvdp.line.cells import cells_of
-from tgvdp.methods.phases.plan import (
-    AT,
-    BALANCED,
-    LASTS_S,
-    MAY_GO,
-    PLAN_COLUMNS,
-    REGIME,
-    leave_out,
-    plan_of,
-    shortest,
-)
+from tgvdp.methods.phases.plan import AT, LASTS_S, MAY_GO, PLAN_COLUMNS, REGIME, leave_out, plan_of, shortest
 from tgvdp.methods.phases.regimes import tell_regimes, without_touches
 from tgvdp.methods.phases.track import track
-from tgvdp.methods.phases.way import Run, Way, is_sound, measure, way_of
+from tgvdp.methods.phases.way import Room, Run, Way, is_sound, measure, way_of
 from tgvdp.methods.phases.widen import widen
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Rows
@@ -33,15 +23,19 @@ from tgvdp.physics.forces import kernel_train
 
 _Floats = NDArray[np.float64]
 
-#: What is left out in turn: phases shorter than a share of the least duration, and how much of each its neighbour
-#: before it takes. First what is next to nothing, so that it does not stand or fall with longer phases beside it.
-_PASSES = ((0.05, BALANCED), (1.0, BALANCED), (1.0, 0.0), (1.0, 1.0))
-#: Least share of a phase's duration that is left out, where more, or anything, would take another time.
-_LEVELS = (1.0, _PASSES[0][0], 0.0)
+#: What is done in turn: phases shorter than a share of the least duration are left out, or widened. First what is next
+#: to nothing, so that it does not stand or fall with longer phases beside it; last what is long enough but might be
+#: longer, with what is left to spend.
+_PASSES = ((0.05, False), (1.0, False), (1.0, True), (3.0, False), (3.0, True))
+#: A run gets its time back after all that, or else all that keeps to it, or else the run stays as it is.
+_LATER_IN_TIME, _IN_TIME, _AS_IT_IS = _ATTEMPTS = (0, 1, 2)
 #: Tries to give a run its time back, and the share of a phase of coasting by which the first one moves its start.
 _TRIES = 6
+_STARTS = 4
 _FIRST_STEP = 1e-3
 _MOST_PHASES = 4000
+#: Whatever it costs, whenever it arrives.
+_ALL = Room(math.inf, -math.inf, math.inf)
 #: Rows that a run may gain.
 _MORE_ROWS = 20_000
 
@@ -69,25 +63,40 @@ class Pruned(NamedTuple):
 
 
 @part
-def _start_of_coasting(plan, count):
-    """The longest phase of coasting that follows traction or a hold; −1 if there is none."""
+def _start_of_coasting(plan, count, most_s):
+    """The longest phase of coasting, of less than ``most_s``, that follows traction or a hold; −1 if there is none."""
     best = -1
     for c in range(1, count - 1):
         follows = plan[c - 1, REGIME] == TRACTION or plan[c - 1, REGIME] == HOLDING
-        if follows and plan[c, REGIME] == COASTING and (best < 0 or plan[c, LASTS_S] > plan[best, LASTS_S]):
+        coasts = follows and plan[c, REGIME] == COASTING and plan[c, LASTS_S] < most_s
+        if coasts and (best < 0 or plan[c, LASTS_S] > plan[best, LASTS_S]):
             best = c
     return best
 
 
 @part
 def _retime(way, run, n, plan, price, most_j, late_s, tolerance_s, out):
-    """Move the start of the longest coasting until the run is no longer late, or early; returns rows, −1 in vain."""
+    """Move the start of a long coasting until the run is no longer late, or early; returns rows, −1 in vain."""
     count = plan_of(way, run, n, plan)
-    c = _start_of_coasting(plan, count)
-    if c < 0:
-        return -1
+    longest_s = math.inf
+    for _ in range(_STARTS):
+        c = _start_of_coasting(plan, count, longest_s)
+        if c < 0:
+            break
+        longest_s = plan[c, LASTS_S]
+        start_m = plan[c, AT]
+        m = _moved(way, run, n, plan, count, c, price, most_j, late_s, tolerance_s, out)
+        if m > 0:
+            return m
+        plan[c, AT] = start_m
+    return -1
+
+
+@part
+def _moved(way, run, n, plan, count, c, price, most_j, late_s, tolerance_s, out):
+    """Move the start of a phase of coasting until the run is no longer late, or early; returns rows, −1 in vain."""
     start_m = plan[c, AT]
-    before_s = measure(way, run, 0, n - 1)[0]
+    before_s, before_j = measure(way, run, 0, n - 1)
     step_m = _FIRST_STEP * (plan[c + 1, AT] - start_m)
     room_m = start_m - plan[c - 1, AT]
     last_m = 0.0
@@ -97,12 +106,13 @@ def _retime(way, run, n, plan, price, most_j, late_s, tolerance_s, out):
         if not -0.9 * room_m < shift_m < 0.9 * (plan[c + 1, AT] - start_m):
             return -1
         plan[c, AT] = start_m + shift_m
-        m, refused, cost_j = track(way, run, n, plan, count, price, math.inf, out)
+        m, refused, _ = track(way, run, n, plan, count, price, 0.0, _ALL, out)
         if m < 0 or refused > 0:
             return -1
-        now_s = late_s + measure(way, out, 0, m - 1)[0] - before_s
+        after_s, after_j = measure(way, out, 0, m - 1)
+        now_s = late_s + after_s - before_s
         if abs(now_s) <= tolerance_s:
-            return m if cost_j <= most_j else -1
+            return m if after_j - before_j + price * (after_s - before_s) <= most_j else -1
         if now_s == last_s:
             return -1
         next_m = shift_m - now_s * (shift_m - last_m) / (now_s - last_s)
@@ -123,8 +133,8 @@ def _short(plan, count, least_s):
 
 
 @part
-def _prune(way, here, there, n, plan, price, least_s, most, most_j, later_s, slack_s):
-    """Leave phases shorter than the share ``most`` of ``least_s`` out of the run in ``here``, with its regimes.
+def _prune(way, here, there, n, plan, price, least_s, room, later_s, slack_s):
+    """Do all passes on the run in ``here``, with its regimes, and give it back its running time.
 
     Returns
     -------
@@ -138,31 +148,25 @@ def _prune(way, here, there, n, plan, price, least_s, most, most_j, later_s, sla
     before_s, before_j = measure(way, here, 0, n - 1)
     swapped = False
     for p in range(len(_PASSES)):
+        share, widened = _PASSES[p]
+        longest_s = share * least_s
         n = without_touches(way, here, n)
         count = plan_of(way, here, n, plan)
-        planned = leave_out(way, plan, count, min(_PASSES[p][0], most) * least_s, _PASSES[p][1])
-        if planned == count:
+        if shortest(plan, count, longest_s) < 0:
             continue
-        n, refused, dearer_j = track(way, here, n, plan, planned, price, most_j, there)
+        if widened:
+            n, room = widen(way, here, n, plan, count, price, longest_s, room, there)
+        else:
+            planned = leave_out(way, plan, count, longest_s)
+            n, _, room = track(way, here, n, plan, planned, price, longest_s, room, there)
         if n < 0:
             return -1, False, 0.0, 0.0, 0
         here, there = there, here
         swapped = not swapped
-        most_j -= dearer_j
-        if refused == 0 and _PASSES[p][0] == 1.0:
-            break
-    count = plan_of(way, here, n, plan)
-    if most == 1.0 and shortest(plan, count, least_s) >= 0:
-        n, dearer_j = widen(way, here, n, plan, count, price, least_s, most_j, there)
-        if n < 0:
-            return -1, False, 0.0, 0.0, 0
-        here, there = there, here
-        swapped = not swapped
-        most_j -= dearer_j
     now_s, now_j = measure(way, here, 0, n - 1)
     late_s = now_s - before_s - later_s
     if not abs(late_s) <= slack_s:  # no number is not in time
-        n = _retime(way, here, n, plan, price, most_j, late_s, slack_s, there)
+        n = _retime(way, here, n, plan, price, room.most_j, late_s, slack_s, there)
         if n < 0:
             return -1, False, 0.0, 0.0, 0
         here, there = there, here
@@ -196,21 +200,23 @@ def prune_runs(way, runs, ends, price, least_s, most_j, later_s, slack_s, here, 
     for r in range(price.shape[0]):
         first = ends[r]
         n = ends[r + 1] - first
-        room = out.x.shape[0] - m - (ends[-1] - ends[r + 1])  # the rest fits as it is
-        for most in _LEVELS:
+        most_rows = out.x.shape[0] - m - (ends[-1] - ends[r + 1])  # the rest fits as it is
+        for attempt in _ATTEMPTS:
             for j in range(n):
                 here.x[j] = runs.x[first + j]
                 here.w[j] = runs.w[first + j]
             tell_regimes(way, here, n)
             count = plan_of(way, here, n, plan)
             size, run, time_s, energy_j, short = n, here, 0.0, 0.0, _short(plan, count, least_s)
-            if most == 0.0 or count < 0 or shortest(plan, count, least_s) < 0:
+            if attempt == _AS_IT_IS or count < 0 or shortest(plan, count, _PASSES[-1][0] * least_s) < 0:
                 break
+            by_s = math.inf if attempt == _LATER_IN_TIME else slack_s
+            room = Room(most_j[r], later_s[r] - by_s, later_s[r] + by_s)
             size, swapped, time_s, energy_j, short = _prune(
-                way, here, there, n, plan, price[r], least_s, most, most_j[r], later_s[r], slack_s
+                way, here, there, n, plan, price[r], least_s, room, later_s[r], slack_s
             )
             run = there if swapped else here
-            if 0 < size <= room and is_sound(way, run, size):
+            if 0 < size <= most_rows and is_sound(way, run, size):
                 break
         for j in range(size):
             out.x[m + j] = run.x[j]

@@ -5,13 +5,28 @@ import math
 from tgvdp._jit import kernel, part
 from tgvdp.methods.phases.leave import drive, leave
 from tgvdp.methods.phases.plan import AT, REGIME
-from tgvdp.methods.phases.way import SAME_M, measure, row_at, w_on
+from tgvdp.methods.phases.way import SAME_M, is_within, left_of, measure, row_at, w_on
 from tgvdp.physics.codes import HOLDING, TRACTION
 
 
 @part
-def stretch(way, run, i, from_m, j, until_m):
-    """Time and energy of a run from a position on its row i to one on its row j, which is cut for it and put back."""
+def _lacking_s(run, first, last, before, after, least_s):
+    """Seconds that phases within rows ``first`` to ``last`` − 1 lack of the least; what goes on beyond lacks none."""
+    lacking = 0.0
+    lasts_s = least_s
+    regime = before
+    for j in range(first, last):
+        if run.regime[j] != regime:
+            lacking += max(least_s - lasts_s, 0.0)
+            regime = run.regime[j]
+            lasts_s = 0.0
+        lasts_s += 2.0 * (run.x[j + 1] - run.x[j]) / (math.sqrt(run.w[j]) + math.sqrt(run.w[j + 1]))
+    return lacking + (max(least_s - lasts_s, 0.0) if regime != after else 0.0)
+
+
+@part
+def stretch(way, run, i, from_m, j, until_m, before=-1, after=-1, least_s=0.0):
+    """Time, energy and `_lacking_s` from a position on row i of a run, which is cut for it, to one on its row j."""
     x0 = run.x[i]
     w0 = run.w[i]
     x1 = run.x[j + 1]
@@ -23,11 +38,12 @@ def stretch(way, run, i, from_m, j, until_m):
     run.w[j + 1] = at_end
     last = j + 1 if until_m > run.x[j] + SAME_M else j
     time, energy = measure(way, run, i, last)
+    lacking = _lacking_s(run, i, last, before, after, least_s)
     run.x[i] = x0
     run.w[i] = w0
     run.x[j + 1] = x1
     run.w[j + 1] = w1
-    return time, energy
+    return time, energy, lacking
 
 
 @part
@@ -48,8 +64,8 @@ def _until(way, run, i, until, out, m):
 
 
 @kernel
-def track(way, run, n, plan, planned, price, most_j, out):
-    """Drive a plan along a run; where that costs too much, or comes to nothing, the run stays as it is.
+def track(way, run, n, plan, planned, price, least_s, room, out):
+    """Drive a plan along a run; where that costs too much, or leaves phases shorter, the run stays.
 
     Parameters
     ----------
@@ -59,8 +75,10 @@ def track(way, run, n, plan, planned, price, most_j, out):
     plan : (planned, PLAN_COLUMNS) float64
     price : float
         What a second is worth, J/s, auxiliaries included.
-    most_j : float
-        What all stretches on which the two differ may cost together, J.
+    least_s : float
+        How long phases should last, s.
+    room : Room
+        What all stretches on which the two differ may cost together, and how much later they may be.
     out : Run, modified in place
 
     Returns
@@ -69,8 +87,8 @@ def track(way, run, n, plan, planned, price, most_j, out):
         Rows of the new run; −1 if there is no room for them.
     refused : int
         On how many stretches the run stays although the plan differs.
-    cost_j : float
-        By how much E + λT rises, J.
+    room : Room
+        What is left of it.
     """
     out.x[0] = run.x[0]
     out.w[0] = run.w[0]
@@ -78,13 +96,12 @@ def track(way, run, n, plan, planned, price, most_j, out):
     i = 0
     c = 0
     refused = 0
-    cost_j = 0.0
     kept = 0  # the run stays up to here
     # Each turn goes on by a row of the run, or appends rows that advance, or refuses: then rows of the run follow.
     while i < n - 1:
         x = out.x[m - 1]
         if m + 2 > out.x.shape[0]:
-            return -1, 0, 0.0
+            return -1, 0, room
         while c + 1 < planned and plan[c + 1, AT] <= x + SAME_M:
             c += 1
         turn_m = plan[c + 1, AT] if c + 1 < planned else run.x[n - 1]
@@ -102,11 +119,16 @@ def track(way, run, n, plan, planned, price, most_j, out):
             m = _until(way, run, i, turn_m, out, m)
         size, j = leave(way, run, n, i, plan, planned, c + 1 if turns else c, out, m) if m > 0 else (-1, i)
         if size > 0 and out.x[size - 1] > x + SAME_M:
+            before = out.regime[first - 2] if first > 1 else -1
+            whole = out.x[size - 1] >= run.x[j + 1] - SAME_M and j < n - 2
+            after = run.regime[j + 1] if whole else run.regime[j]
             new_s, new_j = measure(way, out, first - 1, size - 1)
-            old_s, old_j = stretch(way, run, i, x, j, out.x[size - 1])
-            dearer_j = new_j - old_j + price * (new_s - old_s)
-            if cost_j + dearer_j <= most_j:
-                cost_j += dearer_j
+            old_s, old_j, old_lacking_s = stretch(way, run, i, x, j, out.x[size - 1], before, after, least_s)
+            later_s = new_s - old_s
+            dearer_j = new_j - old_j + price * later_s
+            lacking_s = _lacking_s(out, first - 1, size - 1, before, after, least_s)
+            if lacking_s <= old_lacking_s and is_within(room, dearer_j, later_s):
+                room = left_of(room, dearer_j, later_s)
                 m = size
                 i = j
                 if out.x[m - 1] >= run.x[i + 1] - SAME_M:
@@ -118,4 +140,4 @@ def track(way, run, n, plan, planned, price, most_j, out):
         kept = i + 1
         while kept < n - 1 and run.regime[kept] == run.regime[i]:
             kept += 1
-    return m, refused, cost_j
+    return m, refused, room

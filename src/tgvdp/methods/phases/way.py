@@ -50,6 +50,14 @@ class Way(NamedTuple):
     little_n: float
 
 
+class Room(NamedTuple):
+    """By how much E + λT of a run may rise, J, and from how much less to how much more time it may take, s."""
+
+    most_j: float
+    earliest_s: float
+    latest_s: float
+
+
 class Run(NamedTuple):
     """Rows of a run, (size,) each: positions, m, squared speeds, m²/s², and the regime of the row that starts there."""
 
@@ -111,6 +119,18 @@ def measure(way, run, first, last):
         time += duration
         energy += way.traction * work - cells.saved_w[k] * duration
     return time, energy
+
+
+@leaf
+def is_within(room, dearer_j, later_s):
+    """Whether a change of E + λT and of the running time is within what there is."""
+    return dearer_j <= room.most_j and room.earliest_s <= later_s <= room.latest_s
+
+
+@leaf
+def left_of(room, dearer_j, later_s):
+    """Room that is left after a change."""
+    return Room(room.most_j - dearer_j, room.earliest_s - later_s, room.latest_s - later_s)
 
 
 @part

@@ -9,7 +9,7 @@ import math
 from tgvdp._jit import kernel, part
 from tgvdp.methods.phases.plan import AT, LASTS_S, MAY_GO, REGIME, START_W
 from tgvdp.methods.phases.track import stretch
-from tgvdp.methods.phases.way import SAME_M, cell_from, is_feasible, measure, row_at, w_on
+from tgvdp.methods.phases.way import SAME_M, cell_from, is_feasible, is_within, left_of, measure, row_at, w_on
 from tgvdp.physics.codes import HOLDING
 
 #: Shares of what a phase gains that the one before it gives, the other one the rest.
@@ -81,7 +81,7 @@ def _ramp(way, run, n, i, from_m, until_m, out, m):
 
 
 @kernel
-def widen(way, run, n, plan, count, price, least_s, most_j, out):
+def widen(way, run, n, plan, count, price, least_s, room, out):
     """Let phases that are too short last longer at a partial effort, where that costs little.
 
     Parameters
@@ -95,31 +95,29 @@ def widen(way, run, n, plan, count, price, least_s, most_j, out):
         What a second is worth, J/s, auxiliaries included.
     least_s : float
         How long a phase must last, s.
-    most_j : float
-        By how much E + λT may rise, J.
+    room : Room
     out : Run, modified in place
 
     Returns
     -------
     m : int
         Rows of the new run; −1 if there is no room for them.
-    cost_j : float
-        By how much E + λT rises, J.
+    room : Room
+        What is left of it.
     """
     if 2 * count + n > out.x.shape[0]:
-        return -1, 0.0
+        return -1, room
     out.x[0] = run.x[0]
     out.w[0] = run.w[0]
     m = 1
     i = 0
-    cost_j = 0.0
     done_m = -1.0  # where the last one of them ends
     for c in range(1, count - 1):
         gains_s = _MARGIN * least_s - plan[c, LASTS_S]
         if plan[c, LASTS_S] >= least_s or plan[c, MAY_GO] == 0.0:
             continue
         best = -1
-        best_j = most_j - cost_j
+        best_j = room.most_j
         for option in range(len(_SHARES) + 1):
             final = option == len(_SHARES)
             if final and best < 0:
@@ -144,17 +142,18 @@ def widen(way, run, n, plan, count, price, least_s, most_j, out):
             out.w[size] = run.w[last + 1]
             whole = size if run.x[last + 1] > until_m + SAME_M else size - 1
             new_s, new_j = measure(way, out, start - 1, whole)
-            old_s, old_j = stretch(way, run, first, out.x[start - 1], last, out.x[whole])
-            dearer_j = new_j - old_j + price * (new_s - old_s)
+            old_s, old_j, _ = stretch(way, run, first, out.x[start - 1], last, out.x[whole])
+            later_s = new_s - old_s
+            dearer_j = new_j - old_j + price * later_s
             if final:
-                cost_j += dearer_j
+                room = left_of(room, dearer_j, later_s)
                 m = size
                 i = last + 1 if run.x[last + 1] <= until_m + SAME_M else last
                 done_m = until_m
                 plan[c, LASTS_S] = lasts_s
                 plan[c + 1, LASTS_S] -= after_s
-            elif lasts_s >= least_s and dearer_j <= best_j:
+            elif lasts_s >= least_s and dearer_j <= best_j and is_within(room, dearer_j, later_s):
                 best = option
                 best_j = dearer_j
     i, m = _copied(run, n, math.inf, i, out, m)
-    return m, cost_j
+    return m, room
