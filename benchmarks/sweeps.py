@@ -96,7 +96,7 @@ class Watch:
                 self._cpu_s[one.pid] = times.user + times.system
                 if one.pid == self._driver.pid:
                     self.driver_mb = max(self.driver_mb, rss_mb)
-                elif self._is_worker.setdefault(one.pid, "spawn_main" in " ".join(one.cmdline())):
+                elif self._is_worker.setdefault(one.pid, _solves(one)):
                     self.worker_mb = max(self.worker_mb, rss_mb)
         except psutil.NoSuchProcess:
             pass
@@ -110,6 +110,12 @@ class Watch:
     def workers_s(self) -> float:
         """Processor time of all workers, s."""
         return sum(cpu_s for pid, cpu_s in self._cpu_s.items() if self._is_worker.get(pid))
+
+
+def _solves(process: psutil.Process) -> bool:
+    """Whether a process is a worker, or the fork server that has loaded all for it."""
+    words = " ".join(process.cmdline())
+    return "spawn_main" in words or "multiprocessing.forkserver" in words
 
 
 def run_through(spec: Path, out: Path, workers: int) -> dict[str, Any]:

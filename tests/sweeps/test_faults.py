@@ -55,9 +55,11 @@ def begun(spec, out, *words):
 
 
 def workers_of(process):
-    """Processes that solve: children that were spawned with a main module, the tracker of semaphores is none."""
+    """Processes that solve: children of the fork server where there is one, else those spawned with a main module."""
     children = psutil.Process(process.pid).children(recursive=True)
-    return [one for one in children if "spawn_main" in " ".join(one.cmdline())]
+    words = {one: " ".join(one.cmdline()) for one in children}
+    forked = [one for one in children if "multiprocessing.forkserver" in words[one] and one.ppid() != process.pid]
+    return forked or [one for one in children if "spawn_main" in words[one]]
 
 
 def resumed(spec, out, *words):
@@ -75,6 +77,19 @@ def test_killed_worker(case, tmp_path):
     spec, expected = case
     process = begun(spec, tmp_path / "out", "--workers", 2)
     workers_of(process)[0].kill()
+    _, errors = process.communicate(timeout=600)
+    assert (process.returncode, errors) == (0, "")
+    assert digests(tmp_path / "out") == expected
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="workers are not forked")
+def test_killed_fork_server(case, tmp_path):
+    """What it forked goes on, and the next worker comes from another one."""
+    spec, expected = case
+    process = begun(spec, tmp_path / "out", "--workers", 2)
+    worker, *_ = workers_of(process)
+    worker.parent().kill()
+    worker.kill()
     _, errors = process.communicate(timeout=600)
     assert (process.returncode, errors) == (0, "")
     assert digests(tmp_path / "out") == expected

@@ -94,11 +94,14 @@ def command(
     if retry and not resume:
         raise click.UsageError("--retry goes with --resume")
     from tgvdp.sweeps.cluster import Cluster
+    from tgvdp.sweeps.forks import start_fork_server
+
+    forked = scheduler is None and not dry_run and start_fork_server()  # loads while this process does
+    memory_b = None if worker_memory is None else to_si(worker_memory, "MB", "memory")
+    cluster = Cluster(scheduler, workers, memory_b, forked)
     from tgvdp.sweeps.read import read_spec
 
     spec = read_spec(path)
-    memory_b = None if worker_memory is None else to_si(worker_memory, "MB", "memory")
-    cluster = Cluster(scheduler, workers, memory_b)
     with Screen(quiet=quiet) as screen:
         if dry_run:
             return _estimate(spec, cluster, screen, as_json)

@@ -1,16 +1,14 @@
 """Where batches are solved: workers on this machine, or a Dask cluster that is there."""
 
 import contextlib
-import signal
-import sys
 import threading
 from collections.abc import Iterator
 from importlib.util import find_spec
-from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tgvdp.cores import usable_cores
 from tgvdp.errors import MissingExtraError, UnavailableError
+from tgvdp.sweeps.forks import MALLOC, ONE_THREAD, PRELOAD, deaf_threads
 
 if TYPE_CHECKING:
     from distributed import Client, LocalCluster
@@ -19,14 +17,10 @@ if TYPE_CHECKING:
 _CONNECT_S = 10.0
 #: Above logging.CRITICAL: what goes wrong is reported by the sweep itself.
 _SILENT = 100
-#: Memory that a worker keeps for the next front, B. Dask has glibc give it back at once, and large arrays at each
-#: release, so that every front is computed in fresh pages: an eighth of its time. Other systems do not look here.
-_KEPT_B = 64 << 20
-_MALLOC = {"MALLOC_TRIM_THRESHOLD_": _KEPT_B, "MALLOC_MMAP_THRESHOLD_": _KEPT_B // 2}
 #: Of an own cluster: a death is counted here, not there; nothing is spilled or moved, for workers keep nothing; and
 #: looks at the clock are rarer, which otherwise take a few percent of a core.
 _CONFIG = {
-    **{f"distributed.nanny.pre-spawn-environ.{name}": size_b for name, size_b in _MALLOC.items()},
+    **{f"distributed.nanny.pre-spawn-environ.{name}": size_b for name, size_b in MALLOC.items()},
     "distributed.scheduler.allowed-failures": 0,
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.spill": False,
@@ -34,11 +28,6 @@ _CONFIG = {
     "distributed.admin.tick.interval": "200ms",
     "distributed.admin.system-monitor.interval": "2s",
     "distributed.admin.system-monitor.gil.enabled": False,
-}
-#: What workers of an own cluster load as they start, besides what else Dask is told to have them load.
-_PRELOAD = "tgvdp.sweeps.preload"
-_ONE_THREAD = {
-    name: "1" for name in ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 }
 
 
@@ -53,11 +42,14 @@ class Cluster(NamedTuple):
         Processes on this machine; by default one for each core.
     worker_memory_b : float or None
         Memory at most of each; by default an equal share of the machine's.
+    forked : bool
+        Whether workers on this machine are forked from the process that `forks.start_fork_server` has started.
     """
 
     scheduler: str | None = None
     workers: int | None = None
     worker_memory_b: float | None = None
+    forked: bool = False
 
     @property
     def size(self) -> int | None:
@@ -84,8 +76,12 @@ def connected(cluster: Cluster) -> "Iterator[Client]":
         raise MissingExtraError("sweeps need dask and pyarrow: pip install 'tgvdp[sweep]'") from None
     with contextlib.ExitStack() as stack:
         stack.enter_context(silence_logging_cmgr(_SILENT))
-        preload = [*dask.config.get("distributed.worker.preload", []), _PRELOAD]
-        stack.enter_context(dask.config.set({**_CONFIG, "distributed.worker.preload": preload}))
+        preload = [*dask.config.get("distributed.worker.preload", []), PRELOAD]
+        own = {
+            "distributed.worker.preload": preload,
+            "distributed.worker.multiprocessing-method": "forkserver" if cluster.forked else "spawn",
+        }
+        stack.enter_context(dask.config.set(_CONFIG | own))
         try:
             address: Any = cluster.scheduler or stack.enter_context(_started(cluster))
             client = stack.enter_context(Client(address, timeout=_CONNECT_S, set_as_default=False))
@@ -103,7 +99,7 @@ def _started(cluster: Cluster) -> "LocalCluster":
     """Start workers on this machine; they come one after the other, and come back when they die."""
     from distributed import LocalCluster
 
-    with _deaf_threads():
+    with deaf_threads():
         local = LocalCluster(
             n_workers=0,
             threads_per_worker=1,
@@ -112,34 +108,10 @@ def _started(cluster: Cluster) -> "LocalCluster":
             host="127.0.0.1",
             dashboard_address="127.0.0.1:0",  # any free port: sweeps may run side by side
             silence_logs=_SILENT,
-            env=_ONE_THREAD,
+            env=ONE_THREAD,
         )
     local.scale(cluster.size)
     return local
-
-
-@contextlib.contextmanager
-def _deaf_threads() -> Iterator[None]:
-    """Have threads made meanwhile, and the processes that they start, not hear Ctrl-C, which terminals send to all."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    _start_tracker()  # which would have the first worker hear it
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _start_tracker() -> None:
-    """Start the process that clears up after multiprocessing, and have it say nothing of what Ctrl-C leaves behind."""
-    options = sys.warnoptions[:]
-    sys.warnoptions.append("ignore:resource_tracker:UserWarning")
-    try:
-        resource_tracker.ensure_running()
-    finally:
-        sys.warnoptions[:] = options
 
 
 def dashboard_of(client: "Client") -> str:

@@ -1,4 +1,4 @@
-"""What each worker of an own cluster loads as it starts, while the first batch for it is made."""
+"""What each worker of an own cluster, or what it is forked from, loads as it starts, while the driver makes ready."""
 
 from tgvdp.start import start_fast
 
