@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from tests.helpers.fronts import front_at
-from tests.runs.test_resistance_correction import HILLS, PLAIN, strip_trip
 from tgvdp.line.resolved import resolve
+from tgvdp.model.convention import Convention
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.energy import PANTOGRAPH, WHEEL
 from tgvdp.model.track import NeutralSection, Track
@@ -74,8 +74,12 @@ def test_what_does_not_bend_is_left_as_it_is():
 @pytest.mark.parametrize("energy", [PANTOGRAPH, WHEEL])
 def test_totals_of_many_runs_are_those_of_their_profiles(energy):
     sections = (NeutralSection(1000.0, 300.0), NeutralSection(1800.0, 200.0, True))
-    train = replace(PLAIN, regeneration_efficiency=0.7, auxiliary_power_w=5e4, davis_c_n_per_mps2=5.0)
-    trip = replace(strip_trip(train, replace(HILLS, neutral_sections=sections)), energy=energy)
+    hills = ((0.0, 0.0), (800.0, -6.0), (1500.0, 9.0))
+    trip = Trip(
+        train=replace(DRAG, regeneration_efficiency=0.7, auxiliary_power_w=5e4, length_m=400.0),
+        track=replace(LEVEL, length_m=3000.0, gradients=hills, neutral_sections=sections),
+        origin_m=0.0, destination_m=3000.0, convention=Convention(name="strip", mass_model="strip"), energy=energy,
+    )  # fmt: skip
     fastest = fastest_run(trip)
     rows = fastest.position_m - trip.origin_m, fastest.speed_mps**2
     slower = rows[0], rows[1] * 0.9

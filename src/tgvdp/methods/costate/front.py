@@ -8,6 +8,7 @@ through the extremals' (T, E, slope −λ) promises, an extremal is added betwee
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -118,7 +119,8 @@ def optimal_front(
     counters = {"cells": 0, "extremals": 0, "runs": 0, "costates": 0, "short": 0}
     slower_s = target_s[target_s > fastest.duration_s * (1.0 + _SAME)]
     if tolerance_s is None:
-        tolerance_s = _STEP_TOL * float(np.diff(slower_s, prepend=fastest.duration_s).min(initial=math.inf))
+        times_s = [fastest.duration_s, *slower_s.tolist()]
+        tolerance_s = _STEP_TOL * min((later_s - time_s for time_s, later_s in pairwise(times_s)), default=math.inf)
     rows = fastest.position_m - trip.origin_m, fastest.speed_mps**2
     met = len(target_s) - len(slower_s)
     # No point is later than its target: a timetable allows for no more. Cutting rows may make a run later.
