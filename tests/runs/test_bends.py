@@ -77,7 +77,7 @@ def test_totals_of_many_runs_are_those_of_their_profiles(energy):
     hills = ((0.0, 0.0), (800.0, -6.0), (1500.0, 9.0))
     trip = Trip(
         train=replace(DRAG, regeneration_efficiency=0.7, auxiliary_power_w=5e4, length_m=400.0),
-        track=replace(LEVEL, length_m=3000.0, gradients=hills, neutral_sections=sections),
+        track=Track(length_m=3000.0, speed_limits=((0.0, 60.0),), gradients=hills, neutral_sections=sections),
         origin_m=0.0, destination_m=3000.0, convention=Convention(name="strip", mass_model="strip"), energy=energy,
     )  # fmt: skip
     fastest = fastest_run(trip)
