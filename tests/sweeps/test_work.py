@@ -142,6 +142,19 @@ def test_workers_load_what_fronts_need_as_they_start_and_no_more():
         assert connect().submit(_loaded).result() == (True, False)
 
 
+def _is_watched() -> bool:
+    from distributed import get_worker
+
+    return "profile" in get_worker().periodic_callbacks
+
+
+def test_workers_are_not_asked_all_the_time_what_they_are_doing():
+    """A hundred times a second, which takes a sixteenth of their time."""
+    pytest.importorskip("distributed")
+    with started(Cluster(workers=1)) as connect:
+        assert not connect().submit(_is_watched).result()
+
+
 def test_the_driver_makes_ready_while_workers_come(monkeypatch):
     pytest.importorskip("distributed")
     made = []
