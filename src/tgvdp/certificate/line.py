@@ -44,8 +44,9 @@ _MOMENT_S = 1.0
 _SLOWEST = 1e-8
 #: Costates whose squares are no numbers are none themselves.
 _LARGEST = math.sqrt(float(np.finfo(np.float64).max))
-#: Steps of an ascent at most, and the number of cells that are moved between two looks at the clock.
-_MOST_STEPS = 60
+#: Steps of an ascent at most, far more than most take; where two sides of a kink are raised by turns, which may get
+#: stuck if either goes to its end; and the number of cells that are moved between two looks at the clock.
+_MOST_STEPS, _MOST_IN_TURN = 600, 60
 _CELLS_AT_ONCE = 50_000
 #: Memory that a cell takes, and in an ascent, whose chains have up to 120 points for each of its ends, B.
 _CELL_B, _ASCENT_B = 500.0, 4500.0
@@ -225,12 +226,13 @@ class BoundingProblem:
             np.empty((count, 3)),
         )
         steps = max(_CELLS_AT_ONCE // count, 1)
+        most = _MOST_STEPS if side == WHOLE else _MOST_IN_TURN
         progress = Progress(0.0, 0, 0.0, 0, 0, False)
-        while progress.steps < _MOST_STEPS and not progress.ended and not (clock and clock.expired):
+        while progress.steps < most and not progress.ended and not (clock and clock.expired):
             progress = climb(
                 self.train, self.energy, found.cells, found.caps, found.w, multiplier, side, other, left, right,
                 self.top_mps, self.pieces, gain_j / self.train.inertia_kg,
-                min(steps, _MOST_STEPS - progress.steps), progress, *room,
+                min(steps, most - progress.steps), progress, *room,
             )  # fmt: skip
         return left, right
 
