@@ -145,8 +145,8 @@ def test_profiles_make_another_scenario_of_which_nothing_is_done(tmp_path):
         ("wind_kmh", "points", "points: stands in more than one of run, product and zip"),
         ("wind_kmh", "from_m", "the sections of a sweep say from where to where"),
         (
-            "wind_kmh = [0,",
-            '"track.length_m" = [2500,',
+            "wind_kmh = [0, 10, 20]",
+            '"track.length_m" = [2500]',
             "product.track.length_m: the sections of a sweep say from where to where",
         ),
         ("wind_kmh = [0,", '"track.stops_m[1]" = [950,', "stops_m[1]: the sections of a sweep say from where to where"),
