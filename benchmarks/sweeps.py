@@ -24,7 +24,7 @@ from tgvdp.report import make_provenance
 from tgvdp.report.plain import markdown_table, to_json
 from tgvdp.report.provenance import write_ledger
 from tgvdp.sweeps.batches import Batches
-from tgvdp.sweeps.cluster import Cluster, connected
+from tgvdp.sweeps.cluster import Cluster, started
 from tgvdp.sweeps.engine import Engine
 from tgvdp.sweeps.journal import Journal
 from tgvdp.sweeps.parts import write_part
@@ -267,7 +267,8 @@ def dispatch_ms(spec: SweepSpec, batches: int) -> dict[str, float]:
         for number in range(batches * _BATCH):
             yield task_of(spec[number % len(spec)], number)
 
-    with connected(Cluster(workers=1)) as client:
+    with started(Cluster(workers=1)) as connect:
+        client = connect()
         client.submit(_answer, pickle.dumps([task_of(spec[0], 0)])).result()
         started_s = time.process_time()
         done = sum(map(len, _Idle(client, Batches(tasks(), lambda: None)).records()))

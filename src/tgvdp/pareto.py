@@ -46,7 +46,7 @@ class ParetoFront:
         source = np.array(self.source, dtype=np.int64)
         if source.shape != time_s.shape:
             raise InputError(f"front: source must have {time_s.size} members, got {source.size}")
-        if not (np.all(np.diff(time_s) > 0.0) and np.all(np.diff(energy_j) < 0.0)):
+        if not ((time_s[1:] > time_s[:-1]).all() and (energy_j[1:] < energy_j[:-1]).all()):
             raise InputError("front: times must rise and energies fall strictly; ParetoFront.of filters any points")
         for name, values in (("time_s", time_s), ("energy_j", energy_j), ("source", source)):
             values.setflags(write=False)
@@ -148,9 +148,10 @@ def _points(time_s: ArrayLike, energy_j: ArrayLike) -> tuple[NDArray[np.float64]
     for name, values, unit in (("time_s", times, "s"), ("energy_j", energies, "J")):
         if values.ndim != 1:
             raise InputError(f"front: {name} must have one dimension, got {values.ndim}")
-        wrong = np.flatnonzero(~np.isfinite(values))
-        if wrong.size:
-            raise InputError(f"front: {name}[{wrong[0]}] must be finite, got {values[wrong[0]]} {unit}")
+        finite = np.isfinite(values)
+        if not finite.all():
+            wrong = int(finite.argmin())
+            raise InputError(f"front: {name}[{wrong}] must be finite, got {values[wrong]} {unit}")
     if times.size != energies.size:
         raise InputError(f"front: time_s and energy_j must be equally long, got {times.size} and {energies.size}")
     return times, energies

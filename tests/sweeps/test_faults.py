@@ -281,6 +281,7 @@ def test_no_scheduler_there(case, tmp_path):
 def test_two_sweeps_at_once(case, tmp_path):
     spec, _ = case
     process = begun(spec, tmp_path / "out")
+    psutil.Process(process.pid).suspend()  # it is not done before the other one asks
     done = run(spec, "--out", tmp_path / "out", "--resume")
     process.kill()
     process.communicate()

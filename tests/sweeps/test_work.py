@@ -13,12 +13,13 @@ import pytest
 
 from tests.helpers.metro_case import TRAIN
 from tgvdp import InputError, SpeedLimit, Track, cores
+from tgvdp.api import warm
 from tgvdp.cli.screen import Screen
 from tgvdp.cli.sweep import teller
 from tgvdp.errors import UnavailableError
-from tgvdp.sweeps import engine, run
+from tgvdp.sweeps import cluster, engine, run, work
 from tgvdp.sweeps.batches import BATCH_S, Batches
-from tgvdp.sweeps.cluster import Cluster, connected
+from tgvdp.sweeps.cluster import Cluster, started
 from tgvdp.sweeps.scenario import Task
 from tgvdp.sweeps.work import solve, solve_batch
 
@@ -142,8 +143,8 @@ def _malloc() -> dict[str, str]:
 def test_workers_keep_their_memory_for_the_next_front():
     """Both are needed: glibc takes the least size of an array that it maps anew as fixed once one of them is set."""
     pytest.importorskip("distributed")
-    with connected(Cluster(workers=1)) as client:
-        kept = client.submit(_malloc).result()
+    with started(Cluster(workers=1)) as connect:
+        kept = connect().submit(_malloc).result()
     assert int(kept["MALLOC_MMAP_THRESHOLD_"]) >= 16 << 20
     assert int(kept["MALLOC_TRIM_THRESHOLD_"]) > int(kept["MALLOC_MMAP_THRESHOLD_"])
 
@@ -154,5 +155,38 @@ def _loaded() -> tuple[bool, bool]:
 
 def test_workers_load_what_fronts_need_as_they_start_and_no_more():
     pytest.importorskip("distributed")
-    with connected(Cluster(workers=1)) as client:
-        assert client.submit(_loaded).result() == (True, False)
+    with started(Cluster(workers=1)) as connect:
+        assert connect().submit(_loaded).result() == (True, False)
+
+
+def _is_watched() -> bool:
+    from distributed import get_worker
+
+    return "profile" in get_worker().periodic_callbacks
+
+
+def test_workers_are_not_asked_all_the_time_what_they_are_doing():
+    """A hundred times a second, which takes a sixteenth of their time."""
+    pytest.importorskip("distributed")
+    with started(Cluster(workers=1)) as connect:
+        assert not connect().submit(_is_watched).result()
+
+
+def test_the_driver_makes_ready_while_workers_come(monkeypatch):
+    pytest.importorskip("distributed")
+    made = []
+    monkeypatch.setattr(cluster, "_local", lambda asked, local=cluster._local: made.append(local(asked)) or made[0])
+    with started(Cluster(workers=1)) as connect:
+        assert not made[0].scheduler.workers
+        assert len(connect().nthreads()) == 1
+
+
+def test_kernels_are_loaded_before_workers_are_forked_unless_they_have_to_be_compiled(monkeypatch, tmp_path):
+    loaded = []
+    monkeypatch.setattr(work, "load_kernels", loaded.append)
+    monkeypatch.setattr(warm, "key_folder", lambda: tmp_path)
+    work.load_what_is_compiled("front")
+    assert loaded == []
+    (tmp_path / "front.compiled").touch()
+    work.load_what_is_compiled("front")
+    assert loaded == ["front"]

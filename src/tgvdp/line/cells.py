@@ -69,9 +69,8 @@ def cells_of(trip: Trip, stations_m: NDArray[np.float64] | None = None) -> Cells
     saved_w = np.where(supply == LOWERED, trip.energy.auxiliary_w(trip.train), 0.0)
     for until_m, credit_w in trip.credits:
         saved_w[station_m[1:] <= until_m - trip.origin_m] += credit_w
-    return Cells(
-        station_m, np.diff(station_m), line.grade_n[step], line.air[step], line.limit_mps[step] ** 2, supply, saved_w
-    )
+    length_m = station_m[1:] - station_m[:-1]
+    return Cells(station_m, length_m, line.grade_n[step], line.air[step], line.limit_mps[step] ** 2, supply, saved_w)
 
 
 def halved(cells: Cells, which: NDArray[np.bool_]) -> Cells:
@@ -79,4 +78,5 @@ def halved(cells: Cells, which: NDArray[np.bool_]) -> Cells:
     middle_m = cells.station_m[:-1][which] + 0.5 * cells.length_m[which]
     station_m = np.sort(np.concatenate((cells.station_m, middle_m)))
     counts = which + 1
-    return Cells._make((station_m, np.diff(station_m), *(column.repeat(counts) for column in cells[2:])))
+    length_m = station_m[1:] - station_m[:-1]
+    return Cells._make((station_m, length_m, *(column.repeat(counts) for column in cells[2:])))

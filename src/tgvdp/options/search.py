@@ -256,6 +256,8 @@ OPTIONS: tuple[Option, ...] = options_of(SearchOptions)
 #: Those that people set, by their names in files.
 BY_FIELD: dict[str, Option] = {one.field: one for one in OPTIONS if one.name}
 
+_BY_ARGUMENT = {one.argument: one for one in OPTIONS}
+
 #: Those of them that a journey has, too.
 JOURNEY_FIELDS = (
     *("reverse", "speed_restriction", "energy", "convention", "mass_model", "limits", "curves", "tunnels", "wind_kmh"),
@@ -265,7 +267,7 @@ JOURNEY_FIELDS = (
 
 def by_argument(argument: str) -> Option:
     """Option of a name in Python."""
-    return next(one for one in OPTIONS if one.argument == argument)
+    return _BY_ARGUMENT[argument]
 
 
 def excluded_by(one: Option) -> tuple[Option, ...]:

@@ -2,7 +2,7 @@
 
 import contextlib
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -19,10 +19,12 @@ _CONNECT_S = 10.0
 _SILENT = 100
 #: Of an own cluster: a death is counted here, not there; nothing is spilled or moved, for workers keep nothing, and no
 #: worker pauses near its limit, for nothing would bring it back; looks at the clock are rarer, which otherwise take a
-#: few percent of a core.
+#: few percent of a core; and workers are not asked a hundred times a second what they are doing, which takes a
+#: sixteenth of their time.
 _CONFIG = {
     **{f"distributed.nanny.pre-spawn-environ.{name}": size_b for name, size_b in MALLOC.items()},
     "distributed.scheduler.allowed-failures": 0,
+    "distributed.worker.profile.enabled": False,
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.spill": False,
     "distributed.worker.memory.pause": False,
@@ -60,8 +62,8 @@ class Cluster(NamedTuple):
 
 
 @contextlib.contextmanager
-def connected(cluster: Cluster) -> "Iterator[Client]":
-    """Connect to a cluster, or start one.
+def started(cluster: Cluster) -> "Iterator[Callable[[], Client]]":
+    """Start a cluster, unless there is one, and yield what connects to it: workers come while the driver makes ready.
 
     Raises
     ------
@@ -84,20 +86,32 @@ def connected(cluster: Cluster) -> "Iterator[Client]":
             "distributed.worker.multiprocessing-method": "forkserver" if cluster.forked else "spawn",
         }
         stack.enter_context(dask.config.set(_CONFIG | own))
+        with _answering(cluster):
+            # Entering one waits for its workers.
+            address: Any = cluster.scheduler or stack.enter_context(contextlib.closing(_local(cluster)))
+
+        def connect() -> Client:
+            with _answering(cluster):
+                return stack.enter_context(Client(address, timeout=_CONNECT_S, set_as_default=False))
+
         try:
-            address: Any = cluster.scheduler or stack.enter_context(_started(cluster))
-            client = stack.enter_context(Client(address, timeout=_CONNECT_S, set_as_default=False))
-        except (OSError, ValueError) as error:
-            raise UnavailableError(f"no scheduler answers at {cluster.scheduler or 'this machine'}: {error}") from error
-        try:
-            yield client
+            yield connect
         except KeyboardInterrupt:
             # Closing waits for batches that run. Nobody waits for it: workers end with this process, if not before.
             threading.Thread(target=stack.pop_all().close, daemon=True).start()
             raise
 
 
-def _started(cluster: Cluster) -> "LocalCluster":
+@contextlib.contextmanager
+def _answering(cluster: Cluster) -> Iterator[None]:
+    """Name the scheduler that does not answer."""
+    try:
+        yield
+    except (OSError, ValueError) as error:
+        raise UnavailableError(f"no scheduler answers at {cluster.scheduler or 'this machine'}: {error}") from error
+
+
+def _local(cluster: Cluster) -> "LocalCluster":
     """Start workers on this machine; they come one after the other, and come back when they die."""
     from distributed import LocalCluster
 

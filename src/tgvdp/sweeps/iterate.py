@@ -11,7 +11,7 @@ from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.pareto import ParetoFront
 from tgvdp.sweeps.batches import Batches
-from tgvdp.sweeps.cluster import Cluster, connected
+from tgvdp.sweeps.cluster import Cluster, started
 from tgvdp.sweeps.engine import Engine
 from tgvdp.sweeps.scenario import Kind, Task
 from tgvdp.sweeps.work import Record
@@ -101,8 +101,8 @@ def sweep(
             given[number] = scenario
             yield _task(number, scenario, kind, read)
 
-    with connected(Cluster(scheduler, workers, worker_memory_b)) as client:
-        for records in Engine(client, Batches(tasks(), lambda: None)).records():
+    with started(Cluster(scheduler, workers, worker_memory_b)) as connect:
+        for records in Engine(connect(), Batches(tasks(), lambda: None)).records():
             for record in records:
                 yield _result(record, given.pop(record.id))
 

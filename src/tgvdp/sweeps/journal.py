@@ -122,12 +122,16 @@ class Journal:
             raise
         self._database.execute("COMMIT")
 
+    def holds(self, plan: str) -> bool:
+        """Whether the scenarios of a plan are in."""
+        return self.noted("plan") == plan
+
     def enrol(self, keys: Iterable[bytes], plan: str) -> None:
         """Take in the scenarios of a plan, by their numbers; of equal ones the first is solved for all.
 
         What was done of them before stays done. A plan that is in already is not taken in again.
         """
-        if self.noted("plan") == plan:
+        if self.holds(plan):
             return
         with self._transaction():
             self._database.execute("UPDATE scenario SET number = NULL WHERE number IS NOT NULL")

@@ -6,14 +6,14 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tgvdp.errors import InputError
 from tgvdp.report.files import write_files
 from tgvdp.report.plain import to_json
 from tgvdp.report.provenance import make_provenance
 from tgvdp.sweeps.batches import Batches
-from tgvdp.sweeps.cluster import Cluster, connected, dashboard_of
+from tgvdp.sweeps.cluster import Cluster, dashboard_of, started
 from tgvdp.sweeps.engine import Engine
 from tgvdp.sweeps.journal import Journal
 from tgvdp.sweeps.parts import write_part
@@ -21,6 +21,9 @@ from tgvdp.sweeps.scenario import Task, engine_version, task_of
 from tgvdp.sweeps.spec import SweepSpec
 from tgvdp.sweeps.tables import write_tables
 from tgvdp.sweeps.work import Record
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 #: Folder, within that of the results, of what a sweep needs to go on.
 WORK = "work"
@@ -127,11 +130,9 @@ def run_sweep(
         work.mkdir(parents=True, exist_ok=True)
         journal = Journal(work / JOURNAL)
         try:
-            engine = engine_version()
-            journal.enrol((scenario.key(engine) for scenario in spec), _plan(spec, engine))
             if retry:
                 journal.forget(_UNSATISFYING)
-            progress = _solve(spec, journal, work, cluster, told)
+            progress = _solved(spec, journal, work, cluster, told)
             files = write_tables(spec, journal, work, out)
             outcome = _outcome(spec, journal, progress, files, out)
             write_files(out, {"provenance.json": to_json(_provenance(spec, outcome, progress))})
@@ -172,16 +173,40 @@ def _outcome(spec: SweepSpec, journal: Journal, progress: Progress, files: list[
     return Outcome(content, errors)
 
 
-def _solve(
+def _solved(
     spec: SweepSpec, journal: Journal, work: Path, cluster: Cluster, told: Callable[[Progress], object]
 ) -> Progress:
-    """Solve what is pending."""
+    """Enrol the scenarios while workers come, and solve what is pending."""
+    engine = engine_version()
+    plan = _plan(spec, engine)
+    if journal.holds(plan) and not journal.counts().get(None):
+        return _progress(journal)
+    with started(cluster) as connect:
+        journal.enrol((scenario.key(engine) for scenario in spec), plan)
+        progress = _progress(journal)
+        if progress.done < progress.total:
+            _solve(spec, journal, work, connect(), progress, told)
+    return progress
+
+
+def _progress(journal: Journal) -> Progress:
+    """How far a sweep is as it starts."""
     counts = journal.counts()
-    total, pending = sum(counts.values()), counts.get(None, 0)
-    failed = counts.get("failed", 0) + counts.get("killed", 0)
-    progress = Progress(total, total - pending, failed, total - pending, time.perf_counter())
-    if not pending:
-        return progress
+    total = sum(counts.values())
+    done = total - counts.get(None, 0)
+    return Progress(total, done, counts.get("failed", 0) + counts.get("killed", 0), done, time.perf_counter())
+
+
+def _solve(
+    spec: SweepSpec,
+    journal: Journal,
+    work: Path,
+    client: "Client",
+    progress: Progress,
+    told: Callable[[Progress], object],
+) -> None:
+    """Solve what is pending, and keep and tell how far it is."""
+    pending = progress.total - progress.done
     taken = 0
 
     def tasks() -> Iterator[Task]:
@@ -190,19 +215,17 @@ def _solve(
             taken += 1
             yield task_of(spec[number], id)
 
-    with connected(cluster) as client:
-        progress.dashboard = dashboard_of(client)
-        progress.started_s = time.perf_counter()
-        keeper = _Keeper(journal, work)
-        try:
-            for records in Engine(client, Batches(tasks(), lambda: pending - taken)).records():
-                keeper.keep(records)
-                progress.done += len(records)
-                progress.failed += sum(record.status in ("failed", "killed") for record in records)
-                told(progress)
-        finally:
-            keeper.commit()
-    return progress
+    progress.dashboard = dashboard_of(client)
+    progress.started_s = time.perf_counter()
+    keeper = _Keeper(journal, work)
+    try:
+        for records in Engine(client, Batches(tasks(), lambda: pending - taken)).records():
+            keeper.keep(records)
+            progress.done += len(records)
+            progress.failed += sum(record.status in ("failed", "killed") for record in records)
+            told(progress)
+    finally:
+        keeper.commit()
 
 
 class _Keeper:

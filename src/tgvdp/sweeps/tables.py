@@ -3,7 +3,8 @@
 import itertools
 import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -29,18 +30,36 @@ def write_tables(spec: SweepSpec, journal: Journal, parts: Path, out: Path) -> l
     drafts = out / ".tables.tmp"
     shutil.rmtree(drafts, ignore_errors=True)
     drafts.mkdir(parents=True)
+    columns_of = {"scenarios": scenario_columns(spec), "timings": timing_columns}
+    columns_of |= {kind: row_columns(parts, kind) for kind in ROWS}
+    files: dict[str, list[_Parquet | _Csv]] = {name: [_Parquet(drafts, name)] for name in columns_of}
+    if spec.csv:
+        for name in ("scenarios", *ROWS):
+            files[name].append(_Csv(drafts / f"{name}.csv"))
     try:
-        tables = [_Table(drafts, "scenarios", scenario_columns(spec), many=False, csv=spec.csv)]
-        tables.append(_Table(drafts, "timings", timing_columns, many=False, csv=False))
-        tables += [_Table(drafts, kind, row_columns(parts, kind), csv=spec.csv) for kind in ROWS]
-        for block in _blocks(spec, journal):
-            for table in tables:
-                table.add(block)
-        for table in tables:
-            table.close()
+        with ThreadPoolExecutor() as threads:
+            writing: list[Future[None]] = []
+            for block in _blocks(spec, journal):
+                made = {name: columns(block) for name, columns in columns_of.items()}
+                _wait(writing)
+                writing = [
+                    threads.submit(file.write, table.replace_schema_metadata({"schema": SCHEMAS[name]}))
+                    for name, table in made.items()
+                    if table is not None
+                    for file in files[name]
+                ]
+            _wait(writing)
+        for file in itertools.chain(*files.values()):
+            file.close()
         return _moved(drafts, out)
     finally:
         shutil.rmtree(drafts, ignore_errors=True)
+
+
+def _wait(writing: Iterable[Future[None]]) -> None:
+    """Have a block written: the files side by side, and while the next one is made; raises what went wrong."""
+    for one in writing:
+        one.result()
 
 
 def _blocks(spec: SweepSpec, journal: Journal) -> Iterator[Block]:
@@ -65,64 +84,58 @@ def _moved(drafts: Path, out: Path) -> list[Path]:
     return [file for file in found if file.exists()]
 
 
-class _Table:
-    """A table that is written a block at a time, as Parquet, one file or many in a folder, and as CSV."""
+class _Parquet:
+    """A table that is written a block at a time, a group of rows each: one file, or of rows many in a folder."""
 
-    def __init__(
-        self,
-        folder: Path,
-        name: str,
-        columns_of: Callable[[Block], Any],
-        *,
-        many: bool = True,
-        csv: bool,
-    ) -> None:
-        self._folder, self._name, self._columns_of, self._many = folder, name, columns_of, many
-        self._parquet: Any = None
-        self._csv: Any = None
-        self._wants_csv = csv
+    def __init__(self, folder: Path, name: str) -> None:
+        self._folder, self._name = folder, name
+        self._writer: Any = None
         self._groups = 0
 
-    def add(self, block: Block) -> None:
-        """Write the rows of a block as one group."""
-        table = self._columns_of(block)
-        if table is None:
-            return
-        table = table.replace_schema_metadata({"schema": SCHEMAS[self._name]})
-        if self._parquet is None or (self._many and self._groups % _GROUPS == 0):
+    def write(self, table: Any) -> None:
+        """Write the rows of a block."""
+        if self._writer is None or (self._name in ROWS and self._groups % _GROUPS == 0):
             self._next_file(table.schema)
-        self._parquet.write_table(table, row_group_size=max(table.num_rows, 1))
+        self._writer.write_table(table, row_group_size=max(table.num_rows, 1))
         self._groups += 1
-        if self._wants_csv:
-            self._write_csv(table)
 
     def _next_file(self, schema: Any) -> None:
-        parquet = import_module("pyarrow.parquet")
-        if self._parquet is not None:
-            self._parquet.close()
+        self.close()
         path = self._folder / f"{self._name}.parquet"
-        if self._many:
+        if self._name in ROWS:
             path = self._folder / self._name / f"{self._groups // _GROUPS:04d}.parquet"
             path.parent.mkdir(exist_ok=True)
-        self._parquet = parquet.ParquetWriter(path, schema)
+        self._writer = import_module("pyarrow.parquet").ParquetWriter(path, schema)
 
-    def _write_csv(self, table: Any) -> None:
-        csv = import_module("pyarrow.csv")
-        arrow = import_module("pyarrow")
+    def close(self) -> None:
+        """Finish the file."""
+        if self._writer is not None:
+            self._writer.close()
+
+
+class _Csv:
+    """The same as CSV."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._writer: Any = None
+
+    def write(self, table: Any) -> None:
+        """Write the rows of a block."""
+        arrow, csv = import_module("pyarrow"), import_module("pyarrow.csv")
         plain = arrow.table(
             {
                 name: column.cast(arrow.string()) if arrow.types.is_dictionary(column.type) else column
                 for name, column in zip(table.column_names, table.columns, strict=True)
             }
         )
-        if self._csv is None:
-            self._csv = csv.CSVWriter(
-                self._folder / f"{self._name}.csv", plain.schema, write_options=csv.WriteOptions(quoting_style="needed")
+        if self._writer is None:
+            self._writer = csv.CSVWriter(
+                self._path, plain.schema, write_options=csv.WriteOptions(quoting_style="needed")
             )
-        self._csv.write_table(plain)
+        self._writer.write_table(plain)
 
     def close(self) -> None:
-        """Finish the files."""
-        for writer in (self._parquet, self._csv):
-            if writer is not None:
-                writer.close()
+        """Finish the file."""
+        if self._writer is not None:
+            self._writer.close()

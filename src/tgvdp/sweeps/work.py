@@ -22,6 +22,8 @@ Status = Literal["done", "partial", "failed", "killed"]
 _Floats = NDArray[np.float64]
 #: New objects between two looks for garbage: some fronts, of which next to nothing is garbage that only a look finds.
 _YOUNG = 20_000
+#: File of the cache that tells that the kernels of a method are in it.
+_MARK = "{}.compiled"
 #: Trains and lines with fields set that a worker remembers.
 _KNOWN = 16
 
@@ -203,10 +205,9 @@ def load_kernels(tour: str) -> None:
     from tgvdp.api import warm
 
     try:
-        folder = warm.make_folder()
-        done, lock = folder / f"{tour}.compiled", folder / f"{tour}.lock"
+        done = warm.make_folder() / _MARK.format(tour)
         if not done.exists():
-            with locket.lock_file(str(lock)):  # the system gives it back when its holder dies
+            with locket.lock_file(str(done.with_suffix(".lock"))):  # the system gives it back when its holder dies
                 warm.tour(tour)
                 done.touch()
     except OSError:  # nothing can be written there: what is there is used, all else compiled by each
@@ -214,3 +215,21 @@ def load_kernels(tour: str) -> None:
     warm.tour(tour)
     gc.freeze()
     gc.set_threshold(_YOUNG)
+
+
+def load_what_is_compiled(tour: str) -> None:
+    """Load the kernels of a method, unless they have to be compiled, which whoever needs them does.
+
+    Parameters
+    ----------
+    tour : str
+        One of `tgvdp.api.warm.TOURS`.
+    """
+    from tgvdp.api import warm
+
+    try:
+        compiled = (warm.key_folder() / _MARK.format(tour)).exists()
+    except OSError:  # there is no place for them
+        return
+    if compiled:
+        load_kernels(tour)

@@ -131,7 +131,7 @@ def _step(train, returned, cells, k, price, held_w, held_brake_w, low, fast, flo
 
 @entry
 def switching_speeds(
-    train, returned, cells, low, fast, end_w, multipliers, tolerances, typical_m, floor_w, policies, room
+    train, returned, cells, low, fast, end_w, multipliers, unit, usual, tolerance, typical_m, floor_w, policies, room
 ):
     """Backward pass: the optimal switching speeds a, a', b and c for some multipliers, one after the other.
 
@@ -151,9 +151,13 @@ def switching_speeds(
     end_w : float
         Squared speed at the destination.
     multipliers : (m,) float64
-        λ per unit of inertia, J/(s·kg).
-    tolerances : (m,) float64
-        Error of p allowed by thinning in a cell of ``typical_m``.
+        λ, J/s.
+    unit : float
+        What makes it λ per unit of inertia and joule of traction work.
+    usual : float
+        The usual multiplier, J/s.
+    tolerance : float
+        Error of p allowed by thinning in a cell of ``typical_m``; less below the usual multiplier.
     typical_m : float
         Typical cell length, m.
     floor_w : float
@@ -173,8 +177,8 @@ def switching_speeds(
     points = 0
     for i in range(multipliers.shape[0]):
         status, carried = _solve(
-            train, returned, cells, low, fast, end_w, multipliers[i], tolerances[i], typical_m, floor_w, policies[i],
-            room,
+            train, returned, cells, low, fast, end_w, multipliers[i] / unit,
+            tolerance * min(1.0, multipliers[i] / usual), typical_m, floor_w, policies[i], room,
         )  # fmt: skip
         points += carried
         if status != OK:

@@ -6,6 +6,7 @@ that are that near are blended themselves, speed by speed, and the time of the b
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,8 +35,8 @@ def bridge(
     mesh: Mesh, fast: _Floats, slow: _Floats, target_s: float, tolerance_s: float, counters: dict[str, int]
 ) -> Run:
     """Run between those of two policies, (K + 1, 4), that takes a time; where none is found, the next faster one."""
-    quick, late = _driven(mesh, fast, counters), _driven(mesh, slow, counters)
-    if not _near(quick, late):
+    pair = _pair(_driven(mesh, fast, counters), _driven(mesh, slow, counters))
+    if not pair.is_near:
         first, last = 0, len(fast)
         while last - first > 1:
             middle = (first + last) // 2
@@ -46,20 +47,21 @@ def bridge(
                 last = middle
         here = np.concatenate((slow[:first], fast[first:]))
         there = np.concatenate((slow[:last], fast[last:]))
-        quick, late = _driven(mesh, here, counters), _driven(mesh, there, counters)
+        pair = _pair(_driven(mesh, here, counters), _driven(mesh, there, counters))
         lo, hi = 0.0, 1.0
-        while hi - lo > _SAME and late.time_s - quick.time_s > tolerance_s and not _near(quick, late):
+        while hi - lo > _SAME and pair.apart_s > tolerance_s and not pair.is_near:
             share = 0.5 * (lo + hi)
             run = _driven(mesh, here + share * (there - here), counters)
             if run.time_s < target_s:
-                lo, quick = share, run
+                lo, pair = share, _pair(run, pair.late)
             else:
-                hi, late = share, run
+                hi, pair = share, _pair(pair.quick, run)
+    quick, late = pair.quick, pair.late
     if abs(late.time_s - target_s) <= tolerance_s:
         return late
     if abs(quick.time_s - target_s) <= tolerance_s or late.time_s <= quick.time_s:
         return quick
-    return _blended(mesh, quick, late, target_s, tolerance_s)
+    return _blended(mesh, pair, target_s, tolerance_s)
 
 
 def _driven(mesh: Mesh, policy: _Floats, counters: dict[str, int]) -> Run:
@@ -67,28 +69,43 @@ def _driven(mesh: Mesh, policy: _Floats, counters: dict[str, int]) -> Run:
     return Run(time_s, energy_j, math.nan, mesh.rows.x[:n].copy(), mesh.rows.w[:n].copy())
 
 
-def _on_rows_of_both(quick: Run, late: Run) -> tuple[_Floats, _Floats, _Floats]:
-    """Positions of the rows of two runs, and their squared speeds there."""
+class _Pair(NamedTuple):
+    """A run and a later one, positions of the rows of both, m, and their squared speeds there, m²/s²."""
+
+    quick: Run
+    late: Run
+    x_m: _Floats
+    quick_w: _Floats
+    late_w: _Floats
+
+    @property
+    def apart_s(self) -> float:
+        """By how much one is later than the other."""
+        return self.late.time_s - self.quick.time_s
+
+    @property
+    def is_near(self) -> bool:
+        """Whether the two are so near that a blend of them is as good as one between nearer ones."""
+        apart_w = np.abs(self.quick_w - self.late_w)
+        return bool((apart_w <= _NEAR * np.maximum(self.quick_w, self.late_w)).all())
+
+
+def _pair(quick: Run, late: Run) -> _Pair:
     x_m = np.union1d(quick.x_m, late.x_m)
-    return x_m, np.interp(x_m, quick.x_m, quick.w), np.interp(x_m, late.x_m, late.w)
+    return _Pair(quick, late, x_m, np.interp(x_m, quick.x_m, quick.w), np.interp(x_m, late.x_m, late.w))
 
 
-def _near(quick: Run, late: Run) -> bool:
-    """Whether two runs are so near that a blend of them is as good as one between nearer ones."""
-    _, quick_w, late_w = _on_rows_of_both(quick, late)
-    return bool((np.abs(quick_w - late_w) <= _NEAR * np.maximum(quick_w, late_w)).all())
-
-
-def _blended(mesh: Mesh, quick: Run, late: Run, target_s: float, tolerance_s: float) -> Run:
+def _blended(mesh: Mesh, pair: _Pair, target_s: float, tolerance_s: float) -> Run:
     """Blend of the squared speeds of two runs that takes a time between theirs; the first one where there is none."""
-    x_m, quick_w, late_w = _on_rows_of_both(quick, late)
+    quick, late, x_m, quick_w, late_w = pair
+    step_m = x_m[1:] - x_m[:-1]
     bracket = Bracket(0.0, 1.0, quick.time_s - target_s, late.time_s - target_s)
     w, speed_mps = quick_w, np.sqrt(quick_w)
     for _ in range(_STEPS):
         share = bracket.secant()
         w = quick_w + share * (late_w - quick_w)
         speed_mps = np.sqrt(w)
-        f = float((2.0 * np.diff(x_m) / (speed_mps[:-1] + speed_mps[1:])).sum()) - target_s
+        f = float((2.0 * step_m / (speed_mps[:-1] + speed_mps[1:])).sum()) - target_s
         if abs(f) <= 0.1 * tolerance_s:
             break
         bracket = bracket.narrowed(share, f)

@@ -60,7 +60,8 @@ def drivable(
     """
     way = way_of(mesh.train, mesh.cells, Rows(mesh.envelope.x_m, mesh.envelope.w), mesh.tables)
     times_s, energies_j, price = np.array([(run.time_s, run.energy_j, run.multiplier) for run in runs]).reshape(-1, 3).T
-    steps_j = -np.diff(energies_j, prepend=np.inf, append=-np.inf)
+    steps_j = np.full(len(runs) + 1, np.inf)
+    steps_j[1:-1] = energies_j[:-1] - energies_j[1:]
     least_j = _LEAST_SHARE * mesh.usual_multiplier * min(times_s, default=0.0)
     most_j = np.minimum(
         _LOSS * np.maximum(np.abs(energies_j), least_j), _OF_STEP * np.minimum(steps_j[1:], steps_j[:-1])

@@ -7,6 +7,7 @@ through the extremals' (T, E, slope −λ) promises, an extremal is added betwee
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -115,8 +116,8 @@ def optimal_front(
     counters = {"cells": 0, "extremals": 0, "runs": 0, "costates": 0, "short": 0}
     slower = target_s > fastest.duration_s * (1.0 + _SAME)
     if tolerance_s is None:
-        steps_s = np.diff(target_s[slower], prepend=fastest.duration_s)
-        tolerance_s = _STEP_TOL * float(steps_s.min(initial=math.inf))
+        times_s = [fastest.duration_s, *target_s[slower].tolist()]
+        tolerance_s = _STEP_TOL * min((later_s - time_s for time_s, later_s in pairwise(times_s)), default=math.inf)
     auxiliary_w = energy_tables(trip.train, trip.energy).auxiliary_w
     traction_j = fastest.total_energy_j - auxiliary_w * fastest.duration_s
     # No point is later than its target: a timetable allows for no more.

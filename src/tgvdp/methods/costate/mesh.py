@@ -167,9 +167,8 @@ class Mesh:
         """Fill in optimal squared switching speeds, (m, K + 1, 4), for multipliers in J/s, (m,)."""
         done, points = costate.switching_speeds(
             self.unit_train, self.tables.regeneration / self.tables.traction, self.unit_cells, self.low, self.fast,
-            self.trip.end_speed_mps**2, multipliers / (self.tables.traction * self.train.inertia_kg),
-            _TOLERANCE * np.minimum(1.0, multipliers / self.usual_multiplier), self.typical_m, self.floor_w, policies,
-            self.room.costates,
+            self.trip.end_speed_mps**2, multipliers, self.tables.traction * self.train.inertia_kg,
+            self.usual_multiplier, _TOLERANCE, self.typical_m, self.floor_w, policies, self.room.costates,
         )  # fmt: skip
         counters["extremals"] += len(multipliers)
         counters["costates"] += points

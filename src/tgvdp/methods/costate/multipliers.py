@@ -120,11 +120,10 @@ class ExtremalFront:
         if not known or not runs:
             return True
         times_s, energies_j = np.array([run[:2] for run in runs]).T
-        multipliers, costs_j, bases_j = np.array(
-            [(one.multiplier, one.cost_j(one.multiplier), self.base_j(one.energy_j)) for one in known]
-        ).T
+        own_s, own_j, multipliers = np.array([one.outcome for one in known]).T
         least_j = (energies_j + multipliers[:, np.newaxis] * times_s).min(axis=1)
-        return bool((costs_j - least_j <= _EXTREMAL_LOSS * bases_j).all())
+        bases_j = np.maximum(own_j, _LEAST_SHARE * self.scale_j)
+        return bool((own_j + multipliers * own_s - least_j <= _EXTREMAL_LOSS * bases_j).all())
 
     def thriftiest(self) -> Run:
         """Run of the slowest extremal."""

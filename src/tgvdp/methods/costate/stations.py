@@ -52,7 +52,7 @@ class _Grading:
 
 def switch_points(profile: Profile) -> NDArray[np.float64]:
     """Positions from the origin at which the regime of a profile changes, m."""
-    changes = np.flatnonzero(np.diff(profile.regime)) + 1
+    changes = np.flatnonzero(profile.regime[1:] != profile.regime[:-1]) + 1
     return np.asarray(profile.position_m[changes] - profile.position_m[0])
 
 
@@ -145,16 +145,17 @@ def graded_stations(trip: Trip, fastest: Profile, cell_m: float) -> NDArray[np.f
     gap_m = _SAME * trip.distance_m
     after = np.searchsorted(breaks_m[1:-1], soft_m) + 1
     apart = np.minimum(soft_m - breaks_m[after - 1], breaks_m[after] - soft_m) > gap_m
-    apart[1:] &= np.diff(soft_m) > gap_m
+    apart[1:] &= soft_m[1:] - soft_m[:-1] > gap_m
     soft_m = soft_m[apart]
     fixed_m = np.sort(np.concatenate((breaks_m, soft_m)))
     grading = _Grading(trip.distance_m, cell_m)
     at = grading.count(fixed_m)
-    counts = np.maximum(np.ceil(np.diff(at) - 1e-9), 1.0).astype(np.int64)
+    span = at[1:] - at[:-1]
+    counts = np.maximum(np.ceil(span - 1e-9), 1.0).astype(np.int64)
     inner = counts - 1
     start = np.repeat(at[:-1], inner)
-    step = np.repeat(np.diff(at) / counts, inner)
+    step = np.repeat(span / counts, inner)
     which = np.arange(1, len(start) + 1) - np.repeat(np.cumsum(inner) - inner, inner)
     inner_m = grading.position(start + which * step)
     station_m = np.sort(np.concatenate((fixed_m, inner_m)))
-    return station_m[np.diff(station_m, prepend=-np.inf) > 0.0]
+    return np.concatenate((station_m[:1], station_m[1:][station_m[1:] > station_m[:-1]]))
