@@ -10,6 +10,7 @@ from tgvdp.errors import NumericalError
 from tgvdp.methods.costate.front import OptimalRuns
 from tgvdp.model.trip import Trip
 from tgvdp.pareto import ParetoFront
+from tgvdp.runs.batch import Batch, totals_of
 from tgvdp.runs.profile import Profile, profile_of
 
 #: Least energy of a trip at increasing running times, s, each met to a tolerance, s: a method.
@@ -76,8 +77,9 @@ class SectionRuns:
 
     def add(self, found: OptimalRuns) -> None:
         """Take runs in that waste energy on purpose, of a trip that differs in what it forbids or charges."""
-        energy_j = [profile_of(self.trip, *found.rows(index)).total_energy_j for index in range(len(found.duration_s))]
-        self._take(found, np.array(energy_j), np.zeros(len(energy_j)))
+        if len(found.duration_s):
+            _, energy_j = totals_of(self.trip, Batch.of([found.rows(i) for i in range(len(found.duration_s))]))
+            self._take(found, energy_j, np.zeros(len(energy_j)))
 
     def _take(self, found: OptimalRuns, energy_j: NDArray[np.float64], multiplier_j_per_s: NDArray[np.float64]) -> None:
         runs = self._runs + [(found, index) for index in range(len(found.duration_s))]

@@ -7,11 +7,13 @@ import numpy as np
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.model.track import LOWERED, POWERED
 from tgvdp.physics.forces import effort_at, unpowered
-from tgvdp.referee.law import INSIDE, commanded, drawn_per_metre, map_power_at, mean_limit, slope_at, sub_steps
+from tgvdp.referee.law import INSIDE, KEPT, commanded, drawn_per_metre, map_power_at, mean_limit, slope_at, sub_steps
 from tgvdp.referee.line import met, parts_at
 
 #: An effort below this share of the starting effort counts as none.
 _NO_EFFORT = 1e-4
+#: An acceleration within this share of a comfort limit is kept.
+_AT_COMFORT = 1e-6
 #: Speeds nearer to each other than this share of a row's change of speed are one.
 _SAME_SPEED = 1e-9
 #: The way to a break of the effort limit is found to this share of w, by so many steps at most.
@@ -189,7 +191,11 @@ def replay_rows(train, tables, line, supply, x, speed, force, time, energy, firs
         push = force[i] / train.inertia_kg
         excess = max(excess, min(acceleration / train.max_acceleration - 1.0, push / train.max_acceleration))
         excess = max(excess, min(-acceleration / train.max_deceleration - 1.0, -push / train.max_deceleration))
-        command = commanded(here, line, force[i], limit, x[i], d, w0, w1)
+        bound = train.max_acceleration if force[i] > 0.0 else -train.max_deceleration
+        if abs(acceleration / bound - 1.0) <= _AT_COMFORT:
+            command, lever = train.inertia_kg * acceleration, KEPT
+        else:
+            command = commanded(here, line, force[i], limit, x[i], d, w0, w1)
         w, seconds, drawn, count = _drive_row(here, tables, line, parts_at(line, x[i]), command, lever, x[i], d, w0, w1)
         time[i + 1] = time[i] + seconds
         drawn = 0.0 if supply[i] == LOWERED else drawn + tables.auxiliary_w * seconds

@@ -1,8 +1,8 @@
 """The force law of the referee: what a train does along a row of a profile, given the row's mean effort.
 
-A row at full effort follows the effort limit: F(v) = θ·F_limit(v), with the θ that gives the row's mean effort. Any
-other row holds a commanded force, as far as the limit allows: F(v) = min(c, F_limit(v)), c being the mean effort but
-where the limit falls below it.
+A row at full effort follows the effort limit: F(v) = θ·F_limit(v), with the θ that gives the row's mean effort. A row
+at a comfort limit keeps its acceleration: F(v) = m·a + R(v) + G. Any other row holds a commanded force. Both do so as
+far as the limit allows: F(v) = min(c, F_limit(v)), c being the mean effort but where the limit falls below it.
 """
 
 import numpy as np
@@ -14,6 +14,8 @@ from tgvdp.referee.line import met, parts_at
 
 #: The line at the end of a row is looked up this share of the row inside it: a break there belongs to the next one.
 INSIDE = 1e-6
+#: A row's share of its effort limit where it keeps its acceleration: its force is the net one then.
+KEPT = -1.0
 _SUB_STEPS = 8
 _MOST_SUB_STEPS = 100_000
 #: Bracket and bisection of a commanded force.
@@ -91,12 +93,11 @@ def commanded(train, line, force, limit, x, d, w0, w1):
 def force_at(train, force, lever, lo, hi, load, v):
     """Effort at the wheel; the effort curve is looked up within the row's speeds lo..hi, not beyond a jump there."""
     inside = min(max(v, lo), hi)
-    braking = force < 0.0
-    if lever >= FULL_EFFORT:
-        effort = lever * limit_at(train, braking, load, inside)
-    else:
-        effort = min(abs(force), limit_at(train, braking, load, inside))
-    return -effort if braking else effort
+    effort = force + load if lever == KEPT else force
+    braking = effort < 0.0
+    limit = limit_at(train, braking, load, inside)
+    amount = lever * limit if lever >= FULL_EFFORT else min(abs(effort), limit)
+    return -amount if braking else amount
 
 
 @leaf

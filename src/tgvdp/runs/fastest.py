@@ -24,6 +24,8 @@ from tgvdp.physics.cell import MOST_ROWS, cell_at, overrun, room_for_marches, ro
 from tgvdp.physics.codes import BRAKING, NO_BRAKE, NO_ROOM, OK, STALLED, TOO_FAST, TRACTION
 from tgvdp.physics.forces import KernelTrain, kernel_train, read_only, unpowered
 from tgvdp.physics.motion import march, net_force
+from tgvdp.runs.batch import Batch
+from tgvdp.runs.bends import cut_at_bends, most_off_s
 from tgvdp.runs.braking_point import braked_w, drive_then_brake, driven_w, drop_slivers, emit_driven
 from tgvdp.runs.profile import Profile, profile_of
 from tgvdp.runs.resistance_correction import follow
@@ -245,4 +247,10 @@ def fastest_run(trip: Trip) -> Profile:
         raise NumericalError(f"it starts with {start_mps2:.3g} m/s², at most {_MOST_MPS2:g} can be computed")
     train = kernel_train(trip.train)._replace(rows=_FINE_ROWS)
     envelope = envelope_of(trip, cells_of(trip), train)
-    return profile_of(trip, *follow(trip.train, resolve(trip), envelope.x_m, envelope.w))
+    line = resolve(trip)
+    rows = follow(trip.train, line, envelope.x_m, envelope.w)
+    profile = profile_of(trip, *rows)
+    if most_off_s(profile.duration_s) == 0.0:
+        return profile
+    runs, _ = cut_at_bends(trip.train, line, Batch.of([rows]))
+    return profile_of(trip, runs.x_m, runs.w)

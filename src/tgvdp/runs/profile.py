@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel
+from tgvdp._jit import kernel, leaf
 from tgvdp.errors import NumericalError
 from tgvdp.line.resolved import resolve
 from tgvdp.memory import ask_for
@@ -113,6 +113,13 @@ class Profile:
         return [REGIMES[code] for code in self.regime]
 
 
+@leaf
+def drawn_on(train, tables, at_wheel, supply, d, duration, work, w0, w1):
+    """Energy of a row by the trip's model, and what is drawn and returned by the tables, auxiliaries included, J."""
+    row = 0.0 if supply == LOWERED else arc_energy(train, tables, d, duration, work, w0, w1)
+    return max(work, 0.0) if at_wheel else row, row
+
+
 @kernel
 def _measure(train, tables, at_wheel, x, w, grade, air, supply, time, force, energy, regime):
     """Fill time, force, energy, regime of rows (x, w); ``grade``, ``air``, ``supply`` belong to the row that starts.
@@ -139,12 +146,10 @@ def _measure(train, tables, at_wheel, x, w, grade, air, supply, time, force, ene
         v1 = np.sqrt(w[i + 1])
         acceleration = 0.5 * (w[i + 1] - w[i]) / d
         time[i + 1] = time[i] + duration
-        row = 0.0
+        counted, row = drawn_on(here, tables, at_wheel, supply[i], d, duration, work, w[i], w[i + 1])
+        energy[i + 1] = energy[i] + counted
         if supply[i] != LOWERED:
-            row = arc_energy(here, tables, d, duration, work, w[i], w[i + 1])
             auxiliary += tables.auxiliary_w * duration
-        energy[i + 1] = energy[i] + (max(work, 0.0) if at_wheel else row)
-        if supply[i] != LOWERED:
             row -= tables.auxiliary_w * duration
         wheel += max(work, 0.0)
         braking += max(-work, 0.0)

@@ -4,13 +4,14 @@ import math
 
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.line.walk import piece_from, sum_to
-from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import brake_at, effort_at, mean_brake, mean_effort, mean_rate, mean_resistance
 from tgvdp.physics.motion import BELOW_DROP
 from tgvdp.runs.resistance_correction_effort import MOST_TAKEN, bounds_of_change, find_needed, keep_within_effort
 
 #: An acceleration within this share of its limit is at the limit.
 _AT_LIMIT = 1e-6
+#: An effort above this share of its limit keeps that share along a row: as it is, it could be beyond the limit.
+NEARLY_FULL = 0.9
 #: A speed is held by choice where the effort is below this share of its limit.
 _SPARE_EFFORT = 0.98
 #: ... and above this share of the starting effort: less is coasting at the balancing speed.
@@ -20,6 +21,8 @@ _SAME_W = 1e-8
 #: Largest bend of the difference along a row, as a share of w, and the rows that one is cut into at most.
 _BEND = 1e-5
 _MOST_PARTS = 64
+#: Steps to the speed at which a row is cut; after two the effort is kept to the cube of what it bends by.
+_CUT_STEPS = 2
 
 
 @leaf
@@ -77,56 +80,82 @@ def count_parts(line, x, w, parts):
 
 
 @leaf
-def _is_comfort(train, gain):
+def is_comfort(train, gain):
     """Whether an acceleration is at a comfort limit: no effort goes beyond it, but the line may."""
     return (
         abs(gain / train.max_acceleration - 1.0) <= _AT_LIMIT or abs(gain / train.max_deceleration + 1.0) <= _AT_LIMIT
     )
 
 
+@leaf
+def _law_of(train, grade, air, d, w0, w1):
+    """What a row keeps to: whether its acceleration; else its effort, the limit if a share of that, and resistance."""
+    acceleration = 0.5 * (w1 - w0) / d
+    v0 = math.sqrt(w0)
+    v1 = math.sqrt(w1)
+    resistance = mean_resistance(train, air, v0, v1)
+    effort = train.inertia_kg * acceleration + resistance + grade
+    kept = is_comfort(train, acceleration)
+    limit = 0.0
+    if effort >= 0.0:
+        limit = mean_effort(train.traction, v0, v1)
+    elif train.rates.shape[0] == 0:
+        limit = mean_brake(train, 0.0, v0, v1)
+    else:
+        braking = -acceleration * train.inertia_kg / mean_rate(train.rates, v0, v1)
+        kept = kept or abs(braking - 1.0) <= _AT_LIMIT  # beyond its rate it is the load alone that slows a train
+    return kept, effort, limit if abs(effort) >= NEARLY_FULL * limit else 0.0, resistance
+
+
+@leaf
+def _change_up_to(train, law, air, w0, w):
+    """By how much the mean force up to a squared speed along a row is above that of the whole row, N."""
+    _, effort, limit, resistance = law
+    v0 = math.sqrt(w0)
+    v = math.sqrt(w)
+    change = resistance - mean_resistance(train, air, v0, v)
+    if limit > 0.0:
+        before = mean_effort(train.traction, v0, v) if effort >= 0.0 else mean_brake(train, 0.0, v0, v)
+        change += effort * (before / limit - 1.0)
+    return change
+
+
 @kernel
 def cut_rows(train, line, x, w, parts, cut_x, cut_w):
-    """Cut rows into parts: the effort keeps its share of the limit if it is full, its value if not."""
+    """Cut rows into parts: the effort keeps its share of the limit if it is nearly full, its value if not.
+
+    Returns how many positions there are then.
+    """
     step = 0
     n = 0
     for k in range(x.shape[0] - 1):
-        d = x[k + 1] - x[k]
-        step = piece_from(line.break_m, step, 0.5 * (x[k] + x[k + 1]))
-        grade = line.grade_n[step]
-        air = line.air[step]
-        acceleration = 0.5 * (w[k + 1] - w[k]) / d
-        v0 = math.sqrt(w[k])
-        v1 = math.sqrt(w[k + 1])
-        resistance = mean_resistance(train, air, v0, v1)
-        effort = train.inertia_kg * acceleration + resistance + grade
-        kept = _is_comfort(train, acceleration)
-        limit = 0.0
-        if effort >= 0.0:
-            limit = mean_effort(train.traction, v0, v1)
-        elif train.rates.shape[0] == 0:
-            limit = mean_brake(train, 0.0, v0, v1)
-        else:
-            kept = kept or -acceleration * train.inertia_kg >= (1.0 - _AT_LIMIT) * mean_rate(train.rates, v0, v1)
-        for j in range(parts[k]):
-            share = j / parts[k]
-            cut_x[n] = x[k] + share * d
-            cut_w[n] = w[k] + share * (w[k + 1] - w[k])
-            if j > 0 and not kept:
-                v = math.sqrt(cut_w[n])
-                change = resistance - mean_resistance(train, air, v0, v)
-                if abs(effort) >= FULL_EFFORT * limit and limit > 0.0:
-                    before = mean_effort(train.traction, v0, v) if effort >= 0.0 else mean_brake(train, 0.0, v0, v)
-                    change += effort * (before / limit - 1.0)
-                cut_w[n] += 2.0 / train.inertia_kg * share * d * change
-            n += 1
+        cut_x[n] = x[k]
+        cut_w[n] = w[k]
+        n += 1
+        if parts[k] > 1:
+            d = x[k + 1] - x[k]
+            step = piece_from(line.break_m, step, 0.5 * (x[k] + x[k + 1]))
+            air = line.air[step]
+            law = _law_of(train, line.grade_n[step], air, d, w[k], w[k + 1])
+            for j in range(1, parts[k]):
+                share = j / parts[k]
+                cut_x[n] = x[k] + share * d
+                straight_w = w[k] + share * (w[k + 1] - w[k])
+                cut_w[n] = straight_w
+                if not law[0]:
+                    for _ in range(_CUT_STEPS):
+                        change = _change_up_to(train, law, air, w[k], cut_w[n])
+                        cut_w[n] = max(0.0, straight_w + 2.0 / train.inertia_kg * share * d * change)
+                n += 1
     cut_x[n] = x[-1]
     cut_w[n] = w[-1]
+    return n + 1
 
 
 @part
 def _is_bound(train, gain, v):
     """Whether an acceleration is at a comfort limit or at a braking rate, at a mean speed."""
-    if _is_comfort(train, gain):
+    if is_comfort(train, gain):
         return True
     return train.rates.shape[0] > 0 and abs(gain * train.inertia_kg / effort_at(train.rates, v) + 1.0) <= _AT_LIMIT
 

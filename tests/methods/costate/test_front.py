@@ -88,14 +88,18 @@ def scaled(trip, metre=1.0, second=1.0, kilogram=1.0):
     "units", [{"kilogram": 2.0**-20}, {"metre": 2.0**-12, "second": 2.0**-6}, {"metre": 4.0, "second": 4.0}]
 )
 def test_other_units_give_the_same_front(units):
-    """Powers of two change no rounding, so that even the choice of cells must be the same."""
+    """Powers of two change no rounding, so that even the choice of cells must be the same.
+
+    Rows are cut until times are right to half a millisecond, which another unit of time makes longer or shorter.
+    """
     fastest, found = front_to(HILLS, 0.25, 12)
     other_fastest, other = front_to(scaled(HILLS, **units), 0.25, 12)
     second = units.get("second", 1.0)
     joule = units.get("kilogram", 1.0) * (units.get("metre", 1.0) / second) ** 2
-    assert other_fastest.duration_s == pytest.approx(fastest.duration_s * second, rel=1e-9)
-    assert other.duration_s == pytest.approx(found.duration_s * second, rel=1e-9)
-    assert other.energy_j == pytest.approx(found.energy_j * joule, rel=1e-9)
+    same = 1e-9 if second == 1.0 else 2e-6
+    assert other_fastest.duration_s == pytest.approx(fastest.duration_s * second, rel=same)
+    assert other.duration_s == pytest.approx(found.duration_s * second, rel=same)
+    assert other.energy_j == pytest.approx(found.energy_j * joule, rel=same)
 
 
 def test_odd_units_give_the_same_front():

@@ -7,13 +7,13 @@ through the extremals' (T, E, slope −λ) promises, an extremal is added betwee
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.line.resolved import ResolvedLine, resolve
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.doubt import Doubt
 from tgvdp.methods.costate.drivable import drivable
@@ -21,13 +21,16 @@ from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.costate.multipliers import ExtremalFront, OutOfTime
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
-from tgvdp.runs.profile import Profile, profile_of
-from tgvdp.runs.resistance_correction import follow
+from tgvdp.runs.bends import most_off_s
+from tgvdp.runs.followed import follow_all
+from tgvdp.runs.profile import Profile
 
 #: How well a point meets its running time by default: a share of the step to the next point.
 _STEP_TOL = 0.05
 #: Relative difference below which running times are the same.
 _SAME = 1e-9
+#: How often runs are aimed anew where times are to be met more closely than rows tell them.
+_AIMS = 3
 #: What a second costs at least where credits pay for seconds, in usual multipliers.
 _LEAST_COST = 1e-3
 #: The first mesh, in cells of the usual size.
@@ -114,57 +117,32 @@ def optimal_front(
     """
     clock = budget.start()
     counters = {"cells": 0, "extremals": 0, "runs": 0, "costates": 0, "short": 0}
-    slower = target_s > fastest.duration_s * (1.0 + _SAME)
+    slower_s = target_s[target_s > fastest.duration_s * (1.0 + _SAME)]
     if tolerance_s is None:
-        times_s = [fastest.duration_s, *target_s[slower].tolist()]
+        times_s = [fastest.duration_s, *slower_s.tolist()]
         tolerance_s = _STEP_TOL * min((later_s - time_s for time_s, later_s in pairwise(times_s)), default=math.inf)
-    auxiliary_w = energy_tables(trip.train, trip.energy).auxiliary_w
-    traction_j = fastest.total_energy_j - auxiliary_w * fastest.duration_s
-    # No point is later than its target: a timetable allows for no more.
-    half_s = 0.5 * tolerance_s
-    aims_s = target_s[slower] - half_s
-    search = _Search(trip, fastest, aims_s, half_s, auxiliary_w, counters, clock, Doubt(0) if rough else Doubt())
-    runs, complete, saves = search.runs() if slower.any() else _Found([], True, True)
     rows = fastest.position_m - trip.origin_m, fastest.speed_mps**2
-    met = int(np.sum(~slower))
-    found = [Run(fastest.duration_s, traction_j, math.inf, *rows)] * met
-    missed_s: list[float] = []
-    for aim_s, run in zip(aims_s.tolist(), runs, strict=False):
-        if abs(run.time_s - aim_s) > half_s * (1.0 + _SAME) and (saves or run is not runs[-1]):
-            missed_s.append(aim_s + half_s)
-        # A run that is no slower than the last one is among the points already.
-        if run.time_s <= (aim_s + half_s) * (1.0 + _SAME) and (
-            not found or run.time_s > found[-1].time_s * (1.0 + _SAME)
-        ):
-            found.append(run)
-    line = resolve(trip)
-    regimes: list[NDArray[np.int8] | None] = [None] * len(found)
-    if search.mesh is not None and min_phase_s > 0.0:
-        found[met:], regimes[met:], in_time = drivable(
-            search.mesh, found[met:], aims_s, half_s, min_phase_s, counters, clock
-        )
-        complete = complete and in_time
-    for i in range(met, len(found)):
-        found[i], regimes[i] = _followed(trip, line, found[i], regimes[i], auxiliary_w)
-    duration, energy, multipliers = np.array([run[:3] for run in found], dtype=np.float64).reshape(-1, 3).T.copy()
-    return OptimalRuns(
-        duration, energy + auxiliary_w * duration, np.maximum(multipliers - auxiliary_w, 0.0), complete, not saves,
-        counters, [(run.x_m, run.w) for run in found], tuple(missed_s), regimes,
+    met = len(target_s) - len(slower_s)
+    # No point is later than its target: a timetable allows for no more. Cutting rows may make a run later.
+    half_s = 0.5 * tolerance_s
+    middle_s = slower_s - half_s
+    off_s = most_off_s(float(target_s.max(initial=0.0)))
+    search = _Search(
+        trip, fastest, max(half_s - off_s, 0.5 * half_s), min_phase_s, counters, clock, Doubt(0) if rough else Doubt(),
+        [Run(fastest.duration_s, fastest.total_energy_j, math.inf, *rows)] * met,
     )  # fmt: skip
-
-
-def _followed(
-    trip: Trip, line: ResolvedLine, run: Run, regime: NDArray[np.int8] | None, auxiliary_w: float
-) -> tuple[Run, NDArray[np.int8] | None]:
-    """The run with its true resistance, and rows cut where an effort drops: its time is another then."""
-    x_m, w = follow(trip.train, line, run.x_m, run.w)
-    if len(x_m) == len(run.x_m):
-        return run._replace(x_m=x_m, w=w), regime
-    if regime is not None:
-        regime = regime[np.searchsorted(run.x_m, 0.5 * (x_m[1:] + x_m[:-1])) - 1]
-    profile = profile_of(trip, x_m, w)
-    energy_j = profile.total_energy_j - auxiliary_w * profile.duration_s
-    return Run(profile.duration_s, energy_j, run.multiplier, x_m, w), regime
+    points = search.points(middle_s)
+    for _ in range(_AIMS):
+        late_s = points.late_s(middle_s)
+        if not points.complete or (np.abs(late_s) <= half_s * (1.0 + _SAME)).all():
+            break
+        points = search.points(middle_s - late_s)
+    runs = points.runs
+    duration, energy, multipliers = np.array([run[:3] for run in runs], dtype=np.float64).reshape(-1, 3).T.copy()
+    return OptimalRuns(
+        duration, energy, np.maximum(multipliers - search.auxiliary_w, 0.0), points.complete, not points.saves,
+        counters, [(run.x_m, run.w) for run in runs], tuple(slower_s[points.missed].tolist()), points.regimes,
+    )  # fmt: skip
 
 
 class _Found(NamedTuple):
@@ -175,21 +153,86 @@ class _Found(NamedTuple):
     saves: bool
 
 
+class _Points(NamedTuple):
+    """True runs in the order of their times, with the regimes of their rows; auxiliaries count in their energies.
+
+    ``aim`` is the number of the time that each meets, −1 if none; ``missed`` are those that none meets.
+    """
+
+    runs: list[Run]
+    regimes: list[NDArray[np.int8] | None]
+    aim: list[int]
+    missed: list[int]
+    complete: bool
+    saves: bool
+
+    def late_s(self, aims_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How much later than each aim the run is that meets it, s; 0 where none does."""
+        late_s = np.zeros(len(aims_s))
+        for run, aim in zip(self.runs, self.aim, strict=True):
+            if aim >= 0:
+                late_s[aim] = run.time_s - aims_s[aim]
+        return late_s
+
+
 @dataclass
 class _Search:
     """The search for the runs that take given times, on a mesh that is fine enough."""
 
     trip: Trip
     fastest: Profile
-    aims_s: NDArray[np.float64]
     tolerance_s: float
-    least_multiplier: float
+    min_phase_s: float
     counters: dict[str, int]
     clock: Clock
     doubt: Doubt
-    mesh: Mesh | None = None  # of the runs that were found
+    known: list[Run]
+    front: ExtremalFront | None = None  # of the runs that were found
 
-    def runs(self) -> _Found:
+    @cached_property
+    def auxiliary_w(self) -> float:
+        """What multipliers of extremals have on top."""
+        return energy_tables(self.trip.train, self.trip.energy).auxiliary_w
+
+    def points(self, aims_s: NDArray[np.float64]) -> _Points:
+        """Runs that are known, and true ones for aims; a second time on the mesh of the first."""
+        if not len(aims_s):
+            return _Points(self.known, [None] * len(self.known), [-1] * len(self.known), [], True, True)
+        driven = self._runs(aims_s) if self.front is None else self._driven(self.front, aims_s)
+        found, aim, missed = self._picked(driven, aims_s)
+        known, complete = len(self.known), driven.complete
+        regimes: list[NDArray[np.int8] | None] = [None] * len(found)
+        if self.front is not None and self.min_phase_s > 0.0:
+            found[known:], regimes[known:], in_time = drivable(
+                self.front.mesh, found[known:], aims_s, self.tolerance_s, self.min_phase_s, self.counters, self.clock
+            )
+            complete = complete and in_time
+        rows = [(run.x_m, run.w) for run in found]
+        totals = follow_all(self.trip, [run.time_s for run in found], rows, regimes, known)
+        for i in range(known, len(found)):
+            run = found[i]
+            own = run.time_s, run.energy_j + self.auxiliary_w * run.time_s
+            found[i] = Run(*totals.get(i, own), run.multiplier, *rows[i])
+        return _Points(found, regimes, aim, missed, complete, driven.saves)
+
+    def _picked(self, driven: _Found, aims_s: NDArray[np.float64]) -> tuple[list[Run], list[int], list[int]]:
+        """Known runs and those driven that are slower than the one before; the aim that each meets; aims missed."""
+        found = list(self.known)
+        aim = [-1] * len(found)
+        missed: list[int] = []
+        for i, (aim_s, run) in enumerate(zip(aims_s.tolist(), driven.runs, strict=False)):
+            late_s = run.time_s - aim_s
+            same_s = _SAME * run.time_s
+            meets = abs(late_s) <= self.tolerance_s + same_s
+            if not meets and (driven.saves or run is not driven.runs[-1]):
+                missed.append(i)
+            # A run that is no slower than the last one is among the points already.
+            if late_s <= self.tolerance_s + same_s and (not found or run.time_s > found[-1].time_s + same_s):
+                found.append(run)
+                aim.append(i if meets else -1)
+        return found, aim, missed
+
+    def _runs(self, aims_s: NDArray[np.float64]) -> _Found:
         """Runs on a mesh that is fine enough.
 
         Cells are halved where that makes extremals cheaper, and once more where one is dearer, at its own multiplier,
@@ -201,34 +244,34 @@ class _Search:
         try:
             mesh = Mesh.of(self.trip, self.fastest, _COARSEST)
             while True:
-                front = self.doubt.answered(self._foreseen(mesh))
+                front = self.doubt.answered(self._foreseen(mesh, aims_s))
                 mesh = front.mesh
-                driven = self._driven(front)
+                driven = self._driven(front, aims_s)
                 if found is None or driven.complete:
                     self.counters["cells"] = len(mesh.cells.length_m)
-                    found, self.mesh = driven, mesh
+                    found, self.front = driven, front
                 if not driven.complete or self.doubt.is_settled(front, driven.runs):
                     break
         except OutOfTime:
             pass
         return found or _Found([], False, True)
 
-    def _foreseen(self, mesh: Mesh) -> ExtremalFront:
-        least_multiplier, saved_w = self.least_multiplier, float(mesh.cells.saved_w.max())
+    def _foreseen(self, mesh: Mesh, aims_s: NDArray[np.float64]) -> ExtremalFront:
+        least_multiplier, saved_w = self.auxiliary_w, float(mesh.cells.saved_w.max())
         if saved_w > 0.0:  # every second has to cost something: of those that cost nothing a run takes without end
             least_multiplier = max(least_multiplier, saved_w + _LEAST_COST * mesh.usual_multiplier)
         front = ExtremalFront(mesh, self.tolerance_s, least_multiplier, self.counters, self.clock)
-        front.reach(float(self.aims_s[-1]))
-        front.foresee(self.aims_s)
+        front.reach(float(aims_s[-1]))
+        front.foresee(aims_s)
         return front
 
-    def _driven(self, front: ExtremalFront) -> _Found:
-        front.reach(float(self.aims_s[-1]))
-        reached = int(np.sum(self.aims_s <= front.extremals[-1].time_s + self.tolerance_s))
-        saves = reached == len(self.aims_s)
+    def _driven(self, front: ExtremalFront, aims_s: NDArray[np.float64]) -> _Found:
+        front.reach(float(aims_s[-1]))
+        reached = int(np.sum(aims_s <= front.extremals[-1].time_s + self.tolerance_s))
+        saves = reached == len(aims_s)
         runs: list[Run] = []
         try:
-            runs.extend(front.points(self.aims_s[:reached]))
+            runs.extend(front.points(aims_s[:reached]))
             if not saves:
                 runs.append(front.thriftiest())
         except OutOfTime:

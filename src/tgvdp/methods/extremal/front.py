@@ -20,8 +20,8 @@ from tgvdp.methods.extremal.solve import Extremal, Floats, Solver, unbound
 from tgvdp.model.trip import Trip
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, HELD_BACK, HOLDING, RETARDED, TRACTION
 from tgvdp.progress import tell
+from tgvdp.runs.followed import follow_all
 from tgvdp.runs.profile import Profile
-from tgvdp.runs.resistance_correction import follow
 
 #: Relative difference below which running times are the same; how well extremals meet theirs.
 _SAME = 1e-9
@@ -259,15 +259,15 @@ class _Cleaning:
                     (float(found.duration_s[i]), float(found.energy_j[i]), float(found.multiplier_j_per_s[i]),
                      found.rows(i), found.regimes(i))
                 )  # fmt: skip
-        line = resolve(self.trip)
-        for point in self.points.values():
+        points = list(self.points.values())
+        followed = [(point.x_m, point.w) for point in points]
+        regimes: list[NDArray[np.int8] | None] = [_PROFILE_REGIMES[point.regime] for point in points]
+        others = follow_all(self.trip, [point.extremal.time_s for point in points], followed, regimes)
+        for i, point in enumerate(points):
             extremal = point.extremal
-            x_m, w = follow(self.trip.train, line, point.x_m, point.w)
-            regime = _PROFILE_REGIMES[point.regime] if len(x_m) == len(point.x_m) else None
-            rows.append(
-                (extremal.time_s, extremal.energy_j + self.auxiliary_w * extremal.time_s,
-                 max(extremal.price - self.auxiliary_w, 0.0), (x_m, w), regime)
-            )  # fmt: skip
+            own = extremal.time_s, extremal.energy_j + self.auxiliary_w * extremal.time_s
+            multiplier = max(extremal.price - self.auxiliary_w, 0.0)
+            rows.append((*others.get(i, own), multiplier, followed[i], regimes[i]))
         rows.sort(key=lambda row: row[0])
         met_s = self.target_s[sorted(self.points)]
         duration, energy, price = (np.array([row[column] for row in rows]) for column in range(3))

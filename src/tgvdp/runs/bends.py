@@ -1,0 +1,165 @@
+"""Rows along which motion bends, cut so that a run's time is that of its motion.
+
+A row has one acceleration, while under one effort a train gains speed ever more slowly. So a row is passed sooner or
+later than it says, by some 10⁻⁶ of its time where a search drives: that is nothing on a section of a metro, and some
+milliseconds on an hour's run.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp._jit import entry, leaf, part
+from tgvdp.line.resolved import ResolvedLine
+from tgvdp.line.walk import piece_from
+from tgvdp.model.train import Train
+from tgvdp.physics.forces import (
+    brake_at,
+    effort_at,
+    kernel_train,
+    mean_brake,
+    mean_effort,
+    mean_resistance,
+    resistance_at,
+)
+from tgvdp.runs.batch import Batch
+from tgvdp.runs.resistance_correction_kernel import NEARLY_FULL, cut_rows, is_comfort
+
+#: How far the time of a run may be off, s; a search drives rows that are off by at most this share of their time.
+_MOST_S = 5e-4
+_USUAL = 2.5e-6
+#: A deceleration within this share of the braking rate half-way is that rate.
+_AT_RATE = 0.01
+#: What bends by more than this share of its change is no parabola: a speed that is held.
+_MOST_BENT = 0.1
+#: Rows that one is cut into at most.
+_MOST_PARTS = 64
+
+
+def most_off_s(time_s: float) -> float:
+    """By how much a run of a search may last longer once its rows are cut, s; 0 for one that is short enough."""
+    off_s = _USUAL * time_s
+    return off_s if off_s > _MOST_S else 0.0
+
+
+def cut_at_bends(train: Train, line: ResolvedLine, runs: Batch) -> tuple[Batch, NDArray[np.int64]]:
+    """Cut rows of runs so that the time of each is right to 0.5 ms, with as few cuts as that takes.
+
+    Along a row at nearly full effort the effort keeps its share of the limit, along any other its value, but where a
+    comfort limit or a braking rate is kept.
+
+    Parameters
+    ----------
+    train : Train
+    line : ResolvedLine
+    runs : Batch
+
+    Returns
+    -------
+    Batch
+    parts : (N,) int64
+        Into how many each of the rows given is cut; 1 for the last of each run.
+    """
+    known = kernel_train(train)
+    parts = np.empty(len(runs.x_m), dtype=np.int64)
+    count = _count_parts(known, line, *runs, _MOST_S, parts, np.empty(len(parts)))
+    x_m, w = np.empty((2, count))
+    first = np.empty_like(runs.first)
+    _cut(known, line, *runs, parts, x_m, w, first)
+    return Batch(x_m, w, first), parts
+
+
+@leaf
+def _bend(train, grade, air, d, w0, w1):
+    """How far the squared speed is from a straight line half-way along a row, (m/s)²."""
+    acceleration = 0.5 * (w1 - w0) / d
+    if is_comfort(train, acceleration):
+        return 0.0
+    v0 = math.sqrt(w0)
+    v1 = math.sqrt(w1)
+    middle = math.sqrt(0.5 * (w0 + w1))
+    load = resistance_at(train, air, middle) + grade
+    effort = train.inertia_kg * acceleration + load
+    # Of halves, since a row may begin or end at a drop of the effort.
+    change = mean_resistance(train, air, middle, v1) - mean_resistance(train, air, v0, middle)
+    if effort > 0.0:
+        if effort >= NEARLY_FULL * effort_at(train.traction, middle):
+            change += mean_effort(train.traction, v0, middle) - mean_effort(train.traction, middle, v1)
+    elif train.rates.shape[0] > 0:
+        if abs(effort - load + effort_at(train.rates, middle)) <= _AT_RATE * effort_at(train.rates, middle):
+            return 0.0
+    elif -effort >= NEARLY_FULL * brake_at(train, load, middle):
+        change += mean_brake(train, 0.0, middle, v1) - mean_brake(train, 0.0, v0, middle)
+    differs = abs(change) / train.inertia_kg
+    if acceleration + differs > train.max_acceleration or differs - acceleration > train.max_deceleration:
+        return 0.0
+    bend = 0.5 * d * differs
+    return bend if bend <= _MOST_BENT * abs(w1 - w0) else 0.0
+
+
+@part
+def _count_in_run(train, line, x, w, most_s, parts, root):
+    """Count the parts of one run."""
+    rows = x.shape[0] - 1
+    parts[:] = 1
+    step = 0
+    roots = 0.0
+    off_s = 0.0
+    for k in range(rows):
+        d = x[k + 1] - x[k]
+        step = piece_from(line.break_m, step, 0.5 * (x[k] + x[k + 1]))
+        v = 0.5 * (math.sqrt(w[k]) + math.sqrt(w[k + 1]))
+        bend = _bend(train, line.grade_n[step], line.air[step], d, w[k], w[k + 1])
+        row_s = d * bend / (3.0 * v * v * v)
+        off_s += row_s
+        root[k] = row_s ** (1.0 / 3.0)
+        roots += root[k]
+    if off_s <= most_s:
+        return rows + 1
+    per_part = math.sqrt(most_s / roots)
+    total = 1
+    for k in range(rows):
+        parts[k] = max(1, min(_MOST_PARTS, int(root[k] / per_part + 0.5)))
+        total += parts[k]
+    return total
+
+
+@entry
+def _count_parts(train, line, x, w, first, most_s, parts, root):
+    """Into how many parts each row is to be cut, so that the time of a run is off by ``most_s``; returns their sum.
+
+    Along a row from w₀ to w₁ the squared speed differs from a straight line by δ·4u(1 − u), and its time by
+    d·δ/(3 v³), which n parts reduce by n². The sum of these is least, for as many parts in all, where n goes with the
+    cube root of the time.
+
+    Parameters
+    ----------
+    train : KernelTrain
+    line : ResolvedLine
+    x, w : (N,) float64
+    first : (n + 1,) int64
+    most_s : float
+    parts : (N,) int64, modified in place
+        1 for the last row of a run, which ends there.
+    root : (N,) float64, modified in place
+        Scratch.
+    """
+    total = 0
+    for run in range(first.shape[0] - 1):
+        a = first[run]
+        b = first[run + 1]
+        total += _count_in_run(train, line, x[a:b], w[a:b], most_s, parts[a:b], root[a:b])
+    return total
+
+
+@entry
+def _cut(train, line, x, w, first, parts, cut_x, cut_w, cut_first):
+    """Cut the rows of each run into parts."""
+    n = 0
+    for run in range(first.shape[0] - 1):
+        a = first[run]
+        b = first[run + 1]
+        cut_first[run] = n
+        n += cut_rows(train, line, x[a:b], w[a:b], parts[a:b], cut_x[n:], cut_w[n:])
+    cut_first[first.shape[0] - 1] = n

@@ -1,0 +1,110 @@
+"""Rows cut where motion bends, against motion that has a closed form, and what many runs are asked in one call."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.helpers.fronts import front_at
+from tgvdp.line.resolved import resolve
+from tgvdp.model.convention import Convention
+from tgvdp.model.effort import EffortCurve
+from tgvdp.model.energy import PANTOGRAPH, WHEEL
+from tgvdp.model.track import NeutralSection, Track
+from tgvdp.model.train import Train
+from tgvdp.model.trip import Trip
+from tgvdp.referee.replay import replay
+from tgvdp.runs.batch import Batch, totals_of
+from tgvdp.runs.bends import cut_at_bends, most_off_s
+from tgvdp.runs.fastest import fastest_run
+from tgvdp.runs.profile import profile_of
+
+pytestmark = pytest.mark.nojit
+
+#: 1000 t with quadratic drag alone: it coasts by v = v₀·exp(−C·x/m).
+DRAG = Train(mass_kg=1e6, traction=EffortCurve.from_caps(2e5, 4e6), friction_brake_n=4e5, davis_c_n_per_mps2=40.0)
+LEVEL = Track(length_m=20e3, speed_limits=((0.0, 60.0),))
+
+
+def level_trip(train, **speeds):
+    return Trip(train=train, track=LEVEL, origin_m=0.0, destination_m=LEVEL.length_m, **speeds)
+
+
+def coasting(rows):
+    """Rows of a train that coasts from 40 m/s, and their time, s."""
+    x_m = np.linspace(0.0, LEVEL.length_m, rows + 1)
+    speed_mps = 40.0 * np.exp(-DRAG.davis_c_n_per_mps2 / DRAG.inertia_kg * x_m)
+    time_s = DRAG.inertia_kg / DRAG.davis_c_n_per_mps2 * (1.0 / speed_mps[-1] - 1.0 / speed_mps[0])
+    return x_m, speed_mps**2, time_s
+
+
+@pytest.mark.parametrize("rows", [60, 120, 240])
+def test_a_train_that_coasts_takes_the_time_of_its_motion(rows):
+    x_m, w, time_s = coasting(rows)
+    trip = level_trip(DRAG, start_speed_mps=40.0, end_speed_mps=math.sqrt(w[-1]))
+    runs, parts = cut_at_bends(DRAG, resolve(trip), Batch.of([(x_m, w), (x_m, w)]))
+    assert time_s - profile_of(trip, x_m, w).duration_s == pytest.approx(81.7 / rows**2, rel=0.01)
+    assert (parts[:-1].sum() + 1 == len(runs.x_m)) and parts[rows] == parts[-1] == 1
+    for cut_m, cut_w in runs.runs():
+        assert np.isin(x_m, cut_m).all()
+        assert profile_of(trip, cut_m, cut_w).duration_s == pytest.approx(time_s, abs=7e-4)
+        motion_w = 1600.0 * np.exp(-2.0 * DRAG.davis_c_n_per_mps2 / DRAG.inertia_kg * cut_m)
+        assert cut_w == pytest.approx(motion_w, rel=1e-6)
+
+
+def test_what_does_not_bend_is_left_as_it_is():
+    """A speed that is held, constant forces, a comfort limit, a braking rate, and times that are right."""
+    x_m = np.array([0.0, 2e3, 4e3, 8e3])
+    braking_mps = np.sqrt([900.0, 700.0, 500.0, 100.0])
+    constant = replace(DRAG, davis_c_n_per_mps2=0.0)
+    for train, speeds in (
+        (DRAG, (30.0, 30.0, 30.0, 30.0)),
+        (constant, braking_mps),
+        (replace(DRAG, max_deceleration_mps2=0.05), braking_mps),
+        (replace(DRAG, braking_rates=((0.0, 0.05),), friction_brake_n=0.0), braking_mps),
+    ):
+        line = resolve(level_trip(train, start_speed_mps=speeds[0], end_speed_mps=speeds[-1]))
+        runs, parts = cut_at_bends(train, line, Batch.of([(x_m, np.array(speeds) ** 2)]))
+        assert parts.tolist() == [1, 1, 1, 1]
+        assert runs.x_m.tolist() == x_m.tolist()
+    assert most_off_s(150.0) == 0.0 < most_off_s(3600.0) < 0.01
+
+
+@pytest.mark.parametrize("energy", [PANTOGRAPH, WHEEL])
+def test_totals_of_many_runs_are_those_of_their_profiles(energy):
+    sections = (NeutralSection(1000.0, 300.0), NeutralSection(1800.0, 200.0, True))
+    hills = ((0.0, 0.0), (800.0, -6.0), (1500.0, 9.0))
+    trip = Trip(
+        train=replace(DRAG, regeneration_efficiency=0.7, auxiliary_power_w=5e4, length_m=400.0),
+        track=Track(length_m=3000.0, speed_limits=((0.0, 60.0),), gradients=hills, neutral_sections=sections),
+        origin_m=0.0, destination_m=3000.0, convention=Convention(name="strip", mass_model="strip"), energy=energy,
+    )  # fmt: skip
+    fastest = fastest_run(trip)
+    rows = fastest.position_m - trip.origin_m, fastest.speed_mps**2
+    slower = rows[0], rows[1] * 0.9
+    time_s, energy_j = totals_of(trip, Batch.of([rows, slower]))
+    for i, run in enumerate((rows, slower)):
+        profile = profile_of(trip, *run)
+        assert time_s[i] == pytest.approx(profile.duration_s, rel=1e-12)
+        assert energy_j[i] == pytest.approx(profile.total_energy_j, rel=1e-10)
+
+
+def test_runs_of_an_hour_are_replayed_to_a_millisecond_and_never_late():
+    """At a tolerance finer than what cutting changes, too: they are aimed anew."""
+    trip = Trip(
+        train=replace(DRAG, mass_kg=2e6, davis_a_n=2e4),
+        track=Track(length_m=60e3, speed_limits=((0.0, 25.0),), gradients=((0.0, 3.0), (20e3, -4.0), (45e3, 1.0))),
+        origin_m=0.0, destination_m=60e3,
+    )  # fmt: skip
+    fastest = fastest_run(trip)
+    target_s = fastest.duration_s * np.array([1.02, 1.1, 1.3])
+    for tolerance_s in (1e-4, 1.0):
+        found = front_at(trip, target_s, tolerance_s)
+        assert (found.duration_s <= target_s + 1e-9).all()
+        assert (found.duration_s >= target_s - tolerance_s - 1e-9).all()
+        for index in range(len(target_s)):
+            profile = profile_of(trip, *found.rows(index))
+            verdict = replay(trip, profile)
+            assert verdict.ok
+            assert abs(verdict.time_error_pct) * 1e-2 * profile.duration_s <= 1e-3
