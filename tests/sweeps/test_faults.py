@@ -270,11 +270,12 @@ def test_scheduler_and_workers_of_their_own(case, tmp_path):
     assert digests(out) == expected
 
 
-def test_no_scheduler_there(case, tmp_path):
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "127.0.0.1", "ftp://127.0.0.1:9"])
+def test_no_scheduler_there(case, tmp_path, address):
     spec, _ = case
-    done = run(spec, "--out", tmp_path / "out", "--scheduler", "tcp://127.0.0.1:9")
+    done = run(spec, "--out", tmp_path / "out", "--scheduler", address)
     assert done.returncode == 3
-    assert done.stderr.startswith("tgvdp: error: no scheduler answers at tcp://127.0.0.1:9: ")
+    assert done.stderr.startswith(f"tgvdp: error: no scheduler answers at {address}: ")
     assert done.stderr.count("\n") == 1
 
 

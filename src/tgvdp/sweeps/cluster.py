@@ -75,6 +75,7 @@ def started(cluster: Cluster) -> "Iterator[Callable[[], Client]]":
     try:
         import dask
         from distributed import Client
+        from distributed.comm import get_address_host_port
         from distributed.utils import silence_logging_cmgr
     except ImportError:
         raise MissingExtraError("sweeps need dask and pyarrow: pip install 'tgvdp[sweep]'") from None
@@ -87,6 +88,8 @@ def started(cluster: Cluster) -> "Iterator[Callable[[], Client]]":
         }
         stack.enter_context(dask.config.set(_CONFIG | own))
         with _answering(cluster):
+            if cluster.scheduler is not None:
+                get_address_host_port(cluster.scheduler)  # a client that cannot read it would take long to end
             # Entering one waits for its workers.
             address: Any = cluster.scheduler or stack.enter_context(contextlib.closing(_local(cluster)))
 
