@@ -16,10 +16,11 @@ from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Cell, Rows, room_for_rows
-from tgvdp.physics.codes import BRAKING, TRACTION
+from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
 from tgvdp.physics.forces import kernel_train
+from tgvdp.physics.motion import march
 from tgvdp.referee.replay import replay
-from tgvdp.runs.braking_point import drive_then_brake
+from tgvdp.runs.braking_point import braked_along, braked_w, drive_then_brake
 from tgvdp.runs.fastest import fastest_run
 from tgvdp.units import joule_to_kwh
 
@@ -240,3 +241,16 @@ def test_rows_of_a_cell_stay_within_their_room(room):
     n = drive_then_brake(train, TRACTION, BRAKING, cell, 0.0, 0.0, scratch, taken, 1)
     assert n == -1 or (n <= room and taken.x[n - 1] == 800.0)
     assert (rows.x[-1], rows.w[-1]) == (-7.0, -7.0)
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize("brakes", [BRAKING, DYNAMIC])
+@pytest.mark.parametrize("limit_w", [200.0, 1e4])  # which braking comes to within the cell, or does not
+def test_a_braking_curve_is_read_where_braking_would_begin(brakes, limit_w):
+    train = kernel_train(commuter())
+    cell = Cell(0.0, 800.0, 800.0, -2e3, 5.0, limit_w)
+    scratch, curve = room_for_rows(400), room_for_rows(400)
+    n = march(train, brakes, -1.0, cell, 800.0, 25.0, limit_w, curve, 0)[2]
+    for x in (0.0, 1e-7, *np.linspace(1.0, 800.0, 97), curve.x[3], np.nextafter(curve.x[3], 0.0)):
+        read = braked_along(train, brakes, cell, 25.0, x, curve, n)
+        assert read == pytest.approx(braked_w(train, brakes, cell, 25.0, x, scratch), rel=1e-13)

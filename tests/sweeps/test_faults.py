@@ -1,5 +1,6 @@
 """Whatever is killed, and however full the disk is: after --resume the result set is that of an undisturbed sweep."""
 
+import contextlib
 import csv
 import json
 import os
@@ -57,9 +58,12 @@ def begun(spec, out, *words):
 def workers_of(process):
     """Processes that solve: children of the fork server where there is one, else those spawned with a main module."""
     children = psutil.Process(process.pid).children(recursive=True)
-    words = {one: " ".join(one.cmdline()) for one in children}
-    forked = [one for one in children if "multiprocessing.forkserver" in words[one] and one.ppid() != process.pid]
-    return forked or [one for one in children if "spawn_main" in words[one]]
+    words = {}
+    for one in children:
+        with contextlib.suppress(psutil.Error):  # which has ended meanwhile
+            words[one] = " ".join(one.cmdline())
+    forked = [one for one in words if "multiprocessing.forkserver" in words[one] and one.ppid() != process.pid]
+    return forked or [one for one in words if "spawn_main" in words[one]]
 
 
 def resumed(spec, out, *words):
@@ -78,6 +82,23 @@ def test_killed_worker(case, tmp_path):
     process = begun(spec, tmp_path / "out", "--workers", 2)
     workers_of(process)[0].kill()
     _, errors = process.communicate(timeout=600)
+    assert (process.returncode, errors) == (0, "")
+    assert digests(tmp_path / "out") == expected
+
+
+def test_worker_killed_as_it_starts(case, tmp_path):
+    """The only one, of which Dask starts no other then."""
+    spec, expected = case
+    process = subprocess.Popen(
+        command(spec, "--out", tmp_path / "out", "--workers", 1),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    while not (workers := workers_of(process)):
+        assert process.poll() is None, process.communicate()
+    workers[0].kill()
+    _, errors = process.communicate(timeout=200)
     assert (process.returncode, errors) == (0, "")
     assert digests(tmp_path / "out") == expected
 
@@ -249,11 +270,12 @@ def test_scheduler_and_workers_of_their_own(case, tmp_path):
     assert digests(out) == expected
 
 
-def test_no_scheduler_there(case, tmp_path):
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "127.0.0.1", "ftp://127.0.0.1:9"])
+def test_no_scheduler_there(case, tmp_path, address):
     spec, _ = case
-    done = run(spec, "--out", tmp_path / "out", "--scheduler", "tcp://127.0.0.1:9")
+    done = run(spec, "--out", tmp_path / "out", "--scheduler", address)
     assert done.returncode == 3
-    assert done.stderr.startswith("tgvdp: error: no scheduler answers at tcp://127.0.0.1:9: ")
+    assert done.stderr.startswith(f"tgvdp: error: no scheduler answers at {address}: ")
     assert done.stderr.count("\n") == 1
 
 

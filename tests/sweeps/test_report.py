@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from tests.helpers.sweep_case import run
+from tgvdp import InputError
 from tgvdp.sweeps.summary import Savings, by_effect, grid, read_savings
+from tgvdp.sweeps.tables import SCHEMAS
 
 arrow = pytest.importorskip("pyarrow")
 parquet = pytest.importorskip("pyarrow.parquet")
@@ -16,9 +18,14 @@ parquet = pytest.importorskip("pyarrow.parquet")
 TRAINS, LOADS = ("a", "b"), ("light", "heavy")
 
 
+def write_scenarios(folder, columns):
+    table = arrow.table(columns).replace_schema_metadata({"schema": SCHEMAS["scenarios"]})
+    parquet.write_table(table, folder / "scenarios.parquet")
+
+
 @pytest.fixture
 def folder(tmp_path):
-    """A finished sweep, as its tables are: the last scenario failed, the third one's front ends at 5 %."""
+    """A finished sweep, as its tables are: the last scenario failed, the third one's front ends at 5 % already."""
     cases = [(train, load) for train in TRAINS for load in LOADS]
     fastest = [20.0 + 4.0 * (load == "heavy") for _, load in cases]
     table = {
@@ -30,10 +37,9 @@ def folder(tmp_path):
         "train.name": [*(load for _, load in cases), "none"],
         "status": ["done"] * 4 + ["failed"],
         "fastest_energy_kwh": [*fastest, None],
+        "asked_margin_pct": [10.0] * 4 + [None],
     }
-    parquet.write_table(
-        arrow.table({name: list(values) for name, values in table.items()}), tmp_path / "scenarios.parquet"
-    )
+    write_scenarios(tmp_path, {name: list(values) for name, values in table.items()})
     (tmp_path / "fronts").mkdir()
     ends = [10.0, 10.0, 5.0, 10.0]
     saved = [2.0, 3.0, 2.0, 3.0]
@@ -53,6 +59,36 @@ def test_savings_are_interpolated_and_end_with_the_front(folder):
     assert list(savings.axes) == ["train", "train.name"]
 
 
+def test_fronts_begin_with_the_fastest_run_wherever_their_points_begin(folder):
+    file = folder / "fronts" / "0000.parquet"
+    rows = parquet.read_table(file)
+    parquet.write_table(rows.filter(arrow.compute.greater(rows["margin_pct"], 0.0)), file)
+    assert read_savings(folder, 2.5).saved_kwh == pytest.approx([0.5, 0.75, 1.0, 0.75], abs=1e-12)
+
+
+def test_a_margin_that_one_front_was_not_asked_for_is_refused(folder):
+    """What that front would save there is not known."""
+    columns = parquet.read_table(folder / "scenarios.parquet").to_pydict()
+    write_scenarios(folder, columns | {"asked_margin_pct": [10.0, 10.0, 5.0, 10.0, None]})
+    assert len(read_savings(folder, 5.0).number) == 4
+    with pytest.raises(InputError, match=r"scenario 2 was asked for margins up to 5 %, got 5.1 %"):
+        read_savings(folder, 5.1)
+
+
+def test_tables_that_are_damaged_or_of_another_schema_are_named(folder):
+    file, scenarios = folder / "fronts" / "0000.parquet", folder / "scenarios.parquet"
+    content = file.read_bytes()
+    file.write_bytes(content[: len(content) // 2])
+    with pytest.raises(InputError, match=r"0000.parquet: cannot be read: "):
+        read_savings(folder, 5.0)
+    file.unlink()
+    with pytest.raises(InputError, match="scenario 0 is done, but its points are not in fronts"):
+        read_savings(folder, 5.0)
+    parquet.write_table(arrow.table({"scenario": [0]}), scenarios)
+    with pytest.raises(InputError, match=r"is of no schema, this version reads tgvdp.sweep-scenarios/"):
+        read_savings(folder, 5.0)
+
+
 def test_command_writes_page_tables_and_pictures(folder):
     done = run("report", folder, "--margin", 7.5, "--json")
     assert done.returncode == 0, done.stderr
@@ -67,7 +103,10 @@ def test_command_writes_page_tables_and_pictures(folder):
 
 @pytest.mark.parametrize(
     ("words", "message"),
-    [(["--margin", "20"], "its fronts end at a margin of 10 %, got 20 %"), (["--margin", "-1"], "at least 0 %")],
+    [
+        (["--margin", "20"], "scenario 0 was asked for margins up to 10 %, got 20 %"),
+        (["--margin", "-1"], "at least 0 %"),
+    ],
 )
 def test_margins_out_of_reach_are_refused(folder, words, message):
     done = run("report", folder, *words)

@@ -23,7 +23,7 @@ def tables_of(spec, folder):
     folder.mkdir()
     journal = Journal(folder / "journal.sqlite")
     journal.enrol((scenario.key("engine") for scenario in spec), "plan")
-    records = [solve(task_of(spec[number], id, spec.profiles_every_m)) for id, number in journal.pending()]
+    records = [solve(task_of(spec[number], id)) for id, number in journal.pending()]
     write_part(folder, 0, records)
     journal.commit(records, 0)
     files = write_tables(spec, journal, folder, folder / "out")
@@ -98,6 +98,34 @@ def test_profiles_on_demand_and_no_csv_where_none_is_wanted(tmp_path):
     assert own[0]["regime"] == "traction"
 
 
+def test_options_that_one_value_of_an_axis_needs_are_no_error_with_the_others(tmp_path):
+    text = (
+        HEAD.replace("points = 5", "segment_m = 100")
+        + "[product]\nmethod = ['exact', 'best-first']\nwind_kmh = [0, 9]\n"
+    )
+    assert len(read_spec(write_case(tmp_path, text))) == 16
+
+
+def test_scenarios_that_are_the_same_but_in_name_are_solved_once_and_all_have_rows(tmp_path):
+    write_case(tmp_path, HEAD)
+    (tmp_path / "lines" / "eastern.toml").write_bytes((tmp_path / "lines" / "east.toml").read_bytes())
+    spec = read_spec(tmp_path / "spec.toml")
+    tables_of(spec, tmp_path / "out")
+    scenarios = rows_of(tmp_path / "out" / "out" / "scenarios.csv")
+    assert [int(row["scenario"]) for row in scenarios] == list(range(len(spec))) == list(range(6))
+    assert len({row["key"] for row in scenarios}) == 4
+    fronts = rows_of(tmp_path / "out" / "out" / "fronts.csv")
+    own, other = ([list(row.values())[3:] for row in fronts if row["line"] == line] for line in ("east", "eastern"))
+    assert own == other
+    assert len(own) == 2 * 5
+
+
+def test_profiles_make_another_scenario_of_which_nothing_is_done(tmp_path):
+    with_profiles = HEAD.replace("[run]", "profiles_every_m = 200\n[run]")
+    spec, plain = read_spec(write_case(tmp_path, with_profiles)), read_spec(write_case(tmp_path / "plain", HEAD))
+    assert not {one.key("") for one in spec} & {one.key("") for one in plain}
+
+
 @pytest.mark.parametrize(
     ("before", "after", "message"),
     [
@@ -116,6 +144,22 @@ def test_profiles_on_demand_and_no_csv_where_none_is_wanted(tmp_path):
         ("[180, 200, 220]", "[180, -3]", "product: --set: train.mass_t: "),
         ("wind_kmh", "points", "points: stands in more than one of run, product and zip"),
         ("wind_kmh", "from_m", "the sections of a sweep say from where to where"),
+        (
+            "wind_kmh = [0, 10, 20]",
+            '"track.length_m" = [2500]',
+            "product.track.length_m: the sections of a sweep say from where to where",
+        ),
+        ("wind_kmh = [0,", '"track.stops_m[1]" = [950,', "stops_m[1]: the sections of a sweep say from where to where"),
+        ("[0, 10, 20]", "[0, 1e300]", "product: search: wind_mps must be within"),
+        ("[0, 10, 20]", "[0, 10, 0.0]", "product.wind_kmh: must have each value once, got 0 twice"),
+        ('"stops"', '["0:900", "0:0.9km"]', "sections[1]: stands there twice, got '0:0.9km'"),
+        ("points = 5", 'points = 5\nmethod = "exact"', "zip together: search: points belongs to method front"),
+        ("wind_kmh = [0, 10, 20]", 'method = ["front", "exact"]', "zip together: search: points belongs to method"),
+        (
+            "points = 5\nmax_margin_pct = 10",
+            "[[zip]]\nat=['3%']\n[[zip]]\npoints=[60, 9]\nreverse=[true, false]",
+            "zip together: search: points has no effect beside at_margin",
+        ),
         ("[product]", "[[zip]]", None),
         ("[product]", "[[zip]]\nreverse = [true]", "zip[0]: all lists must be equally long, got reverse with 1"),
     ],

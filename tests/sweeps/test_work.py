@@ -5,7 +5,9 @@ import os
 import pickle
 import subprocess
 import sys
+from concurrent.futures import Future
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -14,7 +16,8 @@ from tgvdp import InputError, SpeedLimit, Track, cores
 from tgvdp.api import warm
 from tgvdp.cli.screen import Screen
 from tgvdp.cli.sweep import teller
-from tgvdp.sweeps import cluster, run, work
+from tgvdp.errors import UnavailableError
+from tgvdp.sweeps import cluster, engine, run, work
 from tgvdp.sweeps.batches import BATCH_S, Batches
 from tgvdp.sweeps.cluster import Cluster, started
 from tgvdp.sweeps.scenario import Task
@@ -74,6 +77,20 @@ def test_a_journey_leaves_the_other_cores_to_other_workers(monkeypatch):
     monkeypatch.setattr(cores, "usable_cores", lambda: 2)
     task = Task(0, "journey", TRAIN, line, (), {"points": 2}, None)
     assert solve(task).error is None
+
+
+@pytest.mark.parametrize("is_own", [True, False])
+def test_workers_that_never_come_end_a_sweep_on_this_machine_alone(monkeypatch, is_own):
+    monkeypatch.setattr(engine, "PATIENCE_S", 0.5)
+    local = SimpleNamespace(sync=lambda *_: None) if is_own else None
+    client = SimpleNamespace(cluster=local, nthreads=dict, submit=lambda *_, **__: Future())
+    task = Task(0, "search", TRAIN, LINES[0], (), {}, None)
+    records = engine.Engine(client, Batches(iter([task]), lambda: None)).records()
+    if is_own:
+        with pytest.raises(UnavailableError, match=r"no worker starts within 0.5 s: each may need more memory"):
+            list(records)
+    else:
+        assert list(itertools.islice(records, 10)) == [[]] * 10  # 2 s
 
 
 def test_batches_take_as_long_as_is_worth_a_message():

@@ -6,9 +6,11 @@ the other end give two curves w(x); a run follows the first to their meeting poi
 
 import math
 
+import numpy as np
+
 from tgvdp._jit import kernel, leaf, part
-from tgvdp.physics.cell import append
-from tgvdp.physics.motion import march, net_force
+from tgvdp.physics.cell import Rows, append
+from tgvdp.physics.motion import land, march, net_force
 from tgvdp.physics.roots import Bracket, narrowed, secant
 
 #: Rows shorter than this share of their cell are rounding errors.
@@ -46,6 +48,24 @@ def braked_w(train, brakes, cell, w1, x, scratch):
 
 
 @part
+def braked_along(train, brakes, cell, w1, x, curve, n):
+    """`braked_w` by the ``n`` rows in ``curve`` of braking through the whole cell.
+
+    They do not depend on where braking begins, but the last one, which is shorter.
+    """
+    i = np.searchsorted(curve.x[:n], x)
+    if i == n:  # it ended there
+        return min(curve.w[n - 1], cell.limit_w)
+    from_x = 0.0
+    from_w = w1
+    if i > 0:
+        from_x = curve.x[i - 1]
+        from_w = curve.w[i - 1]
+    landed = land(train, brakes, -1.0, cell, x - from_x, from_w)
+    return min(min(landed, curve.w[i]) if curve.w[i] > from_w else max(landed, curve.w[i]), cell.limit_w)
+
+
+@part
 def _meeting_point(train, regime, brakes, cell, w0, w1, scratch):
     """Position in the cell where driving from w0 meets braking to w1 (regula falsi, Illinois variant).
 
@@ -55,14 +75,17 @@ def _meeting_point(train, regime, brakes, cell, w0, w1, scratch):
     limit = cell.limit_w
     hi = length
     # Where braking is held at the limit driving cannot be above it: they meet after that stretch.
-    braked_m, braked = march(train, brakes, -1.0, cell, length, w1, limit, scratch, 0)[:2]
+    braked_m, braked, n = march(train, brakes, -1.0, cell, length, w1, limit, scratch, 0)
+    n = max(n, 0)  # without room for its rows nothing counts
+    held = _at_limit(train, brakes, -1.0, cell, w1)
+    free = Rows(scratch.x[n:], scratch.w[n:])
     lo = length - braked_m if braked >= limit else 0.0
-    f_lo = driven_w(train, regime, cell, w0, lo, scratch) - min(braked, limit)
-    f_hi = driven_w(train, regime, cell, w0, length, scratch) - w1
+    f_lo = driven_w(train, regime, cell, w0, lo, free) - min(braked, limit)
+    f_hi = driven_w(train, regime, cell, w0, length, free) - w1
     if f_hi == 0.0 and w0 < limit:
         # The limit itself is reached, but on a steep descent the brakes cannot hold it to the end.
-        hi = march(train, regime, 1.0, cell, length, w0, limit, scratch, 0)[0]
-        f_hi = limit - braked_w(train, brakes, cell, w1, length - hi, scratch)
+        hi = march(train, regime, 1.0, cell, length, w0, limit, free, 0)[0]
+        f_hi = 0.0 if held else limit - braked_along(train, brakes, cell, w1, length - hi, scratch, n)
     if f_lo >= -_ON_CURVE * limit:
         return lo if lo >= _SLIVER * length else 0.0
     if f_hi <= 0.0:
@@ -73,8 +96,8 @@ def _meeting_point(train, regime, brakes, cell, w0, w1, scratch):
         x = secant(bracket)
         if not bracket.lo < x < bracket.hi:
             x = 0.5 * (bracket.lo + bracket.hi)
-        driven = driven_w(train, regime, cell, w0, x, scratch)
-        f = driven - braked_w(train, brakes, cell, w1, length - x, scratch)
+        braked = limit if held else braked_along(train, brakes, cell, w1, length - x, scratch, n)
+        f = driven_w(train, regime, cell, w0, x, free) - braked
         if abs(f) <= 1e-11 * limit or bracket.hi - bracket.lo <= 1e-12 * length:
             break
         bracket = narrowed(bracket, x, f)

@@ -17,15 +17,17 @@ if TYPE_CHECKING:
 _CONNECT_S = 10.0
 #: Above logging.CRITICAL: what goes wrong is reported by the sweep itself.
 _SILENT = 100
-#: Of an own cluster: a death is counted here, not there; nothing is spilled or moved, for workers keep nothing; looks
-#: at the clock are rarer, which otherwise take a few percent of a core; and workers are not asked a hundred times a
-#: second what they are doing, which takes a sixteenth of their time.
+#: Of an own cluster: a death is counted here, not there; nothing is spilled or moved, for workers keep nothing, and no
+#: worker pauses near its limit, for nothing would bring it back; looks at the clock are rarer, which otherwise take a
+#: few percent of a core; and workers are not asked a hundred times a second what they are doing, which takes a
+#: sixteenth of their time.
 _CONFIG = {
     **{f"distributed.nanny.pre-spawn-environ.{name}": size_b for name, size_b in MALLOC.items()},
     "distributed.scheduler.allowed-failures": 0,
     "distributed.worker.profile.enabled": False,
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.spill": False,
+    "distributed.worker.memory.pause": False,
     "distributed.scheduler.active-memory-manager.start": False,
     "distributed.admin.tick.interval": "200ms",
     "distributed.admin.system-monitor.interval": "2s",
@@ -73,6 +75,7 @@ def started(cluster: Cluster) -> "Iterator[Callable[[], Client]]":
     try:
         import dask
         from distributed import Client
+        from distributed.comm import get_address_host_port
         from distributed.utils import silence_logging_cmgr
     except ImportError:
         raise MissingExtraError("sweeps need dask and pyarrow: pip install 'tgvdp[sweep]'") from None
@@ -85,6 +88,8 @@ def started(cluster: Cluster) -> "Iterator[Callable[[], Client]]":
         }
         stack.enter_context(dask.config.set(_CONFIG | own))
         with _answering(cluster):
+            if cluster.scheduler is not None:
+                get_address_host_port(cluster.scheduler)  # a client that cannot read it would take long to end
             # Entering one waits for its workers.
             address: Any = cluster.scheduler or stack.enter_context(contextlib.closing(_local(cluster)))
 
@@ -126,6 +131,20 @@ def _local(cluster: Cluster) -> "LocalCluster":
         )
     local.scale(cluster.size)
     return local
+
+
+def revive(client: "Client") -> None:
+    """Start workers of an own cluster anew that died as they started, whom Dask gives up."""
+    if client.cluster is not None:
+        client.cluster.sync(_revive, client.cluster)
+
+
+async def _revive(local: "LocalCluster") -> None:
+    lost = [name for name, nanny in local.workers.items() if nanny.status.name in ("closed", "failed")]
+    for name in lost:
+        del local.workers[name]
+    if lost:
+        local.scale(len(local.worker_spec))  # makes those that it does not hold
 
 
 def dashboard_of(client: "Client") -> str:

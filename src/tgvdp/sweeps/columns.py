@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from tgvdp.options.search import SearchOptions
 from tgvdp.sweeps.journal import Finished
 from tgvdp.sweeps.parts import ALLOCATION, FRONTS, PROFILES, part_path
 from tgvdp.sweeps.scenario import Scenario, section_name
@@ -50,6 +52,7 @@ def scenario_columns(spec: SweepSpec) -> Callable[[Block], Any]:
             "fastest_time_s": arrow.array([one.fastest_time_s for one in finished], arrow.float64()),
             "fastest_energy_kwh": arrow.array(_kwh([one.fastest_energy_j for one in finished]), arrow.float64()),
             "points": arrow.array([one.points for one in finished], arrow.int32()),
+            "asked_margin_pct": arrow.array(list(map(_asked_pct, scenarios, finished)), arrow.float64()),
             "train_file": arrow.array([one.train.file for one in scenarios]).cast(text),
             "train_sha256": arrow.array([one.train.sha256 for one in scenarios]).cast(text),
             "line_file": arrow.array([one.line.file for one in scenarios]).cast(text),
@@ -58,6 +61,15 @@ def scenario_columns(spec: SweepSpec) -> Callable[[Block], Any]:
         return arrow.table(table)
 
     return columns
+
+
+def _asked_pct(scenario: Scenario, finished: Finished) -> float | None:
+    """Largest margin that the front was asked for, %."""
+    if finished.fastest_time_s is None:
+        return None
+    asked, fastest_s = scenario.arguments, finished.fastest_time_s
+    margins = [*asked.get("at_margin", ()), *(time_s / fastest_s - 1.0 for time_s in asked.get("at_s", ()))]
+    return 100.0 * float(max(margins or [asked.get("max_margin", SearchOptions.max_margin)]))
 
 
 def _kwh(energies_j: Sequence[float | None]) -> list[float | None]:
@@ -121,7 +133,6 @@ def row_columns(parts: Path, kind: str) -> Callable[[Block], Any]:
 
     def columns(block: Block) -> Any:
         ids = np.array([one.id for one in block.finished])
-        place = {id: at for at, id in enumerate(ids.tolist())}
         held = []
         for number in dict.fromkeys(one.part for one in block.finished if one.part is not None):
             rows = part(number)
@@ -131,17 +142,25 @@ def row_columns(parts: Path, kind: str) -> Callable[[Block], Any]:
         if not held:
             return None
         joined = {name: np.concatenate([one[name] for one in held]) for name in held[0]}
-        at = np.array([place[id] for id in joined.pop("id").tolist()], dtype=np.int64)
-        order = np.argsort(at, kind="stable")
-        counts = np.bincount(at, minlength=len(ids))
+        order, counts = _gathered(joined.pop("id"), ids)
         rows = {name: column[order] for name, column in joined.items()}
+        at = np.repeat(np.arange(len(ids)), counts)
         numbers = np.array([one.number for one in block.scenarios], dtype=np.int64)
         return arrow.table(
             {"scenario": np.repeat(numbers, counts), **_names(block.scenarios, counts)}
-            | _FIGURES[kind](rows, block.finished, at[order])
+            | _FIGURES[kind](rows, block.finished, at)
         )
 
     return columns
+
+
+def _gathered(held: NDArray[np.int64], wanted: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Where the rows of each wanted id are, id by id, and how many of each: equal scenarios want the same rows."""
+    order = np.argsort(held, kind="stable")
+    first, behind = (np.searchsorted(held, wanted, side, sorter=order) for side in ("left", "right"))
+    counts = behind - first
+    within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    return order[np.repeat(first, counts) + within], counts
 
 
 def _columns(table: Any) -> dict[str, Any]:

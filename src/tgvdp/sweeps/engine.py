@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from tgvdp.errors import UnavailableError
 from tgvdp.sweeps.batches import Batches
+from tgvdp.sweeps.cluster import revive
 from tgvdp.sweeps.scenario import Task, engine_version
 from tgvdp.sweeps.work import Record, solve_batch
 
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 MOST_DEATHS = 3
 #: Batches under way for each worker: one runs, one waits.
 _AHEAD = 2
+#: Time within which a worker of an own cluster has to be there, s; on others they may have to queue.
+PATIENCE_S = 120.0
 #: Time between two looks at the clock, s.
 _TICK_S = 0.2
 #: Time between two questions how many workers there are, s.
@@ -53,6 +56,7 @@ class Engine:
         self._alone: Future[bytes] | None = None
         self._deaths: dict[int, int] = {}
         self._count, self._asked_s = 1, -math.inf
+        self._seen_s = time.monotonic()
 
     def records(self) -> Iterator[list[Record]]:
         """Yield what has come since the last time, at least every fifth of a second, until all is done.
@@ -60,7 +64,7 @@ class Engine:
         Raises
         ------
         UnavailableError
-            When the scheduler is gone.
+            When the scheduler is gone, or no worker of an own cluster outlives its start.
         InputError
             When a worker is of another version.
         """
@@ -83,9 +87,15 @@ class Engine:
         return bool(self._running)
 
     def _workers(self) -> int:
-        """Number of workers, which come and go; asked for now and then."""
+        """Number of workers, which come and go, or 1 where there are none yet; asked for now and then."""
         if time.monotonic() >= self._asked_s + _ASK_S:
-            self._count, self._asked_s = max(len(self._client.nthreads()), 1), time.monotonic()
+            count, self._asked_s = len(self._client.nthreads()), time.monotonic()
+            revive(self._client)
+            if count or self._client.cluster is None:
+                self._seen_s = self._asked_s
+            elif self._asked_s > self._seen_s + PATIENCE_S:
+                raise UnavailableError(f"no worker starts within {PATIENCE_S:g} s: each may need more memory")
+            self._count = max(count, 1)
         return self._count
 
     def _submit(self, tasks: list[Task]) -> "Future[bytes]":

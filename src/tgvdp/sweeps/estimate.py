@@ -23,7 +23,7 @@ def estimate(spec: SweepSpec, cluster: Cluster) -> dict[str, Any]:
         ``error``, ``seconds_each``, ``workers``, ``elapsed_s``; the last of a cluster elsewhere as of one worker.
     """
     numbers = sorted(set(np.linspace(0, len(spec) - 1, _SAMPLED).round().astype(int).tolist()))
-    records = [solve(task_of(spec[number], number, spec.profiles_every_m)) for number in numbers]
+    records = [solve(task_of(spec[number], number)) for number in numbers]
     errors = [record.error for record in records if record.status == "failed"]
     solved_s = [record.elapsed_s for record in records if record.status != "failed"]
     each_s = float(np.mean(solved_s)) if solved_s else None

@@ -1,20 +1,23 @@
-"""What is done: a SQLite file that survives whatever is killed, with one row per scenario.
+"""What is done: a SQLite file that survives whatever is killed, with one row per thing to solve.
 
 A row is told by its key, so that a sweep that is extended finds again what it has, and one of another engine finds
-nothing. The write-ahead log is synced with every commit, and the file is locked as long as somebody writes.
+nothing; scenarios that are the same but in name share one. The write-ahead log is synced with every commit, and the
+file is locked as long as somebody writes.
 """
 
 import contextlib
+import heapq
 import itertools
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
+from operator import itemgetter
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from tgvdp.errors import InputError
 from tgvdp.sweeps.work import Record
 
-SCHEMA = "tgvdp.sweep-journal/1"
+SCHEMA = "tgvdp.sweep-journal/2"
 _TABLES = """
 CREATE TABLE about (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE scenario (
@@ -32,6 +35,7 @@ CREATE TABLE scenario (
     worker TEXT
 );
 CREATE UNIQUE INDEX by_number ON scenario (number) WHERE number IS NOT NULL;
+CREATE TABLE again (number INTEGER PRIMARY KEY, id INTEGER NOT NULL);
 """
 _CHUNK = 10_000
 #: What SQLite's errors are called where a disk is full.
@@ -123,7 +127,7 @@ class Journal:
         return self.noted("plan") == plan
 
     def enrol(self, keys: Iterable[bytes], plan: str) -> None:
-        """Take in the scenarios of a plan, by their numbers; of equal ones the first.
+        """Take in the scenarios of a plan, by their numbers; of equal ones the first is solved for all.
 
         What was done of them before stays done. A plan that is in already is not taken in again.
         """
@@ -131,12 +135,16 @@ class Journal:
             return
         with self._transaction():
             self._database.execute("UPDATE scenario SET number = NULL WHERE number IS NOT NULL")
+            self._database.execute("DELETE FROM again")
             numbered = enumerate(keys)
             while chunk := [(key, number) for number, key in itertools.islice(numbered, _CHUNK)]:
                 self._database.executemany(
                     "INSERT INTO scenario (key, number) VALUES (?, ?) ON CONFLICT (key)"
                     " DO UPDATE SET number = excluded.number WHERE number IS NULL",
                     chunk,
+                )
+                self._database.executemany(
+                    "INSERT INTO again SELECT ?2, id FROM scenario WHERE key = ?1 AND number <> ?2", chunk
                 )
             self.note("plan", plan)
 
@@ -147,20 +155,22 @@ class Journal:
 
     def pending(self) -> Iterator[tuple[int, int]]:
         """Ids and numbers of what is to be done, by number; rows may be changed meanwhile."""
-        yield from self._rows("id, number", "status IS NULL", 1)  # type: ignore[misc]
+        yield from self._rows(("id", "number"), "scenario WHERE status IS NULL", "number")
 
     def finished(self) -> Iterator[Finished]:
-        """All scenarios of the plan, by number, done or not."""
-        yield from map(
-            Finished._make, self._rows(", ".join(Finished._fields), "TRUE", Finished._fields.index("number"))
-        )
+        """All scenarios of the plan, by number, done or not; of equal ones each, with what came of the first."""
+        first = self._rows(Finished._fields, "scenario WHERE TRUE", "number")
+        others = self._rows(Finished._fields, "again JOIN scenario USING (id) WHERE TRUE", "again.number")
+        by_number = itemgetter(Finished._fields.index("number"))
+        yield from map(Finished._make, heapq.merge(first, others, key=by_number))
 
-    def _rows(self, columns: str, condition: str, number_at: int) -> Iterator[tuple[object, ...]]:
-        last = -1
-        query = f"SELECT {columns} FROM scenario WHERE number > ? AND {condition} ORDER BY number LIMIT {_CHUNK}"
+    def _rows(self, fields: Sequence[str], source: str, number: str) -> Iterator[tuple[Any, ...]]:
+        last, at = -1, fields.index("number")
+        columns = ", ".join(number if field == "number" else field for field in fields)
+        query = f"SELECT {columns} FROM {source} AND {number} > ? ORDER BY {number} LIMIT {_CHUNK}"
         while rows := self._database.execute(query, (last,)).fetchall():
             yield from rows
-            last = rows[-1][number_at]
+            last = rows[-1][at]
 
     def counts(self) -> dict[str | None, int]:
         """How many scenarios of the plan have each status."""

@@ -1,6 +1,10 @@
 """From SPEC.toml to a sweep: trains and lines are read once, here, so that workers need no files."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import functools
+import itertools
+import operator
+from collections import Counter
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
@@ -16,15 +20,18 @@ from tgvdp.formats.syntax.reading import bad, errors_named, read_document, shown
 from tgvdp.formats.syntax.typed import decode
 from tgvdp.model import catalog
 from tgvdp.model.track import Track
-from tgvdp.options.search import BY_FIELD, JOURNEY_FIELDS
+from tgvdp.options.search import BY_FIELD, JOURNEY_FIELDS, SearchOptions, arguments_of, by_argument
 from tgvdp.options.texts import parse_quantity
 from tgvdp.sweeps.scenario import Kind, Part, Section, section_name
-from tgvdp.sweeps.spec import SET, Axis, SweepSpec, written
+from tgvdp.sweeps.spec import SET, Axis, SweepSpec, is_default, written
 
 #: Files of a folder that may hold a train or a line.
 _SUFFIXES = {".toml", ".json", ".yaml", ".yml", ".xml", ".railml", ".csv", ".xlsx"}
-#: Options whose place the sections take.
-_PLACES = ("from_m", "to_m")
+#: Options and fields whose place the sections take; a journey stops where the line says.
+_PLACES = {
+    "search": ("from_m", "to_m", "track.length_m", "track.stops_m"),
+    "journey": ("from_m", "to_m", "track.length_m"),
+}
 _WHOLE, _STOPS, _JOURNEY = "whole", "stops", "journey"
 _Role = Literal["train", "track"]
 _Names = Annotated[list[str], Meta(min_length=1)]
@@ -66,7 +73,9 @@ def read_spec(path: Path) -> SweepSpec:
     for place, axis in placed:
         _check(path, place, axis, run, trains[0], lines[0])
     _check_fields(path, kind, [("run", field) for field in run])
-    spec = SweepSpec(
+    _check_fields(path, kind, [(place, name) for place, axis in placed for name in axis.names])
+    _check_together(path, run, [axis for _, axis in placed])
+    return SweepSpec(
         trains=trains,
         lines=lines,
         sections=tuple(tuple(_sections(path, file.sections, line)) for line in lines),
@@ -78,8 +87,6 @@ def read_spec(path: Path) -> SweepSpec:
         csv=file.csv,
         text=document.data.decode(),
     )
-    _check_fields(path, kind, [("product or zip", name) for name in spec.parameters if not name.startswith(SET)])
-    return spec
 
 
 class _Found(NamedTuple):
@@ -138,9 +145,13 @@ def _sections(path: Path, given: str | Sequence[str], line: Part) -> Iterator[Se
         ends_m = (0.0, track.length_m) if given != _STOPS or len(track.stops_m) < 2 else track.stops_m
         yield from (Section(_JOURNEY if given == _JOURNEY else section_name(*pair), *pair) for pair in pairwise(ends_m))
         return
+    names: set[str] = set()
     for index, text in enumerate(given):
         with errors_named(path, f"sections[{index}]"):
             section = _section(text)
+            if section.name in names:
+                raise InputError(f"stands there twice, got {text!r:.40}")
+            names.add(section.name)
             if section.to_m > track.length_m:
                 raise InputError(f"ends beyond the {track.length_m:.12g} m of line {line.name}, got {text!r:.40}")
             yield section
@@ -168,6 +179,11 @@ def _axes(path: Path, file: _File) -> list[tuple[str, Axis]]:
     for place, axis in axes:
         if not axis.rows:
             raise bad(path, f"{place}.{axis.names[0]}: must have values")
+        rows = Counter(map(_hashable, axis.rows))
+        twice = [row for row in axis.rows if rows[_hashable(row)] > 1]
+        if twice:
+            got = ", ".join(shown(value) for value in twice[0])
+            raise bad(path, f"{place}.{' and '.join(axis.names)}: must have each value once, got {got} twice")
     names = [name for _, axis in axes for name in axis.names]
     for name in names:
         if names.count(name) > 1 or name in file.run:
@@ -175,11 +191,22 @@ def _axes(path: Path, file: _File) -> list[tuple[str, Axis]]:
     return axes
 
 
+def _hashable(value: Any) -> Hashable:
+    """A value, by which equal ones are found."""
+    if isinstance(value, list | tuple):
+        return tuple(map(_hashable, value))
+    return value if isinstance(value, Hashable) else str(value)
+
+
 def _check(path: Path, place: str, axis: Axis, run: Mapping[str, Any], train: Part, line: Part) -> None:
     """Refuse values that no search could take, before the first one starts."""
     for row in axis.rows:
         given = dict(zip(axis.names, row, strict=True))
-        run_options(path, {**run, **{name: value for name, value in given.items() if not name.startswith(SET)}}, place)
+        options = {name: value for name, value in given.items() if not name.startswith(SET)}
+        run_options(path, {**run, **options}, place)
+        with errors_named(path, place):
+            for argument, value in arguments_of(options).items():
+                by_argument(argument).check(value)
         changes = [f"{name}={written(value)}" for name, value in given.items() if name.startswith(SET)]
         if changes:
             with errors_named(path, place):
@@ -189,7 +216,22 @@ def _check(path: Path, place: str, axis: Axis, run: Mapping[str, Any], train: Pa
 def _check_fields(path: Path, kind: Kind, given: Sequence[tuple[str, str]]) -> None:
     """Refuse options that a sweep has another place for, or that journeys lack."""
     for place, field in given:
-        if field in _PLACES:
+        if field.partition("[")[0] in _PLACES[kind]:
             raise bad(path, f"{place}.{field}: the sections of a sweep say from where to where")
-        if kind == "journey" and field not in JOURNEY_FIELDS:
+        if kind == "journey" and not field.startswith(SET) and field not in JOURNEY_FIELDS:
             raise bad(path, f"{place}.{field}: journeys have no {BY_FIELD[field].flag}")
+
+
+def _check_together(path: Path, run: Mapping[str, Any], axes: Sequence[Axis]) -> None:
+    """Refuse options that have no effect beside others: what they are asked for matters, not the values."""
+    choices = []
+    for axis in axes:
+        kinds: dict[Hashable, dict[str, Any]] = {}
+        for row in axis.rows:
+            options = {name: value for name, value in zip(axis.names, row, strict=True) if not name.startswith(SET)}
+            asked = frozenset(name for name, value in arguments_of(options).items() if not is_default(name, value))
+            kinds.setdefault((asked, options.get("method")), options)
+        choices.append(list(kinds.values()))
+    with errors_named(path, "run, product and zip together"):
+        for combination in itertools.product(*choices):
+            SearchOptions(**arguments_of(functools.reduce(operator.or_, combination, dict(run))))

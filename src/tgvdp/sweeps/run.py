@@ -213,7 +213,7 @@ def _solve(
         nonlocal taken
         for id, number in journal.pending():
             taken += 1
-            yield task_of(spec[number], id, spec.profiles_every_m)
+            yield task_of(spec[number], id)
 
     progress.dashboard = dashboard_of(client)
     progress.started_s = time.perf_counter()

@@ -72,6 +72,8 @@ class Scenario:
         Of `tgvdp.search` or `tgvdp.journey`, in SI.
     parameters : mapping
         What varies over the sweep, by the names of the spec: columns of the results.
+    profiles_every_m : float or None
+        Distance of the rows of its speed profiles, m; None: no profiles.
     """
 
     number: int
@@ -82,11 +84,12 @@ class Scenario:
     changes: tuple[str, ...] = ()
     arguments: Mapping[str, Any] = field(default_factory=dict)
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    profiles_every_m: float | None = None
 
     def key(self, engine: str) -> bytes:
         """Hash of all that decides the result: canonical parameters, and the engine that solves it, (16,) bytes."""
-        parts = (engine, self.kind, self.train.digest, self.line.digest, self.changes, dict(self.arguments))
-        return bytes.fromhex(_digest(parts))[:KEY_BYTES]
+        own = (self.kind, self.train.digest, self.line.digest, self.changes, dict(self.arguments))
+        return bytes.fromhex(_digest((engine, *own, self.profiles_every_m)))[:KEY_BYTES]
 
 
 class Task(NamedTuple):
@@ -101,10 +104,10 @@ class Task(NamedTuple):
     profiles_every_m: float | None
 
 
-def task_of(scenario: Scenario, id: int, profiles_every_m: float | None = None) -> Task:
-    """Make the task of a scenario, under a number of its own; with rows of its speed profiles where that is given."""
+def task_of(scenario: Scenario, id: int) -> Task:
+    """Make the task of a scenario, under a number of its own."""
     own = (scenario.kind, scenario.train.value, scenario.line.value, scenario.changes, dict(scenario.arguments))
-    return Task(id, *own, profiles_every_m)
+    return Task(id, *own, scenario.profiles_every_m)
 
 
 @functools.cache

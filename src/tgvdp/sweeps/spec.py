@@ -111,8 +111,9 @@ class SweepSpec(Sequence[Scenario]):
             section=section,
             kind=self.kind,
             changes=tuple(f"{name}={written(value)}" for name, value in chosen.items() if name.startswith(SET)),
-            arguments={name: value for name, value in arguments.items() if not _is_default(name, value)},
+            arguments={name: value for name, value in arguments.items() if not is_default(name, value)},
             parameters=chosen,
+            profiles_every_m=self.profiles_every_m,
         )
 
 
@@ -130,5 +131,6 @@ def _ends_of(section: Section, line: Part, reverse: bool) -> dict[str, float | N
     return {"origin_m": from_m, "destination_m": None if to_m == length_m else to_m}
 
 
-def _is_default(argument: str, value: Any) -> bool:
+def is_default(argument: str, value: Any) -> bool:
+    """Whether a search that is not given an argument takes this value."""
     return argument != "dwell_s" and bool(value == by_argument(argument).default)

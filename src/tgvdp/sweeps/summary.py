@@ -1,5 +1,6 @@
 """What a finished sweep says about its network: what a margin saves, where, and on what that depends."""
 
+import contextlib
 from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
@@ -9,16 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import InputError, MissingExtraError
+from tgvdp.sweeps.tables import SCHEMAS
 
 SCHEMA = "tgvdp.sweep-report/1"
 _Floats = NDArray[np.float64]
 #: Columns of ``scenarios.parquet`` between which the parameters stand.
 _BEFORE, _BEHIND = "to_m", "status"
 _PLACES = ("train", "line", "section")
+_FIGURES = ("scenario", "fastest_energy_kwh", "asked_margin_pct")
 #: Shares of the scenarios below each shown saving, in percent.
 SHARES_PCT = (5, 25, 50, 75, 95)
-#: Slack of a margin that fronts are asked for and end at.
-_SLACK_PCT = 0.1
+#: Of a margin that fronts were asked for as a running time.
+_ROUNDING = 1e-9
 
 
 class Savings(NamedTuple):
@@ -67,14 +70,14 @@ class Level(NamedTuple):
 
 
 def read_savings(folder: Path, margin_pct: float) -> Savings:
-    """Read a finished sweep, and interpolate each front at a margin.
+    """Read a finished sweep, and interpolate each front, which begins with the fastest run, at a margin.
 
-    A front that ends before the margin ends with the thriftiest run: running longer saves nothing.
+    A front that ends before a margin that it was asked for ends with the thriftiest run: running longer saves nothing.
 
     Raises
     ------
     InputError
-        When the folder holds no finished sweep, nothing in it is done, or no front reaches the margin.
+        When the folder holds no finished sweep, nothing in it is done, or a front was not asked for the margin.
     """
     try:
         parquet = import_module("pyarrow.parquet")
@@ -83,55 +86,79 @@ def read_savings(folder: Path, margin_pct: float) -> Savings:
     path = folder / "scenarios.parquet"
     if not path.is_file():
         raise InputError(f"{folder}: holds no finished sweep: there is no {path.name}")
-    table = parquet.read_table(path)
+    with _readable(path):
+        table = parquet.read_table(path)
+    schema = (table.schema.metadata or {}).get(b"schema", b"no schema").decode()
+    if schema != SCHEMAS["scenarios"]:
+        raise InputError(f"{path}: is of {schema}, this version reads {SCHEMAS['scenarios']}")
     names = table.column_names
     wanted = [*_PLACES, *names[names.index(_BEFORE) + 1 : names.index(_BEHIND)]]
-    columns = {name: table.column(name).to_pylist() for name in (*wanted, "status", "scenario", "fastest_energy_kwh")}
+    columns = {name: table.column(name).to_pylist() for name in (*wanted, "status", *_FIGURES)}
     counts = {status: columns["status"].count(status) for status in dict.fromkeys(columns["status"])}
-    files = sorted((folder / "fronts").glob("*.parquet"))
-    found = dict(_interpolated(parquet, files, margin_pct))
     done = [at for at, status in enumerate(columns["status"]) if status == "done"]
     if not done:
         raise InputError(f"{folder}: no scenario is done")
-    numbers = [columns["scenario"][at] for at in done]
-    reach_pct = max(found[number][1] for number in numbers)
-    if margin_pct > reach_pct + _SLACK_PCT:
-        raise InputError(f"{folder}: its fronts end at a margin of {reach_pct:.4g} %, got {margin_pct:g} %")
+    number, fastest_kwh, asked_pct = (np.array([columns[name][at] for at in done]) for name in _FIGURES)
+    least = int(np.argmin(asked_pct))
+    if margin_pct > asked_pct[least] * (1.0 + _ROUNDING):
+        asked = f"scenario {number[least]} was asked for margins up to {asked_pct[least]:.4g} %"
+        raise InputError(f"{folder}: {asked}, got {margin_pct:g} %")
+    files = sorted((folder / "fronts").glob("*.parquet"))
+    found = dict(_interpolated(parquet, files, margin_pct, dict(zip(number.tolist(), fastest_kwh, strict=True))))
+    if lost := set(number.tolist()) - set(found):
+        raise InputError(f"{folder}: scenario {min(lost)} is done, but its points are not in fronts")
     axes = {name: [columns[name][at] for at in done] for name in wanted}
     if len(set(axes["line"])) > 1:  # sections of several lines may be called the same
         axes["section"] = [f"{line} {section}" for line, section in zip(axes["line"], axes["section"], strict=True)]
     return Savings(
         margin_pct,
-        np.array(numbers, dtype=np.int64),
-        np.array([columns["fastest_energy_kwh"][at] for at in done]),
-        np.array([found[number][0] for number in numbers]),
+        number,
+        fastest_kwh,
+        np.array([found[one] for one in number.tolist()]),
         {name: values for name, values in axes.items() if len(set(values)) > 1},
         counts,
     )
 
 
-def _interpolated(parquet: Any, files: Sequence[Path], margin_pct: float) -> Iterator[tuple[int, tuple[float, float]]]:
-    """Energy at a margin, kWh, and largest margin, of each scenario, by its number; a group of rows at a time."""
+@contextlib.contextmanager
+def _readable(file: Path) -> Iterator[None]:
+    try:
+        yield
+    except (OSError, ValueError) as error:
+        raise InputError(f"{file}: cannot be read: {error}") from error
+
+
+def _interpolated(
+    parquet: Any, files: Sequence[Path], margin_pct: float, fastest_kwh: Mapping[int, float]
+) -> Iterator[tuple[int, float]]:
+    """Energy at a margin, kWh, of each scenario whose fastest run is given, by its number; a group of rows at once."""
     for file in files:
-        source = parquet.ParquetFile(file)
+        with _readable(file):
+            source = parquet.ParquetFile(file)
         for group in range(source.num_row_groups):
-            table = source.read_row_group(group, columns=["scenario", "margin_pct", "energy_kwh"])
-            number, margins, energies = (column.to_numpy() for column in table.columns)
-            starts = np.flatnonzero(np.diff(number, prepend=-1))
-            for start, end in zip(starts, [*starts[1:], len(number)], strict=True):
-                energy_kwh = float(np.interp(margin_pct, margins[start:end], energies[start:end]))
-                yield int(number[start]), (energy_kwh, float(margins[end - 1]))
+            with _readable(file):
+                table = source.read_row_group(group, columns=["scenario", "margin_pct", "energy_kwh"])
+            numbers, margins, energies = (column.to_numpy() for column in table.columns)
+            starts = np.flatnonzero(np.diff(numbers, prepend=-1))
+            for start, end in zip(starts, [*starts[1:], len(numbers)], strict=True):
+                number = int(numbers[start])
+                if number in fastest_kwh:
+                    own_pct, own_kwh = margins[start:end], energies[start:end]
+                    if own_pct[0] > 0.0:
+                        own_pct, own_kwh = np.append(0.0, own_pct), np.append(fastest_kwh[number], own_kwh)
+                    yield number, float(np.interp(margin_pct, own_pct, own_kwh))
 
 
 def levels(savings: Savings, axis: str) -> list[Level]:
     """What is saved at each value of an axis, over all the others, in the order in which the values come."""
-    values = savings.axes[axis]
+    at: dict[Any, list[int]] = {}
+    for index, value in enumerate(savings.axes[axis]):
+        at.setdefault(value, []).append(index)
     found = []
-    for value in dict.fromkeys(values):
-        own = np.array([one == value for one in values])
+    for value, own in at.items():
         fastest_kwh, saved_kwh = float(savings.fastest_kwh[own].sum()), float(savings.saved_kwh[own].sum())
         share_pct = 100.0 * saved_kwh / abs(fastest_kwh) if fastest_kwh else 0.0
-        found.append(Level(value, int(own.sum()), fastest_kwh, saved_kwh, share_pct))
+        found.append(Level(value, len(own), fastest_kwh, saved_kwh, share_pct))
     return found
 
 

@@ -14,7 +14,7 @@ from tgvdp.sweeps.journal import Journal
 from tgvdp.sweeps.spec import SweepSpec
 
 #: Versioned schema of each table, in the metadata of its files.
-SCHEMAS = {name: f"tgvdp.sweep-{name}/1" for name in ("scenarios", *ROWS, "timings")}
+SCHEMAS = {"scenarios": "tgvdp.sweep-scenarios/2"} | {name: f"tgvdp.sweep-{name}/1" for name in (*ROWS, "timings")}
 #: Scenarios of a group of rows, which is all that is in memory, and groups of a file.
 _GROUP, _GROUP_WITH_PROFILES, _GROUPS = 1000, 10, 100
 

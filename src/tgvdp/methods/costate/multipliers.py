@@ -5,6 +5,7 @@ leave room for more than that.
 """
 
 import math
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
@@ -138,18 +139,19 @@ class ExtremalFront:
 
     def foresee(self, target_s: NDArray[np.float64]) -> None:
         """Add the extremals without which those around running times may hold a surprise."""
-        while wanted := self._surprising(target_s):
+        targets_s = target_s.tolist()
+        while wanted := self._surprising(targets_s):
             middles = self.solved(self.mesh, list(wanted.values()))
             for second, middle in reversed(list(zip(wanted, middles, strict=True))):
                 self._insert(second, middle)
 
-    def _surprising(self, target_s: NDArray[np.float64]) -> dict[int, float]:
+    def _surprising(self, target_s: Sequence[float]) -> dict[int, float]:
         """Multipliers to solve between extremals and those before them, where these may hold a surprise."""
-        times_s = np.array([extremal.time_s for extremal in self.extremals])
-        around = np.bincount(np.searchsorted(times_s[1:-1], target_s), minlength=len(times_s) - 1)
+        inner = [bisect_right(target_s, extremal.time_s) for extremal in self.extremals[1:-1]]
+        faster = [0, *inner, len(target_s)]  # targets, than each of the extremals
         wanted: dict[int, float] = {}
         for second, (before, after) in enumerate(pairwise(self.extremals), 1):
-            pieces = self._pieces(before, after) if around[second - 1] else 1
+            pieces = self._pieces(before, after) if faster[second - 1] < faster[second] else 1
             multiplier = self._middle(second, (pieces // 2) / pieces) if pieces > 1 else None
             if multiplier is not None and len(self.extremals) + len(wanted) < _MOST_EXTREMALS:
                 wanted[second] = multiplier

@@ -61,6 +61,7 @@ def plan_of(way, run, n, plan):
     """
     count = 0
     k = 0
+    v = math.sqrt(run.w[0])
     for i in range(n - 1):
         k = cell_from(way.cells, k, run.x[i])
         may_go = 1.0 if way.cells.supply[k] == POWERED else 0.0
@@ -74,7 +75,9 @@ def plan_of(way, run, n, plan):
             plan[count, MAY_GO] = may_go
             plan[count, FROM_ABOVE] = 1.0 if i > 0 and run.w[i - 1] > run.w[i] else 0.0
             count += 1
-        plan[count - 1, LASTS_S] += 2.0 * (run.x[i + 1] - run.x[i]) / (math.sqrt(run.w[i]) + math.sqrt(run.w[i + 1]))
+        before_v = v
+        v = math.sqrt(run.w[i + 1])
+        plan[count - 1, LASTS_S] += 2.0 * (run.x[i + 1] - run.x[i]) / (before_v + v)
     return count
 
 
