@@ -1,5 +1,7 @@
 """Trips of the survey whose gaps came of the certificate, not of their runs: each stands for one cause."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,10 @@ import tgvdp
 from benchmarks.proof.trips import proof_trip
 from tests.helpers.trips import commuter, trip_on
 from tgvdp.certificate.line import BoundingProblem
+from tgvdp.certificate.lines import least_cost_j
+from tgvdp.methods.budget import SearchBudget
+from tgvdp.methods.costate.mesh import Mesh
+from tgvdp.model.trip import Trip
 from tgvdp.runs.fastest import fastest_run
 
 #: Next to its costate the minimum of a cell jumps from one speed to another: steps of the ascent must end there.
@@ -58,3 +64,16 @@ def test_ascent_from_anywhere_ends_next_to_ascent_from_costates_of_a_run():
         for start in (ledger, problem.evaluate(ledger, multiplier, flat, flat))
     )
     assert abs(good - other) < 1e-3 * size_j
+
+
+def test_an_ascent_goes_on_while_it_gains():
+    """A second is worth so little that the run tells next to nothing of its costates: they take hundreds of steps."""
+    drawn = proof_trip(1795390847)
+    trip = Trip(train=drawn.train, track=drawn.track, origin_m=0.0, destination_m=drawn.track.length_m)
+    fastest, multiplier_j_per_s = fastest_run(trip), 3730.0
+    counts = {"extremals": 0, "runs": 0, "costates": 0}
+    run = Mesh.of(trip, fastest, 4.0).optimal_run(multiplier_j_per_s, counts)
+    cost_j = run.energy_j + run.multiplier * run.time_s
+    clock = SearchBudget(time_limit_s=math.inf).start()
+    bound_j = least_cost_j(trip, fastest, multiplier_j_per_s, run.energy_j, clock)
+    assert 0.0 <= cost_j - bound_j < 0.005 * run.energy_j
