@@ -67,7 +67,7 @@ def test_ascent_from_anywhere_ends_next_to_ascent_from_costates_of_a_run():
 
 
 def test_an_ascent_goes_on_while_it_gains():
-    """A second is worth so little that the run tells next to nothing of its costates: they take hundreds of steps."""
+    """The costates are broken to begin with: they take hundreds of steps, and 60 left 2.9 % of the energy."""
     drawn = proof_trip(1795390847)
     trip = Trip(train=drawn.train, track=drawn.track, origin_m=0.0, destination_m=drawn.track.length_m)
     fastest, multiplier_j_per_s = fastest_run(trip), 3730.0

@@ -44,8 +44,8 @@ _MOMENT_S = 1.0
 _SLOWEST = 1e-8
 #: Costates whose squares are no numbers are none themselves.
 _LARGEST = math.sqrt(float(np.finfo(np.float64).max))
-#: Steps of an ascent at most, far more than most take; where two sides of a kink are raised by turns, which may get
-#: stuck if either goes to its end; and the number of cells that are moved between two looks at the clock.
+#: Steps of an ascent at most, far more than most take; where two sides of a kink are raised by turns, neither
+#: of which should go far while the other stands; and the number of cells that are moved between two looks at the clock.
 _MOST_STEPS, _MOST_IN_TURN = 600, 60
 _CELLS_AT_ONCE = 50_000
 #: Memory that a cell takes, and in an ascent, whose chains have up to 120 points for each of its ends, B.
