@@ -14,6 +14,8 @@ _BAR_IN, _HEAD_IN = 0.42, 1.7
 _WRITTEN = 150
 #: Characters of a name that labels of a map show.
 _LONGEST = 24
+#: Characters of names that stand side by side below a map.
+_BESIDE = 50
 
 
 class Effect(NamedTuple):
@@ -86,7 +88,7 @@ def plot_map(
     for set_ticks, values in ((axes.set_xticks, columns[1]), (axes.set_yticks, rows[1])):
         step = max(1, len(values) // 20)
         set_ticks(range(0, len(values), step), [_short(value) for value in values[::step]], parse_math=False)
-    if len(columns[1]) > 6:  # names side by side would run into each other
+    if sum(len(_short(value)) for value in columns[1]) > _BESIDE:  # names would run into each other
         axes.tick_params(axis="x", rotation=40)
     if saved_pct.size <= _WRITTEN:
         middle = 0.5 * (np.nanmin(saved_pct) + np.nanmax(saved_pct))
