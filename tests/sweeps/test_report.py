@@ -8,7 +8,7 @@ import pytest
 
 from tests.helpers.sweep_case import run
 from tgvdp import InputError
-from tgvdp.sweeps.summary import Savings, by_effect, grid, read_savings
+from tgvdp.sweeps.summary import Savings, by_effect, grid, read_savings, told_apart
 from tgvdp.sweeps.tables import SCHEMAS
 
 arrow = pytest.importorskip("pyarrow")
@@ -113,6 +113,17 @@ def test_margins_out_of_reach_are_refused(folder, words, message):
     assert done.returncode in (2, 3)
     assert message in done.stderr
     assert done.stderr.count("\n") == 1
+
+
+def test_what_goes_along_with_each_other_is_one_axis():
+    """No figure tells which of them the saving depends on; of places one says it all."""
+    axes = {
+        "train": ["a", "a", "b"],
+        "section": ["a 0-1", "a 0-1", "b 0-1"],
+        "wind_kmh": [0, 9, 0],
+        "energy": ["x", "y", "x"],
+    }
+    assert told_apart(axes) == {"train": ["a", "a", "b"], "wind_kmh and energy": ["0, x", "9, y", "0, x"]}
 
 
 def test_no_sweep_there(tmp_path):

@@ -14,6 +14,10 @@ _BAR_IN, _HEAD_IN = 0.42, 1.7
 _WRITTEN = 150
 #: Characters of a name that labels of a map show.
 _LONGEST = 24
+#: Share of a tornado's width that a value beside a bar takes, and what is free around it.
+_PER_CHARACTER, _ROOM = 0.011, 0.01
+#: Characters of names that stand side by side below a map.
+_BESIDE = 50
 
 
 class Effect(NamedTuple):
@@ -61,7 +65,9 @@ def plot_tornado(effects: Sequence[Effect], mean_pct: float, margin_pct: float, 
                 parse_math=False,
             )  # fmt: skip
     axes.axvline(mean_pct, color=palette.INK, linewidth=1.0)
-    axes.margins(x=0.22)
+    longest = max(len(_short(value)) for one in effects for value in (one.low_value, one.high_value))
+    share = _ROOM + _PER_CHARACTER * longest
+    axes.margins(x=share / (1.0 - 2.0 * share))  # room for the values beside the bars
     style.dress(axes, "Energy saved / % of the fastest runs'")
     axes.set_yticks(range(len(effects)), [_short(one.axis) for one in reversed(effects)], parse_math=False)
     style.title(axes, f"On what the saving at {margin_pct:g} % depends", detail)
@@ -86,8 +92,9 @@ def plot_map(
     for set_ticks, values in ((axes.set_xticks, columns[1]), (axes.set_yticks, rows[1])):
         step = max(1, len(values) // 20)
         set_ticks(range(0, len(values), step), [_short(value) for value in values[::step]], parse_math=False)
-    if len(columns[1]) > 6:  # names side by side would run into each other
+    if sum(len(_short(value)) for value in columns[1]) > _BESIDE:  # names would run into each other
         axes.tick_params(axis="x", rotation=40)
+        figure.subplots_adjust(bottom=0.36)
     if saved_pct.size <= _WRITTEN:
         middle = 0.5 * (np.nanmin(saved_pct) + np.nanmax(saved_pct))
         for (row, column), value in np.ndenumerate(saved_pct):

@@ -10,7 +10,15 @@ from tgvdp.report.plain import markdown_table, plain, to_json
 from tgvdp.report.provenance import make_provenance, write_ledger
 from tgvdp.report.style import Picture
 from tgvdp.report.sweep_plots import Effect, plot_distribution, plot_map, plot_tornado
-from tgvdp.sweeps.summary import Savings, by_effect, grid, report_object, savings_columns, sensitivity_columns
+from tgvdp.sweeps.summary import (
+    Savings,
+    by_effect,
+    grid,
+    report_object,
+    savings_columns,
+    sensitivity_columns,
+    told_apart,
+)
 
 #: Axes that a tornado shows, and values of an axis that the page lists.
 _AXES, _LISTED = 12, 12
@@ -33,9 +41,10 @@ def write_report(savings: Savings, source: Path, out: Path) -> tuple[dict[str, A
         Of schema tgvdp.sweep-report/1.
     list of Path
     """
-    content = plain(report_object(savings))
+    effects = savings._replace(axes=told_apart(savings.axes))
+    content = plain(report_object(effects))
     provenance = make_provenance({"margin_pct": savings.margin_pct}, {"scenarios": source / "scenarios.parquet"}, 0.0)
-    pictures = _pictures(savings, content)
+    pictures = _pictures(effects, content)
     files = {
         "report.json": to_json(content),
         "report.md": _page(content, list(pictures)).encode(),

@@ -120,6 +120,23 @@ def read_savings(folder: Path, margin_pct: float) -> Savings:
     )
 
 
+def told_apart(axes: Mapping[str, list[Any]]) -> dict[str, list[Any]]:
+    """Axes without those that say nothing more: what goes along with each other, as in a zip, is one axis.
+
+    Of train, line and section the first one stands for those that it decides and that decide it.
+    """
+    alike: dict[tuple[int, ...], list[str]] = {}
+    for name, values in axes.items():
+        first: dict[Any, int] = {}
+        alike.setdefault(tuple(first.setdefault(value, len(first)) for value in values), []).append(name)
+    found = {}
+    for names in alike.values():
+        own = [name for name in names if name in _PLACES][:1] or names
+        rows = zip(*(axes[name] for name in own), strict=True)
+        found[" and ".join(own)] = [row[0] if len(row) == 1 else ", ".join(map(str, row)) for row in rows]
+    return found
+
+
 @contextlib.contextmanager
 def _readable(file: Path) -> Iterator[None]:
     try:

@@ -1,5 +1,6 @@
 """The data set of a sweep: Parquet and CSV in the order of the spec, the same bytes whoever solved what and when."""
 
+import contextlib
 import itertools
 import os
 import shutil
@@ -53,6 +54,9 @@ def write_tables(spec: SweepSpec, journal: Journal, parts: Path, out: Path) -> l
             file.close()
         return _moved(drafts, out)
     finally:
+        for file in itertools.chain(*files.values()):
+            with contextlib.suppress(OSError):  # where the disk is full, which the error under way says
+                file.close()
         shutil.rmtree(drafts, ignore_errors=True)
 
 
@@ -109,8 +113,9 @@ class _Parquet:
 
     def close(self) -> None:
         """Finish the file."""
-        if self._writer is not None:
-            self._writer.close()
+        writer, self._writer = self._writer, None
+        if writer is not None:
+            writer.close()
 
 
 class _Csv:
@@ -137,5 +142,6 @@ class _Csv:
 
     def close(self) -> None:
         """Finish the file."""
-        if self._writer is not None:
-            self._writer.close()
+        writer, self._writer = self._writer, None
+        if writer is not None:
+            writer.close()
