@@ -178,12 +178,13 @@ def replay_rows(train, tables, line, supply, x, speed, force, time, energy, firs
         here = train if supply[i] == POWERED else dark
         limit = mean_limit(here, line, force[i] < 0.0, np.inf, x[i], d, w0, w1)
         lever = abs(force[i]) / limit if limit > 0.0 else 0.0
-        if limit == 0.0:  # no current, or no brake: what counts as no effort is a share of the starting effort
+        keeps_rate = force[i] < 0.0 and train.rates.shape[0] > 0
+        if limit == 0.0 and not keeps_rate:  # no current, or no brake: shares are of the starting effort
             share = abs(force[i]) / effort_at(train.traction, 0.0)
             if share > _NO_EFFORT:
                 return last, np.inf, np.inf
         acceleration = 0.5 * (w1 - w0) / d
-        if force[i] < 0.0 and train.rates.shape[0] > 0:  # next to nothing is left to brakes where the load slows enough
+        if keeps_rate:  # next to nothing is left to brakes where the load slows enough
             excess = max(excess, (-force[i] - limit) / effort_at(train.rates, 0.5 * (speed[i] + speed[i + 1])))
         else:
             excess = max(excess, lever - 1.0)
