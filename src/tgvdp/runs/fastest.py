@@ -250,7 +250,7 @@ def fastest_run(trip: Trip) -> Profile:
     line = resolve(trip)
     rows = follow(trip.train, line, envelope.x_m, envelope.w)
     profile = profile_of(trip, *rows)
-    if most_off_s(profile.duration_s) == 0.0:
+    if not line.even or most_off_s(profile.duration_s) == 0.0:
         return profile
     runs, _ = cut_at_bends(trip.train, line, Batch.of([rows]))
     return profile_of(trip, runs.x_m, runs.w)

@@ -45,16 +45,18 @@ def follow_all(
         known = regimes[i]
         if known is not None and len(x_m) > len(given_m):
             regimes[i] = known[np.searchsorted(given_m, 0.5 * (x_m[1:] + x_m[:-1])) - 1]
-        if len(x_m) > len(given_m) or most_off_s(time_s[i]) > 0.0:
+        if len(x_m) > len(given_m) or (line.even and most_off_s(time_s[i]) > 0.0):
             changed.append(i)
     if not changed:
         return {}
-    before = Batch.of([rows[i] for i in changed])
-    cut, parts = cut_at_bends(trip.train, line, before)
-    for i, run, first in zip(changed, cut.runs(), before.first.tolist(), strict=False):
-        known = regimes[i]
-        if known is not None:
-            regimes[i] = known.repeat(parts[first : first + len(known)])
-        rows[i] = run
-    totals = zip(*(column.tolist() for column in totals_of(trip, cut)), strict=True)
+    batch = Batch.of([rows[i] for i in changed])
+    if line.even:  # where the resistance changes along a row, its effort is no law to cut it by
+        given = batch
+        batch, parts = cut_at_bends(trip.train, line, given)
+        for i, run, first in zip(changed, batch.runs(), given.first.tolist(), strict=False):
+            known = regimes[i]
+            if known is not None:
+                regimes[i] = known.repeat(parts[first : first + len(known)])
+            rows[i] = run
+    totals = zip(*(column.tolist() for column in totals_of(trip, batch)), strict=True)
     return dict(zip(changed, totals, strict=True))
