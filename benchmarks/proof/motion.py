@@ -19,6 +19,8 @@ Floats = NDArray[np.float64]
 
 #: Slack of limits: rounding.
 _SLACK = 1.0 + 1e-7
+#: Brakes follow the limit of the dynamic one where it changes by less than this share, unless a rate is kept.
+_FOLLOWED, _KEPT = 0.05, 0.999
 #: Columns of the values at a squared speed.
 _V, _PULL, _PULL_SUM, _PULL_STEPS, _BRAKE, _BRAKE_SUM, _BRAKE_STEPS, _RATE = range(8)
 
@@ -136,22 +138,26 @@ def row(laws, one, other, d, grade, current, auxiliary):
     if effort >= 0.0:
         limit = current * _mean(one, other, _PULL, _PULL_SUM, _PULL_STEPS)
         return allowed and effort <= limit * _SLACK, duration, energy + laws.pull_price * effort * d
+    rate = min(laws.least_mps2, one[_RATE], other[_RATE])
     if laws.rates.shape[0] > 0:
-        allowed = allowed and -acceleration <= min(one[_RATE], other[_RATE]) * _SLACK
+        allowed = allowed and -acceleration <= rate * _SLACK
     else:
         dynamic = current * _mean(one, other, _BRAKE, _BRAKE_SUM, _BRAKE_STEPS)
         allowed = allowed and -effort <= (dynamic + laws.friction_n) * _SLACK
     if laws.return_price > 0.0:
-        energy -= laws.return_price * current * _returned(laws, one, other, -effort) * d
+        energy -= laws.return_price * current * _returned(laws, one, other, -effort, -acceleration < _KEPT * rate) * d
     return allowed, duration, energy
 
 
 @leaf
-def _returned(laws, one, other, effort):
-    """Mean of the dynamic brake's part of a braking effort (Simpson)."""
+def _returned(laws, one, other, effort, free):
+    """Mean of the dynamic brake's part of a braking effort (Simpson), which is constant unless it is free."""
     w = 0.5 * (one[_V] ** 2 + other[_V] ** 2)
     v = math.sqrt(w)
     middle = _piece_effort(laws.braking[_index(laws.braking, v)], v)
+    mean = (one[_BRAKE] + 4.0 * middle + other[_BRAKE]) / 6.0
+    if free and abs(one[_BRAKE] - other[_BRAKE]) <= _FOLLOWED * mean:
+        return min(effort, mean)
     return (min(effort, one[_BRAKE]) + 4.0 * min(effort, middle) + min(effort, other[_BRAKE])) / 6.0
 
 

@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 from tgvdp._jit import kernel, leaf
 from tgvdp.model.energy import EnergyModel
 from tgvdp.model.train import Train
-from tgvdp.physics.forces import effort_at, mean_effort
+from tgvdp.physics.forces import effort_at, mean_effort, mean_rate
 
 #: A mean effort above this share of its mean limit is full effort, which follows the limit along an arc.
 FULL_EFFORT = 0.999
+#: Where the limit of the dynamic brake changes by less than this share of its mean along an arc, it is followed.
+FOLLOWED = 0.05
 #: Halvings that find the speed at which the dynamic brake no longer suffices to 1e-4 of an arc's change of speed.
 _BISECTIONS = 14
 
@@ -107,34 +109,41 @@ def _braking_power(train, tables, effort, v):
     return map_power(tables, v, -min(effort / limit, 1.0) if limit > 0.0 else 0.0)
 
 
-@kernel
-def _map_energy(train, tables, duration, effort, v0, v1):
-    """Energy of an arc by the map: Simpson's rule in time, in which the speed is linear.
+@leaf
+def follows_dynamic(train, length, effort, v0, v1):
+    """Whether the dynamic brake follows its limit along an arc of a braking ``effort``, N, friction being constant.
 
-    Traction counts at its mean demand: to hold the effort constant instead would make effort free where it passes the
-    limit at one end of an arc. Braking is held constant, for the friction brake takes what passes the limit.
+    It does where that passes the effort, but changes by little. Brakes at full effort follow their own limit, and a
+    braking rate or a comfort limit gives the effort that it takes.
     """
-    if effort < 0.0 and train.friction_n > 0.0:
-        middle = 0.5 * (v0 + v1)
-        ends = _braking_power(train, tables, -effort, v0) + _braking_power(train, tables, -effort, v1)
-        return duration / 6.0 * (ends + 4.0 * _braking_power(train, tables, -effort, middle))
-    limit = mean_effort(train.traction if effort >= 0.0 else train.braking, v0, v1)
-    demand = min(max(effort / limit, -1.0), 1.0) if limit > 0.0 else 0.0
-    j, b = _node(tables.demand, demand)
-    ends = _power_at(tables, v0, j, b) + _power_at(tables, v1, j, b)
-    return duration / 6.0 * (ends + 4.0 * _power_at(tables, 0.5 * (v0 + v1), j, b))
+    limit0 = effort_at(train.braking, v0)
+    limit1 = effort_at(train.braking, v1)
+    if not min(limit0, limit1) < effort < max(limit0, limit1):
+        return False
+    dynamic = mean_effort(train.braking, v0, v1)
+    if abs(limit0 - limit1) > FOLLOWED * dynamic:
+        return False
+    most = train.inertia_kg * train.max_deceleration
+    if train.rates.shape[0] > 0:
+        most = min(most, mean_rate(train.rates, v0, v1))
+    elif effort >= FULL_EFFORT * (dynamic + train.friction_n):
+        return False
+    return 0.5 * train.inertia_kg * (v0 * v0 - v1 * v1) < FULL_EFFORT * most * length
 
 
 @kernel
-def regenerated(train, effort, v0, v1):
+def regenerated(train, length, effort, v0, v1):
     """Mean over distance, in N, of what the dynamic brake takes of a braking effort, friction the rest.
 
-    The effort is that of all brakes along an arc at full effort, and constant along any other.
+    The effort is that of all brakes along an arc at full effort. Along any other it is constant, or friction is (see
+    `follows_dynamic`).
     """
     dynamic = mean_effort(train.braking, v0, v1)
     limit0 = effort_at(train.braking, v0)
     limit1 = effort_at(train.braking, v1)
     if effort <= min(limit0, limit1) or effort >= min(max(limit0, limit1), FULL_EFFORT * (dynamic + train.friction_n)):
+        return min(effort, dynamic)
+    if follows_dynamic(train, length, effort, v0, v1):
         return min(effort, dynamic)
     enough = v0 if limit0 >= effort else v1  # the limit crosses the effort once: effort curves have short pieces
     short = v1 if limit0 >= effort else v0
@@ -150,14 +159,35 @@ def regenerated(train, effort, v0, v1):
     return (limited + effort * abs(short * short - other * other)) / abs(v1 * v1 - v0 * v0)
 
 
+@kernel
+def _map_energy(train, tables, length, duration, effort, v0, v1):
+    """Energy of an arc by the map: Simpson's rule in time, in which the speed is linear.
+
+    Traction counts at its mean demand: to hold the effort constant instead would make effort free where it passes the
+    limit at one end of an arc. Braking is held constant, for the friction brake takes what passes the limit, or follows
+    the limit of the dynamic brake.
+    """
+    if effort < 0.0 and train.friction_n > 0.0 and not follows_dynamic(train, length, -effort, v0, v1):
+        middle = 0.5 * (v0 + v1)
+        ends = _braking_power(train, tables, -effort, v0) + _braking_power(train, tables, -effort, v1)
+        return duration / 6.0 * (ends + 4.0 * _braking_power(train, tables, -effort, middle))
+    limit = mean_effort(train.traction if effort >= 0.0 else train.braking, v0, v1)
+    demand = min(max(effort / limit, -1.0), 1.0) if limit > 0.0 else 0.0
+    j, b = _node(tables.demand, demand)
+    ends = _power_at(tables, v0, j, b) + _power_at(tables, v1, j, b)
+    return duration / 6.0 * (ends + 4.0 * _power_at(tables, 0.5 * (v0 + v1), j, b))
+
+
 @leaf
 def arc_energy(train, tables, length, duration, work, w0, w1):
     """Energy in J drawn on an arc, given its duration in s and its work at the wheel in J; negative if returned."""
     auxiliary = tables.auxiliary_w * duration
     if tables.speed_mps.shape[0] > 0:
-        return auxiliary + _map_energy(train, tables, duration, work / length, math.sqrt(w0), math.sqrt(w1))
+        return auxiliary + _map_energy(train, tables, length, duration, work / length, math.sqrt(w0), math.sqrt(w1))
     if work >= 0.0:
         return auxiliary + tables.traction * work
     if tables.regeneration == 0.0:
         return auxiliary
-    return auxiliary - tables.regeneration * length * regenerated(train, -work / length, math.sqrt(w0), math.sqrt(w1))
+    return auxiliary - tables.regeneration * length * regenerated(
+        train, length, -work / length, math.sqrt(w0), math.sqrt(w1)
+    )

@@ -6,8 +6,19 @@ import numpy as np
 
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.model.track import LOWERED, POWERED
+from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import effort_at, unpowered
-from tgvdp.referee.law import INSIDE, KEPT, commanded, drawn_per_metre, map_power_at, mean_limit, slope_at, sub_steps
+from tgvdp.referee.law import (
+    INSIDE,
+    KEPT,
+    commanded,
+    drawn_per_metre,
+    dynamic_share,
+    map_power_at,
+    mean_limit,
+    slope_at,
+    sub_steps,
+)
 from tgvdp.referee.line import met, parts_at
 
 #: An effort below this share of the starting effort counts as none.
@@ -90,9 +101,9 @@ def _seconds(h, w, after):
 @leaf
 def _drawn(law, tables, h, w, after, seconds, lines, efforts, stages):
     """Energy in J that a step draws, without auxiliaries."""
-    train, command, lever, lo, hi = law
+    train, command, lever, dynamic, lo, hi = law
     if tables.speed_mps.shape[0] > 0:  # the speed is nearly linear in time, the power is not singular at standstill
-        pull = (train, tables, command, lever, lo, hi)
+        pull = (train, tables, command, lever, dynamic, lo, hi)
         v0 = math.sqrt(max(w, 0.0))
         v1 = math.sqrt(max(after, 0.0))
         powers = map_power_at(*pull, *lines[0], v0) + 4.0 * map_power_at(*pull, *lines[1], 0.5 * (v0 + v1))
@@ -105,14 +116,19 @@ def _drawn(law, tables, h, w, after, seconds, lines, efforts, stages):
 
 
 @part
-def _drive_row(train, tables, line, parts, command, lever, x, d, w0, w1):
+def _drive_row(rule, tables, line, parts, x, d, w0, w1):
     """Drive along one row; returns w at its end, seconds, energy drawn without auxiliaries, and sub-steps.
+
+    The ``rule`` is of train, commanded force, share of the effort limit and of that of the dynamic brake.
 
     Where the effort limit has a break between the speeds of the row, a step ends there: the scheme is of fourth order
     on each side of it, and of none across a jump.
     """
+    train, command, lever, dynamic = rule
     table = train.traction
-    if command < 0.0:
+    if dynamic > 0.0:
+        table = train.braking
+    elif command < 0.0:
         table = train.rates if train.rates.shape[0] > 0 else train.braking
     v0, v1 = math.sqrt(w0), math.sqrt(w1)
     nudge = _SAME_SPEED * abs(v1 - v0)
@@ -120,7 +136,7 @@ def _drive_row(train, tables, line, parts, command, lever, x, d, w0, w1):
     rising = v1 > v0
     passed, end_mps = (lo, hi) if rising else (hi, lo)
     edge = _next_break(table, passed, rising, end_mps)
-    count = sub_steps(train, command, lever, lo, hi, *met(line, parts, x + 0.5 * d), d, max(w0, w1))
+    count = sub_steps(*rule, lo, hi, *met(line, parts, x + 0.5 * d), d, max(w0, w1))
     inside_m = INSIDE * d
     last = x + d - inside_m
     before = met(line, parts, x + inside_m)
@@ -135,7 +151,7 @@ def _drive_row(train, tables, line, parts, command, lever, x, d, w0, w1):
         end = d * u * u * (3.0 - 2.0 * u)
         h = min(end - done, way)
         lo, hi = (passed, edge - nudge) if rising else (edge, passed - nudge)
-        law = (train, command, lever, lo, hi)
+        law = (train, command, lever, dynamic, lo, hi)
         after, lines, efforts, stages = _sub_step(law, line, parts, before, x + done, h, last, w)
         if way == math.inf and edge != end_mps and ((after > edge * edge) if rising else (after < edge * edge)):
             way = _way_to(law, line, parts, before, x + done, h, last, w, after, edge * edge)
@@ -192,12 +208,17 @@ def replay_rows(train, tables, line, supply, x, speed, force, time, energy, firs
         push = force[i] / train.inertia_kg
         excess = max(excess, min(acceleration / train.max_acceleration - 1.0, push / train.max_acceleration))
         excess = max(excess, min(-acceleration / train.max_deceleration - 1.0, -push / train.max_deceleration))
+        dynamic = 0.0
         bound = train.max_acceleration if force[i] > 0.0 else -train.max_deceleration
         if abs(acceleration / bound - 1.0) <= _AT_COMFORT:
             command, lever = train.inertia_kg * acceleration, KEPT
         else:
             command = commanded(here, line, force[i], limit, x[i], d, w0, w1)
-        w, seconds, drawn, count = _drive_row(here, tables, line, parts_at(line, x[i]), command, lever, x[i], d, w0, w1)
+            if force[i] < 0.0 and lever < FULL_EFFORT and acceleration > FULL_EFFORT * bound:
+                dynamic, friction = dynamic_share(here, -force[i], w0, w1)
+                command = -friction if dynamic > 0.0 else command
+        rule = (here, command, lever, dynamic)
+        w, seconds, drawn, count = _drive_row(rule, tables, line, parts_at(line, x[i]), x[i], d, w0, w1)
         time[i + 1] = time[i] + seconds
         drawn = 0.0 if supply[i] == LOWERED else drawn + tables.auxiliary_w * seconds
         energy[i + 1] = energy[i] + drawn + 0.5 * train.inertia_kg * abs(w1 - w)

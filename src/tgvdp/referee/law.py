@@ -1,14 +1,16 @@
 """The force law of the referee: what a train does along a row of a profile, given the row's mean effort.
 
 A row at full effort follows the effort limit: F(v) = θ·F_limit(v), with the θ that gives the row's mean effort. A row
-at a comfort limit keeps its acceleration: F(v) = m·a + R(v) + G. Any other row holds a commanded force. Both do so as
-far as the limit allows: F(v) = min(c, F_limit(v)), c being the mean effort but where the limit falls below it.
+at a comfort limit keeps its acceleration: F(v) = m·a + R(v) + G. Where the limit D of the dynamic brake passes the
+effort within a row but changes by little, the brake follows it, and friction is constant: F(v) = θ·D(v) + c, with θ ≤ 1
+and c = 0 if θ < 1. Any other row holds a commanded force, as far as the limit allows: F(v) = min(c, F_limit(v)), c
+being the mean effort but where the limit falls below it.
 """
 
 import numpy as np
 
 from tgvdp._jit import kernel, leaf
-from tgvdp.physics.energy import FULL_EFFORT, map_power
+from tgvdp.physics.energy import FOLLOWED, FULL_EFFORT, map_power
 from tgvdp.physics.forces import brake_at, effort_at, resistance_at
 from tgvdp.referee.line import met, parts_at
 
@@ -89,14 +91,37 @@ def commanded(train, line, force, limit, x, d, w0, w1):
     return -high if braking else high
 
 
+@kernel
+def dynamic_share(train, effort, w0, w1):
+    """Share θ of its limit that the dynamic brake follows along a row, and the constant effort of friction, N.
+
+    The share is 0 where it follows nothing, as its limit does not pass the effort, or changes by too much.
+    """
+    limit0 = effort_at(train.braking, np.sqrt(w0))
+    limit1 = effort_at(train.braking, np.sqrt(w1))
+    mean = 0.0
+    for j in range(16):
+        mean += effort_at(train.braking, np.sqrt(w0 + (j + 0.5) / 16.0 * (w1 - w0))) / 16.0
+    passes = min(limit0, limit1) < effort < max(limit0, limit1)
+    if passes and abs(limit0 - limit1) <= FOLLOWED * mean:
+        return min(effort / mean, 1.0), max(effort - mean, 0.0)
+    return 0.0, 0.0
+
+
 @leaf
-def force_at(train, force, lever, lo, hi, load, v):
-    """Effort at the wheel; the effort curve is looked up within the row's speeds lo..hi, not beyond a jump there."""
+def force_at(train, force, lever, dynamic, lo, hi, load, v):
+    """Effort at the wheel; the effort curve is looked up within the row's speeds lo..hi, not beyond a jump there.
+
+    It follows a share of the dynamic brake's limit, if that is above 0, and the force is that of friction.
+    """
     inside = min(max(v, lo), hi)
     effort = force + load if lever == KEPT else force
-    braking = effort < 0.0
-    limit = limit_at(train, braking, load, inside)
-    amount = lever * limit if lever >= FULL_EFFORT else min(abs(effort), limit)
+    braking = effort < 0.0 or dynamic > 0.0
+    if dynamic > 0.0:
+        amount = dynamic * effort_at(train.braking, inside) - force
+    else:
+        limit = limit_at(train, braking, load, inside)
+        amount = lever * limit if lever >= FULL_EFFORT else min(abs(effort), limit)
     return -amount if braking else amount
 
 
@@ -112,29 +137,29 @@ def drawn_per_metre(train, tables, effort, lo, hi, w):
 
 
 @kernel
-def map_power_at(train, tables, force, lever, lo, hi, grade, air, v):
+def map_power_at(train, tables, force, lever, dynamic, lo, hi, grade, air, v):
     """Power in W that a map draws from the line at speed v under the force law of a row, without auxiliaries."""
-    effort = force_at(train, force, lever, lo, hi, resistance_at(train, air, v) + grade, v)
+    effort = force_at(train, force, lever, dynamic, lo, hi, resistance_at(train, air, v) + grade, v)
     limit = effort_at(train.traction if effort >= 0.0 else train.braking, min(max(v, lo), hi))
     demand = min(max(effort / limit, -1.0), 1.0) if limit > 0.0 else 0.0
     return map_power(tables, v, demand)
 
 
 @leaf
-def slope_at(train, force, lever, lo, hi, grade, air, w):
+def slope_at(train, force, lever, dynamic, lo, hi, grade, air, w):
     """Return dw/ds in m/s² and the effort in N at a squared speed, under the force law of a row."""
     v = np.sqrt(max(w, 0.0))
     load = resistance_at(train, air, v) + grade
-    effort = force_at(train, force, lever, lo, hi, load, v)
+    effort = force_at(train, force, lever, dynamic, lo, hi, load, v)
     return 2.0 * (effort - load) / train.inertia_kg, effort
 
 
 @kernel
-def sub_steps(train, force, lever, lo, hi, grade, air, d, w):
+def sub_steps(train, force, lever, dynamic, lo, hi, grade, air, d, w):
     """Sub-steps of a row: more where d·∂(dw/ds)/∂w is large, for the scheme is only stable for steps below 2.7."""
     nearby = 0.999 * w
     if nearby <= 0.0:
         return _SUB_STEPS
-    here = slope_at(train, force, lever, 0.0, hi, grade, air, w)[0]
-    there = slope_at(train, force, lever, 0.0, hi, grade, air, nearby)[0]
+    here = slope_at(train, force, lever, dynamic, 0.0, hi, grade, air, w)[0]
+    there = slope_at(train, force, lever, dynamic, 0.0, hi, grade, air, nearby)[0]
     return int(min(_MOST_SUB_STEPS, _SUB_STEPS + 2.0 * d * abs(here - there) / (w - nearby)))

@@ -14,6 +14,7 @@ from tgvdp._jit import entry, leaf, part
 from tgvdp.line.resolved import ResolvedLine
 from tgvdp.line.walk import piece_from
 from tgvdp.model.train import Train
+from tgvdp.physics.energy import follows_dynamic
 from tgvdp.physics.forces import (
     brake_at,
     effort_at,
@@ -86,6 +87,8 @@ def _bend(train, grade, air, d, w0, w1):
     if effort > 0.0:
         if effort >= NEARLY_FULL * effort_at(train.traction, middle):
             change += mean_effort(train.traction, v0, middle) - mean_effort(train.traction, middle, v1)
+    elif follows_dynamic(train, d, -effort, v0, v1):
+        change += mean_effort(train.braking, middle, v1) - mean_effort(train.braking, v0, middle)
     elif train.rates.shape[0] > 0:
         if abs(effort - load + effort_at(train.rates, middle)) <= _AT_RATE * effort_at(train.rates, middle):
             return 0.0

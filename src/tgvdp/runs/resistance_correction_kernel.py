@@ -4,7 +4,8 @@ import math
 
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.line.walk import piece_from, sum_to
-from tgvdp.physics.forces import brake_at, effort_at, mean_brake, mean_effort, mean_rate, mean_resistance
+from tgvdp.physics.energy import follows_dynamic
+from tgvdp.physics.forces import brake_at, effort_at, mean_effort, mean_rate, mean_resistance
 from tgvdp.physics.motion import BELOW_DROP
 from tgvdp.runs.resistance_correction_effort import MOST_TAKEN, bounds_of_change, find_needed, keep_within_effort
 
@@ -89,34 +90,41 @@ def is_comfort(train, gain):
 
 @leaf
 def _law_of(train, grade, air, d, w0, w1):
-    """What a row keeps to: whether its acceleration; else its effort, the limit if a share of that, and resistance."""
+    """What a row keeps to: its acceleration, or a share of an effort limit, of its mean, beside constant effort.
+
+    The share is 0 where all is constant, and below 0 where the dynamic brake follows its limit. Last is resistance.
+    """
     acceleration = 0.5 * (w1 - w0) / d
     v0 = math.sqrt(w0)
     v1 = math.sqrt(w1)
     resistance = mean_resistance(train, air, v0, v1)
     effort = train.inertia_kg * acceleration + resistance + grade
     kept = is_comfort(train, acceleration)
-    limit = 0.0
+    table = train.traction if effort >= 0.0 else train.braking
+    mean = mean_effort(table, v0, v1)
+    share = 0.0
     if effort >= 0.0:
-        limit = mean_effort(train.traction, v0, v1)
+        share = effort / mean if effort >= NEARLY_FULL * mean > 0.0 else 0.0
+    elif follows_dynamic(train, d, -effort, v0, v1):
+        share = max(effort / mean, -1.0)
     elif train.rates.shape[0] == 0:
-        limit = mean_brake(train, 0.0, v0, v1)
+        full = mean + train.friction_n
+        share = effort / full if -effort >= NEARLY_FULL * full > 0.0 else 0.0
     else:
         braking = -acceleration * train.inertia_kg / mean_rate(train.rates, v0, v1)
         kept = kept or abs(braking - 1.0) <= _AT_LIMIT  # beyond its rate it is the load alone that slows a train
-    return kept, effort, limit if abs(effort) >= NEARLY_FULL * limit else 0.0, resistance
+    return kept, share, mean, resistance
 
 
 @leaf
 def _change_up_to(train, law, air, w0, w):
     """By how much the mean force up to a squared speed along a row is above that of the whole row, N."""
-    _, effort, limit, resistance = law
+    _, share, mean, resistance = law
     v0 = math.sqrt(w0)
     v = math.sqrt(w)
     change = resistance - mean_resistance(train, air, v0, v)
-    if limit > 0.0:
-        before = mean_effort(train.traction, v0, v) if effort >= 0.0 else mean_brake(train, 0.0, v0, v)
-        change += effort * (before / limit - 1.0)
+    if share != 0.0:
+        change += share * (mean_effort(train.traction if share > 0.0 else train.braking, v0, v) - mean)
     return change
 
 

@@ -73,7 +73,7 @@ def _energy(train, tables, length, work, w0, w1):
         return tables.traction * work
     if tables.regeneration == 0.0:
         return 0.0
-    return -tables.regeneration * length * regenerated(train, -work / length, math.sqrt(w0), math.sqrt(w1))
+    return -tables.regeneration * length * regenerated(train, length, -work / length, math.sqrt(w0), math.sqrt(w1))
 
 
 @part

@@ -112,7 +112,7 @@ def account(train, returned, grade, air, d, w0, w1):
     if work < 0.0:
         energy = 0.0
         if returned > 0.0:
-            energy = -returned * d * regenerated(train, -work / d, math.sqrt(w0), math.sqrt(w1))
+            energy = -returned * d * regenerated(train, d, -work / d, math.sqrt(w0), math.sqrt(w1))
     return duration, energy, work / d
 
 
