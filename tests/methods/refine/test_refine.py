@@ -67,16 +67,26 @@ def test_agrees_with_the_front_method(shared):
 
 
 def pantograph_by_twin(trip, x_m, w):
-    """Energy of rows at the pantograph, straight from the definitions: η_t 0.85, η_r 0.75, constant effort in a row."""
+    """Energy of rows at the pantograph, straight from the definitions: η_t 0.85, η_r 0.75, constant effort in a row.
+
+    The dynamic brake follows its limit where that passes the effort within a row, but changes by little.
+    """
     total = 0.0
     cells = cells_of(trip, x_m)
     permil = cells.grade_n / (trip.train.mass_kg * 9.81) * 1000.0
     for length, slope, w0, w1 in zip(cells.length_m, permil, w[:-1], w[1:], strict=True):
         v0, v1 = math.sqrt(w0), math.sqrt(w1)
         work = twin_arc(trip.train, length, slope, v0, v1)[1]
-        brake = functools.partial(least, -work / length, trip.train.braking.effort_n)
-        total += work / 0.85 if work > 0.0 else -0.75 * length * mean_over_distance(brake, v0, v1)
+        total += work / 0.85 if work > 0.0 else -0.75 * length * returned_n(trip.train.braking, -work / length, v0, v1)
     return total
+
+
+def returned_n(braking, effort_n, v0, v1):
+    dynamic_n = mean_over_distance(braking.effort_n, v0, v1)
+    low_n, high_n = sorted((braking.effort_n(v0), braking.effort_n(v1)))
+    if low_n < effort_n < high_n and high_n - low_n <= 0.05 * dynamic_n:
+        return min(effort_n, dynamic_n)
+    return mean_over_distance(functools.partial(least, effort_n, braking.effort_n), v0, v1)
 
 
 def least(effort_n, limit, speed_mps):

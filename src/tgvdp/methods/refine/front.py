@@ -23,7 +23,7 @@ from tgvdp.runs.profile import Profile, profile_of
 from tgvdp.runs.resistance_correction import follow
 
 #: Cells are so many times as fine as those of the front method, whose cells hold more than one arc.
-_FINENESS = 5.0
+_FINENESS = 6.0
 #: They are made finer, this far at most, until the mesh's own fastest run is as fast as the true one to this share.
 _MESH_ERROR = 2e-4
 _FINEST = 16.0
