@@ -48,6 +48,22 @@ work.load_kernels("front")
 """
 
 
+#: What Dask has to say of a worker that is closed as it starts.
+CLOSED = """
+import logging
+import tgvdp.sweeps.preload
+import distributed
+
+logging.getLogger("distributed.worker").error("ConnectionPool is closed")
+"""
+
+
+def test_workers_do_not_log():
+    pytest.importorskip("distributed")
+    done = subprocess.run([sys.executable, "-c", CLOSED], check=False, capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
 def test_one_worker_compiles_and_the_others_wait_for_it(tmp_path):
     pytest.importorskip("locket")
     processes = [
