@@ -70,6 +70,7 @@ class ExtremalFront:
         self.multiplier = max(_FIRST_MULTIPLIER * mesh.usual_multiplier, least_multiplier)
         self.idle = 0
         self.foretold: set[float] = set()
+        self.repeated: set[float] = set()  # multipliers whose extremal is one of the two around them
 
     def on(self, mesh: Mesh, extremals: Sequence[Extremal]) -> "ExtremalFront":
         """The front on another mesh, from extremals that were solved on it in place of this one's."""
@@ -153,6 +154,9 @@ class ExtremalFront:
         for second, (before, after) in enumerate(pairwise(self.extremals), 1):
             pieces = self._pieces(before, after) if faster[second - 1] < faster[second] else 1
             multiplier = self._middle(second, (pieces // 2) / pieces) if pieces > 1 else None
+            # Between two jumps of the running time an extremal holds for many multipliers: each is asked for once.
+            if multiplier in self.repeated:
+                continue
             if multiplier is not None and len(self.extremals) + len(wanted) < _MOST_EXTREMALS:
                 wanted[second] = multiplier
         return wanted
@@ -237,7 +241,9 @@ class ExtremalFront:
             if self._is_foretold(before, middle, after):
                 self.foretold.add(middle.multiplier)
             self.extremals.insert(second, middle)
-        elif middle.time_s - before.time_s < after.time_s - middle.time_s:
+            return
+        self.repeated.add(middle.multiplier)
+        if middle.time_s - before.time_s < after.time_s - middle.time_s:
             # the same run: T jumps at a lower multiplier
             self.extremals[second - 1] = before._replace(multiplier=middle.multiplier)
         else:
