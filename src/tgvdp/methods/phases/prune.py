@@ -34,6 +34,8 @@ _TRIES = 6
 _STARTS = 4
 _FIRST_STEP = 1e-3
 _MOST_PHASES = 4000
+#: Phases of a plan that is not that of the run.
+_UNKNOWN = -1
 #: Whatever it costs, whenever it arrives.
 _ALL = Room(math.inf, -math.inf, math.inf)
 #: Rows that a run may gain.
@@ -75,9 +77,8 @@ def _start_of_coasting(plan, count, most_s):
 
 
 @part
-def _retime(way, run, n, plan, price, most_j, late_s, tolerance_s, out):
+def _retime(way, run, n, plan, count, totals, price, most_j, late_s, tolerance_s, out):
     """Move the start of a long coasting until the run is no longer late, or early; returns rows, −1 in vain."""
-    count = plan_of(way, run, n, plan)
     longest_s = math.inf
     for _ in range(_STARTS):
         c = _start_of_coasting(plan, count, longest_s)
@@ -85,7 +86,7 @@ def _retime(way, run, n, plan, price, most_j, late_s, tolerance_s, out):
             break
         longest_s = plan[c, LASTS_S]
         start_m = plan[c, AT]
-        m = _moved(way, run, n, plan, count, c, price, most_j, late_s, tolerance_s, out)
+        m = _moved(way, run, n, plan, count, c, totals, price, most_j, late_s, tolerance_s, out)
         if m > 0:
             return m
         plan[c, AT] = start_m
@@ -93,10 +94,13 @@ def _retime(way, run, n, plan, price, most_j, late_s, tolerance_s, out):
 
 
 @part
-def _moved(way, run, n, plan, count, c, price, most_j, late_s, tolerance_s, out):
-    """Move the start of a phase of coasting until the run is no longer late, or early; returns rows, −1 in vain."""
+def _moved(way, run, n, plan, count, c, totals, price, most_j, late_s, tolerance_s, out):
+    """Move the start of a phase of coasting until the run is no longer late, or early; returns rows, −1 in vain.
+
+    ``totals`` are the running time and the energy of the run.
+    """
     start_m = plan[c, AT]
-    before_s, before_j = measure(way, run, 0, n - 1)
+    before_s, before_j = totals
     step_m = _FIRST_STEP * (plan[c + 1, AT] - start_m)
     room_m = start_m - plan[c - 1, AT]
     last_m = 0.0
@@ -133,8 +137,10 @@ def _short(plan, count, least_s):
 
 
 @part
-def _prune(way, here, there, n, plan, price, least_s, room, later_s, slack_s):
+def _prune(way, here, there, n, plan, count, totals, price, least_s, room, later_s, slack_s):
     """Do all passes on the run in ``here``, with its regimes, and give it back its running time.
+
+    ``plan`` is that of the run, of ``count`` phases; ``totals`` are its running time and energy.
 
     Returns
     -------
@@ -145,13 +151,18 @@ def _prune(way, here, there, n, plan, price, least_s, room, later_s, slack_s):
     time, energy : float
     short : int
     """
-    before_s, before_j = measure(way, here, 0, n - 1)
+    before_s, before_j = totals
     swapped = False
+    rows = n
+    n = without_touches(way, here, rows)
+    if n < rows:
+        count = _UNKNOWN
     for p in range(len(_PASSES)):
         share, widened = _PASSES[p]
         longest_s = share * least_s
-        n = without_touches(way, here, n)
-        count = plan_of(way, here, n, plan)
+        if count < 0:
+            n = without_touches(way, here, n)
+            count = plan_of(way, here, n, plan)
         if shortest(plan, count, longest_s) < 0:
             continue
         if widened:
@@ -163,16 +174,21 @@ def _prune(way, here, there, n, plan, price, least_s, room, later_s, slack_s):
             return -1, False, 0.0, 0.0, 0
         here, there = there, here
         swapped = not swapped
+        count = _UNKNOWN
     now_s, now_j = measure(way, here, 0, n - 1)
     late_s = now_s - before_s - later_s
+    if count < 0:
+        count = plan_of(way, here, n, plan)
     if not abs(late_s) <= slack_s:  # no number is not in time
-        n = _retime(way, here, n, plan, price, room.most_j, late_s, slack_s, there)
+        totals = now_s, now_j
+        n = _retime(way, here, n, plan, count, totals, price, room.most_j, late_s, slack_s, there)
         if n < 0:
             return -1, False, 0.0, 0.0, 0
         here, there = there, here
         swapped = not swapped
         now_s, now_j = measure(way, here, 0, n - 1)
-    return n, swapped, now_s - before_s, now_j - before_j, _short(plan, plan_of(way, here, n, plan), least_s)
+        count = plan_of(way, here, n, plan)
+    return n, swapped, now_s - before_s, now_j - before_j, _short(plan, count, least_s)
 
 
 @entry
@@ -201,6 +217,7 @@ def prune_runs(way, runs, ends, price, least_s, most_j, later_s, slack_s, here, 
         first = ends[r]
         n = ends[r + 1] - first
         most_rows = out.x.shape[0] - m - (ends[-1] - ends[r + 1])  # the rest fits as it is
+        totals = 0.0, 0.0
         for attempt in _ATTEMPTS:
             for j in range(n):
                 here.x[j] = runs.x[first + j]
@@ -212,8 +229,10 @@ def prune_runs(way, runs, ends, price, least_s, most_j, later_s, slack_s, here, 
                 break
             by_s = math.inf if attempt == _LATER_IN_TIME else slack_s
             room = Room(most_j[r], later_s[r] - by_s, later_s[r] + by_s)
+            if attempt == 0:
+                totals = measure(way, here, 0, n - 1)
             size, swapped, time_s, energy_j, short = _prune(
-                way, here, there, n, plan, price[r], least_s, room, later_s[r], slack_s
+                way, here, there, n, plan, count, totals, price[r], least_s, room, later_s[r], slack_s
             )
             run = there if swapped else here
             if 0 < size <= most_rows and is_sound(way, run, size):

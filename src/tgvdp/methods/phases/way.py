@@ -95,6 +95,15 @@ def w_on(x, w, i, at):
 
 
 @leaf
+def copy_row(run, i, out, m):
+    """Append row i of a run to others, which end where it starts; returns their number."""
+    out.x[m] = run.x[i + 1]
+    out.w[m] = run.w[i + 1]
+    out.regime[m - 1] = run.regime[i]
+    return m + 1
+
+
+@leaf
 def train_in(way, k):
     """The train as it is in a cell."""
     return way.train if way.cells.supply[k] == POWERED else unpowered(way.train)

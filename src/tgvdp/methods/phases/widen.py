@@ -9,7 +9,7 @@ import math
 from tgvdp._jit import kernel, part
 from tgvdp.methods.phases.plan import AT, LASTS_S, MAY_GO, REGIME, START_W
 from tgvdp.methods.phases.track import stretch
-from tgvdp.methods.phases.way import SAME_M, cell_from, is_feasible, is_within, left_of, measure, row_at, w_on
+from tgvdp.methods.phases.way import SAME_M, cell_from, copy_row, is_feasible, is_within, left_of, measure, row_at, w_on
 from tgvdp.physics.codes import HOLDING
 
 #: Shares of what a phase gains that the one before it gives, the other one the rest.
@@ -33,10 +33,7 @@ def _may_give(plan, c, gives_s, least_s):
 def _copied(run, n, until_m, i, out, m):
     """Copy rows from the end of row i of the run on, as far as they end before a position; returns row and rows."""
     while i + 1 < n and run.x[i + 1] < until_m - SAME_M:
-        out.x[m] = run.x[i + 1]
-        out.w[m] = run.w[i + 1]
-        out.regime[m - 1] = run.regime[i]
-        m += 1
+        m = copy_row(run, i, out, m)
         i += 1
     return i, m
 
