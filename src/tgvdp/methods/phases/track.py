@@ -5,7 +5,7 @@ import math
 from tgvdp._jit import kernel, part
 from tgvdp.methods.phases.leave import drive, leave
 from tgvdp.methods.phases.plan import AT, REGIME
-from tgvdp.methods.phases.way import SAME_M, copy_row, is_within, left_of, measure, row_at, w_on
+from tgvdp.methods.phases.way import SAME_M, copy_row, is_within, left_of, measure, row_at, total, w_on
 from tgvdp.physics.codes import HOLDING, TRACTION
 
 
@@ -20,7 +20,7 @@ def _lacking_s(run, first, last, before, after, least_s):
             lacking += max(least_s - lasts_s, 0.0)
             regime = run.regime[j]
             lasts_s = 0.0
-        lasts_s += 2.0 * (run.x[j + 1] - run.x[j]) / (math.sqrt(run.w[j]) + math.sqrt(run.w[j + 1]))
+        lasts_s += run.time[j]
     return lacking + (max(least_s - lasts_s, 0.0) if regime != after else 0.0)
 
 
@@ -37,12 +37,16 @@ def stretch(way, run, i, from_m, j, until_m, before=-1, after=-1, least_s=0.0):
     run.x[j + 1] = until_m
     run.w[j + 1] = at_end
     last = j + 1 if until_m > run.x[j] + SAME_M else j
-    time, energy = measure(way, run, i, last)
+    measure(way, run, i, i + 1)
+    measure(way, run, j, j + 1)
+    time, energy = total(run, i, last)
     lacking = _lacking_s(run, i, last, before, after, least_s)
     run.x[i] = x0
     run.w[i] = w0
     run.x[j + 1] = x1
     run.w[j + 1] = w1
+    measure(way, run, i, i + 1)
+    measure(way, run, j, j + 1)
     return time, energy, lacking
 
 
@@ -111,6 +115,7 @@ def track(way, run, n, plan, planned, price, least_s, room, out):
         turns = turns and plan[min(c + 1, planned - 1), REGIME] != run.regime[i]
         if i < kept or (now == run.regime[i] and not turns):
             m = copy_row(run, i, out, m)
+            measure(way, out, m - 2, m - 1)  # it may be cut where the two have met
             i += 1
             # As long as both go on: this is most of a run.
             while i < n - 1 and run.regime[i] == now and run.x[i + 1] < turn_m - 2.0 * SAME_M and m + 2 <= size:
@@ -125,7 +130,8 @@ def track(way, run, n, plan, planned, price, least_s, room, out):
             before = out.regime[first - 2] if first > 1 else -1
             whole = out.x[last - 1] >= run.x[j + 1] - SAME_M and j < n - 2
             after = run.regime[j + 1] if whole else run.regime[j]
-            new_s, new_j = measure(way, out, first - 1, last - 1)
+            measure(way, out, first - 1, last - 1)
+            new_s, new_j = total(out, first - 1, last - 1)
             old_s, old_j, old_lacking_s = stretch(way, run, i, x, j, out.x[last - 1], before, after, least_s)
             later_s = new_s - old_s
             dearer_j = new_j - old_j + price * later_s
@@ -136,6 +142,7 @@ def track(way, run, n, plan, planned, price, least_s, room, out):
                 i = j
                 if out.x[m - 1] >= run.x[i + 1] - SAME_M:
                     out.x[m - 1] = run.x[i + 1]
+                    measure(way, out, m - 2, m - 1)
                     i += 1
                 continue
         m = first
