@@ -56,7 +56,7 @@ def _totals(train, tables, at_wheel, line, x, w, first, time, energy):
         start = first[run]
         step = force = drag = 0
         force_nm, drag_nm = sum_to(line.force, 0, x[start]), sum_to(line.drag, 0, x[start])
-        time[run] = energy[run] = 0.0
+        seconds = joules = 0.0
         for i in range(start, first[run + 1] - 1):
             d = x[i + 1] - x[i]
             step = piece_from(line.break_m, step, 0.5 * (x[i] + x[i + 1]))
@@ -72,8 +72,9 @@ def _totals(train, tables, at_wheel, line, x, w, first, time, energy):
             supply = line.supply[step]
             here = train if supply == POWERED else dark
             duration, work, _, _ = duration_and_work(here, d, grade, air, w[i], w[i + 1])
-            time[run] += duration
-            energy[run] += drawn_on(here, tables, at_wheel, supply, d, duration, work, w[i], w[i + 1])[0]
+            seconds += duration
+            joules += drawn_on(here, tables, at_wheel, supply, d, duration, work, w[i], w[i + 1])[0]
+        time[run], energy[run] = seconds, joules
 
 
 def totals_of(trip: Trip, runs: Batch) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

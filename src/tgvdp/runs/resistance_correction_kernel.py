@@ -117,11 +117,9 @@ def _law_of(train, grade, air, d, w0, w1):
 
 
 @leaf
-def _change_up_to(train, law, air, w0, w):
-    """By how much the mean force up to a squared speed along a row is above that of the whole row, N."""
+def _change_up_to(train, law, air, v0, v):
+    """By how much the mean force up to a speed along a row from another is above that of the whole row, N."""
     _, share, mean, resistance = law
-    v0 = math.sqrt(w0)
-    v = math.sqrt(w)
     change = resistance - mean_resistance(train, air, v0, v)
     if share != 0.0:
         change += share * (mean_effort(train.traction if share > 0.0 else train.braking, v0, v) - mean)
@@ -136,6 +134,7 @@ def cut_rows(train, line, x, w, parts, cut_x, cut_w):
     """
     step = 0
     n = 0
+    per_force = 2.0 / train.inertia_kg
     for k in range(x.shape[0] - 1):
         cut_x[n] = x[k]
         cut_w[n] = w[k]
@@ -145,15 +144,17 @@ def cut_rows(train, line, x, w, parts, cut_x, cut_w):
             step = piece_from(line.break_m, step, 0.5 * (x[k] + x[k + 1]))
             air = line.air[step]
             law = _law_of(train, line.grade_n[step], air, d, w[k], w[k + 1])
+            v0 = math.sqrt(w[k])
             for j in range(1, parts[k]):
                 share = j / parts[k]
-                cut_x[n] = x[k] + share * d
                 straight_w = w[k] + share * (w[k + 1] - w[k])
-                cut_w[n] = straight_w
+                here_w = straight_w
                 if not law[0]:
                     for _ in range(_CUT_STEPS):
-                        change = _change_up_to(train, law, air, w[k], cut_w[n])
-                        cut_w[n] = max(0.0, straight_w + 2.0 / train.inertia_kg * share * d * change)
+                        change = _change_up_to(train, law, air, v0, math.sqrt(here_w))
+                        here_w = max(0.0, straight_w + per_force * share * d * change)
+                cut_x[n] = x[k] + share * d
+                cut_w[n] = here_w
                 n += 1
     cut_x[n] = x[-1]
     cut_w[n] = w[-1]

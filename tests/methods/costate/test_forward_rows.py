@@ -1,16 +1,18 @@
 """Rows through a cell last as long as the equation of motion says, however much of the speed goes there."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
-from tgvdp.methods.costate.forward_rows import evenly
+from tgvdp.methods.costate.forward_rows import coast, evenly
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.train import Train
 from tgvdp.physics.cell import Cell, room_for_rows
-from tgvdp.physics.forces import kernel_train
+from tgvdp.physics.forces import kernel_train, mean_resistance
 
 FREIGHT = Train(
     mass_kg=2.5e6,
@@ -51,3 +53,35 @@ def test_rows_last_as_long_as_the_motion(effort_n, start_mps, permil, length_m):
     x_m, v = np.concatenate(([0.0], rows.x[:n])), np.sqrt(np.concatenate(([start_mps**2], rows.w[:n])))
     assert (x_m[-1], v[-1] ** 2) == pytest.approx((length_m, end_w), rel=1e-7)
     assert float(np.sum(2.0 * np.diff(x_m) / (v[:-1] + v[1:]))) == pytest.approx(seconds, rel=5e-6)
+
+
+@pytest.mark.parametrize("permil", [-12.0, 0.0, 9.0])
+@pytest.mark.parametrize("length_m", [0.5, 40.0, 150.0])
+@pytest.mark.parametrize("start_mps", [15.0, 25.0, 40.0])
+def test_coasting_solves_its_row_to_rounding(start_mps, length_m, permil):
+    """Few sweeps solve w₁ = w₀ − 2·d/m·(mean resistance + grade)."""
+    train = kernel_train(FREIGHT)
+    cell = Cell(0.0, length_m, length_m, FREIGHT.mass_kg * 9.81e-3 * permil, FREIGHT.davis_c_n_per_mps2, math.inf)
+
+    def excess(w):
+        load_n = mean_resistance(train, cell.air, start_mps, math.sqrt(w)) + cell.grade_n
+        return w - start_mps**2 + 2.0 * length_m / train.inertia_kg * load_n
+
+    expected = brentq(excess, 1e-6, 4.0 * start_mps**2, xtol=1e-12, rtol=1e-14)
+    assert coast(train, cell, length_m, start_mps**2) == pytest.approx(expected, rel=1e-10)
+
+
+@pytest.mark.parametrize("end_mps", [21.0, 24.0])
+def test_rows_of_one_effort_are_of_one_effort(end_mps):
+    """The effort that leads to the target is found so well that what the last row makes up for is nothing."""
+    train = kernel_train(FREIGHT)
+    cell = Cell(0.0, 2000.0, 2000.0, 0.0, FREIGHT.davis_c_n_per_mps2, math.inf)
+    rows = room_for_rows(100)
+    n = evenly(train, cell, 22.0**2, end_mps**2, rows, 0)
+    assert n > 2
+    w = np.concatenate(([22.0**2], rows.w[:n]))
+    v = np.sqrt(w)
+    gains_n = 0.5 * train.inertia_kg * np.diff(w) / np.diff(rows.x[:n], prepend=0.0)
+    loads_n = [mean_resistance(train, cell.air, v0, v1) for v0, v1 in pairwise(v)]
+    efforts_n = gains_n + loads_n
+    np.testing.assert_allclose(efforts_n, efforts_n[0], rtol=1e-5)

@@ -52,7 +52,10 @@ def fast():
 
 
 def room(size):
-    return Run(np.zeros(size), np.zeros(size), np.zeros(size, dtype=np.int8))
+    run = Run.empty(size)
+    for column in run:
+        column[:] = 0
+    return run
 
 
 def run_of(x_m, w, size=0):

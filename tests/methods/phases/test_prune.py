@@ -13,9 +13,9 @@ from tgvdp.methods.costate.drivable import drivable
 from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.phases.plan import AT, PLAN_COLUMNS, REGIME, leave_out, plan_of
 from tgvdp.methods.phases.prune import prune
-from tgvdp.methods.phases.regimes import tell_regimes
+from tgvdp.methods.phases.regimes import tell_regimes, without_touches
 from tgvdp.methods.phases.track import track
-from tgvdp.methods.phases.way import Room, way_of
+from tgvdp.methods.phases.way import Room, measure, way_of
 from tgvdp.methods.phases.way import Run as Rows
 from tgvdp.methods.phases.widen import widen
 from tgvdp.model.trip import Trip
@@ -123,7 +123,8 @@ def made():
 
 
 def regimes(way, x_m, w):
-    run = Rows(x_m.copy(), w.copy(), np.empty(len(x_m), dtype=np.int8))
+    run = Rows.empty(len(x_m))
+    run.x[:], run.w[:] = x_m, w
     tell_regimes(way, run, len(x_m))
     plan = np.empty((100, PLAN_COLUMNS))
     return run, plan, plan_of(way, run, len(x_m), plan)
@@ -163,7 +164,7 @@ def widened(made, most_j):
     _, way, x_m, w = made
     run, plan, count = regimes(way, x_m, w)
     size = 3 * len(x_m)
-    out = Rows(np.empty(size), np.empty(size), np.empty(size, dtype=np.int8))
+    out = Rows.empty(size)
     n, left = widen(way, run, len(x_m), plan, count, 1e5, 1.0, Room(most_j, -math.inf, math.inf), out)
     return out.x[:n], out.w[:n], out.regime[: n - 1], most_j - left.most_j
 
@@ -232,7 +233,7 @@ def test_a_stretch_that_leaves_phases_shorter_is_refused(made):
     _, way, x_m, w = made
     run, plan, count = regimes(way, x_m, w)
     plan[3, AT] = 4001.0
-    out = Rows(*(np.empty(30_000) for _ in range(2)), np.empty(30_000, dtype=np.int8))
+    out = Rows.empty(30_000)
     whatever = Room(math.inf, -math.inf, math.inf)
     for least_s, refused in ((0.0, 0), (1.0, 1)):
         assert track(way, run, len(x_m), plan, count, 1e5, least_s, whatever, out)[1] == refused
@@ -243,9 +244,40 @@ def test_a_stretch_that_takes_too_long_is_refused(made, by_s):
     _, way, x_m, w = made
     run, plan, count = regimes(way, x_m, w)
     planned = leave_out(way, plan, count, 1.0)
-    out = Rows(*(np.empty(30_000) for _ in range(2)), np.empty(30_000, dtype=np.int8))
+    out = Rows.empty(30_000)
     n, refused, left = track(way, run, len(x_m), plan, planned, 1e5, 1.0, Room(math.inf, -by_s, by_s), out)
     assert refused == (by_s < math.inf)
     if refused:
         np.testing.assert_array_equal(out.x[:n], x_m)
         assert left.latest_s == by_s
+
+
+def assert_measured(way, run, n):
+    """Times and energies that rows carry along are theirs."""
+    anew = Rows(*(column.copy() for column in run))
+    measure(way, anew, 0, n - 1)
+    np.testing.assert_array_equal(run.time[: n - 1], anew.time[: n - 1])
+    np.testing.assert_array_equal(run.energy[: n - 1], anew.energy[: n - 1])
+    v = np.sqrt(run.w[:n])
+    np.testing.assert_allclose(run.time[: n - 1], 2.0 * np.diff(run.x[:n]) / (v[1:] + v[:-1]), rtol=1e-14)
+
+
+def test_rows_carry_their_times_and_energies_along(made):
+    """Whatever is cut, joined, spread or left as it was on the way."""
+    _, way, x_m, w = made
+    whatever = Room(math.inf, -math.inf, math.inf)
+    run, plan, count = regimes(way, x_m, w)
+    assert_measured(way, run, len(x_m))
+    wide, tracked = Rows.empty(30_000), Rows.empty(30_000)
+    n, _ = widen(way, run, len(x_m), plan, count, 1e5, 1.0, whatever, wide)
+    assert n > len(x_m)
+    assert_measured(way, wide, n)
+    assert_measured(way, run, len(x_m))
+    planned = leave_out(way, plan, plan_of(way, run, len(x_m), plan), 1.0)
+    n, refused, _ = track(way, run, len(x_m), plan, planned, 1e5, 0.0, whatever, tracked)
+    assert n > 0
+    assert refused == 0
+    assert_measured(way, tracked, n)
+    assert_measured(way, run, len(x_m))
+    n = without_touches(way, tracked, n)
+    assert_measured(way, tracked, n)

@@ -18,6 +18,9 @@ _TIME_RTOL = 2e-6
 _MOST_ROWS = 12.0
 #: ... in so many sweeps, each of which corrects the effort of all rows by what the last one would have to make up for.
 _EFFORT_SWEEPS = 3
+#: Sweeps that find where coasting leads, at most; one that changes v² by this share leaves less than 1e-10 of it.
+_COAST_SWEEPS = 2
+_COAST_RTOL = 1e-7
 #: Relative distance in v² within which a run is on the braking curve.
 ON_CURVE = 1e-8
 #: Share of a length within which two positions are one.
@@ -52,20 +55,26 @@ def rows_needed(train, air, length, w0, w1):
     return int(min(_MOST_ROWS, 1.0 + math.sqrt(missed / _TIME_RTOL)))
 
 
+@leaf
+def _slope(train, air, v):
+    """Derivative of a row's mean resistance by the squared speed at its end, N/(m/s)², at a speed."""
+    return 0.5 * air + (0.25 * train.davis_b / v if v > 0.0 else 0.0)
+
+
 @part
 def coast(train, cell, length, w):
-    """`land` under coasting, without its generality: the resistance is nearly linear in w1, three sweeps solve it."""
+    """`land` under coasting, without its generality: the resistance is nearly linear in w1, two sweeps solve it."""
     v = math.sqrt(w)
     factor = 2.0 * length / train.inertia_kg
-    slope = 0.5 * cell.air
-    if v > 0.0:
-        slope += 0.25 * train.davis_b / v
-    damping = 1.0 / (1.0 + factor * slope)
+    damping = 1.0 / (1.0 + factor * _slope(train, cell.air, v))
     x = max(w - factor * damping * (resistance_at(train, cell.air, v) + cell.grade_n), 0.0)
     if train.davis_b > 0.0:
-        for _ in range(2):
+        for _ in range(_COAST_SWEEPS):
             load = mean_resistance(train, cell.air, v, math.sqrt(x)) + cell.grade_n
-            x = max(x + damping * (w - factor * load - x), 0.0)
+            step = damping * (w - factor * load - x)
+            x = max(x + step, 0.0)
+            if abs(step) <= _COAST_RTOL * x:
+                break
     return x
 
 
@@ -134,7 +143,8 @@ def evenly(train, cell, w, target, rows, n):
         return append(cell.end_m, target, rows, n if holds else first)
     parts = rows_needed(train, cell.air, cell.length_m, w, target) if free else 1
     sweeps = _EFFORT_SWEEPS if parts > 1 else 1
-    per_effort = 2.0 * cell.length_m / train.inertia_kg
+    factor = 2.0 * cell.length_m / train.inertia_kg
+    per_effort = factor / (1.0 + factor * _slope(train, cell.air, math.sqrt(w)))
     pulls = effort >= 0.0
     step = 0.0
     before = w
@@ -152,6 +162,8 @@ def evenly(train, cell, w, target, rows, n):
         step = (target - landed) / per_effort
         before = landed
         coasts = pulls and effort == 0.0
+        if abs(target - landed) <= ON_CURVE * target:
+            break
         effort = max(effort + step, 0.0) if pulls else effort + step
     if last > 0:
         rows.x[last - 1] = cell.end_m

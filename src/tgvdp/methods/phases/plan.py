@@ -61,23 +61,26 @@ def plan_of(way, run, n, plan):
     """
     count = 0
     k = 0
-    v = math.sqrt(run.w[0])
+    regime = -1
+    had_power = True
+    lasts_s = 0.0
     for i in range(n - 1):
         k = cell_from(way.cells, k, run.x[i])
-        may_go = 1.0 if way.cells.supply[k] == POWERED else 0.0
-        if count == 0 or run.regime[i] != plan[count - 1, REGIME] or may_go != plan[count - 1, MAY_GO]:
+        has_power = way.cells.supply[k] == POWERED
+        if run.regime[i] != regime or has_power != had_power:
             if count == plan.shape[0]:
                 return -1
-            plan[count, REGIME] = run.regime[i]
+            regime = run.regime[i]
+            had_power = has_power
+            lasts_s = 0.0
+            plan[count, REGIME] = regime
             plan[count, AT] = run.x[i]
             plan[count, START_W] = run.w[i]
-            plan[count, LASTS_S] = 0.0
-            plan[count, MAY_GO] = may_go
+            plan[count, MAY_GO] = 1.0 if has_power else 0.0
             plan[count, FROM_ABOVE] = 1.0 if i > 0 and run.w[i - 1] > run.w[i] else 0.0
             count += 1
-        before_v = v
-        v = math.sqrt(run.w[i + 1])
-        plan[count - 1, LASTS_S] += 2.0 * (run.x[i + 1] - run.x[i]) / (before_v + v)
+        lasts_s += run.time[i]
+        plan[count - 1, LASTS_S] = lasts_s
     return count
 
 

@@ -13,7 +13,7 @@ from tgvdp.line.cells import cells_of
 from tgvdp.methods.phases.plan import AT, LASTS_S, MAY_GO, PLAN_COLUMNS, REGIME, leave_out, plan_of, shortest
 from tgvdp.methods.phases.regimes import tell_regimes, without_touches
 from tgvdp.methods.phases.track import track
-from tgvdp.methods.phases.way import Room, Run, Way, is_sound, measure, way_of
+from tgvdp.methods.phases.way import Room, Run, Way, is_sound, total, way_of
 from tgvdp.methods.phases.widen import widen
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Rows
@@ -34,6 +34,8 @@ _TRIES = 6
 _STARTS = 4
 _FIRST_STEP = 1e-3
 _MOST_PHASES = 4000
+#: Phases of a plan that is not that of the run.
+_UNKNOWN = -1
 #: Whatever it costs, whenever it arrives.
 _ALL = Room(math.inf, -math.inf, math.inf)
 #: Rows that a run may gain.
@@ -75,9 +77,8 @@ def _start_of_coasting(plan, count, most_s):
 
 
 @part
-def _retime(way, run, n, plan, price, most_j, late_s, tolerance_s, out):
+def _retime(way, run, n, plan, count, price, most_j, late_s, tolerance_s, out):
     """Move the start of a long coasting until the run is no longer late, or early; returns rows, −1 in vain."""
-    count = plan_of(way, run, n, plan)
     longest_s = math.inf
     for _ in range(_STARTS):
         c = _start_of_coasting(plan, count, longest_s)
@@ -96,7 +97,7 @@ def _retime(way, run, n, plan, price, most_j, late_s, tolerance_s, out):
 def _moved(way, run, n, plan, count, c, price, most_j, late_s, tolerance_s, out):
     """Move the start of a phase of coasting until the run is no longer late, or early; returns rows, −1 in vain."""
     start_m = plan[c, AT]
-    before_s, before_j = measure(way, run, 0, n - 1)
+    before_s, before_j = total(run, 0, n - 1)
     step_m = _FIRST_STEP * (plan[c + 1, AT] - start_m)
     room_m = start_m - plan[c - 1, AT]
     last_m = 0.0
@@ -109,7 +110,7 @@ def _moved(way, run, n, plan, count, c, price, most_j, late_s, tolerance_s, out)
         m, refused, _ = track(way, run, n, plan, count, price, 0.0, _ALL, out)
         if m < 0 or refused > 0:
             return -1
-        after_s, after_j = measure(way, out, 0, m - 1)
+        after_s, after_j = total(out, 0, m - 1)
         now_s = late_s + after_s - before_s
         if abs(now_s) <= tolerance_s:
             return m if after_j - before_j + price * (after_s - before_s) <= most_j else -1
@@ -133,8 +134,10 @@ def _short(plan, count, least_s):
 
 
 @part
-def _prune(way, here, there, n, plan, price, least_s, room, later_s, slack_s):
+def _prune(way, here, there, n, plan, count, price, least_s, room, later_s, slack_s):
     """Do all passes on the run in ``here``, with its regimes, and give it back its running time.
+
+    ``plan`` is that of the run, of ``count`` phases.
 
     Returns
     -------
@@ -145,13 +148,18 @@ def _prune(way, here, there, n, plan, price, least_s, room, later_s, slack_s):
     time, energy : float
     short : int
     """
-    before_s, before_j = measure(way, here, 0, n - 1)
+    before_s, before_j = total(here, 0, n - 1)
     swapped = False
+    rows = n
+    n = without_touches(way, here, rows)
+    if n < rows:
+        count = _UNKNOWN
     for p in range(len(_PASSES)):
         share, widened = _PASSES[p]
         longest_s = share * least_s
-        n = without_touches(way, here, n)
-        count = plan_of(way, here, n, plan)
+        if count < 0:
+            n = without_touches(way, here, n)
+            count = plan_of(way, here, n, plan)
         if shortest(plan, count, longest_s) < 0:
             continue
         if widened:
@@ -163,16 +171,20 @@ def _prune(way, here, there, n, plan, price, least_s, room, later_s, slack_s):
             return -1, False, 0.0, 0.0, 0
         here, there = there, here
         swapped = not swapped
-    now_s, now_j = measure(way, here, 0, n - 1)
+        count = _UNKNOWN
+    now_s, now_j = total(here, 0, n - 1)
     late_s = now_s - before_s - later_s
+    if count < 0:
+        count = plan_of(way, here, n, plan)
     if not abs(late_s) <= slack_s:  # no number is not in time
-        n = _retime(way, here, n, plan, price, room.most_j, late_s, slack_s, there)
+        n = _retime(way, here, n, plan, count, price, room.most_j, late_s, slack_s, there)
         if n < 0:
             return -1, False, 0.0, 0.0, 0
         here, there = there, here
         swapped = not swapped
-        now_s, now_j = measure(way, here, 0, n - 1)
-    return n, swapped, now_s - before_s, now_j - before_j, _short(plan, plan_of(way, here, n, plan), least_s)
+        now_s, now_j = total(here, 0, n - 1)
+        count = plan_of(way, here, n, plan)
+    return n, swapped, now_s - before_s, now_j - before_j, _short(plan, count, least_s)
 
 
 @entry
@@ -182,8 +194,8 @@ def prune_runs(way, runs, ends, price, least_s, most_j, later_s, slack_s, here, 
     Parameters
     ----------
     way : Way
-    runs : Run
-        The rows of all of them, and
+    runs : Rows
+        Of all of them, and
     ends : (n + 1,) int64
         where each begins.
     price, most_j, later_s : (n,) float64
@@ -213,7 +225,7 @@ def prune_runs(way, runs, ends, price, least_s, most_j, later_s, slack_s, here, 
             by_s = math.inf if attempt == _LATER_IN_TIME else slack_s
             room = Room(most_j[r], later_s[r] - by_s, later_s[r] + by_s)
             size, swapped, time_s, energy_j, short = _prune(
-                way, here, there, n, plan, price[r], least_s, room, later_s[r], slack_s
+                way, here, there, n, plan, count, price[r], least_s, room, later_s[r], slack_s
             )
             run = there if swapped else here
             if 0 < size <= most_rows and is_sound(way, run, size):
@@ -227,10 +239,6 @@ def prune_runs(way, runs, ends, price, least_s, most_j, later_s, slack_s, here, 
         found[r, 1] = time_s
         found[r, 2] = energy_j
         found[r, 3] = short
-
-
-def _room(size: int) -> Run:
-    return Run(np.empty(size), np.empty(size), np.empty(size, dtype=np.int8))
 
 
 def prune(
@@ -264,8 +272,8 @@ def prune(
     rows = [len(x_m) for x_m, _ in runs]
     ends = np.array([0, *accumulate(rows)])
     x_m, w = map(np.concatenate, zip(*runs, strict=True))
-    given = Run(x_m, w, np.empty(0, dtype=np.int8))
-    here, there, out = (_room(2 * size + _MORE_ROWS) for size in (max(rows), max(rows), sum(rows)))
+    given = Rows(x_m, w)
+    here, there, out = (Run.empty(2 * size + _MORE_ROWS) for size in (max(rows), max(rows), sum(rows)))
     plan, found = np.empty((_MOST_PHASES, PLAN_COLUMNS)), np.empty((len(runs), 4))
     prune_runs(way, given, ends, price, least_s, most_j, later_s, slack_s, here, there, plan, out, found)
     size = int(found[-1, 0])

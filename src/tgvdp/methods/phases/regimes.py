@@ -3,10 +3,10 @@
 import math
 
 from tgvdp._jit import kernel, leaf, part
-from tgvdp.methods.phases.way import cell_from, train_in
+from tgvdp.methods.phases.way import cell_from, measure, measure_row, train_in
 from tgvdp.physics.arc import duration_and_work
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, HOLDING, TRACTION
-from tgvdp.physics.forces import mean_brake, mean_effort, resistance_at
+from tgvdp.physics.forces import mean_brake, mean_effort, mean_resistance, resistance_at
 
 #: An effort above this share of its limit is the limit.
 _FULL = 0.98
@@ -15,9 +15,14 @@ _FULL = 0.98
 @part
 def regime_of_row(way, k, d, w0, w1):
     """Regime of a row; partial effort is `HOLDING`, be it at a speed that drifts."""
+    work = duration_and_work(train_in(way, k), d, way.cells.grade_n[k], way.cells.air[k], w0, w1)[1]
+    return _regime_of(way, k, work / d, d, w0, w1)
+
+
+@part
+def _regime_of(way, k, effort, d, w0, w1):
+    """Regime of a row of a mean effort."""
     train = train_in(way, k)
-    _, work, load, _ = duration_and_work(train, d, way.cells.grade_n[k], way.cells.air[k], w0, w1)
-    effort = work / d
     if abs(effort) <= way.little_n:
         return COASTING
     v0 = math.sqrt(w0)
@@ -26,6 +31,7 @@ def regime_of_row(way, k, d, w0, w1):
         capped = w1 - w0 >= 2.0 * _FULL * d * train.max_acceleration
         return TRACTION if capped or effort >= _FULL * mean_effort(train.traction, v0, v1) else HOLDING
     capped = w0 - w1 >= 2.0 * _FULL * d * train.max_deceleration
+    load = mean_resistance(train, way.cells.air[k], v0, v1) + way.cells.grade_n[k]
     if capped or -effort >= _FULL * mean_brake(train, load, v0, v1):
         return BRAKING
     dynamic = mean_effort(train.braking, v0, v1)
@@ -34,12 +40,12 @@ def regime_of_row(way, k, d, w0, w1):
 
 @kernel
 def tell_regimes(way, run, n):
-    """Fill in the regime of each row of a run."""
+    """Fill in the regime of each row of a run, its running time and its energy."""
     k = 0
     for i in range(n - 1):
         k = cell_from(way.cells, k, run.x[i])
-        d = run.x[i + 1] - run.x[i]
-        run.regime[i] = regime_of_row(way, k, d, run.w[i], run.w[i + 1])
+        effort = measure_row(way, k, run, i)
+        run.regime[i] = _regime_of(way, k, effort, run.x[i + 1] - run.x[i], run.w[i], run.w[i + 1])
 
 
 @leaf
@@ -65,17 +71,22 @@ def without_touches(way, run, n):
     m = 1
     k = 0
     for i in range(1, n):
-        k = cell_from(way.cells, k, x[i - 1])
-        x[m] = x[i]
-        w[m] = w[i]
-        run.regime[m - 1] = run.regime[i - 1]
+        if m < i:
+            x[m] = x[i]
+            w[m] = w[i]
+            run.regime[m - 1] = run.regime[i - 1]
+            run.time[m - 1] = run.time[i - 1]
+            run.energy[m - 1] = run.energy[i - 1]
         m += 1
-        follows = m > 2 and run.regime[m - 2] != COASTING and run.regime[m - 3] == COASTING
-        if follows and x[m - 3] >= way.cells.station_m[k]:
+        if m == 2 or run.regime[m - 2] == COASTING or run.regime[m - 3] != COASTING:
+            continue
+        k = cell_from(way.cells, k, x[m - 2])
+        if x[m - 3] >= way.cells.station_m[k]:
             d = x[m - 1] - x[m - 3]
             if regime_of_row(way, k, d, w[m - 3], w[m - 1]) == COASTING:
                 m -= 1
                 x[m - 1] = x[i]
                 w[m - 1] = w[i]
                 run.regime[m - 2] = COASTING
+                measure(way, run, m - 2, m - 1)
     return m

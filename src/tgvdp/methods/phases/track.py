@@ -5,7 +5,7 @@ import math
 from tgvdp._jit import kernel, part
 from tgvdp.methods.phases.leave import drive, leave
 from tgvdp.methods.phases.plan import AT, REGIME
-from tgvdp.methods.phases.way import SAME_M, is_within, left_of, measure, row_at, w_on
+from tgvdp.methods.phases.way import SAME_M, copy_row, is_within, left_of, measure, row_at, total, w_on
 from tgvdp.physics.codes import HOLDING, TRACTION
 
 
@@ -20,7 +20,7 @@ def _lacking_s(run, first, last, before, after, least_s):
             lacking += max(least_s - lasts_s, 0.0)
             regime = run.regime[j]
             lasts_s = 0.0
-        lasts_s += 2.0 * (run.x[j + 1] - run.x[j]) / (math.sqrt(run.w[j]) + math.sqrt(run.w[j + 1]))
+        lasts_s += run.time[j]
     return lacking + (max(least_s - lasts_s, 0.0) if regime != after else 0.0)
 
 
@@ -37,12 +37,16 @@ def stretch(way, run, i, from_m, j, until_m, before=-1, after=-1, least_s=0.0):
     run.x[j + 1] = until_m
     run.w[j + 1] = at_end
     last = j + 1 if until_m > run.x[j] + SAME_M else j
-    time, energy = measure(way, run, i, last)
+    measure(way, run, i, i + 1)
+    measure(way, run, j, j + 1)
+    time, energy = total(run, i, last)
     lacking = _lacking_s(run, i, last, before, after, least_s)
     run.x[i] = x0
     run.w[i] = w0
     run.x[j + 1] = x1
     run.w[j + 1] = w1
+    measure(way, run, i, i + 1)
+    measure(way, run, j, j + 1)
     return time, energy, lacking
 
 
@@ -95,44 +99,50 @@ def track(way, run, n, plan, planned, price, least_s, room, out):
     m = 1
     i = 0
     c = 0
+    size = out.x.shape[0]
     refused = 0
     kept = 0  # the run stays up to here
     # Each turn goes on by a row of the run, or appends rows that advance, or refuses: then rows of the run follow.
     while i < n - 1:
         x = out.x[m - 1]
-        if m + 2 > out.x.shape[0]:
+        if m + 2 > size:
             return -1, 0, room
         while c + 1 < planned and plan[c + 1, AT] <= x + SAME_M:
             c += 1
         turn_m = plan[c + 1, AT] if c + 1 < planned else run.x[n - 1]
-        turns = plan[c, REGIME] == run.regime[i] and turn_m < run.x[i + 1] - SAME_M
+        now = int(plan[c, REGIME])
+        turns = now == run.regime[i] and turn_m < run.x[i + 1] - SAME_M
         turns = turns and plan[min(c + 1, planned - 1), REGIME] != run.regime[i]
-        if i < kept or (plan[c, REGIME] == run.regime[i] and not turns):
-            out.x[m] = run.x[i + 1]
-            out.w[m] = run.w[i + 1]
-            out.regime[m - 1] = run.regime[i]
-            m += 1
+        if i < kept or (now == run.regime[i] and not turns):
+            m = copy_row(run, i, out, m)
+            measure(way, out, m - 2, m - 1)  # it may be cut where the two have met
             i += 1
+            # As long as both go on: this is most of a run.
+            while i < n - 1 and run.regime[i] == now and run.x[i + 1] < turn_m - 2.0 * SAME_M and m + 2 <= size:
+                m = copy_row(run, i, out, m)
+                i += 1
             continue
         first = m
         if turns:
             m = _until(way, run, i, turn_m, out, m)
-        size, j = leave(way, run, n, i, plan, planned, c + 1 if turns else c, out, m) if m > 0 else (-1, i)
-        if size > 0 and out.x[size - 1] > x + SAME_M:
+        last, j = leave(way, run, n, i, plan, planned, c + 1 if turns else c, out, m) if m > 0 else (-1, i)
+        if last > 0 and out.x[last - 1] > x + SAME_M:
             before = out.regime[first - 2] if first > 1 else -1
-            whole = out.x[size - 1] >= run.x[j + 1] - SAME_M and j < n - 2
+            whole = out.x[last - 1] >= run.x[j + 1] - SAME_M and j < n - 2
             after = run.regime[j + 1] if whole else run.regime[j]
-            new_s, new_j = measure(way, out, first - 1, size - 1)
-            old_s, old_j, old_lacking_s = stretch(way, run, i, x, j, out.x[size - 1], before, after, least_s)
+            measure(way, out, first - 1, last - 1)
+            new_s, new_j = total(out, first - 1, last - 1)
+            old_s, old_j, old_lacking_s = stretch(way, run, i, x, j, out.x[last - 1], before, after, least_s)
             later_s = new_s - old_s
             dearer_j = new_j - old_j + price * later_s
-            lacking_s = _lacking_s(out, first - 1, size - 1, before, after, least_s)
+            lacking_s = _lacking_s(out, first - 1, last - 1, before, after, least_s)
             if lacking_s <= old_lacking_s and is_within(room, dearer_j, later_s):
                 room = left_of(room, dearer_j, later_s)
-                m = size
+                m = last
                 i = j
                 if out.x[m - 1] >= run.x[i + 1] - SAME_M:
                     out.x[m - 1] = run.x[i + 1]
+                    measure(way, out, m - 2, m - 1)
                     i += 1
                 continue
         m = first

@@ -59,11 +59,22 @@ class Room(NamedTuple):
 
 
 class Run(NamedTuple):
-    """Rows of a run, (size,) each: positions, m, squared speeds, m²/s², and the regime of the row that starts there."""
+    """Rows of a run, (size,) each: positions, m, squared speeds, m²/s², and of the row that starts there its regime,
+    running time, s, and energy, J.
+
+    Energies are without auxiliaries, less what these do not draw where the pantograph is lowered.
+    """
 
     x: NDArray[np.float64]
     w: NDArray[np.float64]
     regime: NDArray[np.int8]
+    time: NDArray[np.float64]
+    energy: NDArray[np.float64]
+
+    @classmethod
+    def empty(cls, size: int) -> "Run":
+        """Room for a run of so many rows."""
+        return cls(np.empty(size), np.empty(size), np.empty(size, dtype=np.int8), np.empty(size), np.empty(size))
 
 
 def way_of(train: KernelTrain, cells: Cells, envelope: Rows, tables: EnergyTables) -> Way:
@@ -100,25 +111,49 @@ def train_in(way, k):
     return way.train if way.cells.supply[k] == POWERED else unpowered(way.train)
 
 
+@leaf
+def measure_row(way, k, run, j):
+    """Fill in running time and energy of row j, which lies in cell k; returns its mean effort, N."""
+    cells = way.cells
+    d = run.x[j + 1] - run.x[j]
+    duration, work, effort = account(
+        train_in(way, k), way.returned, cells.grade_n[k], cells.air[k], d, run.w[j], run.w[j + 1]
+    )
+    run.time[j] = duration
+    run.energy[j] = way.traction * work - cells.saved_w[k] * duration
+    return effort
+
+
 @part
 def measure(way, run, first, last):
-    """Running time, s, and energy, J, of rows ``first`` to ``last`` − 1.
-
-    Without auxiliaries, less what these do not draw where the pantograph is lowered.
-    """
+    """Fill in running times and energies of rows ``first`` to ``last`` − 1."""
     cells = way.cells
     k = row_at(cells.station_m, cells.station_m.shape[0], run.x[first] + SAME_M)
+    for j in range(first, last):
+        k = cell_from(cells, k, run.x[j])
+        measure_row(way, k, run, j)
+
+
+@part
+def total(run, first, last):
+    """Running time, s, and energy, J, of rows ``first`` to ``last`` − 1."""
     time = 0.0
     energy = 0.0
     for j in range(first, last):
-        k = cell_from(cells, k, run.x[j])
-        d = run.x[j + 1] - run.x[j]
-        duration, work, _ = account(
-            train_in(way, k), way.returned, cells.grade_n[k], cells.air[k], d, run.w[j], run.w[j + 1]
-        )
-        time += duration
-        energy += way.traction * work - cells.saved_w[k] * duration
+        time += run.time[j]
+        energy += run.energy[j]
     return time, energy
+
+
+@leaf
+def copy_row(run, i, out, m):
+    """Append row i of a run to others, which end where it starts; returns their number."""
+    out.x[m] = run.x[i + 1]
+    out.w[m] = run.w[i + 1]
+    out.regime[m - 1] = run.regime[i]
+    out.time[m - 1] = run.time[i]
+    out.energy[m - 1] = run.energy[i]
+    return m + 1
 
 
 @leaf

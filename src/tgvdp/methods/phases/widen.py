@@ -9,7 +9,18 @@ import math
 from tgvdp._jit import kernel, part
 from tgvdp.methods.phases.plan import AT, LASTS_S, MAY_GO, REGIME, START_W
 from tgvdp.methods.phases.track import stretch
-from tgvdp.methods.phases.way import SAME_M, cell_from, is_feasible, is_within, left_of, measure, row_at, w_on
+from tgvdp.methods.phases.way import (
+    SAME_M,
+    cell_from,
+    copy_row,
+    is_feasible,
+    is_within,
+    left_of,
+    measure,
+    row_at,
+    total,
+    w_on,
+)
 from tgvdp.physics.codes import HOLDING
 
 #: Shares of what a phase gains that the one before it gives, the other one the rest.
@@ -30,14 +41,13 @@ def _may_give(plan, c, gives_s, least_s):
 
 
 @part
-def _copied(run, n, until_m, i, out, m):
+def _copied(way, run, n, until_m, i, out, m):
     """Copy rows from the end of row i of the run on, as far as they end before a position; returns row and rows."""
+    first = m - 1
     while i + 1 < n and run.x[i + 1] < until_m - SAME_M:
-        out.x[m] = run.x[i + 1]
-        out.w[m] = run.w[i + 1]
-        out.regime[m - 1] = run.regime[i]
-        m += 1
+        m = copy_row(run, i, out, m)
         i += 1
+    measure(way, out, first, min(first + 1, m - 1))  # it may be cut
     return i, m
 
 
@@ -131,17 +141,18 @@ def widen(way, run, n, plan, count, price, least_s, room, out):
             until_m = plan[c + 1, AT] + after_s * math.sqrt(plan[c + 1, START_W])
             if from_m < max(done_m, plan[c - 1, AT]) + SAME_M or until_m > run.x[n - 1] - SAME_M:
                 continue
-            first, size = _copied(run, n, from_m, i, out, m)
+            first, size = _copied(way, run, n, from_m, i, out, m)
             start = size
             last, size = _ramp(way, run, n, first, from_m, until_m, out, size)
             if size < 0:
                 continue
-            lasts_s = measure(way, out, start, size - 1)[0]
             # Whole rows of the run count: what a brake gives back is right as a row's mean, and less on parts of it.
             out.x[size] = run.x[last + 1]
             out.w[size] = run.w[last + 1]
             whole = size if run.x[last + 1] > until_m + SAME_M else size - 1
-            new_s, new_j = measure(way, out, start - 1, whole)
+            measure(way, out, start - 1, whole)
+            lasts_s, _ = total(out, start, size - 1)
+            new_s, new_j = total(out, start - 1, whole)
             old_s, old_j, _ = stretch(way, run, first, out.x[start - 1], last, out.x[whole])
             later_s = new_s - old_s
             dearer_j = new_j - old_j + price * later_s
@@ -155,5 +166,5 @@ def widen(way, run, n, plan, count, price, least_s, room, out):
             elif lasts_s >= least_s and dearer_j <= best_j and is_within(room, dearer_j, later_s):
                 best = option
                 best_j = dearer_j
-    i, m = _copied(run, n, math.inf, i, out, m)
+    i, m = _copied(way, run, n, math.inf, i, out, m)
     return m, room
