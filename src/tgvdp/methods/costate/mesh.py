@@ -39,8 +39,9 @@ _TOLERANCE = 2e-5
 _ROWS = 4.0
 #: Rows of one march for which there is room at first.
 _MARCH_ROWS = 4096
-#: Squared speed below which costates are not carried, relative to the trip's top.
-_FLOOR = 1e-4
+#: Squared speed below which costates are not carried, relative to the trip's top: a run over a summit keeps as much
+#: there, and loses it where brakes hold it back on the other side.
+_FLOOR = 1e-6
 #: Memory of a cell, B: its columns twice, the rows of a run through it, and the policies of thirty extremals.
 _CELL_B = 2000.0
 _NO_POLICIES = np.empty((0, 0, 0))
