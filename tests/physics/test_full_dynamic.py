@@ -74,6 +74,16 @@ def test_rows_that_are_cut_follow_the_brake():
     assert abs(verdict.energy_error_pct) < 1e-3
 
 
+def test_rows_that_are_cut_keep_to_the_braking_rate():
+    """The dynamic brake's effort grows along a row whose mean deceleration is within the rate, but not its end."""
+    rate_mps2 = POWER_W / (1.0025 * SLOW_MPS) / 2e7
+    heavy = replace(TRAIN, mass_kg=2e7, braking_rates=((0.0, rate_mps2),))
+    trip, profile = braked(heavy, 1.0)
+    runs, parts = cut_at_bends(heavy, resolve(trip), Batch.of([(profile.position_m, profile.speed_mps**2)]))
+    assert parts[-2] > 1
+    assert (-np.diff(runs.w) / (2.0 * np.diff(runs.x_m))).max() <= rate_mps2 * (1.0 + 1e-6)
+
+
 def test_a_rate_that_is_kept_leaves_friction_the_rest():
     """Where comfort gives the effort it is constant, whatever the dynamic brake could do a little slower."""
     v = np.array([20.2, 19.8])

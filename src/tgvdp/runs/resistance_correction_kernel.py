@@ -107,6 +107,12 @@ def _law_of(train, grade, air, d, w0, w1):
         share = effort / mean if effort >= NEARLY_FULL * mean > 0.0 else 0.0
     elif follows_dynamic(train, d, -effort, v0, v1):
         share = max(effort / mean, -1.0)
+        most = train.inertia_kg * train.max_deceleration
+        if train.rates.shape[0] > 0:
+            most = min(most, mean_rate(train.rates, v0, v1))
+        peak = max(effort_at(train.braking, v0), effort_at(train.braking, v1))
+        if -train.inertia_kg * acceleration - share * (peak - mean) > most:  # it would pass the rate where it peaks
+            share = 0.0
     elif train.rates.shape[0] == 0:
         full = mean + train.friction_n
         share = effort / full if -effort >= NEARLY_FULL * full > 0.0 else 0.0
