@@ -78,7 +78,9 @@ class ExtremalFront:
         # Targets that are slower than each extremal's faster neighbour, and than its slower one.
         above = np.searchsorted(target_s, np.concatenate(([-math.inf], times_s[:-1])))
         below = np.searchsorted(target_s, np.concatenate((times_s[1:], [math.inf])), side="right")
-        return [one for one, has in zip(self.extremals, below > above, strict=True) if has and math.isfinite(one.multiplier)]
+        return [
+            one for one, has in zip(self.extremals, below > above, strict=True) if has and math.isfinite(one.multiplier)
+        ]
 
     def on(self, mesh: Mesh, extremals: Sequence[Extremal]) -> "ExtremalFront":
         """The front on another mesh, from extremals that were solved on it in place of this one's."""
