@@ -17,6 +17,8 @@ from tgvdp.runs.profile import Profile
 
 _END_SHARE = 0.1
 _GRADING = 0.2
+#: How often the last cell is halved, each time next to the end, where braking returns energy.
+_END_HALVINGS = 3
 #: Stations closer than this share of the distance are one.
 _SAME = 1e-7
 #: Efforts at the ends of a row are taken this share of it inside: they may jump there.
@@ -111,17 +113,22 @@ def friction_points(train, cells, x, w, at):
     return count
 
 
-def _friction_points(trip: Trip, fastest: Profile) -> NDArray[np.float64]:
-    """Where friction begins or ends to help the dynamic brake along the fastest run, from the origin, m.
+def _braking_points(trip: Trip, fastest: Profile, cell_m: float) -> NDArray[np.float64]:
+    """Where friction begins or ends to help the dynamic brake along the fastest run, and next to its end, m.
 
-    The costate below the braking curve is another one there. It matters only where the dynamic brake returns energy.
+    From the origin. The costate below the braking curve is another one there. It matters only where the dynamic brake
+    returns energy. In the last cell that one alone stops the train, while all brakes are best at last: what this takes
+    longer falls but with the root of the cell's length.
     """
     train = kernel_train(trip.train)
-    if energy_tables(trip.train, trip.energy).regeneration == 0.0 or (train.friction_n == 0.0 and not len(train.rates)):
+    returns = energy_tables(trip.train, trip.energy).regeneration > 0.0 and train.braking[:, 1:].any()
+    if not returns or (train.friction_n == 0.0 and not len(train.rates)):
         return np.empty(0)
     at_m = np.empty(2 * len(fastest.position_m))
     x_m = fastest.position_m - fastest.position_m[0]
-    return at_m[: friction_points(train, cells_of(trip), x_m, fastest.speed_mps**2, at_m)]
+    count = friction_points(train, cells_of(trip), x_m, fastest.speed_mps**2, at_m)
+    left_m = _END_SHARE * cell_m * 0.5 ** np.arange(1, _END_HALVINGS + 1)
+    return np.concatenate((at_m[:count], trip.distance_m - left_m))
 
 
 def graded_stations(trip: Trip, fastest: Profile, cell_m: float) -> NDArray[np.float64]:
@@ -141,7 +148,7 @@ def graded_stations(trip: Trip, fastest: Profile, cell_m: float) -> NDArray[np.f
         Increasing, from 0 to the trip's distance, m.
     """
     breaks_m = breaks_of(trip)
-    soft_m = np.sort(np.concatenate((switch_points(fastest), _friction_points(trip, fastest))))
+    soft_m = np.sort(np.concatenate((switch_points(fastest), _braking_points(trip, fastest, cell_m))))
     gap_m = _SAME * trip.distance_m
     after = np.searchsorted(breaks_m[1:-1], soft_m) + 1
     apart = np.minimum(soft_m - breaks_m[after - 1], breaks_m[after] - soft_m) > gap_m
