@@ -40,10 +40,14 @@ def test_points_on_hills_are_no_dearer_than_extremals_of_a_fine_mesh(seed):
         assert energy_j + multiplier * time_s - least_j <= 5e-4 * energy_j
 
 
+def targets(fastest_s):
+    return fastest_s * np.linspace(1.02, 1.25, 12)
+
+
 def front_on(mesh, fastest_s):
     front = ExtremalFront(mesh, 1.0, 0.0, counters(), SearchBudget().start())
     front.reach(1.25 * fastest_s)
-    front.foresee(np.array([1.02 * fastest_s]))
+    front.foresee(targets(fastest_s))
     return front
 
 
@@ -51,9 +55,11 @@ def test_cells_in_doubt_are_few_and_their_halves_answer():
     result = tgvdp.search(TRAIN, hills(5), points=2)
     coarse = Mesh.of(result.trip, result.fastest.profile, 0.25)
     question = front_on(coarse, result.fastest.time_s)
-    front = Doubt().answered(question)
+    front = Doubt().answered(question, targets(result.fastest.time_s))
     assert 2 * len(coarse.cells.length_m) < len(front.mesh.cells.length_m) < 3 * len(coarse.cells.length_m)
-    assert [one.multiplier for one in front.extremals] == [one.multiplier for one in question.extremals]
+    asked = {one.multiplier for one in question.extremals}
+    assert len(front.extremals) > 3
+    assert all(one.multiplier in asked for one in front.extremals)
     again = front.mesh.finer
     for extremal in front.extremals[1:]:
         finer = again.extremal(extremal.multiplier, counters())
@@ -61,12 +67,27 @@ def test_cells_in_doubt_are_few_and_their_halves_answer():
         assert loss_j <= 1e-4 * extremal.energy_j
 
 
+def test_extremals_that_no_target_lies_next_to_are_not_asked():
+    """One close to the fastest run, which no point is blended of, had four meshes solved on a metro section."""
+    result = tgvdp.search(TRAIN, hills(5), points=2)
+    question = front_on(Mesh.of(result.trip, result.fastest.profile, 1.0), result.fastest.time_s)
+    times_s = [one.time_s for one in question.extremals]
+    slow = len(times_s) - 2
+    middle_s = np.array([0.5 * (times_s[slow - 1] + times_s[slow])])
+    assert question.around(middle_s) == question.extremals[slow - 1 : slow + 1]
+    assert question.around(np.array([times_s[-1] + 1.0])) == question.extremals[-1:]
+    assert question.around(np.array([0.5 * (times_s[0] + times_s[1])])) == question.extremals[1:2]
+    multipliers = [one.multiplier for one in Doubt().answered(question, middle_s).extremals]
+    assert multipliers == [np.inf] + [one.multiplier for one in question.extremals[slow - 1 : slow + 1]]
+
+
 def test_halves_that_cost_more_are_no_answer(monkeypatch):
     """Cells next to a break may be right by chance: their halves stood 0.2 % above them on a freight line."""
     result = tgvdp.search(TRAIN, hills(5), points=2)
     question = front_on(Mesh.of(result.trip, result.fastest.profile, 1.0), result.fastest.time_s)
+    target_s = targets(result.fastest.time_s)
     cells = len(question.mesh.cells.length_m)
-    assert len(Doubt().answered(question).mesh.cells.length_m) == 2 * cells
+    assert len(Doubt().answered(question, target_s).mesh.cells.length_m) == 2 * cells
     solved = Mesh.extremals
 
     def dearer_on_halves(mesh, multipliers, counts):
@@ -74,7 +95,7 @@ def test_halves_that_cost_more_are_no_answer(monkeypatch):
         return [one._replace(energy_j=factor * one.energy_j) for one in solved(mesh, multipliers, counts)]
 
     monkeypatch.setattr(Mesh, "extremals", dearer_on_halves)
-    assert len(Doubt().answered(question).mesh.cells.length_m) > 2 * cells
+    assert len(Doubt().answered(question, target_s).mesh.cells.length_m) > 2 * cells
 
 
 def test_an_extremal_that_a_run_undercuts_halves_all_cells_until_they_may_not_be():

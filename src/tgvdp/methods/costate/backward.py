@@ -118,15 +118,19 @@ def _last_cell(train, step, line):
 
 @leaf
 def _step(train, returned, cells, k, price, held_w, held_brake_w, low, fast, floor_w, wall, scratch):
-    """The step over cell k, in which a second costs a price."""
-    bottom = max(low[k], min(floor_w, 0.1 * fast[k]))
+    """The step over cell k, in which a second costs a price.
+
+    At the start a run has one speed, but the line of switching that it meets in the first cell begins beyond that.
+    """
+    top = fast[k] if k > 0 else max(fast[0], fast[1])
+    bottom = max(low[k], min(floor_w, 0.1 * top))
     load = train.davis_a_n + cells.grade_n[k]
     if cells.supply[k] != POWERED:
         returned = 0.0
     length = cells.length_m[k]
     air = cells.air[k]
-    dynamic_w = dynamic_before(train, length, load, air, wall, fast[k], scratch) if returned > 0.0 else 0.0
-    return Step(length, load, air, price, returned, held_w, held_brake_w, bottom, fast[k], wall, dynamic_w)
+    dynamic_w = dynamic_before(train, length, load, air, wall, top, scratch) if returned > 0.0 else 0.0
+    return Step(length, load, air, price, returned, held_w, held_brake_w, bottom, top, wall, dynamic_w)
 
 
 @entry
@@ -240,13 +244,13 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
                     n = insert(line, n, brakes, c, 0.0)
                     policy[k + 1, 3] = c
                 brakes = min(brakes, n - 1)
-        if k == 0:
-            break
         points += n
         if powered:
             m, policy[k + 1, 1] = transport(train, step, line, n, drives, coasts, brakes, images, scratch)
         else:
             m = coast_over(train, step, line, n, images)
+        if k == 0:
+            break
         m = make_monotone(images, m, fast[k])
         if m <= thinned + _GROWTH:
             line, images = images, line

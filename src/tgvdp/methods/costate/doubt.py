@@ -7,7 +7,6 @@ difference δ in w = v² costs ½·δ²·∂²H/∂w² per metre, of which ∂²
 speed. The loss itself is known, so that only the shares of the cells in it are estimated.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -38,16 +37,22 @@ class Doubt:
 
     halvings: int = _MOST_HALVINGS
 
-    def answered(self, front: ExtremalFront) -> ExtremalFront:
-        """Halve cells of a front's mesh until they lose little at all its extremals, and then each of them.
+    def answered(self, front: ExtremalFront, target_s: NDArray[np.float64]) -> ExtremalFront:
+        """Halve cells of a front's mesh until they lose little at all extremals next to targets, and then each of them.
+
+        Parameters
+        ----------
+        front : ExtremalFront
+        target_s : (n,) float64
+            Increasing running times that are wanted, s.
 
         Returns
         -------
         ExtremalFront
-            Its extremals, solved on these halves.
+            Those extremals, solved on these halves.
         """
         mesh = front.mesh
-        extremals = [extremal for extremal in front.extremals if math.isfinite(extremal.multiplier)]
+        extremals = front.around(target_s)
         asked = extremals
         while True:
             multipliers = [one.multiplier for one in asked]

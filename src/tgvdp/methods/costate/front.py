@@ -244,7 +244,7 @@ class _Search:
         try:
             mesh = Mesh.of(self.trip, self.fastest, _COARSEST)
             while True:
-                front = self.doubt.answered(self._foreseen(mesh, aims_s))
+                front = self.doubt.answered(self._foreseen(mesh, aims_s), aims_s)
                 mesh = front.mesh
                 driven = self._driven(front, aims_s)
                 if found is None or driven.complete:

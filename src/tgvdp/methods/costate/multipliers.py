@@ -72,6 +72,16 @@ class ExtremalFront:
         self.foretold: set[float] = set()
         self.repeated: set[float] = set()  # multipliers whose extremal is one of the two around them
 
+    def around(self, target_s: NDArray[np.float64]) -> list[Extremal]:
+        """Extremals of finite multipliers next to increasing running times: between any others no point is sought."""
+        times_s = np.array([one.time_s for one in self.extremals])
+        # Targets that are slower than each extremal's faster neighbour, and than its slower one.
+        above = np.searchsorted(target_s, np.concatenate(([-math.inf], times_s[:-1])))
+        below = np.searchsorted(target_s, np.concatenate((times_s[1:], [math.inf])), side="right")
+        return [
+            one for one, has in zip(self.extremals, below > above, strict=True) if has and math.isfinite(one.multiplier)
+        ]
+
     def on(self, mesh: Mesh, extremals: Sequence[Extremal]) -> "ExtremalFront":
         """The front on another mesh, from extremals that were solved on it in place of this one's."""
         front = ExtremalFront(mesh, self.tolerance_s, self.least_multiplier, self.counters, self.clock)
