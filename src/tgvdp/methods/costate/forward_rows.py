@@ -128,7 +128,8 @@ def ended(cell, target, rows, first, n):
 def _in_parts(train, cell, effort, w, target, rows, n):
     """Append rows of one effort through a cell, near one that takes a single row; returns that effort and their number.
 
-    An effort that one row would pull, and several would brake, is none: braking may not be allowed at all.
+    An effort that one row would pull, and several would brake, is none, nor is one that they would pull where it
+    brakes: the other may not be allowed at all.
     """
     parts = rows_needed(train, cell.air, cell.length_m, w, target)
     factor = 2.0 * cell.length_m / train.inertia_kg
@@ -151,10 +152,10 @@ def _in_parts(train, cell, effort, w, target, rows, n):
             per_effort = (landed - before) / step
         step = (target - landed) / per_effort
         before = landed
-        coasts = pulls and effort == 0.0
+        coasts = effort == 0.0
         if abs(target - landed) <= ON_CURVE * target:
             break
-        effort = max(effort + step, 0.0) if pulls else effort + step
+        effort = max(effort + step, 0.0) if pulls else min(effort + step, 0.0)
     if last > 0:
         rows.x[last - 1] = cell.end_m
         if parts == 1 or not coasts:
