@@ -28,7 +28,7 @@ def test_any_time_between_two_policies_is_met_but_for_little(mesh, ratio, share)
     fast, slow = (mesh.extremal(mesh.usual_multiplier * level, counters()) for level in (1.0, 1.0 / ratio))
     target_s = fast.time_s + share * (slow.time_s - fast.time_s)
     run = bridge(mesh, fast.switch, slow.switch, target_s, TOLERANCE_S, counters())
-    assert target_s - 0.1 <= run.time_s <= target_s + TOLERANCE_S
+    assert target_s - TOLERANCE_S <= run.time_s <= target_s + TOLERANCE_S
     assert (np.diff(run.x_m) > 0.0).all()
     assert slow.energy_j * (1.0 - 1e-4) <= run.energy_j <= fast.energy_j
 

@@ -36,32 +36,32 @@ def bridge(
 ) -> Run:
     """Run between those of two policies, (K + 1, 4), that takes a time; where none is found, the next faster one."""
     pair = _pair(_driven(mesh, fast, counters), _driven(mesh, slow, counters))
-    if not pair.is_near:
-        first, last = 0, len(fast)
-        while last - first > 1:
-            middle = (first + last) // 2
-            mixed = np.concatenate((slow[:middle], fast[middle:]))
-            if mesh.drive(mixed, counters)[1] < target_s:
-                first = middle
-            else:
-                last = middle
-        here = np.concatenate((slow[:first], fast[first:]))
-        there = np.concatenate((slow[:last], fast[last:]))
-        pair = _pair(_driven(mesh, here, counters), _driven(mesh, there, counters))
-        lo, hi = 0.0, 1.0
-        while hi - lo > _SAME and pair.apart_s > tolerance_s and not pair.is_near:
-            share = 0.5 * (lo + hi)
-            run = _driven(mesh, here + share * (there - here), counters)
-            if run.time_s < target_s:
-                lo, pair = share, _pair(run, pair.late)
-            else:
-                hi, pair = share, _pair(pair.quick, run)
-    quick, late = pair.quick, pair.late
-    if abs(late.time_s - target_s) <= tolerance_s:
-        return late
-    if abs(quick.time_s - target_s) <= tolerance_s or late.time_s <= quick.time_s:
-        return quick
-    return _blended(mesh, pair, target_s, tolerance_s)
+    run = _blended(mesh, pair, target_s, tolerance_s) if pair.is_near else None
+    if run is not None:
+        return run
+    first, last = 0, len(fast)
+    while last - first > 1:
+        middle = (first + last) // 2
+        mixed = np.concatenate((slow[:middle], fast[middle:]))
+        if mesh.drive(mixed, counters)[1] < target_s:
+            first = middle
+        else:
+            last = middle
+    here = np.concatenate((slow[:first], fast[first:]))
+    there = np.concatenate((slow[:last], fast[last:]))
+    pair = _pair(_driven(mesh, here, counters), _driven(mesh, there, counters))
+    lo, hi = 0.0, 1.0
+    while hi - lo > _SAME and pair.apart_s > tolerance_s:
+        run = _blended(mesh, pair, target_s, tolerance_s) if pair.is_near else None
+        if run is not None:
+            return run
+        share = 0.5 * (lo + hi)
+        run = _driven(mesh, here + share * (there - here), counters)
+        if run.time_s < target_s:
+            lo, pair = share, _pair(run, pair.late)
+        else:
+            hi, pair = share, _pair(pair.quick, run)
+    return _blended(mesh, pair, target_s, tolerance_s) or pair.quick
 
 
 def _driven(mesh: Mesh, policy: _Floats, counters: dict[str, int]) -> Run:
@@ -95,9 +95,13 @@ def _pair(quick: Run, late: Run) -> _Pair:
     return _Pair(quick, late, x_m, np.interp(x_m, quick.x_m, quick.w), np.interp(x_m, late.x_m, late.w))
 
 
-def _blended(mesh: Mesh, pair: _Pair, target_s: float, tolerance_s: float) -> Run:
-    """Blend of the squared speeds of two runs that takes a time between theirs; the first one where there is none."""
+def _blended(mesh: Mesh, pair: _Pair, target_s: float, tolerance_s: float) -> Run | None:
+    """Blend of the squared speeds of two runs that takes a time between theirs; None where efforts do not allow it."""
     quick, late, x_m, quick_w, late_w = pair
+    if abs(late.time_s - target_s) <= tolerance_s:
+        return late
+    if abs(quick.time_s - target_s) <= tolerance_s or late.time_s <= quick.time_s:
+        return quick
     step_m = x_m[1:] - x_m[:-1]
     bracket = Bracket(0.0, 1.0, quick.time_s - target_s, late.time_s - target_s)
     w, speed_mps = quick_w, np.sqrt(quick_w)
@@ -111,7 +115,7 @@ def _blended(mesh: Mesh, pair: _Pair, target_s: float, tolerance_s: float) -> Ru
         bracket = bracket.narrowed(share, f)
     profile = profile_of(mesh.trip, x_m, w)
     if (profile.force_n[:-1] > (1.0 + _EXCESS) * most_effort_n(mesh.trip.train, speed_mps)).any():
-        return quick
+        return None
     energy_j = profile.total_energy_j - mesh.tables.auxiliary_w * profile.duration_s
     return Run(profile.duration_s, energy_j, math.nan, x_m, w)
 

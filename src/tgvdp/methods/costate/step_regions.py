@@ -21,8 +21,8 @@ from tgvdp.methods.costate.polyline import insert
 from tgvdp.methods.costate.step_wall import SPREAD, fan_region, jumps_at
 from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
 
-#: Neighbouring images are next to standstill below this share of the envelope.
-_SLOW_SHARE = 0.1
+#: Neighbouring images count as slow below this share of the envelope.
+_SLOW_SHARE = 0.5
 
 
 @part
@@ -82,16 +82,33 @@ def _coast_all(train, step, w, p, x, y):
 
 
 @part
+def _is_dense(w, bottom, slow):
+    """Whether squared speeds, (n,), are above ``bottom`` and have no gaps below ``slow``."""
+    if not w[0] >= bottom:
+        return False
+    i = 1
+    while i < w.shape[0] and w[i - 1] < slow:
+        if not w[i] <= SPREAD * w[i - 1] and SPREAD * w[i - 1] < slow:
+            return False
+        i += 1
+    return True
+
+
+@part
 def coast_region(train, step, line, first, last, images, m):
     """Append the images under coasting of the points ``first`` .. ``last``.
 
-    Next to standstill p varies as 1/v, which no straight line follows: gaps between neighbouring images are filled
+    Between slow ones p varies as 1/v, which no straight line follows: gaps between neighbouring images are filled
     there, from the edge at ``bottom`` on, with points interpolated before the cell.
     """
     w, p = line
     x, y = images
     bottom = step.bottom
     slow = _SLOW_SHARE * step.top
+    count = last + 1 - first
+    _coast_all(train, step, w[first : last + 1], p[first : last + 1], x[m:], y[m:])
+    if count > 0 and _is_dense(x[m : m + count], bottom, slow):
+        return m + count
     image = 0.0
     lost = False
     i = first

@@ -15,8 +15,8 @@ _WALL_PIECES = 40.0
 _MOST_WALL_PIECES = 8.0
 #: ... down to this share of it before the cell.
 LEAST_WALL = 1e-3
-#: Next to standstill, where p varies as 1/v, points are no further apart than this factor of w.
-SPREAD = 2.0
+#: Where trains are slow p varies as 1/v: points are no further apart than this factor of w.
+SPREAD = 1.2
 #: Squared speeds nearer than this share are one, and so are costates.
 _ROUNDING = 1e-9
 
