@@ -241,10 +241,10 @@ def test_a_replay_ends_when_its_time_is_up(honest, monkeypatch):
 
 @pytest.mark.parametrize(("excess", "passes"), [(5e-4, True), (2e-2, False)])
 def test_drag_beyond_the_braking_rate_leaves_brakes_nothing(excess, passes):
-    """A row that slows down a hair more than it coasts is no refusal: the excess is a share of what the rate takes."""
+    """A row that slows down a hair more than it coasts is no refusal: the excess is a share of what the drag takes."""
     rate_mps2, drag_mps2 = 0.3, 1.0
     train = Train(mass_kg=1e3, traction=EffortCurve.from_caps(2e2), braking_rates=((0.0, rate_mps2),), davis_a_n=1e3)
-    w = 900.0 - 2.0 * (drag_mps2 + excess * rate_mps2) * np.array([0.0, 10.0])
+    w = 900.0 - 2.0 * (1.0 + excess) * drag_mps2 * np.array([0.0, 10.0])
     trip = replace(level_trip(train, 10.0), start_speed_mps=30.0, end_speed_mps=float(np.sqrt(w[-1])))
     verdict = replay(trip, profile_of(trip, np.array([0.0, 10.0]), w))
     assert verdict.effort_excess_pct == pytest.approx(100.0 * excess, rel=1e-6)

@@ -14,11 +14,13 @@ from tgvdp.model.energy import PANTOGRAPH, WHEEL
 from tgvdp.model.track import NeutralSection, Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
+from tgvdp.physics.forces import kernel_train, mean_resistance
 from tgvdp.referee.replay import replay
 from tgvdp.runs.batch import Batch, totals_of
 from tgvdp.runs.bends import cut_at_bends, most_off_s
 from tgvdp.runs.fastest import fastest_run
 from tgvdp.runs.profile import profile_of
+from tgvdp.runs.resistance_correction_kernel import cut_rows
 
 pytestmark = pytest.mark.nojit
 
@@ -51,6 +53,34 @@ def test_a_train_that_coasts_takes_the_time_of_its_motion(rows):
         assert profile_of(trip, cut_m, cut_w).duration_s == pytest.approx(time_s, abs=7e-4)
         motion_w = 1600.0 * np.exp(-2.0 * DRAG.davis_c_n_per_mps2 / DRAG.inertia_kg * cut_m)
         assert cut_w == pytest.approx(motion_w, rel=1e-6)
+
+
+def test_parts_of_a_row_share_what_they_miss_its_end_by():
+    """Drag slows a light train with 4 m/s²: parts of a row that coasts all have the same effort, next to none of it."""
+    light = replace(DRAG, mass_kg=1e3, davis_c_n_per_mps2=2.0)
+    slowed = light.davis_c_n_per_mps2 * 40.0 / light.inertia_kg
+    x_m, w = np.array([0.0, 40.0]), 45.0**2 * np.array([1.0, (1.0 - slowed) / (1.0 + slowed)])
+    cut_m, cut_w = np.empty((2, 6))
+    trip = replace(level_trip(light, start_speed_mps=45.0, end_speed_mps=math.sqrt(w[-1])), destination_m=40.0)
+    assert cut_rows(kernel_train(light), resolve(trip), x_m, w, np.array([5]), cut_m, cut_w) == 6
+    force_n = profile_of(trip, cut_m, cut_w).force_n[:-1]
+    np.testing.assert_allclose(force_n, force_n[0], rtol=0.05)
+    assert 0.0 < -force_n[0] < 3e-3 * light.davis_c_n_per_mps2 * w[-1]
+
+
+def test_a_line_that_alone_does_more_than_comfort_allows_is_cut():
+    """Coasting downhill next to standstill bends most, whatever the effort may do."""
+    train = replace(DRAG, davis_a_n=2e4, davis_b_n_per_mps=5e3, davis_c_n_per_mps2=0.0, max_acceleration_mps2=0.1)
+    track = replace(LEVEL, gradients=((0.0, -35.0),))
+    w = np.array([0.2, 4.0])
+    load_n = mean_resistance(kernel_train(train), 0.0, *np.sqrt(w)) - train.mass_kg * 9.81 * 0.035
+    length_m = 0.5 * train.inertia_kg * (w[1] - w[0]) / -load_n
+    trip = Trip(
+        train=train, track=track, origin_m=0.0, destination_m=length_m, start_speed_mps=math.sqrt(w[0]),
+        end_speed_mps=math.sqrt(w[1]),
+    )  # fmt: skip
+    _, parts = cut_at_bends(train, resolve(trip), Batch.of([(np.array([0.0, length_m]), w)]))
+    assert parts[0] > 1
 
 
 def test_what_does_not_bend_is_left_as_it_is():

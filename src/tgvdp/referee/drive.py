@@ -14,6 +14,7 @@ from tgvdp.referee.law import (
     commanded,
     drawn_per_metre,
     dynamic_share,
+    full_braking,
     map_power_at,
     mean_limit,
     slope_at,
@@ -200,8 +201,9 @@ def replay_rows(train, tables, line, supply, x, speed, force, time, energy, firs
             if share > _NO_EFFORT:
                 return last, np.inf, np.inf
         acceleration = 0.5 * (w1 - w0) / d
-        if keeps_rate:  # next to nothing is left to brakes where the load slows enough
-            excess = max(excess, (-force[i] - limit) / effort_at(train.rates, 0.5 * (speed[i] + speed[i + 1])))
+        if keeps_rate:  # of the deceleration: next to nothing is left to brakes where the load slows enough
+            full = full_braking(here, line, x[i], d, 0.5 * (speed[i] + speed[i + 1]))
+            excess = max(excess, (-force[i] - limit) / full)
         else:
             excess = max(excess, lever - 1.0)
         # Comfort limits what the effort does: the line alone may do more.

@@ -70,6 +70,16 @@ def mean_limit(train, line, braking, cap, x, d, w0, w1):
 
 
 @kernel
+def full_braking(train, line, x, d, v):
+    """Net force that slows a train at full braking half-way along a row: its rate, or the load where that is more, N.
+
+    Brakes are left the difference of the two, to which rows keep as well as to these forces themselves.
+    """
+    grade, air = met(line, parts_at(line, x), x + 0.5 * d)
+    return max(effort_at(train.rates, v), resistance_at(train, air, v) + grade)
+
+
+@kernel
 def commanded(train, line, force, limit, x, d, w0, w1):
     """Force that a driver commands for the mean effort of a row, where the limit is below that on a part of it."""
     braking = force < 0.0

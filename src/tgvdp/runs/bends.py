@@ -25,6 +25,7 @@ from tgvdp.physics.forces import (
     resistance_at,
 )
 from tgvdp.runs.batch import Batch
+from tgvdp.runs.effort_jumps import NO_EFFORT
 from tgvdp.runs.resistance_correction_kernel import NEARLY_FULL, cut_rows, is_comfort
 
 #: How far the time of a run may be off, s; a search drives rows that are off by at most this share of their time.
@@ -96,7 +97,9 @@ def _bend(train, grade, air, d, w0, w1):
         change += mean_brake(train, 0.0, middle, v1) - mean_brake(train, 0.0, v0, middle)
     differs = abs(change) / train.inertia_kg
     if acceleration + differs > train.max_acceleration or differs - acceleration > train.max_deceleration:
-        return 0.0
+        mean = train.inertia_kg * acceleration + mean_resistance(train, air, v0, v1) + grade
+        if abs(mean) > NO_EFFORT * effort_at(train.traction, 0.0):  # without effort the line may do more
+            return 0.0
     bend = 0.5 * d * differs
     return bend if bend <= _MOST_BENT * abs(w1 - w0) else 0.0
 

@@ -24,6 +24,9 @@ _BEND = 1e-5
 _MOST_PARTS = 64
 #: Steps to the speed at which a row is cut; after two the effort is kept to the cube of what it bends by.
 _CUT_STEPS = 2
+#: Sweeps along the parts of a row: each leaves the share by which resistance changes along it of what they miss its
+#: end by.
+_CUT_SWEEPS = 3
 
 
 @leaf
@@ -123,13 +126,37 @@ def _law_of(train, grade, air, d, w0, w1):
 
 
 @leaf
-def _change_up_to(train, law, air, v0, v):
-    """By how much the mean force up to a speed along a row from another is above that of the whole row, N."""
+def _change_along(train, law, air, v0, v):
+    """By how much the mean force between two speeds of a row is above that of the whole row, N."""
     _, share, mean, resistance = law
     change = resistance - mean_resistance(train, air, v0, v)
     if share != 0.0:
         change += share * (mean_effort(train.traction if share > 0.0 else train.braking, v0, v) - mean)
     return change
+
+
+@part
+def _cut_row(train, law, air, d, w0, w1, parts, cut_w):
+    """Squared speeds at the end of each part of a row, (parts,) in place; the last one is w1.
+
+    Parts one behind the other lead a little beside w1, as none of them is a straight line either: all make up for it
+    by the same effort. The last one alone would need as many times more of it as there are parts.
+    """
+    per_force = 2.0 / train.inertia_kg * d / parts
+    straight_w = (w1 - w0) / parts
+    made_up_w = 0.0
+    for _ in range(_CUT_SWEEPS):
+        before_w = w0
+        for j in range(parts):
+            here_w = max(0.0, before_w + straight_w + made_up_w)
+            v0 = math.sqrt(before_w)
+            for _ in range(0 if law[0] else _CUT_STEPS):
+                change = _change_along(train, law, air, v0, math.sqrt(here_w))
+                here_w = max(0.0, before_w + straight_w + made_up_w + per_force * change)
+            cut_w[j] = here_w
+            before_w = here_w
+        made_up_w += (w1 - before_w) / parts
+    cut_w[parts - 1] = w1
 
 
 @kernel
@@ -140,7 +167,6 @@ def cut_rows(train, line, x, w, parts, cut_x, cut_w):
     """
     step = 0
     n = 0
-    per_force = 2.0 / train.inertia_kg
     for k in range(x.shape[0] - 1):
         cut_x[n] = x[k]
         cut_w[n] = w[k]
@@ -148,19 +174,10 @@ def cut_rows(train, line, x, w, parts, cut_x, cut_w):
         if parts[k] > 1:
             d = x[k + 1] - x[k]
             step = piece_from(line.break_m, step, 0.5 * (x[k] + x[k + 1]))
-            air = line.air[step]
-            law = _law_of(train, line.grade_n[step], air, d, w[k], w[k + 1])
-            v0 = math.sqrt(w[k])
+            law = _law_of(train, line.grade_n[step], line.air[step], d, w[k], w[k + 1])
+            _cut_row(train, law, line.air[step], d, w[k], w[k + 1], parts[k], cut_w[n:])
             for j in range(1, parts[k]):
-                share = j / parts[k]
-                straight_w = w[k] + share * (w[k + 1] - w[k])
-                here_w = straight_w
-                if not law[0]:
-                    for _ in range(_CUT_STEPS):
-                        change = _change_up_to(train, law, air, v0, math.sqrt(here_w))
-                        here_w = max(0.0, straight_w + per_force * share * d * change)
-                cut_x[n] = x[k] + share * d
-                cut_w[n] = here_w
+                cut_x[n] = x[k] + j / parts[k] * d
                 n += 1
     cut_x[n] = x[-1]
     cut_w[n] = w[-1]

@@ -8,10 +8,11 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from tgvdp.methods.costate.forward_cell import Lines, coast_through
 from tgvdp.methods.costate.forward_rows import coast, evenly
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.train import Train
-from tgvdp.physics.cell import Cell, room_for_rows
+from tgvdp.physics.cell import Cell, room_for_marches, room_for_rows
 from tgvdp.physics.forces import kernel_train, mean_resistance
 
 FREIGHT = Train(
@@ -21,6 +22,17 @@ FREIGHT = Train(
     davis_a_n=3e4,
     davis_b_n_per_mps=360.0,
     davis_c_n_per_mps2=32.0,
+)
+
+
+#: 0.5 t with a strong drag: rows of a cell are stiff.
+LIGHT = Train(
+    mass_kg=500.0,
+    traction=EffortCurve.from_caps(1000.0),
+    friction_brake_n=500.0,
+    davis_a_n=8.0,
+    davis_b_n_per_mps=0.4,
+    davis_c_n_per_mps2=2.0,
 )
 
 
@@ -85,3 +97,39 @@ def test_rows_of_one_effort_are_of_one_effort(end_mps):
     loads_n = [mean_resistance(train, cell.air, v0, v1) for v0, v1 in pairwise(v)]
     efforts_n = gains_n + loads_n
     np.testing.assert_allclose(efforts_n, efforts_n[0], rtol=1e-5)
+
+
+def test_several_rows_pull_no_more_than_one_may():
+    """One row would do with full traction, as its drag grows along a straight line; the motion needs more of it."""
+    train = kernel_train(LIGHT)
+    cell = Cell(0.0, 300.0, 300.0, -100.0, LIGHT.davis_c_n_per_mps2, math.inf)
+    start_w = 21.0**2
+
+    def pulled_n(end_w):
+        load_n = mean_resistance(train, cell.air, math.sqrt(start_w), math.sqrt(end_w)) + cell.grade_n
+        return 0.5 * train.inertia_kg * (end_w - start_w) / cell.length_m + load_n
+
+    end_w = brentq(lambda w: pulled_n(w) - 999.99, start_w, 30.0**2)
+    rows = room_for_rows(1000)
+    n = evenly(train, cell, start_w, end_w, rows, 0)
+    w = np.concatenate(([start_w], rows.w[:n]))
+    loads_n = [mean_resistance(train, cell.air, v0, v1) + cell.grade_n for v0, v1 in pairwise(np.sqrt(w))]
+    efforts_n = 0.5 * train.inertia_kg * np.diff(w) / np.diff(rows.x[:n], prepend=0.0) + loads_n
+    assert efforts_n.max() <= 1000.0 * (1.0 + 1e-6)
+    assert rows.x[n - 1] == cell.length_m
+
+
+def test_coasting_beyond_the_line_of_the_dynamic_brake_needs_no_brakes():
+    """One row would end on that line, several end above it: none of them is bent down to it."""
+    train = kernel_train(LIGHT)
+    cell = Cell(0.0, 100.0, 100.0, 100.0, LIGHT.davis_c_n_per_mps2, math.inf)
+    start_w = 24.0**2
+    landed = coast(train, cell, cell.length_m, start_w)
+    lines = Lines(*[1e4] * 3, landed, landed, landed, 1e4, 1e4)
+    rows = room_for_rows(1000)
+    n = coast_through(train, True, cell, start_w, landed, lines, room_for_marches(100), rows, 0)
+    assert n > 2
+    w = np.concatenate(([start_w], rows.w[:n]))
+    loads_n = [mean_resistance(train, cell.air, v0, v1) + cell.grade_n for v0, v1 in pairwise(np.sqrt(w))]
+    efforts_n = 0.5 * train.inertia_kg * np.diff(w) / np.diff(rows.x[:n], prepend=0.0) + loads_n
+    np.testing.assert_allclose(efforts_n, 0.0, atol=1e-6 * max(loads_n))

@@ -242,12 +242,14 @@ def coast_through(train, regenerates, cell, w, landed, lines, scratch, rows, n):
     most = min(lines.b, lines.top)
     if landed <= most * (1.0 + ON_CURVE):
         parts = rows_needed(train, cell.air, rest, w, landed)
+        first = n
         for i in range(1, parts + 1):
             w = landed if parts == 1 else coast(train, cell, rest / parts, w)
             n = append(cell.start_m + i * rest / parts if i < parts else cell.end_m, w, rows, n)
-        if n > 0:
-            rows.w[n - 1] = min(w, most)  # a rounding error above, and braking would be a sliver
-        return n
+        # A rounding error above b, and braking would be a sliver; but what several rows lead to beyond one is none.
+        if w <= most * (1.0 + ON_CURVE):
+            w = min(w, most)
+        return ended(cell, min(w, lines.top), rows, first, n)
     # Brakes for the last hand's breadth would be none that one applies, but a cell may be as short as that: by friction
     # only the envelope is met.
     near = landed <= most * (1.0 + _NEAR)

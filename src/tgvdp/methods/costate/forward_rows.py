@@ -125,32 +125,23 @@ def ended(cell, target, rows, first, n):
 
 
 @part
-def evenly(train, cell, w, target, rows, n):
-    """Append rows of one effort through a cell; a single one, of one acceleration, where a limit is near.
+def _in_parts(train, cell, effort, w, target, rows, n):
+    """Append rows of one effort through a cell, near one that takes a single row; returns that effort and their number.
 
-    An effort that one row would pull, and several would brake, is none: braking may not be allowed at all. One that the
-    train gives at one end only is full traction, and holding where that leads to; or full traction that slows down.
+    An effort that one row would pull, and several would brake, is none, nor is one that they would pull where it
+    brakes: the other may not be allowed at all.
     """
-    effort = duration_and_work(train, cell.length_m, cell.grade_n, cell.air, w, target)[1] / cell.length_m
-    free = _gives(train, cell, effort, math.sqrt(w)) and _gives(train, cell, effort, math.sqrt(target))
-    holds = w < target and 0.0 <= pull(train, cell, target, target) < math.inf
-    if not free and effort > 0.0 and (holds or w > target):
-        first = n
-        left, landed, n = saturated(train, TRACTION, cell, w, target, rows, n)
-        if left <= (1.0 - FULL_EFFORT) * cell.length_m:
-            # A hair below the target, where its rows take a little longer than one; slowing down, to the target.
-            return ended(cell, landed if holds else target, rows, first, n)
-        return append(cell.end_m, target, rows, n if holds else first)
-    parts = rows_needed(train, cell.air, cell.length_m, w, target) if free else 1
-    sweeps = _EFFORT_SWEEPS if parts > 1 else 1
+    parts = rows_needed(train, cell.air, cell.length_m, w, target)
     factor = 2.0 * cell.length_m / train.inertia_kg
     per_effort = factor / (1.0 + factor * _slope(train, cell.air, math.sqrt(w)))
     pulls = effort >= 0.0
+    driven = effort
     step = 0.0
     before = w
     last = n
     coasts = False
-    for sweep in range(sweeps):
+    for sweep in range(_EFFORT_SWEEPS if parts > 1 else 1):
+        driven = effort
         pushed = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n - effort, cell.air, cell.limit_w)
         last = n
         landed = w
@@ -161,15 +152,39 @@ def evenly(train, cell, w, target, rows, n):
             per_effort = (landed - before) / step
         step = (target - landed) / per_effort
         before = landed
-        coasts = pulls and effort == 0.0
+        coasts = effort == 0.0
         if abs(target - landed) <= ON_CURVE * target:
             break
-        effort = max(effort + step, 0.0) if pulls else effort + step
+        effort = max(effort + step, 0.0) if pulls else min(effort + step, 0.0)
     if last > 0:
         rows.x[last - 1] = cell.end_m
         if parts == 1 or not coasts:
             rows.w[last - 1] = target
-    return last
+    return driven, last
+
+
+@part
+def evenly(train, cell, w, target, rows, n):
+    """Append rows of one effort through a cell; a single one, of one acceleration, where a limit is near.
+
+    One that the train gives at one end only, or for a single row only, is full traction, and holding where that leads
+    to; or full traction that slows down.
+    """
+    effort = duration_and_work(train, cell.length_m, cell.grade_n, cell.air, w, target)[1] / cell.length_m
+    v0, v1 = math.sqrt(w), math.sqrt(target)
+    if _gives(train, cell, effort, v0) and _gives(train, cell, effort, v1):
+        driven, last = _in_parts(train, cell, effort, w, target, rows, n)
+        if last < 0 or (_gives(train, cell, driven, v0) and _gives(train, cell, driven, v1)):
+            return last
+    holds = w < target and 0.0 <= pull(train, cell, target, target) < math.inf
+    if effort > 0.0 and (holds or w > target):
+        first = n
+        left, landed, n = saturated(train, TRACTION, cell, w, target, rows, n)
+        if left <= (1.0 - FULL_EFFORT) * cell.length_m:
+            # A hair below the target, where its rows take a little longer than one; slowing down, to the target.
+            return ended(cell, landed if holds else target, rows, first, n)
+        return append(cell.end_m, target, rows, n if holds else first)
+    return append(cell.end_m, target, rows, n)
 
 
 @part
