@@ -13,7 +13,7 @@ from tgvdp.physics.cell import Rows
 
 #: What leaving phases out may add to E + λT, as a share of a run's energy; but of no less than this share of the energy
 #: for traction of the fastest run, as net energies may be 0.
-_LOSS = 1e-5
+_LOSS = 5e-5
 _LEAST_SHARE = 0.1
 #: ... and as a share of what the next run costs less: the order of runs stays what it is.
 _OF_STEP = 0.2
