@@ -59,7 +59,7 @@ def test_running_times_are_met_and_energy_is_no_more(pair):
         + np.nan_to_num(before._found.multiplier_j_per_s[before.front.source], posinf=0.0) * later_s
     )
     base_j = np.maximum(np.abs(before.front.energy_j), 0.1 * abs(before.front.energy_j[0]))
-    assert (dearer_j <= 1.1e-5 * base_j).all()
+    assert (dearer_j <= 5.1e-5 * base_j).all()
 
 
 def test_the_referee_confirms_the_runs(pair):
