@@ -69,13 +69,16 @@ def holding_costate(train, step, w0, w1):
 
 
 @leaf
-def _costate_before(step, length, v1, w0, image_w, work_w, p1):
-    """Costate at the image w0 of v1², whose derivative is ``image_w``; ``work_w`` is that of the effort's work."""
+def _costate_before(step, price, length, v1, w0, image_w, work_w, p1):
+    """Costate at the image w0 of v1², whose derivative is ``image_w``, where a second costs a price.
+
+    ``work_w`` is the derivative of the effort's work per metre, but for what is counted by the second.
+    """
     lost = LOST * step.bottom
     v0 = math.sqrt(w0 if w0 > lost else lost)
     s = v0 + v1
     span = s * s * v0 * v1
-    return ((length * work_w + p1) * span - step.multiplier * length * (image_w * v1 + v0)) / (span * image_w)
+    return ((length * work_w + p1) * span - price * length * (image_w * v1 + v0)) / (span * image_w)
 
 
 @leaf
@@ -92,57 +95,64 @@ def coast_back(train, step, length, w1, p1):
     middle_w = 1.0 + length * (per_v * middle_v + step.air)
     w0 = w1 + 2.0 * length * (step.load + train.davis_b * middle_v + step.air * middle)
     image_w = 1.0 + 2.0 * length * (per_v * v1 + step.air) * middle_w
-    return w0, _costate_before(step, length, v1, w0, image_w, 0.0, p1)
+    return w0, _costate_before(step, step.multiplier, length, v1, w0, image_w, 0.0, p1)
 
 
 @leaf
 def _saturated_slope(train, regime, load, air, v):
-    """Slope dw/ds, its derivative by w, and that of the effort that counts, under full traction or full braking.
+    """Slope dw/ds, its derivative by w, and the work that counts, under full traction or full braking.
 
-    Of traction, or of the dynamic brake, alone or with friction.
+    Of traction, or of the dynamic brake, alone or with friction: the derivative by w of the effort but for the part of
+    constant power, and that power, whose work is known by the time. (By the effort in the middle it would not be, and at
+    multipliers near the power that is returned, where speed is worth next to nothing, the sign of p would be chance.)
     """
     table = train.traction if regime == TRACTION else train.braking
     i = table.shape[0] - 1
     while i > 0 and table[i, 0] > v:
         i -= 1
     per_v = 1.0 / v
-    hyperbolic = table[i, 1] * per_v
-    effort = hyperbolic + table[i, 2] + v * (table[i, 3] + v * (table[i, 4] + v * table[i, 5]))
-    slope = table[i, 3] + v * (2.0 * table[i, 4] + v * 3.0 * table[i, 5]) - hyperbolic * per_v
+    power = table[i, 1]
+    effort = power * per_v + table[i, 2] + v * (table[i, 3] + v * (table[i, 4] + v * table[i, 5]))
+    slope = table[i, 3] + v * (2.0 * table[i, 4] + v * 3.0 * table[i, 5])
     if regime != TRACTION:
         effort = -effort
         slope = -slope
+        power = -power
     resistance = load + v * (train.davis_b + v * air)
     resistance_w = 0.5 * train.davis_b * per_v + air
     net = effort - resistance
     if regime == TRACTION and net >= train.max_acceleration:
         if resistance <= -train.max_acceleration:  # downhill it gains more than that by itself
-            return -2.0 * resistance, -2.0 * resistance_w, 0.0
-        return 2.0 * train.max_acceleration, 0.0, resistance_w
-    effort_w = 0.5 * slope * per_v
+            return -2.0 * resistance, -2.0 * resistance_w, 0.0, 0.0
+        return 2.0 * train.max_acceleration, 0.0, resistance_w, 0.0
+    work_w = 0.5 * slope * per_v
+    effort_w = work_w - 0.5 * power * per_v * per_v * per_v
     if regime != TRACTION:
         full = train.friction_n - effort if regime == BRAKING else -effort
         rate = effort_at(train.rates, v) if train.rates.shape[0] > 0 else train.max_deceleration
         if rate < full + resistance:
             if rate <= resistance:  # the load slows it down more than that by itself
-                return -2.0 * resistance, -2.0 * resistance_w, 0.0
-            return -2.0 * rate, 0.0, resistance_w if rate - resistance < -effort else effort_w
-        return -2.0 * (full + resistance), 2.0 * (effort_w - resistance_w), effort_w
-    return 2.0 * net, 2.0 * (effort_w - resistance_w), effort_w
+                return -2.0 * resistance, -2.0 * resistance_w, 0.0, 0.0
+            if rate - resistance < -effort:
+                return -2.0 * rate, 0.0, resistance_w, 0.0
+            return -2.0 * rate, 0.0, work_w, power
+        return -2.0 * (full + resistance), 2.0 * (effort_w - resistance_w), work_w, power
+    return 2.0 * net, 2.0 * (effort_w - resistance_w), work_w, power
 
 
 @leaf
 def saturated_back(train, regime, step, length, w1, p1):
     """Image of a point under full traction or full braking, dynamic or by all brakes, over a length."""
     v1 = math.sqrt(w1)
-    g, g_w, _ = _saturated_slope(train, regime, step.load, step.air, v1)
+    g, g_w, _, _ = _saturated_slope(train, regime, step.load, step.air, v1)
     middle_v = math.sqrt(max(w1 - 0.5 * length * g, step.bottom))
     middle_w = 1.0 - 0.5 * length * g_w
-    g, g_w, effort_w = _saturated_slope(train, regime, step.load, step.air, middle_v)
+    g, g_w, work_w, power = _saturated_slope(train, regime, step.load, step.air, middle_v)
     w0 = w1 - length * g
     image_w = max(1.0 - length * g_w * middle_w, 1e-3)
     per_joule = 1.0 if regime == TRACTION else step.returned
-    return w0, _costate_before(step, length, v1, w0, image_w, per_joule * effort_w * middle_w, p1)
+    price = step.multiplier + per_joule * power
+    return w0, _costate_before(step, price, length, v1, w0, image_w, per_joule * work_w * middle_w, p1)
 
 
 @part
