@@ -103,8 +103,8 @@ def _saturated_slope(train, regime, load, air, v):
     """Slope dw/ds, its derivative by w, and the work that counts, under full traction or full braking.
 
     Of traction, or of the dynamic brake, alone or with friction: the derivative by w of the effort but for the part of
-    constant power, and that power, whose work is known by the time. (By the effort in the middle it would not be, and at
-    multipliers near the power that is returned, where speed is worth next to nothing, the sign of p would be chance.)
+    constant power, and that power, whose work is that of the time. (By the effort in the middle it would be nearly
+    that: at multipliers next to the power that is returned, where speed is worth nothing, p had any sign.)
     """
     table = train.traction if regime == TRACTION else train.braking
     i = table.shape[0] - 1
