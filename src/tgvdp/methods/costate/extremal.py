@@ -88,3 +88,17 @@ def tangent_gap(first: Extremal, second: Extremal) -> float:
     if not first.multiplier > chord > second.multiplier:
         return 0.0
     return span * (first.multiplier - chord) * (chord - second.multiplier) / (first.multiplier - second.multiplier)
+
+
+def foretells(first: Extremal, second: Extremal) -> bool:
+    """Whether the running time between two extremals may well be a quadratic in ln λ, as `foretell` takes it to be.
+
+    The energy between them, the integral of λ over the time, says how that bends; if it would have to fall on the way,
+    the time rises all but at once somewhere.
+    """
+    ratio = second.multiplier / first.multiplier
+    span = -math.log(ratio)
+    mean = (1.0 - ratio) / span
+    bent = mean - 2.0 * (mean - ratio) / span  # of T = T0 + (T1 − T0)·(u + bend·u·(1 − u)), λ = λ0·ratio^u
+    chord = (first.energy_j - second.energy_j) / (second.time_s - first.time_s)
+    return abs(chord / first.multiplier - mean) <= abs(bent)
