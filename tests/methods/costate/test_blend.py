@@ -8,7 +8,7 @@ import pytest
 from tests.helpers.fronts import check_front, feasible_trip
 from tests.helpers.trips import commuter, trip_on
 from tgvdp.methods.costate.blend import Blend, fill_blend
-from tgvdp.methods.costate.extremal import Extremal, between
+from tgvdp.methods.costate.extremal import Extremal, between, foretells
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.runs.fastest import fastest_run
 
@@ -77,3 +77,14 @@ def test_next_to_the_fastest_run_energy_is_foretold_where_it_falls_with_the_root
 def test_coasting_downhill_ends_at_the_envelope():
     """A blend aimed above a limit that coasting passes within a cell: by 0.06 m/s, then braked in one row."""
     check_front(feasible_trip(109739), 0.001, 2)
+
+
+@pytest.mark.parametrize("ratio", [0.99, 0.6, 0.05])
+@pytest.mark.parametrize(("bend", "rises"), [(0.0, True), (0.95, True), (-0.95, True), (1.05, False), (-1.05, False)])
+def test_running_times_that_would_fall_on_the_way_are_told_from_the_energy(ratio, bend, rises):
+    """Against the sum of λ over a time that is a quadratic in ln λ; it falls somewhere where it bends by more than 1."""
+    share = np.linspace(0.0, 1.0, 20_001)
+    time_s = 600.0 + 40.0 * (share + bend * share * (1.0 - share))
+    saved_j = np.trapezoid(1e6 * ratio**share, time_s)
+    first = Extremal(1e6, np.empty(0), 600.0, 3e8)
+    assert foretells(first, Extremal(ratio * 1e6, np.empty(0), 640.0, 3e8 - saved_j)) == rises
