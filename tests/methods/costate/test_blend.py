@@ -82,7 +82,7 @@ def test_coasting_downhill_ends_at_the_envelope():
 @pytest.mark.parametrize("ratio", [0.99, 0.6, 0.05])
 @pytest.mark.parametrize(("bend", "rises"), [(0.0, True), (0.95, True), (-0.95, True), (1.05, False), (-1.05, False)])
 def test_running_times_that_would_fall_on_the_way_are_told_from_the_energy(ratio, bend, rises):
-    """Against the sum of λ over a time that is a quadratic in ln λ; it falls somewhere where it bends by more than 1."""
+    """Against the sum of λ over a time that is quadratic in ln λ, and falls somewhere if it bends by more than 1."""
     share = np.linspace(0.0, 1.0, 20_001)
     time_s = 600.0 + 40.0 * (share + bend * share * (1.0 - share))
     saved_j = np.trapezoid(1e6 * ratio**share, time_s)
