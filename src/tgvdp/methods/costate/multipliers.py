@@ -30,7 +30,7 @@ _IDLE_STEPS = 12
 #: below the chord, the front may bend in a way that they do not foretell: unless they foretold one between them.
 _BEND = 5e-3
 #: ... and where the running time seems to jump, this.
-_JUMP = 5e-4
+_JUMP = 1.5e-3
 #: ... but of no less than this share of the energy of the fastest run: a net energy may be 0.
 _LEAST_SHARE = 0.1
 #: Two multipliers whose logarithms differ by less are one.
@@ -211,11 +211,11 @@ class ExtremalFront:
         """Into how many pieces to cut the front between two extremals so that none holds a surprise."""
         if math.isinf(before.multiplier):
             return 1 if after.time_s - before.time_s <= self.tolerance_s else 2
+        if before.multiplier in self.foretold or after.multiplier in self.foretold:
+            return 1  # their tangents part a quarter as far as those of the two that foretold
         bend = tangent_gap(before, after) / self.base_j(after.energy_j)
         if bend > _JUMP and not foretells(before, after):
             return 2
-        if before.multiplier in self.foretold or after.multiplier in self.foretold:
-            return 1  # their tangents part a quarter as far as those of the two that foretold
         # Tangents part from the chord with the square of the distance between the extremals.
         return math.ceil(math.sqrt(bend / _BEND))
 
