@@ -12,6 +12,20 @@ def piece_from(knots, i, x):
 
 
 @leaf
+def count_below(knots, count, x):
+    """How many of the first knots are below x: numpy's `searchsorted` takes numba a dozen functions, and a second."""
+    first = 0
+    end = count
+    while first < end:
+        middle = (first + end) // 2
+        if knots[middle] < x:
+            first = middle + 1
+        else:
+            end = middle
+    return first
+
+
+@leaf
 def sum_to(function, i, x):
     """Integral of a `Piecewise` function up to x, in piece i."""
     u = x - function.knot_m[i]

@@ -6,9 +6,8 @@ the other end give two curves w(x); a run follows the first to their meeting poi
 
 import math
 
-import numpy as np
-
 from tgvdp._jit import kernel, leaf, part
+from tgvdp.line.walk import count_below
 from tgvdp.physics.cell import Rows, append
 from tgvdp.physics.motion import land, march, net_force
 from tgvdp.physics.roots import Bracket, narrowed, secant
@@ -53,7 +52,7 @@ def braked_along(train, brakes, cell, w1, x, curve, n):
 
     They do not depend on where braking begins, but the last one, which is shorter.
     """
-    i = np.searchsorted(curve.x[:n], x)
+    i = count_below(curve.x, n, x)
     if i == n:  # it ended there
         return min(curve.w[n - 1], cell.limit_w)
     from_x = 0.0

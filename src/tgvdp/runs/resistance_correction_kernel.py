@@ -22,11 +22,10 @@ _SAME_W = 1e-8
 #: Largest bend of the difference along a row, as a share of w, and the rows that one is cut into at most.
 _BEND = 1e-5
 _MOST_PARTS = 64
-#: Steps to the speed at which a row is cut; after two the effort is kept to the cube of what it bends by.
-_CUT_STEPS = 2
-#: Sweeps along the parts of a row: each leaves the share by which resistance changes along it of what they miss its
-#: end by.
-_CUT_SWEEPS = 3
+#: Parts of a row are known once a sweep along them leads to where the one before it led, to this share of w, as it
+#: leaves that times the share by which forces change along the row; and after so many sweeps at most.
+_SAME_CUT_W = 1e-7
+_CUT_SWEEPS = 20
 
 
 @leaf
@@ -93,15 +92,14 @@ def is_comfort(train, gain):
 
 @leaf
 def _law_of(train, grade, air, d, w0, w1):
-    """What a row keeps to: its acceleration, or a share of an effort limit, of its mean, beside constant effort.
+    """What a row keeps to: whether its acceleration, and else the share of an effort limit beside constant effort.
 
-    The share is 0 where all is constant, and below 0 where the dynamic brake follows its limit. Last is resistance.
+    The share is 0 where all is constant, and below 0 where the dynamic brake follows its limit.
     """
     acceleration = 0.5 * (w1 - w0) / d
     v0 = math.sqrt(w0)
     v1 = math.sqrt(w1)
-    resistance = mean_resistance(train, air, v0, v1)
-    effort = train.inertia_kg * acceleration + resistance + grade
+    effort = train.inertia_kg * acceleration + mean_resistance(train, air, v0, v1) + grade
     kept = is_comfort(train, acceleration)
     table = train.traction if effort >= 0.0 else train.braking
     mean = mean_effort(table, v0, v1)
@@ -122,40 +120,48 @@ def _law_of(train, grade, air, d, w0, w1):
     else:
         braking = -acceleration * train.inertia_kg / mean_rate(train.rates, v0, v1)
         kept = kept or abs(braking - 1.0) <= _AT_LIMIT  # beyond its rate it is the load alone that slows a train
-    return kept, share, mean, resistance
+    return kept, share
 
 
-@leaf
-def _change_along(train, law, air, v0, v):
-    """By how much the mean force between two speeds of a row is above that of the whole row, N."""
-    _, share, mean, resistance = law
-    change = resistance - mean_resistance(train, air, v0, v)
-    if share != 0.0:
-        change += share * (mean_effort(train.traction if share > 0.0 else train.braking, v0, v) - mean)
-    return change
+@part
+def _sweep(train, share, air, d, w0, w1, parts, cut_w):
+    """Squared speeds at the end of each part of a row by the forces between those that there are, (parts,) in place.
+
+    Parts have one effort alike beside the ``share`` of its limit: the one that leads to w1. Returns where none leads.
+    """
+    table = train.traction if share > 0.0 else train.braking
+    per_force = 2.0 / train.inertia_kg * d / parts
+    led_w = w0
+    v0 = math.sqrt(w0)
+    for j in range(parts):
+        v1 = math.sqrt(cut_w[j])
+        force = -mean_resistance(train, air, v0, v1)
+        if share != 0.0:
+            force += share * mean_effort(table, v0, v1)
+        led_w += per_force * force
+        cut_w[j] = led_w
+        v0 = v1
+    alike_w = (w1 - led_w) / parts
+    for j in range(parts):
+        cut_w[j] = max(0.0, cut_w[j] + (j + 1) * alike_w)
+    return led_w
 
 
 @part
 def _cut_row(train, law, air, d, w0, w1, parts, cut_w):
     """Squared speeds at the end of each part of a row, (parts,) in place; the last one is w1.
 
-    Parts one behind the other lead a little beside w1, as none of them is a straight line either: all make up for it
-    by the same effort. The last one alone would need as many times more of it as there are parts.
+    All parts at once, from a straight line on: no part waits for the one before it, and none makes up for the others.
     """
-    per_force = 2.0 / train.inertia_kg * d / parts
-    straight_w = (w1 - w0) / parts
-    made_up_w = 0.0
-    for _ in range(_CUT_SWEEPS):
-        before_w = w0
-        for j in range(parts):
-            here_w = max(0.0, before_w + straight_w + made_up_w)
-            v0 = math.sqrt(before_w)
-            for _ in range(0 if law[0] else _CUT_STEPS):
-                change = _change_along(train, law, air, v0, math.sqrt(here_w))
-                here_w = max(0.0, before_w + straight_w + made_up_w + per_force * change)
-            cut_w[j] = here_w
-            before_w = here_w
-        made_up_w += (w1 - before_w) / parts
+    for j in range(parts):
+        cut_w[j] = w0 + (j + 1) / parts * (w1 - w0)
+    kept, share = law
+    led_w = math.inf
+    for _ in range(0 if kept else _CUT_SWEEPS):
+        before_w = led_w
+        led_w = _sweep(train, share, air, d, w0, w1, parts, cut_w)
+        if abs(led_w - before_w) <= _SAME_CUT_W * max(w0, w1):
+            break
     cut_w[parts - 1] = w1
 
 

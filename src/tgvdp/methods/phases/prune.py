@@ -277,7 +277,7 @@ def prune(
     plan, found = np.empty((_MOST_PHASES, PLAN_COLUMNS)), np.empty((len(runs), 4))
     prune_runs(way, given, ends, price, least_s, most_j, later_s, slack_s, here, there, plan, out, found)
     size = int(found[-1, 0])
-    x_m, w, regime = out.x[:size].copy(), out.w[:size].copy(), out.regime[:size].copy()
+    x_m, w, regime = out.x[:size].copy(), out.w[:size].copy(), out.regime[:size].astype(np.int8)
     pruned, start = [], 0
     for place, time_s, energy_j, short in found.tolist():
         end = int(place)

@@ -25,7 +25,7 @@ def _lacking_s(run, first, last, before, after, least_s):
 
 
 @part
-def stretch(way, run, i, from_m, j, until_m, before=-1, after=-1, least_s=0.0):
+def stretch(way, run, i, from_m, j, until_m, before, after, least_s):
     """Time, energy and `_lacking_s` from a position on row i of a run, which is cut for it, to one on its row j."""
     x0 = run.x[i]
     w0 = run.w[i]
@@ -53,7 +53,7 @@ def stretch(way, run, i, from_m, j, until_m, before=-1, after=-1, least_s=0.0):
 @part
 def _until(way, run, i, until, out, m):
     """Drive as a run does on its row i, up to a position on it; returns the rows, −1 where the train stalls."""
-    regime = int(run.regime[i])
+    regime = run.regime[i]
     if regime == HOLDING:
         out.x[m] = until
         out.w[m] = w_on(run.x, run.w, i, until)

@@ -67,14 +67,14 @@ class Run(NamedTuple):
 
     x: NDArray[np.float64]
     w: NDArray[np.float64]
-    regime: NDArray[np.int8]
+    regime: NDArray[np.int64]
     time: NDArray[np.float64]
     energy: NDArray[np.float64]
 
     @classmethod
     def empty(cls, size: int) -> "Run":
         """Room for a run of so many rows."""
-        return cls(np.empty(size), np.empty(size), np.empty(size, dtype=np.int8), np.empty(size), np.empty(size))
+        return cls(np.empty(size), np.empty(size), np.empty(size, dtype=np.int64), np.empty(size), np.empty(size))
 
 
 def way_of(train: KernelTrain, cells: Cells, envelope: Rows, tables: EnergyTables) -> Way:
@@ -87,8 +87,16 @@ def way_of(train: KernelTrain, cells: Cells, envelope: Rows, tables: EnergyTable
 
 @leaf
 def row_at(x, n, at):
-    """Row that starts at a position, or holds it."""
-    return min(max(np.searchsorted(x[:n], at, side="right") - 1, 0), n - 2)
+    """Row, of n − 1, that starts at a position, or holds it; the first or the last one beyond them."""
+    first = 0
+    end = n - 1
+    while end - first > 1:
+        middle = (first + end) // 2
+        if x[middle] <= at:
+            first = middle
+        else:
+            end = middle
+    return first
 
 
 @leaf

@@ -153,7 +153,7 @@ def widen(way, run, n, plan, count, price, least_s, room, out):
             measure(way, out, start - 1, whole)
             lasts_s, _ = total(out, start, size - 1)
             new_s, new_j = total(out, start - 1, whole)
-            old_s, old_j, _ = stretch(way, run, first, out.x[start - 1], last, out.x[whole])
+            old_s, old_j, _ = stretch(way, run, first, out.x[start - 1], last, out.x[whole], -1, -1, 0.0)
             later_s = new_s - old_s
             dearer_j = new_j - old_j + price * later_s
             if final:
