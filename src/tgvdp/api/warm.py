@@ -110,7 +110,9 @@ def ascents() -> list[Compiled]:
     count = len(cells.length_m)
     caps = Caps(cells.limit_w, np.append(cells.limit_w, cells.limit_w[-1]), np.zeros((count, 2)))
     flat = np.zeros(count)
-    found = Ledger(flat, flat, flat, flat, np.zeros(count + 1), cells, caps, caps.node.copy(), np.zeros(count, dtype=np.int8))
+    found = Ledger(
+        flat, flat, flat, flat, np.zeros(count + 1), cells, caps, caps.node.copy(), np.zeros(count, dtype=np.int8)
+    )
     with watch() as compiled:
         problem.climbed(found, 1.0, WHOLE, np.full((count, 2), np.inf), 1e6, None)
     return compiled

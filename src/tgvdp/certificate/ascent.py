@@ -2,12 +2,12 @@
 
 The bound is a sum over cells, each of the costates at its two ends and no others, and concave in all of them. Around
 given costates it is like a sum of parabolas along a chain, with steps of their slopes where regimes change and where p
-jumps (`slopes`), whose top `chain` finds exactly: a Newton step with the kinks in it. A step that does not raise the
-bound is not taken. Where a cell gained less than it promised, a kink stood in the way: the speed of its least value
-jumped from one to another, say. Its slopes on both sides tell where: the cell is bent more along their difference, so
-that the next step ends about there, and then goes along the kink (a secant rule, as in quasi-Newton methods, for each
-cell alone). All cells are damped the more, the more steps were in vain (Levenberg 1944). Whatever comes out is as valid
-as any other costate.
+jumps (`slopes`, `steps`), whose top `chain` finds exactly: a Newton step with the kinks in it. A step that does not
+raise the bound is not taken. Where a cell gained less than it promised, a kink stood in the way: the speed of its least
+value jumped from one to another, say. Its slopes on both sides tell where: the cell is bent more along their
+difference, so that the next step ends about there, and then goes along the kink (a secant rule, as in quasi-Newton
+methods, for each cell alone). All cells are damped the more, the more steps were in vain (Levenberg 1944). Whatever
+comes out is as valid as any other costate.
 """
 
 import math
@@ -16,171 +16,20 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel, leaf, part
-from tgvdp.certificate.cell_bounds import curve_of, share_of
-from tgvdp.certificate.chain import LEVELS, Chain, chain_of, link_gain, own_gain, solve_chain
-from tgvdp.certificate.slopes import (
-    BRAKES,
-    BY_P,
-    BY_SLOPE,
-    DYNAMIC,
-    PULL,
-    SLOPES,
-    SPEED,
-    STIFF,
-    TURN,
-    VALUE,
-    fill_slopes,
-    regular_cells,
-)
+from tgvdp._jit import kernel, part
+from tgvdp.certificate.chain import Chain, chain_of, link_gain, own_gain, solve_chain
+from tgvdp.certificate.slopes import SLOPES, VALUE, fill_slopes, regular_cells
+from tgvdp.certificate.steps import Way, fill_chain, gain_of_end, gain_of_start, slope_below
 
 #: Damping at first, relative to the bend of λ/v; and the share of it, and of what cells are bent more, that is kept
 #: after a step that raised the bound. One in vain divides the damping by it.
 _DAMPED, _KEPT = 0.03, 0.25
 #: Least distance to a kink, relative to the step that crossed it.
 _NEAREST = 1e-6
-#: How far a step may go, and the least size of a costate, in units of what a joule of traction costs.
-_REACH, _LEAST_SIZE = 4.0, 0.02
-#: Second derivative that all have at least, relative to w over the size of the costate.
-_LEAST_BEND = 1e-6
 #: Steps that raise the bound too little in a row, after which there are no more.
 _MOST_POOR = 20
 #: Gains of a cell that are no more than rounding, relative to its bound.
 _ROUNDING = 1e-12
-
-
-class Way(NamedTuple):
-    """What a step of an ascent moves: all costates, or all r, around the speeds of the run that they come from.
-
-    Attributes
-    ----------
-    curving : bool
-        Whether it is r, which is the same on both sides of a node. Then q = p + r·v stays as it is at the speed
-        ``pivot``: p moves by −pivot times as much.
-    pivot : (K + 1,) float64
-        Speeds at the nodes, m/s.
-    bow : (K + 1,) float64
-        r at the nodes.
-    """
-
-    curving: bool
-    pivot: NDArray[np.float64]
-    bow: NDArray[np.float64]
-
-
-@leaf
-def _turned(way, node, v):
-    """How q at speed v changes with what is moved at a node."""
-    return v - way.pivot[node] if way.curving else 1.0
-
-
-@leaf
-def _lifted(slopes, way, k, at, node):
-    """How the potential changes with what is moved at a node, at the speed of the least value at an end of a cell."""
-    if not way.curving:
-        return slopes[k, at, BY_SLOPE]
-    v = slopes[k, at, SPEED]
-    return v * v * (2.0 / 3.0 * v - way.pivot[node])
-
-
-@leaf
-def _by_end(reach_w, way, node):
-    """How the potential changes with what is moved at an end of the trip."""
-    return curve_of(reach_w) - way.pivot[node] * reach_w if way.curving else reach_w
-
-
-@leaf
-def _bend(slopes, way, d, multiplier, k, end):
-    """Second derivative of the bound of a cell, −weight·u·uᵀ, by one of its ends; and the weight that λ/v has alone."""
-    v = slopes[k, end, SPEED]
-    turn = slopes[k, end, TURN] * _turned(way, k + end, v)
-    if way.curving:
-        turn += slopes[k, end, BY_P]
-    u0 = (turn if end == 0 else 0.0) - 2.0 * v * _turned(way, k, v) / d
-    u1 = (turn if end == 1 else 0.0) + 2.0 * v * _turned(way, k + 1, v) / d
-    return u0, u1, 0.5 * d / slopes[k, end, STIFF], 0.5 * d * v * v * v / (3.0 * multiplier)
-
-
-@leaf
-def _slope_below(slopes, way, level, d, k, end, p):
-    """Slope of the bound of a cell by what is moved at one of its ends, without the drops of levels below costate p."""
-    v = slopes[k, end, SPEED]
-    cross = 0.5 * (_lifted(slopes, way, k, 0, k + end) + _lifted(slopes, way, k, 1, k + end))
-    slope = 0.5 * d * slopes[k, end, BY_P] * _turned(way, k + end, v) + (cross if end == 1 else -cross)
-    if not way.curving:
-        q = p + way.bow[k + end] * v
-        if q > level[0]:
-            slope += d * slopes[k, end, PULL]
-        if q > level[1]:
-            slope += d * slopes[k, end, DYNAMIC]
-        if q > level[2]:
-            slope += d * (slopes[k, end, BRAKES] - slopes[k, end, DYNAMIC])
-    return slope
-
-
-@part
-def _fill_costate(tables, level, w, p, slopes, way, d, k, end, chain):
-    """The terms of a costate at one end of a cell that are its own."""
-    i = 2 * k + end
-    size = max(abs(p), _LEAST_SIZE * tables.traction)
-    most = _REACH * max(size, tables.traction)
-    chain.at[i], chain.lowest[i], chain.highest[i] = p, p - most, p + most
-    chain.bend[i] = _LEAST_BEND * w / size
-    chain.drop[i, 0] = d * slopes[k, end, PULL]
-    chain.drop[i, 1] = d * slopes[k, end, DYNAMIC]
-    chain.drop[i, 2] = d * (slopes[k, end, BRAKES] - slopes[k, end, DYNAMIC])
-    for j in range(LEVELS):  # q passes them
-        chain.level[i, j] = level[j] - way.bow[k + end] * slopes[k, end, SPEED]
-
-
-@part
-def _fill_curve(tables, stands, cap, way, node, i, chain):
-    """The terms of r at one end of a cell that are its own; it stays as it is next to a cell of a standstill.
-
-    Levels are left to what cells learn: q does not pass them at the speeds of the run.
-    """
-    v = way.pivot[node]
-    r = way.bow[node]
-    size = max(abs(r), _LEAST_SIZE * tables.traction / math.sqrt(cap))
-    most = 0.0 if stands else _REACH * max(size, tables.traction / math.sqrt(cap))
-    chain.at[i], chain.lowest[i], chain.highest[i] = r, r - most, r + most
-    chain.bend[i] = _LEAST_BEND * v * v * v / size
-    chain.drop[i, :] = 0.0
-    chain.level[i, :] = r
-
-
-@part
-def _fill_chain(tables, level, cells, caps, w, multiplier, side, left, right, way, slopes, ends, bent, damping, chain):
-    """The bound around given costates as a `Chain`."""
-    first, last = regular_cells(w)
-    for k in range(first, last + 1):
-        d = cells.length_m[k]
-        chain.link[2 * k + 1] = bent[k, 1]
-        for end in range(2):
-            i = 2 * k + end
-            node = k + end
-            p = right[k] if end == 1 else left[k]
-            if way.curving:
-                stands = (node == first and first > 0) or (node == last + 1 and last < left.shape[0] - 1)
-                _fill_curve(tables, stands, caps.node[node], way, node, i, chain)
-            else:
-                _fill_costate(tables, level, w[node], p, slopes, way, d, k, end, chain)
-            chain.bend[i] += bent[k, 2 * end]
-            chain.slope[i] = _slope_below(slopes, way, level, d, k, end, p)
-        chain.cap[2 * k] = math.inf if way.curving else share_of(side, caps.node[k])
-        for end in range(2):
-            u0, u1, weight, usual = _bend(slopes, way, d, multiplier, k, end)
-            weight += damping * usual
-            chain.bend[2 * k] += weight * u0 * u0
-            chain.bend[2 * k + 1] += weight * u1 * u1
-            chain.link[2 * k + 1] += weight * u0 * u1
-    chain.slope[2 * first] += _by_end(ends[0], way, first)
-    if first > 0:
-        chain.drop[2 * first, 0] += 0.0 if way.curving else ends[0]
-    if last == left.shape[0] - 1:
-        chain.slope[2 * last + 1] -= _by_end(ends[1], way, last + 1)
-    else:
-        chain.drop[2 * last + 1, 1] += 0.0 if way.curving else ends[1]
 
 
 @part
@@ -193,10 +42,10 @@ def _bend_more(slopes, reached, way, level, chain, d, k, missed, bent):
     i = 2 * k
     step0 = chain.best[i] - chain.at[i]
     step1 = chain.best[i + 1] - chain.at[i + 1]
-    turn0 = _slope_below(reached, way, level, d, k, 0, chain.best[i])
-    turn0 -= _slope_below(slopes, way, level, d, k, 0, chain.at[i])
-    turn1 = _slope_below(reached, way, level, d, k, 1, chain.best[i + 1])
-    turn1 -= _slope_below(slopes, way, level, d, k, 1, chain.at[i + 1])
+    turn0 = slope_below(reached, way, level, d, k, 0, chain.best[i])
+    turn0 -= slope_below(slopes, way, level, d, k, 0, chain.at[i])
+    turn1 = slope_below(reached, way, level, d, k, 1, chain.best[i + 1])
+    turn1 -= slope_below(slopes, way, level, d, k, 1, chain.at[i + 1])
     turned = -(turn0 * step0 + turn1 * step1)
     if turned < missed:  # the bend of a speed bound hides the kink: as if it stood half way
         turned = 2.0 * missed
@@ -226,9 +75,9 @@ def _learn(cells, w, slopes, reached, way, level, ends, chain, accepted, bent):
             total -= max(chain.best[2 * k - 1] - chain.best[2 * k], 0.0) * chain.cap[2 * k]
             total += max(chain.at[2 * k - 1] - chain.at[2 * k], 0.0) * chain.cap[2 * k]
         if k == first:
-            promise -= _gain_of_start(ends[0], way, level, first, first > 0, chain)
+            promise -= gain_of_start(ends[0], way, level, first, first > 0, chain)
         if k == last:
-            promise -= _gain_of_end(ends[1], way, level, last, last < cells.length_m.shape[0] - 1, chain)
+            promise -= gain_of_end(ends[1], way, level, last, last < cells.length_m.shape[0] - 1, chain)
         missed = promise - (reached[k, 0, VALUE] - slopes[k, 0, VALUE])
         if accepted:
             step0 = chain.best[2 * k] - chain.at[2 * k]
@@ -240,28 +89,6 @@ def _learn(cells, w, slopes, reached, way, level, ends, chain, accepted, bent):
         if missed > _ROUNDING * abs(reached[k, 0, VALUE]):
             _bend_more(slopes, reached, way, level, chain, cells.length_m[k], k, missed, bent[k])
     return total
-
-
-@leaf
-def _gain_of_start(reach_w, way, level, first, stands, chain):
-    """What a step gains in the terms of the origin."""
-    i = 2 * first
-    if not stands:
-        return _by_end(reach_w, way, first) * (chain.best[i] - chain.at[i])
-    if way.curving:
-        return 0.0
-    return reach_w * (min(chain.best[i], level[0]) - min(chain.at[i], level[0]))
-
-
-@leaf
-def _gain_of_end(reach_w, way, level, last, stands, chain):
-    """What a step gains in the terms of the destination."""
-    i = 2 * last + 1
-    if not stands:
-        return _by_end(reach_w, way, last + 1) * (chain.at[i] - chain.best[i])
-    if way.curving:
-        return 0.0
-    return reach_w * (max(chain.at[i], level[1]) - max(chain.best[i], level[1]))
 
 
 @part
@@ -397,7 +224,7 @@ def climb(
         way = Way(curved and steps % 2 == 1, pivot, bow)
         kind = 1 if way.curving else 0
         bent = room.bent[kind]
-        _fill_chain(
+        fill_chain(
             tables, level, cells, caps, w, multiplier, side, left, right, way, slopes[now], ends, bent,
             room.damping[kind], chain,
         )  # fmt: skip

@@ -90,7 +90,7 @@ def curve_of(w):
 def cell_kernel(h, side, p0, p1, r0, r1, length, top_v, start_w, end_w):
     """Lower bounds of H at the two ends of a cell, with all that tells how they change with the costate.
 
-    ``p0``, ``p1`` are the costates at its ends, ``r0``, ``r1`` what they grow by per m/s (`certificate.curved`), and w is
+    ``p0``, ``p1`` are the costates at its ends, ``r0``, ``r1`` what they grow by per m/s (`certificate.curved`). w is
     at most linear between ``start_w`` and ``end_w``, and at most ``top_v``². On one side of a kink these are bounds for
     the speeds there; infinite where the cell has none of them.
 
@@ -128,9 +128,7 @@ def cell_kernel(h, side, p0, p1, r0, r1, length, top_v, start_w, end_w):
     least0, tilted0, size0, v0, at0, tilt0 = _end_of_rise(
         h, p0, slope, r0, growth, bottom_v, low_v, top_v, start_w, tilt
     )
-    least1, tilted1, size1, v1, at1, tilt1 = _end_of_rise(
-        h, p1, slope, r1, growth, bottom_v, low_v, top_v, end_w, tilt
-    )
+    least1, tilted1, size1, v1, at1, tilt1 = _end_of_rise(h, p1, slope, r1, growth, bottom_v, low_v, top_v, end_w, tilt)
     size = 0.5 * (size0 + size1)
     if tilted0 + tilted1 > least0 + least1:
         return tilted0 - shift, tilted1 - shift, size, at0, at1, tilt0, tilt1

@@ -230,6 +230,17 @@ class BoundingProblem:
             )  # fmt: skip
         return left, right, bow
 
+    def may_curve(self, multiplier_j_per_s: float) -> bool:
+        """Whether braking longer returns more than the time costs at some speed: H is concave there.
+
+        The dynamic brake returns η·D, and η·D' < −λ/v² where it falls with speed steeply enough.
+        """
+        table = self.train.braking
+        ends = np.append(table[1:, 0], np.inf).clip(max=self.top_mps), table[:, 0]
+        falls = [table[:, 1] - v**2 * (table[:, 3] + v * (2.0 * table[:, 4] + v * 3.0 * table[:, 5])) for v in ends]
+        used = table[:, 0] < self.top_mps
+        return bool(self.energy.regeneration * np.max(falls, axis=0)[used].max() > self.total(multiplier_j_per_s))
+
     def curved(self, found: Ledger, multiplier_j_per_s: float, gain_j: float, clock: Clock | None = None) -> Ledger:
         """The best bound with a potential that is curved in the speed, or ``found`` where none is better.
 

@@ -184,17 +184,12 @@ class LinesUnder:
             return None
         size_j = float(np.interp(run.time_s, self._time_s, self._size_j)) if len(self._time_s) else abs(run.energy_j)
         gain_j = _ASCENT_GAIN * size_j if care else math.inf
-        ledger = self._problem.ledger(run.x_m, run.w, multiplier, max(care, 1.0), gain_j, clock)
-        plain_l = ledger
-        if care > 1.0:
-            ledger = kinked(self._problem, ledger, multiplier, gain_j, clock)
         cost_j = run.energy_j + run.multiplier * run.time_s
-        if care > 1.0 and cost_j - self._problem.line_j(ledger) > _ENOUGH_IN_VAIN * size_j:
-            plain = self._problem.line_j(ledger)
-            import time; a = time.process_time()
-            ledger = max(ledger, self._problem.curved(plain_l, multiplier, gain_j, clock), key=self._problem.line_j)
-            print("curved", care, multiplier, len(ledger.left), (cost_j-plain)/size_j*100, (cost_j-self._problem.line_j(ledger))/size_j*100, time.process_time()-a)
-        line_j = self._problem.line_j(ledger)
+        ledger = self._problem.ledger(run.x_m, run.w, multiplier, max(care, 1.0), gain_j, clock)
+        found = kinked(self._problem, ledger, multiplier, gain_j, clock) if care > 1.0 else ledger
+        line_j = self._problem.line_j(found)
+        if care and cost_j - line_j > _ENOUGH * size_j and self._problem.may_curve(multiplier):
+            line_j = max(line_j, self._problem.line_j(self._problem.curved(ledger, multiplier, gain_j, clock)))
         return Line(multiplier, line_j, run.time_s, cost_j, _NEXT_CARE[care])
 
     def _contacts(self) -> tuple[_Floats, _Floats]:

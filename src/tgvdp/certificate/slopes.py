@@ -5,8 +5,8 @@ The derivatives of a least value of H are those of H where it is taken. With eff
     ∂H/∂p = 2(f − ρ),     ∂H/∂p' = v²,     ∂²H/∂(p, p')² = −g·gᵀ/H_vv,     g = (2(f − ρ)_v, 2v),
 
 the last only where v is no end of a range of speeds. At the levels −a/2, −η/2 and 0 of p the regime changes, and the
-derivative by p steps down by twice the effort that is added or taken away. Where the potential is curved it is q = p + r·v
-that passes levels, and ∂H/∂r = v·∂H/∂p, ∂H/∂r' = (2/3)·v³ (`certificate.ascent`).
+derivative by p steps down by twice the effort that is added or taken away. Where the potential is curved it is
+q = p + r·v that passes levels, and ∂H/∂r = v·∂H/∂p, ∂H/∂r' = (2/3)·v³.
 """
 
 import math
