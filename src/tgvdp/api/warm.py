@@ -119,12 +119,14 @@ def ascents() -> list[Compiled]:
 
 
 def kinks() -> list[Compiled]:
-    """Certify a run of a train whose braking rates drop: what few trains need."""
+    """Certify a run of a train whose braking rates drop, and one of cheap time: what few trips need."""
     trip, x_m, w = _some_run()
     rates = BrakingRate(0.0, 0.9), BrakingRate(15.0, 0.6)
     problem = BoundingProblem(replace(trip, train=replace(trip.train, braking_rates=rates)))
     with watch() as compiled:
-        kinked(problem, problem.ledger(x_m, w, 1e4, gain_j=1e6), 1e4, gain_j=1e6)
+        found = problem.ledger(x_m, w, 1e4, gain_j=1e6)
+        kinked(problem, found, 1e4, gain_j=1e6)
+        problem.curved(found, 1e4, gain_j=1e6)
     return compiled
 
 

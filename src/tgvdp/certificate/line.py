@@ -14,6 +14,7 @@ from tgvdp.certificate.efforts import PIECE_COLUMNS
 from tgvdp.certificate.ledger import Ledger
 from tgvdp.certificate.regime_costates import Costates
 from tgvdp.certificate.regimes import LabelledRun, label_cells, row_efforts
+from tgvdp.certificate.sampled import best_sampled
 from tgvdp.certificate.speed_bound import Caps, lower_caps, speed_bound
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.memory import ask_for
@@ -46,6 +47,8 @@ _LARGEST = math.sqrt(float(np.finfo(np.float64).max))
 #: of which should go far while the other stands; and the number of cells that are moved between two looks at the clock.
 _MOST_STEPS, _MOST_IN_TURN = 600, 60
 _CELLS_AT_ONCE = 50_000
+#: What costates for sampled speeds may be short of, in units of what a step of the ascent from there must gain.
+_ENOUGH_TO_BEGIN = 30.0
 #: Memory that a cell takes, and in an ascent, whose chains have up to 120 points for each of its ends, B.
 _CELL_B, _ASCENT_B = 500.0, 4500.0
 #: More than the rounding error of a sum over the cells of a line, relative to it.
@@ -254,6 +257,11 @@ class BoundingProblem:
         clock : Clock, optional
         """
         multiplier = self.total(multiplier_j_per_s) / self.train.inertia_kg
+        enough = _ENOUGH_TO_BEGIN * gain_j / self.train.inertia_kg
+        begin = best_sampled(self.train, self.energy, found, multiplier, self.top_mps, self.pieces, enough, clock)
+        sampled = self.evaluate(found, multiplier, *begin)
+        if found.total - found.error < sampled.total - sampled.error < math.inf:
+            found = sampled
         return self._ascended(found, multiplier, gain_j, clock, curved=True)
 
     def _labelled(
