@@ -27,7 +27,7 @@ def filled(problem, ledger, multiplier, left, right, side=WHOLE, other=math.inf)
     slopes, ends = np.empty((len(left), 2, SLOPES)), np.empty(2)
     total = fill_slopes(
         problem.train, problem.energy, ledger.cells, ledger.caps, ledger.w, multiplier, side,
-        np.full((len(left), 2), other), left, right, problem.top_mps, problem.pieces, slopes, ends,
+        np.full((len(left), 2), other), left, right, ledger.bow, problem.top_mps, problem.pieces, slopes, ends,
     )  # fmt: skip
     return total, slopes
 

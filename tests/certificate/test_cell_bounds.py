@@ -193,7 +193,7 @@ def test_cell_below_a_rising_bound_is_below_every_sample_and_tighter_than_a_flat
     top_v = max(start_v, end_v)
     gained = 0.0
     for p0, p1 in ((-3.0, -2.9), (-3.0, -3.0), (-3.0, -3.2), (-0.8, -0.78), (-0.3, -0.35), (0.4, 0.5)):
-        args = h, WHOLE, p0, p1, length, top_v
+        args = h, WHOLE, p0, p1, 0.0, 0.0, length, top_v
         found = 0.5 * sum(cell_kernel(*args, start_v**2, end_v**2)[:2])
         flat = 0.5 * sum(cell_kernel(*args, top_v**2, top_v**2)[:2])
         samples = []

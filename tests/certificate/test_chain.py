@@ -25,7 +25,9 @@ def random_chain(seed):
     chain.drop[:] = rng.uniform(0.0, 2.0, (2 * CELLS, 3))
     w = rng.uniform(2.0, 6.0, CELLS + 1)
     for cell in range(CELLS):
-        below = np.sum(chain.drop[2 * cell : 2 * cell + 2] * (chain.level < chain.at[2 * cell : 2 * cell + 2, None]), 1)
+        below = np.sum(
+            chain.drop[2 * cell : 2 * cell + 2] * (chain.level[0] < chain.at[2 * cell : 2 * cell + 2, None]), 1
+        )
         chain.slope[2 * cell : 2 * cell + 2] = np.array((-w[cell], w[cell + 1])) + below
     chain.slope[0] += w[0]
     chain.slope[-1] -= w[-1]
@@ -65,3 +67,24 @@ def test_thinning_loses_no_more_than_it_may():
     thinned = random_chain(3)
     solve_chain(0, 2 * CELLS - 1, 1e-3, thinned)
     assert top - value(thinned, thinned.best.copy()) < 0.1
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize("seed", range(12))
+def test_an_unknown_that_goes_on_from_the_one_before_is_the_same(seed):
+    chain = random_chain(seed)
+    chain.cap[2::2] = np.inf
+    chain.lowest[:], chain.highest[:] = -50.0, 50.0
+    chain.lowest[:1] = chain.highest[:1] = chain.at[0]  # and one that is held
+    solve_chain(0, 2 * CELLS - 1, 0.0, chain)
+    best = chain.best.copy()
+    assert (best[1:-1:2] == best[2::2]).all()
+    assert best[0] == chain.at[0]
+    chain.cap[2::2] = 0.0
+    top = value(chain, best)
+    rng = np.random.default_rng(100 + seed)
+    for scale in (1e-4, 1e-2, 1.0):
+        for _ in range(200):
+            nodes = scale * rng.normal(size=CELLS) * (rng.random(CELLS) < 0.5)
+            some = best + np.append(0.0, np.repeat(nodes, 2)[:-1])
+            assert value(chain, some) <= top + 1e-9 * abs(top)

@@ -15,8 +15,9 @@ import math
 from typing import NamedTuple
 
 from tgvdp._jit import kernel, leaf, part
+from tgvdp.certificate.curved import least_at
 from tgvdp.certificate.efforts import NOT_MERGED, largest_effort, load_at, load_in, merged_in, price_in
-from tgvdp.certificate.hamiltonian import ROUNDINGS, Hamiltonian, least_hamiltonian
+from tgvdp.certificate.hamiltonian import ROUNDINGS, Hamiltonian
 from tgvdp.certificate.regimes import is_standstill
 
 UNIT_ROUNDOFF = 2.0**-53
@@ -79,12 +80,19 @@ def share_of(side, w):
     return min(max(w - side.low_w, 0.0), side.high_w - side.low_w)
 
 
+@leaf
+def curve_of(w):
+    """(2/3)·v³ at a squared speed."""
+    return 2.0 / 3.0 * w * math.sqrt(w)
+
+
 @kernel
-def cell_kernel(h, side, p0, p1, length, top_v, start_w, end_w):
+def cell_kernel(h, side, p0, p1, r0, r1, length, top_v, start_w, end_w):
     """Lower bounds of H at the two ends of a cell, with all that tells how they change with the costate.
 
-    ``p0``, ``p1`` are the costates at its ends, and w is at most linear between ``start_w`` and ``end_w``, and at most
-    ``top_v``². On one side of a kink these are bounds for the speeds there; infinite where the cell has none of them.
+    ``p0``, ``p1`` are the costates at its ends, ``r0``, ``r1`` what they grow by per m/s (`certificate.curved`). w is
+    at most linear between ``start_w`` and ``end_w``, and at most ``top_v``². On one side of a kink these are bounds for
+    the speeds there; infinite where the cell has none of them.
 
     Returns
     -------
@@ -96,6 +104,7 @@ def cell_kernel(h, side, p0, p1, length, top_v, start_w, end_w):
         What μ adds to the slope of the costate there.
     """
     slope = (p1 - p0) / length
+    growth = (r1 - r0) / length
     bottom_v = math.sqrt(side.low_w)
     top_v = min(math.sqrt(side.high_w), top_v)
     if bottom_v > top_v:
@@ -104,20 +113,22 @@ def cell_kernel(h, side, p0, p1, length, top_v, start_w, end_w):
     low_w = max(min(start_w, end_w), side.low_w)
     low_v = min(math.sqrt(low_w), top_v)
     if low_v >= top_v:
-        least0, size0, v0 = least_hamiltonian(h, p0, slope, bottom_v, top_v)
-        least1, size1, v1 = least_hamiltonian(h, p1, slope, bottom_v, top_v)
+        least0, size0, v0 = least_at(h, p0, slope, r0, growth, bottom_v, top_v)
+        least1, size1, v1 = least_at(h, p1, slope, r1, growth, bottom_v, top_v)
         return least0 - shift, least1 - shift, 0.5 * (size0 + size1), v0, v1, 0.0, 0.0
     # μ is the mean fall of H from the slowest to the fastest of the speeds that not all runs may have
     fall = 0.0
-    for p in (p0, p1):
-        slow, _, _ = least_hamiltonian(h, p, slope, low_v, low_v)
-        fast, _, _ = least_hamiltonian(h, p, slope, top_v, top_v)
+    for p, r in ((p0, r0), (p1, r1)):
+        slow, _, _ = least_at(h, p, slope, r, growth, low_v, low_v)
+        fast, _, _ = least_at(h, p, slope, r, growth, top_v, top_v)
         fall += 0.5 * (slow - fast)
     tilt = 0.0
     if fall > _RISE_GAIN * h.multiplier / top_v:
         tilt = fall / (top_v * top_v - low_w)
-    least0, tilted0, size0, v0, at0, tilt0 = _end_of_rise(h, p0, slope, bottom_v, low_v, top_v, start_w, tilt)
-    least1, tilted1, size1, v1, at1, tilt1 = _end_of_rise(h, p1, slope, bottom_v, low_v, top_v, end_w, tilt)
+    least0, tilted0, size0, v0, at0, tilt0 = _end_of_rise(
+        h, p0, slope, r0, growth, bottom_v, low_v, top_v, start_w, tilt
+    )
+    least1, tilted1, size1, v1, at1, tilt1 = _end_of_rise(h, p1, slope, r1, growth, bottom_v, low_v, top_v, end_w, tilt)
     size = 0.5 * (size0 + size1)
     if tilted0 + tilted1 > least0 + least1:
         return tilted0 - shift, tilted1 - shift, size, at0, at1, tilt0, tilt1
@@ -125,25 +136,52 @@ def cell_kernel(h, side, p0, p1, length, top_v, start_w, end_w):
 
 
 @part
-def _end_of_rise(h, p, slope, bottom_v, low_v, top_v, bound_w, tilt):
+def _end_of_rise(h, p, slope, r, growth, bottom_v, low_v, top_v, bound_w, tilt):
     """Least H at an end of a cell in which the speed bound rises, and least H with μ; rounding; where each is."""
-    slow, size, slow_v = least_hamiltonian(h, p, slope, bottom_v, low_v)
-    fast, fast_size, fast_v = least_hamiltonian(h, p, slope, low_v, top_v)
+    slow, size, slow_v = least_at(h, p, slope, r, growth, bottom_v, low_v)
+    fast, fast_size, fast_v = least_at(h, p, slope, r, growth, low_v, top_v)
     least = min(slow, fast)
     v = slow_v if slow <= fast else fast_v
     size = max(size, fast_size)
     if tilt <= 0.0:
         return least, -math.inf, size, v, v, 0.0
     shift = tilt * bound_w
-    fast, fast_size, fast_v = least_hamiltonian(h, p, slope + tilt, low_v, top_v)
+    fast, fast_size, fast_v = least_at(h, p, slope + tilt, r, growth, low_v, top_v)
     size = max(size, fast_size + ROUNDINGS * shift)
     if slow <= fast - shift:
         return least, slow, size, v, slow_v, 0.0
     return least, fast - shift, size, v, fast_v, tilt
 
 
+@part
+def _terms_of_nodes(k, left, right, bow, node_cap, w):
+    """What the jump of p at the start of a cell costs, and the ends of the trip; sum, and sum of magnitudes.
+
+    In a cell of a standstill r is 0, so that it jumps where that ends.
+    """
+    count = left.shape[0]
+    by_p, by_r = 0.0, 0.0
+    if k == 0:
+        by_p = left[0] * w[0]
+        by_r = bow[0] * curve_of(w[0])
+    elif k > 1 or not is_standstill(w[0], w[1]):
+        by_p = min(0.0, left[k] - right[k - 1]) * node_cap[k]
+    else:
+        by_r = min(0.0, bow[1]) * curve_of(node_cap[1])
+    total, size = by_p + by_r, abs(by_p) + abs(by_r)
+    if k == count - 1:
+        by_p = -right[k] * w[count]
+        by_r = -bow[count] * curve_of(w[count])
+    elif k == count - 2 and is_standstill(w[count], w[count - 1]):
+        by_p = 0.0
+        by_r = min(0.0, -bow[k + 1]) * curve_of(node_cap[k + 1])
+    else:
+        return total, size
+    return total + by_p + by_r, size + abs(by_p) + abs(by_r)
+
+
 @kernel
-def bound_kernel(train, tables, cells, caps, w, multiplier, left, right, top_v, pieces, wanted, bound, doubt):
+def bound_kernel(train, tables, cells, caps, w, multiplier, left, right, bow, top_v, pieces, wanted, bound, doubt):
     """Lower bounds of E + λT cell by cell, per unit of inertia.
 
     Parameters
@@ -160,6 +198,8 @@ def bound_kernel(train, tables, cells, caps, w, multiplier, left, right, top_v, 
         λ per unit of inertia.
     left, right : (K,) float64
         Costate p at the two ends of each cell.
+    bow : (K + 1,) float64
+        What it grows by per m/s at the nodes, r; of no account in cells of a standstill.
     top_v : float
         Largest speed of all, m/s.
     pieces : (3, 3n, 6) float64
@@ -197,16 +237,13 @@ def bound_kernel(train, tables, cells, caps, w, multiplier, left, right, top_v, 
             bound[k] = standstill_cell(rest, reach_w, False, -right[k - 1], per_joule)
             doubt[k] = ROUNDINGS * (abs(bound[k]) + per_joule * (w[count] + abs(load.r0) * d))
         else:
-            arrival = 0.0  # with the jump of p at the start of the cell, or the start of the trip
-            if k == 0:
-                arrival = left[0] * w[0]
-            elif k > 1 or not first_stands:
-                arrival = min(0.0, left[k] - right[k - 1]) * caps.node[k]
-            leaving = -right[k] * w[count] if k == last else 0.0
+            turned, turned_size = _terms_of_nodes(k, left, right, bow, caps.node, w)
             size = (train.davis_a_n + abs(cells.grade_n[k])) / mass
             h = Hamiltonian(pieces, pulls, brakes, dynamics, tables.traction, tables.regeneration, load, size, price)
             cell_v = min(math.sqrt(cap) * (1.0 + 4.0 * UNIT_ROUNDOFF), top_v)
             rise = caps.rise[k]
-            start, end, rounding, _, _, _, _ = cell_kernel(h, WHOLE, left[k], right[k], d, cell_v, rise[0], rise[1])
-            bound[k] = 0.5 * d * (start + end) + arrival + leaving
-            doubt[k] = d * rounding + ROUNDINGS * (abs(arrival) + abs(leaving))
+            start, end, rounding, _, _, _, _ = cell_kernel(
+                h, WHOLE, left[k], right[k], bow[k], bow[k + 1], d, cell_v, rise[0], rise[1]
+            )
+            bound[k] = 0.5 * d * (start + end) + turned
+            doubt[k] = d * rounding + ROUNDINGS * turned_size

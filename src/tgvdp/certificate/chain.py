@@ -10,7 +10,7 @@ fused lasso):
 - from x to y, the ends of a cell with the term −c·(x − x₀)·(y − y₀): at the best x, V' = c·(y − y₀), and there the
   derivative by y is −c·(x − x₀);
 - from an end to the next start: p may have been higher at the price of ``cap``, and lower at none, so that all slopes
-  are between the two.
+  are between the two; or it must be the same, and the polyline stays as it is.
 
 Backwards from the best value of the last unknown each polyline tells the one before.
 """
@@ -45,8 +45,8 @@ class Chain(NamedTuple):
     link : (n,)
         Coefficient c of the product of unknowns i − 1 and i, of odd i.
     cap : (n,)
-        Price of a jump down to unknown i, of even i.
-    level : (LEVELS,)
+        Price of a jump down to unknown i, of even i; infinite where it is the same as that before.
+    level : (n, LEVELS)
         Values at which slopes step down, in increasing order.
     drop : (n, LEVELS)
         How far they do.
@@ -77,8 +77,9 @@ def chain_of(unknowns: int) -> Chain:
     """Room for a chain of so many unknowns."""
     at, lowest, highest, slope, bend, link, cap, best = np.zeros((8, unknowns))
     p, d = np.empty((2, _MOST_POINTS * (unknowns + 8)))
-    drop, first = np.zeros((unknowns, LEVELS)), np.zeros(unknowns + 1, dtype=np.int64)
-    return Chain(at, lowest, highest, slope, bend, link, cap, np.zeros(LEVELS), drop, best, p, d, first)
+    level, drop = np.zeros((2, unknowns, LEVELS))
+    first = np.zeros(unknowns + 1, dtype=np.int64)
+    return Chain(at, lowest, highest, slope, bend, link, cap, level, drop, best, p, d, first)
 
 
 @leaf
@@ -86,16 +87,16 @@ def own_slope(chain, i, p, above):
     """Derivative of the terms of one unknown alone at p, at a level that on its upper or lower side."""
     slope = chain.slope[i] - chain.bend[i] * (p - chain.at[i])
     for j in range(LEVELS):
-        if p > chain.level[j] or (above and p == chain.level[j]):
+        if p > chain.level[i, j] or (above and p == chain.level[i, j]):
             slope -= chain.drop[i, j]
     return slope
 
 
 @leaf
-def _is_level(chain, p):
+def _is_level(chain, i, p):
     found = False
     for j in range(LEVELS):
-        found = found or p == chain.level[j]
+        found = found or p == chain.level[i, j]
     return found
 
 
@@ -142,13 +143,13 @@ def _add_own(chain, i, start, end, n, loss):
         if j > start and p > chain.p[j - 1]:
             before = chain.p[j - 1]
             for k in range(LEVELS):
-                level = chain.level[k]
-                if before < level < p and (k == 0 or level > chain.level[k - 1]):
+                level = chain.level[i, k]
+                if before < level < p and (k == 0 or level > chain.level[i, k - 1]):
                     here = chain.d[j - 1] + (d - chain.d[j - 1]) * (level - before) / (p - before)
                     n = _put(chain, n, level, here + own_slope(chain, i, level, False))
                     n = _put(chain, n, level, here + own_slope(chain, i, level, True))
         n = _put(chain, n, p, d + own_slope(chain, i, p, False))
-        if (j + 1 == end or chain.p[j + 1] > p) and _is_level(chain, p):
+        if (j + 1 == end or chain.p[j + 1] > p) and _is_level(chain, i, p):
             n = _put(chain, n, p, d + own_slope(chain, i, p, True))
     for j in range(first + 1, n):  # falling, but for rounding
         chain.d[j] = min(chain.d[j], chain.d[j - 1])
@@ -202,6 +203,8 @@ def _across_jump(chain, i, start, end, n):
     It is that between 0 and ``cap``: a jump down has that price, a jump up none.
     """
     cap = chain.cap[i]
+    if cap == math.inf:
+        return _clip(chain, start, end, chain.lowest[i], chain.highest[i], n), n
     first = n
     for j in range(start, end):
         p = chain.p[j]
@@ -270,6 +273,8 @@ def solve_chain(start, end, loss, chain):
         after = chain.best[i + 1]
         if i % 2 == 0:
             chain.best[i] = _meets(chain, first, last, chain.link[i + 1] * (after - chain.at[i + 1]))
+        elif chain.cap[i + 1] == math.inf:
+            chain.best[i] = after
         else:
             highest = _meets(chain, first, last, 0.0)
             chain.best[i] = min(max(after, _meets(chain, first, last, chain.cap[i + 1])), max(highest, chain.p[first]))
@@ -281,7 +286,7 @@ def own_gain(chain, i, p):
     step = p - chain.at[i]
     gain = step * (chain.slope[i] - 0.5 * chain.bend[i] * step)
     for j in range(LEVELS):
-        gain -= chain.drop[i, j] * (max(p - chain.level[j], 0.0) - max(chain.at[i] - chain.level[j], 0.0))
+        gain -= chain.drop[i, j] * (max(p - chain.level[i, j], 0.0) - max(chain.at[i] - chain.level[i, j], 0.0))
     return gain
 
 

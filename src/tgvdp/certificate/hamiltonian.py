@@ -62,7 +62,7 @@ class Hamiltonian(NamedTuple):
 
 
 @leaf
-def _size(table, n, v):
+def effort_size(table, n, v):
     """Sum of the magnitudes of the terms of an effort at v."""
     i = piece_at(table, n, v)
     return (
@@ -118,20 +118,20 @@ def least_hamiltonian(h, p, p_s, low_v, top_v):
     if 2.0 * p < -h.traction:
         factor = h.traction + 2.0 * p
         best, at = _least_over(pull, h.pulls, factor, pull, 0, 0.0, terms, low_v, top_v)
-        effort = -factor * _size(pull, h.pulls, at)
+        effort = -factor * effort_size(pull, h.pulls, at)
     elif 2.0 * p <= -h.regeneration:
         best, at = least_on_piece(*terms, 0.0, low_v, top_v, math.inf, top_v)
     elif p <= 0.0:
         factor = -(h.regeneration + 2.0 * p)
         best, at = _least_over(dynamic, h.dynamics, factor, dynamic, 0, 0.0, terms, low_v, top_v)
-        effort = -factor * _size(dynamic, h.dynamics, at)
+        effort = -factor * effort_size(dynamic, h.dynamics, at)
     else:
         factor = -2.0 * p
         others = h.dynamics if h.regeneration > 0.0 else 0
         best, at = _least_over(brake, h.brakes, factor, dynamic, others, -h.regeneration, terms, low_v, top_v)
-        effort = -factor * _size(brake, h.brakes, at)
+        effort = -factor * effort_size(brake, h.brakes, at)
         if h.regeneration > 0.0:
-            effort += h.regeneration * _size(dynamic, h.dynamics, at)
+            effort += h.regeneration * effort_size(dynamic, h.dynamics, at)
     size = h.multiplier / at + effort + (abs(p_s) + 2.0 * abs(p) * load.r2) * at * at
     size += 2.0 * abs(p) * (h.size + load.r1 * at)
     return best, ROUNDINGS * size, at

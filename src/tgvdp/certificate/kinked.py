@@ -60,7 +60,9 @@ def side_kernel(
         h = Hamiltonian(pieces, pulls, brakes, dynamics, tables.traction, tables.regeneration, load, size, price)
         cell_v = min(math.sqrt(caps.cell[k]) * (1.0 + 4.0 * UNIT_ROUNDOFF), top_v)
         rise = caps.rise[k]
-        start, end, rounding, _, _, _, _ = cell_kernel(h, side, left[k], right[k], d, cell_v, rise[0], rise[1])
+        start, end, rounding, _, _, _, _ = cell_kernel(
+            h, side, left[k], right[k], 0.0, 0.0, d, cell_v, rise[0], rise[1]
+        )
         slope = (right[k] - left[k]) / d
         above = slope * (kink_w - side.low_w)
         least[k, 0] = start - above
@@ -164,10 +166,9 @@ class _Kinked:
 
     def _climbed(self, half: _Half, other: _Floats) -> _Half:
         """One side with better costates, the least values on the other being given."""
-        at = half.side, other, half.left, half.right
-        return self._half(
-            half.side, *self._problem.climbed(self._found, self._multiplier, *at, self._gain_j, self._clock)
-        )
+        start = self._found._replace(left=half.left, right=half.right)
+        left, right, _ = self._problem.climbed(start, self._multiplier, half.side, other, self._gain_j, self._clock)
+        return self._half(half.side, left, right)
 
     def _half(self, side: Side, left: _Floats, right: _Floats) -> _Half:
         """One side with given costates."""
@@ -197,7 +198,7 @@ class _Kinked:
             doubt[k] += ROUNDINGS * (abs(by_lower) + abs(by_upper))
         standing = np.ones(len(bound), dtype=np.bool_)
         standing[first : last + 1] = False
-        ledger = self._problem.evaluate(found, self._multiplier, lower.left, lower.right, standing)
+        ledger = self._problem.evaluate(found, self._multiplier, lower.left, lower.right, wanted=standing)
         ledger.bound[first : last + 1] = bound[first : last + 1]
         ledger.doubt[first : last + 1] = doubt[first : last + 1]
         return ledger

@@ -5,17 +5,16 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.certificate.ascent import Progress, climb
+from tgvdp.certificate.ascent import Progress, climb, room_for
 from tgvdp.certificate.cell_bounds import WHOLE, Side, bound_kernel
 from tgvdp.certificate.cells import count_cells, cut_rows, split_cells, thin_rows
-from tgvdp.certificate.chain import chain_of
 from tgvdp.certificate.costates import run_costates
 from tgvdp.certificate.costates_at_bound import lower_braking, raise_pulling
 from tgvdp.certificate.efforts import PIECE_COLUMNS
 from tgvdp.certificate.ledger import Ledger
 from tgvdp.certificate.regime_costates import Costates
 from tgvdp.certificate.regimes import LabelledRun, label_cells, row_efforts
-from tgvdp.certificate.slopes import SLOPES
+from tgvdp.certificate.sampled import best_sampled
 from tgvdp.certificate.speed_bound import Caps, lower_caps, speed_bound
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.memory import ask_for
@@ -48,6 +47,8 @@ _LARGEST = math.sqrt(float(np.finfo(np.float64).max))
 #: of which should go far while the other stands; and the number of cells that are moved between two looks at the clock.
 _MOST_STEPS, _MOST_IN_TURN = 600, 60
 _CELLS_AT_ONCE = 50_000
+#: What costates for sampled speeds may be short of, in units of what a step of the ascent from there must gain.
+_ENOUGH_TO_BEGIN = 30.0
 #: Memory that a cell takes, and in an ascent, whose chains have up to 120 points for each of its ends, B.
 _CELL_B, _ASCENT_B = 500.0, 4500.0
 #: More than the rounding error of a sum over the cells of a line, relative to it.
@@ -188,7 +189,7 @@ class BoundingProblem:
         changed = (other.left != found.left) | (other.right != found.right)
         changed[1:] |= other.right[:-1] != found.right[:-1]  # the jump at the start of a cell is part of its bound
         changed[0] |= changed[1]  # a cell of a standstill has the costate of its neighbour
-        other = self.evaluate(found._replace(label=other.label), multiplier, other.left, other.right, changed)
+        other = self.evaluate(found._replace(label=other.label), multiplier, other.left, other.right, wanted=changed)
         first = np.flatnonzero(np.diff(changed, prepend=not changed[0]))  # phases by turns changed and not
         better = np.add.reduceat(other.bound - found.bound, first) > 0.0
         better = np.repeat(better, np.diff(first, append=len(changed)))
@@ -197,11 +198,13 @@ class BoundingProblem:
             **{name: np.where(better, getattr(other, name), getattr(found, name)) for name in columns}
         )
 
-    def _ascended(self, found: Ledger, multiplier: float, gain_j: float, clock: Clock | None = None) -> Ledger:
-        """The bound with better costates."""
+    def _ascended(
+        self, found: Ledger, multiplier: float, gain_j: float, clock: Clock | None = None, *, curved: bool = False
+    ) -> Ledger:
+        """The bound with better costates, and with a potential that is curved in the speed where ``curved``."""
         alone = np.full((len(found.left), 2), np.inf)
-        left, right = self.climbed(found, multiplier, WHOLE, alone, found.left, found.right, gain_j, clock)
-        better = self.evaluate(found, multiplier, left, right)
+        climbed = self.climbed(found, multiplier, WHOLE, alone, gain_j, clock, curved=curved)
+        better = self.evaluate(found, multiplier, *climbed)
         return better if found.total - found.error < better.total - better.error < math.inf else found
 
     def climbed(
@@ -210,31 +213,56 @@ class BoundingProblem:
         multiplier: float,
         side: Side,
         other: _Floats,
-        left: _Floats,
-        right: _Floats,
         gain_j: float,
         clock: Clock | None,
-    ) -> tuple[_Floats, _Floats]:
-        """Costates, all moved at once until a pass gains less than ``gain_j``, or time is up; see `climb`."""
-        left, right, count = left.copy(), right.copy(), len(left)
+        *,
+        curved: bool = False,
+    ) -> tuple[_Floats, _Floats, _Floats]:
+        """Costates and r, all moved at once until a pass gains less than ``gain_j``, or time is up; see `climb`."""
+        left, right, bow, count = found.left.copy(), found.right.copy(), found.bow.copy(), len(found.left)
         ask_for(_ASCENT_B * count, f"the ascent of a bound on {count:,} cells")
-        room = (
-            np.empty((2, count, 2, SLOPES)),
-            np.empty(2),
-            chain_of(2 * count),
-            np.empty((2, count)),
-            np.empty((count, 3)),
-        )
+        room, pivot = room_for(count), np.sqrt(found.w)
         steps = max(_CELLS_AT_ONCE // count, 1)
         most = _MOST_STEPS if side == WHOLE else _MOST_IN_TURN
-        progress = Progress(0.0, 0, 0.0, 0, 0, False)
+        progress = Progress(0.0, 0, 0, 0, False)
         while progress.steps < most and not progress.ended and not (clock and clock.expired):
             progress = climb(
-                self.train, self.energy, found.cells, found.caps, found.w, multiplier, side, other, left, right,
-                self.top_mps, self.pieces, gain_j / self.train.inertia_kg,
-                min(steps, most - progress.steps), progress, *room,
+                self.train, self.energy, found.cells, found.caps, found.w, multiplier, side, other, left, right, bow,
+                pivot, curved, self.top_mps, self.pieces, gain_j / self.train.inertia_kg,
+                min(steps, most - progress.steps), progress, room,
             )  # fmt: skip
-        return left, right
+        return left, right, bow
+
+    def may_curve(self, multiplier_j_per_s: float) -> bool:
+        """Whether braking longer returns more than the time costs at some speed: H is concave there.
+
+        The dynamic brake returns η·D, and η·D' < −λ/v² where it falls with speed steeply enough.
+        """
+        table = self.train.braking
+        ends = np.append(table[1:, 0], np.inf).clip(max=self.top_mps), table[:, 0]
+        falls = [table[:, 1] - v**2 * (table[:, 3] + v * (2.0 * table[:, 4] + v * 3.0 * table[:, 5])) for v in ends]
+        used = table[:, 0] < self.top_mps
+        return bool(self.energy.regeneration * np.max(falls, axis=0)[used].max() > self.total(multiplier_j_per_s))
+
+    def curved(self, found: Ledger, multiplier_j_per_s: float, gain_j: float, clock: Clock | None = None) -> Ledger:
+        """The best bound with a potential that is curved in the speed, or ``found`` where none is better.
+
+        Parameters
+        ----------
+        found : Ledger
+        multiplier_j_per_s : float
+            Its multiplier λ.
+        gain_j : float
+            What a step of an ascent must gain.
+        clock : Clock, optional
+        """
+        multiplier = self.total(multiplier_j_per_s) / self.train.inertia_kg
+        enough = _ENOUGH_TO_BEGIN * gain_j / self.train.inertia_kg
+        begin = best_sampled(self.train, self.energy, found, multiplier, self.top_mps, self.pieces, enough, clock)
+        sampled = self.evaluate(found, multiplier, *begin)
+        if found.total - found.error < sampled.total - sampled.error < math.inf:
+            found = sampled
+        return self._ascended(found, multiplier, gain_j, clock, curved=True)
 
     def _labelled(
         self, x_m: _Floats, w: _Floats, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], multiplier: float
@@ -264,7 +292,8 @@ class BoundingProblem:
         run_costates(run, caps.cell, _SLIVER * self.trip.distance_m, moment_s, costates)
         lost = ~((np.abs(left) < _LARGEST) & (np.abs(right) < _LARGEST))  # where nothing bounds its growth p overflows
         left[lost] = right[lost] = 0.0
-        return Ledger(np.empty_like(left), np.empty_like(left), left, right, run.cells, caps, run.w, run.label)
+        bow = np.zeros(len(run.w))
+        return Ledger(np.empty_like(left), np.empty_like(left), left, right, bow, run.cells, caps, run.w, run.label)
 
     def _caps(self, cells: Cells) -> Caps:
         """Squared speeds that no run passes."""
@@ -280,6 +309,7 @@ class BoundingProblem:
         multiplier: float,
         left: _Floats,
         right: _Floats,
+        bow: _Floats | None = None,
         wanted: NDArray[np.bool_] | None = None,
     ) -> Ledger:
         """Bound on the cells of a ledger for given costates, all per unit of inertia; any finite costates will do.
@@ -288,12 +318,13 @@ class BoundingProblem:
         stays.
         """
         bound, doubt = phases.bound.copy(), phases.doubt.copy()
+        bow = phases.bow if bow is None else bow
         wanted = np.ones(len(bound), dtype=np.bool_) if wanted is None else wanted
         bound_kernel(
-            self.train, self.energy, phases.cells, phases.caps, phases.w, multiplier, left, right, self.top_mps,
+            self.train, self.energy, phases.cells, phases.caps, phases.w, multiplier, left, right, bow, self.top_mps,
             self.pieces, wanted, bound, doubt,
         )  # fmt: skip
-        return phases._replace(bound=bound, doubt=doubt, left=left, right=right)
+        return phases._replace(bound=bound, doubt=doubt, left=left, right=right, bow=bow)
 
     def _with_breaks(self, x_m: _Floats, w: _Floats) -> tuple[_Floats, _Floats]:
         """Rows from end to end of the trip with every break of the line among them."""

@@ -184,11 +184,12 @@ class LinesUnder:
             return None
         size_j = float(np.interp(run.time_s, self._time_s, self._size_j)) if len(self._time_s) else abs(run.energy_j)
         gain_j = _ASCENT_GAIN * size_j if care else math.inf
-        ledger = self._problem.ledger(run.x_m, run.w, multiplier, max(care, 1.0), gain_j, clock)
-        if care > 1.0:
-            ledger = kinked(self._problem, ledger, multiplier, gain_j, clock)
-        line_j = self._problem.line_j(ledger)
         cost_j = run.energy_j + run.multiplier * run.time_s
+        ledger = self._problem.ledger(run.x_m, run.w, multiplier, max(care, 1.0), gain_j, clock)
+        found = kinked(self._problem, ledger, multiplier, gain_j, clock) if care > 1.0 else ledger
+        line_j = self._problem.line_j(found)
+        if care and cost_j - line_j > _ENOUGH * size_j and self._problem.may_curve(multiplier):
+            line_j = max(line_j, self._problem.line_j(self._problem.curved(ledger, multiplier, gain_j, clock)))
         return Line(multiplier, line_j, run.time_s, cost_j, _NEXT_CARE[care])
 
     def _contacts(self) -> tuple[_Floats, _Floats]:

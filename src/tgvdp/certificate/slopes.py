@@ -5,13 +5,21 @@ The derivatives of a least value of H are those of H where it is taken. With eff
     ∂H/∂p = 2(f − ρ),     ∂H/∂p' = v²,     ∂²H/∂(p, p')² = −g·gᵀ/H_vv,     g = (2(f − ρ)_v, 2v),
 
 the last only where v is no end of a range of speeds. At the levels −a/2, −η/2 and 0 of p the regime changes, and the
-derivative by p steps down by twice the effort that is added or taken away.
+derivative by p steps down by twice the effort that is added or taken away. Where the potential is curved it is
+q = p + r·v that passes levels, and ∂H/∂r = v·∂H/∂p, ∂H/∂r' = (2/3)·v³.
 """
 
 import math
 
 from tgvdp._jit import kernel, leaf, part
-from tgvdp.certificate.cell_bounds import UNIT_ROUNDOFF, cell_kernel, share_of, standstill_cell, standstill_terms
+from tgvdp.certificate.cell_bounds import (
+    UNIT_ROUNDOFF,
+    cell_kernel,
+    curve_of,
+    share_of,
+    standstill_cell,
+    standstill_terms,
+)
 from tgvdp.certificate.efforts import NOT_MERGED, load_at, load_in, merged_in, piece_at, piece_value, price_in
 from tgvdp.certificate.hamiltonian import Hamiltonian
 from tgvdp.certificate.regimes import is_standstill
@@ -45,7 +53,7 @@ def _effort(table, n, v):
 
 
 @part
-def _fill_end(h, p, slope, v, slopes):
+def _fill_end(h, p, slope, r, growth, v, slopes):
     """Derivatives of the least value of H that is taken at v, into the columns of `slopes`."""
     pull, pull_v, pull_vv = _effort(h.pieces[0], h.pulls, v)
     brakes, brakes_v, brakes_vv = _effort(h.pieces[1], h.brakes, v)
@@ -54,17 +62,18 @@ def _fill_end(h, p, slope, v, slopes):
     dynamic_vv = 0.0
     if h.regeneration > 0.0:
         dynamic, dynamic_v, dynamic_vv = _effort(h.pieces[2], h.dynamics, v)
+    q = p + r * v
     f = 0.0
     f_v = 0.0
     f_vv = 0.0
     cost_v = -h.regeneration * dynamic_v
     cost_vv = -h.regeneration * dynamic_vv
-    if 2.0 * p <= -h.traction:
+    if 2.0 * q <= -h.traction:
         f, f_v, f_vv = pull, pull_v, pull_vv
         cost_v, cost_vv = h.traction * pull_v, h.traction * pull_vv
-    elif 2.0 * p <= -h.regeneration:
+    elif 2.0 * q <= -h.regeneration:
         cost_v = cost_vv = 0.0
-    elif p <= 0.0:
+    elif q <= 0.0:
         f, f_v, f_vv = -dynamic, -dynamic_v, -dynamic_vv
     else:
         f, f_v, f_vv = -brakes, -brakes_v, -brakes_vv
@@ -72,8 +81,10 @@ def _fill_end(h, p, slope, v, slopes):
     slopes[BY_SLOPE] = v * v
     slopes[SPEED] = v
     slopes[TURN] = 2.0 * (f_v - h.load.r1 - 2.0 * h.load.r2 * v)
-    by_v = cost_v + p * slopes[TURN] - h.multiplier / (v * v) + 2.0 * slope * v
-    stiff = cost_vv + 2.0 * p * (f_vv - 2.0 * h.load.r2) + 2.0 * h.multiplier / (v * v * v) + 2.0 * slope
+    by_v = cost_v + q * slopes[TURN] - h.multiplier / (v * v) + 2.0 * slope * v
+    by_v += r * slopes[BY_P] + 2.0 * growth * v * v
+    stiff = cost_vv + 2.0 * q * (f_vv - 2.0 * h.load.r2) + 2.0 * h.multiplier / (v * v * v) + 2.0 * slope
+    stiff += 2.0 * r * slopes[TURN] + 4.0 * growth * v
     flat = abs(by_v) * v * v <= _FLAT * h.multiplier and stiff > 0.0
     slopes[STIFF] = stiff if flat else math.inf
     slopes[PULL] = pull
@@ -98,13 +109,13 @@ def _meet_other(side, other, slope, top_v, least, slopes):
 
 @kernel
 def fill_slopes(
-    train, tables, cells, caps, w, multiplier, side, other, left, right, top_v, pieces, slopes, ends
+    train, tables, cells, caps, w, multiplier, side, other, left, right, bow, top_v, pieces, slopes, ends
 ):  # fmt: skip
     """Sum of the bounds of all cells for given costates, per unit of inertia, and how it changes with them.
 
     Parameters
     ----------
-    train, tables, cells, caps, w, multiplier, left, right, top_v, pieces
+    train, tables, cells, caps, w, multiplier, left, right, bow, top_v, pieces
         As `cell_bounds.bound_kernel` has them.
     side : Side
         The speeds whose costates these are.
@@ -131,7 +142,7 @@ def fill_slopes(
         total += standstill_cell(rest, ends[0], True, left[first], tables.traction)
     else:
         ends[0] = share_of(side, w[0])
-        total += left[0] * ends[0]
+        total += left[0] * ends[0] + bow[0] * curve_of(w[0])
     if last < count - 1 and side.low_w > 0.0:
         ends[1] = 0.0
     elif last < count - 1:
@@ -145,7 +156,11 @@ def fill_slopes(
         total += standstill_cell(rest, ends[1], False, -right[last], tables.regeneration)
     else:
         ends[1] = share_of(side, w[count])
-        total -= right[last] * ends[1]
+        total -= right[last] * ends[1] + bow[count] * curve_of(w[count])
+    if first > 0:
+        total += min(0.0, bow[first]) * curve_of(caps.node[first])
+    if last < count - 1:
+        total += min(0.0, -bow[last + 1]) * curve_of(caps.node[last + 1])
     merged = NOT_MERGED
     for k in range(first, last + 1):
         load = load_in(train, cells, k)
@@ -158,10 +173,13 @@ def fill_slopes(
         d = cells.length_m[k]
         cell_v = min(math.sqrt(caps.cell[k]) * (1.0 + 4.0 * UNIT_ROUNDOFF), top_v)
         rise = caps.rise[k]
-        start, end, _, v0, v1, tilt0, tilt1 = cell_kernel(h, side, left[k], right[k], d, cell_v, rise[0], rise[1])
+        start, end, _, v0, v1, tilt0, tilt1 = cell_kernel(
+            h, side, left[k], right[k], bow[k], bow[k + 1], d, cell_v, rise[0], rise[1]
+        )
         slope = (right[k] - left[k]) / d
-        _fill_end(h, left[k], slope + tilt0, v0, slopes[k, 0])
-        _fill_end(h, right[k], slope + tilt1, v1, slopes[k, 1])
+        growth = (bow[k + 1] - bow[k]) / d
+        _fill_end(h, left[k], slope + tilt0, bow[k], growth, v0, slopes[k, 0])
+        _fill_end(h, right[k], slope + tilt1, bow[k + 1], growth, v1, slopes[k, 1])
         start = _meet_other(side, other[k, 0], slope, cell_v, start, slopes[k, 0])
         end = _meet_other(side, other[k, 1], slope, cell_v, end, slopes[k, 1])
         total += 0.5 * d * (start + end)
