@@ -18,6 +18,9 @@ from tgvdp.physics.motion import march
 
 #: An image below this share of the floor has no costate: it is taken to be there.
 LOST = 0.25
+#: Squared speeds within this share are that of a step of the braking rates, which is come to in so many trials.
+_AT_STEP = 1e-9
+_STEPS_TO_RATE = 3
 #: Braking curves are followed backwards to this multiple of the fastest squared speed at most.
 _BEYOND = 1.01
 
@@ -163,8 +166,44 @@ def coast_image(train, step, length, w1, p1):
 
 @part
 def saturated_image(train, regime, step, length, w1, p1):
-    """`saturated_back`, but not inlined."""
+    """`saturated_back`, but not inlined, and where braking rates step on the way, from step to step."""
+    if regime != TRACTION:
+        for i in range(1, train.rates.shape[0]):
+            step_w = train.rates[i, 0] * train.rates[i, 0]
+            to_go = step_w - w1
+            if to_go > _AT_STEP * step_w:
+                slope = _saturated_slope(train, regime, step.load, step.air, math.sqrt(w1))[0]
+                if to_go >= -slope * length:
+                    break
+                below_m = -to_go / slope
+                p0 = p1
+                for _ in range(_STEPS_TO_RATE):
+                    w0, p0 = saturated_back(train, regime, step, below_m, w1, p1)
+                    below_m = min(below_m * to_go / max(w0 - w1, 0.5 * to_go), length)
+                length -= below_m
+                p1 = p0
+            if to_go >= -_AT_STEP * step_w:
+                p1 = _beyond_rate(train, regime, step, train.rates[i, 0], p1)
+                w1 = step_w * (1.0 + 2.0 * _AT_STEP)
     return saturated_back(train, regime, step, length, w1, p1)
+
+
+@part
+def _beyond_rate(train, regime, step, v, below_p):
+    """Costate just above the speed of a step of the braking rates, of runs with ``below_p`` below it.
+
+    The least energy from a place on has a kink at that speed, wherever the train is. It has the same slope along the
+    line on both sides, so that the Hamiltonian is the same.
+    """
+    resistance = step.load + v * (train.davis_b + v * step.air)
+    brake = effort_at(train.braking, v)
+    below_w = _saturated_slope(train, regime, step.load, step.air, v * (1.0 - _AT_STEP))[0]
+    above_w = _saturated_slope(train, regime, step.load, step.air, v * (1.0 + _AT_STEP))[0]
+    below = min(brake, -0.5 * below_w - resistance)
+    above = min(brake, -0.5 * above_w - resistance)
+    if below_w >= 0.0 or above_w >= 0.0:  # the train does not slow down through it
+        return below_p
+    return (below_p * below_w - step.returned * (below - above)) / above_w
 
 
 @part
