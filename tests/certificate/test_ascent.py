@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import tgvdp
+from tests.helpers.bound_case import filled
 from tests.helpers.trips import commuter, trip_on
 from tgvdp.certificate import line
-from tgvdp.certificate.cell_bounds import WHOLE, Side, share_of
+from tgvdp.certificate.cell_bounds import Side, share_of
 from tgvdp.certificate.line import BoundingProblem
-from tgvdp.certificate.slopes import BRAKES, BY_P, BY_SLOPE, DYNAMIC, PULL, SLOPES, fill_slopes
+from tgvdp.certificate.slopes import BRAKES, BY_P, BY_SLOPE, DYNAMIC, PULL
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.runs.fastest import fastest_run
 
@@ -21,15 +22,6 @@ TRIP = trip_on(
     start_speed_mps=10.0,
     end_speed_mps=12.0,
 )
-
-
-def filled(problem, ledger, multiplier, left, right, side=WHOLE, other=math.inf):
-    slopes, ends = np.empty((len(left), 2, SLOPES)), np.empty(2)
-    total = fill_slopes(
-        problem.train, problem.energy, ledger.cells, ledger.caps, ledger.w, multiplier, side,
-        np.full((len(left), 2), other), left, right, ledger.bow, problem.top_mps, problem.pieces, slopes, ends,
-    )  # fmt: skip
-    return total, slopes
 
 
 def test_derivatives_against_differences():
@@ -62,14 +54,15 @@ def test_derivatives_on_one_side_of_a_kink(side, other):
     rng = np.random.default_rng(1)
     left = -rng.uniform(0.05, 0.95, len(ledger.left))
     right = np.append(left[1:], -0.3) + 0.01
-    total, slopes = filled(problem, ledger, multiplier, left, right, side, other)
+    total, slopes = filled(problem, ledger, multiplier, left, right, side=side, other=other)
     for k in range(1, len(left) - 1, 7):
         cross = 0.5 * (slopes[k, 0, BY_SLOPE] + slopes[k, 1, BY_SLOPE])
         by_left = 0.5 * ledger.cells.length_m[k] * slopes[k, 0, BY_P] - cross + share_of(side, ledger.caps.node[k])
         step = np.zeros_like(left)
         step[k] = 1e-7
         up, down = (
-            filled(problem, ledger, multiplier, left + sign * step, right, side, other)[0] for sign in (1.0, -1.0)
+            filled(problem, ledger, multiplier, left + sign * step, right, side=side, other=other)[0]
+            for sign in (1.0, -1.0)
         )
         low, high = sorted((up - total, total - down))
         assert low - 1e-5 <= 1e-7 * by_left <= high + 1e-5

@@ -1,6 +1,5 @@
 """Potentials that are curved in the speed: never above a sampled value or a run, and tight on steep descents."""
 
-import itertools
 import math
 
 import numpy as np
@@ -8,17 +7,15 @@ import pytest
 
 import tgvdp
 from benchmarks.proof.trips import proof_trip
+from tests.helpers.bound_case import filled, random_bound
 from tests.helpers.trips import trip_on
-from tests.helpers.twins.trips import random_trip, with_rates
-from tgvdp import EffortCurve, TgvdpError, Train
+from tgvdp import EffortCurve, Train
 from tgvdp.certificate.cell_bounds import WHOLE, cell_kernel
 from tgvdp.certificate.curved import least_at
 from tgvdp.certificate.efforts import Load, merge_tables
 from tgvdp.certificate.hamiltonian import Hamiltonian
 from tgvdp.certificate.line import BoundingProblem
-from tgvdp.certificate.slopes import SLOPES, fill_slopes
 from tgvdp.certificate.steps import Way, slope_below
-from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.physics.forces import kernel_train
 from tgvdp.runs.fastest import fastest_run
 
@@ -122,26 +119,10 @@ def test_bound_of_a_cell_is_below_its_mean_over_every_place(name, seed):
     assert 0.5 * (least0 + least1) <= np.trapezoid(least, dx=0.05) + 2e-4 * scale
 
 
-def costs_of(trip, fastest, problem, multiplier_j_per_s):
-    """E + λT of optimal runs of many multipliers, and of blends of their policies with full traction, J."""
-    mesh, counters = Mesh.of(trip, fastest, 8.0), {"extremals": 0, "runs": 0, "costates": 0}
-    for factor, share in itertools.product((0.3, 1.0, 4.0), (0.0, 0.05, 0.4)):
-        policy = mesh.extremal(factor * problem.total(multiplier_j_per_s), counters).switch
-        _, time_s, energy_j = mesh.drive(policy + share * (mesh.flat_out - policy), counters)
-        yield energy_j + problem.total(multiplier_j_per_s) * time_s
-
-
 @pytest.mark.parametrize("seed", [*range(10), 40, 57])
 def test_whatever_the_curvature_no_run_lies_below(seed):
-    trip = with_rates(random_trip(seed), seed)
-    try:
-        fastest = fastest_run(trip)
-    except TgvdpError:
-        pytest.skip("no such trip")
-    problem, rng = BoundingProblem(trip), np.random.default_rng(seed)
-    price = max(fastest.total_energy_j, fastest.balance.wheel_j) / fastest.duration_s
-    least_j = min(costs_of(trip, fastest, problem, price))
-    found = problem.ledger(fastest.position_m - trip.origin_m, fastest.speed_mps**2, price)
+    _, problem, price, found, least_j = random_bound(seed)
+    rng = np.random.default_rng(seed)
     multiplier = problem.total(price) / problem.train.inertia_kg
     curved = problem.curved(found, price, 1e-6 * least_j)
     assert problem.line_j(found) <= problem.line_j(curved) <= least_j * (1.0 + 1e-6)
@@ -152,15 +133,6 @@ def test_whatever_the_curvature_no_run_lies_below(seed):
             v = np.sqrt(ledger.w)
             left, right = ledger.left + (step * v)[:-1], ledger.right + (step * v)[1:]
             assert problem.line_j(problem.evaluate(ledger, multiplier, left, right, bow)) <= least_j * (1.0 + 1e-6)
-
-
-def filled(problem, ledger, multiplier, left, right, bow):
-    slopes = np.empty((len(left), 2, SLOPES))
-    total = fill_slopes(
-        problem.train, problem.energy, ledger.cells, ledger.caps, ledger.w, multiplier, WHOLE,
-        np.full((len(left), 2), math.inf), left, right, bow, problem.top_mps, problem.pieces, slopes, np.empty(2),
-    )  # fmt: skip
-    return total, slopes
 
 
 def test_derivatives_by_the_curvature_against_differences():

@@ -5,39 +5,20 @@ import pytest
 
 import tgvdp
 from benchmarks.proof.trips import proof_trip
-from tests.helpers.twins.trips import random_trip, with_rates
-from tgvdp import TgvdpError
+from tests.helpers.bound_case import random_bound
+from tests.helpers.twins.trips import random_trip
 from tgvdp.certificate.kinked import _Kinked, _kinks_w, _standing_w, kinked
 from tgvdp.certificate.line import BoundingProblem
-from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.runs.fastest import fastest_run
 
 #: Trips of the survey that brake fully through a speed below which rates are larger: gaps were 2.1, 1.4 and 0.55 %.
 STEPPED = ((1795390848, 0.6), (1795390904, 0.45), (1795391116, 0.3))
 
 
-def costs_of(trip, fastest, problem, multiplier_j_per_s):
-    """E + λT of optimal runs of many multipliers, and of blends of their policies with full traction, J."""
-    mesh, counters = Mesh.of(trip, fastest, 8.0), {"extremals": 0, "runs": 0, "costates": 0}
-    for factor in (0.3, 1.0, 4.0):
-        policy = mesh.extremal(factor * problem.total(multiplier_j_per_s), counters).switch
-        for share in (0.0, 0.05, 0.4):
-            _, time_s, energy_j = mesh.drive(policy + share * (mesh.flat_out - policy), counters)
-            yield energy_j + problem.total(multiplier_j_per_s) * time_s
-
-
 @pytest.mark.parametrize("seed", [*range(10), 40, 57])
 def test_whatever_the_costates_on_both_sides_no_run_lies_below(seed):
-    trip = with_rates(random_trip(seed), seed)
-    try:
-        fastest = fastest_run(trip)
-    except TgvdpError:
-        pytest.skip("no such trip")
-    problem, rng = BoundingProblem(trip), np.random.default_rng(seed)
-    x_m, w = fastest.position_m - trip.origin_m, fastest.speed_mps**2
-    price = max(fastest.total_energy_j, fastest.balance.wheel_j) / fastest.duration_s
-    least_j = min(costs_of(trip, fastest, problem, price))
-    found = problem.ledger(x_m, w, price)
+    fastest, problem, price, found, least_j = random_bound(seed)
+    rng = np.random.default_rng(seed)
     multiplier = problem.total(price) / problem.train.inertia_kg
     for kink_v in rng.uniform(0.2, 0.9, 3) * fastest.speed_mps.max():
         assert kink_v**2 > _standing_w(found)

@@ -29,10 +29,10 @@ _IDLE_STEPS = 12
 #: Between two extremals the front lies above their tangents; where these leave more room than this share of energy
 #: below the chord, the front may bend in a way that they do not foretell: unless they foretold one between them.
 _BEND = 5e-3
-#: ... and where the running time seems to jump, this.
-_JUMP = 1.5e-3
 #: ... but of no less than this share of the energy of the fastest run: a net energy may be 0.
 _LEAST_SHARE = 0.1
+#: The same where the running time seems to jump between the two.
+_JUMP = 1.5e-3
 #: Two multipliers whose logarithms differ by less are one.
 _SAME_MULTIPLIER = 2e-3
 #: Multipliers beyond this multiple of the usual one are infinite.
