@@ -34,8 +34,9 @@ from tgvdp.units import mps_to_kmh
 #: Rows of the fastest run itself, per usual one. Near it the least energy falls with the square root of the time that
 #: is spent: 1e-5 of the running time is worth 0.5 % of the energy, so that it must be right to 1e-7.
 _FINE_ROWS = 10.0
-#: Rows of one march for which there is room at first.
-_SCRATCH = 32768
+#: Rows of one march for which there is room at first, ten times what is usual: for more the system may be asked anew
+#: in each search, and handing over its pages takes longer than the run.
+_SCRATCH = 2048
 #: Largest acceleration by the starting effort. Rows of a train that takes off like a bullet are so short next to its
 #: balancing speed that a run has millions, and that rounding fails the replay; a real one has some m/s².
 _MOST_MPS2 = 1e5

@@ -1,5 +1,7 @@
 """Descents that the dynamic brake cannot hold: at the speed at which it returns most for the time, or at the limit."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ import tgvdp
 from tgvdp import EffortCurve, Track, Train
 from tgvdp.methods.costate.characteristics import held_back_w
 from tgvdp.methods.costate.mesh import Mesh
+from tgvdp.model.track import NeutralSection
 from tgvdp.physics.forces import kernel_train, per_kilogram
 
 TRAIN = Train(
@@ -57,6 +60,16 @@ def test_a_limit_cannot_save_energy(found):
     price_j_per_s = found.price_kwh_per_min[-1] * 3.6e6 / 60.0
     late_s = found.front.time_s[-1] - other.front.time_s[-1]
     assert found.front.energy_j[-1] + price_j_per_s * late_s <= other.front.energy_j[-1] + 1e-3 * 300 * 3.6e6
+
+
+def test_friction_holds_the_train_back_where_there_is_no_current():
+    """Faster than that, the dynamic brake returns less behind the section: coasting through it cost 2 % more."""
+    dark = replace(DESCENT, neutral_sections=(NeutralSection(20e3, 600.0, False),))
+    limited = replace(dark, speed_limits=((0.0, 22.2), (20e3, 13.0), (20.6e3, 22.2)))
+    front, other = (tgvdp.search(TRAIN, track, energy="pantograph", at_s=(3348.9, 3800.0)) for track in (dark, limited))
+    assert (front.front.energy_j <= other.front.energy_j - 1e-3 * np.abs(other.front.energy_j)).all()
+    assert front.certify().gap_pct.max() < 0.06
+    assert all(verdict.ok for verdict in front.verify())
 
 
 @pytest.mark.parametrize("multiplier", [0.01, 0.1, 0.7, 2.0])

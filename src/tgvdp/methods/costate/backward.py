@@ -39,6 +39,7 @@ from tgvdp.methods.costate.step_wall import LEAST_WALL, dynamic_suffices, fan_re
 from tgvdp.model.track import POWERED
 from tgvdp.physics.cell import Rows
 from tgvdp.physics.codes import COASTING, CROWDED, DYNAMIC, OK
+from tgvdp.physics.forces import unpowered
 
 #: Room for points of the polyline.
 ROOM = 4096
@@ -140,8 +141,8 @@ def switching_speeds(
     """Backward pass: the optimal switching speeds a, a', b and c for some multipliers, one after the other.
 
     Full traction below the line of switching, which ends each cell at a; coasting above it, from the cell's start on to
-    a' or more; full dynamic braking above b ≥ a, all brakes above c ≥ b. In a neutral section they mean nothing. All
-    forces are per unit of inertia, and energy is counted so that traction work costs 1.
+    a' or more; full dynamic braking above b ≥ a, all brakes above c ≥ b. In a neutral section only c means anything.
+    All forces are per unit of inertia, and energy is counted so that traction work costs 1.
 
     Parameters
     ----------
@@ -197,6 +198,7 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
     line = Polyline(room[0], room[1])
     images = Polyline(room[2], room[3])
     scratch = Rows(room[4], room[5])
+    dark = unpowered(train)
     policy[count] = end_w
     policy[0] = fast[0]
     points = 0
@@ -244,11 +246,17 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
                     n = insert(line, n, brakes, c, 0.0)
                     policy[k + 1, 3] = c
                 brakes = min(brakes, n - 1)
+        elif returned > 0.0:
+            brakes, c = _crossing(0.0, line, n, 0)
+            if brakes < n:
+                n = insert(line, n, brakes, c, 0.0)
+                policy[k + 1, 3] = c
+            brakes = min(brakes, n - 1)
         points += n
         if powered:
             m, policy[k + 1, 1] = transport(train, step, line, n, drives, coasts, brakes, images, scratch)
         else:
-            m = coast_over(train, step, line, n, images)
+            m = coast_over(dark, step, line, n, brakes, images, scratch)
         if k == 0:
             break
         m = make_monotone(images, m, fast[k])

@@ -29,7 +29,7 @@ from tgvdp.physics.motion import land
 from tgvdp.runs.braking_point import drop_slivers
 
 #: Whether a run that enters a cell on the envelope stays on it: never, if a is not below it, if b is not, if c is not
-#: (which it never is without current).
+#: (which is all that matters without current).
 _LEAVES = 0
 _AIMS_THERE = 1
 _COASTS_THERE = 2
@@ -203,7 +203,8 @@ def drive_blend(train, tables, course, blend, share, scratch, rows):
                 n = drive_cell(train, tables.regeneration > 0.0, cell, w, lines, scratch, rows, n)
             else:
                 landed = coast(here, cell, cell.length_m, w)
-                lines = Lines(top, top, top, top, top, top, top, top)
+                c = min(max(c, bottom), top)
+                lines = Lines(top, top, top, top, top, c, c, top)
                 n = coast_through(here, False, cell, w, landed, lines, scratch, rows, n)
             if n > first + 1:
                 n = drop_slivers(rows, first, n, cell.length_m)

@@ -257,4 +257,6 @@ def coast_through(train, regenerates, cell, w, landed, lines, scratch, rows, n):
         return evenly(train, cell, w, most, rows, n)
     if regenerates:
         return _regenerate(train, cell, w, lines, scratch, rows, n)
-    return brake_late(train, COASTING, cell, w, lines.top, scratch, rows, n)
+    if lines.b < lines.top:  # without current: friction holds it there, if it can
+        cell = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, lines.b))
+    return brake_late(train, COASTING, cell, w, most, scratch, rows, n)

@@ -19,14 +19,21 @@ _BEYOND = 4.0
 
 
 @part
-def coast_over(train, step, line, n, images):
-    """Images of the polyline one cell back without current: all runs coast, and the friction brake keeps the wall.
+def coast_over(train, step, line, n, brakes, images, scratch):
+    """Images of the polyline one cell back without current, for the train without it.
 
-    Returns their number.
+    Up to the point ``brakes``, where p = 0, runs coast, and friction keeps the wall; beyond it friction brakes them.
+    Returns the number of images.
     """
     x, y = images
-    m = coast_region(train, step, line, 0, n - 1, images, 0)
-    if m == 0 or x[m - 1] < step.top:
+    m = coast_region(train, step, line, 0, brakes, images, 0)
+    if brakes < n - 1:
+        if m == 0:  # a descent so steep that runs from all lower speeds are braked
+            x[0] = step.bottom
+            y[0] = min(holding_costate(train, step, step.bottom, line.w[brakes]), 0.0)
+            m = 1
+        m = friction_region(train, step, line, brakes, n - 1, images, 0, m, scratch)
+    elif m == 0 or x[m - 1] < step.top:
         m = wall_region(train, COASTING, step, images, m)
     if x[0] > step.bottom:  # too slow a run cannot speed up
         m = insert(images, m, 0, step.bottom, min(holding_costate(train, step, step.bottom, line.w[0]), y[0]))
