@@ -60,6 +60,20 @@ def test_a_blend_stays_between_its_two_policies_but_beyond_the_envelope():
     assert (blend.at(1.0) == known[2].switch).all()
 
 
+def test_what_is_off_the_envelope_by_rounding_is_on_it():
+    """Neighbouring cells must not be blended in two ways: runs sawed from one to the other."""
+    exact, rounded = 100.0, 100.0 - 1e-8
+    known = [
+        Extremal(math.exp(-k), np.repeat(np.array(w)[:, None], 4, axis=1), float(k), 0.0)
+        for k, w in enumerate(
+            [(exact, rounded, exact), (exact, exact, rounded), (70.0, 70.0, 70.0), (69.0, 69.0, 69.0)]
+        )
+    ]
+    for share in (0.2, 0.5, 0.8):
+        blended = blend_of(known, 2, np.full(3, exact)).at(share)
+        assert blended == pytest.approx(np.full((3, 4), blended[0, 0]), abs=1e-6)
+
+
 def test_next_to_the_fastest_run_energy_is_foretold_where_it_falls_with_the_root_of_time():
     def optimum(multiplier):
         late_s = (0.5 / multiplier) ** 2  # E = 10 − √(T − 100)

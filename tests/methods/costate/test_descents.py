@@ -72,6 +72,19 @@ def test_friction_holds_the_train_back_where_there_is_no_current():
     assert all(verdict.ok for verdict in front.verify())
 
 
+def test_where_all_speeds_cost_the_same_runs_do_not_saw():
+    """A second is worth what the brake returns in it: the speed that is held is any one, but not any in each cell."""
+    train = replace(TRAIN, braking=EffortCurve.from_caps(360e3, 5e6))
+    track = Track(
+        length_m=22e3,
+        speed_limits=((0.0, 21.0), (11e3, 26.0)),
+        gradients=((0.0, 0.0), (3e3, -24.0), (19.4e3, -18.0)),
+    )
+    found = tgvdp.search(train, track, energy="pantograph", points=10, max_margin=0.6)
+    assert found.counters["short"] <= 3  # 292 they were
+    assert all(verdict.ok for verdict in found.verify())
+
+
 @pytest.mark.parametrize("multiplier", [0.01, 0.1, 0.7, 2.0])
 def test_speed_that_is_held_back_costs_least_per_metre(multiplier):
     """λ/v − r·D(v) against samples, for a brake whose power is capped and one of a table."""

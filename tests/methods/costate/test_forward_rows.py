@@ -125,7 +125,7 @@ def test_coasting_beyond_the_line_of_the_dynamic_brake_needs_no_brakes():
     cell = Cell(0.0, 100.0, 100.0, 100.0, LIGHT.davis_c_n_per_mps2, math.inf)
     start_w = 24.0**2
     landed = coast(train, cell, cell.length_m, start_w)
-    lines = Lines(*[1e4] * 3, landed, landed, landed, 1e4, 1e4)
+    lines = Lines(*[1e4] * 4, landed, landed, landed, 1e4, 1e4)
     rows = room_for_rows(1000)
     n = coast_through(train, True, cell, start_w, landed, lines, room_for_marches(100), rows, 0)
     assert n > 2

@@ -10,6 +10,8 @@ from tgvdp._jit import leaf, part
 
 #: Extremals nearer than this, in distances of the two whose policies are blended, tell no bend.
 _APART = 1e-3
+#: A switching speed whose square lies below the envelope's by less than this share of it is on it.
+_AT_TOP = 1e-6
 
 
 class Blend(NamedTuple):
@@ -71,19 +73,20 @@ def fill_blend(known, policies, second, top, blend):
     bent_before = before_at < -_APART
     bent_after = after_at > 1.0 + _APART
     for k in range(top.shape[0]):
+        top_w = top[k] * (1.0 - _AT_TOP)
         for i in range(4):
             p0 = policies[first, k, i]
             p1 = policies[second, k, i]
             p2 = policies[after, k, i]
-            if bent_after and p0 >= top[k] > p1:
+            if bent_after and p0 >= top_w > p1:
                 p0 = max(p1 + (p1 - p2) / (after_at - 1.0), p0)
             step = p1 - p0
             bend = 0.0
             count = 0
-            if bent_before and policies[before, k, i] < top[k]:
+            if bent_before and policies[before, k, i] < top_w:
                 bend += (policies[before, k, i] - p0 - before_at * step) / (before_at * (before_at - 1.0))
                 count += 1
-            if bent_after and p0 < top[k]:
+            if bent_after and p0 < top_w:
                 bend += (p2 - p0 - after_at * step) / (after_at * (after_at - 1.0))
                 count += 1
             most = abs(step)

@@ -198,13 +198,16 @@ def drive_blend(train, tables, course, blend, share, scratch, rows):
                 b = max(a, b)
                 before_top = course.fast[k]
                 before_b = min(switch_at(blend, share, k, 2), before_top)
+                before_c = min(switch_at(blend, share, k, 3), before_top)
                 before_a = switch_at(blend, share, k, 0)
-                lines = Lines(before_a, before_b, before_top, a, max(coasts, bottom), b, max(b, c), top)
+                lines = Lines(before_a, before_b, before_c, before_top, a, max(coasts, bottom), b, max(b, c), top)
                 n = drive_cell(train, tables.regeneration > 0.0, cell, w, lines, scratch, rows, n)
             else:
                 landed = coast(here, cell, cell.length_m, w)
                 c = min(max(c, bottom), top)
-                lines = Lines(top, top, top, top, top, c, c, top)
+                before_top = course.fast[k]
+                before_c = min(switch_at(blend, share, k, 3), before_top)
+                lines = Lines(before_top, before_c, before_c, before_top, top, top, c, c, top)
                 n = coast_through(here, False, cell, w, landed, lines, scratch, rows, n)
             if n > first + 1:
                 n = drop_slivers(rows, first, n, cell.length_m)

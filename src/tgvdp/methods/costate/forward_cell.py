@@ -38,16 +38,17 @@ class Lines(NamedTuple):
 
     Attributes
     ----------
-    before_a, before_b, before_top : float
-        Where traction ends and dynamic braking begins, and the envelope, at the start of the cell.
+    before_a, before_b, before_c, before_top : float
+        Where traction ends, dynamic braking begins, and all brakes do, and the envelope, at the start of the cell.
     a, b, c, top : float
-        The same at its end, and where all brakes begin.
+        The same at its end.
     coasts : float
         Speed at the end of a run that coasts from the line's start on, a'.
     """
 
     before_a: float
     before_b: float
+    before_c: float
     before_top: float
     a: float
     coasts: float
@@ -61,6 +62,13 @@ def _drifts(before, after, w):
     """Whether a line of switching, and a run next to it, change so little that they are a speed that is held."""
     near = _DRIFT * after
     return abs(before - after) <= near and abs(w - after) <= near
+
+
+@leaf
+def _follows(lines, after, w):
+    """Whether a run is on the line of all brakes, which ends the cell at ``after``, and keeps to it if it can."""
+    known = lines.before_c < lines.before_top or abs(lines.before_c - after) <= _DRIFT * after
+    return known and abs(w - lines.before_c) <= _DRIFT * after
 
 
 @part
@@ -98,6 +106,8 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
         rows.x[n - 1] = cell.end_m  # its rows may meet the target a hair before the braking curve does
         return n
     if lines.c < lines.top:  # where it is held, if all brakes can
+        if _follows(lines, friction, w) and _brakes_do(train, cell, w, friction, True):
+            return evenly(train, cell, w, friction, rows, first)
         cell = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, lines.c))
     return brake_late(train, DYNAMIC, cell, w, friction, scratch, rows, first)
 
@@ -258,5 +268,7 @@ def coast_through(train, regenerates, cell, w, landed, lines, scratch, rows, n):
     if regenerates:
         return _regenerate(train, cell, w, lines, scratch, rows, n)
     if lines.b < lines.top:  # without current: friction holds it there, if it can
+        if _follows(lines, most, w) and _brakes_do(train, cell, w, most, True):
+            return evenly(train, cell, w, most, rows, n)
         cell = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, lines.b))
     return brake_late(train, COASTING, cell, w, most, scratch, rows, n)
