@@ -25,6 +25,9 @@ from tgvdp.runs.braking_point import braked_w, drive_then_brake
 
 #: Changes of v² by less than this share within a cell are a drift of the holding speed, spread over the cell.
 _DRIFT = 0.01
+#: The line of all brakes may rise by this share within a cell for a run to keep to it: where it rises faster, friction
+#: ends somewhere within the cell.
+_RISE = 5e-3
 #: A run that enters a cell nearer to the line of switching than this share of v² is on it.
 _NEAR = 1e-3
 #: Two squared speeds nearer than this share are one speed that is held.
@@ -67,8 +70,9 @@ def _drifts(before, after, w):
 @leaf
 def _follows(lines, after, w):
     """Whether a run is on the line of all brakes, which ends the cell at ``after``, and keeps to it if it can."""
-    known = lines.before_c < lines.before_top or abs(lines.before_c - after) <= _DRIFT * after
-    return known and abs(w - lines.before_c) <= _DRIFT * after
+    near = _DRIFT * after
+    known = lines.before_c < lines.before_top or abs(lines.before_c - after) <= near
+    return known and after - lines.before_c <= _RISE * after and abs(w - lines.before_c) <= near
 
 
 @part
