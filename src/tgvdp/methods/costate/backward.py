@@ -225,30 +225,25 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
         step = _step(train, returned, cells, k, price, held_w, held_brake_w, low, fast, floor_w, wall, scratch)
         policy[k + 1] = fast[k + 1]
         powered = cells.supply[k] == POWERED
-        coasts = n - 1
-        brakes = n - 1
         drives, a = _crossing(-0.5, line, n, 0)
         drives, a = _snapped(held_w, slack, -0.5, line, n, drives, a)
         policy[k + 1, 0] = a
         policy[k + 1, 1] = a
+        coasts = 0
         if powered:
             n = insert(line, n, drives, a, -0.5)
             coasts = n - 1
-            brakes = n - 1
             if returned > 0.0:
                 coasts, b = _crossing(-0.5 * returned, line, n, drives)
                 n = insert(line, n, coasts, b, -0.5 * returned)
                 policy[k + 1, 2] = b
-                brakes, c = _crossing(0.0, line, n, coasts)
-                if brakes < n:
+        brakes = n - 1
+        if returned > 0.0:
+            brakes, c = _crossing(0.0, line, n, coasts)
+            if brakes < n:
+                if powered:
                     held_back = held_back_w(train, returned, price, fast[k + 1])
                     brakes, c = _snapped(held_back, slack, 0.0, line, n, brakes, c)
-                    n = insert(line, n, brakes, c, 0.0)
-                    policy[k + 1, 3] = c
-                brakes = min(brakes, n - 1)
-        elif returned > 0.0:
-            brakes, c = _crossing(0.0, line, n, 0)
-            if brakes < n:
                 n = insert(line, n, brakes, c, 0.0)
                 policy[k + 1, 3] = c
             brakes = min(brakes, n - 1)

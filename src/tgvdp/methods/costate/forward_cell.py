@@ -84,6 +84,21 @@ def _brakes_do(train, cell, w, target, friction):
 
 
 @part
+def _brake_fully(train, regime, cell, w, lines, scratch, rows, n):
+    """Drive in a regime that would end above c, or above the envelope if that is lower, and with all brakes end there.
+
+    A run that is on the line of all brakes keeps to it; elsewhere c is held, if all brakes can, and the envelope is
+    met as late as possible.
+    """
+    target = min(lines.c, lines.top)
+    if lines.c < lines.top:
+        if _follows(lines, target, w) and _brakes_do(train, cell, w, target, True):
+            return evenly(train, cell, w, target, rows, n)
+        cell = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, lines.c))
+    return brake_late(train, regime, cell, w, target, scratch, rows, n)
+
+
+@part
 def _regenerate(train, cell, w, lines, scratch, rows, n):
     """Slow down to b, or to the envelope if that is lower, where coasting would end above it: by the dynamic brake.
 
@@ -105,15 +120,10 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
     landed, n = saturated(train, DYNAMIC, cell, w, target if w > target else 0.0, rows, n)[1:]
     if n < 0:
         return n
-    friction = min(lines.c, lines.top)
-    if landed <= friction * (1.0 + ON_CURVE):
+    if landed <= min(lines.c, lines.top) * (1.0 + ON_CURVE):
         rows.x[n - 1] = cell.end_m  # its rows may meet the target a hair before the braking curve does
         return n
-    if lines.c < lines.top:  # where it is held, if all brakes can
-        if _follows(lines, friction, w) and _brakes_do(train, cell, w, friction, True):
-            return evenly(train, cell, w, friction, rows, first)
-        cell = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, lines.c))
-    return brake_late(train, DYNAMIC, cell, w, friction, scratch, rows, first)
+    return _brake_fully(train, DYNAMIC, cell, w, lines, scratch, rows, first)
 
 
 @part
@@ -271,8 +281,4 @@ def coast_through(train, regenerates, cell, w, landed, lines, scratch, rows, n):
         return evenly(train, cell, w, most, rows, n)
     if regenerates:
         return _regenerate(train, cell, w, lines, scratch, rows, n)
-    if lines.b < lines.top:  # without current: friction holds it there, if it can
-        if _follows(lines, most, w) and _brakes_do(train, cell, w, most, True):
-            return evenly(train, cell, w, most, rows, n)
-        cell = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, lines.b))
-    return brake_late(train, COASTING, cell, w, most, scratch, rows, n)
+    return _brake_fully(train, COASTING, cell, w, lines, scratch, rows, n)
