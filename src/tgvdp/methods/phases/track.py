@@ -114,8 +114,10 @@ def track(way, run, n, plan, planned, price, least_s, room, out):
         turns = now == run.regime[i] and turn_m < run.x[i + 1] - SAME_M
         turns = turns and plan[min(c + 1, planned - 1), REGIME] != run.regime[i]
         if i < kept or (now == run.regime[i] and not turns):
+            is_cut = x != run.x[i] or out.w[m - 1] != run.w[i]  # the two have met within it
             m = copy_row(run, i, out, m)
-            measure(way, out, m - 2, m - 1)  # it may be cut where the two have met
+            if is_cut:
+                measure(way, out, m - 2, m - 1)
             i += 1
             # As long as both go on: this is most of a run.
             while i < n - 1 and run.regime[i] == now and run.x[i + 1] < turn_m - 2.0 * SAME_M and m + 2 <= size:

@@ -126,6 +126,8 @@ def widen(way, run, n, plan, count, price, least_s, room, out):
         gains_s = _MARGIN * least_s - plan[c, LASTS_S]
         if plan[c, LASTS_S] >= least_s or plan[c, MAY_GO] == 0.0:
             continue
+        # No ramp, of this phase or a later one, begins before this.
+        i, m = _copied(way, run, n, plan[c, AT] - gains_s * math.sqrt(plan[c, START_W]), i, out, m)
         best = -1
         best_j = room.most_j
         for option in range(len(_SHARES) + 1):
