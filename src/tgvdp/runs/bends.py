@@ -28,9 +28,11 @@ from tgvdp.runs.batch import Batch
 from tgvdp.runs.effort_jumps import NO_EFFORT
 from tgvdp.runs.resistance_correction_kernel import NEARLY_FULL, cut_rows, is_comfort
 
-#: How far the time of a run may be off, s; a search drives rows that are off by at most this share of their time.
+#: How far the time of a run may be off, s; a search drives rows that are off by at most the first share of their time,
+#: or, where they are cut in the end, by the second.
 _MOST_S = 5e-4
 _USUAL = 2.5e-6
+_ROUGH = 1e-5
 #: A deceleration within this share of the braking rate half-way is that rate.
 _AT_RATE = 0.01
 #: What bends by more than this share of its change is no parabola: a speed that is held.
@@ -41,8 +43,7 @@ _MOST_PARTS = 64
 
 def most_off_s(time_s: float) -> float:
     """By how much a run of a search may last longer once its rows are cut, s; 0 for one that is short enough."""
-    off_s = _USUAL * time_s
-    return off_s if off_s > _MOST_S else 0.0
+    return _ROUGH * time_s if _USUAL * time_s > _MOST_S else 0.0
 
 
 def cut_at_bends(train: Train, line: ResolvedLine, runs: Batch) -> tuple[Batch, NDArray[np.int64]]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tgvdp.errors import NumericalError
 from tgvdp.line.cells import Cells, cells_of, halved
+from tgvdp.line.resolved import resolve
 from tgvdp.memory import ask_for
 from tgvdp.methods.costate import backward as costate
 from tgvdp.methods.costate.blend import Blend
@@ -23,6 +24,7 @@ from tgvdp.physics.cell import Rows, overrun, room_for_marches, room_for_rows
 from tgvdp.physics.codes import NO_ROOM, NOT_MET, OK
 from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train, per_kilogram
+from tgvdp.runs.bends import most_off_s
 from tgvdp.runs.fastest import Envelope, envelope_of, reachable_w
 from tgvdp.runs.profile import Profile
 
@@ -35,8 +37,10 @@ _MOST_CELLS = 50_000
 #: Thinning tolerance of the costate polyline, per cell; smaller where the multiplier is below E/T of the fastest
 #: run, because the costates of coasting shrink with it.
 _TOLERANCE = 2e-5
-#: Times as many rows as motion makes on its own where a limit of effort binds: a run's time is right to 1e-6 then.
+#: Times as many rows as motion makes on its own where a limit of effort binds: a run's time is right to 1e-6 then. Half
+#: as many will do where they are cut in the end, by what they miss.
 _ROWS = 4.0
+_ROWS_TO_CUT = 2.0
 #: Rows of one march for which there is room at first.
 _MARCH_ROWS = 4096
 #: Squared speed below which costates are not carried, relative to the trip's top: a run over a summit keeps as much
@@ -142,7 +146,8 @@ class Mesh:
         if trip.energy.kind != "wheel":
             drawn_j = balance.pantograph_j + balance.regenerated_j - balance.auxiliary_j
         usual_multiplier = max(drawn_j, least_j) / fastest.duration_s
-        train = kernel_train(trip.train)._replace(rows=_ROWS)
+        is_cut = resolve(trip).even and most_off_s(fastest.duration_s) > 0.0
+        train = kernel_train(trip.train)._replace(rows=_ROWS_TO_CUT if is_cut else _ROWS)
         tables = energy_tables(trip.train, trip.energy)
         if not train.braking[:, 1:].any():
             tables = tables._replace(regeneration=0.0)
