@@ -1,11 +1,14 @@
 """The cores of this machine, and work side by side on them."""
 
 import contextlib
+import functools
 import os
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from contextvars import ContextVar
+from concurrent.futures import ThreadPoolExecutor, wait
+from contextvars import ContextVar, copy_context
 from typing import Any, TypeVar
+
+from tgvdp.progress import heard_by
 
 _Result = TypeVar("_Result")
 
@@ -29,10 +32,38 @@ def on_one_core() -> Iterator[None]:
         _on_one.reset(token)
 
 
+def shares(work: float, least: float) -> int:
+    """Into how many parts to cut some work for `side_by_side`, so that none is less than ``least``."""
+    if _on_one.get() or work < 2.0 * least:
+        return 1
+    return min(usable_cores(), int(work / least))
+
+
 def side_by_side(function: Callable[..., _Result], *arguments: Iterable[Any]) -> list[_Result]:
-    """What a function returns for arguments, as of ``map``: on all usable cores, or one after the other on one."""
-    cores = 1 if _on_one.get() else usable_cores()
+    """What a function returns for arguments, as of ``map``: on all usable cores, or one after the other on one.
+
+    What it calls works on one core, unheard, and else in the context of the caller. All have ended when this returns,
+    or raises the first of their errors.
+    """
+    calls = list(zip(*arguments, strict=True))
+    cores = 1 if _on_one.get() or len(calls) < 2 else usable_cores()
     if cores == 1:
-        return list(map(function, *arguments))
-    with ThreadPoolExecutor(cores) as threads:
-        return list(threads.map(function, *arguments))
+        return [function(*call) for call in calls]
+    with on_one_core(), heard_by(None):
+        futures = [_threads(cores).submit(copy_context().run, function, *call) for call in calls]
+    try:
+        return [future.result() for future in futures]
+    finally:
+        for future in futures:
+            future.cancel()
+        wait(futures)
+
+
+@functools.cache
+def _threads(count: int) -> ThreadPoolExecutor:
+    """Threads that stay: to start them takes as long as a short run."""
+    return ThreadPoolExecutor(count, "tgvdp")
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_threads.cache_clear)  # a child has but the thread that forked it

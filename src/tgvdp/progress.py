@@ -17,8 +17,8 @@ _listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
 
 
 @contextlib.contextmanager
-def heard_by(listener: Listener) -> Iterator[None]:
-    """Have a listener hear what is computed meanwhile."""
+def heard_by(listener: Listener | None) -> Iterator[None]:
+    """Have a listener, or nobody, hear what is computed meanwhile."""
     token = _listener.set(listener)
     try:
         yield

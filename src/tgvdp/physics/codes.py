@@ -31,3 +31,4 @@ STALLED = 11  # full traction does not carry the train over this cell
 CROWDED = 12  # too many points of the costate polyline
 NOT_MET = 13  # no blend takes the time: it jumps
 NOT_KEPT = 14  # the blend is worse than the cubic promises
+NOT_TRIED = 15  # an earlier time between the same extremals was not kept

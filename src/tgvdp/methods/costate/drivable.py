@@ -1,13 +1,15 @@
 """Runs of the front method without phases that are too short to drive: the points of a front, one by one."""
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.cores import shares, side_by_side
 from tgvdp.methods.budget import Clock
 from tgvdp.methods.costate.mesh import Mesh, Run
-from tgvdp.methods.phases.prune import prune
+from tgvdp.methods.phases.prune import Pruned, prune
 from tgvdp.methods.phases.way import way_of
 from tgvdp.physics.cell import Rows
 
@@ -20,6 +22,8 @@ _OF_STEP = 0.2
 #: Rows between two looks at the clock: a tenth of a second. Usual runs have some thousand; one of more than these stays
 #: as it is.
 _ROWS_AT_ONCE = 200_000
+#: Rows that are worth a thread of its own: half a millisecond.
+_LEAST_ROWS = 5000
 
 
 def drivable(
@@ -70,28 +74,33 @@ def drivable(
     early_s[np.abs(early_s) > tolerance_s] = 0.0  # it stands for a time that no run takes
     found = list(runs)
     regimes: list[NDArray[np.int8] | None] = [None] * len(runs)
+
+    def pruned(part: slice) -> list[Pruned]:
+        given = [(run.x_m, run.w) for run in runs[part]]
+        return prune(way, given, price[part].copy(), min_phase_s, most_j[part], early_s[part], tolerance_s)
+
     rows = [len(run.x_m) for run in runs]
-    for part in _parts(rows):
+    count = shares(sum(rows), _LEAST_ROWS)
+    parts = list(_parts(rows, min(_ROWS_AT_ONCE, math.ceil(sum(rows) / count))))
+    for first in range(0, len(parts), count):
         if clock.expired:
             return found, regimes, False
-        if sum(rows[part]) > _ROWS_AT_ONCE:
-            continue
-        given = [(run.x_m, run.w) for run in runs[part]]
-        pruned = prune(way, given, price[part].copy(), min_phase_s, most_j[part], early_s[part], tolerance_s)
-        counters["short"] += sum(one.short for one in pruned)
-        found[part] = [
-            Run(run.time_s + one.time_s, run.energy_j + one.energy_j, run.multiplier, one.x_m, one.w)
-            for run, one in zip(runs[part], pruned, strict=True)
-        ]
-        regimes[part] = [one.regime for one in pruned]
+        wave = [part for part in parts[first : first + count] if sum(rows[part]) <= _ROWS_AT_ONCE]
+        for part, ones in zip(wave, side_by_side(pruned, wave), strict=True):
+            counters["short"] += sum(one.short for one in ones)
+            found[part] = [
+                Run(run.time_s + one.time_s, run.energy_j + one.energy_j, run.multiplier, one.x_m, one.w)
+                for run, one in zip(runs[part], ones, strict=True)
+            ]
+            regimes[part] = [one.regime for one in ones]
     return found, regimes, True
 
 
-def _parts(rows: Sequence[int]) -> Iterator[slice]:
+def _parts(rows: Sequence[int], most: int) -> Iterator[slice]:
     """Neighbouring runs that have few enough rows together, or one that has more."""
     first = together = 0
     for index, count in enumerate(rows):
-        if index > first and together + count > _ROWS_AT_ONCE:
+        if index > first and together + count > most:
             yield slice(first, index)
             first = index
             together = 0

@@ -15,11 +15,12 @@ from tgvdp.methods.costate.blend import Blend, fill_blend
 from tgvdp.methods.costate.extremal import foretell
 from tgvdp.methods.costate.forward import drive_blend, find_rides
 from tgvdp.physics.cell import Rows
-from tgvdp.physics.codes import NO_ROOM, NOT_KEPT, NOT_MET, OK
+from tgvdp.physics.codes import NO_ROOM, NOT_KEPT, NOT_MET, NOT_TRIED, OK
 from tgvdp.physics.roots import Bracket, narrowed, secant
 
-#: Columns of the runs that `drive` returns: rows from .. to, running time, energy, multiplier, bracket of shares.
-RUN_COLUMNS = 7
+#: Columns of the runs that `drive` returns: rows from .. to, running time, energy, multiplier, bracket of shares, and
+#: of a target the slower of the extremals around it, and how it went.
+RUN_COLUMNS = 9
 #: Blends of two extremals whose running times are remembered, at most.
 SAMPLES = 128
 #: A search for a running time ends, for it jumps, when it would change by less than this share of the tolerance within
@@ -137,12 +138,12 @@ def _drive_all(train, tables, course, start_w, policies, passed, rows, scratch, 
         rows.w[0] = start_w
         n, run[2], run[3] = drive_blend(train, tables, course, Blend(policy, policy, policy), 0.0, scratch.march, rows)
         if n < 0:
-            return i, NO_ROOM, 0, i + 1
+            return i, NO_ROOM, i + 1
         run[1] = n
         for k in range(passed.shape[1]):
             for column in range(passed.shape[2]):
                 passed[i, k, column] = course.passed[k, column]
-    return policies.shape[0], OK, 0, policies.shape[0]
+    return policies.shape[0], OK, policies.shape[0]
 
 
 @entry
@@ -160,6 +161,7 @@ def drive(
     tables : EnergyTables
         Of which only the two factors count.
     course : Course
+        Without policies and targets its rides are found, and no more.
     start_w : float
         Squared speed at the origin.
     policies : (m, K + 1, 4) float64
@@ -183,17 +185,17 @@ def drive(
     stored : int
         Rows that are taken already.
     scratch : Scratch
-    runs : (m or n, 7) float64, modified in place
-        `RUN_COLUMNS` of each policy's or target's run; of a time that is not met, the run next to it.
+    runs : (m or n, 9) float64, modified in place
+        `RUN_COLUMNS` of each policy's or target's run; of a time that is not met, the run next to it. The last column
+        is OK, NOT_MET, NOT_KEPT, or NOT_TRIED where an earlier target between the same extremals was not kept.
 
     Returns
     -------
     done : int
-        Policies or targets done before the kernel ended.
+        Policies done before the kernel ended; or targets, all or none of those between the same extremals.
     status : int
-        OK, or why it ended at the next one: NO_ROOM, NOT_MET or NOT_KEPT.
-    second : int
-        The slower of the extremals around the last target.
+        OK, or why it ended: NO_ROOM for the next ones, or NOT_MET by the last target done, whose ``scratch.blend``
+        stands. Targets between the same extremals are not tried then.
     driven : int
         Number of runs.
     """
@@ -202,8 +204,9 @@ def drive(
     if targets.shape[0] == 0:
         return _drive_all(train, tables, course, start_w, policies, passed, rows, scratch, runs)
     second = -1
-    driven = samples = 0
+    first = driven = samples = 0
     faster_j = 0.0
+    kept = True
     for i in range(targets.shape[0]):
         at = max(second, min(1, known.shape[0] - 1))
         while at < known.shape[0] - 1 and known[at, 0] < targets[i]:
@@ -216,27 +219,36 @@ def drive(
             scratch.samples[1, 0], scratch.samples[1, 1] = 1.0, ends.second[0]
             samples = 2
             faster_j = ends.first[1]
+            kept = True
+            first = i
+        run = runs[i]
+        run[7] = second
+        run[8] = NOT_TRIED
+        if not kept:
+            continue
         if stored >= rows.x.shape[0]:
-            return i, NO_ROOM, second, driven
+            return first, NO_ROOM, driven
         free = Rows(rows.x[stored:], rows.w[stored:])
         free.x[0] = 0.0
         free.w[0] = start_w
-        run = runs[i]
         n, samples, tried, met = _meet(
             train, tables, course, ends, samples, targets[i], tolerance_s, scratch, free, run
         )
         driven += tried
         if n < 0:
-            return i, NO_ROOM, second, driven
+            return first, NO_ROOM, driven
         if not met:
-            return i, NOT_MET, second, driven
+            run[8] = NOT_MET
+            return i + 1, NOT_MET, driven
         foretold = _foretell(ends.first, ends.second, run[2])
         run[4] = foretold.multiplier
         loss_j = losses[second] * max(run[3], base_j)
-        if ends.first[2] < math.inf and loss_j < math.inf and run[3] > min(foretold.energy_j + loss_j, faster_j):
-            return i, NOT_KEPT, second, driven
+        judged = ends.first[2] < math.inf and loss_j < math.inf
+        kept = not judged or run[3] <= min(foretold.energy_j + loss_j, faster_j)
+        run[8] = OK if kept else NOT_KEPT
         faster_j = run[3]
         run[0] = stored
-        stored += n
-        run[1] = stored
-    return targets.shape[0], OK, second, driven
+        run[1] = stored + n
+        if kept:
+            stored += n
+    return targets.shape[0], OK, driven

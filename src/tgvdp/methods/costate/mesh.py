@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.cores import shares, side_by_side
 from tgvdp.errors import NumericalError
 from tgvdp.line.cells import Cells, cells_of, halved
 from tgvdp.line.resolved import resolve
@@ -17,11 +18,12 @@ from tgvdp.methods.costate import backward as costate
 from tgvdp.methods.costate.blend import Blend
 from tgvdp.methods.costate.extremal import Extremal
 from tgvdp.methods.costate.forward import Course
-from tgvdp.methods.costate.interpolate import RUN_COLUMNS, SAMPLES, Scratch, drive
+from tgvdp.methods.costate.interpolate import RUN_COLUMNS, Scratch, drive
+from tgvdp.methods.costate.room import Room, Rooms
 from tgvdp.methods.costate.stations import graded_stations
 from tgvdp.model.trip import Trip
-from tgvdp.physics.cell import Rows, overrun, room_for_marches, room_for_rows
-from tgvdp.physics.codes import NO_ROOM, NOT_MET, OK
+from tgvdp.physics.cell import Rows, overrun
+from tgvdp.physics.codes import OK
 from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train, per_kilogram
 from tgvdp.runs.bends import most_off_s
@@ -41,13 +43,13 @@ _TOLERANCE = 2e-5
 #: as many will do where they are cut in the end, by what they miss.
 _ROWS = 4.0
 _ROWS_TO_CUT = 2.0
-#: Rows of one march for which there is room at first.
-_MARCH_ROWS = 4096
 #: Squared speed below which costates are not carried, relative to the trip's top: a run over a summit keeps as much
 #: there, and loses it where brakes hold it back on the other side.
 _FLOOR = 1e-6
 #: Memory of a cell, B: its columns twice, the rows of a run through it, and the policies of thirty extremals.
 _CELL_B = 2000.0
+#: Cells of extremals that are worth a thread of its own, half a microsecond each.
+_LEAST_CELLS = 1500
 _NO_POLICIES = np.empty((0, 0, 0))
 _NO_BLEND = Blend(*np.empty((3, 0, 4)))
 _NO_KNOWN = np.empty((0, 3))
@@ -62,42 +64,6 @@ class Run(NamedTuple):
     multiplier: float
     x_m: NDArray[np.float64]
     w: NDArray[np.float64]
-
-
-class Met(NamedTuple):
-    """Runs that take given times.
-
-    Attributes
-    ----------
-    runs : list of Run
-    status : int
-        OK, or why there is none for the next time: NOT_MET or NOT_KEPT.
-    second : int
-        The slower one of the extremals around the last time.
-    bracket : (2, K + 1, 4) float64
-        Where a time is not met, the policies between which running times jump over it.
-    """
-
-    runs: list[Run]
-    status: int
-    second: int
-    bracket: NDArray[np.float64]
-
-
-class _Room:
-    """Arrays that kernels write, the same ones for a mesh and all that is made of it."""
-
-    def __init__(self, cells: int) -> None:
-        self.size = 24 * cells + 8192
-        self.rows = room_for_rows(self.size)
-        self.kept, self.stored = Rows(*np.empty((2, 0))), 0
-        self.march = room_for_marches(_MARCH_ROWS)
-        self.samples = np.empty((SAMPLES, 2))
-        self.costates = np.empty((6, costate.ROOM))
-
-    def double_march(self) -> None:
-        """Make room for marches of twice as many rows."""
-        self.march = room_for_marches(2 * len(self.march.x))
 
 
 @dataclass
@@ -118,7 +84,7 @@ class Mesh:
     envelope: Envelope
     typical_m: float
     usual_multiplier: float
-    room: _Room
+    rooms: Rooms
 
     def __post_init__(self) -> None:
         inertia_kg = self.train.inertia_kg
@@ -133,7 +99,7 @@ class Mesh:
     @property
     def rows(self) -> Rows:
         """Rows of the run that was driven last."""
-        return self.room.rows
+        return self.rooms[0].rows
 
     @classmethod
     def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0) -> "Mesh":
@@ -154,8 +120,8 @@ class Mesh:
         cells = cells_of(trip, graded_stations(trip, fastest, cell_m))
         cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip)))
         envelope = _envelope(trip, cells, train)
-        room = _Room(len(cells.length_m))
-        return cls(trip, train, per_kilogram(train), tables, cells, envelope, cell_m, usual_multiplier, room)
+        rooms = Rooms(len(cells.length_m))
+        return cls(trip, train, per_kilogram(train), tables, cells, envelope, cell_m, usual_multiplier, rooms)
 
     def halved(self, which: NDArray[np.bool_]) -> "Mesh":
         """The mesh with some of its cells, (K,), cut in two."""
@@ -167,122 +133,109 @@ class Mesh:
         """The mesh with all of its cells cut in two."""
         return self.halved(np.ones(len(self.cells.length_m), dtype=np.bool_))
 
-    def _switching_speeds(
-        self, multipliers: NDArray[np.float64], policies: NDArray[np.float64], counters: dict[str, int]
-    ) -> None:
-        """Fill in optimal squared switching speeds, (m, K + 1, 4), for multipliers in J/s, (m,)."""
+    def _switching_speeds(self, multipliers: NDArray[np.float64], policies: NDArray[np.float64], room: Room) -> int:
+        """Fill in optimal squared switching speeds, (m, K + 1, 4), for multipliers in J/s, (m,); returns costates."""
         done, points = costate.switching_speeds(
             self.unit_train, self.tables.regeneration / self.tables.traction, self.unit_cells, self.low, self.fast,
             self.trip.end_speed_mps**2, multipliers, self.tables.traction * self.train.inertia_kg,
-            self.usual_multiplier, _TOLERANCE, self.typical_m, self.floor_w, policies, self.room.costates,
+            self.usual_multiplier, _TOLERANCE, self.typical_m, self.floor_w, policies, room.costates,
         )  # fmt: skip
-        counters["extremals"] += len(multipliers)
-        counters["costates"] += points
         if done < len(multipliers):
             raise NumericalError(f"the costate program lost its way at λ = {multipliers[done]:g} J/s: too many points")
+        return int(points)
 
     @cached_property
-    def course(self) -> Course:
-        """What the kernel needs to drive, made once; the kernel adds the rides when it first drives."""
+    def _course(self) -> Course:
+        """What the kernel needs to drive, with the rides of the envelope, made once."""
         fastest = Rows(self.envelope.x_m, self.envelope.w)
         row = np.searchsorted(fastest.x, self.cells.station_m)
         count = len(self.cells.length_m)
         ride, passed = np.empty((count, 2)), np.empty((count + 1, 3))
-        return Course(self.cells, self.low, self.fast, fastest, row, np.full(count, -1), ride, passed)
+        course = Course(self.cells, self.low, self.fast, fastest, row, np.full(count, -1), ride, passed)
+        self._drive_in(self.rooms[0], course, _NO_POLICIES, _NO_POLICIES, np.empty((0, RUN_COLUMNS)))
+        return course
+
+    def course_for(self, number: int) -> Course:
+        """What the kernel needs to drive in the room of a number."""
+        return self._course._replace(passed=np.empty_like(self._course.passed)) if number else self._course
 
     def drive(self, policy: NDArray[np.float64], counters: dict[str, int]) -> tuple[int, float, float]:
         """Drive a policy, (K + 1, 4), into `rows`; returns rows, running time in s, energy in J."""
-        n, time_s, energy_j = self._driven(policy[np.newaxis], counters)[0][0, 1:4].tolist()
+        runs, _, driven = self._driven(policy[np.newaxis], 0)
+        counters["runs"] += driven
+        n, time_s, energy_j = runs[0, 1:4].tolist()
         return int(n), time_s, energy_j
 
     def _driven(
-        self, policies: NDArray[np.float64], counters: dict[str, int]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Drive policies, (m, K + 1, 4), each into `rows`; returns their runs and what they passed, as `drive` does."""
-        room = self.room
+        self, policies: NDArray[np.float64], number: int
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+        """Drive policies, (m, K + 1, 4), each into the rows of a room; returns their runs, what they passed, and how
+        many were driven.
+        """
+        room, course = self.rooms[number], self.course_for(number)
         runs, passed = np.empty((len(policies), RUN_COLUMNS)), np.empty((*policies.shape[:2], 3))
-        first = 0
+        first = count = 0
         while first < len(policies):
-            done, status, _, driven = drive(
-                self.train, self.tables, self.course, self.trip.start_speed_mps**2, policies[first:], passed[first:],
-                _NO_KNOWN, _NO_TIMES, 0.0, _NO_TIMES, 0.0, room.rows, 0,
-                Scratch(room.march, _NO_BLEND, room.samples), runs[first:],
-            )  # fmt: skip
-            counters["runs"] += driven
+            done, status, driven = self._drive_in(room, course, policies[first:], passed[first:], runs[first:])
+            count += driven
             if overrun(room.march):
                 room.double_march()
                 continue
             first += done
             if status != OK:
-                room.rows = room_for_rows(2 * len(room.rows.x))
-        return runs, passed
+                room.double_rows()
+        return runs, passed, count
 
-    def meet(
-        self,
-        extremals: Sequence[Extremal],
-        losses: NDArray[np.float64],
-        base_j: float,
-        target_s: NDArray[np.float64],
-        tolerance_s: float,
-        counters: dict[str, int],
-    ) -> Met:
-        """Drive blends of neighbouring extremals that take given times, increasing, until one cannot be had.
-
-        ``losses`` and ``base_j`` are those of `interpolate.drive`.
-        """
-        room = self.room
-        policies = np.array([one.switch for one in extremals])
-        known = np.array([one.outcome for one in extremals])
-        blend = Blend(*np.empty((3, *self.flat_out.shape)))
-        found: list[Run] = []
-        runs = np.empty((len(target_s), RUN_COLUMNS))
-        while True:
-            rows = room.kept
-            done, status, second, driven = drive(
-                self.train, self.tables, self.course, self.trip.start_speed_mps**2, policies, _NO_POLICIES, known,
-                losses, base_j, target_s[len(found) :], tolerance_s, rows, room.stored,
-                Scratch(room.march, blend, room.samples), runs,
-            )  # fmt: skip
-            counters["runs"] += driven
-            if overrun(room.march):
-                room.double_march()
-                continue
-            for first, last, time_s, energy_j, multiplier, *_ in runs[:done].tolist():
-                kept = slice(int(first), int(last))
-                found.append(Run(time_s, energy_j, multiplier, rows.x[kept], rows.w[kept]))
-                room.stored = int(last)
-            if status != NO_ROOM:
-                bracket = _NO_POLICIES
-                if status == NOT_MET:
-                    bracket = np.array([blend.at(share) for share in runs[done, 5:7].tolist()])
-                return Met(found, status, second, bracket)
-            if not done:
-                room.size *= 2
-            room.kept, room.stored = room_for_rows(room.size), 0
+    def _drive_in(
+        self, room: Room, course: Course, policies: NDArray[np.float64], passed: NDArray[np.float64],
+        runs: NDArray[np.float64],
+    ) -> tuple[int, int, int]:  # fmt: skip
+        """Call the kernel for policies alone."""
+        return drive(
+            self.train, self.tables, course, self.trip.start_speed_mps**2, policies, passed, _NO_KNOWN, _NO_TIMES, 0.0,
+            _NO_TIMES, 0.0, room.rows, 0, Scratch(room.march, _NO_BLEND, room.samples), runs,
+        )  # fmt: skip
 
     def extremal(self, multiplier: float, counters: dict[str, int]) -> Extremal:
         """Solve and drive one multiplier, J/s; infinite is the fastest run, full traction up to the envelope."""
         return self.extremals([multiplier], counters)[0]
 
     def extremals(self, multipliers: Sequence[float], counters: dict[str, int]) -> list[Extremal]:
-        """Solve and drive multipliers, J/s, which are all finite or all infinite."""
+        """Solve and drive multipliers, J/s, which are all finite or all infinite, side by side where they are many."""
+        count = min(shares(len(multipliers) * len(self.cells.length_m), _LEAST_CELLS), len(multipliers))
+        parts = [multipliers[len(multipliers) * i // count : len(multipliers) * (i + 1) // count] for i in range(count)]
+        if count > 1:
+            self.course_for(0)  # none of the threads makes what all of them need
+        found: list[Extremal] = []
+        for extremals, costates, runs in side_by_side(self._extremals, parts, range(count)):
+            found += extremals
+            counters["costates"] += costates
+            counters["runs"] += runs
+        if math.isfinite(multipliers[0]):
+            counters["extremals"] += len(multipliers)
+        return found
+
+    def _extremals(self, multipliers: Sequence[float], number: int) -> tuple[list[Extremal], int, int]:
+        """Extremals, in the room of a number; and the costates carried, and runs driven."""
+        costates = 0
         if math.isinf(multipliers[0]):
             policies = self.flat_out[np.newaxis]
         else:
             policies = np.empty((len(multipliers), *self.flat_out.shape))
-            self._switching_speeds(np.array(multipliers), policies, counters)
-        runs, passed = self._driven(policies, counters)
+            costates = self._switching_speeds(np.array(multipliers), policies, self.rooms[number])
+        runs, passed, count = self._driven(policies, number)
         found = []
         for multiplier, switch, run, at in zip(multipliers, policies, runs.tolist(), passed, strict=True):
             _, _, time_s, energy_j, *_ = run
             _require_arrival(multiplier, time_s)
             found.append(Extremal(multiplier, switch, time_s, energy_j, at))
-        return found
+        return found, costates, count
 
     def optimal_run(self, multiplier: float, counters: dict[str, int]) -> Run:
         """The optimal run of a finite multiplier, J/s, in rows that the next one overwrites."""
         policies = np.empty((1, *self.flat_out.shape))
-        self._switching_speeds(np.array([multiplier]), policies, counters)
+        counters["extremals"] += 1
+        counters["costates"] += self._switching_speeds(np.array([multiplier]), policies, self.rooms[0])
         n, time_s, energy_j = self.drive(policies[0], counters)
         _require_arrival(multiplier, time_s)
         return Run(time_s, energy_j, multiplier, self.rows.x[:n], self.rows.w[:n])

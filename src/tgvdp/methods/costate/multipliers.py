@@ -7,7 +7,7 @@ leave room for more than that.
 import math
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from itertools import pairwise, takewhile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from tgvdp.methods.budget import Clock
 from tgvdp.methods.costate.bridge import bridge
 from tgvdp.methods.costate.extremal import Extremal, between, foretells, tangent_gap
+from tgvdp.methods.costate.meet import meet
 from tgvdp.methods.costate.mesh import Mesh, Run
-from tgvdp.physics.codes import NOT_KEPT, NOT_MET
+from tgvdp.physics.codes import NOT_KEPT
 from tgvdp.progress import tell
 
 #: A blend of two extremals may cost this share of energy more than they foretell.
@@ -40,8 +41,9 @@ _HIGHEST_MULTIPLIER = 1e12
 #: Relative difference below which running times or energies are the same.
 _SAME = 1e-9
 _MOST_EXTREMALS = 250
-#: Runs between two looks at the clock, at most.
-_AT_ONCE = 50
+#: Runs between two looks at the clock, at most, and the cells that these have: a tenth of a second.
+_AT_ONCE = 128
+_CELLS_OF_RUNS_AT_ONCE = 500_000
 #: Cells through which extremals are solved between two looks at the clock: some 10 ms.
 _CELLS_AT_ONCE = 20_000
 #: A mesh is too coarse when an extremal is dearer, at its own multiplier, than another run by this share of the energy.
@@ -183,29 +185,44 @@ class ExtremalFront:
         return found
 
     def points(self, target_s: NDArray[np.float64]) -> Iterator[Run]:
-        """The best runs for increasing running times, which the extremals reach."""
-        self.foresee(target_s)
+        """The best runs for increasing running times, which the extremals reach; those before the clock ran out."""
+        found: list[Run | None] = [None] * len(target_s)
+        try:
+            self.foresee(target_s)
+            at_once = max(1, min(_AT_ONCE, _CELLS_OF_RUNS_AT_ONCE // len(self.mesh.cells.length_m)))
+            closed: set[float] = set()  # multipliers of extremals between which and those before them there is nothing
+            for first in range(0, len(target_s), at_once):
+                wanted = np.arange(first, min(first + at_once, len(target_s)))
+                while len(wanted):
+                    self.watch()
+                    self._round(target_s, wanted, found, closed)
+                    wanted = wanted[[found[i] is None for i in wanted]]
+        except OutOfTime:
+            yield from (run for run in takewhile(lambda run: run is not None, found) if run is not None)
+            raise
+        yield from (run for run in found if run is not None)
+
+    def _round(
+        self, target_s: NDArray[np.float64], wanted: NDArray[np.intp], found: list[Run | None], closed: set[float]
+    ) -> None:
+        """Look for runs of wanted times, and solve an extremal wherever what is between two of them does not do."""
+        losses = np.array([math.inf if one.multiplier in closed else _BLEND_LOSS for one in self.extremals])
         base_j = _LEAST_SHARE * self.scale_j
-        closed: set[float] = set()  # multipliers of extremals between which and those before them there is nothing
-        at = 0
-        while at < len(target_s):
-            self.watch()
-            losses = np.array([math.inf if one.multiplier in closed else _BLEND_LOSS for one in self.extremals])
-            wanted_s = target_s[at : at + _AT_ONCE]
-            met = self.mesh.meet(self.extremals, losses, base_j, wanted_s, self.tolerance_s, self.counters)
-            at += len(met.runs)
-            yield from met.runs
+        mets = meet(self.mesh, self.extremals, losses, base_j, target_s[wanted], self.tolerance_s, self.counters)
+        splits: set[int] = set()
+        for i, met in zip(wanted.tolist(), mets, strict=True):
+            found[i] = met.run
             before, after = self.extremals[max(met.second - 1, 0)], self.extremals[met.second]
-            splits = met.status == NOT_KEPT
-            if met.status == NOT_MET:
+            if met.bracket is not None:
                 fast, slow = met.bracket
-                run = bridge(self.mesh, fast, slow, float(target_s[at]), self.tolerance_s, self.counters)
-                splits = not (after.multiplier in closed or self._keeps(before, after, run))
-                if not splits:
-                    at += 1
-                    yield run._replace(multiplier=between(before, after, run.time_s).multiplier)
-            if splits and not self._split(met.second):
-                closed.add(after.multiplier)
+                run = bridge(self.mesh, fast, slow, float(target_s[i]), self.tolerance_s, self.counters)
+                if after.multiplier in closed or self._keeps(before, after, run):
+                    found[i] = run._replace(multiplier=between(before, after, run.time_s).multiplier)
+                else:
+                    splits.add(met.second)
+            elif met.status == NOT_KEPT:
+                splits.add(met.second)
+        self._split(sorted(splits), closed)
 
     def _pieces(self, before: Extremal, after: Extremal) -> int:
         """Into how many pieces to cut the front between two extremals so that none holds a surprise."""
@@ -241,12 +258,19 @@ class ExtremalFront:
             return higher if higher < _HIGHEST_MULTIPLIER * self.mesh.usual_multiplier else None
         return before ** (1.0 - share) * after**share if math.log(before / after) >= _SAME_MULTIPLIER else None
 
-    def _split(self, second: int) -> bool:
-        """Solve a multiplier between an extremal and the one before it; False when there is nothing between them."""
-        multiplier = self._middle(second) if 0 < second and len(self.extremals) < _MOST_EXTREMALS else None
-        if multiplier is not None:
-            self._insert(second, self.mesh.extremal(multiplier, self.counters))
-        return multiplier is not None
+    def _split(self, seconds: Sequence[int], closed: set[float]) -> None:
+        """Solve multipliers between extremals and those before them; where there are none they are closed."""
+        wanted: dict[int, float] = {}
+        for second in seconds:
+            full = len(self.extremals) + len(wanted) >= _MOST_EXTREMALS
+            multiplier = self._middle(second) if second > 0 and not full else None
+            if multiplier is None:
+                closed.add(self.extremals[second].multiplier)
+            else:
+                wanted[second] = multiplier
+        middles = self.solved(self.mesh, list(wanted.values()))
+        for second, middle in reversed(list(zip(wanted, middles, strict=True))):
+            self._insert(second, middle)
 
     def _insert(self, second: int, middle: Extremal) -> None:
         """Take in an extremal that was solved between two neighbouring ones."""

@@ -1,0 +1,145 @@
+"""Runs that take given times, side by side: blends of the extremals of a mesh around each time."""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tgvdp.cores import shares, side_by_side
+from tgvdp.methods.costate.blend import Blend
+from tgvdp.methods.costate.extremal import Extremal
+from tgvdp.methods.costate.interpolate import RUN_COLUMNS, Scratch, drive
+from tgvdp.methods.costate.mesh import Mesh, Run
+from tgvdp.physics.cell import overrun
+from tgvdp.physics.codes import NO_ROOM, NOT_MET, NOT_TRIED, OK
+
+_Floats = NDArray[np.float64]
+
+#: Cells of runs that are worth a thread of its own, a tenth of a microsecond each.
+_LEAST_CELLS = 5000
+_NO_PASSED = np.empty((0, 0, 0))
+
+
+class Met(NamedTuple):
+    """How it went with one of the times.
+
+    Attributes
+    ----------
+    status : int
+        OK, NOT_MET, NOT_KEPT, or NOT_TRIED where an earlier time between the same extremals went wrong.
+    second : int
+        The slower one of the extremals around it.
+    run : Run or None
+        The run, where all is well.
+    bracket : (2, K + 1, 4) float64 or None
+        Where a time is not met, the policies between which running times jump over it.
+    """
+
+    status: int
+    second: int
+    run: Run | None = None
+    bracket: _Floats | None = None
+
+
+class _Wanted(NamedTuple):
+    """What is asked for of all threads: extremals with their policies, what a run may lose, and how well it is met."""
+
+    policies: _Floats
+    known: _Floats
+    losses: _Floats
+    base_j: float
+    tolerance_s: float
+
+
+def meet(
+    mesh: Mesh,
+    extremals: Sequence[Extremal],
+    losses: _Floats,
+    base_j: float,
+    target_s: _Floats,
+    tolerance_s: float,
+    counters: dict[str, int],
+) -> list[Met]:
+    """Drive blends of neighbouring extremals that take given times.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    extremals : sequence of Extremal
+        In the order of their running times.
+    losses : (m,) float64
+    base_j : float
+        As of `interpolate.drive`.
+    target_s : (n,) float64
+        Increasing running times that are wanted, s.
+    tolerance_s : float
+        How well.
+    counters : dict of str to int, modified in place
+
+    Returns
+    -------
+    list of Met
+        One for each time. What is between two extremals does not depend on what is elsewhere.
+    """
+    policies = np.array([one.switch for one in extremals])
+    known = np.array([one.outcome for one in extremals])
+    wanted = _Wanted(policies, known, losses, base_j, tolerance_s)
+    second = np.searchsorted(known[:-1, 0], target_s).clip(min(1, len(known) - 1))
+    groups = list(_groups(second, shares(len(target_s) * len(mesh.cells.length_m), _LEAST_CELLS)))
+    found = side_by_side(
+        lambda group, number: _met(mesh, number, wanted, target_s[group], second[group]), groups, range(len(groups))
+    )
+    counters["runs"] += sum(runs for _, runs in found)
+    return [met for mets, _ in found for met in mets]
+
+
+def _groups(second: NDArray[np.intp], count: int) -> Iterator[slice]:
+    """Cut times into groups of about as many, with all that are between the same extremals in one of them."""
+    start = 0
+    for share in range(1, count + 1):
+        end = max(start, len(second) * share // count)
+        while 0 < end < len(second) and second[end] == second[end - 1]:
+            end += 1
+        if end > start:
+            yield slice(start, end)
+        start = end
+
+
+def _met(
+    mesh: Mesh, number: int, wanted: _Wanted, target_s: _Floats, second: NDArray[np.intp]
+) -> tuple[list[Met], int]:
+    """Meet times in the room of a number; returns how it went, and the number of runs."""
+    room = mesh.rooms[number]
+    course = mesh.course_for(number)
+    blend = Blend(*np.empty((3, *wanted.policies.shape[1:])))
+    found: list[Met] = []
+    count = 0
+    runs = np.empty((len(target_s), RUN_COLUMNS))
+    while len(found) < len(target_s):
+        start = len(found)
+        done, status, driven = drive(
+            mesh.train, mesh.tables, course, mesh.trip.start_speed_mps**2, wanted.policies, _NO_PASSED, wanted.known,
+            wanted.losses, wanted.base_j, target_s[start:], wanted.tolerance_s, room.kept, room.stored,
+            Scratch(room.march, blend, room.samples), runs[start:],
+        )  # fmt: skip
+        count += driven
+        if overrun(room.march):
+            room.double_march()
+            continue
+        for row in runs[start : start + done].tolist():
+            at, how = int(row[7]), int(row[8])
+            if how == OK:
+                rows = slice(int(row[0]), int(row[1]))
+                found.append(Met(OK, at, Run(row[2], row[3], row[4], room.kept.x[rows], room.kept.w[rows])))
+                room.stored = rows.stop
+            elif how == NOT_MET:
+                found.append(Met(NOT_MET, at, bracket=np.array([blend.at(share) for share in row[5:7]])))
+            else:
+                found.append(Met(how, at))
+        if status == NOT_MET:
+            rest = int(np.sum(second[len(found) :] == second[len(found) - 1]))
+            found += [Met(NOT_TRIED, int(second[len(found) - 1]))] * rest
+        elif status == NO_ROOM:
+            room.renew_kept(double=not done)
+    return found, count
