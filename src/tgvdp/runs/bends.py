@@ -28,28 +28,37 @@ from tgvdp.runs.batch import Batch
 from tgvdp.runs.effort_jumps import NO_EFFORT
 from tgvdp.runs.resistance_correction_kernel import NEARLY_FULL, cut_rows, is_comfort
 
-#: How far the time of a run may be off, s; a search drives rows that are off by at most the first share of their time,
-#: or, where they are cut in the end, by the second.
+#: How far the time of a run may be off, s.
 _MOST_S = 5e-4
-_USUAL = 2.5e-6
-_ROUGH = 1e-5
+#: Times as many rows as motion makes on its own, which a search drives: usual ones, which are cut only on runs that
+#: last, and rougher ones, which are cut anyway. They are off by this share of their time, over the square of that, or less.
+USUAL_ROWS = 4.0
+_ROUGH_ROWS = 2.0
+_OFF = 4e-5
 #: A deceleration within this share of the braking rate half-way is that rate.
 _AT_RATE = 0.01
 #: What bends by more than this share of its change is no parabola: a speed that is held.
 _MOST_BENT = 0.1
 #: Rows that one is cut into at most.
 _MOST_PARTS = 64
-#: Rows that are passed sooner than they say make up for others that are passed later, as far as what each is off is
-#: known: all of them together may be off by so many times as much as the run.
-_MADE_UP = 4.0
+#: Rows that are passed sooner than they say make up for others that are passed later: together they may be off by so
+#: many times as much as the run, which on its way is off by three quarters of that at most.
+_MADE_UP = 2.0
 #: How often a run is cut into more parts, as numbers of parts are whole, and by how much.
 _TRIES = 8
 _MORE = 1.1
 
 
-def most_off_s(time_s: float) -> float:
+def most_off_s(time_s: float, rows: float = USUAL_ROWS) -> float:
     """By how much a run of a search may last longer once its rows are cut, s; 0 for one that is short enough."""
-    return _ROUGH * time_s if _USUAL * time_s > _MOST_S else 0.0
+    is_cut = _OFF / USUAL_ROWS**2 * time_s > _MOST_S
+    return _OFF / rows**2 * time_s if is_cut else 0.0
+
+
+def enough_rows(line: ResolvedLine, time_s: float, tolerance_s: float) -> float:
+    """Rows of a search for runs of a time, s, so that cutting them changes that by no more than a tolerance, s."""
+    is_cut = line.even and most_off_s(time_s) > 0.0
+    return _ROUGH_ROWS if is_cut and most_off_s(time_s, _ROUGH_ROWS) <= tolerance_s else USUAL_ROWS
 
 
 def cut_at_bends(train: Train, line: ResolvedLine, runs: Batch) -> tuple[Batch, NDArray[np.int64]]:

@@ -90,16 +90,17 @@ def scaled(trip, metre=1.0, second=1.0, kilogram=1.0):
 def test_other_units_give_the_same_front(units):
     """Powers of two change no rounding, so that even the choice of cells must be the same.
 
-    Rows are cut until times are right to half a millisecond, which another unit of time makes longer or shorter.
+    Rows are cut until times are right to half a millisecond, which another unit of time makes longer or shorter; and
+    where they are cut, they are driven half as fine before.
     """
     fastest, found = front_to(HILLS, 0.25, 12)
     other_fastest, other = front_to(scaled(HILLS, **units), 0.25, 12)
     second = units.get("second", 1.0)
     joule = units.get("kilogram", 1.0) * (units.get("metre", 1.0) / second) ** 2
-    same = 1e-9 if second == 1.0 else 2e-6
+    same = 1e-9 if second == 1.0 else 1e-5
     assert other_fastest.duration_s == pytest.approx(fastest.duration_s * second, rel=same)
     assert other.duration_s == pytest.approx(found.duration_s * second, rel=same)
-    assert other.energy_j == pytest.approx(found.energy_j * joule, rel=same)
+    assert other.energy_j == pytest.approx(found.energy_j * joule, rel=2.0 * same)
 
 
 def test_odd_units_give_the_same_front():
@@ -211,7 +212,7 @@ def test_a_limit_that_nobody_reaches_changes_nothing(limit_mps):
 def test_marches_with_little_room_get_more(monkeypatch, energy):
     trip = replace(HILLS, energy=EnergyModel(energy))
     expected = front_to(trip, 0.2, 8)[1]
-    monkeypatch.setattr("tgvdp.methods.costate.mesh._MARCH_ROWS", 2)
+    monkeypatch.setattr("tgvdp.methods.costate.room._MARCH_ROWS", 2)
     found = front_to(trip, 0.2, 8)[1]
     assert np.array_equal(found.duration_s, expected.duration_s)
     assert np.array_equal(found.energy_j, expected.energy_j)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.line.resolved import resolve
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.doubt import Doubt
 from tgvdp.methods.costate.drivable import drivable
@@ -21,7 +22,7 @@ from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.costate.multipliers import ExtremalFront, OutOfTime
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
-from tgvdp.runs.bends import most_off_s
+from tgvdp.runs.bends import enough_rows, most_off_s
 from tgvdp.runs.followed import follow_all
 from tgvdp.runs.profile import Profile
 
@@ -126,9 +127,11 @@ def optimal_front(
     # No point is later than its target: a timetable allows for no more. Cutting rows may make a run later.
     half_s = 0.5 * tolerance_s
     middle_s = slower_s - half_s
-    off_s = most_off_s(float(target_s.max(initial=0.0)))
+    last_s = float(target_s.max(initial=0.0))
+    fineness = enough_rows(resolve(trip), last_s, 0.25 * half_s)
+    meets_s = max(half_s - most_off_s(last_s, fineness), 0.5 * half_s)
     search = _Search(
-        trip, fastest, max(half_s - off_s, 0.5 * half_s), min_phase_s, counters, clock, Doubt(0) if rough else Doubt(),
+        trip, fastest, fineness, meets_s, min_phase_s, counters, clock, Doubt(0) if rough else Doubt(),
         [Run(fastest.duration_s, fastest.total_energy_j, math.inf, *rows)] * met,
     )  # fmt: skip
     points = search.points(middle_s)
@@ -181,6 +184,7 @@ class _Search:
 
     trip: Trip
     fastest: Profile
+    fineness: float  # of rows
     tolerance_s: float
     min_phase_s: float
     counters: dict[str, int]
@@ -242,7 +246,7 @@ class _Search:
         if self.clock.expired:
             return _Found([], False, True)
         try:
-            mesh = Mesh.of(self.trip, self.fastest, _COARSEST)
+            mesh = Mesh.of(self.trip, self.fastest, _COARSEST, self.fineness)
             while True:
                 front = self.doubt.answered(self._foreseen(mesh, aims_s), aims_s)
                 mesh = front.mesh

@@ -45,11 +45,15 @@ class Scratch(NamedTuple):
         Of the two extremals between which runs were driven last.
     samples : (S, 2) float64
         Shares of the second policy and running times of its blends that are known, in order.
+    resumed : (3,) float64
+        Where targets of two extremals are too many for the room: the slower one, its known samples, and the energy of
+        the last run; −1 for the first if there are none.
     """
 
     march: Rows
     blend: Blend
     samples: NDArray[np.float64]
+    resumed: NDArray[np.float64]
 
 
 class _Between(NamedTuple):
@@ -146,6 +150,15 @@ def _drive_all(train, tables, course, start_w, policies, passed, rows, scratch, 
     return policies.shape[0], OK, policies.shape[0]
 
 
+@part
+def _resumable(resumed, first, i, second, samples, faster_j):
+    """The target to go on with in other room: the first between two extremals, unless that was the first of all."""
+    if first > 0 or i == 0:
+        return first
+    resumed[0], resumed[1], resumed[2] = second, samples, faster_j
+    return i
+
+
 @entry
 def drive(
     train, tables, course, start_w, policies, passed, known, losses, base_j, targets, tolerance_s, rows, stored,
@@ -192,7 +205,8 @@ def drive(
     Returns
     -------
     done : int
-        Policies done before the kernel ended; or targets, all or none of those between the same extremals.
+        Policies done before the kernel ended; or targets: all or none of those between the same extremals, but where
+        they are the first ones, and too many for the room. So nothing depends on how much room there is.
     status : int
         OK, or why it ended: NO_ROOM for the next ones, or NOT_MET by the last target done, whose ``scratch.blend``
         stands. Targets between the same extremals are not tried then.
@@ -203,9 +217,12 @@ def drive(
         find_rides(train, tables, course)
     if targets.shape[0] == 0:
         return _drive_all(train, tables, course, start_w, policies, passed, rows, scratch, runs)
-    second = -1
-    first = driven = samples = 0
-    faster_j = 0.0
+    resumed = scratch.resumed
+    second = int(resumed[0])
+    samples = int(resumed[1])
+    faster_j = resumed[2]
+    resumed[0] = -1.0
+    first = driven = 0
     kept = True
     for i in range(targets.shape[0]):
         at = max(second, min(1, known.shape[0] - 1))
@@ -227,7 +244,7 @@ def drive(
         if not kept:
             continue
         if stored >= rows.x.shape[0]:
-            return first, NO_ROOM, driven
+            return _resumable(resumed, first, i, second, samples, faster_j), NO_ROOM, driven
         free = Rows(rows.x[stored:], rows.w[stored:])
         free.x[0] = 0.0
         free.w[0] = start_w
@@ -236,7 +253,7 @@ def drive(
         )
         driven += tried
         if n < 0:
-            return first, NO_ROOM, driven
+            return _resumable(resumed, first, i, second, samples, faster_j), NO_ROOM, driven
         if not met:
             run[8] = NOT_MET
             return i + 1, NOT_MET, driven

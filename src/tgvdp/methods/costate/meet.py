@@ -18,6 +18,8 @@ _Floats = NDArray[np.float64]
 
 #: Cells of runs that are worth a thread of its own, a tenth of a microsecond each.
 _LEAST_CELLS = 5000
+#: Rows of a run, per cell, for which there is room: most take half as many.
+_ROWS_PER_CELL = 6
 _NO_PASSED = np.empty((0, 0, 0))
 
 
@@ -111,6 +113,7 @@ def _met(
 ) -> tuple[list[Met], int]:
     """Meet times in the room of a number; returns how it went, and the number of runs."""
     room = mesh.rooms[number]
+    room.keep(_ROWS_PER_CELL * len(mesh.cells.length_m) * len(target_s))
     course = mesh.course_for(number)
     blend = Blend(*np.empty((3, *wanted.policies.shape[1:])))
     found: list[Met] = []
@@ -121,7 +124,7 @@ def _met(
         done, status, driven = drive(
             mesh.train, mesh.tables, course, mesh.trip.start_speed_mps**2, wanted.policies, _NO_PASSED, wanted.known,
             wanted.losses, wanted.base_j, target_s[start:], wanted.tolerance_s, room.kept, room.stored,
-            Scratch(room.march, blend, room.samples), runs[start:],
+            Scratch(room.march, blend, room.samples, room.resumed), runs[start:],
         )  # fmt: skip
         count += driven
         if overrun(room.march):
@@ -141,5 +144,5 @@ def _met(
             rest = int(np.sum(second[len(found) :] == second[len(found) - 1]))
             found += [Met(NOT_TRIED, int(second[len(found) - 1]))] * rest
         elif status == NO_ROOM:
-            room.renew_kept(double=not done)
+            room.keep(len(room.kept.x) if done else 2 * len(room.kept.x), anew=True)
     return found, count

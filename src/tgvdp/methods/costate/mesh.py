@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,6 @@ from numpy.typing import NDArray
 from tgvdp.cores import shares, side_by_side
 from tgvdp.errors import NumericalError
 from tgvdp.line.cells import Cells, cells_of, halved
-from tgvdp.line.resolved import resolve
 from tgvdp.memory import ask_for
 from tgvdp.methods.costate import backward as costate
 from tgvdp.methods.costate.blend import Blend
@@ -26,7 +26,7 @@ from tgvdp.physics.cell import Rows, overrun
 from tgvdp.physics.codes import OK
 from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train, per_kilogram
-from tgvdp.runs.bends import most_off_s
+from tgvdp.runs.bends import USUAL_ROWS
 from tgvdp.runs.fastest import Envelope, envelope_of, reachable_w
 from tgvdp.runs.profile import Profile
 
@@ -39,10 +39,6 @@ _MOST_CELLS = 50_000
 #: Thinning tolerance of the costate polyline, per cell; smaller where the multiplier is below E/T of the fastest
 #: run, because the costates of coasting shrink with it.
 _TOLERANCE = 2e-5
-#: Times as many rows as motion makes on its own where a limit of effort binds: a run's time is right to 1e-6 then. Half
-#: as many will do where they are cut in the end, by what they miss.
-_ROWS = 4.0
-_ROWS_TO_CUT = 2.0
 #: Squared speed below which costates are not carried, relative to the trip's top: a run over a summit keeps as much
 #: there, and loses it where brakes hold it back on the other side.
 _FLOOR = 1e-6
@@ -102,8 +98,11 @@ class Mesh:
         return self.rooms[0].rows
 
     @classmethod
-    def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0) -> "Mesh":
-        """Mesh for a trip whose fastest run is known, its cells ``fineness`` times as fine as usual."""
+    def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0, rows: float = USUAL_ROWS) -> "Mesh":
+        """Mesh for a trip whose fastest run is known, its cells ``fineness`` times as fine as usual.
+
+        It is driven in ``rows`` times as many rows as motion makes on its own.
+        """
         cell_m = max(_cell_size(trip, fastest) / fineness, trip.distance_m / _MOST_CELLS)
         # A run downhill may need no energy at all.
         least_j = 5e-4 * trip.train.inertia_kg * float(fastest.speed_mps.max()) ** 2
@@ -112,8 +111,7 @@ class Mesh:
         if trip.energy.kind != "wheel":
             drawn_j = balance.pantograph_j + balance.regenerated_j - balance.auxiliary_j
         usual_multiplier = max(drawn_j, least_j) / fastest.duration_s
-        is_cut = resolve(trip).even and most_off_s(fastest.duration_s) > 0.0
-        train = kernel_train(trip.train)._replace(rows=_ROWS_TO_CUT if is_cut else _ROWS)
+        train = kernel_train(trip.train)._replace(rows=rows)
         tables = energy_tables(trip.train, trip.energy)
         if not train.braking[:, 1:].any():
             tables = tables._replace(regeneration=0.0)
@@ -193,7 +191,7 @@ class Mesh:
         """Call the kernel for policies alone."""
         return drive(
             self.train, self.tables, course, self.trip.start_speed_mps**2, policies, passed, _NO_KNOWN, _NO_TIMES, 0.0,
-            _NO_TIMES, 0.0, room.rows, 0, Scratch(room.march, _NO_BLEND, room.samples), runs,
+            _NO_TIMES, 0.0, room.rows, 0, Scratch(room.march, _NO_BLEND, room.samples, room.resumed), runs,
         )  # fmt: skip
 
     def extremal(self, multiplier: float, counters: dict[str, int]) -> Extremal:
@@ -203,9 +201,11 @@ class Mesh:
     def extremals(self, multipliers: Sequence[float], counters: dict[str, int]) -> list[Extremal]:
         """Solve and drive multipliers, J/s, which are all finite or all infinite, side by side where they are many."""
         count = min(shares(len(multipliers) * len(self.cells.length_m), _LEAST_CELLS), len(multipliers))
-        parts = [multipliers[len(multipliers) * i // count : len(multipliers) * (i + 1) // count] for i in range(count)]
+        parts = [multipliers]
         if count > 1:
             self.course_for(0)  # none of the threads makes what all of them need
+            ends = [len(multipliers) * i // count for i in range(count + 1)]
+            parts = [multipliers[start:end] for start, end in pairwise(ends)]
         found: list[Extremal] = []
         for extremals, costates, runs in side_by_side(self._extremals, parts, range(count)):
             found += extremals

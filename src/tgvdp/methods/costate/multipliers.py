@@ -27,6 +27,9 @@ _FIRST_MULTIPLIER = 4.0
 #: Step of ln λ towards slower runs, and how many steps without saving end the front.
 _MARCH = 0.5
 _IDLE_STEPS = 12
+#: Steps that are solved at once, at first and later on.
+_FIRST_STEPS = 4
+_STEPS = 2
 #: Between two extremals the front lies above their tangents; where these leave more room than this share of energy
 #: below the chord, the front may bend in a way that they do not foretell: unless they foretold one between them.
 _BEND = 5e-3
@@ -109,16 +112,25 @@ class ExtremalFront:
 
     def reach(self, last_s: float) -> bool:
         """March λ down until an extremal takes the last time; False when running longer saves nothing."""
-        while len(self.extremals) < 2 or self.extremals[-1].time_s < last_s - self.tolerance_s:
+        while self._is_short_of(last_s):
             if self.idle >= _IDLE_STEPS:
                 return False
-            self.watch()
-            is_slower = self._append(self.mesh.extremal(self.multiplier, self.counters))
-            self.idle = 0 if is_slower else self.idle + 1
-            if self.multiplier <= self.least_multiplier:
-                self.idle = _IDLE_STEPS
-            self.multiplier = self._after(self.multiplier)
+            # Some at once: what is solved in vain takes less time than to ask for each on its own.
+            ahead = [self.multiplier]
+            while len(ahead) < (_FIRST_STEPS if len(self.extremals) < 2 else _STEPS):
+                ahead.append(self._after(ahead[-1]))
+            for extremal in self.solved(self.mesh, ahead):
+                self.idle = 0 if self._append(extremal) else self.idle + 1
+                if self.multiplier <= self.least_multiplier:
+                    self.idle = _IDLE_STEPS
+                self.multiplier = self._after(self.multiplier)
+                if self.idle >= _IDLE_STEPS or not self._is_short_of(last_s):
+                    break
         return True
+
+    def _is_short_of(self, last_s: float) -> bool:
+        """Whether no extremal is as slow as that yet."""
+        return len(self.extremals) < 2 or self.extremals[-1].time_s < last_s - self.tolerance_s
 
     def watch(self) -> None:
         """Look at the clock, and tell what is done; between two looks lie some kernels of 10 ms each on 1000 km."""

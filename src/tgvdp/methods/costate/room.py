@@ -8,6 +8,8 @@ from tgvdp.physics.cell import Rows, room_for_marches, room_for_rows
 
 #: Rows of one march for which there is room at first.
 _MARCH_ROWS = 4096
+#: Rows of runs that are kept for which there is room at once: 16 MB, most of which nobody touches.
+_MOST_KEPT = 2**20
 
 
 class Room:
@@ -21,18 +23,17 @@ class Room:
         Of runs that are kept, of which the first ``stored`` are taken.
     march : Rows
         Of one march at a time.
-    samples : (SAMPLES, 2) float64
-        Scratch for blends, and
+    samples, resumed : (SAMPLES, 2) float64, (3,) float64
+        As of `interpolate.Scratch`.
     costates : (6, size) float64
-        for costates.
+        Scratch for costates.
     """
 
     def __init__(self, cells: int) -> None:
-        self._size = 96 * cells + 8192
-        self.rows = room_for_rows(self._size)
+        self.rows = room_for_rows(24 * cells + 8192)
         self.kept, self.stored = Rows(*np.empty((2, 0))), 0
         self.march = room_for_marches(_MARCH_ROWS)
-        self.samples = np.empty((SAMPLES, 2))
+        self.samples, self.resumed = np.empty((SAMPLES, 2)), np.array([-1.0, 0.0, 0.0])
         self.costates = np.empty((6, costate.ROOM))
 
     def double_march(self) -> None:
@@ -43,11 +44,11 @@ class Room:
         """Make room for a run of twice as many rows."""
         self.rows = room_for_rows(2 * len(self.rows.x))
 
-    def renew_kept(self, double: bool) -> None:
-        """Make new room for runs that are kept, for twice as many rows where the last one was too small for a few."""
-        if double:
-            self._size *= 2
-        self.kept, self.stored = room_for_rows(self._size), 0
+    def keep(self, count: int, anew: bool = False) -> None:
+        """Make room for runs that are kept: for so many more rows, or as many as may be at once."""
+        count = count if anew else min(count, _MOST_KEPT)
+        if anew or len(self.kept.x) - self.stored < count:
+            self.kept, self.stored = room_for_rows(count), 0
 
 
 class Rooms:
