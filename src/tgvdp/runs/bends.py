@@ -30,7 +30,7 @@ from tgvdp.runs.resistance_correction_kernel import NEARLY_FULL, cut_rows, is_co
 
 #: How far the time of a run may be off, s.
 _MOST_S = 5e-4
-#: Times as many rows as motion makes on its own, which a search drives: usual ones, cut on long runs only, and
+#: Rows that coasting and partial effort take in a search (`KernelTrain.parts`): usual ones, cut on long runs only, and
 #: rougher ones, which are cut anyway. They are off by at most this share of their time over the square of that.
 USUAL_ROWS = 4.0
 _ROUGH_ROWS = 2.0

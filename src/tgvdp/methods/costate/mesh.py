@@ -101,7 +101,7 @@ class Mesh:
     def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0, rows: float = USUAL_ROWS) -> "Mesh":
         """Mesh for a trip whose fastest run is known, its cells ``fineness`` times as fine as usual.
 
-        It is driven in ``rows`` times as many rows as motion makes on its own.
+        Under coasting and partial effort it is driven in ``rows`` times as many rows as motion makes on its own.
         """
         cell_m = max(_cell_size(trip, fastest) / fineness, trip.distance_m / _MOST_CELLS)
         # A run downhill may need no energy at all.
@@ -111,7 +111,7 @@ class Mesh:
         if trip.energy.kind != "wheel":
             drawn_j = balance.pantograph_j + balance.regenerated_j - balance.auxiliary_j
         usual_multiplier = max(drawn_j, least_j) / fastest.duration_s
-        train = kernel_train(trip.train)._replace(rows=rows)
+        train = kernel_train(trip.train)._replace(rows=USUAL_ROWS, parts=rows)
         tables = energy_tables(trip.train, trip.energy)
         if not train.braking[:, 1:].any():
             tables = tables._replace(regeneration=0.0)
