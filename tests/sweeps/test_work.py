@@ -107,7 +107,7 @@ def test_a_journey_leaves_the_other_cores_to_other_workers(monkeypatch):
 @pytest.mark.parametrize("is_own", [True, False])
 def test_workers_that_never_come_end_a_sweep_on_this_machine_alone(monkeypatch, is_own):
     monkeypatch.setattr(engine, "PATIENCE_S", 0.5)
-    local = SimpleNamespace(sync=lambda *_: None) if is_own else None
+    local = SimpleNamespace(workers={}, scheduler=SimpleNamespace(workers={})) if is_own else None
     client = SimpleNamespace(cluster=local, nthreads=dict, submit=lambda *_, **__: Future())
     task = Task(0, "search", TRAIN, LINES[0], (), {}, None)
     records = engine.Engine(client, Batches(iter([task]), lambda: None)).records()

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from tgvdp.sweeps.scenario import Task
 
 #: What a batch should take at least, s: long against a message, short against a lost worker.
-BATCH_S = 0.5
+BATCH_S = 1.0
 #: What a batch costs the driver, s (docs/sweeps.md), and the share of its time that may be: many workers get long ones.
 _MESSAGE_S, _MESSAGES = 0.008, 0.25
 #: Batches that each worker should still get, so that all of them end together.
