@@ -60,6 +60,12 @@ def write_tables(spec: SweepSpec, journal: Journal, parts: Path, out: Path) -> l
         shutil.rmtree(drafts, ignore_errors=True)
 
 
+def load_writers() -> None:
+    """Load what writes tables, so that nobody waits for it at the end."""
+    for name in ("parquet", "csv", "compute"):
+        import_module(f"pyarrow.{name}")
+
+
 def _wait(writing: Iterable[Future[None]]) -> None:
     """Have a block written: the files side by side, and while the next one is made; raises what went wrong."""
     for one in writing:
