@@ -1,11 +1,9 @@
 """A fast start of a process that is the program's own."""
 
 import gc
-import importlib.abc
 import os
 import sys
 from typing import Any
-from typing import Any, NoReturn
 
 #: Imports and pictures make many objects that stay; looking for cycles among them takes a tenth of a short run.
 _GC_THRESHOLD = 100_000
@@ -35,4 +33,5 @@ def start_fast(needs_scipy: bool) -> None:
     # numba imports these where they are installed, for BLAS and for line coverage in kernels: 0.25 s for nothing here.
     for name in ("coverage",) if needs_scipy else ("scipy", "coverage"):
         sys.modules.setdefault(name, None)  # type: ignore[arg-type]
-    sys.meta_path.insert(0, _NoPandas)
+    if not needs_scipy:  # what needs it may need pandas as well
+        sys.meta_path.insert(0, _NoPandas)
