@@ -132,6 +132,8 @@ def test_the_last_batches_are_short_so_that_all_workers_end_together():
     batches = Batches(tasks(left), lambda: left)
     batches.pace.observe(next(tasks(1)), 0.01)
     assert len(batches.take(4)) == left / (2 * 4)
+    left = 8
+    assert len(batches.take(4)) == 5  # 0.05 s, for each batch is a message
     assert len(Batches(tasks(0), lambda: 0).take(4)) == 0
 
 
