@@ -99,7 +99,7 @@ def test_the_driver_starts_without_numba():
 
 
 def test_arrow_does_not_load_pandas():
-    """It looks for it with the first array: a third of a second, which the driver would take while no worker is there."""
+    """It looks for it with the first array: a third of a second, while no worker is there yet."""
     code = (
         "import sys; from tgvdp.start import start_fast; start_fast(False);"
         " import pyarrow; pyarrow.array([1.0]); sys.exit('pandas' in sys.modules)"
