@@ -10,6 +10,8 @@ from tgvdp.start import start_fast
 
 #: Subcommands that may use scipy themselves.
 _NEEDS_SCIPY = {"solve", "bench"}
+#: Subcommands that load much, and have tidied up when they return.
+_LEAVES_ALL = {"sweep"}
 _INTERRUPTED = 130
 #: Neither the input nor the user is at fault.
 _BROKEN = 1
@@ -41,7 +43,7 @@ def main() -> int:
         if not heard:  # commands load libraries, too
             raise
         _end_interrupted()
-    if code == cli.EXIT_INTERRUPTED:
+    if code == cli.EXIT_INTERRUPTED or _LEAVES_ALL & set(sys.argv[1:2]):
         _leave(code)
     return code
 

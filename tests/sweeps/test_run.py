@@ -96,3 +96,21 @@ def test_the_driver_starts_without_numba():
         "import sys, tgvdp.cli, tgvdp.cli.sweep, tgvdp.sweeps.run, tgvdp.sweeps.read; sys.exit('numba' in sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_arrow_does_not_load_pandas():
+    """It looks for it with the first array: a third of a second, while no worker is there yet."""
+    code = (
+        "import sys; from tgvdp.start import start_fast; start_fast(False);"
+        " import pyarrow; pyarrow.array([1.0]); sys.exit('pandas' in sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_only_texts_are_written_by_dictionaries(case):
+    """Looking for equal ones among figures takes twice as long as writing them."""
+    folder, _, _ = case
+    group = parquet.ParquetFile(folder / "one" / "fronts" / "0000.parquet").metadata.row_group(0)
+    columns = [group.column(index) for index in range(group.num_columns)]
+    by_dictionary = {one.path_in_schema for one in columns if one.dictionary_page_offset is not None}
+    assert by_dictionary == {"train", "line", "section"}

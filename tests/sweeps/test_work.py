@@ -107,7 +107,7 @@ def test_a_journey_leaves_the_other_cores_to_other_workers(monkeypatch):
 @pytest.mark.parametrize("is_own", [True, False])
 def test_workers_that_never_come_end_a_sweep_on_this_machine_alone(monkeypatch, is_own):
     monkeypatch.setattr(engine, "PATIENCE_S", 0.5)
-    local = SimpleNamespace(sync=lambda *_: None) if is_own else None
+    local = SimpleNamespace(workers={}, scheduler=SimpleNamespace(workers={})) if is_own else None
     client = SimpleNamespace(cluster=local, nthreads=dict, submit=lambda *_, **__: Future())
     task = Task(0, "search", TRAIN, LINES[0], (), {}, None)
     records = engine.Engine(client, Batches(iter([task]), lambda: None)).records()
@@ -132,6 +132,8 @@ def test_the_last_batches_are_short_so_that_all_workers_end_together():
     batches = Batches(tasks(left), lambda: left)
     batches.pace.observe(next(tasks(1)), 0.01)
     assert len(batches.take(4)) == left / (2 * 4)
+    left = 8
+    assert len(batches.take(4)) == 5  # 0.05 s, for each batch is a message
     assert len(Batches(tasks(0), lambda: 0).take(4)) == 0
 
 

@@ -5,11 +5,11 @@ from collections.abc import Callable, Iterator
 from tgvdp.sweeps.scenario import Task
 
 #: What a batch should take at least, s: long against a message, short against a lost worker.
-BATCH_S = 0.5
+BATCH_S = 1.0
 #: What a batch costs the driver, s (docs/sweeps.md), and the share of its time that may be: many workers get long ones.
 _MESSAGE_S, _MESSAGES = 0.008, 0.25
-#: Batches that each worker should still get, so that all of them end together.
-_LAST = 2
+#: Batches that each worker should still get, so that all of them end together, and what the last ones take, s.
+_LAST, _LAST_S = 2, 0.05
 _MOST = 2000
 #: Weight of the newest figure.
 _NEWEST = 0.3
@@ -62,7 +62,7 @@ class Batches:
         most_s = max(BATCH_S, workers * _MESSAGE_S / _MESSAGES)
         left, mean_s = self._left(), self.pace.mean_s
         if left is not None and mean_s is not None:
-            most_s = min(most_s, left * mean_s / (_LAST * max(workers, 1)))
+            most_s = min(most_s, max(left * mean_s / (_LAST * max(workers, 1)), _LAST_S))
         batch: list[Task] = []
         total_s = 0.0
         for task in self._tasks:

@@ -18,9 +18,9 @@ _CONNECT_S = 10.0
 #: Above logging.CRITICAL: what goes wrong is reported by the sweep itself.
 _SILENT = 100
 #: Of an own cluster: a death is counted here, not there; nothing is spilled or moved, for workers keep nothing, and no
-#: worker pauses near its limit, for nothing would bring it back; looks at the clock are rarer, which otherwise take a
-#: few percent of a core; and workers are not asked a hundred times a second what they are doing, which takes a
-#: sixteenth of their time.
+#: worker pauses near its limit, for nothing would bring it back; looks at clocks, memory and machine are rarer, which
+#: otherwise take a few percent of a core; and workers are not asked a hundred times a second what they are doing, which
+#: takes a sixteenth of their time.
 _CONFIG = {
     **{f"distributed.nanny.pre-spawn-environ.{name}": size_b for name, size_b in MALLOC.items()},
     "distributed.scheduler.allowed-failures": 0,
@@ -29,8 +29,12 @@ _CONFIG = {
     "distributed.worker.memory.spill": False,
     "distributed.worker.memory.pause": False,
     "distributed.scheduler.active-memory-manager.start": False,
-    "distributed.admin.tick.interval": "200ms",
-    "distributed.admin.system-monitor.interval": "2s",
+    "distributed.worker.memory.monitor-interval": "250ms",
+    "distributed.scheduler.work-stealing-interval": "500ms",
+    "distributed.client.scheduler-info-interval": "30s",
+    "distributed.admin.tick.interval": "2s",
+    "distributed.admin.tick.cycle": "10s",
+    "distributed.admin.system-monitor.interval": "10s",
     "distributed.admin.system-monitor.gil.enabled": False,
 }
 
@@ -133,14 +137,25 @@ def _local(cluster: Cluster) -> "LocalCluster":
     return local
 
 
-def revive(client: "Client") -> None:
-    """Start workers of an own cluster anew that died as they started, whom Dask gives up."""
-    if client.cluster is not None:
-        client.cluster.sync(_revive, client.cluster)
+def count_workers(client: "Client") -> int:
+    """Number of workers; of an own cluster those that died as they started, whom Dask gives up, are started anew.
+
+    The scheduler of an own cluster is an object of this process: it is looked at, which takes no messages.
+    """
+    local: Any = client.cluster
+    if local is None:
+        return len(client.nthreads())
+    if _lost(local):
+        local.sync(_revive, local)
+    return len(local.scheduler.workers)
+
+
+def _lost(local: "LocalCluster") -> list[Any]:
+    return [name for name, nanny in list(local.workers.items()) if nanny.status.name in ("closed", "failed")]
 
 
 async def _revive(local: "LocalCluster") -> None:
-    lost = [name for name, nanny in local.workers.items() if nanny.status.name in ("closed", "failed")]
+    lost = _lost(local)
     for name in lost:
         del local.workers[name]
     if lost:

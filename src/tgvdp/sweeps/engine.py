@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from tgvdp.errors import UnavailableError
 from tgvdp.sweeps.batches import Batches
-from tgvdp.sweeps.cluster import revive
+from tgvdp.sweeps.cluster import count_workers
 from tgvdp.sweeps.scenario import Task, engine_version
 from tgvdp.sweeps.work import Record, solve_batch
 
@@ -89,8 +89,7 @@ class Engine:
     def _workers(self) -> int:
         """Number of workers, which come and go, or 1 where there are none yet; asked for now and then."""
         if time.monotonic() >= self._asked_s + _ASK_S:
-            count, self._asked_s = len(self._client.nthreads()), time.monotonic()
-            revive(self._client)
+            count, self._asked_s = count_workers(self._client), time.monotonic()
             if count or self._client.cluster is None:
                 self._seen_s = self._asked_s
             elif self._asked_s > self._seen_s + PATIENCE_S:

@@ -76,7 +76,8 @@ def _write(path: Path, columns: dict[str, Any]) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     draft = path.with_suffix(".tmp")
     with open(draft, "wb") as file:
-        parquet.write_table(arrow.table(columns), file, compression="none")
+        table = arrow.table(columns)
+        parquet.write_table(table, file, compression="none", use_dictionary=False, write_statistics=False)
         file.flush()
         os.fsync(file.fileno())
     os.replace(draft, path)

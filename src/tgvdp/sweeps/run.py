@@ -19,7 +19,7 @@ from tgvdp.sweeps.journal import Journal
 from tgvdp.sweeps.parts import write_part
 from tgvdp.sweeps.scenario import Task, engine_version, task_of
 from tgvdp.sweeps.spec import SweepSpec
-from tgvdp.sweeps.tables import write_tables
+from tgvdp.sweeps.tables import load_writers, write_tables
 from tgvdp.sweeps.work import Record
 
 if TYPE_CHECKING:
@@ -176,13 +176,14 @@ def _outcome(spec: SweepSpec, journal: Journal, progress: Progress, files: list[
 def _solved(
     spec: SweepSpec, journal: Journal, work: Path, cluster: Cluster, told: Callable[[Progress], object]
 ) -> Progress:
-    """Enrol the scenarios while workers come, and solve what is pending."""
+    """Enrol the scenarios and load what writes tables while workers come, and solve what is pending."""
     engine = engine_version()
     plan = _plan(spec, engine)
     if journal.holds(plan) and not journal.counts().get(None):
         return _progress(journal)
     with started(cluster) as connect:
         journal.enrol((scenario.key(engine) for scenario in spec), plan)
+        load_writers()
         progress = _progress(journal)
         if progress.done < progress.total:
             _solve(spec, journal, work, connect(), progress, told)

@@ -16,6 +16,7 @@ Kind = Literal["search", "journey"]
 _PACKAGE = Path(__file__).resolve().parents[1]
 _DIGEST_LENGTH = 12
 KEY_BYTES = 16
+_ENCODER = json.JSONEncoder(sort_keys=True, default=asdict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,4 +121,4 @@ def engine_version() -> str:
 
 
 def _digest(content: Any) -> str:
-    return hashlib.sha256(json.dumps(content, sort_keys=True, default=asdict).encode()).hexdigest()
+    return hashlib.sha256(_ENCODER.encode(content).encode()).hexdigest()

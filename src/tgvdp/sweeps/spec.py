@@ -4,18 +4,30 @@ A scenario is made when it is asked for, by its number, so that a sweep of a mil
 slowest and the last axis fastest: neighbours share their line and train.
 """
 
+import functools
 import math
 from bisect import bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
-from typing import Any, overload
+from typing import Any, NamedTuple, overload
 
 from tgvdp.options.search import arguments_of, by_argument
 from tgvdp.sweeps.scenario import Kind, Part, Scenario, Section
 
 #: What a field of a train or line begins with; others are options of the search.
 SET = ("train.", "track.")
+#: Combinations of values that are remembered, for they come again with each section.
+_KNOWN = 4096
+
+
+class _Chosen(NamedTuple):
+    """What a combination of values means for each scenario that has it."""
+
+    parameters: Mapping[str, Any]
+    changes: tuple[str, ...]
+    arguments: Mapping[str, Any]
+    reverse: bool
 
 
 @dataclass(frozen=True)
@@ -66,16 +78,17 @@ class SweepSpec(Sequence[Scenario]):
         """Names of all that varies beside train, line and section."""
         return tuple(name for axis in self.axes for name in axis.names)
 
-    @property
+    @functools.cached_property
     def _combinations(self) -> int:
         return math.prod(len(axis.rows) for axis in self.axes)
 
+    @functools.cached_property
     def _ends(self) -> list[int]:
         """Number of the first scenario behind each line."""
         return list(accumulate(len(self.trains) * len(own) * self._combinations for own in self.sections))
 
     def __len__(self) -> int:
-        return self._ends()[-1]
+        return self._ends[-1]
 
     @overload
     def __getitem__(self, number: int) -> Scenario: ...
@@ -84,7 +97,7 @@ class SweepSpec(Sequence[Scenario]):
     def __getitem__(self, number: int | slice) -> Scenario | list[Scenario]:
         if isinstance(number, slice):
             return [self[one] for one in range(*number.indices(len(self)))]
-        ends = self._ends()
+        ends = self._ends
         if not 0 <= number < ends[-1]:
             raise IndexError(number)
         at = bisect_right(ends, number)
@@ -94,32 +107,48 @@ class SweepSpec(Sequence[Scenario]):
         return self._scenario(number, self.trains[train], self.lines[at], self.sections[at][section], combination)
 
     def _scenario(self, number: int, train: Part, line: Part, section: Section, combination: int) -> Scenario:
-        chosen: dict[str, Any] = {}
-        for axis in reversed(self.axes):
-            combination, row = divmod(combination, len(axis.rows))
-            chosen = dict(zip(axis.names, axis.rows[row], strict=True)) | chosen
-        options = dict(self.run) | {name: value for name, value in chosen.items() if not name.startswith(SET)}
-        arguments = arguments_of(options)
+        chosen = self._chosen(combination)
+        arguments = chosen.arguments
         if self.kind == "search":
-            arguments |= _ends_of(section, line, bool(arguments.get("reverse")))
-        elif self.dwell_s is not None:
-            arguments["dwell_s"] = self.dwell_s
+            arguments = {**arguments, **_set_ones(_ends_of(section, line, chosen.reverse))}
         return Scenario(
             number=number,
             train=train,
             line=line,
             section=section,
             kind=self.kind,
-            changes=tuple(f"{name}={written(value)}" for name, value in chosen.items() if name.startswith(SET)),
-            arguments={name: value for name, value in arguments.items() if not is_default(name, value)},
-            parameters=chosen,
+            changes=chosen.changes,
+            arguments=arguments,
+            parameters=chosen.parameters,
             profiles_every_m=self.profiles_every_m,
         )
+
+    @functools.cached_property
+    def _chosen(self) -> Callable[[int], _Chosen]:
+        """What a combination means, by its number; remembered."""
+        return functools.lru_cache(maxsize=_KNOWN)(self._choose)
+
+    def _choose(self, combination: int) -> _Chosen:
+        chosen: dict[str, Any] = {}
+        for axis in reversed(self.axes):
+            combination, row = divmod(combination, len(axis.rows))
+            chosen = dict(zip(axis.names, axis.rows[row], strict=True)) | chosen
+        options = dict(self.run) | {name: value for name, value in chosen.items() if not name.startswith(SET)}
+        arguments = arguments_of(options)
+        if self.dwell_s is not None:
+            arguments["dwell_s"] = self.dwell_s
+        changes = tuple(f"{name}={written(value)}" for name, value in chosen.items() if name.startswith(SET))
+        return _Chosen(chosen, changes, _set_ones(arguments), bool(arguments.get("reverse")))
 
 
 def written(value: Any) -> str:
     """Return a value as ``--set`` takes it."""
     return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _set_ones(arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments that are not left at their default."""
+    return {name: value for name, value in arguments.items() if not is_default(name, value)}
 
 
 def _ends_of(section: Section, line: Part, reverse: bool) -> dict[str, float | None]:

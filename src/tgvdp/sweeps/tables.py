@@ -60,6 +60,12 @@ def write_tables(spec: SweepSpec, journal: Journal, parts: Path, out: Path) -> l
         shutil.rmtree(drafts, ignore_errors=True)
 
 
+def load_writers() -> None:
+    """Load what writes tables, so that nobody waits for it at the end."""
+    for name in ("parquet", "csv", "compute"):
+        import_module(f"pyarrow.{name}")
+
+
 def _wait(writing: Iterable[Future[None]]) -> None:
     """Have a block written: the files side by side, and while the next one is made; raises what went wrong."""
     for one in writing:
@@ -109,13 +115,19 @@ class _Parquet:
         if self._name in ROWS:
             path = self._folder / self._name / f"{self._groups // _GROUPS:04d}.parquet"
             path.parent.mkdir(exist_ok=True)
-        self._writer = import_module("pyarrow.parquet").ParquetWriter(path, schema)
+        self._writer = import_module("pyarrow.parquet").ParquetWriter(path, schema, use_dictionary=_texts(schema))
 
     def close(self) -> None:
         """Finish the file."""
         writer, self._writer = self._writer, None
         if writer is not None:
             writer.close()
+
+
+def _texts(schema: Any) -> list[str]:
+    """Columns whose values come again: looking for equal ones among figures takes twice as long as writing them."""
+    types = import_module("pyarrow").types
+    return [one.name for one in schema if types.is_dictionary(one.type) or types.is_string(one.type)]
 
 
 class _Csv:
