@@ -1,5 +1,6 @@
 """Runs that take given times, side by side: blends of the extremals of a mesh around each time."""
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -113,7 +114,7 @@ def _met(
 ) -> tuple[list[Met], int]:
     """Meet times in the room of a number; returns how it went, and the number of runs."""
     room = mesh.rooms[number]
-    room.keep(_ROWS_PER_CELL * len(mesh.cells.length_m) * len(target_s))
+    room.keep(math.ceil(_ROWS_PER_CELL * len(mesh.cells.length_m) * len(target_s)))
     course = mesh.course_for(number)
     blend = Blend(*np.empty((3, *wanted.policies.shape[1:])))
     found: list[Met] = []
