@@ -1,4 +1,4 @@
-"""How the front method scales: with the length of the line, the number of points, the number of cells, and threads."""
+"""How the front method scales: with the length of the line, the number of points, the number of cells, and cores."""
 
 import os
 from pathlib import Path
@@ -30,22 +30,22 @@ def run(_shared: Path = SHARED, quick: bool = False) -> Report:
     base_m = 1e3 * (QUICK_KM if quick else BASE_KM)
     report = Report(
         "scaling",
-        "Scaling: length, points, cells, threads",
+        "Scaling: length, points, cells, cores",
         options={"max_margin": 0.25, "quick": quick},
         inputs={f"{km} km": synthetic_instance(1e3 * km).track for km in lengths_km},
         notes=[
             "Synthetic lines of a fixed seed (`benchmarks/instances.py`) with a synthetic multiple unit; one core, "
             "warm, median; one thing is varied at a time, the rest is 60 points and the cells that the method chooses.",
-            f"Points and cells: line of {base_m / 1e3:g} km; threads: {lengths_km[-1]} km. The factor of cells divides "
+            f"Points and cells: line of {base_m / 1e3:g} km; cores: {lengths_km[-1]} km. The factor of cells divides "
             "the cell size that the method chooses; `energy diff %` is the largest difference of energies from the "
             "finest mesh at the same running times.",
-            "Threads: a fresh process for each number; the fronts are asserted to be identical bit by bit.",
+            "Cores: a fresh process on one and on all; the fronts are asserted to be identical bit by bit.",
         ],
     )
     report.rows += [_length(km, repeats) for km in lengths_km]
     report.rows += [_points(base_m, count, repeats) for count in (POINTS[:2] if quick else POINTS)]
     report.rows += _cells(base_m, CELLS[:2] if quick else CELLS, repeats)
-    report.rows += _threads(lengths_km[-1], repeats)
+    report.rows += _cores(lengths_km[-1], repeats)
     report.figures = _figures(report.rows)
     report.plot = _plot(report.rows)
     return report
@@ -97,17 +97,17 @@ def _difference_pct(result: Any, finest: Any) -> float:
     return 100.0 * float(abs(ours / energies[common] - 1.0).max())
 
 
-def _threads(km: float, repeats: int) -> list[dict[str, Any]]:
+def _cores(km: float, repeats: int) -> list[dict[str, Any]]:
     rows = []
     digests = set()
-    for count in range(1, min(os.cpu_count() or 1, 8) + 1):
-        found = probe(1e3 * km, 60, repeats, environment={"NUMBA_NUM_THREADS": str(count)}, all_cores=True)
+    for count in sorted({1, os.cpu_count() or 1}):
+        found = probe(1e3 * km, 60, repeats, all_cores=count > 1)
         digests.add(found["digest"])
         rows.append(
-            _EMPTY | {"varied": "threads", "value": count, "front ms": 1e3 * found["warm_s"], "points": found["points"]}
+            _EMPTY | {"varied": "cores", "value": count, "front ms": 1e3 * found["warm_s"], "points": found["points"]}
         )
     if len(digests) != 1:
-        raise AssertionError("the front depends on the number of threads")
+        raise AssertionError("the front depends on the number of cores")
     return rows
 
 
@@ -120,12 +120,12 @@ def _figures(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 def _plot(rows: list[dict[str, Any]]) -> Any:
     figure = style.new_figure(3.8)
-    labels = {"length km": "length, km", "points": "points", "cells factor": "cells, × default", "threads": "threads"}
+    labels = {"length km": "length, km", "points": "points", "cells factor": "cells, × default", "cores": "cores"}
     for axes, (varied, label) in zip(figure.subplots(1, 4), labels.items(), strict=True):
         members = [row for row in rows if row["varied"] == varied]
         axes.plot([row["value"] for row in members], [row["front ms"] for row in members], "o-", color=palette.BLUE)
         axes.set_ylim(bottom=0.0)
-        if varied == "threads":
+        if varied == "cores":
             axes.set_xticks([row["value"] for row in members])
         style.dress(axes, label, "front, ms" if varied == "length km" else "")
     figure.suptitle("Time of a front", x=0.01, ha="left", fontsize=style.TITLE_PT, fontweight="bold", color=palette.INK)
