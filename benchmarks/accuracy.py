@@ -53,7 +53,7 @@ def run(shared: Path, quick: bool) -> Report | None:
             "are their prices. Below −0.03 % would be infeasible.",
             "Replay: largest absolute value over the points of the front. Certificate: median and largest gap between "
             "a point's energy and a proven lower bound at its running time.",
-            "`front ms` is `tgvdp.search` on one core, warm, median, `front, all cores ms` on all of the machine; replay and "
+            "`front ms` is `tgvdp.search` on one core, warm, median, `front, all cores ms` on all; replay and "
             "certificate are timed apart.",
         ],
     )
