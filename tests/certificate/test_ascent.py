@@ -124,3 +124,14 @@ def test_an_ascent_that_goes_wrong_leaves_the_bound_as_it_was():
     multiplier = 2e5 / problem.train.inertia_kg
     lost = problem.evaluate(ledger, multiplier, np.full_like(ledger.left, math.nan), ledger.right)
     assert problem._ascended(lost, multiplier, 1.0) is lost
+
+
+def test_an_ascent_ends_where_there_is_enough():
+    problem, profile = BoundingProblem(TRIP), fastest_run(TRIP)
+    start = problem.ledger(profile.position_m, profile.speed_mps**2, 2e5)
+    multiplier, size_j = 2e5 / problem.train.inertia_kg, abs(problem.line_j(start))
+    start = problem.evaluate(start, multiplier, np.full_like(start.left, -0.2), np.full_like(start.left, -0.2))
+    best_j = problem.line_j(problem._ascended(start, multiplier, 1e-7 * size_j))
+    enough_j = 0.5 * (problem.line_j(start) + best_j)
+    ended_j = problem.line_j(problem._ascended(start, multiplier, 1e-7 * size_j, enough_j=enough_j))
+    assert enough_j <= ended_j < best_j

@@ -38,10 +38,15 @@ def test_gaps_of_a_train_with_gears(track, most_pct):
         assert energy_j >= certificate.at(time_s) * (1.0 - 3e-4)
 
 
+def _without_ascent(monkeypatch):
+    monkeypatch.setattr(lines, "_MOST_IN_VAIN", 0)
+    monkeypatch.setattr(lines.LinesUnder, "refine", lambda under, clock: None)
+
+
 def _without_chords(monkeypatch):
     for kernel in ("raise_pulling", "lower_braking"):
         monkeypatch.setattr(problem, kernel, lambda *_: None)
-    monkeypatch.setattr(lines.LinesUnder, "refine", lambda under, clock: None)  # ascent would find them
+    _without_ascent(monkeypatch)  # which would find them
 
 
 def test_the_costate_equation_alone_is_much_looser(monkeypatch):
@@ -86,6 +91,7 @@ def test_trains_of_constant_power_keep_the_costate_equation(monkeypatch):
         davis_c_n_per_mps2=9.0, max_acceleration_mps2=1.0,
     )  # fmt: skip
     result = tgvdp.search(train, LIMITS, points=6)
+    _without_ascent(monkeypatch)
     gap_pct = result.certify().gap_pct
     _without_chords(monkeypatch)
     np.testing.assert_array_equal(result.certify().gap_pct, gap_pct)

@@ -125,7 +125,7 @@ class Progress(NamedTuple):
     steps, poor : int
         Steps that were made, and how many of the last ones raised the bound too little.
     ended : bool
-        Whether no step promises to gain enough.
+        Whether no step promises to gain enough, or none need be made.
     """
 
     total: float
@@ -179,8 +179,8 @@ def room_for(count: int) -> Room:
 
 @kernel
 def climb(
-    train, tables, cells, caps, w, multiplier, side, other, left, right, bow, pivot, curved, top_v, pieces, gain, most,
-    before, room,
+    train, tables, cells, caps, w, multiplier, side, other, left, right, bow, pivot, curved, top_v, pieces, gain,
+    enough, most, before, room,
 ):  # fmt: skip
     """Raise the bound by better costates.
 
@@ -198,6 +198,8 @@ def climb(
         Whether every other step moves r.
     gain : float
         What a step must promise, per unit of inertia.
+    enough : float
+        A bound that needs no further step, likewise.
     most : int
         Steps at most until it returns.
     before : Progress
@@ -248,5 +250,5 @@ def climb(
                 bow[node] = tried_bow[node]
         room.damping[kind] *= _KEPT if gained > 0.0 else 1.0 / _KEPT
         poor = poor + 1 if gained <= gain else 0
-        ended = max(room.promise[0], room.promise[1]) <= gain or poor == _MOST_POOR
+        ended = max(room.promise[0], room.promise[1]) <= gain or poor == _MOST_POOR or total >= enough
     return Progress(total, now, steps, poor, ended)

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from tgvdp._jit import kernel, leaf, part
 
 #: Points of a polyline at most, but for those that one unknown adds.
-_MOST_POINTS = 120
+_MOST_POINTS = 60
 #: Levels at which the slope of an unknown may step down.
 LEVELS = 3
 
@@ -82,24 +82,6 @@ def chain_of(unknowns: int) -> Chain:
     return Chain(at, lowest, highest, slope, bend, link, cap, level, drop, best, p, d, first)
 
 
-@leaf
-def own_slope(chain, i, p, above):
-    """Derivative of the terms of one unknown alone at p, at a level that on its upper or lower side."""
-    slope = chain.slope[i] - chain.bend[i] * (p - chain.at[i])
-    for j in range(LEVELS):
-        if p > chain.level[i, j] or (above and p == chain.level[i, j]):
-            slope -= chain.drop[i, j]
-    return slope
-
-
-@leaf
-def _is_level(chain, i, p):
-    found = False
-    for j in range(LEVELS):
-        found = found or p == chain.level[i, j]
-    return found
-
-
 @part
 def _put(chain, n, p, d):
     chain.p[n] = p
@@ -135,22 +117,34 @@ def _thin(chain, start, n, loss):
 
 @part
 def _add_own(chain, i, start, end, n, loss):
-    """Add the terms of an unknown to points ``start`` to ``end`` − 1, written from ``n`` on; returns the end."""
+    """Add the terms of an unknown to points ``start`` to ``end`` − 1, p not falling, written from ``n`` on.
+
+    Returns the end of what is written.
+    """
     first = n
+    slope, bend, at = chain.slope[i], chain.bend[i], chain.at[i]
+    k = 0  # the next level; slopes have stepped down at all before
+    while k < LEVELS and chain.level[i, k] < chain.p[start]:
+        slope -= chain.drop[i, k]
+        k += 1
+    before, before_d = chain.p[start], chain.d[start]
     for j in range(start, end):
-        p = chain.p[j]
-        d = chain.d[j]
-        if j > start and p > chain.p[j - 1]:
-            before = chain.p[j - 1]
-            for k in range(LEVELS):
-                level = chain.level[i, k]
-                if before < level < p and (k == 0 or level > chain.level[i, k - 1]):
-                    here = chain.d[j - 1] + (d - chain.d[j - 1]) * (level - before) / (p - before)
-                    n = _put(chain, n, level, here + own_slope(chain, i, level, False))
-                    n = _put(chain, n, level, here + own_slope(chain, i, level, True))
-        n = _put(chain, n, p, d + own_slope(chain, i, p, False))
-        if (j + 1 == end or chain.p[j + 1] > p) and _is_level(chain, i, p):
-            n = _put(chain, n, p, d + own_slope(chain, i, p, True))
+        p, d = chain.p[j], chain.d[j]
+        while k < LEVELS and chain.level[i, k] < p:
+            level = chain.level[i, k]
+            here = before_d + (d - before_d) * (level - before) / (p - before)
+            n = _put(chain, n, level, here + slope - bend * (level - at))
+            while k < LEVELS and chain.level[i, k] == level:
+                slope -= chain.drop[i, k]
+                k += 1
+            n = _put(chain, n, level, here + slope - bend * (level - at))
+        n = _put(chain, n, p, d + slope - bend * (p - at))
+        if k < LEVELS and chain.level[i, k] == p and (j + 1 == end or chain.p[j + 1] > p):
+            while k < LEVELS and chain.level[i, k] == p:
+                slope -= chain.drop[i, k]
+                k += 1
+            n = _put(chain, n, p, d + slope - bend * (p - at))
+        before, before_d = p, d
     for j in range(first + 1, n):  # falling, but for rounding
         chain.d[j] = min(chain.d[j], chain.d[j - 1])
     return _thin(chain, first, n, loss)

@@ -117,8 +117,10 @@ def certify_front(
         return _without_bounds(len(time_s), fastest, complete=True)
     clock = SearchBudget(time_limit_s=math.inf).start() if clock is None else clock
     slower = time_s > fastest.duration_s * (1.0 + _SAME_TIME)
+    least_j = _LEAST_SHARE * drawn_energy_j(trip, fastest)
+    size_j = np.maximum(np.maximum(drawn_j, -energy_j), least_j)
     try:
-        under = LinesUnder(BoundingProblem(trip), fastest, time_s[slower], energy_j[slower])
+        under = LinesUnder(BoundingProblem(trip), fastest, time_s[slower], energy_j[slower], size_j[slower])
     except BudgetExceededError:
         return _without_bounds(len(time_s), fastest, complete=False)
     reached = within_memory = False
@@ -133,8 +135,6 @@ def certify_front(
         flattest = np.argsort(multipliers)[: min(2, len(multipliers))]
         lower[lower <= _envelope(time_s, multipliers[flattest], line_j[flattest])] = np.nan
     lower[~slower] = fastest.total_energy_j
-    least_j = _LEAST_SHARE * drawn_energy_j(trip, fastest)
-    size_j = np.maximum(np.maximum(drawn_j, -energy_j), least_j)
     gap_pct = _gap_pct(energy_j - lower, size_j, top_j(trip, fastest))
     return Certificate(
         lower, gap_pct, multipliers, line_j, fastest.duration_s, fastest.total_energy_j,

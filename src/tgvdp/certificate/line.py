@@ -7,40 +7,35 @@ from numpy.typing import NDArray
 
 from tgvdp.certificate.ascent import Progress, climb, room_for
 from tgvdp.certificate.cell_bounds import WHOLE, Side, bound_kernel
-from tgvdp.certificate.cells import count_cells, cut_rows, split_cells, thin_rows
+from tgvdp.certificate.cells import split_cells
 from tgvdp.certificate.costates import run_costates
 from tgvdp.certificate.costates_at_bound import lower_braking, raise_pulling
 from tgvdp.certificate.efforts import PIECE_COLUMNS
 from tgvdp.certificate.ledger import Ledger
+from tgvdp.certificate.prepared import speed_bound_rows, with_rates
 from tgvdp.certificate.regime_costates import Costates
-from tgvdp.certificate.regimes import LabelledRun, label_cells, row_efforts
+from tgvdp.certificate.regimes import LabelledRun, label_cells
+from tgvdp.certificate.rows import CELL_B, RunRows, cut_into_cells, rows_of
 from tgvdp.certificate.sampled import best_sampled
-from tgvdp.certificate.speed_bound import Caps, lower_caps, speed_bound
+from tgvdp.certificate.speed_bound import Caps, lower_caps
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.memory import ask_for
 from tgvdp.methods.budget import Clock
 from tgvdp.model.trip import Trip
-from tgvdp.physics.cell import Rows
 from tgvdp.physics.energy import EnergyTables, energy_tables
-from tgvdp.physics.forces import KernelTrain, kernel_train, read_only
+from tgvdp.physics.forces import KernelTrain, kernel_train
 from tgvdp.runs.fastest import reachable_w
 
 _Floats = NDArray[np.float64]
 
-#: Cells of a bound per trip at least.
-_CELLS_PER_TRIP = 300
-#: Largest change of ln w within a cell, and of the costate relative to its distance from the levels.
-_LOG_STEP = 0.08
-_COSTATE_STEP = 0.06
-#: Rows of a run that are nearer to each other than this share of the trip, or to a break of the line, are one.
-_SAME_PLACE = 1e-8
+#: Largest change of the costate within a cell, relative to its distance from the levels; and how many times more cells
+#: that must make for cells to be cut again.
+_COSTATE_STEP, _WORTH_CUTTING = 0.3, 1.1
 #: Phases shorter than this share of the trip are rounding errors.
 _SLIVER = 1e-6
 #: A run on a mesh may slip into another regime for less than this, s: friction where the dynamic brake met the limit
 #: a hand's breadth too late. Costates are tried without such phases, too.
 _MOMENT_S = 1.0
-#: Squared speed inside a trip, relative to the top, below which a costate is not integrated.
-_SLOWEST = 1e-8
 #: Costates whose squares are no numbers are none themselves.
 _LARGEST = math.sqrt(float(np.finfo(np.float64).max))
 #: Steps of an ascent at most, far more than most take; where two sides of a kink are raised by turns, neither
@@ -49,18 +44,10 @@ _MOST_STEPS, _MOST_IN_TURN = 600, 60
 _CELLS_AT_ONCE = 50_000
 #: What costates for sampled speeds may be short of, in units of what a step of the ascent from there must gain.
 _ENOUGH_TO_BEGIN = 30.0
-#: Memory that a cell takes, and in an ascent, whose chains have up to 120 points for each of its ends, B.
-_CELL_B, _ASCENT_B = 500.0, 4500.0
+#: Memory that a cell takes in an ascent, whose chains have up to 120 points for each of its ends, B.
+_ASCENT_B = 4500.0
 #: More than the rounding error of a sum over the cells of a line, relative to it.
 _ROUNDING = 1e-10
-
-
-def _broken_at(table: _Floats, more_mps: _Floats) -> _Floats:
-    """An effort curve's table, (n, 6), whose pieces also break at given speeds."""
-    from_mps = np.union1d(table[:, 0], more_mps)
-    broken = table[np.searchsorted(table[:, 0], from_mps, side="right") - 1]
-    broken[:, 0] = from_mps
-    return read_only(np.asarray(broken))
 
 
 class BoundingProblem:
@@ -73,32 +60,12 @@ class BoundingProblem:
         cells = cells_of(trip)
         self.cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip)))
         self.top_mps = math.sqrt(float(self.cells.limit_w.max())) * (1.0 + 1e-15)
-        self.train = self._with_rates()
+        self.train = with_rates(self.train)
         size = 3 * max(len(self.train.traction), len(self.train.braking))
         self.pieces = np.empty((3, size, PIECE_COLUMNS))
-        self._speed_bounds = self._speed_bound(True), self._speed_bound(False)
-
-    def _with_rates(self) -> KernelTrain:
-        """The train with tables of the dynamic brake, or none, that break where its braking rates do."""
-        train = self.train
-        if len(train.rates) == 0:
-            return train
-        return train._replace(
-            braking=_broken_at(train.braking, train.rates[:, 0]),
-            no_effort=_broken_at(train.no_effort, train.rates[:, 0]),
-        )
-
-    def _speed_bound(self, forward: bool) -> Rows:
-        """Rows of an outer bound of the fastest run: by traction from the origin, or by braking to the destination."""
-        end_mps = self.trip.start_speed_mps if forward else self.trip.end_speed_mps
-        size = 16384 + 4 * len(self.cells.length_m)
-        while True:
-            ask_for(16.0 * size, f"a speed bound of {size:,} rows")
-            rows = Rows(*np.empty((2, size)))
-            n = speed_bound(self.train, forward, self.cells, end_mps**2, self.pieces[0], rows)
-            if n >= 0:
-                return Rows(rows.x[:n].copy(), rows.w[:n].copy())
-            size *= 2
+        bounded = self.train, self.cells, self.pieces[0]
+        ahead = speed_bound_rows(*bounded, trip.start_speed_mps**2, forward=True)
+        self._speed_bounds = ahead, speed_bound_rows(*bounded, trip.end_speed_mps**2, forward=False)
 
     @property
     def least_energy_j(self) -> float:
@@ -138,6 +105,7 @@ class BoundingProblem:
         fineness: float = 1.0,
         gain_j: float = math.inf,
         clock: Clock | None = None,
+        enough_j: float = math.inf,
     ) -> Ledger:
         """Bound of E + λT cell by cell.
 
@@ -153,28 +121,29 @@ class BoundingProblem:
         gain_j : float
             Costates of the run are improved by ascent for as long as a step promises to gain this, and there is time.
         clock : Clock, optional
+        enough_j : float
+            A bound that needs no further ascent.
         """
-        x_m, w = self._with_breaks(x_m, w)
         multiplier = self.total(multiplier_j_per_s) / self.train.inertia_kg
-        longest_m, log_step = self.trip.distance_m / _CELLS_PER_TRIP, _LOG_STEP / fineness
-        count = count_cells(x_m, w, longest_m, log_step)
-        ask_for(_CELL_B * count, f"a bound on {count:,} cells")
-        node_m, node_w, row = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
-        cut_rows(x_m, w, longest_m, log_step, node_m, node_w, row)
-        run = self._labelled(x_m, w, node_m, node_w, row, multiplier)
+        rows = rows_of(self.trip, self.train, self.cells, x_m, w)
+        price_s = self.energy.traction / (multiplier * fineness**2)
+        rows, node_m, node_w, row = cut_into_cells(rows, self.trip.distance_m, price_s)
+        run = self._labelled(rows, node_m, node_w, row, multiplier)
         phases = self._costates(run)
         nodes = (node_m, node_w, row, phases.left, phases.right, multiplier, _COSTATE_STEP / fineness)
         nothing = np.empty(0)
         count = split_cells(*nodes, nothing, nothing, np.empty(0, dtype=np.int64))
-        if count > len(row):
-            ask_for(_CELL_B * count, f"a bound on {count:,} cells")
+        if count > _WORTH_CUTTING * len(row):
+            ask_for(CELL_B * count, f"a bound on {count:,} cells")
             node_m, node_w, row = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
             split_cells(*nodes, node_m, node_w, row)
-            run = self._labelled(x_m, w, node_m, node_w, row, multiplier)
+            run = self._labelled(rows, node_m, node_w, row, multiplier)
             phases = self._costates(run)
         found = self.evaluate(phases, multiplier, phases.left, phases.right)
         found = self._raised(self._better(found, self._costates(run, phases.caps, _MOMENT_S), multiplier), multiplier)
-        return self._ascended(found, multiplier, gain_j, clock) if math.isfinite(gain_j) else found
+        if not math.isfinite(gain_j) or self.line_j(found) >= enough_j:
+            return found
+        return self._ascended(found, multiplier, gain_j, clock, enough_j)
 
     def _raised(self, found: Ledger, multiplier: float) -> Ledger:
         """The bound with costates that go along the speed bounds in each phase in which that is better."""
@@ -199,11 +168,18 @@ class BoundingProblem:
         )
 
     def _ascended(
-        self, found: Ledger, multiplier: float, gain_j: float, clock: Clock | None = None, *, curved: bool = False
+        self,
+        found: Ledger,
+        multiplier: float,
+        gain_j: float,
+        clock: Clock | None = None,
+        enough_j: float = math.inf,
+        *,
+        curved: bool = False,
     ) -> Ledger:
         """The bound with better costates, and with a potential that is curved in the speed where ``curved``."""
         alone = np.full((len(found.left), 2), np.inf)
-        climbed = self.climbed(found, multiplier, WHOLE, alone, gain_j, clock, curved=curved)
+        climbed = self.climbed(found, multiplier, WHOLE, alone, gain_j, clock, enough_j, curved=curved)
         better = self.evaluate(found, multiplier, *climbed)
         return better if found.total - found.error < better.total - better.error < math.inf else found
 
@@ -215,10 +191,14 @@ class BoundingProblem:
         other: _Floats,
         gain_j: float,
         clock: Clock | None,
+        enough_j: float = math.inf,
         *,
         curved: bool = False,
     ) -> tuple[_Floats, _Floats, _Floats]:
-        """Costates and r, all moved at once until a pass gains less than ``gain_j``, or time is up; see `climb`."""
+        """Costates and r, all moved at once until a pass gains less than ``gain_j``, or there is enough, or time is up.
+
+        See `climb`.
+        """
         left, right, bow, count = found.left.copy(), found.right.copy(), found.bow.copy(), len(found.left)
         ask_for(_ASCENT_B * count, f"the ascent of a bound on {count:,} cells")
         room, pivot = room_for(count), np.sqrt(found.w)
@@ -229,7 +209,7 @@ class BoundingProblem:
             progress = climb(
                 self.train, self.energy, found.cells, found.caps, found.w, multiplier, side, other, left, right, bow,
                 pivot, curved, self.top_mps, self.pieces, gain_j / self.train.inertia_kg,
-                min(steps, most - progress.steps), progress, room,
+                enough_j / self.train.inertia_kg, min(steps, most - progress.steps), progress, room,
             )  # fmt: skip
         return left, right, bow
 
@@ -265,20 +245,16 @@ class BoundingProblem:
         return self._ascended(found, multiplier, gain_j, clock, curved=True)
 
     def _labelled(
-        self, x_m: _Floats, w: _Floats, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], multiplier: float
+        self, rows: RunRows, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], multiplier: float
     ) -> LabelledRun:
         """A run in given cells, each with its regime."""
-        row_cell = np.searchsorted(self.cells.station_m, 0.5 * (x_m[:-1] + x_m[1:]), side="right") - 1
-        grade_n, air = self.cells.grade_n[row_cell], self.cells.air[row_cell]
-        row_effort = np.empty(len(row_cell))
-        row_efforts(self.train, x_m, w, grade_n, air, row_effort)
-        limit_w = self.cells.limit_w[row_cell][row]
-        supply, saved_w = self.cells.supply[row_cell][row], self.cells.saved_w[row_cell][row]
-        cells = Cells(node_m, np.diff(node_m), grade_n[row], air[row], limit_w, supply, saved_w)
+        place = rows.place[row]
+        grade_n, air = self.cells.grade_n[place], self.cells.air[place]
+        supply, saved_w = self.cells.supply[place], self.cells.saved_w[place]
+        cells = Cells(node_m, np.diff(node_m), grade_n, air, self.cells.limit_w[place], supply, saved_w)
         levels = -0.5 * self.energy.traction, -0.5 * self.energy.regeneration
         label, source, growth = np.empty(len(row), dtype=np.int8), np.zeros((len(row), 4)), np.zeros((len(row), 4))
-        effort = row_effort[row] / self.train.inertia_kg
-        run = LabelledRun(cells, node_w, effort, multiplier, *levels, label, source, growth)
+        run = LabelledRun(cells, node_w, rows.effort[row], multiplier, *levels, label, source, growth)
         label_cells(self.train, self.energy, run, self.top_mps, self.pieces)
         return run
 
@@ -325,19 +301,3 @@ class BoundingProblem:
             self.pieces, wanted, bound, doubt,
         )  # fmt: skip
         return phases._replace(bound=bound, doubt=doubt, left=left, right=right, bow=bow)
-
-    def _with_breaks(self, x_m: _Floats, w: _Floats) -> tuple[_Floats, _Floats]:
-        """Rows from end to end of the trip with every break of the line among them."""
-        breaks_m = self.cells.station_m
-        gap_m = _SAME_PLACE * self.trip.distance_m
-        near = np.searchsorted(x_m, breaks_m).clip(1, len(x_m) - 1)
-        near -= np.abs(x_m[near - 1] - breaks_m) < np.abs(x_m[near] - breaks_m)
-        found = np.abs(x_m[near] - breaks_m) <= gap_m
-        rows_m = x_m.copy()
-        rows_m[near[found]] = breaks_m[found]
-        x_m = np.union1d(rows_m, breaks_m)
-        w = np.interp(x_m, rows_m, w)
-        w = np.maximum(w, _SLOWEST * w.max())
-        w[0], w[-1] = self.trip.start_speed_mps**2, self.trip.end_speed_mps**2
-        count = thin_rows(x_m, w, np.isin(x_m, breaks_m), gap_m)
-        return x_m[:count], w[:count]
