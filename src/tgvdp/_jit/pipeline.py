@@ -75,6 +75,10 @@ class _LinkedLibrary(_KernelLibrary):
         self.calls[library] = None
 
     def finalize(self) -> None:
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage.name == "external":
+                function.linkage = "linkonce_odr"
+        self._shared_module = self._final_module  # numba would copy it first: it would run this one
         self._finalize_dynamic_globals()
         self._finalized = True
 
