@@ -22,7 +22,8 @@ from numba.core.typed_passes import NativeLowering
 from numba.core.types.misc import unliteral
 
 from tgvdp._jit import shortcuts
-from tgvdp._jit.lowering import KernelLower, by_address, call_of
+from tgvdp._jit.arguments import by_address, call_of
+from tgvdp._jit.lowering import KernelLower
 from tgvdp._jit.shortcuts import KernelPasses
 
 #: Steps for closures, generators, exceptions, context managers, literals, object mode, array expressions, and inlining
