@@ -96,7 +96,7 @@ ONLY_IN = {
 }
 #: Extras with a room of their own, which only a command that needs them imports: there they may stand at the top.
 AT_HOME = {"starlette", "uvicorn"}
-CORE = {"numpy", "numba", "networkx", "matplotlib", "click", "msgspec", "tomli_w"}
+CORE = {"numpy", "numba", "llvmlite", "networkx", "matplotlib", "click", "msgspec", "tomli_w"}
 QUANTUM = {"dimod", "dwave", "qiskit", "qiskit_aer", "docplex", "neal"}
 SILENT = {"line", "physics", "runs", "methods", "certificate", "journeys", "referee"}  # no files, no printing
 FILE_CALLS = {"open", "print", "input"}

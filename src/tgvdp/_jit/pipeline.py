@@ -14,12 +14,17 @@ from collections.abc import Callable
 from typing import Any
 
 import numba
-from numba.core import config, typed_passes, types, untyped_passes
+from numba.core import config, typed_passes, untyped_passes
 from numba.core.codegen import CodeLibrary, JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.typed_passes import NativeLowering
 from numba.core.types.misc import unliteral
+
+from tgvdp._jit import shortcuts
+from tgvdp._jit.arguments import by_address, call_of
+from tgvdp._jit.lowering import KernelLower
+from tgvdp._jit.shortcuts import KernelPasses
 
 #: Steps for closures, generators, exceptions, context managers, literals, object mode, array expressions, and inlining
 #: by numba: kernels have none of these. Each costs an analysis of the whole function.
@@ -71,6 +76,10 @@ class _LinkedLibrary(_KernelLibrary):
         self.calls[library] = None
 
     def finalize(self) -> None:
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage.name == "external":
+                function.linkage = "linkonce_odr"
+        self._shared_module = self._final_module  # numba would copy it first: it would run this one
         self._finalize_dynamic_globals()
         self._finalized = True
 
@@ -78,6 +87,7 @@ class _LinkedLibrary(_KernelLibrary):
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _KernelLowering(NativeLowering):  # type: ignore[misc]
     _name = "kernel_lowering"
+    lowering_class = KernelLower
 
     def run_pass(self, state: Any) -> bool:
         state.library = _KernelLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
@@ -90,13 +100,15 @@ class _LinkedLowering(NativeLowering):  # type: ignore[misc]
     """`NativeLowering` without its end: machine code."""
 
     _name = "linked_lowering"
+    lowering_class = KernelLower
 
     def run_pass(self, state: Any) -> bool:
         library = state.library = _LinkedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         state.flags.no_compile = True
         super().run_pass(state)
         entry_point = object()  # callers only tell it from others
-        state.targetctx.insert_user_function(entry_point, state.cr.fndesc, [library, *library.calls])
+        call = call_of(state.cr.fndesc, [library, *library.calls])
+        state.targetctx.insert_func_defn([(call, entry_point, call.signature)])
         state.cr = state.cr._replace(cfunc=entry_point)
         return True
 
@@ -106,8 +118,12 @@ class _KernelCompiler(CompilerBase):  # type: ignore[misc]
 
     lowering: type[NativeLowering] = _KernelLowering
 
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+        self.state.targetctx = by_address(self.state.targetctx)
+
     def define_pipelines(self) -> list[PassManager]:
-        passes = PassManager("kernel")
+        passes = KernelPasses("kernel")
         for one, text in DefaultPassBuilder.define_nopython_pipeline(self.state).passes:
             if one not in _NEEDLESS:
                 passes.add_pass(self.lowering if one is NativeLowering else one, text)
@@ -121,34 +137,8 @@ class _LinkedCompiler(_KernelCompiler):
     lowering = _LinkedLowering
 
 
-class _Resolutions(contextlib.ContextDecorator):
-    """Remembers what numba finds for an operator and the types of its operands.
-
-    It tries dozens of rules for each `+` of each function, again and again. Only while kernels are compiled.
-    """
-
-    def __init__(self) -> None:
-        self._found: dict[tuple[Any, ...], Any] = {}
-        self._functions: Any = types.BaseFunction
-        self._find = self._functions.get_call_type
-
-    def __enter__(self) -> None:
-        find, found = self._find, self._found
-
-        def get_call_type(function: Any, context: Any, args: tuple[Any, ...], kws: dict[str, Any]) -> Any:
-            key = (context, function, args, *kws.items())
-            if key not in found:
-                found[key] = find(function, context, args, kws)
-            return found[key]
-
-        self._functions.get_call_type = get_call_type
-
-    def __exit__(self, *_: object) -> None:
-        self._functions.get_call_type = self._find
-
-
 class _QuickCompilation(contextlib.ContextDecorator):
-    """Compiles with LLVM's first level of optimisation, without garbage collections, and with a memory for types.
+    """Compiles with LLVM's first level of optimisation, without garbage collections, and by `shortcuts`.
 
     No kernel runs slower so: what they do is scalar arithmetic that the first level does not leave undone. Compilations
     nest; numba lets one thread compile at a time.
@@ -158,7 +148,7 @@ class _QuickCompilation(contextlib.ContextDecorator):
         self._lock = threading.RLock()
         self._depth = 0
         self._before: tuple[Any, bool] = (config.OPT, False)
-        self._resolutions = _Resolutions()
+        self._shortcuts: contextlib.AbstractContextManager[None] = contextlib.nullcontext()
 
     def __enter__(self) -> None:
         self._lock.acquire()
@@ -167,12 +157,13 @@ class _QuickCompilation(contextlib.ContextDecorator):
             self._before = (config.OPT, gc.isenabled())
             config.OPT = config._OptLevel(min(int(config.OPT), 1))
             gc.disable()
-            self._resolutions.__enter__()
+            self._shortcuts = shortcuts.taken()
+            self._shortcuts.__enter__()
 
     def __exit__(self, *_: object) -> None:
         self._depth -= 1
         if self._depth == 0:
-            self._resolutions.__exit__()
+            self._shortcuts.__exit__(None, None, None)
             config.OPT, collecting = self._before
             if collecting:
                 gc.freeze()

@@ -1,0 +1,191 @@
+"""From typed functions to LLVM's intermediate code: numba's own steps, with less code for what kernels do most.
+
+What a function reads of a tuple is read from where the tuple stands, field by field, and so are items of arrays.
+"""
+
+import operator
+from collections import Counter
+from typing import Any
+
+from llvmlite import ir as llvm
+from numba.core import ir, typing
+from numba.core import types as numba_types
+from numba.core.lowering import Lower
+
+from tgvdp._jit.arguments import DATA, SHAPE, is_long
+
+types: Any = numba_types
+#: What the second of two operands is to the first where it is the one.
+_COMPARED: dict[Any, Any] = {min: operator.lt, max: operator.gt}
+
+
+class KernelLower(Lower):  # type: ignore[misc]
+    """Lowers functions that count no references."""
+
+    def init(self) -> None:
+        super().init()
+        if self._disable_sroa_like_opt:  # for debuggers: all variables stand in memory
+            self._singly_assigned_vars: set[str] = set()
+        #: Variables that name a long argument or a long part of one, by the fields that lead there.
+        self._parts = self._parts_of_arguments()
+        self._unpacked: Any = None
+
+    def _parts_of_arguments(self) -> dict[str, tuple[int, tuple[int, ...]]]:
+        assigned = [one for block in self.blocks.values() for one in block.find_insts(ir.Assign)]
+        times = Counter(one.target.name for one in assigned)
+        parts: dict[str, tuple[int, tuple[int, ...]]] = {}
+        found = -1
+        while found < len(parts):
+            found = len(parts)
+            for one in assigned:
+                name = one.target.name
+                if times[name] == 1 and name not in parts and self._stays(name):
+                    part = self._part(one.value, parts)
+                    if part is not None:
+                        parts[name] = part
+        return parts
+
+    def _stays(self, name: str) -> bool:
+        """Whether a variable is to be read where it stands: long tuples, and arrays that are read once."""
+        kind = self.typeof(name)
+        return self._is_long(kind) or (isinstance(kind, types.Array) and name.startswith("$"))
+
+    def _part(self, value: Any, parts: dict[str, Any]) -> tuple[int, tuple[int, ...]] | None:
+        if isinstance(value, ir.Arg):
+            return (value.index, ()) if self._is_long(self.fndesc.argtypes[value.index]) else None
+        if isinstance(value, ir.Var):
+            return parts.get(value.name)
+        if isinstance(value, ir.Expr) and value.op == "getattr" and value.value.name in parts:
+            index, path = parts[value.value.name]
+            return index, (*path, self.typeof(value.value.name).fields.index(value.attr))
+        return None
+
+    def _is_long(self, kind: Any) -> bool:
+        return is_long(self.context.data_model_manager[kind])
+
+    def _address(self, name: str, *path: int) -> Any:
+        """Where a variable, or a field of it, stands in memory; None where it is a value of LLVM's."""
+        if name in self._parts:
+            index, before = self._parts[name]
+            address, path = self._arguments()[index], (*before, *path)
+        elif name in self._singly_assigned_vars or name in self._blk_local_varmap:
+            return None
+        else:
+            address = self.getvar(name)
+        word = llvm.IntType(32)
+        return self.builder.gep(address, [word(0), *map(word, path)], inbounds=True) if path else address
+
+    def _arguments(self) -> Any:
+        if self._unpacked is None:
+            packer = self.context.get_arg_packer(self.fndesc.argtypes)
+            self._unpacked = packer._unflattener.unflatten(self.call_conv.get_arguments(self.function))
+        return self._unpacked
+
+    def _read(self, name: str, *path: int) -> Any:
+        address = self._address(name, *path)
+        return self.builder.extract_value(self.loadvar(name), path) if address is None else self.builder.load(address)
+
+    def lower_inst(self, inst: Any) -> None:
+        if isinstance(inst, ir.Assign) and inst.target.name in self._parts:
+            return
+        super().lower_inst(inst)
+
+    def _alloca_var(self, name: str, fetype: Any) -> None:
+        if name not in self._parts:
+            super()._alloca_var(name, fetype)
+
+    def loadvar(self, name: str) -> Any:
+        return self.builder.load(self._address(name)) if name in self._parts else super().loadvar(name)
+
+    def setup_function(self, fndesc: Any) -> None:
+        """Say that nobody writes where arguments stand: else LLVM reads them again after each item that is stored."""
+        super().setup_function(fndesc)
+        for kind, argument in zip(fndesc.argtypes, self._arguments(), strict=True):
+            if self._is_long(kind):
+                argument.add_attribute("noalias")
+                argument.attributes.dereferenceable = self.context.get_abi_sizeof(argument.type.pointee)
+
+    def alloca_lltype(self, name: str, lltype: Any, datamodel: Any = None) -> Any:
+        with self.builder.goto_entry_block():
+            return self.builder.alloca(lltype, name=name)
+
+    def lower_assign(self, ty: Any, inst: Any) -> Any:
+        if isinstance(ty, types.Dispatcher):  # the name of a function: what is called is known
+            return self.context.get_dummy_value()
+        return super().lower_assign(ty, inst)
+
+    def _lower_call_normal(self, fnty: Any, expr: Any, signature: Any) -> Any:
+        """Compare where `min` and `max` of two numbers are asked for, as numba's own function does: no call."""
+        compared = _COMPARED.get(getattr(fnty, "typing_key", None))
+        if compared is None or len(expr.args) != 2 or expr.vararg or expr.kws:
+            return super()._lower_call_normal(fnty, expr, signature)
+        kind = signature.return_type
+        first, second = (self._cast_var(one, kind) for one in expr.args)
+        compare = self.context.get_function(compared, typing.signature(types.boolean, kind, kind))
+        return self.builder.select(compare(self.builder, (second, first)), second, first)
+
+    def storevar(self, value: Any, name: str, argidx: int | None = None) -> None:
+        if name in self._singly_assigned_vars:
+            self._blk_local_varmap[name] = value
+        else:
+            self._alloca_var(name, self.typeof(name))
+            self.builder.store(value, self.getvar(name))
+
+    def lower_expr(self, resty: Any, expr: Any) -> Any:
+        if expr.op == "getattr":
+            kind = self.typeof(expr.value.name)
+            if isinstance(kind, types.BaseNamedTuple) and expr.attr in kind.fields:
+                index = kind.fields.index(expr.attr)
+                return self.context.cast(self.builder, self._read(expr.value.name, index), kind[index], resty)
+        return super().lower_expr(resty, expr)
+
+    def lower_getitem(self, resty: Any, expr: Any, value: Any, index: Any, signature: Any) -> Any:
+        item = self._item(value.name, index.name)
+        if item is None:
+            return super().lower_getitem(resty, expr, value, index, signature)
+        kind = self.typeof(value.name).dtype
+        return self.context.cast(self.builder, self.context.unpack_value(self.builder, kind, item), kind, resty)
+
+    def lower_setitem(self, target_var: Any, index_var: Any, value_var: Any, signature: Any) -> Any:
+        item = self._item(target_var.name, index_var.name)
+        if item is None:
+            return super().lower_setitem(target_var, index_var, value_var, signature)
+        kind = self.typeof(target_var.name).dtype
+        value = self.context.cast(self.builder, self.loadvar(value_var.name), self.typeof(value_var.name), kind)
+        self.context.pack_value(self.builder, kind, value, item)
+        return None
+
+    def _item(self, array: str, index: str) -> Any:
+        """Address of a number in an array; None where it is no number, or the array not of the plainest kind."""
+        kind, index_kind = self.typeof(array), self.typeof(index)
+        plain = isinstance(kind, types.Array) and kind.layout == "C" and kind.aligned
+        if not plain or not isinstance(kind.dtype, (types.Number, types.Boolean)) or self.context.enable_boundscheck:
+            return None
+        places = self.loadvar(index)
+        if isinstance(index_kind, types.BaseTuple):
+            kinds = tuple(index_kind)
+            values = [self.builder.extract_value(places, i) for i in range(len(kinds))]
+        else:
+            kinds, values = (index_kind,), [places]
+        if len(kinds) != kind.ndim or not all(isinstance(one, types.Integer) for one in kinds):
+            return None
+        flat = None
+        for axis, (one, place) in enumerate(zip(kinds, values, strict=True)):
+            place = self._from_the_start(array, axis, place, one)
+            flat = place if flat is None else self.builder.add(self.builder.mul(flat, self._extent(array, axis)), place)
+        return self.builder.gep(self._read(array, DATA), [flat])
+
+    def _extent(self, array: str, axis: int) -> Any:
+        return self._read(array, SHAPE, axis)
+
+    def _from_the_start(self, array: str, axis: int, place: Any, kind: Any) -> Any:
+        """An index, counted from the end where it is below 0."""
+        place = self.context.cast(self.builder, place, kind, types.intp if kind.signed else types.uintp)
+        if not kind.signed:
+            return place
+        if isinstance(place, llvm.Constant) and place.constant >= 0:
+            return place
+        end = self.builder.add(place, self._extent(array, axis))
+        if isinstance(place, llvm.Constant):
+            return end
+        return self.builder.select(self.builder.icmp_signed("<", place, place.type(0)), end, place)

@@ -1,0 +1,132 @@
+"""Long tuples that are handed on as addresses, and items of arrays, are those of Python."""
+
+from types import FunctionType
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from tgvdp._jit import part
+from tgvdp._jit.steps import shortened
+from tgvdp._jit.watch import is_compiled
+
+pytestmark = pytest.mark.skipif(not is_compiled() or not shortened(), reason="compiled by numba's own steps alone")
+
+
+class Long(NamedTuple):
+    """Longer than any train."""
+
+    x: np.ndarray
+    table: np.ndarray
+    flags: np.ndarray
+    codes: np.ndarray
+    rest: tuple[float, ...]
+    number: float
+
+
+class Longer(NamedTuple):
+    """Holds another one."""
+
+    one: Long
+    x: np.ndarray
+
+
+def long(shift):
+    values = np.arange(12.0) + shift
+    return Long(values, values.reshape(3, 4).copy(), values > 4.0, values.astype(np.int8), (shift,) * 30, 2.0 * shift)
+
+
+@part
+def weigh(one, other, i):
+    if i > 40:  # called by its own name elsewhere, and large enough not to be copied everywhere
+        return weigh_again(other, one, i)
+    return one.number + 3.0 * other.x[i % 12] + one.table[i % 3, -1]
+
+
+@part
+def weigh_again(one, other, i):
+    return one.x[-1] - other.number * i
+
+
+def swapped(one, other, n):
+    total = 0.0
+    for i in range(n):
+        total += weigh(one, other, i) * (i + 1)
+        if i % 3 == 0:
+            one, other = other, one
+        before = one
+        one, other = other, before
+        total -= weigh(before, one, i)
+    return total
+
+
+def nested(longer, n):
+    inner = longer.one
+    total = 0.0
+    for i in range(-n, n):
+        longer.x[i] = total
+        total += inner.x[i] * weigh(inner, longer.one, i + n) + longer.one.table[i % 3, i]
+    return total
+
+
+def built(one, n):
+    last = Long(one.table[0], one.table, one.flags, one.codes, one.rest, 1.0)
+    total = 0.0
+    for i in range(n):
+        last = Long(last.table[i % 3], one.table, one.flags, one.codes, one.rest, last.number + last.x[0])
+        total += weigh_again(last, one, i)
+    return total
+
+
+def items(one, n):
+    one.flags[n] = not one.flags[-n]
+    one.codes[-1] = n
+    one.table[-1, n - 4] = one.codes[n] / 2
+    bounded = max(one.x[n], one.codes[2]) + min(n, one.x[1]) + min(np.nan, one.x[0])
+    bounded = max(one.x[3], bounded)
+    return bounded + one.codes[one.codes[n]] + one.table[one.codes[1], 2] + (7.0 if one.flags[n] else 11.0)
+
+
+CASES = {
+    "swapped": (swapped, lambda: (long(1.0), long(20.5), 60)),
+    "nested": (nested, lambda: (Longer(long(2.0), np.zeros(12)), 4)),
+    "built": (built, lambda: (long(3.0), 5)),
+    "items": (items, lambda: (long(0.0), 3)),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_as_in_python(name):
+    from tgvdp._jit.pipeline import compiled_and_linked
+
+    function, arguments = CASES[name]
+    kernel, _ = compiled_and_linked(function)
+    here, there = arguments(), arguments()
+    expected = as_python(function)(*here)
+    assert kernel(*there) == expected
+    for one, other in zip(arrays(here), arrays(there), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def as_python(function):
+    """The function, with what it calls, uncompiled."""
+    names = dict(globals())
+    for name in ("weigh", "weigh_again"):
+        names[name] = FunctionType(globals()[name].py_func.__code__, names)
+    return FunctionType(function.__code__, names)
+
+
+def arrays(value):
+    if isinstance(value, np.ndarray):
+        return [value]
+    return [one for item in value for one in arrays(item)] if isinstance(value, tuple) else []
+
+
+def test_long_tuples_are_handed_on_as_addresses():
+    from tgvdp._jit.pipeline import compiled_and_linked
+
+    kernel, _ = compiled_and_linked(nested)
+    kernel(*CASES["nested"][1]())
+    (code,) = kernel.inspect_llvm().values()
+    assert "ptr noalias" in code
+    assert "i64 %arg.longer" not in code
