@@ -15,6 +15,7 @@ from tgvdp.methods.costate.forward_rows import (
     rows_needed,
     saturated,
 )
+from tgvdp.methods.costate.step import HELD
 from tgvdp.physics.arc import arc
 from tgvdp.physics.cell import Cell, append, rest_of
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK, TRACTION
@@ -30,8 +31,6 @@ _DRIFT = 0.01
 _RISE = 5e-3
 #: A run that enters a cell nearer to the line of switching than this share of v² is on it.
 _NEAR = 1e-3
-#: Two squared speeds nearer than this share are one speed that is held.
-_HELD = 1e-5
 #: Coasting meets the line of switching after so many steps of the secant, at most: both are nearly straight.
 _MEETING_STEPS = 20
 
@@ -211,7 +210,7 @@ def _line_before(train, cell, lines):
     coasts = lines.coasts
     v = math.sqrt(coasts)
     load = resistance_at(train, cell.air, v) + cell.grade_n
-    reached = lines.before_top <= coasts <= lines.a * (1.0 + _HELD)
+    reached = lines.before_top <= coasts <= lines.a * (1.0 + HELD)
     if reached and 0.0 <= load <= effort_at(train.traction, v):
         return coasts
     return max(coasts + 2.0 * cell.length_m / train.inertia_kg * load, lines.before_top)

@@ -16,6 +16,8 @@ from tgvdp.physics.codes import COASTING, DYNAMIC
 
 #: A switching speed beyond the wall is at most this multiple of it.
 _BEYOND = 4.0
+#: Squared speeds nearer than this share are one speed that is held, which lines of switching are level at.
+HELD = 1e-5
 
 
 @part
@@ -107,6 +109,8 @@ def transport(train, step, line, n, drives, coasts, brakes, images, scratch):
     m = drop_below(-0.5, images, first, m)
     if m > first:
         switch = min(coast_on(train, step, x[first]), wall)
+        if a != step.held_w:  # where p jumps the line falls to that speed, which nobody holds
+            switch = max(switch, a * (1.0 + 2.0 * HELD))
         return hold(step.held_w, -0.5, first, m, images), switch
     # Below −½ up to the wall: only from beyond it would a run coast throughout.
     switch = wall
