@@ -18,11 +18,14 @@ from tgvdp.methods.costate.characteristics import (
     saturated_image,
 )
 from tgvdp.methods.costate.polyline import insert
-from tgvdp.methods.costate.step_wall import SPREAD, fan_region, jumps_at
-from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
+from tgvdp.methods.costate.step_wall import SPREAD, dynamic_suffices, fan_region, jumps_at
+from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, TRACTION
 
 #: Neighbouring images count as slow below this share of the envelope.
 _SLOW_SHARE = 0.5
+#: Runs that come to a speed and hold it have costates at so many points per relative change of w, at most ...
+_MEETING_PIECES = 8.0
+_MOST_MEETING_PIECES = 8.0
 
 
 @part
@@ -145,7 +148,8 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
     """Append images under full braking of the points ``first`` .. ``last`` that keep p above the level of the regime.
 
     That is −r/2 for the dynamic brake, 0 for all brakes. Of the images from ``start`` on those remain that keep p below
-    it. Returns the number of images.
+    it. Where the dynamic brake holds the envelope there are none: runs come to that by coasting. Returns the number of
+    images.
     """
     x, y = images
     level = -0.5 * step.returned if regime == DYNAMIC else 0.0
@@ -169,7 +173,9 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
             y[m] = p0
             m += 1
             if w0 > step.top:
-                if m == before + 1:  # the envelope is held
+                if m == before + 1 and line.w[first] >= step.wall:  # the envelope is held
+                    if regime == DYNAMIC and dynamic_suffices(step):
+                        return before
                     x[before] = step.top
                     y[before] = level
                 break
@@ -178,10 +184,10 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
     beyond = x[m - 1]
     m = drop_below(level, images, before, m)
     if m > before:
-        held_w = step.held_brake_w
         if regime == BRAKING:
             held_w = held_back_w(train, step.returned, step.multiplier, step.top)
-        return hold(held_w, level, before, m, images)
+            return hold(train, DYNAMIC, BRAKING, step, held_w, level, before, m, images)
+        return hold(train, COASTING, DYNAMIC, step, step.held_brake_w, level, before, m, images)
     x[m] = beyond  # below the level up to the wall
     y[m] = level
     return m + 1
@@ -212,15 +218,54 @@ def friction_region(train, step, line, first, last, images, start, m, scratch):
 
 
 @part
-def hold(held, level, first, m, images):
-    """Make the speed that is held a point of the images, if it lies before the ``first`` one; their new number."""
+def hold(train, below, above, step, held, level, first, m, images):
+    """Make the speed that is held a point of the images, if it lies before the ``first`` one; their new number.
+
+    Runs come to it within the cell by a regime from ``below`` and by another from ``above``, and hold it from there on.
+    """
     x, y = images
     if not x[first - 1] < held < x[first] or y[first] < level:
         return m
+    at = first
     if y[first - 1] >= level:  # an edge, from which a run would switch to that speed only to hold it
-        x[first - 1] = held
+        at = first - 1
+        x[at] = held
+    else:
+        m = insert(images, m, first, held, level)
+    if at + 1 < m:
+        m = meet_region(train, above, step, held, level, at + 1, x[at + 1], images, m)
+    if at > 0:
+        m = meet_region(train, below, step, held, level, at, x[at - 1], images, m)
+    return m
+
+
+@part
+def meet_region(train, regime, step, held, level, at, edge, images, m):
+    """Insert costates of runs that come to a speed within the cell and hold it, before the image ``at``.
+
+    They are between that speed, which one may move at no cost where they come to it, and an edge. A straight line would
+    do next to it, but not down to a standstill. Returns the number of images.
+    """
+    pieces = math.ceil(min(_MEETING_PIECES * abs(held - edge) / held, _MOST_MEETING_PIECES))
+    if pieces < 2:
         return m
-    return insert(images, m, first, held, level)
+    reached = _meeting_image(train, regime, step, step.length, held, level)[0]
+    if (reached - held) * (edge - held) <= 0.0:
+        return m
+    come_m = step.length * min((edge - held) / (reached - held), 1.0)
+    for i in range(1, pieces):
+        w, p = _meeting_image(train, regime, step, i / pieces * come_m, held, level)
+        if min(held, edge) < w < max(held, edge) and (p - level) * (w - held) >= 0.0:
+            m = insert(images, m, at, w, p)
+            at += 1 if edge > held else 0
+    return m
+
+
+@part
+def _meeting_image(train, regime, step, length, held, level):
+    if regime == COASTING:
+        return coast_image(train, step, length, held, level)
+    return saturated_image(train, regime, step, length, held, level)
 
 
 @part
