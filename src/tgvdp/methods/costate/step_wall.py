@@ -30,10 +30,15 @@ def dynamic_suffices(step):
 @leaf
 def jumps_at(step, line, i, last):
     """Whether p jumps at a point, at the wall or before it: runs with any p in between go through it."""
-    if line.w[i] == step.wall:
+    w, p = line
+    if w[i] == step.wall or (i > 0 and w[i] == w[i - 1] and p[i] > p[i - 1] + _ROUNDING):
         return True
-    before = i > 0 and line.w[i] == line.w[i - 1] and line.p[i] > line.p[i - 1] + _ROUNDING
-    return before or (i < last and line.w[i] == line.w[i + 1] and line.p[i + 1] > line.p[i] + _ROUNDING)
+    j = i + 1
+    while j <= last and w[j] == w[i]:  # a crossing of a level may have been put there
+        if p[j] > p[i] + _ROUNDING:
+            return True
+        j += 1
+    return False
 
 
 @leaf
