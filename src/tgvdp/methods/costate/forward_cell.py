@@ -61,9 +61,12 @@ class Lines(NamedTuple):
 
 @leaf
 def _drifts(before, after, w):
-    """Whether a line of switching, and a run next to it, change so little that they are a speed that is held."""
+    """Whether a line of switching, and a run on it or above it, change so little that they are a speed that is held.
+
+    From below a run coasts up to the line.
+    """
     near = _DRIFT * after
-    return abs(before - after) <= near and abs(w - after) <= near
+    return abs(before - after) <= near and w - after <= near and w >= before * (1.0 - _NEAR)
 
 
 @leaf
