@@ -78,11 +78,11 @@ def _follows(lines, after, w):
 
 
 @part
-def _brakes_do(train, cell, w, target, friction):
-    """Whether brakes take the train through a cell at one effort: the dynamic one alone, or ``friction`` as well."""
+def _brakes_do(train, cell, w, target, friction, share):
+    """Whether brakes take the train through a cell at one effort: a share of the dynamic one, or ``friction`` as well."""
     status, _, work = arc(train, cell.length_m, cell.grade_n, cell.air, w, target)
     dynamic = cell.length_m * mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
-    return status == OK and (friction or -work <= dynamic)
+    return status == OK and (friction or -work <= share * dynamic)
 
 
 @part
@@ -94,7 +94,7 @@ def _brake_fully(train, regime, cell, w, lines, scratch, rows, n):
     """
     target = min(lines.c, lines.top)
     if lines.c < lines.top:
-        if _follows(lines, target, w) and _brakes_do(train, cell, w, target, True):
+        if _follows(lines, target, w) and _brakes_do(train, cell, w, target, True, 1.0):
             return evenly(train, cell, w, target, rows, n)
         cell = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, lines.c))
     return brake_late(train, regime, cell, w, target, scratch, rows, n)
@@ -107,8 +107,13 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
     All brakes only where that one would end above c, or leave the envelope.
     """
     target = min(lines.b, lines.top)
-    if _drifts(lines.before_b, target, w) and _brakes_do(train, cell, w, target, False):
-        return evenly(train, cell, w, target, rows, n)
+    if _drifts(lines.before_b, target, w) and _brakes_do(train, cell, w, target, False, 1.0):
+        if w <= target or _brakes_do(train, cell, w, target, False, FULL_EFFORT):
+            return evenly(train, cell, w, target, rows, n)
+        # One effort would be more than the dynamic brake has where the train is faster, and friction would help it.
+        left, landed, last = saturated(train, DYNAMIC, cell, w, target, rows, n)
+        if last < 0 or (left <= (1.0 - FULL_EFFORT) * cell.length_m and landed <= target * (1.0 + HELD)):
+            return ended(cell, target, rows, n, last)
     braked = braked_w(train, DYNAMIC, cell, target, cell.length_m, scratch)
     if 0.0 < braked and w <= braked * (1.0 + ON_CURVE):  # 0: it passes the target even from a standstill
         if w > max(target, braked * (1.0 - _NEAR)):
@@ -279,7 +284,7 @@ def coast_through(train, regenerates, cell, w, landed, lines, scratch, rows, n):
     # Brakes for the last hand's breadth would be none that one applies, but a cell may be as short as that: by friction
     # only the envelope is met.
     near = landed <= most * (1.0 + _NEAR)
-    if near and _brakes_do(train, cell, w, most, lines.top <= lines.b):
+    if near and _brakes_do(train, cell, w, most, lines.top <= lines.b, 1.0):
         return evenly(train, cell, w, most, rows, n)
     if regenerates:
         return _regenerate(train, cell, w, lines, scratch, rows, n)

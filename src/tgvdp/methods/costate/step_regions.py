@@ -18,7 +18,7 @@ from tgvdp.methods.costate.characteristics import (
     saturated_image,
 )
 from tgvdp.methods.costate.polyline import insert
-from tgvdp.methods.costate.step_wall import SPREAD, dynamic_suffices, fan_region, jumps_at
+from tgvdp.methods.costate.step_wall import SPREAD, dynamic_suffices, fan_region, jump_from
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, TRACTION
 
 #: Neighbouring images count as slow below this share of the envelope.
@@ -156,12 +156,13 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
     m = cut_above(level, images, start, m)
     edge_w = math.inf  # where p jumps
     edge_image = 0.0
-    if regime == DYNAMIC and jumps_at(step, line, first, last):
-        edge_w = line.w[first]
+    jump = jump_from(step, line, first, last) if regime == DYNAMIC else -1
+    if jump >= 0:
+        edge_w = line.w[jump]
         edge_image = step.dynamic_w
         if edge_w != step.wall:
             edge_image = dynamic_before(train, step.length, step.load, step.air, edge_w, step.top, scratch)
-        if y[m - 1] < level:
+        if y[m - 1] < level and edge_w == line.w[first]:
             m = fan_region(train, step, edge_w, edge_image, images, m)
     before = m
     for i in range(first, last + 1):

@@ -28,17 +28,21 @@ def dynamic_suffices(step):
 
 
 @leaf
-def jumps_at(step, line, i, last):
-    """Whether p jumps at a point, at the wall or before it: runs with any p in between go through it."""
+def jump_from(step, line, first, last):
+    """The first of some points, from one on, at which p jumps, at the wall or before it; −1 if it does at none of them.
+
+    Runs with any p in between go through it.
+    """
     w, p = line
-    if w[i] == step.wall or (i > 0 and w[i] == w[i - 1] and p[i] > p[i - 1] + _ROUNDING):
-        return True
-    j = i + 1
-    while j <= last and w[j] == w[i]:  # a crossing of a level may have been put there
-        if p[j] > p[i] + _ROUNDING:
-            return True
-        j += 1
-    return False
+    if first > 0 and w[first] == w[first - 1] and p[first] > p[first - 1] + _ROUNDING:
+        return first
+    at = first  # the first of those at its speed: a crossing of a level may have been put there
+    for i in range(first, last + 1):
+        if w[i] != w[at]:
+            at = i
+        if w[at] == step.wall or p[i] > p[at] + _ROUNDING:
+            return at
+    return -1
 
 
 @leaf
