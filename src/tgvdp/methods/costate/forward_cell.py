@@ -15,7 +15,7 @@ from tgvdp.methods.costate.forward_rows import (
     rows_needed,
     saturated,
 )
-from tgvdp.methods.costate.step import HELD
+from tgvdp.methods.costate.step_held import HELD
 from tgvdp.physics.arc import arc
 from tgvdp.physics.cell import Cell, append, rest_of
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK, TRACTION
@@ -79,7 +79,7 @@ def _follows(lines, after, w):
 
 @part
 def _brakes_do(train, cell, w, target, friction, share):
-    """Whether brakes take the train through a cell at one effort: a share of the dynamic one, or ``friction`` as well."""
+    """Whether brakes take the train through a cell at one effort: a share of the dynamic one, or with ``friction``."""
     status, _, work = arc(train, cell.length_m, cell.grade_n, cell.air, w, target)
     dynamic = cell.length_m * mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
     return status == OK and (friction or -work <= share * dynamic)

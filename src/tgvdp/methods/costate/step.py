@@ -5,14 +5,13 @@ import math
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.methods.costate.characteristics import coast_image, coast_on, holding_costate
 from tgvdp.methods.costate.polyline import insert
+from tgvdp.methods.costate.step_held import HELD, hold, meet_region
 from tgvdp.methods.costate.step_regions import (
     brake_region,
     coast_region,
     drive_region,
     drop_below,
     friction_region,
-    hold,
-    meet_region,
 )
 from tgvdp.methods.costate.step_wall import dynamic_suffices, wall_region
 from tgvdp.physics.codes import COASTING, DYNAMIC, TRACTION
@@ -20,8 +19,6 @@ from tgvdp.physics.forces import effort_at
 
 #: A switching speed beyond the wall is at most this multiple of it.
 _BEYOND = 4.0
-#: Squared speeds nearer than this share are one speed that is held, which lines of switching are level at.
-HELD = 1e-5
 
 
 @part
