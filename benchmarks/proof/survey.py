@@ -44,7 +44,7 @@ def surveyed(trip: ProofTrip) -> dict[str, Any]:
     phases_s = [_phases_s(profile) for profile in profiles[1:]]
     size_j = np.array([_size_j(result, profiles[0], profile) for profile in profiles])
     above_pct = 100.0 * np.nan_to_num(result.front.energy_j - certificate.lower_bound_j, nan=np.inf) / size_j
-    gains_pct = {index: _gain_pct(result, profiles, index) for index in range(1 + trip.seed % 3, len(profiles), _EVERY)}
+    gains_pct = {index: gain_pct(result, profiles, index) for index in range(1 + trip.seed % 3, len(profiles), _EVERY)}
     return row | {
         "points": len(profiles),
         "missed": sum("jump" in text for text in result.warnings),
@@ -68,7 +68,7 @@ def _phases_s(profile: Profile) -> np.ndarray:
     return np.diff(profile.time_s[ends])
 
 
-def _gain_pct(result: tgvdp.SearchResult, profiles: list[Profile], index: int) -> float:
+def gain_pct(result: tgvdp.SearchResult, profiles: list[Profile], index: int) -> float:
     """How much less energy a run near a point needs that the referee passes, percent; 0 if none is found."""
     profile = profiles[index]
     prices = result.price_kwh_per_min

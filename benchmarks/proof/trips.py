@@ -10,6 +10,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tgvdp.constants import GRAVITY_MPS2
 from tgvdp.model.effort import EffortCurve
@@ -82,46 +83,48 @@ def proof_trip(seed: int) -> ProofTrip:
     rng = np.random.default_rng([seed, 0x70726F6F66])
     name = str(rng.choice(list(KINDS)))
     kind = KINDS[name]
-    train, shape, brakes = _train(rng, name, kind)
+    train, shape, brakes = random_train(rng, name, kind)
     track = _track(rng, name, kind, train)
     supply = ""
     if rng.random() < 0.25:
-        track = replace(track, neutral_sections=_neutral_sections(rng, train, track))
+        at_m = np.sort(rng.uniform(0.1, 0.9, rng.integers(1, 5))) * track.length_m
+        track = replace(track, neutral_sections=neutral_sections(rng, train, track, at_m))
         supply = " neutral" if track.neutral_sections else ""
     energy = str(rng.choice(["wheel", "pantograph"]))
-    options = {"energy": energy} | _end_speeds(rng, train, track)
+    options = {"energy": energy} | end_speeds(rng, train, track)
     return ProofTrip(seed, name, f"{shape}, {brakes}, {energy}{supply}", train, track, options)
 
 
-def _even(rng: np.random.Generator, span: tuple[float, float]) -> float:
+def even(rng: np.random.Generator, span: tuple[float, float]) -> float:
+    """A number of a range."""
     return float(rng.uniform(*span))
 
 
-def _train(rng: np.random.Generator, name: str, kind: Kind) -> tuple[Train, str, str]:
-    mass_kg = 1e3 * _even(rng, kind.mass_t)
+def random_train(rng: np.random.Generator, name: str, kind: Kind) -> tuple[Train, str, str]:
+    mass_kg = 1e3 * even(rng, kind.mass_t)
     if name == "contrived":
         mass_kg = float(10 ** rng.uniform(2.0, 7.0))
     factor = float(rng.uniform(1.03, 1.12))
-    top_mps = _even(rng, kind.top_kmh) * _MPS_PER_KMH
-    force_n = mass_kg * factor * _even(rng, kind.start_mps2)
-    corner_mps = min(_even(rng, kind.corner_kmh) * _MPS_PER_KMH, 0.9 * top_mps)
+    top_mps = even(rng, kind.top_kmh) * _MPS_PER_KMH
+    force_n = mass_kg * factor * even(rng, kind.start_mps2)
+    corner_mps = min(even(rng, kind.corner_kmh) * _MPS_PER_KMH, 0.9 * top_mps)
     shape = str(rng.choice(list(SHAPES)))
     traction = SHAPES[shape](rng, force_n, corner_mps, top_mps)
     # Resistance leaves something to climb with at the speed that matters for it.
     most_n = 0.3 * traction.effort_n(_climbing_mps(top_mps))
-    rolling_n = min(mass_kg * GRAVITY_MPS2 * _even(rng, kind.rolling_permil) / 1e3, most_n)
+    rolling_n = min(mass_kg * GRAVITY_MPS2 * even(rng, kind.rolling_permil) / 1e3, most_n)
     absent = name == "contrived" and rng.random() < 0.2
-    brakes, words = _brakes(rng, mass_kg * factor * _even(rng, kind.brake_mps2), traction, top_mps)
+    brakes, words = _brakes(rng, mass_kg * factor * even(rng, kind.brake_mps2), traction, top_mps)
     train = Train(
         mass_kg=mass_kg,
         traction=traction,
         rotating_mass_factor=factor,
         davis_a_n=0.0 if absent else rolling_n,
-        davis_b_n_per_mps=0.0 if absent else min(_even(rng, kind.davis_b), 0.1 * most_n / top_mps),
-        davis_c_n_per_mps2=0.0 if absent else min(_even(rng, kind.davis_c), most_n / _climbing_mps(top_mps) ** 2),
+        davis_b_n_per_mps=0.0 if absent else min(even(rng, kind.davis_b), 0.1 * most_n / top_mps),
+        davis_c_n_per_mps2=0.0 if absent else min(even(rng, kind.davis_c), most_n / _climbing_mps(top_mps) ** 2),
         max_speed_mps=top_mps,
-        max_acceleration_mps2=math.inf if rng.random() < 0.5 else _even(rng, kind.comfort_mps2),
-        max_deceleration_mps2=math.inf if rng.random() < 0.5 else _even(rng, kind.comfort_mps2),
+        max_acceleration_mps2=math.inf if rng.random() < 0.5 else even(rng, kind.comfort_mps2),
+        max_deceleration_mps2=math.inf if rng.random() < 0.5 else even(rng, kind.comfort_mps2),
         traction_efficiency=float(rng.uniform(0.75, 0.92)),
         regeneration_efficiency=float(rng.choice([0.0, 0.5, 0.8, 0.9])),
         auxiliary_power_w=mass_kg * float(rng.choice([0.0, 0.1, 0.5, 1.5])),
@@ -200,12 +203,7 @@ def _brakes(
 def _track(rng: np.random.Generator, name: str, kind: Kind, train: Train) -> Track:
     length_m = 1e3 * float(np.exp(rng.uniform(*np.log(kind.length_km))))
     top_mps = train.max_speed_mps
-    limits, x_m = [], 0.0
-    while x_m < length_m:
-        slow = rng.random() < 0.6
-        kmh = max(5.0 * round(rng.uniform(kind.slow_kmh, top_mps / _MPS_PER_KMH) / 5.0), 10.0)
-        limits.append(SpeedLimit(x_m, kmh * _MPS_PER_KMH if slow else top_mps))
-        x_m += 1e3 * _even(rng, kind.limit_every_km)
+    limits = random_limits(rng, kind, top_mps, length_m)
     if name == "contrived" and rng.random() < 0.3:
         limits = limits[:1]
     return Track(
@@ -213,13 +211,24 @@ def _track(rng: np.random.Generator, name: str, kind: Kind, train: Train) -> Tra
     )
 
 
+def random_limits(rng: np.random.Generator, kind: Kind, top_mps: float, length_m: float) -> list[SpeedLimit]:
+    """Speed limits along a line, of which four in ten are the train's own."""
+    limits, x_m = [], 0.0
+    while x_m < length_m:
+        slow = rng.random() < 0.6
+        kmh = max(5.0 * round(rng.uniform(kind.slow_kmh, top_mps / _MPS_PER_KMH) / 5.0), 10.0)
+        limits.append(SpeedLimit(x_m, kmh * _MPS_PER_KMH if slow else top_mps))
+        x_m += 1e3 * even(rng, kind.limit_every_km)
+    return limits
+
+
 def _gradients(rng: np.random.Generator, train: Train, length_m: float, contrived: bool) -> tuple[Gradient, ...]:
     """Gradients that wander, or in contrived lines jump, within what the train can climb and hold."""
     steep = float(rng.choice([0.0, 5.0, 12.0, 25.0, 40.0]))
     if steep == 0.0:
         return ()
-    up = min(steep, _climbable_permil(train))
-    down = min(steep, _holdable_permil(train))
+    up = min(steep, climbable_permil(train))
+    down = min(steep, holdable_permil(train))
     every_m = float(rng.choice([150.0, 400.0, 1000.0, 2500.0]))
     rows, x_m, permil = [], 0.0, 0.0
     while x_m < length_m:
@@ -230,14 +239,14 @@ def _gradients(rng: np.random.Generator, train: Train, length_m: float, contrive
     return tuple(rows)
 
 
-def _climbable_permil(train: Train) -> float:
+def climbable_permil(train: Train) -> float:
     """Gradient that a share of the effort holds at the speed at which a train must still climb, ‰."""
     speed_mps = _climbing_mps(train.max_speed_mps)
     spare_n = _CLIMBING * train.traction.effort_n(speed_mps) - train.resistance_n(speed_mps)
     return float(max(1e3 * spare_n / (train.mass_kg * GRAVITY_MPS2), 0.0))
 
 
-def _holdable_permil(train: Train) -> float:
+def holdable_permil(train: Train) -> float:
     """Gradient that a share of the friction brake holds, ‰."""
     return _DESCENDING * 1e3 * train.friction_brake_n / (train.mass_kg * GRAVITY_MPS2)
 
@@ -255,7 +264,7 @@ def _net_mps2(train: Train, track: Track) -> tuple[float, float]:
     return min(rises, train.max_acceleration_mps2), min(falls, train.max_deceleration_mps2)
 
 
-def _end_speeds(rng: np.random.Generator, train: Train, track: Track) -> dict[str, float]:
+def end_speeds(rng: np.random.Generator, train: Train, track: Track) -> dict[str, float]:
     """Speeds at the ends: one from which the train can brake for what follows, and one that it can reach."""
     rises, falls = _net_mps2(train, track)
     found = {}
@@ -270,8 +279,10 @@ def _end_speeds(rng: np.random.Generator, train: Train, track: Track) -> dict[st
     return found
 
 
-def _neutral_sections(rng: np.random.Generator, train: Train, track: Track) -> tuple[NeutralSection, ...]:
-    """Up to four sections that a train rolls through at a speed that it has reached before."""
+def neutral_sections(
+    rng: np.random.Generator, train: Train, track: Track, at_m: NDArray[np.float64]
+) -> tuple[NeutralSection, ...]:
+    """Sections from increasing positions on that a train rolls through at a speed that it has reached before."""
     rises, _ = _net_mps2(train, track)
     slowest_mps = min([row.speed_mps for row in track.speed_limits])
     speed_mps = min(slowest_mps, _climbing_mps(train.max_speed_mps))
@@ -280,7 +291,7 @@ def _neutral_sections(rng: np.random.Generator, train: Train, track: Track) -> t
     reached_m = speed_mps**2 / (2.0 * rises)
     rolled_m = 0.3 * speed_mps**2 / (2.0 * loss_mps2) if loss_mps2 > 0.0 else math.inf
     sections: list[NeutralSection] = []
-    for x_m in np.sort(rng.uniform(0.1, 0.9, rng.integers(1, 5))) * track.length_m:
+    for x_m in at_m:
         length_m = min(float(rng.choice([30.0, 100.0, 200.0, 400.0])), 0.03 * track.length_m, rolled_m)
         before_m = sections[-1].position_m + sections[-1].length_m if sections else 0.0
         if x_m > before_m + 1.5 * reached_m:

@@ -7,6 +7,7 @@ import pytest
 
 import tgvdp
 from benchmarks.proof.__main__ import main
+from benchmarks.proof.descents import descent_trip
 from benchmarks.proof.polish import Polish
 from benchmarks.proof.tables import summary
 from benchmarks.proof.trips import KINDS, proof_trip
@@ -32,6 +33,18 @@ def test_trips_are_of_all_kinds_the_same_every_time_and_have_a_run():
     assert any(len(trip.train.braking_rates) > 1 for trip in trips)
     assert proof_trip(SEEDS[0]) == trips[0] != proof_trip(SEEDS[1])
     for trip in trips:
+        options = SearchOptions(**trip.options)
+        assert fastest_run(trip_of(trip.train, trip.track, options)).duration_s > 0.0
+
+
+def test_neutral_sections_lie_on_descents():
+    trips = [descent_trip(seed) for seed in SEEDS]
+    assert descent_trip(SEEDS[0]) == trips[0] != descent_trip(SEEDS[1])
+    assert max(len(trip.track.neutral_sections) for trip in trips) == 4
+    for trip in trips:
+        starts_m = [row.position_m for row in trip.track.gradients]
+        for section in trip.track.neutral_sections:
+            assert trip.track.gradients[np.searchsorted(starts_m, section.position_m) - 1].gradient_permil < 0.0
         options = SearchOptions(**trip.options)
         assert fastest_run(trip_of(trip.train, trip.track, options)).duration_s > 0.0
 

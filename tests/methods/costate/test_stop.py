@@ -23,4 +23,4 @@ def test_a_stop_costs_what_it_does_on_a_fine_mesh(share):
     multiplier = share * meshes[0].usual_multiplier
     extremals = [mesh.extremal(multiplier, {"extremals": 0, "runs": 0, "costates": 0}) for mesh in meshes]
     costs_j = np.array([extremal.cost_j(multiplier) for extremal in extremals])
-    assert costs_j[0] - costs_j[1] <= 5e-5 * extremals[1].energy_j
+    assert costs_j[0] - costs_j[1] <= 8e-5 * extremals[1].energy_j

@@ -80,7 +80,7 @@ def result_s(train, track):
 
 
 def test_longer_phases_go_when_that_is_asked_for():
-    train, track, _ = CASES["wheel"]
+    train, track, _ = CASES["drops of effort"]
     few, fewer = (tgvdp.search(train, track, points=POINTS, min_phase_s=least_s) for least_s in (1.0, 5.0))
     assert short(fewer, 5.0).sum() < short(few, 5.0).sum()
 

@@ -235,6 +235,7 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
             coasts = n - 1
             if returned > 0.0:
                 coasts, b = _crossing(-0.5 * returned, line, n, drives)
+                coasts, b = _snapped(held_brake_w, slack, -0.5 * returned, line, n, coasts, b)
                 n = insert(line, n, coasts, b, -0.5 * returned)
                 policy[k + 1, 2] = b
         brakes = n - 1

@@ -15,6 +15,7 @@ from tgvdp.methods.costate.forward_rows import (
     rows_needed,
     saturated,
 )
+from tgvdp.methods.costate.step_held import HELD
 from tgvdp.physics.arc import arc
 from tgvdp.physics.cell import Cell, append, rest_of
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK, TRACTION
@@ -30,8 +31,6 @@ _DRIFT = 0.01
 _RISE = 5e-3
 #: A run that enters a cell nearer to the line of switching than this share of v² is on it.
 _NEAR = 1e-3
-#: Two squared speeds nearer than this share are one speed that is held.
-_HELD = 1e-5
 #: Coasting meets the line of switching after so many steps of the secant, at most: both are nearly straight.
 _MEETING_STEPS = 20
 
@@ -62,9 +61,12 @@ class Lines(NamedTuple):
 
 @leaf
 def _drifts(before, after, w):
-    """Whether a line of switching, and a run next to it, change so little that they are a speed that is held."""
+    """Whether a line of switching, and a run on it or above it, change so little that they are a speed that is held.
+
+    From below a run coasts up to the line.
+    """
     near = _DRIFT * after
-    return abs(before - after) <= near and abs(w - after) <= near
+    return abs(before - after) <= near and w - after <= near and w >= before * (1.0 - _NEAR)
 
 
 @leaf
@@ -76,11 +78,11 @@ def _follows(lines, after, w):
 
 
 @part
-def _brakes_do(train, cell, w, target, friction):
-    """Whether brakes take the train through a cell at one effort: the dynamic one alone, or ``friction`` as well."""
+def _brakes_do(train, cell, w, target, friction, share):
+    """Whether brakes take the train through a cell at one effort: a share of the dynamic one, or with ``friction``."""
     status, _, work = arc(train, cell.length_m, cell.grade_n, cell.air, w, target)
     dynamic = cell.length_m * mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
-    return status == OK and (friction or -work <= dynamic)
+    return status == OK and (friction or -work <= share * dynamic)
 
 
 @part
@@ -92,7 +94,7 @@ def _brake_fully(train, regime, cell, w, lines, scratch, rows, n):
     """
     target = min(lines.c, lines.top)
     if lines.c < lines.top:
-        if _follows(lines, target, w) and _brakes_do(train, cell, w, target, True):
+        if _follows(lines, target, w) and _brakes_do(train, cell, w, target, True, 1.0):
             return evenly(train, cell, w, target, rows, n)
         cell = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, lines.c))
     return brake_late(train, regime, cell, w, target, scratch, rows, n)
@@ -105,8 +107,13 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
     All brakes only where that one would end above c, or leave the envelope.
     """
     target = min(lines.b, lines.top)
-    if _drifts(lines.before_b, target, w) and _brakes_do(train, cell, w, target, False):
-        return evenly(train, cell, w, target, rows, n)
+    if _drifts(lines.before_b, target, w) and _brakes_do(train, cell, w, target, False, 1.0):
+        if w <= target or _brakes_do(train, cell, w, target, False, FULL_EFFORT):
+            return evenly(train, cell, w, target, rows, n)
+        # One effort would be more than the dynamic brake has where the train is faster, and friction would help it.
+        left, landed, last = saturated(train, DYNAMIC, cell, w, target, rows, n)
+        if last < 0 or (left <= (1.0 - FULL_EFFORT) * cell.length_m and landed <= target * (1.0 + HELD)):
+            return ended(cell, target, rows, n, last)
     braked = braked_w(train, DYNAMIC, cell, target, cell.length_m, scratch)
     if 0.0 < braked and w <= braked * (1.0 + ON_CURVE):  # 0: it passes the target even from a standstill
         if w > max(target, braked * (1.0 - _NEAR)):
@@ -211,7 +218,7 @@ def _line_before(train, cell, lines):
     coasts = lines.coasts
     v = math.sqrt(coasts)
     load = resistance_at(train, cell.air, v) + cell.grade_n
-    reached = lines.before_top <= coasts <= lines.a * (1.0 + _HELD)
+    reached = lines.before_top <= coasts <= lines.a * (1.0 + HELD)
     if reached and 0.0 <= load <= effort_at(train.traction, v):
         return coasts
     return max(coasts + 2.0 * cell.length_m / train.inertia_kg * load, lines.before_top)
@@ -277,7 +284,7 @@ def coast_through(train, regenerates, cell, w, landed, lines, scratch, rows, n):
     # Brakes for the last hand's breadth would be none that one applies, but a cell may be as short as that: by friction
     # only the envelope is met.
     near = landed <= most * (1.0 + _NEAR)
-    if near and _brakes_do(train, cell, w, most, lines.top <= lines.b):
+    if near and _brakes_do(train, cell, w, most, lines.top <= lines.b, 1.0):
         return evenly(train, cell, w, most, rows, n)
     if regenerates:
         return _regenerate(train, cell, w, lines, scratch, rows, n)

@@ -168,7 +168,7 @@ def evenly(train, cell, w, target, rows, n):
     """Append rows of one effort through a cell; a single one, of one acceleration, where a limit is near.
 
     One that the train gives at one end only, or for a single row only, is full traction, and holding where that leads
-    to; or full traction that slows down.
+    to; or full traction that slows down, or that is held by a drop of its effort before it comes there.
     """
     effort = duration_and_work(train, cell.length_m, cell.grade_n, cell.air, w, target)[1] / cell.length_m
     v0, v1 = math.sqrt(w), math.sqrt(target)
@@ -176,13 +176,14 @@ def evenly(train, cell, w, target, rows, n):
         driven, last = _in_parts(train, cell, effort, w, target, rows, n)
         if last < 0 or (_gives(train, cell, driven, v0) and _gives(train, cell, driven, v1)):
             return last
-    holds = w < target and 0.0 <= pull(train, cell, target, target) < math.inf
-    if effort > 0.0 and (holds or w > target):
+    if effort > 0.0:
         first = n
+        holds = w < target and 0.0 <= pull(train, cell, target, target) < math.inf
         left, landed, n = saturated(train, TRACTION, cell, w, target, rows, n)
         if left <= (1.0 - FULL_EFFORT) * cell.length_m:
-            # A hair below the target, where its rows take a little longer than one; slowing down, to the target.
-            return ended(cell, landed if holds else target, rows, first, n)
+            # A hair below the target, where its rows take a little longer than one, or at a drop that leaves too little
+            # traction above it; slowing down, to the target.
+            return ended(cell, landed if w < target else target, rows, first, n)
         return append(cell.end_m, target, rows, n if holds else first)
     return append(cell.end_m, target, rows, n)
 

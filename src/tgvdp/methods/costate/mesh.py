@@ -30,9 +30,11 @@ from tgvdp.runs.bends import USUAL_ROWS
 from tgvdp.runs.fastest import Envelope, envelope_of, reachable_w
 from tgvdp.runs.profile import Profile
 
-#: Cells per trip at least, and cells within the distance over which starting effort would reach the top speed.
+#: Cells per trip at least, within the distance over which starting effort would reach the top speed, and within that
+#: over which drag alone leaves 1/e of the squared speed.
 _CELLS_PER_TRIP = 100
 _CELLS_PER_START = 4
+_CELLS_PER_SLOWING = 8
 #: Cells between the breaks of a line at most, five times those of a metro on 500 km on its usual mesh: a train
 #: that is at its top speed within centimetres gets longer ones.
 _MOST_CELLS = 50_000
@@ -252,7 +254,9 @@ def _envelope(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
 
 
 def _cell_size(trip: Trip, fastest: Profile) -> float:
-    """Cell size from the trip's own scales, m: its length, and how fast the train gains speed."""
+    """Cell size from the trip's own scales, m: its length, and how fast effort and drag change the train's speed."""
     top_w = float(fastest.speed_mps.max()) ** 2
     start_m = 0.5 * trip.train.inertia_kg * top_w / trip.train.traction_limit.effort_n(0.0)
-    return min(trip.distance_m / _CELLS_PER_TRIP, start_m / _CELLS_PER_START)
+    drag = trip.train.davis_c_n_per_mps2
+    slowed_m = 0.5 * trip.train.inertia_kg / drag if drag > 0.0 else math.inf
+    return min(trip.distance_m / _CELLS_PER_TRIP, start_m / _CELLS_PER_START, slowed_m / _CELLS_PER_SLOWING)

@@ -1,18 +1,21 @@
 """One step of the backward pass: the costate polyline at the end of a cell, carried to its start."""
 
-from tgvdp._jit import kernel, part
+import math
+
+from tgvdp._jit import kernel, leaf, part
 from tgvdp.methods.costate.characteristics import coast_image, coast_on, holding_costate
 from tgvdp.methods.costate.polyline import insert
+from tgvdp.methods.costate.step_held import HELD, hold, meet_region
 from tgvdp.methods.costate.step_regions import (
     brake_region,
     coast_region,
     drive_region,
     drop_below,
     friction_region,
-    hold,
 )
 from tgvdp.methods.costate.step_wall import dynamic_suffices, wall_region
-from tgvdp.physics.codes import COASTING, DYNAMIC
+from tgvdp.physics.codes import COASTING, DYNAMIC, TRACTION
+from tgvdp.physics.forces import effort_at
 
 #: A switching speed beyond the wall is at most this multiple of it.
 _BEYOND = 4.0
@@ -38,6 +41,14 @@ def coast_over(train, step, line, n, brakes, images, scratch):
     if x[0] > step.bottom:  # too slow a run cannot speed up
         m = insert(images, m, 0, step.bottom, min(holding_costate(train, step, step.bottom, line.w[0]), y[0]))
     return m
+
+
+@leaf
+def _holds_wall(train, step):
+    """Whether the wall is a speed limit that traction holds: runs under full traction come to it with p = −½."""
+    v = math.sqrt(step.wall)
+    load = step.load + v * (train.davis_b + v * step.air)
+    return step.top == step.wall and 0.0 <= load <= effort_at(train.traction, v)
 
 
 @kernel
@@ -82,6 +93,10 @@ def transport(train, step, line, n, drives, coasts, brakes, images, scratch):
         x[0] = step.bottom
         y[0] = min(holding_costate(train, step, step.bottom, a), -0.5)
         m = 1
+    if a >= wall and _holds_wall(train, step):
+        x[m] = top
+        y[m] = -0.5
+        return meet_region(train, TRACTION, step, top, -0.5, m, x[m - 1], images, m + 1), a
     first = m
     m = coast_region(train, step, line, drives, coasts, images, m)
     if not driven and m > first and x[first] <= step.bottom:  # coasting alone covers everything
@@ -101,13 +116,15 @@ def transport(train, step, line, n, drives, coasts, brakes, images, scratch):
     if m == first:
         return m, switch
     if y[first] >= -0.5:
-        return hold(step.held_w, -0.5, first, m, images), switch
+        return hold(train, TRACTION, COASTING, step, step.held_w, -0.5, first, m, images), switch
     lowest = y[first]
     highest = y[m - 1]
     m = drop_below(-0.5, images, first, m)
     if m > first:
         switch = min(coast_on(train, step, x[first]), wall)
-        return hold(step.held_w, -0.5, first, m, images), switch
+        if a != step.held_w:  # where p jumps the line falls to that speed, which nobody holds
+            switch = max(switch, a * (1.0 + 2.0 * HELD))
+        return hold(train, TRACTION, COASTING, step, step.held_w, -0.5, first, m, images), switch
     # Below −½ up to the wall: only from beyond it would a run coast throughout.
     switch = wall
     if a < wall and highest > lowest:

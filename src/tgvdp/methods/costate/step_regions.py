@@ -17,9 +17,9 @@ from tgvdp.methods.costate.characteristics import (
     saturated_back,
     saturated_image,
 )
-from tgvdp.methods.costate.polyline import insert
-from tgvdp.methods.costate.step_wall import SPREAD, fan_region, jumps_at
-from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
+from tgvdp.methods.costate.step_held import hold
+from tgvdp.methods.costate.step_wall import SPREAD, dynamic_suffices, fan_region, jump_from
+from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, TRACTION
 
 #: Neighbouring images count as slow below this share of the envelope.
 _SLOW_SHARE = 0.5
@@ -145,19 +145,21 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
     """Append images under full braking of the points ``first`` .. ``last`` that keep p above the level of the regime.
 
     That is −r/2 for the dynamic brake, 0 for all brakes. Of the images from ``start`` on those remain that keep p below
-    it. Returns the number of images.
+    it. Where the dynamic brake holds the envelope there are none: runs come to that by coasting. Returns the number of
+    images.
     """
     x, y = images
     level = -0.5 * step.returned if regime == DYNAMIC else 0.0
     m = cut_above(level, images, start, m)
     edge_w = math.inf  # where p jumps
     edge_image = 0.0
-    if regime == DYNAMIC and jumps_at(step, line, first, last):
-        edge_w = line.w[first]
+    jump = jump_from(step, line, first, last) if regime == DYNAMIC else -1
+    if jump >= 0:
+        edge_w = line.w[jump]
         edge_image = step.dynamic_w
         if edge_w != step.wall:
             edge_image = dynamic_before(train, step.length, step.load, step.air, edge_w, step.top, scratch)
-        if y[m - 1] < level:
+        if y[m - 1] < level and edge_w == line.w[first]:
             m = fan_region(train, step, edge_w, edge_image, images, m)
     before = m
     for i in range(first, last + 1):
@@ -169,7 +171,9 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
             y[m] = p0
             m += 1
             if w0 > step.top:
-                if m == before + 1:  # the envelope is held
+                if m == before + 1 and line.w[first] >= step.wall:  # the envelope is held
+                    if regime == DYNAMIC and dynamic_suffices(step):
+                        return before
                     x[before] = step.top
                     y[before] = level
                 break
@@ -178,10 +182,10 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
     beyond = x[m - 1]
     m = drop_below(level, images, before, m)
     if m > before:
-        held_w = step.held_brake_w
         if regime == BRAKING:
             held_w = held_back_w(train, step.returned, step.multiplier, step.top)
-        return hold(held_w, level, before, m, images)
+            return hold(train, DYNAMIC, BRAKING, step, held_w, level, before, m, images)
+        return hold(train, COASTING, DYNAMIC, step, step.held_brake_w, level, before, m, images)
     x[m] = beyond  # below the level up to the wall
     y[m] = level
     return m + 1
@@ -209,18 +213,6 @@ def friction_region(train, step, line, first, last, images, start, m, scratch):
         y[m] = y[m - 1]
         m += 1
     return m
-
-
-@part
-def hold(held, level, first, m, images):
-    """Make the speed that is held a point of the images, if it lies before the ``first`` one; their new number."""
-    x, y = images
-    if not x[first - 1] < held < x[first] or y[first] < level:
-        return m
-    if y[first - 1] >= level:  # an edge, from which a run would switch to that speed only to hold it
-        x[first - 1] = held
-        return m
-    return insert(images, m, first, held, level)
 
 
 @part

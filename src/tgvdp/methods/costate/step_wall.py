@@ -28,12 +28,21 @@ def dynamic_suffices(step):
 
 
 @leaf
-def jumps_at(step, line, i, last):
-    """Whether p jumps at a point, at the wall or before it: runs with any p in between go through it."""
-    if line.w[i] == step.wall:
-        return True
-    before = i > 0 and line.w[i] == line.w[i - 1] and line.p[i] > line.p[i - 1] + _ROUNDING
-    return before or (i < last and line.w[i] == line.w[i + 1] and line.p[i + 1] > line.p[i] + _ROUNDING)
+def jump_from(step, line, first, last):
+    """The first of some points, from one on, at which p jumps, at the wall or before it; −1 if it does at none of them.
+
+    Runs with any p in between go through it.
+    """
+    w, p = line
+    if first > 0 and w[first] == w[first - 1] and p[first] > p[first - 1] + _ROUNDING:
+        return first
+    at = first  # the first of those at its speed: a crossing of a level may have been put there
+    for i in range(first, last + 1):
+        if w[i] != w[at]:
+            at = i
+        if w[at] == step.wall or p[i] > p[at] + _ROUNDING:
+            return at
+    return -1
 
 
 @leaf
