@@ -39,3 +39,10 @@ def test_a_train_does_not_pass_a_drop_of_traction_that_holds_it():
         for verdict, time_s in zip(result.verify(), result.front.time_s, strict=True)
     ]
     assert max(map(abs, replayed_ms)) <= 1.0
+
+
+def test_brakes_in_full_end_on_the_envelope_by_all_of_their_rows():
+    """Rows in which the comfort limit begins to bind brake a little less; the last one alone made up for it."""
+    trip = proof_trip(1802000342)
+    result = tgvdp.search(trip.train, trip.track, points=12, **trip.options)
+    assert all(verdict.ok for verdict in result.verify())

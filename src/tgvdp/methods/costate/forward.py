@@ -18,7 +18,7 @@ from tgvdp._jit import leaf, part
 from tgvdp.line.cells import Cells
 from tgvdp.methods.costate.blend import switch_at
 from tgvdp.methods.costate.forward_cell import Lines, coast_through, drive_cell
-from tgvdp.methods.costate.forward_rows import ON_CURVE, coast
+from tgvdp.methods.costate.forward_rows import ON_CURVE, coast, ended
 from tgvdp.model.track import POWERED
 from tgvdp.physics.arc import duration_and_work
 from tgvdp.physics.cell import Rows, append, cell_at
@@ -211,8 +211,10 @@ def drive_blend(train, tables, course, blend, share, scratch, rows):
                 n = coast_through(here, False, cell, w, landed, lines, scratch, rows, n)
             if n > first + 1:
                 n = drop_slivers(rows, first, n, cell.length_m)
+            if n > 0 and rows.w[n - 1] > top:  # by an error of its rows, which all of them share
+                n = ended(cell, top, rows, first, n)
             if n > 0:
-                rows.w[n - 1] = max(min(rows.w[n - 1], top), bottom)
+                rows.w[n - 1] = max(rows.w[n - 1], bottom)
         if n < 0:
             return n, time, energy
         duration, work = _measured(here, tables, cell, course.cells.saved_w[k], rows, first, n)
