@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 import tgvdp
@@ -29,10 +30,15 @@ def test_points_keep_to_braking_rates(seed):
 
 
 def test_runs_come_early_to_a_speed_below_which_brakes_do_more():
-    """They rode the envelope, for costates did not step where braking rates do: 0.11 % of energy, gaps of 0.1 %."""
+    """They rode the envelope, for costates did not step where braking rates do: that took 0.11 % more energy.
+
+    The energies are those of points that certificates with goals of their own for each line proved to 0.03 %.
+    """
     trip = proof_trip(LATE_RATE)
     result = tgvdp.search(trip.train, trip.track, points=12, **trip.options)
-    assert result.certify().gap_pct[8:].max() <= 0.05
+    assert result.certify().gap_pct[8:].max() <= 0.12
+    for time_s, energy_j in ((2090.948, 2.261477e9), (2131.137, 2.176361e9), (2170.851, 2.103195e9)):
+        assert np.interp(time_s, result.front.time_s, result.front.energy_j) <= energy_j * (1.0 + 2e-4)
 
 
 @pytest.mark.parametrize("below", [0.0, 0.3, 4.0])
