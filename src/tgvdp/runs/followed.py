@@ -11,8 +11,8 @@ from tgvdp.runs.batch import Batch, totals_of
 from tgvdp.runs.bends import cut_at_bends, most_off_s
 from tgvdp.runs.resistance_correction import follow
 
-#: Rows that are worth a thread of its own: half a millisecond.
-_LEAST_ROWS = 5000
+#: Rows that are worth a thread of its own: to hand them over takes half a millisecond.
+_LEAST_ROWS = 12_000
 
 
 def follow_all(

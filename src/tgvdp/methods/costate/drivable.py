@@ -22,8 +22,8 @@ _OF_STEP = 0.2
 #: Rows between two looks at the clock: a tenth of a second. Usual runs have some thousand; one of more than these stays
 #: as it is.
 _ROWS_AT_ONCE = 200_000
-#: Rows that are worth a thread of its own: half a millisecond.
-_LEAST_ROWS = 5000
+#: Rows that are worth a thread of its own: to hand them over takes half a millisecond.
+_LEAST_ROWS = 12_000
 
 
 def drivable(
