@@ -3,13 +3,14 @@
 import contextlib
 import functools
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextvars import ContextVar, copy_context
 from typing import Any, TypeVar
 
 from tgvdp.progress import heard_by
 
+_Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
 
 _on_one: ContextVar[bool] = ContextVar("on_one", default=False)
@@ -37,6 +38,12 @@ def shares(work: float, least: float) -> int:
     if _on_one.get() or work < 2.0 * least:
         return 1
     return min(usable_cores(), int(work / least))
+
+
+def even_parts(items: Sequence[_Item], count: int) -> list[Sequence[_Item]]:
+    """Neighbouring items in so many parts, or as many as there are items, of about as many each."""
+    count = min(count, len(items))
+    return [items[len(items) * i // count : len(items) * (i + 1) // count] for i in range(count)]
 
 
 def side_by_side(function: Callable[..., _Result], *arguments: Iterable[Any]) -> list[_Result]:

@@ -1,9 +1,11 @@
 """From the rows in which a search drives to those of true runs: their resistance, and the bends of their motion."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.cores import shares, side_by_side
+from tgvdp.cores import even_parts, shares, side_by_side
 from tgvdp.line.piecewise import Floats
 from tgvdp.line.resolved import ResolvedLine, resolve
 from tgvdp.model.trip import Trip
@@ -53,8 +55,7 @@ def follow_all(
             changed.append(i)
     if not changed:
         return {}
-    count = min(shares(sum(len(rows[i][0]) for i in changed), _LEAST_ROWS), len(changed))
-    parts = [changed[len(changed) * i // count : len(changed) * (i + 1) // count] for i in range(count)]
+    parts = even_parts(changed, shares(sum(len(rows[i][0]) for i in changed), _LEAST_ROWS))
     totals: dict[int, tuple[float, float]] = {}
     for part in side_by_side(lambda own: _cut(trip, line, own, rows, regimes), parts):
         totals |= part
@@ -64,7 +65,7 @@ def follow_all(
 def _cut(
     trip: Trip,
     line: ResolvedLine,
-    changed: list[int],
+    changed: Sequence[int],
     rows: list[tuple[Floats, Floats]],
     regimes: list[NDArray[np.int8] | None],
 ) -> dict[int, tuple[float, float]]:

@@ -4,13 +4,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.cores import shares, side_by_side
+from tgvdp.cores import even_parts, shares, side_by_side
 from tgvdp.errors import NumericalError
 from tgvdp.line.cells import Cells, cells_of, halved
 from tgvdp.memory import ask_for
@@ -202,14 +201,11 @@ class Mesh:
 
     def extremals(self, multipliers: Sequence[float], counters: dict[str, int]) -> list[Extremal]:
         """Solve and drive multipliers, J/s, which are all finite or all infinite, side by side where they are many."""
-        count = min(shares(len(multipliers) * len(self.cells.length_m), _LEAST_CELLS), len(multipliers))
-        parts = [multipliers]
-        if count > 1:
+        parts = even_parts(multipliers, shares(len(multipliers) * len(self.cells.length_m), _LEAST_CELLS))
+        if len(parts) > 1:
             self.course_for(0)  # none of the threads makes what all of them need
-            ends = [len(multipliers) * i // count for i in range(count + 1)]
-            parts = [multipliers[start:end] for start, end in pairwise(ends)]
         found: list[Extremal] = []
-        for extremals, costates, runs in side_by_side(self._extremals, parts, range(count)):
+        for extremals, costates, runs in side_by_side(self._extremals, parts, range(len(parts))):
             found += extremals
             counters["costates"] += costates
             counters["runs"] += runs

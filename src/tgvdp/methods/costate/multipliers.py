@@ -168,9 +168,7 @@ class ExtremalFront:
         """Add the extremals without which those around running times may hold a surprise."""
         targets_s = target_s.tolist()
         while wanted := self._surprising(targets_s):
-            middles = self.solved(self.mesh, list(wanted.values()))
-            for second, middle in reversed(list(zip(wanted, middles, strict=True))):
-                self._insert(second, middle)
+            self._solve_between(wanted)
 
     def _surprising(self, target_s: Sequence[float]) -> dict[int, float]:
         """Multipliers to solve between extremals and those before them, where these may hold a surprise."""
@@ -280,6 +278,10 @@ class ExtremalFront:
                 closed.add(self.extremals[second].multiplier)
             else:
                 wanted[second] = multiplier
+        self._solve_between(wanted)
+
+    def _solve_between(self, wanted: dict[int, float]) -> None:
+        """Solve multipliers, by the slower ones of the extremals around them in order, and take them in."""
         middles = self.solved(self.mesh, list(wanted.values()))
         for second, middle in reversed(list(zip(wanted, middles, strict=True))):
             self._insert(second, middle)
