@@ -70,7 +70,7 @@ def test_what_a_kernel_calls_is_its_own():
 
     kernel, _ = compiled_and_linked(twice)
     cell = Cell(0.0, 9.0, 9.0, 0.0, 1.0, math.inf)
-    assert kernel(kernel_train(load_train("alstom-emu")), cell, room_for_rows(100)) > 0.0
+    assert kernel(kernel_train(load_train("alstom-emu")), cell, room_for_rows(100, "test")) > 0.0
     (code,) = kernel.inspect_llvm().values()
     assert "define internal" in code
     assert "linkonce_odr" not in code

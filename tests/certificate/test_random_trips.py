@@ -23,8 +23,8 @@ def runs_of(trip, fastest, multipliers):
     for multiplier in multipliers * mesh.usual_multiplier:
         policy = mesh.extremal(multiplier, counters).switch
         for share in (0.0, 0.05, 0.4):
-            _, time_s, energy_j = mesh.drive(policy + share * (mesh.flat_out - policy), counters)
-            found.append((time_s, energy_j))
+            run = mesh.drive(policy + share * (mesh.flat_out - policy), counters)
+            found.append((run.time_s, run.energy_j))
     return found
 
 

@@ -20,8 +20,8 @@ def costs_of(trip, fastest, problem, multiplier_j_per_s):
     for factor in (0.3, 1.0, 4.0):
         policy = mesh.extremal(factor * problem.total(multiplier_j_per_s), counters).switch
         for share in (0.0, 0.05, 0.4):
-            _, time_s, energy_j = mesh.drive(policy + share * (mesh.flat_out - policy), counters)
-            yield energy_j + problem.total(multiplier_j_per_s) * time_s
+            run = mesh.drive(policy + share * (mesh.flat_out - policy), counters)
+            yield run.energy_j + problem.total(multiplier_j_per_s) * run.time_s
 
 
 def random_bound(seed):

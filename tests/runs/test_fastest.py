@@ -234,7 +234,7 @@ def test_a_march_with_little_room_gets_more(monkeypatch):
 def test_rows_of_a_cell_stay_within_their_room(room):
     train = kernel_train(commuter())
     cell = Cell(0.0, 800.0, 800.0, 0.0, 0.0, 400.0)
-    rows, scratch = room_for_rows(room + 1), room_for_rows(room)
+    rows, scratch = room_for_rows(room + 1, "test"), room_for_rows(room, "test: march")
     rows.x[-1] = rows.w[-1] = -7.0
     taken = Rows(rows.x[:room], rows.w[:room])
     taken.x[0] = taken.w[0] = 0.0
@@ -249,7 +249,7 @@ def test_rows_of_a_cell_stay_within_their_room(room):
 def test_a_braking_curve_is_read_where_braking_would_begin(brakes, limit_w):
     train = kernel_train(commuter())
     cell = Cell(0.0, 800.0, 800.0, -2e3, 5.0, limit_w)
-    scratch, curve = room_for_rows(400), room_for_rows(400)
+    scratch, curve = room_for_rows(400, "test: march"), room_for_rows(400, "test")
     n = march(train, brakes, -1.0, cell, 800.0, 25.0, limit_w, curve, 0)[2]
     for x in (0.0, 1e-7, *np.linspace(1.0, 800.0, 97), curve.x[3], np.nextafter(curve.x[3], 0.0)):
         read = braked_along(train, brakes, cell, 25.0, x, curve, n)

@@ -71,17 +71,13 @@ class ResolvedLine(NamedTuple):
         """Step that holds each position, at a break the one that starts there."""
         return np.asarray(np.searchsorted(self.break_m[1:-1], x_m, side="right"))
 
-    def supply_between(self, x_m: Floats) -> NDArray[np.int8]:
-        """Current between rows at given positions, (n − 1,)."""
-        return np.asarray(self.supply[self.step_at(0.5 * (x_m[:-1] + x_m[1:]))])
-
-    def means(self, x_m: Floats) -> tuple[Floats, Floats]:
-        """Exact means of force, N, and drag, N/(m/s)², between rows at given positions, (n − 1,) each."""
+    def between(self, x_m: Floats) -> tuple[Floats, Floats, NDArray[np.int8]]:
+        """Exact means of force, N, and drag, N/(m/s)², and current, between rows at given positions, (n − 1,) each."""
+        step = self.step_at(0.5 * (x_m[:-1] + x_m[1:]))
         if self.even:
-            step = self.step_at(0.5 * (x_m[:-1] + x_m[1:]))
-            return self.grade_n[step], self.air[step]
+            return self.grade_n[step], self.air[step], self.supply[step]
         force, drag = (np.diff(function.integral_to(x_m)) / np.diff(x_m) for function in (self.force, self.drag))
-        return force, drag
+        return force, drag, self.supply[step]
 
 
 class _Asked(NamedTuple):

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import leaf, part
 from tgvdp.errors import NumericalError
-from tgvdp.memory import ask_for
+from tgvdp.memory import ask_for, scratch
 
 #: Rows of one run at most, a hundred times those of the fastest run on 500 km: more of them are no motion of a train.
 MOST_ROWS = 1 << 22
@@ -44,8 +44,8 @@ class Rows(NamedTuple):
     w: NDArray[np.float64]
 
 
-def room_for_rows(count: int) -> Rows:
-    """Room for so many rows of one run.
+def room_for_rows(count: int, purpose: str) -> Rows:
+    """Room for so many rows, which is this thread's until it asks for some of the same purpose again.
 
     Raises
     ------
@@ -57,19 +57,19 @@ def room_for_rows(count: int) -> Rows:
     if count > MOST_ROWS:
         raise NumericalError(f"one run takes more than {MOST_ROWS:,} rows")
     ask_for(16.0 * count, f"{count:,} rows of runs")
-    return Rows(*np.empty((2, count)))
+    return Rows(*scratch(purpose, 2, count))
 
 
-def room_for_marches(count: int) -> Rows:
-    """Room for the rows of one march at a time, which `overrun` watches; errors as of `room_for_rows`."""
-    scratch = room_for_rows(count)
-    scratch.x[-1] = np.nan
-    return scratch
+def room_for_marches(count: int, purpose: str) -> Rows:
+    """Room for the rows of one march at a time, which `overrun` watches; else as `room_for_rows`."""
+    march = room_for_rows(count, purpose)
+    march.x[-1] = np.nan
+    return march
 
 
-def overrun(scratch: Rows) -> bool:
+def overrun(march: Rows) -> bool:
     """Whether a march had more rows than there was room for: what was made of it counts for nothing."""
-    return not math.isnan(scratch.x[-1])
+    return not math.isnan(march.x[-1])
 
 
 @part

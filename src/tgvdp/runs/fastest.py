@@ -191,9 +191,9 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
     size = 16 * count + 2 * _SCRATCH
     march_size = _SCRATCH
     while True:
-        rows, scratch = room_for_rows(size), room_for_marches(march_size)
-        status, cell, n = envelope_kernel(train, weaker, reachable, start_w, end_w, cap, low, fast, scratch, rows)
-        if overrun(scratch):
+        rows, march = room_for_rows(size, "fastest run"), room_for_marches(march_size, "fastest run: march")
+        status, cell, n = envelope_kernel(train, weaker, reachable, start_w, end_w, cap, low, fast, march, rows)
+        if overrun(march):
             march_size *= 2
         elif status == NO_ROOM:
             size = max(size + 1, min(_GROWTH * size, MOST_ROWS))
@@ -206,7 +206,7 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
             f"end speed {mps_to_kmh(trip.end_speed_mps):.4g} km/h cannot be reached: "
             f"full traction gives {mps_to_kmh(float(np.sqrt(fast[-1]))):.4g} km/h"
         )
-    return Envelope(low, fast, rows.x[:n], rows.w[:n])
+    return Envelope(low, fast, rows.x[:n].copy(), rows.w[:n].copy())
 
 
 def weakened(table: NDArray[np.float64], share: float) -> NDArray[np.float64]:

@@ -201,7 +201,7 @@ def profile_of(
     """
     train: KernelTrain = kernel_train(trip.train)
     line = resolve(trip)
-    grade_n, air = line.means(x_m)
+    grade_n, air, supply = line.between(x_m)
     n = len(x_m)
     ask_for(_ROW_B * n, f"a profile of {n:,} rows")
     time, force, energy = np.empty(n), np.empty(n), np.empty(n)
@@ -209,7 +209,7 @@ def profile_of(
     at_wheel = trip.energy.kind == "wheel"
     tables = energy_tables(trip.train, PANTOGRAPH if at_wheel else trip.energy)
     wheel, braking, drawn, returned, auxiliary = _measure(
-        train, tables, at_wheel, x_m, w, grade_n, air, line.supply_between(x_m), time, force, energy, regime
+        train, tables, at_wheel, x_m, w, grade_n, air, supply, time, force, energy, regime
     )
     if not (np.isfinite(time[-1]) and np.isfinite(energy[-1])):
         raise NumericalError("the time or the energy of a run is no number")

@@ -7,27 +7,35 @@ import pytest
 
 from tests.helpers.fronts import check_front, feasible_trip
 from tests.helpers.trips import commuter, trip_on
+from tgvdp.line.cells import cells_of
 from tgvdp.methods.costate.blend import Blend, fill_blend
 from tgvdp.methods.costate.extremal import Extremal, between, foretells
+from tgvdp.methods.costate.forward_cell import Lines, coast_through
 from tgvdp.methods.costate.mesh import Mesh
+from tgvdp.physics.cell import Cell, room_for_marches, room_for_rows
+from tgvdp.physics.forces import kernel_train
 from tgvdp.runs.fastest import fastest_run
+
+TRAIN = commuter()
 
 
 def counters():
     return {"extremals": 0, "runs": 0, "costates": 0}
 
 
-def blend_of(known, second, top_w):
-    """Blend of the policies of one of some extremals and the one before it."""
+def blend_of(known, second, top_w, cells=None):
+    """Blend of the policies of one of some extremals and the one before it; on even ground if nothing is said."""
     policies = np.array([one.switch for one in known])
     blend = Blend(*np.empty((3, *policies[0].shape)))
-    fill_blend(np.array([one.outcome for one in known]), policies, second, top_w, blend)
+    if cells is None:
+        cells = cells_of(trip_on([(0, 22)]), np.linspace(0.0, 10e3, len(top_w)))
+    fill_blend(kernel_train(TRAIN), cells, np.array([one.outcome for one in known]), policies, second, top_w, blend)
     return blend
 
 
 @pytest.fixture(scope="module")
 def mesh():
-    trip = trip_on([(0, 22)], [(0, 0), (900, 4), (2500, -3)], length_m=6000.0, train=commuter())
+    trip = trip_on([(0, 22)], [(0, 0), (900, 4), (2500, -3)], length_m=6000.0, train=TRAIN)
     return Mesh.of(trip, fastest_run(trip), 4.0)
 
 
@@ -36,12 +44,12 @@ def test_a_blend_of_four_extremals_is_far_nearer_to_the_one_between_than_a_strai
     known = [mesh.extremal(level * ratio * mesh.usual_multiplier, counters()) for ratio in (1.5, 1.2, 0.96, 0.77)]
     first, second = known[1:3]
     middle = mesh.extremal(math.sqrt(first.multiplier * second.multiplier), counters())
-    bent = blend_of(known, 2, mesh.fast)
+    bent = blend_of(known, 2, mesh.fast, mesh.cells)
     straight = Blend(first.switch, second.switch, np.zeros_like(first.switch))
     lost_j = []
     for blend in (bent, straight):
-        _, time_s, energy_j = mesh.drive(blend.at(0.5), counters())
-        lost_j.append(energy_j + middle.multiplier * time_s - middle.cost_j(middle.multiplier))
+        run = mesh.drive(blend.at(0.5), counters())
+        lost_j.append(run.energy_j + middle.multiplier * run.time_s - middle.cost_j(middle.multiplier))
     assert abs(lost_j[0]) <= 3e-5 * middle.energy_j
     assert abs(lost_j[0]) <= 0.3 * lost_j[1]
 
@@ -58,6 +66,46 @@ def test_a_blend_stays_between_its_two_policies_but_beyond_the_envelope():
     for share in (0.1, 0.5, 0.9):
         assert 70.0 <= blend.at(share)[1, 0] <= 96.0
     assert (blend.at(1.0) == known[2].switch).all()
+
+
+def test_how_far_a_line_lies_beyond_the_envelope_tells_the_run_that_coasts_from_there():
+    """Not the policies of slower runs, which may have another shape: the start of coasting jumped within its cell."""
+    top_w, cells = np.array([400.0, 400.0]), cells_of(trip_on([(0, 22)], length_m=500.0))
+    coasted_w = 396.0
+    rows = [([400.0] * 4, [390.0, coasted_w, 400.0, 400.0]), ([385.0] * 4, [375.0, 380.0, 400.0, 400.0])]
+    known = [Extremal(math.exp(-k), np.array(rows[min(k, 1)]), float(k), 0.0) for k in range(3)]
+    begun_w = blend_of(known, 1, top_w, cells).first[0, 0]
+    drag_n = TRAIN.davis_a_n + TRAIN.davis_b_n_per_mps * 20.0 + TRAIN.davis_c_n_per_mps2 * 400.0
+    assert begun_w == pytest.approx(coasted_w + 2.0 * 500.0 * drag_n / TRAIN.inertia_kg, rel=1e-3)
+
+
+def test_running_times_of_blends_do_not_jump_where_coasting_starts_on_a_limit(mesh):
+    known = [mesh.extremal(ratio * mesh.usual_multiplier, counters()) for ratio in (4.0, 3.0, 2.2, 1.6)]
+    for second in (1, 2, 3):
+        blend = blend_of(known, second, mesh.fast, mesh.cells)
+        time_s = np.array([mesh.drive(blend.at(share), counters()).time_s for share in np.linspace(0.0, 1.0, 101)])
+        steps_s = np.diff(time_s)
+        assert (np.abs(steps_s) <= 3.0 * np.median(steps_s)).all()
+
+
+def test_coasting_up_to_a_limit_takes_no_longer_when_it_reaches_it():
+    """It braked a little all the way where it came to the limit in the last metres of a cell: 0.8 ms of 108 s."""
+    train = kernel_train(commuter(davis_a_n=0.0, davis_b_n_per_mps=0.0, davis_c_n_per_mps2=0.0))
+    fall_n, length_m, limit_w = 3e4, 65.0, 434.0
+    gain = 2.0 * fall_n * length_m / train.inertia_kg
+    for beyond in (-2e-4, 5e-5, 2e-4, 9e-4, 2e-3):
+        start_w = limit_w * (1.0 + beyond) - gain
+        cell = Cell(0.0, length_m, length_m, -fall_n, 0.0, limit_w)
+        rows, march = room_for_rows(100, "test"), room_for_marches(100, "test: march")
+        rows.x[0], rows.w[0] = 0.0, start_w
+        lines = Lines(300.0, limit_w, limit_w, limit_w, 300.0, 300.0, limit_w, limit_w, limit_w)
+        n = coast_through(train, False, cell, start_w, start_w + gain, lines, march, rows, 1)
+        speed = np.sqrt(rows.w[:n])
+        time_s = (2.0 * np.diff(rows.x[:n]) / (speed[1:] + speed[:-1])).sum()
+        met_m = min((limit_w - start_w) / gain, 1.0) * length_m
+        end_w = min(limit_w, start_w + gain)
+        least_s = 2.0 * met_m / (math.sqrt(start_w) + math.sqrt(end_w)) + (length_m - met_m) / math.sqrt(end_w)
+        assert least_s * (1.0 - 1e-9) <= time_s <= least_s * (1.0 + 3e-5)
 
 
 def test_what_is_off_the_envelope_by_rounding_is_on_it():

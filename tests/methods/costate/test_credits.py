@@ -23,9 +23,8 @@ def driven(trip, multiplier):
     mesh = Mesh.of(trip, fastest_run(trip))
     counters = {"extremals": 0, "runs": 0, "costates": 0}
     extremal = mesh.extremal(multiplier, counters)
-    rows, *_ = mesh.drive(extremal.switch, counters)
-    x_m, w = mesh.rows
-    return extremal, x_m[:rows].copy(), np.sqrt(w[:rows])
+    *_, x_m, w = mesh.drive(extremal.switch, counters).copied()
+    return extremal, x_m, np.sqrt(w)
 
 
 @pytest.mark.parametrize(("before_mps", "behind_mps"), [(32.0, 22.0), (22.0, 32.0)])

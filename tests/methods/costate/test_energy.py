@@ -120,8 +120,7 @@ def test_both_holding_speeds_have_closed_forms():
         multiplier = factor * speed**2 * (train.davis_b_n_per_mps + 2.0 * train.davis_c_n_per_mps2 * speed)
         counters = {"extremals": 0, "runs": 0, "costates": 0}
         extremal = mesh.extremal(multiplier, counters)
-        n, _, _ = mesh.drive(extremal.switch, counters)
-        x_m, w = mesh.rows[0][:n], mesh.rows[1][:n]
+        *_, x_m, w = mesh.drive(extremal.switch, counters)
         held = (x_m > first_m) & (x_m < last_m)
         assert held.sum() > 3
         assert np.sqrt(w[held]) == pytest.approx(speed, rel=3e-3)

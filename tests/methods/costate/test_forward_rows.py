@@ -59,7 +59,7 @@ def test_rows_last_as_long_as_the_motion(effort_n, start_mps, permil, length_m):
         return 2.0 * (effort_n(v) - load_n) / FREIGHT.inertia_kg, 1.0 / v
 
     (end_w, seconds) = solve_ivp(slopes, (0.0, length_m), (start_mps**2, 0.0), rtol=1e-11, atol=1e-9).y[:, -1]
-    rows = room_for_rows(1000)
+    rows = room_for_rows(1000, "test")
     cell = Cell(0.0, length_m, length_m, grade_n, FREIGHT.davis_c_n_per_mps2, math.inf)
     n = evenly(train, cell, start_mps**2, end_w, rows, 0)
     x_m, v = np.concatenate(([0.0], rows.x[:n])), np.sqrt(np.concatenate(([start_mps**2], rows.w[:n])))
@@ -88,7 +88,7 @@ def test_rows_of_one_effort_are_of_one_effort(end_mps):
     """The effort that leads to the target is found so well that what the last row makes up for is nothing."""
     train = kernel_train(FREIGHT)
     cell = Cell(0.0, 2000.0, 2000.0, 0.0, FREIGHT.davis_c_n_per_mps2, math.inf)
-    rows = room_for_rows(100)
+    rows = room_for_rows(100, "test")
     n = evenly(train, cell, 22.0**2, end_mps**2, rows, 0)
     assert n > 2
     w = np.concatenate(([22.0**2], rows.w[:n]))
@@ -110,7 +110,7 @@ def test_several_rows_pull_no_more_than_one_may():
         return 0.5 * train.inertia_kg * (end_w - start_w) / cell.length_m + load_n
 
     end_w = brentq(lambda w: pulled_n(w) - 999.99, start_w, 30.0**2)
-    rows = room_for_rows(1000)
+    rows = room_for_rows(1000, "test")
     n = evenly(train, cell, start_w, end_w, rows, 0)
     w = np.concatenate(([start_w], rows.w[:n]))
     loads_n = [mean_resistance(train, cell.air, v0, v1) + cell.grade_n for v0, v1 in pairwise(np.sqrt(w))]
@@ -126,8 +126,8 @@ def test_coasting_beyond_the_line_of_the_dynamic_brake_needs_no_brakes():
     start_w = 24.0**2
     landed = coast(train, cell, cell.length_m, start_w)
     lines = Lines(*[1e4] * 4, landed, landed, landed, 1e4, 1e4)
-    rows = room_for_rows(1000)
-    n = coast_through(train, True, cell, start_w, landed, lines, room_for_marches(100), rows, 0)
+    rows = room_for_rows(1000, "test")
+    n = coast_through(train, True, cell, start_w, landed, lines, room_for_marches(100, "test: march"), rows, 0)
     assert n > 2
     w = np.concatenate(([start_w], rows.w[:n]))
     loads_n = [mean_resistance(train, cell.air, v0, v1) + cell.grade_n for v0, v1 in pairwise(np.sqrt(w))]

@@ -15,6 +15,7 @@ from tgvdp import EffortCurve, Track, Train
 from tgvdp.errors import InfeasibleError, TgvdpError
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate import backward as costate
+from tgvdp.methods.costate import room
 from tgvdp.methods.costate.front import optimal_front
 from tgvdp.runs.fastest import fastest_run
 
@@ -31,6 +32,7 @@ def search(trip, **options):
 
 def test_a_polyline_without_room_is_a_named_error(monkeypatch):
     monkeypatch.setattr(costate, "ROOM", 150)
+    monkeypatch.setattr(room, "_threads", threading.local())  # that of this thread has more
     with pytest.raises(TgvdpError, match="costate program lost its way"):
         search(random_trip(20131), points=3)
 

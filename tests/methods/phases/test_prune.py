@@ -101,7 +101,7 @@ def made():
     trip = trip_on([(0.0, 40.0)])
     mesh = Mesh.of(trip, fastest_run(trip))
     way = way_of(mesh.train, mesh.cells, cell.Rows(mesh.envelope.x_m, mesh.envelope.w), mesh.tables)
-    rows = cell.room_for_rows(20_000)
+    rows = cell.room_for_rows(20_000, "test")
     rows.x[0] = rows.w[0] = 0.0
     n, w = 1, 0.0
     for regime, until_m in ((TRACTION, 900.0), (COASTING, 4000.0), (TRACTION, 4008.0), (COASTING, 8200.0)):
@@ -123,7 +123,7 @@ def made():
 
 
 def regimes(way, x_m, w):
-    run = Rows.empty(len(x_m))
+    run = Rows.of(np.empty((5, len(x_m))))
     run.x[:], run.w[:] = x_m, w
     tell_regimes(way, run, len(x_m))
     plan = np.empty((100, PLAN_COLUMNS))
@@ -164,7 +164,7 @@ def widened(made, most_j):
     _, way, x_m, w = made
     run, plan, count = regimes(way, x_m, w)
     size = 3 * len(x_m)
-    out = Rows.empty(size)
+    out = Rows.of(np.empty((5, size)))
     n, left = widen(way, run, len(x_m), plan, count, 1e5, 1.0, Room(most_j, -math.inf, math.inf), out)
     return out.x[:n], out.w[:n], out.regime[: n - 1], most_j - left.most_j
 
@@ -233,7 +233,7 @@ def test_a_stretch_that_leaves_phases_shorter_is_refused(made):
     _, way, x_m, w = made
     run, plan, count = regimes(way, x_m, w)
     plan[3, AT] = 4001.0
-    out = Rows.empty(30_000)
+    out = Rows.of(np.empty((5, 30_000)))
     whatever = Room(math.inf, -math.inf, math.inf)
     for least_s, refused in ((0.0, 0), (1.0, 1)):
         assert track(way, run, len(x_m), plan, count, 1e5, least_s, whatever, out)[1] == refused
@@ -244,7 +244,7 @@ def test_a_stretch_that_takes_too_long_is_refused(made, by_s):
     _, way, x_m, w = made
     run, plan, count = regimes(way, x_m, w)
     planned = leave_out(way, plan, count, 1.0)
-    out = Rows.empty(30_000)
+    out = Rows.of(np.empty((5, 30_000)))
     n, refused, left = track(way, run, len(x_m), plan, planned, 1e5, 1.0, Room(math.inf, -by_s, by_s), out)
     assert refused == (by_s < math.inf)
     if refused:
@@ -268,7 +268,7 @@ def test_rows_carry_their_times_and_energies_along(made):
     whatever = Room(math.inf, -math.inf, math.inf)
     run, plan, count = regimes(way, x_m, w)
     assert_measured(way, run, len(x_m))
-    wide, tracked = Rows.empty(30_000), Rows.empty(30_000)
+    wide, tracked = Rows.of(np.empty((5, 30_000))), Rows.of(np.empty((5, 30_000)))
     n, _ = widen(way, run, len(x_m), plan, count, 1e5, 1.0, whatever, wide)
     assert n > len(x_m)
     assert_measured(way, wide, n)

@@ -7,6 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import leaf, part
+from tgvdp.methods.costate.forward_cell import coasted_from
+from tgvdp.methods.costate.step_held import HELD
+from tgvdp.physics.cell import cell_at
 
 #: Extremals nearer than this, in distances of the two whose policies are blended, tell no bend.
 _APART = 1e-3
@@ -52,14 +55,16 @@ def _beside(known, first, second):
 
 
 @part
-def fill_blend(known, policies, second, top, blend):
+def fill_blend(train, cells, known, policies, second, top, blend):
     """Fill in the blend of the policies of an extremal and the one before it, bent by the extremals beside them.
 
-    The switching speed of the second policy and the one after it tell how far that of the first lies beyond the
-    envelope, where it ends.
+    How far a switching speed of the first policy lies beyond the envelope, where it ends, tells the speed at the end of
+    a run that coasts from there; or the second policy and the one after it.
 
     Parameters
     ----------
+    train : KernelTrain
+    cells : Cells
     known : (E, 3) float64
         Running times, energies and multipliers of extremals, in order; the first multiplier may be infinite.
     policies : (E, K + 1, 4) float64
@@ -72,24 +77,41 @@ def fill_blend(known, policies, second, top, blend):
     before, before_at, after, after_at = _beside(known, first, second)
     bent_before = before_at < -_APART
     bent_after = after_at > 1.0 + _APART
-    for k in range(top.shape[0]):
+    count = cells.length_m.shape[0]
+    begins = math.nan  # the first line of switching, beyond the envelope, at the station behind
+    falls = 0.0  # by how much more it falls within a cell than a run that coasts
+    for k in range(count, -1, -1):
+        if k < count:
+            ends = policies[first, k + 1, 0]
+            coasts = policies[first, k + 1, 1]
+            if coasts > ends * (1.0 + HELD):
+                falls = coasts - ends
+            else:
+                coasts = begins + falls
+            begins = coasted_from(train, cell_at(cells, k), coasts)
         top_w = top[k] * (1.0 - _AT_TOP)
         for i in range(4):
             p0 = policies[first, k, i]
             p1 = policies[second, k, i]
             p2 = policies[after, k, i]
-            if bent_after and p0 >= top_w > p1:
-                p0 = max(p1 + (p1 - p2) / (after_at - 1.0), p0)
+            is_told = p0 < top_w
+            if p0 >= top_w > p1:
+                told = begins if i == 0 else begins + falls if i == 1 else math.nan
+                is_told = told > p0
+                if is_told:
+                    p0 = told
+                elif bent_after:
+                    p0 = max(p1 + (p1 - p2) / (after_at - 1.0), p0)
             step = p1 - p0
             bend = 0.0
-            count = 0
+            tell = 0
             if bent_before and policies[before, k, i] < top_w:
                 bend += (policies[before, k, i] - p0 - before_at * step) / (before_at * (before_at - 1.0))
-                count += 1
-            if bent_after and p0 < top_w:
+                tell += 1
+            if bent_after and is_told:
                 bend += (p2 - p0 - after_at * step) / (after_at * (after_at - 1.0))
-                count += 1
+                tell += 1
             most = abs(step)
             blend.first[k, i] = p0
             blend.second[k, i] = p1
-            blend.bend[k, i] = min(max(bend / max(count, 1), -most), most)
+            blend.bend[k, i] = min(max(bend / max(tell, 1), -most), most)

@@ -43,7 +43,7 @@ def bridge(
     while last - first > 1:
         middle = (first + last) // 2
         mixed = np.concatenate((slow[:middle], fast[middle:]))
-        if mesh.drive(mixed, counters)[1] < target_s:
+        if mesh.drive(mixed, counters).time_s < target_s:
             first = middle
         else:
             last = middle
@@ -65,8 +65,7 @@ def bridge(
 
 
 def _driven(mesh: Mesh, policy: _Floats, counters: dict[str, int]) -> Run:
-    n, time_s, energy_j = mesh.drive(policy, counters)
-    return Run(time_s, energy_j, math.nan, mesh.rows.x[:n].copy(), mesh.rows.w[:n].copy())
+    return mesh.drive(policy, counters).copied()
 
 
 class _Pair(NamedTuple):

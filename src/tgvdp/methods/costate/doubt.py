@@ -7,6 +7,7 @@ difference δ in w = v² costs ½·δ²·∂²H/∂w² per metre, of which ∂²
 speed. The loss itself is known, so that only the shares of the cells in it are estimated.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -56,7 +57,8 @@ class Doubt:
         asked = extremals
         while True:
             multipliers = [one.multiplier for one in asked]
-            answers = dict(zip(multipliers, front.solved(mesh.finer, multipliers), strict=True))
+            fastest, *finer = front.solved(mesh.finer, [math.inf, *multipliers])
+            answers = dict(zip(multipliers, finer, strict=True))
             asked, cells = _losing(front, mesh, asked, answers)
             if not asked or not self.halvings:
                 break
@@ -65,7 +67,7 @@ class Doubt:
             asked = front.solved(mesh, [one.multiplier for one in asked])
         missing = [one.multiplier for one in extremals if one.multiplier not in answers]
         answers |= zip(missing, front.solved(mesh.finer, missing), strict=True)
-        return front.on(mesh.finer, [answers[one.multiplier] for one in extremals])
+        return front.on(mesh.finer, fastest, [answers[one.multiplier] for one in extremals])
 
     def is_settled(self, front: ExtremalFront, runs: Sequence[Run]) -> bool:
         """Whether the cells of a front with its runs need not, or may not, all be halved once more.

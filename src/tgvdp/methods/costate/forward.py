@@ -52,8 +52,6 @@ class Course(NamedTuple):
         Whether a run on the envelope stays there; negative until the course is first driven.
     ride : (K, 2) float64
         Running time, s, and energy, J, of the fastest run in each cell, as `drive_blend` counts them.
-    passed : (K + 1, 3) float64
-        Squared speed, running time and energy of the last run that was driven, at each station.
     """
 
     cells: Cells
@@ -63,7 +61,6 @@ class Course(NamedTuple):
     row: NDArray[np.int64]
     stays: NDArray[np.int64]
     ride: NDArray[np.float64]
-    passed: NDArray[np.float64]
 
 
 @leaf
@@ -142,7 +139,7 @@ def _holds(train, cell, w):
 
 
 @part
-def drive_blend(train, tables, course, blend, share, scratch, rows):
+def drive_blend(train, tables, course, blend, share, scratch, passed, rows):
     """Drive the whole trip by a blend of two policies, from the first row on, which is there.
 
     Parameters
@@ -156,6 +153,8 @@ def drive_blend(train, tables, course, blend, share, scratch, rows):
     share : float
         Of the second policy.
     scratch : Rows
+    passed : (K + 1, 3) float64, modified in place
+        Squared speed, running time and energy at each station.
     rows : Rows, modified in place
         Rows of the run: positions from the origin, squared speeds.
 
@@ -170,7 +169,6 @@ def drive_blend(train, tables, course, blend, share, scratch, rows):
     time = 0.0
     energy = 0.0
     dark = unpowered(train)
-    passed = course.passed
     passed[0, 0], passed[0, 1], passed[0, 2] = rows.w[0], time, energy
     for k in range(course.stays.shape[0]):
         w = rows.w[n - 1]

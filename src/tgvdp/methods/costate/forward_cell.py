@@ -31,6 +31,9 @@ _DRIFT = 0.01
 _RISE = 5e-3
 #: A run that enters a cell nearer to the line of switching than this share of v² is on it.
 _NEAR = 1e-3
+#: Coasting that ends above a limit by less than this share of v² brakes a little all the way, which takes longer by a
+#: quarter of that share: brakes for the last hand's breadth would be none that one applies.
+_TOUCH = 1e-4
 #: Coasting meets the line of switching after so many steps of the secant, at most: both are nearly straight.
 _MEETING_STEPS = 20
 
@@ -207,6 +210,12 @@ def _coast_to_line(train, cell, w, landed, line, slope, rows, n):
 
 
 @leaf
+def coasted_from(train, cell, w):
+    """Squared speed at the start of a cell from which coasting leads to w, nearly."""
+    return w + 2.0 * cell.length_m / train.inertia_kg * (resistance_at(train, cell.air, math.sqrt(w)) + cell.grade_n)
+
+
+@leaf
 def _line_before(train, cell, lines):
     """Squared speed at which the line of switching begins a cell.
 
@@ -216,12 +225,11 @@ def _line_before(train, cell, lines):
     if lines.before_a < lines.before_top:
         return lines.before_a
     coasts = lines.coasts
-    v = math.sqrt(coasts)
-    load = resistance_at(train, cell.air, v) + cell.grade_n
-    reached = lines.before_top <= coasts <= lines.a * (1.0 + HELD)
-    if reached and 0.0 <= load <= effort_at(train.traction, v):
-        return coasts
-    return max(coasts + 2.0 * cell.length_m / train.inertia_kg * load, lines.before_top)
+    if lines.before_top <= coasts <= lines.a * (1.0 + HELD):
+        v = math.sqrt(coasts)
+        if 0.0 <= resistance_at(train, cell.air, v) + cell.grade_n <= effort_at(train.traction, v):
+            return coasts
+    return max(coasted_from(train, cell, coasts), lines.before_top)
 
 
 @part
@@ -240,7 +248,8 @@ def drive_cell(train, regenerates, cell, w, lines, scratch, rows, n):
     slope = (a - line) / length
     rest = length
     landed = math.nan
-    if w < line * (1.0 - _NEAR):
+    at_limit = w >= cell.limit_w * (1.0 - ON_CURVE)  # it is held for as long as it may be, and no phase is new
+    if w < line * (1.0 - (ON_CURVE if at_limit else _NEAR)):
         first, start_w = n, w
         rest, w, n = _drive_to_line(train, cell, w, line, slope, lines.top, rows, n)
         if rest <= 0.0 or n < 0:
@@ -281,9 +290,8 @@ def coast_through(train, regenerates, cell, w, landed, lines, scratch, rows, n):
         if w <= most * (1.0 + ON_CURVE):
             w = min(w, most)
         return ended(cell, min(w, lines.top), rows, first, n)
-    # Brakes for the last hand's breadth would be none that one applies, but a cell may be as short as that: by friction
-    # only the envelope is met.
-    near = landed <= most * (1.0 + _NEAR)
+    # A cell may be as short as that hand's breadth: by friction only the envelope is met.
+    near = landed <= most * (1.0 + _TOUCH)
     if near and _brakes_do(train, cell, w, most, lines.top <= lines.b, 1.0):
         return evenly(train, cell, w, most, rows, n)
     if regenerates:

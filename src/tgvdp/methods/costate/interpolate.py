@@ -41,6 +41,8 @@ class Scratch(NamedTuple):
     ----------
     march : Rows
         Rows of one march at a time.
+    passed : (K + 1, 3) float64
+        Squared speed, running time and energy of the run that was driven last, at each station.
     blend : Blend
         Of the two extremals between which runs were driven last.
     samples : (S, 2) float64
@@ -51,6 +53,7 @@ class Scratch(NamedTuple):
     """
 
     march: Rows
+    passed: NDArray[np.float64]
     blend: Blend
     samples: NDArray[np.float64]
     resumed: NDArray[np.float64]
@@ -109,7 +112,7 @@ def _meet(train, tables, course, ends, known, target_s, tolerance_s, scratch, ro
             foretold = _foretold_share(ends, samples, known, at, target_s)
             if ends.first[2] < math.inf and runs < _FORETOLD_RUNS and bracket.lo < foretold < bracket.hi:
                 share = foretold
-        n, time, energy = drive_blend(train, tables, course, scratch.blend, share, scratch.march, rows)
+        n, time, energy = drive_blend(train, tables, course, scratch.blend, share, scratch.march, scratch.passed, rows)
         runs += 1
         f = time - target_s
         if n > 0 and known < samples.shape[0] and samples[at - 1, 1] < time < samples[at, 1]:
@@ -140,13 +143,11 @@ def _drive_all(train, tables, course, start_w, policies, passed, rows, scratch, 
         run = runs[i]
         rows.x[0] = 0.0
         rows.w[0] = start_w
-        n, run[2], run[3] = drive_blend(train, tables, course, Blend(policy, policy, policy), 0.0, scratch.march, rows)
+        blend = Blend(policy, policy, policy)
+        n, run[2], run[3] = drive_blend(train, tables, course, blend, 0.0, scratch.march, passed[i], rows)
         if n < 0:
             return i, NO_ROOM, i + 1
         run[1] = n
-        for k in range(passed.shape[1]):
-            for column in range(passed.shape[2]):
-                passed[i, k, column] = course.passed[k, column]
     return policies.shape[0], OK, policies.shape[0]
 
 
@@ -161,8 +162,8 @@ def _resumable(resumed, first, i, second, samples, faster_j):
 
 @entry
 def drive(
-    train, tables, course, start_w, policies, passed, known, losses, base_j, targets, tolerance_s, rows, stored,
-    scratch, runs,
+    train, tables, course, start_w, policies, passed, known, losses, base_j, targets, tolerance_s, rows, scratch,
+    runs,
 ):  # fmt: skip
     """Drive through the whole trip: policies one after the other, or blends of two that take given times.
 
@@ -195,8 +196,6 @@ def drive(
         How well.
     rows : Rows, modified in place
         Rows of the runs: positions from the origin, squared speeds.
-    stored : int
-        Rows that are taken already.
     scratch : Scratch
     runs : (m or n, 9) float64, modified in place
         `RUN_COLUMNS` of each policy's or target's run; of a time that is not met, the run next to it. The last column
@@ -222,7 +221,7 @@ def drive(
     samples = int(resumed[1])
     faster_j = resumed[2]
     resumed[0] = -1.0
-    first = driven = 0
+    first = driven = stored = 0
     kept = True
     for i in range(targets.shape[0]):
         at = max(second, min(1, known.shape[0] - 1))
@@ -231,7 +230,7 @@ def drive(
         ends = _Between(known[max(at - 1, 0)], known[at])
         if at != second:
             second = at
-            fill_blend(known, policies, second, course.fast, scratch.blend)
+            fill_blend(train, course.cells, known, policies, second, course.fast, scratch.blend)
             scratch.samples[0, 0], scratch.samples[0, 1] = 0.0, ends.first[0]
             scratch.samples[1, 0], scratch.samples[1, 1] = 1.0, ends.second[0]
             samples = 2

@@ -1,6 +1,5 @@
 """Runs that take given times, side by side: blends of the extremals of a mesh around each time."""
 
-import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -12,6 +11,7 @@ from tgvdp.methods.costate.blend import Blend
 from tgvdp.methods.costate.extremal import Extremal
 from tgvdp.methods.costate.interpolate import RUN_COLUMNS, Scratch, drive
 from tgvdp.methods.costate.mesh import Mesh, Run
+from tgvdp.methods.costate.room import room_for
 from tgvdp.physics.cell import overrun
 from tgvdp.physics.codes import NO_ROOM, NOT_MET, NOT_TRIED, OK
 
@@ -90,9 +90,9 @@ def meet(
     wanted = _Wanted(policies, known, losses, base_j, tolerance_s)
     second = np.searchsorted(known[:-1, 0], target_s).clip(min(1, len(known) - 1))
     groups = list(_groups(second, shares(len(target_s) * len(mesh.cells.length_m), _LEAST_CELLS)))
-    found = side_by_side(
-        lambda group, number: _met(mesh, number, wanted, target_s[group], second[group]), groups, range(len(groups))
-    )
+    if len(groups) > 1:
+        _ = mesh.course  # none of the threads makes what all of them need
+    found = side_by_side(lambda group: _met(mesh, wanted, target_s[group], second[group]), groups)
     counters["runs"] += sum(runs for _, runs in found)
     return [met for mets, _ in found for met in mets]
 
@@ -109,13 +109,12 @@ def _groups(second: NDArray[np.intp], count: int) -> Iterator[slice]:
         start = end
 
 
-def _met(
-    mesh: Mesh, number: int, wanted: _Wanted, target_s: _Floats, second: NDArray[np.intp]
-) -> tuple[list[Met], int]:
-    """Meet times in the room of a number; returns how it went, and the number of runs."""
-    room = mesh.rooms[number]
-    room.keep(math.ceil(_ROWS_PER_CELL * len(mesh.cells.length_m) * len(target_s)))
-    course = mesh.course_for(number)
+def _met(mesh: Mesh, wanted: _Wanted, target_s: _Floats, second: NDArray[np.intp]) -> tuple[list[Met], int]:
+    """Meet times on this thread; returns how it went, and the number of runs."""
+    cells = len(mesh.cells.length_m)
+    room = room_for(cells)
+    room.fit_kept(_ROWS_PER_CELL * cells * len(target_s))
+    room.resumed[0] = -1.0
     blend = Blend(*np.empty((3, *wanted.policies.shape[1:])))
     found: list[Met] = []
     count = 0
@@ -123,20 +122,21 @@ def _met(
     while len(found) < len(target_s):
         start = len(found)
         done, status, driven = drive(
-            mesh.train, mesh.tables, course, mesh.trip.start_speed_mps**2, wanted.policies, _NO_PASSED, wanted.known,
-            wanted.losses, wanted.base_j, target_s[start:], wanted.tolerance_s, room.kept, room.stored,
-            Scratch(room.march, blend, room.samples, room.resumed), runs[start:],
+            mesh.train, mesh.tables, mesh.course, mesh.trip.start_speed_mps**2, wanted.policies, _NO_PASSED,
+            wanted.known, wanted.losses, wanted.base_j, target_s[start:], wanted.tolerance_s, room.kept,
+            Scratch(room.march, room.passed, blend, room.samples, room.resumed), runs[start:],
         )  # fmt: skip
         count += driven
         if overrun(room.march):
             room.double_march()
+            room.resumed[0] = -1.0
             continue
         for row in runs[start : start + done].tolist():
             at, how = int(row[7]), int(row[8])
             if how == OK:
                 rows = slice(int(row[0]), int(row[1]))
-                found.append(Met(OK, at, Run(row[2], row[3], row[4], room.kept.x[rows], room.kept.w[rows])))
-                room.stored = rows.stop
+                x_m, w = room.kept.x[rows].copy(), room.kept.w[rows].copy()
+                found.append(Met(OK, at, Run(row[2], row[3], row[4], x_m, w)))
             elif how == NOT_MET:
                 found.append(Met(NOT_MET, at, bracket=np.array([blend.at(share) for share in row[5:7]])))
             else:
@@ -144,6 +144,6 @@ def _met(
         if status == NOT_MET:
             rest = int(np.sum(second[len(found) :] == second[len(found) - 1]))
             found += [Met(NOT_TRIED, int(second[len(found) - 1]))] * rest
-        elif status == NO_ROOM:
-            room.keep(len(room.kept.x) if done else 2 * len(room.kept.x), anew=True)
+        elif status == NO_ROOM and not done:
+            room.double_kept()
     return found, count

@@ -18,7 +18,7 @@ from tgvdp.methods.costate.blend import Blend
 from tgvdp.methods.costate.extremal import Extremal
 from tgvdp.methods.costate.forward import Course
 from tgvdp.methods.costate.interpolate import RUN_COLUMNS, Scratch, drive
-from tgvdp.methods.costate.room import Room, Rooms
+from tgvdp.methods.costate.room import room_for
 from tgvdp.methods.costate.stations import graded_stations
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Rows, overrun
@@ -62,10 +62,14 @@ class Run(NamedTuple):
     x_m: NDArray[np.float64]
     w: NDArray[np.float64]
 
+    def copied(self) -> "Run":
+        """The run in rows of its own."""
+        return self._replace(x_m=self.x_m.copy(), w=self.w.copy())
+
 
 @dataclass
 class Mesh:
-    """Cells of a trip with the envelope of feasible speeds and room for the rows of one run.
+    """Cells of a trip with the envelope of feasible speeds.
 
     Energies are without auxiliaries, multipliers with them: their power only adds to the price of time, and what they
     do not draw where the pantograph is lowered is taken off the energy. The usual multiplier is the energy for
@@ -81,7 +85,6 @@ class Mesh:
     envelope: Envelope
     typical_m: float
     usual_multiplier: float
-    rooms: Rooms
 
     def __post_init__(self) -> None:
         inertia_kg = self.train.inertia_kg
@@ -92,11 +95,6 @@ class Mesh:
         )  # fmt: skip
         self.floor_w = _FLOOR * float(self.fast.max())
         self.flat_out = self.fast.repeat(4).reshape(-1, 4)
-
-    @property
-    def rows(self) -> Rows:
-        """Rows of the run that was driven last."""
-        return self.rooms[0].rows
 
     @classmethod
     def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0, rows: float = USUAL_ROWS) -> "Mesh":
@@ -119,8 +117,7 @@ class Mesh:
         cells = cells_of(trip, graded_stations(trip, fastest, cell_m))
         cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip)))
         envelope = _envelope(trip, cells, train)
-        rooms = Rooms(len(cells.length_m))
-        return cls(trip, train, per_kilogram(train), tables, cells, envelope, cell_m, usual_multiplier, rooms)
+        return cls(trip, train, per_kilogram(train), tables, cells, envelope, cell_m, usual_multiplier)
 
     def halved(self, which: NDArray[np.bool_]) -> "Mesh":
         """The mesh with some of its cells, (K,), cut in two."""
@@ -132,50 +129,46 @@ class Mesh:
         """The mesh with all of its cells cut in two."""
         return self.halved(np.ones(len(self.cells.length_m), dtype=np.bool_))
 
-    def _switching_speeds(self, multipliers: NDArray[np.float64], policies: NDArray[np.float64], room: Room) -> int:
+    def _switching_speeds(self, multipliers: NDArray[np.float64], policies: NDArray[np.float64]) -> int:
         """Fill in optimal squared switching speeds, (m, K + 1, 4), for multipliers in J/s, (m,); returns costates."""
         done, points = costate.switching_speeds(
             self.unit_train, self.tables.regeneration / self.tables.traction, self.unit_cells, self.low, self.fast,
             self.trip.end_speed_mps**2, multipliers, self.tables.traction * self.train.inertia_kg,
-            self.usual_multiplier, _TOLERANCE, self.typical_m, self.floor_w, policies, room.costates,
+            self.usual_multiplier, _TOLERANCE, self.typical_m, self.floor_w, policies,
+            room_for(len(self.cells.length_m)).costates,
         )  # fmt: skip
         if done < len(multipliers):
             raise NumericalError(f"the costate program lost its way at λ = {multipliers[done]:g} J/s: too many points")
         return int(points)
 
     @cached_property
-    def _course(self) -> Course:
+    def course(self) -> Course:
         """What the kernel needs to drive, with the rides of the envelope, made once."""
         fastest = Rows(self.envelope.x_m, self.envelope.w)
         row = np.searchsorted(fastest.x, self.cells.station_m)
         count = len(self.cells.length_m)
-        ride, passed = np.empty((count, 2)), np.empty((count + 1, 3))
-        course = Course(self.cells, self.low, self.fast, fastest, row, np.full(count, -1), ride, passed)
-        self._drive_in(self.rooms[0], course, _NO_POLICIES, _NO_POLICIES, np.empty((0, RUN_COLUMNS)))
+        course = Course(self.cells, self.low, self.fast, fastest, row, np.full(count, -1), np.empty((count, 2)))
+        self._drive_in(course, _NO_POLICIES, _NO_POLICIES, np.empty((0, RUN_COLUMNS)))
         return course
 
-    def course_for(self, number: int) -> Course:
-        """What the kernel needs to drive in the room of a number."""
-        return self._course._replace(passed=np.empty_like(self._course.passed)) if number else self._course
-
-    def drive(self, policy: NDArray[np.float64], counters: dict[str, int]) -> tuple[int, float, float]:
-        """Drive a policy, (K + 1, 4), into `rows`; returns rows, running time in s, energy in J."""
-        runs, _, driven = self._driven(policy[np.newaxis], 0)
+    def drive(self, policy: NDArray[np.float64], counters: dict[str, int]) -> Run:
+        """Drive a policy, (K + 1, 4), in rows that the next run overwrites; its multiplier is unknown."""
+        runs, _, driven = self._driven(policy[np.newaxis])
         counters["runs"] += driven
         n, time_s, energy_j = runs[0, 1:4].tolist()
-        return int(n), time_s, energy_j
+        x_m, w = room_for(len(self.cells.length_m)).rows
+        return Run(time_s, energy_j, math.nan, x_m[: int(n)], w[: int(n)])
 
-    def _driven(
-        self, policies: NDArray[np.float64], number: int
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-        """Drive policies, (m, K + 1, 4), each into the rows of a room; returns their runs, what they passed, and how
-        many were driven.
+    def _driven(self, policies: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+        """Drive policies, (m, K + 1, 4), each into the rows of the one before it.
+
+        Returns their runs, what they passed, and how many were driven.
         """
-        room, course = self.rooms[number], self.course_for(number)
         runs, passed = np.empty((len(policies), RUN_COLUMNS)), np.empty((*policies.shape[:2], 3))
+        room = room_for(len(self.cells.length_m))
         first = count = 0
         while first < len(policies):
-            done, status, driven = self._drive_in(room, course, policies[first:], passed[first:], runs[first:])
+            done, status, driven = self._drive_in(self.course, policies[first:], passed[first:], runs[first:])
             count += driven
             if overrun(room.march):
                 room.double_march()
@@ -186,13 +179,14 @@ class Mesh:
         return runs, passed, count
 
     def _drive_in(
-        self, room: Room, course: Course, policies: NDArray[np.float64], passed: NDArray[np.float64],
-        runs: NDArray[np.float64],
-    ) -> tuple[int, int, int]:  # fmt: skip
+        self, course: Course, policies: NDArray[np.float64], passed: NDArray[np.float64], runs: NDArray[np.float64]
+    ) -> tuple[int, int, int]:
         """Call the kernel for policies alone."""
+        room = room_for(len(self.cells.length_m))
+        scratch = Scratch(room.march, room.passed, _NO_BLEND, room.samples, room.resumed)
         return drive(
             self.train, self.tables, course, self.trip.start_speed_mps**2, policies, passed, _NO_KNOWN, _NO_TIMES, 0.0,
-            _NO_TIMES, 0.0, room.rows, 0, Scratch(room.march, _NO_BLEND, room.samples, room.resumed), runs,
+            _NO_TIMES, 0.0, room.rows, scratch, runs,
         )  # fmt: skip
 
     def extremal(self, multiplier: float, counters: dict[str, int]) -> Extremal:
@@ -200,28 +194,27 @@ class Mesh:
         return self.extremals([multiplier], counters)[0]
 
     def extremals(self, multipliers: Sequence[float], counters: dict[str, int]) -> list[Extremal]:
-        """Solve and drive multipliers, J/s, which are all finite or all infinite, side by side where they are many."""
+        """Solve and drive multipliers, J/s, side by side where they are many; the first alone may be infinite."""
         parts = even_parts(multipliers, shares(len(multipliers) * len(self.cells.length_m), _LEAST_CELLS))
         if len(parts) > 1:
-            self.course_for(0)  # none of the threads makes what all of them need
+            _ = self.course  # none of the threads makes what all of them need
         found: list[Extremal] = []
-        for extremals, costates, runs in side_by_side(self._extremals, parts, range(len(parts))):
+        for extremals, costates, runs in side_by_side(self._extremals, parts):
             found += extremals
             counters["costates"] += costates
             counters["runs"] += runs
-        if math.isfinite(multipliers[0]):
-            counters["extremals"] += len(multipliers)
+        counters["extremals"] += len(multipliers) - math.isinf(multipliers[0])
         return found
 
-    def _extremals(self, multipliers: Sequence[float], number: int) -> tuple[list[Extremal], int, int]:
-        """Extremals, in the room of a number; and the costates carried, and runs driven."""
-        costates = 0
+    def _extremals(self, multipliers: Sequence[float]) -> tuple[list[Extremal], int, int]:
+        """Extremals, and the costates carried, and runs driven."""
+        policies = np.empty((len(multipliers), *self.flat_out.shape))
+        first = 0
         if math.isinf(multipliers[0]):
-            policies = self.flat_out[np.newaxis]
-        else:
-            policies = np.empty((len(multipliers), *self.flat_out.shape))
-            costates = self._switching_speeds(np.array(multipliers), policies, self.rooms[number])
-        runs, passed, count = self._driven(policies, number)
+            policies[0] = self.flat_out
+            first = 1
+        costates = self._switching_speeds(np.array(multipliers[first:]), policies[first:])
+        runs, passed, count = self._driven(policies)
         found = []
         for multiplier, switch, run, at in zip(multipliers, policies, runs.tolist(), passed, strict=True):
             _, _, time_s, energy_j, *_ = run
@@ -233,10 +226,10 @@ class Mesh:
         """The optimal run of a finite multiplier, J/s, in rows that the next one overwrites."""
         policies = np.empty((1, *self.flat_out.shape))
         counters["extremals"] += 1
-        counters["costates"] += self._switching_speeds(np.array([multiplier]), policies, self.rooms[0])
-        n, time_s, energy_j = self.drive(policies[0], counters)
-        _require_arrival(multiplier, time_s)
-        return Run(time_s, energy_j, multiplier, self.rows.x[:n], self.rows.w[:n])
+        counters["costates"] += self._switching_speeds(np.array([multiplier]), policies)
+        run = self.drive(policies[0], counters)
+        _require_arrival(multiplier, run.time_s)
+        return run._replace(multiplier=multiplier)
 
 
 def _require_arrival(multiplier: float, time_s: float) -> None:

@@ -27,6 +27,12 @@ _FIRST_MULTIPLIER = 4.0
 #: Step of ln λ towards slower runs, and how many steps without saving end the front.
 _MARCH = 0.5
 _IDLE_STEPS = 12
+#: Steps of ln λ towards the fastest run, from the highest multiplier that is finite: how long they are, how far they go
+#: at once, at least and at most; to a run that is slower than the fastest one by this share of what the first time is.
+_STEP_UP = 0.5
+_LEAST_RISE = 0.7
+_MOST_RISE = 4.2
+_FAR_ENOUGH = 0.5
 #: Steps that are solved at once, at first and later on.
 _FIRST_STEPS = 4
 _STEPS = 2
@@ -72,8 +78,8 @@ class ExtremalFront:
         self.least_multiplier = least_multiplier
         self.counters = counters
         self.clock = clock
-        self.extremals = [mesh.extremal(math.inf, self.counters)]
-        self.scale_j = mesh.usual_multiplier * self.extremals[0].time_s
+        self.extremals: list[Extremal] = []
+        self.scale_j = 0.0
         self.multiplier = max(_FIRST_MULTIPLIER * mesh.usual_multiplier, least_multiplier)
         self.idle = 0
         self.foretold: set[float] = set()
@@ -89,9 +95,10 @@ class ExtremalFront:
             one for one, has in zip(self.extremals, below > above, strict=True) if has and math.isfinite(one.multiplier)
         ]
 
-    def on(self, mesh: Mesh, extremals: Sequence[Extremal]) -> "ExtremalFront":
+    def on(self, mesh: Mesh, fastest: Extremal, extremals: Sequence[Extremal]) -> "ExtremalFront":
         """The front on another mesh, from extremals that were solved on it in place of this one's."""
         front = ExtremalFront(mesh, self.tolerance_s, self.least_multiplier, self.counters, self.clock)
+        front._begin(fastest)
         front.foretold = self.foretold
         for extremal in extremals:
             front._append(extremal)
@@ -101,6 +108,11 @@ class ExtremalFront:
     def _after(self, multiplier: float) -> float:
         """The next multiplier of the march to slower runs."""
         return max(multiplier * math.exp(-_MARCH), self.least_multiplier)
+
+    def _begin(self, fastest: Extremal) -> None:
+        """Take the fastest run, whose multiplier is infinite."""
+        self.extremals.append(fastest)
+        self.scale_j = self.mesh.usual_multiplier * fastest.time_s
 
     def _append(self, extremal: Extremal) -> bool:
         """Take an extremal in behind the last one, unless it saves nothing against that."""
@@ -119,7 +131,12 @@ class ExtremalFront:
             ahead = [self.multiplier]
             while len(ahead) < (_FIRST_STEPS if len(self.extremals) < 2 else _STEPS):
                 ahead.append(self._after(ahead[-1]))
-            for extremal in self.solved(self.mesh, ahead):
+            if self.extremals:
+                solved = self.solved(self.mesh, ahead)
+            else:
+                fastest, *solved = self.solved(self.mesh, [math.inf, *ahead])
+                self._begin(fastest)
+            for extremal in solved:
                 self.idle = 0 if self._append(extremal) else self.idle + 1
                 if self.multiplier <= self.least_multiplier:
                     self.idle = _IDLE_STEPS
@@ -156,13 +173,7 @@ class ExtremalFront:
     def thriftiest(self) -> Run:
         """Run of the slowest extremal."""
         last = self.extremals[-1]
-        return self._kept_run(self.mesh.drive(last.switch, self.counters), last.multiplier)
-
-    def _kept_run(self, driven: tuple[int, float, float], multiplier: float) -> Run:
-        """The run in the mesh's rows, copied."""
-        n, time_s, energy_j = driven
-        x_m, w = self.mesh.rows
-        return Run(time_s, energy_j, multiplier, x_m[:n].copy(), w[:n].copy())
+        return self.mesh.drive(last.switch, self.counters).copied()._replace(multiplier=last.multiplier)
 
     def foresee(self, target_s: NDArray[np.float64]) -> None:
         """Add the extremals without which those around running times may hold a surprise."""
@@ -170,23 +181,43 @@ class ExtremalFront:
         while wanted := self._surprising(targets_s):
             self._solve_between(wanted)
 
-    def _surprising(self, target_s: Sequence[float]) -> dict[int, float]:
+    def _surprising(self, target_s: Sequence[float]) -> list[tuple[int, float]]:
         """Multipliers to solve between extremals and those before them, where these may hold a surprise."""
         inner = [bisect_right(target_s, extremal.time_s) for extremal in self.extremals[1:-1]]
         faster = [0, *inner, len(target_s)]  # targets, than each of the extremals
-        wanted: dict[int, float] = {}
+        wanted: list[tuple[int, float]] = []
         for second, (before, after) in enumerate(pairwise(self.extremals), 1):
             pieces = self._pieces(before, after) if faster[second - 1] < faster[second] else 1
-            multiplier = self._middle(second, (pieces // 2) / pieces) if pieces > 1 else None
-            # Between two jumps of the running time an extremal holds for many multipliers: each is asked for once.
-            if multiplier in self.repeated:
+            if pieces <= 1:
                 continue
-            if multiplier is not None and len(self.extremals) + len(wanted) < _MOST_EXTREMALS:
-                wanted[second] = multiplier
-        return wanted
+            if math.isinf(before.multiplier):
+                wanted += [(second, multiplier) for multiplier in self._towards_fastest(target_s[0])]
+                continue
+            multiplier = self._middle(second, (pieces // 2) / pieces)
+            # Between two jumps of the running time an extremal holds for many multipliers: each is asked for once.
+            if multiplier is not None and multiplier not in self.repeated:
+                wanted.append((second, multiplier))
+        return wanted[: _MOST_EXTREMALS - len(self.extremals)]
+
+    def _towards_fastest(self, first_s: float) -> list[float]:
+        """Multipliers between the fastest run and the next extremal, in steps, up to that of a run as fast as a time.
+
+        What runs take longer than the fastest one goes about with a power of λ, which two of them tell.
+        """
+        fastest, after, *slower = self.extremals
+        rise = math.log(_FIRST_MULTIPLIER)
+        if slower:
+            longer_s, next_longer_s = after.time_s - fastest.time_s, slower[0].time_s - fastest.time_s
+            power = math.log(next_longer_s / longer_s) / math.log(after.multiplier / slower[0].multiplier)
+            sought_s = max(_FAR_ENOUGH * (first_s - fastest.time_s), self.tolerance_s)
+            rise = min(max(math.log(longer_s / sought_s) / power, _LEAST_RISE), _MOST_RISE)
+        count = math.ceil(rise / _STEP_UP)
+        most = _HIGHEST_MULTIPLIER * self.mesh.usual_multiplier
+        multipliers = [after.multiplier * math.exp(rise * step / count) for step in range(count, 0, -1)]
+        return [multiplier for multiplier in multipliers if multiplier < most]
 
     def solved(self, mesh: Mesh, multipliers: Sequence[float]) -> list[Extremal]:
-        """Extremals of finite multipliers, as many at once as leave time for looks at the clock."""
+        """Extremals of multipliers, as of `Mesh.extremals`, as many at once as leave time for looks at the clock."""
         at_once = math.ceil(_CELLS_AT_ONCE / len(mesh.cells.length_m))
         found: list[Extremal] = []
         for first in range(0, len(multipliers), at_once):
@@ -270,20 +301,20 @@ class ExtremalFront:
 
     def _split(self, seconds: Sequence[int], closed: set[float]) -> None:
         """Solve multipliers between extremals and those before them; where there are none they are closed."""
-        wanted: dict[int, float] = {}
+        wanted: list[tuple[int, float]] = []
         for second in seconds:
             full = len(self.extremals) + len(wanted) >= _MOST_EXTREMALS
             multiplier = self._middle(second) if second > 0 and not full else None
             if multiplier is None:
                 closed.add(self.extremals[second].multiplier)
             else:
-                wanted[second] = multiplier
+                wanted.append((second, multiplier))
         self._solve_between(wanted)
 
-    def _solve_between(self, wanted: dict[int, float]) -> None:
-        """Solve multipliers, by the slower ones of the extremals around them in order, and take them in."""
-        middles = self.solved(self.mesh, list(wanted.values()))
-        for second, middle in reversed(list(zip(wanted, middles, strict=True))):
+    def _solve_between(self, wanted: Sequence[tuple[int, float]]) -> None:
+        """Solve multipliers, each with the slower one of the extremals around it, in order, and take them in."""
+        middles = self.solved(self.mesh, [multiplier for _, multiplier in wanted])
+        for (second, _), middle in zip(reversed(wanted), reversed(middles), strict=True):
             self._insert(second, middle)
 
     def _insert(self, second: int, middle: Extremal) -> None:

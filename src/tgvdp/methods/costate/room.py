@@ -1,4 +1,6 @@
-"""Arrays that the kernels of the front method write: a set for each thread that works on a mesh."""
+"""Arrays that the kernels of the front method write: a set for each thread, which stays from one search to the next."""
+
+import threading
 
 import numpy as np
 
@@ -8,57 +10,67 @@ from tgvdp.physics.cell import Rows, room_for_marches, room_for_rows
 
 #: Rows of one march for which there is room at first.
 _MARCH_ROWS = 4096
-#: Rows of runs that are kept for which there is room at once: 16 MB, most of which nobody touches.
+#: Rows of runs that are driven side by side for which there is room at once: 16 MB.
 _MOST_KEPT = 2**20
 
 
 class Room:
-    """What one thread writes, whatever mesh of a trip it works on; of a mesh of so many cells at first.
+    """What one thread writes.
 
     Attributes
     ----------
     rows : Rows
         Of the run that was driven last.
     kept : Rows
-        Of runs that are kept, of which the first ``stored`` are taken.
+        Of several runs, one behind the other.
     march : Rows
         Of one march at a time.
+    passed : (K + 1, 3) float64
+        As of `interpolate.Scratch`, for at least as many cells as were asked for last.
     samples, resumed : (SAMPLES, 2) float64, (3,) float64
         As of `interpolate.Scratch`.
     costates : (6, size) float64
         Scratch for costates.
     """
 
-    def __init__(self, cells: int) -> None:
-        self.rows = room_for_rows(24 * cells + 8192)
-        self.kept, self.stored = Rows(*np.empty((2, 0))), 0
-        self.march = room_for_marches(_MARCH_ROWS)
+    def __init__(self) -> None:
+        self.rows = self.kept = Rows(*np.empty((2, 0)))
+        self.march = room_for_marches(_MARCH_ROWS, "driving: march")
+        self.passed = np.empty((0, 3))
         self.samples, self.resumed = np.empty((SAMPLES, 2)), np.array([-1.0, 0.0, 0.0])
         self.costates = np.empty((6, costate.ROOM))
 
+    def fit(self, cells: int) -> None:
+        """Make room for runs through so many cells, usual ones."""
+        if len(self.passed) <= cells:
+            self.passed = np.empty((cells + 1, 3))
+            self.rows = room_for_rows(max(24 * cells + 8192, len(self.rows.x)), "driving")
+
     def double_march(self) -> None:
         """Make room for marches of twice as many rows."""
-        self.march = room_for_marches(2 * len(self.march.x))
+        self.march = room_for_marches(2 * len(self.march.x), "driving: march")
 
     def double_rows(self) -> None:
         """Make room for a run of twice as many rows."""
-        self.rows = room_for_rows(2 * len(self.rows.x))
+        self.rows = room_for_rows(2 * len(self.rows.x), "driving")
 
-    def keep(self, count: int, anew: bool = False) -> None:
-        """Make room for runs that are kept: for so many more rows, or as many as may be at once."""
-        count = count if anew else min(count, _MOST_KEPT)
-        if anew or len(self.kept.x) - self.stored < count:
-            self.kept, self.stored = room_for_rows(count), 0
+    def fit_kept(self, count: int) -> None:
+        """Make room for so many rows of runs, or as many as may be at once."""
+        if len(self.kept.x) < min(count, _MOST_KEPT):
+            self.kept = room_for_rows(min(count, _MOST_KEPT), "driving: kept")
+
+    def double_kept(self) -> None:
+        """Make room for twice as many rows of runs."""
+        self.kept = room_for_rows(2 * len(self.kept.x), "driving: kept")
 
 
-class Rooms:
-    """The rooms of a trip, by number; each is made when it is first asked for."""
+_threads = threading.local()
 
-    def __init__(self, cells: int) -> None:
-        self._cells = cells
-        self._rooms: list[Room] = []
 
-    def __getitem__(self, number: int) -> Room:
-        while len(self._rooms) <= number:
-            self._rooms.append(Room(self._cells))
-        return self._rooms[number]
+def room_for(cells: int) -> Room:
+    """The room of this thread, for runs through so many cells: what is in it stands until it is asked for again."""
+    room: Room | None = getattr(_threads, "room", None)
+    if room is None:
+        room = _threads.room = Room()
+    room.fit(cells)
+    return room

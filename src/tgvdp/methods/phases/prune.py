@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import entry, part
 from tgvdp.line.cells import cells_of
+from tgvdp.memory import scratch
 from tgvdp.methods.phases.plan import AT, LASTS_S, MAY_GO, PLAN_COLUMNS, REGIME, leave_out, plan_of, shortest
 from tgvdp.methods.phases.regimes import tell_regimes, without_touches
 from tgvdp.methods.phases.track import track
@@ -273,8 +274,11 @@ def prune(
     ends = np.array([0, *accumulate(rows)])
     x_m, w = map(np.concatenate, zip(*runs, strict=True))
     given = Rows(x_m, w)
-    here, there, out = (Run.empty(2 * size + _MORE_ROWS) for size in (max(rows), max(rows), sum(rows)))
-    plan, found = np.empty((_MOST_PHASES, PLAN_COLUMNS)), np.empty((len(runs), 4))
+    here, there, out = (
+        Run.of(scratch(f"prune {name}", 5, 2 * size + _MORE_ROWS))
+        for name, size in (("here", max(rows)), ("there", max(rows)), ("out", sum(rows)))
+    )
+    plan, found = scratch("prune plan", _MOST_PHASES, PLAN_COLUMNS), np.empty((len(runs), 4))
     prune_runs(way, given, ends, price, least_s, most_j, later_s, slack_s, here, there, plan, out, found)
     size = int(found[-1, 0])
     x_m, w, regime = out.x[:size].copy(), out.w[:size].copy(), out.regime[:size].astype(np.int8)

@@ -72,9 +72,10 @@ class Run(NamedTuple):
     energy: NDArray[np.float64]
 
     @classmethod
-    def empty(cls, size: int) -> "Run":
-        """Room for a run of so many rows."""
-        return cls(np.empty(size), np.empty(size), np.empty(size, dtype=np.int64), np.empty(size), np.empty(size))
+    def of(cls, room: NDArray[np.float64]) -> "Run":
+        """Room for a run of so many rows, (5, size)."""
+        x, w, regime, time, energy = room
+        return cls(x, w, regime.view(np.int64), time, energy)
 
 
 def way_of(train: KernelTrain, cells: Cells, envelope: Rows, tables: EnergyTables) -> Way:
