@@ -54,6 +54,12 @@ def _beside(known, first, second):
     return before, before_at, after, after_at
 
 
+@leaf
+def _falls(policy):
+    """Whether a line of switching falls within a cell more than a run that coasts, by its policy at the end."""
+    return policy[1] > policy[0] * (1.0 + HELD)
+
+
 @part
 def fill_blend(train, cells, known, policies, second, top, blend):
     """Fill in the blend of the policies of an extremal and the one before it, bent by the extremals beside them.
@@ -82,12 +88,11 @@ def fill_blend(train, cells, known, policies, second, top, blend):
     falls = 0.0  # by how much more it falls within a cell than a run that coasts
     for k in range(count, -1, -1):
         if k < count:
-            ends = policies[first, k + 1, 0]
             coasts = policies[first, k + 1, 1]
-            if coasts > ends * (1.0 + HELD):
-                falls = coasts - ends
+            if _falls(policies[first, k + 1]):
+                falls = coasts - policies[first, k + 1, 0]
             else:
-                coasts = begins + falls
+                coasts = begins + falls if _falls(policies[second, k + 1]) else math.nan
             begins = coasted_from(train, cell_at(cells, k), coasts)
         top_w = top[k] * (1.0 - _AT_TOP)
         for i in range(4):
