@@ -26,7 +26,7 @@ from tgvdp.physics.forces import (
 )
 from tgvdp.runs.batch import Batch
 from tgvdp.runs.effort_jumps import NO_EFFORT
-from tgvdp.runs.resistance_correction_kernel import NEARLY_FULL, cut_rows, is_comfort
+from tgvdp.runs.resistance_correction_kernel import NEARLY_FULL, cut_rows, is_comfort, passes_comfort
 
 #: How far the time of a run may be off, s.
 _MOST_S = 5e-4
@@ -100,7 +100,8 @@ def _bend(train, grade, air, d, w0, w1):
     load = resistance_at(train, air, middle) + grade
     effort = train.inertia_kg * acceleration + load
     # Of halves, since a row may begin or end at a drop of the effort.
-    change = mean_resistance(train, air, middle, v1) - mean_resistance(train, air, v0, middle)
+    by_drag = mean_resistance(train, air, middle, v1) - mean_resistance(train, air, v0, middle)
+    change = by_drag
     if effort > 0.0:
         if effort >= NEARLY_FULL * effort_at(train.traction, middle):
             change += mean_effort(train.traction, v0, middle) - mean_effort(train.traction, middle, v1)
@@ -112,8 +113,7 @@ def _bend(train, grade, air, d, w0, w1):
     elif -effort >= NEARLY_FULL * brake_at(train, load, middle):
         change += mean_brake(train, 0.0, middle, v1) - mean_brake(train, 0.0, v0, middle)
     differs = change / train.inertia_kg
-    most = abs(differs)
-    if acceleration + most > train.max_acceleration or most - acceleration > train.max_deceleration:
+    if change != by_drag and passes_comfort(train, acceleration, differs):
         mean = train.inertia_kg * acceleration + mean_resistance(train, air, v0, v1) + grade
         if abs(mean) > NO_EFFORT * effort_at(train.traction, 0.0):  # without effort the line may do more
             return 0.0

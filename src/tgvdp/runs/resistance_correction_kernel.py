@@ -7,6 +7,7 @@ from tgvdp.line.walk import piece_from, sum_to
 from tgvdp.physics.energy import follows_dynamic
 from tgvdp.physics.forces import brake_at, effort_at, mean_effort, mean_rate, mean_resistance
 from tgvdp.physics.motion import BELOW_DROP
+from tgvdp.runs.effort_jumps import NO_EFFORT
 from tgvdp.runs.resistance_correction_effort import MOST_TAKEN, bounds_of_change, find_needed, keep_within_effort
 
 #: An acceleration within this share of its limit is at the limit.
@@ -91,10 +92,18 @@ def is_comfort(train, gain):
 
 
 @leaf
+def passes_comfort(train, acceleration, change):
+    """Whether an acceleration that is more, or less, by some change at the ends of a row passes a comfort limit."""
+    most = abs(change)
+    return acceleration + most > train.max_acceleration or most - acceleration > train.max_deceleration
+
+
+@leaf
 def _law_of(train, grade, air, d, w0, w1):
     """What a row keeps to: whether its acceleration, and else the share of an effort limit beside constant effort.
 
-    The share is 0 where all is constant, and below 0 where the dynamic brake follows its limit.
+    The share is 0 where all is constant, and below 0 where the dynamic brake follows its limit. A constant effort that
+    would pass a comfort limit somewhere gives way to a constant acceleration.
     """
     acceleration = 0.5 * (w1 - w0) / d
     v0 = math.sqrt(w0)
@@ -120,6 +129,10 @@ def _law_of(train, grade, air, d, w0, w1):
     else:
         braking = -acceleration * train.inertia_kg / mean_rate(train.rates, v0, v1)
         kept = kept or abs(braking - 1.0) <= _AT_LIMIT  # beyond its rate it is the load alone that slows a train
+    if share == 0.0 and abs(effort) > NO_EFFORT * effort_at(train.traction, 0.0):
+        middle = math.sqrt(0.5 * (w0 + w1))
+        change = mean_resistance(train, air, middle, v1) - mean_resistance(train, air, v0, middle)
+        kept = kept or passes_comfort(train, acceleration, change / train.inertia_kg)
     return kept, share
 
 
