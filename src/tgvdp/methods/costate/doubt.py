@@ -91,7 +91,7 @@ def _losing(
         answer = answers[extremal.multiplier]
         saved_j = extremal.cost_j(extremal.multiplier) - answer.cost_j(extremal.multiplier)
         loss_j = max(saved_j / _SAVED_PER_LOSS, -saved_j)
-        allowed_j = _MESH_LOSS * front.base_j(extremal.energy_j)
+        allowed_j = _MESH_LOSS * max(extremal.energy_j, mesh.least_drawn_j)
         if loss_j > allowed_j:
             losing.append(extremal)
             loss = np.maximum(loss, loss_j / allowed_j * _shares(mesh, extremal, answer))

@@ -13,10 +13,8 @@ from tgvdp.methods.phases.prune import Pruned, prune
 from tgvdp.methods.phases.way import way_of
 from tgvdp.physics.cell import Rows
 
-#: What leaving phases out may add to E + λT, as a share of a run's energy; but of no less than this share of the energy
-#: for traction of the fastest run, as net energies may be 0.
+#: What leaving phases out may add to E + λT, as a share of a run's energy; but of no less than `Mesh.least_energy_j`.
 _LOSS = 5e-5
-_LEAST_SHARE = 0.1
 #: ... and as a share of what the next run costs less: the order of runs stays what it is.
 _OF_STEP = 0.2
 #: Rows between two looks at the clock: a tenth of a second. Usual runs have some thousand; one of more than these stays
@@ -66,9 +64,9 @@ def drivable(
     times_s, energies_j, price = np.array([(run.time_s, run.energy_j, run.multiplier) for run in runs]).reshape(-1, 3).T
     steps_j = np.full(len(runs) + 1, np.inf)
     steps_j[1:-1] = energies_j[:-1] - energies_j[1:]
-    least_j = _LEAST_SHARE * mesh.usual_multiplier * min(times_s, default=0.0)
+    drawn_j = energies_j + mesh.tables.auxiliary_w * times_s
     most_j = np.minimum(
-        _LOSS * np.maximum(np.abs(energies_j), least_j), _OF_STEP * np.minimum(steps_j[1:], steps_j[:-1])
+        _LOSS * np.maximum(np.abs(drawn_j), mesh.least_energy_j), _OF_STEP * np.minimum(steps_j[1:], steps_j[:-1])
     )
     early_s = aims_s[np.abs(aims_s - times_s[:, np.newaxis]).argmin(axis=1)] - times_s
     early_s[np.abs(early_s) > tolerance_s] = 0.0  # it stands for a time that no run takes

@@ -51,7 +51,6 @@ class _Wanted(NamedTuple):
     policies: _Floats
     known: _Floats
     losses: _Floats
-    base_j: float
     tolerance_s: float
 
 
@@ -59,7 +58,6 @@ def meet(
     mesh: Mesh,
     extremals: Sequence[Extremal],
     losses: _Floats,
-    base_j: float,
     target_s: _Floats,
     tolerance_s: float,
     counters: dict[str, int],
@@ -72,7 +70,6 @@ def meet(
     extremals : sequence of Extremal
         In the order of their running times.
     losses : (m,) float64
-    base_j : float
         As of `interpolate.drive`.
     target_s : (n,) float64
         Increasing running times that are wanted, s.
@@ -87,7 +84,7 @@ def meet(
     """
     policies = np.array([one.switch for one in extremals])
     known = np.array([one.outcome for one in extremals])
-    wanted = _Wanted(policies, known, losses, base_j, tolerance_s)
+    wanted = _Wanted(policies, known, losses, tolerance_s)
     second = np.searchsorted(known[:-1, 0], target_s).clip(min(1, len(known) - 1))
     groups = list(_groups(second, shares(len(target_s) * len(mesh.cells.length_m), _LEAST_CELLS)))
     if len(groups) > 1:
@@ -123,7 +120,7 @@ def _met(mesh: Mesh, wanted: _Wanted, target_s: _Floats, second: NDArray[np.intp
         start = len(found)
         done, status, driven = drive(
             mesh.train, mesh.tables, mesh.course, mesh.trip.start_speed_mps**2, wanted.policies, _NO_PASSED,
-            wanted.known, wanted.losses, wanted.base_j, target_s[start:], wanted.tolerance_s, room.kept,
+            wanted.known, wanted.losses, mesh.least_energy_j, target_s[start:], wanted.tolerance_s, room.kept,
             Scratch(room.march, room.passed, blend, room.samples, room.resumed), runs[start:],
         )  # fmt: skip
         count += driven

@@ -40,6 +40,10 @@ _MOST_CELLS = 50_000
 #: Thinning tolerance of the costate polyline, per cell; smaller where the multiplier is below E/T of the fastest
 #: run, because the costates of coasting shrink with it.
 _TOLERANCE = 2e-5
+#: What the fastest run draws at least, as a share of the kinetic energy at top speed; and least energies as shares of
+#: what it draws, or of that kinetic energy.
+_LEAST_DRAWN = 1e-3
+_LEAST_SHARE = 0.1
 #: Squared speed below which costates are not carried, relative to the trip's top: a run over a summit keeps as much
 #: there, and loses it where brakes hold it back on the other side.
 _FLOOR = 1e-6
@@ -75,6 +79,9 @@ class Mesh:
     do not draw where the pantograph is lowered is taken off the energy. The usual multiplier is the energy for
     traction over the running time of the fastest run, J/s: the scale of multipliers. ``unit_train`` is the train per
     unit of inertia.
+
+    Net energies may be 0: what is a share of an energy is one of ``least_energy_j`` at least, or of ``least_drawn_j``
+    where cells are judged, which are dear.
     """
 
     trip: Trip
@@ -85,6 +92,8 @@ class Mesh:
     envelope: Envelope
     typical_m: float
     usual_multiplier: float
+    least_energy_j: float
+    least_drawn_j: float
 
     def __post_init__(self) -> None:
         inertia_kg = self.train.inertia_kg
@@ -103,13 +112,12 @@ class Mesh:
         Under coasting and partial effort it is driven in ``rows`` times as many rows as motion makes on its own.
         """
         cell_m = max(_cell_size(trip, fastest) / fineness, trip.distance_m / _MOST_CELLS)
-        # A run downhill may need no energy at all.
-        least_j = 5e-4 * trip.train.inertia_kg * float(fastest.speed_mps.max()) ** 2
+        kinetic_j = 0.5 * trip.train.inertia_kg * float(fastest.speed_mps.max()) ** 2
         balance = fastest.balance
         drawn_j = balance.wheel_j
         if trip.energy.kind != "wheel":
             drawn_j = balance.pantograph_j + balance.regenerated_j - balance.auxiliary_j
-        usual_multiplier = max(drawn_j, least_j) / fastest.duration_s
+        scale_j = max(drawn_j, _LEAST_DRAWN * kinetic_j)  # a run downhill may need no energy at all
         train = kernel_train(trip.train)._replace(rows=USUAL_ROWS, parts=rows)
         tables = energy_tables(trip.train, trip.energy)
         if not train.braking[:, 1:].any():
@@ -117,7 +125,9 @@ class Mesh:
         cells = cells_of(trip, graded_stations(trip, fastest, cell_m))
         cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip)))
         envelope = _envelope(trip, cells, train)
-        return cls(trip, train, per_kilogram(train), tables, cells, envelope, cell_m, usual_multiplier)
+        least_j = _LEAST_SHARE * min(scale_j, kinetic_j), _LEAST_SHARE * scale_j
+        unit = per_kilogram(train)
+        return cls(trip, train, unit, tables, cells, envelope, cell_m, scale_j / fastest.duration_s, *least_j)
 
     def halved(self, which: NDArray[np.bool_]) -> "Mesh":
         """The mesh with some of its cells, (K,), cut in two."""

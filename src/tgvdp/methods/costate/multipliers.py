@@ -39,8 +39,6 @@ _STEPS = 2
 #: Between two extremals the front lies above their tangents; where these leave more room than this share of energy
 #: below the chord, the front may bend in a way that they do not foretell: unless they foretold one between them.
 _BEND = 5e-3
-#: ... but of no less than this share of the energy of the fastest run: a net energy may be 0.
-_LEAST_SHARE = 0.1
 #: The same where the running time seems to jump between the two.
 _JUMP = 1.5e-3
 #: Two multipliers whose logarithms differ by less are one.
@@ -79,7 +77,6 @@ class ExtremalFront:
         self.counters = counters
         self.clock = clock
         self.extremals: list[Extremal] = []
-        self.scale_j = 0.0
         self.multiplier = max(_FIRST_MULTIPLIER * mesh.usual_multiplier, least_multiplier)
         self.idle = 0
         self.foretold: set[float] = set()
@@ -98,7 +95,7 @@ class ExtremalFront:
     def on(self, mesh: Mesh, fastest: Extremal, extremals: Sequence[Extremal]) -> "ExtremalFront":
         """The front on another mesh, from extremals that were solved on it in place of this one's."""
         front = ExtremalFront(mesh, self.tolerance_s, self.least_multiplier, self.counters, self.clock)
-        front._begin(fastest)
+        front.extremals.append(fastest)
         front.foretold = self.foretold
         for extremal in extremals:
             front._append(extremal)
@@ -109,15 +106,10 @@ class ExtremalFront:
         """The next multiplier of the march to slower runs."""
         return max(multiplier * math.exp(-_MARCH), self.least_multiplier)
 
-    def _begin(self, fastest: Extremal) -> None:
-        """Take the fastest run, whose multiplier is infinite."""
-        self.extremals.append(fastest)
-        self.scale_j = self.mesh.usual_multiplier * fastest.time_s
-
     def _append(self, extremal: Extremal) -> bool:
         """Take an extremal in behind the last one, unless it saves nothing against that."""
         last = self.extremals[-1]
-        saves = extremal.energy_j < last.energy_j - _SAME * self.scale_j and extremal.time_s > last.time_s
+        saves = extremal.energy_j < last.energy_j - _SAME * self.mesh.least_energy_j and extremal.time_s > last.time_s
         if saves:
             self.extremals.append(extremal)
         return saves
@@ -135,7 +127,7 @@ class ExtremalFront:
                 solved = self.solved(self.mesh, ahead)
             else:
                 fastest, *solved = self.solved(self.mesh, [math.inf, *ahead])
-                self._begin(fastest)
+                self.extremals.append(fastest)
             for extremal in solved:
                 self.idle = 0 if self._append(extremal) else self.idle + 1
                 if self.multiplier <= self.least_multiplier:
@@ -157,7 +149,7 @@ class ExtremalFront:
 
     def base_j(self, energy_j: float) -> float:
         """What shares of an energy are shares of: a net energy may be 0."""
-        return max(energy_j, _LEAST_SHARE * self.scale_j)
+        return max(energy_j, self.mesh.least_energy_j)
 
     def stands(self, runs: Sequence[Run]) -> bool:
         """Whether no run is cheaper than an extremal at the extremal's own multiplier, which no run can be."""
@@ -167,7 +159,7 @@ class ExtremalFront:
         times_s, energies_j = np.array([run[:2] for run in runs]).T
         own_s, own_j, multipliers = np.array([one.outcome for one in known]).T
         least_j = (energies_j + multipliers[:, np.newaxis] * times_s).min(axis=1)
-        bases_j = np.maximum(own_j, _LEAST_SHARE * self.scale_j)
+        bases_j = np.maximum(own_j, self.mesh.least_drawn_j)
         return bool((own_j + multipliers * own_s - least_j <= _EXTREMAL_LOSS * bases_j).all())
 
     def thriftiest(self) -> Run:
@@ -248,8 +240,7 @@ class ExtremalFront:
     ) -> None:
         """Look for runs of wanted times, and solve an extremal wherever what is between two of them does not do."""
         losses = np.array([math.inf if one.multiplier in closed else _BLEND_LOSS for one in self.extremals])
-        base_j = _LEAST_SHARE * self.scale_j
-        mets = meet(self.mesh, self.extremals, losses, base_j, target_s[wanted], self.tolerance_s, self.counters)
+        mets = meet(self.mesh, self.extremals, losses, target_s[wanted], self.tolerance_s, self.counters)
         splits: set[int] = set()
         for i, met in zip(wanted.tolist(), mets, strict=True):
             found[i] = met.run
