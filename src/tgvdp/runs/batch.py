@@ -19,6 +19,9 @@ from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import kernel_train, unpowered
 from tgvdp.runs.profile import drawn_on
 
+#: Rows that are worth a thread of its own: to hand them over takes half a millisecond.
+ROWS_OF_A_THREAD = 12_000
+
 
 class Batch(NamedTuple):
     """Rows of n runs, one behind the other.

@@ -9,12 +9,9 @@ from tgvdp.cores import even_parts, shares, side_by_side
 from tgvdp.line.piecewise import Floats
 from tgvdp.line.resolved import ResolvedLine, resolve
 from tgvdp.model.trip import Trip
-from tgvdp.runs.batch import Batch, totals_of
+from tgvdp.runs.batch import ROWS_OF_A_THREAD, Batch, totals_of
 from tgvdp.runs.bends import cut_at_bends, most_off_s
 from tgvdp.runs.resistance_correction import follow
-
-#: Rows that are worth a thread of its own: to hand them over takes half a millisecond.
-_LEAST_ROWS = 12_000
 
 
 def follow_all(
@@ -55,7 +52,7 @@ def follow_all(
             changed.append(i)
     if not changed:
         return {}
-    parts = even_parts(changed, shares(sum(len(rows[i][0]) for i in changed), _LEAST_ROWS))
+    parts = even_parts(changed, shares(sum(len(rows[i][0]) for i in changed), ROWS_OF_A_THREAD))
     totals: dict[int, tuple[float, float]] = {}
     for part in side_by_side(lambda own: _cut(trip, line, own, rows, regimes), parts):
         totals |= part

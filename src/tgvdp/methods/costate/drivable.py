@@ -12,6 +12,7 @@ from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.phases.prune import Pruned, prune
 from tgvdp.methods.phases.way import way_of
 from tgvdp.physics.cell import Rows
+from tgvdp.runs.batch import ROWS_OF_A_THREAD
 
 #: What leaving phases out may add to E + λT, as a share of a run's energy; but of no less than `Mesh.least_energy_j`.
 _LOSS = 5e-5
@@ -20,8 +21,6 @@ _OF_STEP = 0.2
 #: Rows between two looks at the clock: a tenth of a second. Usual runs have some thousand; one of more than these stays
 #: as it is.
 _ROWS_AT_ONCE = 200_000
-#: Rows that are worth a thread of its own: to hand them over takes half a millisecond.
-_LEAST_ROWS = 12_000
 
 
 def drivable(
@@ -78,7 +77,7 @@ def drivable(
         return prune(way, given, price[part].copy(), min_phase_s, most_j[part], early_s[part], tolerance_s)
 
     rows = [len(run.x_m) for run in runs]
-    count = shares(sum(rows), _LEAST_ROWS)
+    count = shares(sum(rows), ROWS_OF_A_THREAD)
     parts = list(_parts(rows, min(_ROWS_AT_ONCE, math.ceil(sum(rows) / count))))
     for first in range(0, len(parts), count):
         if clock.expired:

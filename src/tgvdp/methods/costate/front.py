@@ -128,10 +128,10 @@ def optimal_front(
     half_s = 0.5 * tolerance_s
     middle_s = slower_s - half_s
     last_s = float(target_s.max(initial=0.0))
-    fineness = enough_rows(resolve(trip), last_s, 0.25 * half_s)
-    meets_s = max(half_s - most_off_s(last_s, fineness), 0.5 * half_s)
+    parts = enough_rows(resolve(trip), last_s, 0.25 * half_s)
+    meets_s = max(half_s - most_off_s(last_s, parts), 0.5 * half_s)
     search = _Search(
-        trip, fastest, fineness, meets_s, min_phase_s, counters, clock, Doubt(0) if rough else Doubt(),
+        trip, fastest, parts, meets_s, min_phase_s, counters, clock, Doubt(0) if rough else Doubt(),
         [Run(fastest.duration_s, fastest.total_energy_j, math.inf, *rows)] * met,
     )  # fmt: skip
     points = search.points(middle_s)
@@ -184,7 +184,7 @@ class _Search:
 
     trip: Trip
     fastest: Profile
-    fineness: float  # of rows
+    parts: float  # of `KernelTrain`
     tolerance_s: float
     min_phase_s: float
     counters: dict[str, int]
@@ -246,7 +246,7 @@ class _Search:
         if self.clock.expired:
             return _Found([], False, True)
         try:
-            mesh = Mesh.of(self.trip, self.fastest, _COARSEST, self.fineness)
+            mesh = Mesh.of(self.trip, self.fastest, _COARSEST, self.parts)
             while True:
                 front = self.doubt.answered(self._foreseen(mesh, aims_s), aims_s)
                 mesh = front.mesh

@@ -106,10 +106,10 @@ class Mesh:
         self.flat_out = self.fast.repeat(4).reshape(-1, 4)
 
     @classmethod
-    def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0, rows: float = USUAL_ROWS) -> "Mesh":
+    def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0, parts: float = USUAL_ROWS) -> "Mesh":
         """Mesh for a trip whose fastest run is known, its cells ``fineness`` times as fine as usual.
 
-        Under coasting and partial effort it is driven in ``rows`` times as many rows as motion makes on its own.
+        Under coasting and partial effort it is driven in ``parts`` times as many rows as motion makes on its own.
         """
         cell_m = max(_cell_size(trip, fastest) / fineness, trip.distance_m / _MOST_CELLS)
         kinetic_j = 0.5 * trip.train.inertia_kg * float(fastest.speed_mps.max()) ** 2
@@ -118,7 +118,7 @@ class Mesh:
         if trip.energy.kind != "wheel":
             drawn_j = balance.pantograph_j + balance.regenerated_j - balance.auxiliary_j
         scale_j = max(drawn_j, _LEAST_DRAWN * kinetic_j)  # a run downhill may need no energy at all
-        train = kernel_train(trip.train)._replace(rows=USUAL_ROWS, parts=rows)
+        train = kernel_train(trip.train)._replace(rows=USUAL_ROWS, parts=parts)
         tables = energy_tables(trip.train, trip.energy)
         if not train.braking[:, 1:].any():
             tables = tables._replace(regeneration=0.0)

@@ -5,49 +5,33 @@ leave room for more than that.
 """
 
 import math
-from bisect import bisect_right
 from collections.abc import Iterator, Sequence
-from itertools import pairwise, takewhile
+from itertools import takewhile
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.methods.budget import Clock
 from tgvdp.methods.costate.bridge import bridge
-from tgvdp.methods.costate.extremal import Extremal, between, foretells, tangent_gap
+from tgvdp.methods.costate.extremal import Extremal, between
 from tgvdp.methods.costate.meet import meet
 from tgvdp.methods.costate.mesh import Mesh, Run
+from tgvdp.methods.costate.surprises import FIRST_MULTIPLIER, HIGHEST_MULTIPLIER, MOST_EXTREMALS, surprising
 from tgvdp.physics.codes import NOT_KEPT
 from tgvdp.progress import tell
 
 #: A blend of two extremals may cost this share of energy more than they foretell.
 _BLEND_LOSS = 5e-5
-#: First multiplier, in usual ones, and the factor from it to the fastest run, whose multiplier is infinite.
-_FIRST_MULTIPLIER = 4.0
 #: Step of ln λ towards slower runs, and how many steps without saving end the front.
 _MARCH = 0.5
 _IDLE_STEPS = 12
-#: Steps of ln λ towards the fastest run, from the highest multiplier that is finite: how long they are, how far they go
-#: at once, at least and at most; to a run that is slower than the fastest one by this share of what the first time is.
-_STEP_UP = 0.5
-_LEAST_RISE = 0.7
-_MOST_RISE = 4.2
-_FAR_ENOUGH = 0.5
 #: Steps that are solved at once, at first and later on.
 _FIRST_STEPS = 4
 _STEPS = 2
-#: Between two extremals the front lies above their tangents; where these leave more room than this share of energy
-#: below the chord, the front may bend in a way that they do not foretell: unless they foretold one between them.
-_BEND = 5e-3
-#: The same where the running time seems to jump between the two.
-_JUMP = 1.5e-3
 #: Two multipliers whose logarithms differ by less are one.
 _SAME_MULTIPLIER = 2e-3
-#: Multipliers beyond this multiple of the usual one are infinite.
-_HIGHEST_MULTIPLIER = 1e12
 #: Relative difference below which running times or energies are the same.
 _SAME = 1e-9
-_MOST_EXTREMALS = 250
 #: Runs between two looks at the clock, at most, and the cells that these have: a tenth of a second.
 _AT_ONCE = 128
 _CELLS_OF_RUNS_AT_ONCE = 500_000
@@ -77,7 +61,7 @@ class ExtremalFront:
         self.counters = counters
         self.clock = clock
         self.extremals: list[Extremal] = []
-        self.multiplier = max(_FIRST_MULTIPLIER * mesh.usual_multiplier, least_multiplier)
+        self.multiplier = max(FIRST_MULTIPLIER * mesh.usual_multiplier, least_multiplier)
         self.idle = 0
         self.foretold: set[float] = set()
         self.repeated: set[float] = set()  # multipliers whose extremal is one of the two around them
@@ -170,43 +154,8 @@ class ExtremalFront:
     def foresee(self, target_s: NDArray[np.float64]) -> None:
         """Add the extremals without which those around running times may hold a surprise."""
         targets_s = target_s.tolist()
-        while wanted := self._surprising(targets_s):
+        while wanted := surprising(self, targets_s):
             self._solve_between(wanted)
-
-    def _surprising(self, target_s: Sequence[float]) -> list[tuple[int, float]]:
-        """Multipliers to solve between extremals and those before them, where these may hold a surprise."""
-        inner = [bisect_right(target_s, extremal.time_s) for extremal in self.extremals[1:-1]]
-        faster = [0, *inner, len(target_s)]  # targets, than each of the extremals
-        wanted: list[tuple[int, float]] = []
-        for second, (before, after) in enumerate(pairwise(self.extremals), 1):
-            pieces = self._pieces(before, after) if faster[second - 1] < faster[second] else 1
-            if pieces <= 1:
-                continue
-            if math.isinf(before.multiplier):
-                wanted += [(second, multiplier) for multiplier in self._towards_fastest(target_s[0])]
-                continue
-            multiplier = self._middle(second, (pieces // 2) / pieces)
-            # Between two jumps of the running time an extremal holds for many multipliers: each is asked for once.
-            if multiplier is not None and multiplier not in self.repeated:
-                wanted.append((second, multiplier))
-        return wanted[: _MOST_EXTREMALS - len(self.extremals)]
-
-    def _towards_fastest(self, first_s: float) -> list[float]:
-        """Multipliers between the fastest run and the next extremal, in steps, up to that of a run as fast as a time.
-
-        What runs take longer than the fastest one goes about with a power of λ, which two of them tell.
-        """
-        fastest, after, *slower = self.extremals
-        rise = math.log(_FIRST_MULTIPLIER)
-        if slower:
-            longer_s, next_longer_s = after.time_s - fastest.time_s, slower[0].time_s - fastest.time_s
-            power = math.log(next_longer_s / longer_s) / math.log(after.multiplier / slower[0].multiplier)
-            sought_s = max(_FAR_ENOUGH * (first_s - fastest.time_s), self.tolerance_s)
-            rise = min(max(math.log(longer_s / sought_s) / power, _LEAST_RISE), _MOST_RISE)
-        count = math.ceil(rise / _STEP_UP)
-        most = _HIGHEST_MULTIPLIER * self.mesh.usual_multiplier
-        multipliers = [after.multiplier * math.exp(rise * step / count) for step in range(count, 0, -1)]
-        return [multiplier for multiplier in multipliers if multiplier < most]
 
     def solved(self, mesh: Mesh, multipliers: Sequence[float]) -> list[Extremal]:
         """Extremals of multipliers, as of `Mesh.extremals`, as many at once as leave time for looks at the clock."""
@@ -256,18 +205,6 @@ class ExtremalFront:
                 splits.add(met.second)
         self._split(sorted(splits), closed)
 
-    def _pieces(self, before: Extremal, after: Extremal) -> int:
-        """Into how many pieces to cut the front between two extremals so that none holds a surprise."""
-        if math.isinf(before.multiplier):
-            return 1 if after.time_s - before.time_s <= self.tolerance_s else 2
-        if before.multiplier in self.foretold or after.multiplier in self.foretold:
-            return 1  # their tangents part a quarter as far as those of the two that foretold
-        bend = tangent_gap(before, after) / self.base_j(after.energy_j)
-        if bend > _JUMP and not foretells(before, after):
-            return 2
-        # Tangents part from the chord with the square of the distance between the extremals.
-        return math.ceil(math.sqrt(bend / _BEND))
-
     def _is_foretold(self, before: Extremal, middle: Extremal, after: Extremal) -> bool:
         """Whether two extremals told the energy of the one between them."""
         if math.isinf(before.multiplier):
@@ -282,20 +219,20 @@ class ExtremalFront:
         loss_j = _BLEND_LOSS * self.base_j(run.energy_j)
         return run.energy_j <= between(before, after, run.time_s).energy_j + loss_j
 
-    def _middle(self, second: int, share: float = 0.5) -> float | None:
+    def middle(self, second: int, share: float = 0.5) -> float | None:
         """A multiplier between those of an extremal and the one before it, if any."""
         before, after = self.extremals[second - 1].multiplier, self.extremals[second].multiplier
         if math.isinf(before):
-            higher = _FIRST_MULTIPLIER * after
-            return higher if higher < _HIGHEST_MULTIPLIER * self.mesh.usual_multiplier else None
+            higher = FIRST_MULTIPLIER * after
+            return higher if higher < HIGHEST_MULTIPLIER * self.mesh.usual_multiplier else None
         return before ** (1.0 - share) * after**share if math.log(before / after) >= _SAME_MULTIPLIER else None
 
     def _split(self, seconds: Sequence[int], closed: set[float]) -> None:
         """Solve multipliers between extremals and those before them; where there are none they are closed."""
         wanted: list[tuple[int, float]] = []
         for second in seconds:
-            full = len(self.extremals) + len(wanted) >= _MOST_EXTREMALS
-            multiplier = self._middle(second) if second > 0 and not full else None
+            full = len(self.extremals) + len(wanted) >= MOST_EXTREMALS
+            multiplier = self.middle(second) if second > 0 and not full else None
             if multiplier is None:
                 closed.add(self.extremals[second].multiplier)
             else:
