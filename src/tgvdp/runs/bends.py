@@ -100,22 +100,27 @@ def _bend(train, grade, air, d, w0, w1):
     load = resistance_at(train, air, middle) + grade
     effort = train.inertia_kg * acceleration + load
     # Of halves, since a row may begin or end at a drop of the effort.
-    by_drag = mean_resistance(train, air, middle, v1) - mean_resistance(train, air, v0, middle)
-    change = by_drag
+    change = mean_resistance(train, air, middle, v1) - mean_resistance(train, air, v0, middle)
+    follows_limit = True
     if effort > 0.0:
-        if effort >= NEARLY_FULL * effort_at(train.traction, middle):
+        follows_limit = effort >= NEARLY_FULL * effort_at(train.traction, middle)
+        if follows_limit:
             change += mean_effort(train.traction, v0, middle) - mean_effort(train.traction, middle, v1)
     elif follows_dynamic(train, d, -effort, v0, v1):
         change += mean_effort(train.braking, middle, v1) - mean_effort(train.braking, v0, middle)
     elif train.rates.shape[0] > 0:
         if abs(effort - load + effort_at(train.rates, middle)) <= _AT_RATE * effort_at(train.rates, middle):
             return 0.0
+        follows_limit = False
     elif -effort >= NEARLY_FULL * brake_at(train, load, middle):
         change += mean_brake(train, 0.0, middle, v1) - mean_brake(train, 0.0, v0, middle)
+    else:
+        follows_limit = False
     differs = change / train.inertia_kg
-    if change != by_drag and passes_comfort(train, acceleration, differs):
+    if follows_limit:
         mean = train.inertia_kg * acceleration + mean_resistance(train, air, v0, v1) + grade
-        if abs(mean) > NO_EFFORT * effort_at(train.traction, 0.0):  # without effort the line may do more
+        is_any = abs(mean) > NO_EFFORT * effort_at(train.traction, 0.0)  # without effort the line may do more
+        if is_any and passes_comfort(train, mean, acceleration, differs):
             return 0.0
     bend = 0.5 * d * differs
     return bend if abs(bend) <= _MOST_BENT * abs(w1 - w0) else 0.0

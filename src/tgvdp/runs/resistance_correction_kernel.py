@@ -92,10 +92,14 @@ def is_comfort(train, gain):
 
 
 @leaf
-def passes_comfort(train, acceleration, change):
-    """Whether an acceleration that is more, or less, by some change at the ends of a row passes a comfort limit."""
-    most = abs(change)
-    return acceleration + most > train.max_acceleration or most - acceleration > train.max_deceleration
+def passes_comfort(train, effort, acceleration, change):
+    """Whether an effort whose acceleration is more, or less, at the ends of a row passes a comfort limit somewhere.
+
+    Not where it does so throughout: that is the line alone.
+    """
+    if effort > 0.0:
+        return acceleration <= train.max_acceleration < acceleration + abs(change)
+    return effort < 0.0 and -acceleration <= train.max_deceleration < abs(change) - acceleration
 
 
 @leaf
@@ -132,7 +136,7 @@ def _law_of(train, grade, air, d, w0, w1):
     if share == 0.0 and abs(effort) > NO_EFFORT * effort_at(train.traction, 0.0):
         middle = math.sqrt(0.5 * (w0 + w1))
         change = mean_resistance(train, air, middle, v1) - mean_resistance(train, air, v0, middle)
-        kept = kept or passes_comfort(train, acceleration, change / train.inertia_kg)
+        kept = kept or passes_comfort(train, effort, acceleration, change / train.inertia_kg)
     return kept, share
 
 
