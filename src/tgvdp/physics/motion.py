@@ -29,6 +29,11 @@ TIME_RTOL = 1e-4
 NET_STEP = 0.1
 BALANCED = 1e-8
 
+#: How often a change of speed is halved to find where a comfort limit begins or ends to cut the effort.
+_HALVINGS = 30
+#: ... and the share of the speed within which it does so at once.
+_AT_ONCE = 1e-6
+
 #: A train that a drop of the effort curve holds runs this share of v² below the drop.
 BELOW_DROP = 1e-9
 
@@ -131,6 +136,25 @@ def _row_end(table, extra, v, rising, rows):
     return max(v - step, table[i, 0])
 
 
+@leaf
+def _to_comfort(train, regime, cell, v, net, end):
+    """Speed at the end of a row that is to end at one, or where a comfort limit begins or ends to cut the effort."""
+    sense = 1.0 if regime == TRACTION else -1.0
+    most = train.inertia_kg * (train.max_acceleration if regime == TRACTION else train.max_deceleration)
+    cuts = sense * net >= most
+    if most == math.inf or (sense * net_force(train, regime, cell, end, end) >= most) == cuts:
+        return end
+    before = v
+    after = end
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (before + after)
+        if (sense * net_force(train, regime, cell, middle, middle) >= most) == cuts:
+            before = middle
+        else:
+            after = middle
+    return after if abs(after - v) > _AT_ONCE * v else end
+
+
 @kernel
 def march(train, regime, sign, cell, length_m, w, target_w, rows, n):
     """Drive through a uniform cell, for a length or until a target speed.
@@ -193,6 +217,8 @@ def march(train, regime, sign, cell, length_m, w, target_w, rows, n):
             return length_m, w, n + 1
         step = _speed_step(slope, cell.air, v, net, train.rows)
         end = min(end, v + step) if rising else max(end, v - step)
+        if regime != COASTING and end < math.inf:
+            end = _to_comfort(train, regime, cell, v, net, end)
         next_w = end * end
         if rising and w < target_w:
             next_w = min(next_w, target_w)

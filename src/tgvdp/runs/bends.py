@@ -26,7 +26,7 @@ from tgvdp.physics.forces import (
 )
 from tgvdp.runs.batch import Batch
 from tgvdp.runs.effort_jumps import NO_EFFORT
-from tgvdp.runs.resistance_correction_kernel import NEARLY_FULL, cut_rows, is_comfort, passes_comfort
+from tgvdp.runs.resistance_correction_kernel import AT_LIMIT, NEARLY_FULL, cut_rows, is_comfort, passes_comfort
 
 #: How far the time of a run may be off, s.
 _MOST_S = 5e-4
@@ -35,10 +35,8 @@ _MOST_S = 5e-4
 USUAL_ROWS = 4.0
 _ROUGH_ROWS = 2.0
 _OFF = 4e-5
-#: A deceleration within this share of the braking rate half-way is that rate.
-_AT_RATE = 0.01
 #: What bends by more than this share of its change is no parabola: a speed that is held.
-_MOST_BENT = 0.1
+_MOST_BENT = 0.5
 #: Rows that one is cut into at most.
 _MOST_PARTS = 64
 #: Rows that are passed sooner than they say make up for others that are passed later: together they may be off by so
@@ -109,7 +107,8 @@ def _bend(train, grade, air, d, w0, w1):
     elif follows_dynamic(train, d, -effort, v0, v1):
         change += mean_effort(train.braking, middle, v1) - mean_effort(train.braking, v0, middle)
     elif train.rates.shape[0] > 0:
-        if abs(effort - load + effort_at(train.rates, middle)) <= _AT_RATE * effort_at(train.rates, middle):
+        rate = effort_at(train.rates, middle)
+        if abs(effort - load + rate) <= AT_LIMIT * rate:
             return 0.0
         follows_limit = False
     elif -effort >= NEARLY_FULL * brake_at(train, load, middle):

@@ -11,7 +11,11 @@ from tgvdp.runs.effort_jumps import NO_EFFORT
 from tgvdp.runs.resistance_correction_effort import MOST_TAKEN, bounds_of_change, find_needed, keep_within_effort
 
 #: An acceleration within this share of its limit is at the limit.
-_AT_LIMIT = 1e-6
+AT_LIMIT = 1e-6
+#: A deceleration within this share of a braking rate is at the rate but for a hand's breadth.
+_AT_RATE = 0.01
+#: ... and at the end of a row within this share of the change from its middle on.
+_AT_END = 0.05
 #: An effort above this share of its limit keeps that share along a row: as it is, it could be beyond the limit.
 NEARLY_FULL = 0.9
 #: A speed is held by choice where the effort is below this share of its limit.
@@ -86,20 +90,19 @@ def count_parts(line, x, w, parts):
 @leaf
 def is_comfort(train, gain):
     """Whether an acceleration is at a comfort limit: no effort goes beyond it, but the line may."""
-    return (
-        abs(gain / train.max_acceleration - 1.0) <= _AT_LIMIT or abs(gain / train.max_deceleration + 1.0) <= _AT_LIMIT
-    )
+    return abs(gain / train.max_acceleration - 1.0) <= AT_LIMIT or abs(gain / train.max_deceleration + 1.0) <= AT_LIMIT
 
 
 @leaf
 def passes_comfort(train, effort, acceleration, change):
     """Whether an effort whose acceleration is more, or less, at the ends of a row passes a comfort limit somewhere.
 
-    Not where it does so throughout: that is the line alone.
+    Not where it does so throughout: that is the line alone; nor where it does at one end alone, where the limit begins.
     """
+    most = (1.0 - _AT_END) * abs(change)
     if effort > 0.0:
-        return acceleration <= train.max_acceleration < acceleration + abs(change)
-    return effort < 0.0 and -acceleration <= train.max_deceleration < abs(change) - acceleration
+        return acceleration <= train.max_acceleration < acceleration + most
+    return effort < 0.0 and -acceleration <= train.max_deceleration < most - acceleration
 
 
 @leaf
@@ -131,8 +134,11 @@ def _law_of(train, grade, air, d, w0, w1):
         full = mean + train.friction_n
         share = effort / full if -effort >= NEARLY_FULL * full > 0.0 else 0.0
     else:
-        braking = -acceleration * train.inertia_kg / mean_rate(train.rates, v0, v1)
-        kept = kept or abs(braking - 1.0) <= _AT_LIMIT  # beyond its rate it is the load alone that slows a train
+        rate = mean_rate(train.rates, v0, v1)
+        braking = -acceleration * train.inertia_kg / rate
+        steady = abs(effort_at(train.rates, 0.5 * (v0 + v1)) / rate - 1.0) <= AT_LIMIT
+        near = _AT_RATE if steady else AT_LIMIT
+        kept = kept or -near <= braking - 1.0 <= AT_LIMIT  # beyond its rate it is the load alone that slows a train
     if share == 0.0 and abs(effort) > NO_EFFORT * effort_at(train.traction, 0.0):
         middle = math.sqrt(0.5 * (w0 + w1))
         change = mean_resistance(train, air, middle, v1) - mean_resistance(train, air, v0, middle)
@@ -165,7 +171,7 @@ def _sweep(train, share, air, d, w0, w1, parts, cut_w):
 
 
 @part
-def _cut_row(train, law, air, d, w0, w1, parts, cut_w):
+def cut_row(train, law, air, d, w0, w1, parts, cut_w):
     """Squared speeds at the end of each part of a row, (parts,) in place; the last one is w1.
 
     All parts at once, from a straight line on: no part waits for the one before it, and none makes up for the others.
@@ -198,7 +204,7 @@ def cut_rows(train, line, x, w, parts, cut_x, cut_w):
             d = x[k + 1] - x[k]
             step = piece_from(line.break_m, step, 0.5 * (x[k] + x[k + 1]))
             law = _law_of(train, line.grade_n[step], line.air[step], d, w[k], w[k + 1])
-            _cut_row(train, law, line.air[step], d, w[k], w[k + 1], parts[k], cut_w[n:])
+            cut_row(train, law, line.air[step], d, w[k], w[k + 1], parts[k], cut_w[n:])
             for j in range(1, parts[k]):
                 cut_x[n] = x[k] + j / parts[k] * d
                 n += 1
@@ -212,7 +218,7 @@ def _is_bound(train, gain, v):
     """Whether an acceleration is at a comfort limit or at a braking rate, at a mean speed."""
     if is_comfort(train, gain):
         return True
-    return train.rates.shape[0] > 0 and abs(gain * train.inertia_kg / effort_at(train.rates, v) + 1.0) <= _AT_LIMIT
+    return train.rates.shape[0] > 0 and abs(gain * train.inertia_kg / effort_at(train.rates, v) + 1.0) <= AT_LIMIT
 
 
 @part

@@ -11,6 +11,7 @@ from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import brake_at, effort_at, mean_effort, mean_resistance, resistance_at
 from tgvdp.physics.motion import march
 from tgvdp.runs.braking_point import braked_w, drive_then_brake
+from tgvdp.runs.resistance_correction_kernel import NEARLY_FULL, cut_row
 
 #: Coasting and partial effort take so many rows in a cell that their constant accelerations miss the duration by this
 #: share, over the square of the train's `parts`, as those under full traction do over a run; at most ...
@@ -18,6 +19,8 @@ _TIME_RTOL = 3.2e-5
 _MOST_ROWS = 12.0
 #: ... in so many sweeps, each of which corrects the effort of all rows by what the last one would have to make up for.
 _EFFORT_SWEEPS = 3
+#: Rows of nearly full braking whose limit changes along a cell.
+_BRAKING_ROWS = 4
 #: Sweeps that find where coasting leads, at most; one that changes v² by this share leaves less than 1e-10 of it.
 _COAST_SWEEPS = 2
 _COAST_RTOL = 1e-7
@@ -163,6 +166,35 @@ def _in_parts(train, cell, effort, w, target, rows, n):
     return driven, last
 
 
+@leaf
+def _gives_share(train, cell, share, v):
+    """Whether a train gives a share, below 0, of the limit of its brakes at a speed, within its comfort limits."""
+    return _gives(train, cell, share * (effort_at(train.braking, v) + train.friction_n), v)
+
+
+@part
+def _brake_nearly_fully(train, cell, effort, w, target, rows, n):
+    """Append braking through a cell by an effort that the brakes give at one end only, as their limit changes.
+
+    It keeps its share of that limit; rows of full braking follow it, and the comfort limit. Else it is a single row.
+    """
+    v0, v1 = math.sqrt(w), math.sqrt(target)
+    full = mean_effort(train.braking, v0, v1) + train.friction_n
+    share = effort / full if full > 0.0 else 0.0
+    if train.rates.shape[0] > 0 or share > -NEARLY_FULL or n < 0 or n + _BRAKING_ROWS > rows.x.shape[0]:
+        return append(cell.end_m, target, rows, n)
+    if share <= -FULL_EFFORT:
+        left, _, last = saturated(train, BRAKING, cell, w, target, rows, n)
+        if last < 0 or left <= (1.0 - FULL_EFFORT) * cell.length_m:
+            return ended(cell, target, rows, n, last)
+    elif _gives_share(train, cell, share, v0) and _gives_share(train, cell, share, v1):
+        cut_row(train, (False, share), cell.air, cell.length_m, w, target, _BRAKING_ROWS, rows.w[n:])
+        for i in range(1, _BRAKING_ROWS):
+            rows.x[n] = cell.start_m + i / _BRAKING_ROWS * cell.length_m
+            n += 1
+    return append(cell.end_m, target, rows, n)
+
+
 @part
 def evenly(train, cell, w, target, rows, n):
     """Append rows of one effort through a cell; a single one, of one acceleration, where a limit is near.
@@ -185,7 +217,7 @@ def evenly(train, cell, w, target, rows, n):
             # traction above it; slowing down, to the target.
             return ended(cell, landed if w < target else target, rows, first, n)
         return append(cell.end_m, target, rows, n if holds else first)
-    return append(cell.end_m, target, rows, n)
+    return _brake_nearly_fully(train, cell, effort, w, target, rows, n)
 
 
 @part
