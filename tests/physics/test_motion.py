@@ -1,5 +1,6 @@
 """Mean forces, the arc and marching against quadrature, closed forms and independent integration."""
 
+import itertools
 import math
 
 import numpy as np
@@ -15,7 +16,7 @@ from tgvdp.physics.arc import arc, within_effort_at
 from tgvdp.physics.cell import Cell, Rows
 from tgvdp.physics.codes import BRAKING, COASTING, TRACTION
 from tgvdp.physics.forces import kernel_train, mean_brake, mean_effort, mean_resistance
-from tgvdp.physics.motion import march
+from tgvdp.physics.motion import march, net_force
 
 CURVES = {
     "constant": EffortCurve.from_caps(2e5),
@@ -210,3 +211,24 @@ def test_march_over_a_thousand_kilometres_is_short():
     power_n = 3e6 / v[-1]
     assert power_n == pytest.approx(railcar().resistance_n(v[-1]), rel=1e-6)
     assert len(x) < 400
+
+
+@pytest.mark.parametrize(
+    ("regime", "sign", "start_mps"), [(TRACTION, 1.0, 0.0), (BRAKING, 1.0, 55.0), (BRAKING, -1.0, 1.0)]
+)
+@pytest.mark.parametrize("curve", ["power", "table", "drops"])
+def test_a_row_ends_where_a_comfort_limit_begins_or_ends(regime, sign, start_mps, curve):
+    """A row of both took some milliseconds more or less than its motion."""
+    train = kernel_train(railcar(curve, max_acceleration_mps2=0.35, max_deceleration_mps2=0.35, friction_brake_n=0.0))
+    cell = Cell(0.0, 9e3, 9e3, 0.0, 6.0, math.inf)
+    rows = Rows(*np.empty((2, 5000)))
+    _, _, n = march(train, regime, sign, cell, cell.length_m, start_mps**2, 50.0**2 if start_mps < 50 else 1.0, rows, 0)
+    speed = np.sqrt(np.concatenate(([start_mps**2], rows.w[:n])))
+    limits = []
+    for before, after in itertools.pairwise(speed):
+        inside = before + (after - before) * np.array([1e-4, 0.5, 1.0 - 1e-4])
+        nets = np.array([net_force(train, regime, cell, v, v) for v in inside])
+        at_limit = np.abs(nets) >= 0.35 * train.inertia_kg * (1.0 - 1e-12)
+        assert at_limit.all() or not at_limit.any()
+        limits.append(at_limit.all())
+    assert any(limits) and not all(limits)

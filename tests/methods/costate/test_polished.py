@@ -17,6 +17,7 @@ CASES = {
     "the same, below its corner": (descent_trip, 1003, 10, 4, 0.074),
     "friction along the curve of the dynamic brake": (descent_trip, 1073, 10, 6, 0.084),
     "braked before the limit of a descent was reached": (descent_trip, 1071, 10, 1, 0.081),
+    "blended from an envelope that ended a policy": (proof_trip, 1803000750, 12, 3, 0.055),
 }
 _LEFT_PCT = 0.03
 
@@ -30,15 +31,27 @@ def test_a_polish_saves_next_to_nothing(name):
     assert gain_pct(result, profiles, index) <= min(_LEFT_PCT, 0.5 * saved_pct)
 
 
-def test_a_train_does_not_pass_a_drop_of_traction_that_holds_it():
-    """One row of 186 m led to a speed that it could not reach: the replay was 5 ms off."""
-    trip = proof_trip(1799000034)
+@pytest.mark.parametrize(
+    "seed",
+    [
+        pytest.param(1799000034, id="a drop of traction that holds the train: 5.2 ms"),
+        pytest.param(1902000032, id="partial braking next to a comfort limit: 3.2 ms"),
+        pytest.param(1905000594, id="a comfort limit that ends within a row: 1.2 ms"),
+        pytest.param(1905000515, id="rows that the line alone slows beyond comfort: refused where cut straight"),
+        pytest.param(1905000081, id="full braking to a comfort limit: 1.04 ms"),
+        pytest.param(1905000740, id="an approach to the balancing speed: 1.09 ms"),
+        pytest.param(1906000779, id="braking next to a rate: 1.6 ms"),
+        pytest.param(1906001367, id="braking next to steps of the rate: refused where cut straight"),
+        pytest.param(1906000926, id="nearly full braking on a short run: 1.5 ms"),
+    ],
+)
+def test_replays_pass_and_agree_to_a_millisecond(seed):
+    trip = proof_trip(seed)
     result = tgvdp.search(trip.train, trip.track, points=12, **trip.options)
-    replayed_ms = [
-        10.0 * verdict.time_error_pct * time_s
-        for verdict, time_s in zip(result.verify(), result.front.time_s, strict=True)
-    ]
-    assert max(map(abs, replayed_ms)) <= 1.0
+    verdicts = result.verify()
+    assert all(verdict.ok for verdict in verdicts)
+    off_ms = [10.0 * verdict.time_error_pct * at_s for verdict, at_s in zip(verdicts, result.front.time_s, strict=True)]
+    assert max(map(abs, off_ms)) <= 0.8
 
 
 def test_brakes_in_full_end_on_the_envelope_by_all_of_their_rows():

@@ -7,7 +7,7 @@ import pytest
 
 import tgvdp
 from tests.helpers.phases_case import CASES, POINTS, phases_s
-from tests.helpers.trips import trip_on
+from tests.helpers.trips import commuter, trip_on
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate.drivable import drivable
 from tgvdp.methods.costate.mesh import Mesh, Run
@@ -281,3 +281,20 @@ def test_rows_carry_their_times_and_energies_along(made):
     assert_measured(way, run, len(x_m))
     n = without_touches(way, tracked, n)
     assert_measured(way, tracked, n)
+
+
+def test_what_phases_may_cost_is_a_share_of_the_net_energy():
+    """It was one of the energy without auxiliaries, or of all traction: a tenth of a small net energy was lost."""
+    train = commuter(auxiliary_power_w=3e5, regeneration_efficiency=0.8, traction_efficiency=0.85)
+    gradients = [(0, 0), (2000, -14), (6000, 6), (8000, -16), (14e3, 0), (17e3, -9)]
+    limits = [(0, 33), (5000, 25), (7500, 33), (12e3, 22), (15e3, 33)]
+    trip = trip_on(limits, gradients, 20e3, train)
+    asked = {"energy": "pantograph", "points": 30}
+    before, after = (tgvdp.search(trip.train, trip.track, min_phase_s=least_s, **asked) for least_s in (0.0, 1.0))
+    kinetic_j = 0.5 * train.inertia_kg * before.fastest.profile.speed_mps.max() ** 2
+    later_s = after.front.time_s - before.front.time_s
+    price = np.nan_to_num(before._found.multiplier_j_per_s, posinf=0.0)
+    dearer_j = after.front.energy_j - before.front.energy_j + price * later_s
+    assert np.abs(after.front.energy_j).min() < 0.15 * kinetic_j
+    assert short(after).sum() < short(before).sum()
+    assert (dearer_j <= 6e-5 * np.maximum(np.abs(before.front.energy_j), 0.1 * kinetic_j)).all()
