@@ -26,7 +26,7 @@ from tgvdp.physics.forces import (
 )
 from tgvdp.runs.batch import Batch
 from tgvdp.runs.effort_jumps import NO_EFFORT
-from tgvdp.runs.resistance_correction_kernel import AT_LIMIT, NEARLY_FULL, cut_rows, is_comfort, passes_comfort
+from tgvdp.runs.resistance_correction_kernel import AT_LIMIT, NEARLY_FULL, cut_rows, is_comfort, passes
 
 #: How far the time of a run may be off, s.
 _MOST_S = 5e-4
@@ -119,7 +119,7 @@ def _bend(train, grade, air, d, w0, w1):
     if follows_limit:
         mean = train.inertia_kg * acceleration + mean_resistance(train, air, v0, v1) + grade
         is_any = abs(mean) > NO_EFFORT * effort_at(train.traction, 0.0)  # without effort the line may do more
-        if is_any and passes_comfort(train, mean, acceleration, differs):
+        if is_any and passes(train.max_acceleration, train.max_deceleration, mean, acceleration, differs):
             return 0.0
     bend = 0.5 * d * differs
     return bend if abs(bend) <= _MOST_BENT * abs(w1 - w0) else 0.0

@@ -12,8 +12,6 @@ from tgvdp.runs.resistance_correction_effort import MOST_TAKEN, bounds_of_change
 
 #: An acceleration within this share of its limit is at the limit.
 AT_LIMIT = 1e-6
-#: A deceleration within this share of a braking rate is at the rate but for a hand's breadth.
-_AT_RATE = 0.01
 #: ... and at the end of a row within this share of the change from its middle on.
 _AT_END = 0.05
 #: An effort above this share of its limit keeps that share along a row: as it is, it could be beyond the limit.
@@ -94,15 +92,15 @@ def is_comfort(train, gain):
 
 
 @leaf
-def passes_comfort(train, effort, acceleration, change):
-    """Whether an effort whose acceleration is more, or less, at the ends of a row passes a comfort limit somewhere.
+def passes(gaining, slowing, effort, acceleration, change):
+    """Whether an effort whose acceleration is more, or less, at the ends of a row passes a limit of these somewhere.
 
     Not where it does so throughout: that is the line alone; nor where it does at one end alone, where the limit begins.
     """
     most = (1.0 - _AT_END) * abs(change)
     if effort > 0.0:
-        return acceleration <= train.max_acceleration < acceleration + most
-    return effort < 0.0 and -acceleration <= train.max_deceleration < most - acceleration
+        return acceleration <= gaining < acceleration + most
+    return effort < 0.0 and -acceleration <= slowing < most - acceleration
 
 
 @leaf
@@ -110,13 +108,14 @@ def _law_of(train, grade, air, d, w0, w1):
     """What a row keeps to: whether its acceleration, and else the share of an effort limit beside constant effort.
 
     The share is 0 where all is constant, and below 0 where the dynamic brake follows its limit. A constant effort that
-    would pass a comfort limit somewhere gives way to a constant acceleration.
+    would pass a comfort limit or a braking rate somewhere gives way to a constant acceleration.
     """
     acceleration = 0.5 * (w1 - w0) / d
     v0 = math.sqrt(w0)
     v1 = math.sqrt(w1)
     effort = train.inertia_kg * acceleration + mean_resistance(train, air, v0, v1) + grade
     kept = is_comfort(train, acceleration)
+    slowing = train.max_deceleration
     table = train.traction if effort >= 0.0 else train.braking
     mean = mean_effort(table, v0, v1)
     share = 0.0
@@ -134,15 +133,14 @@ def _law_of(train, grade, air, d, w0, w1):
         full = mean + train.friction_n
         share = effort / full if -effort >= NEARLY_FULL * full > 0.0 else 0.0
     else:
-        rate = mean_rate(train.rates, v0, v1)
-        braking = -acceleration * train.inertia_kg / rate
-        steady = abs(effort_at(train.rates, 0.5 * (v0 + v1)) / rate - 1.0) <= AT_LIMIT
-        near = _AT_RATE if steady else AT_LIMIT
-        kept = kept or -near <= braking - 1.0 <= AT_LIMIT  # beyond its rate it is the load alone that slows a train
+        rate = mean_rate(train.rates, v0, v1) / train.inertia_kg
+        kept = kept or abs(-acceleration / rate - 1.0) <= AT_LIMIT  # beyond it it is the load alone that slows a train
+        if abs(effort_at(train.rates, 0.5 * (v0 + v1)) / (rate * train.inertia_kg) - 1.0) <= AT_LIMIT:  # no step of it
+            slowing = min(slowing, rate)
     if share == 0.0 and abs(effort) > NO_EFFORT * effort_at(train.traction, 0.0):
         middle = math.sqrt(0.5 * (w0 + w1))
         change = mean_resistance(train, air, middle, v1) - mean_resistance(train, air, v0, middle)
-        kept = kept or passes_comfort(train, effort, acceleration, change / train.inertia_kg)
+        kept = kept or passes(train.max_acceleration, slowing, effort, acceleration, change / train.inertia_kg)
     return kept, share
 
 

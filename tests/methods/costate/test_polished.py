@@ -42,6 +42,7 @@ def test_a_polish_saves_next_to_nothing(name):
         pytest.param(1905000740, id="an approach to the balancing speed: 1.09 ms"),
         pytest.param(1906000779, id="braking next to a rate: 1.6 ms"),
         pytest.param(1906001367, id="braking next to steps of the rate: refused where cut straight"),
+        pytest.param(1907000881, id="a drag beyond the rate at the start of a row: refused"),
         pytest.param(1906000926, id="nearly full braking on a short run: 1.5 ms"),
     ],
 )
