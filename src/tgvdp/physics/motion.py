@@ -8,7 +8,8 @@ speeds does not depend on the length of the row, so the length follows in closed
 
 Rows are short enough that the effort limit changes by `STEP` at most within a row, so that the mean of a limit is
 the limit, and that the duration is right to `TIME_RTOL`: if the net force changes by a share e between v0 and v1,
-constant acceleration misses the duration by e/6·(v1 − v0)/(v0 + v1), most of all next to standstill.
+constant acceleration misses the duration by e/6·(v1 − v0)/(v0 + v1), most of all next to standstill. A row ends where
+a comfort limit begins or ends to cut the effort: its forces have another slope from there on.
 The same function drives backwards (sign = −1), which is how braking curves are made.
 """
 
