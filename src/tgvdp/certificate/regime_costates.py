@@ -78,11 +78,19 @@ def _backward(run, first, last, p, out):
 
 @kernel
 def _forward(run, first, last, p, out):
-    """Integrate from p at the start of cell ``first``; the start of each cell in ``out``."""
+    """Integrate from p at the start of cell ``first``; the start of each cell in ``out``.
+
+    What p is off grows as speed decays. A train that drag slows a thousand times within a phase would have costates
+    without a meaning there: in coasting they stay near what its regime allows.
+    """
     out[first] = p
+    lowest, highest = -math.inf, math.inf
+    if run.label[first] == COASTING:
+        lowest, highest = 2.0 * lowest_costate(run, COASTING), -lowest_costate(run, COASTING)
     for k in range(first, last):
         if not (is_partial(run.label[k]) or slides(run, k)):
             p = costate_step(run, k, p, run.cells.length_m[k], law_of(run.label[k]))
+            p = min(max(p, lowest), highest)
         out[k + 1] = p
 
 

@@ -134,7 +134,7 @@ def _law_of(train, grade, air, d, w0, w1):
         share = effort / full if -effort >= NEARLY_FULL * full > 0.0 else 0.0
     else:
         rate = mean_rate(train.rates, v0, v1) / train.inertia_kg
-        kept = kept or abs(-acceleration / rate - 1.0) <= AT_LIMIT  # beyond it it is the load alone that slows a train
+        kept = kept or abs(-acceleration / rate - 1.0) <= AT_LIMIT  # beyond it the load alone slows a train
         if abs(effort_at(train.rates, 0.5 * (v0 + v1)) / (rate * train.inertia_kg) - 1.0) <= AT_LIMIT:  # no step of it
             slowing = min(slowing, rate)
     if share == 0.0 and abs(effort) > NO_EFFORT * effort_at(train.traction, 0.0):

@@ -181,7 +181,9 @@ def _brake_nearly_fully(train, cell, effort, w, target, rows, n):
     v0, v1 = math.sqrt(w), math.sqrt(target)
     full = mean_effort(train.braking, v0, v1) + train.friction_n
     share = effort / full if full > 0.0 else 0.0
-    if train.rates.shape[0] > 0 or share > -NEARLY_FULL or n < 0 or n + _BRAKING_ROWS > rows.x.shape[0]:
+    if n < 0 or n + _BRAKING_ROWS > rows.x.shape[0]:
+        return -1
+    if train.rates.shape[0] > 0 or share > -NEARLY_FULL:
         return append(cell.end_m, target, rows, n)
     if share <= -FULL_EFFORT:
         left, _, last = saturated(train, BRAKING, cell, w, target, rows, n)
