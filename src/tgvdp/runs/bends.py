@@ -26,7 +26,7 @@ from tgvdp.physics.forces import (
 )
 from tgvdp.runs.batch import Batch
 from tgvdp.runs.effort_jumps import NO_EFFORT
-from tgvdp.runs.resistance_correction_kernel import AT_LIMIT, NEARLY_FULL, cut_rows, is_comfort, passes
+from tgvdp.runs.resistance_correction_kernel import NEARLY_FULL, cut_rows, drag_change, is_bound, is_comfort, passes
 
 #: How far the time of a run may be off, s.
 _MOST_S = 5e-4
@@ -98,7 +98,7 @@ def _bend(train, grade, air, d, w0, w1):
     load = resistance_at(train, air, middle) + grade
     effort = train.inertia_kg * acceleration + load
     # Of halves, since a row may begin or end at a drop of the effort.
-    change = mean_resistance(train, air, middle, v1) - mean_resistance(train, air, v0, middle)
+    change = drag_change(train, air, v0, middle, v1)
     follows_limit = True
     if effort > 0.0:
         follows_limit = effort >= NEARLY_FULL * effort_at(train.traction, middle)
@@ -107,8 +107,7 @@ def _bend(train, grade, air, d, w0, w1):
     elif follows_dynamic(train, d, -effort, v0, v1):
         change += mean_effort(train.braking, middle, v1) - mean_effort(train.braking, v0, middle)
     elif train.rates.shape[0] > 0:
-        rate = effort_at(train.rates, middle)
-        if abs(effort - load + rate) <= AT_LIMIT * rate:
+        if is_bound(train, acceleration, middle):
             return 0.0
         follows_limit = False
     elif -effort >= NEARLY_FULL * brake_at(train, load, middle):

@@ -11,7 +11,7 @@ from tgvdp.runs.effort_jumps import NO_EFFORT
 from tgvdp.runs.resistance_correction_effort import MOST_TAKEN, bounds_of_change, find_needed, keep_within_effort
 
 #: An acceleration within this share of its limit is at the limit.
-AT_LIMIT = 1e-6
+_AT_LIMIT = 1e-6
 #: ... and at the end of a row within this share of the change from its middle on.
 _AT_END = 0.05
 #: An effort above this share of its limit keeps that share along a row: as it is, it could be beyond the limit.
@@ -88,7 +88,23 @@ def count_parts(line, x, w, parts):
 @leaf
 def is_comfort(train, gain):
     """Whether an acceleration is at a comfort limit: no effort goes beyond it, but the line may."""
-    return abs(gain / train.max_acceleration - 1.0) <= AT_LIMIT or abs(gain / train.max_deceleration + 1.0) <= AT_LIMIT
+    return (
+        abs(gain / train.max_acceleration - 1.0) <= _AT_LIMIT or abs(gain / train.max_deceleration + 1.0) <= _AT_LIMIT
+    )
+
+
+@leaf
+def is_bound(train, gain, v):
+    """Whether an acceleration is at a comfort limit or at a braking rate, at a mean speed."""
+    if is_comfort(train, gain):
+        return True
+    return train.rates.shape[0] > 0 and abs(gain * train.inertia_kg / effort_at(train.rates, v) + 1.0) <= _AT_LIMIT
+
+
+@leaf
+def drag_change(train, air, v0, middle, v1):
+    """By how much the mean resistance of the second half of a row is more than that of the first, N."""
+    return mean_resistance(train, air, middle, v1) - mean_resistance(train, air, v0, middle)
 
 
 @leaf
@@ -133,14 +149,15 @@ def _law_of(train, grade, air, d, w0, w1):
         full = mean + train.friction_n
         share = effort / full if -effort >= NEARLY_FULL * full > 0.0 else 0.0
     else:
-        rate = mean_rate(train.rates, v0, v1) / train.inertia_kg
-        kept = kept or abs(-acceleration / rate - 1.0) <= AT_LIMIT  # beyond it the load alone slows a train
-        if abs(effort_at(train.rates, 0.5 * (v0 + v1)) / (rate * train.inertia_kg) - 1.0) <= AT_LIMIT:  # no step of it
-            slowing = min(slowing, rate)
+        rate = mean_rate(train.rates, v0, v1)
+        braking = -acceleration * train.inertia_kg / rate
+        kept = kept or abs(braking - 1.0) <= _AT_LIMIT  # beyond its rate it is the load alone that slows a train
+        if abs(effort_at(train.rates, 0.5 * (v0 + v1)) / rate - 1.0) <= _AT_LIMIT:  # no step of it
+            slowing = min(slowing, rate / train.inertia_kg)
     if share == 0.0 and abs(effort) > NO_EFFORT * effort_at(train.traction, 0.0):
         middle = math.sqrt(0.5 * (w0 + w1))
-        change = mean_resistance(train, air, middle, v1) - mean_resistance(train, air, v0, middle)
-        kept = kept or passes(train.max_acceleration, slowing, effort, acceleration, change / train.inertia_kg)
+        change = drag_change(train, air, v0, middle, v1) / train.inertia_kg
+        kept = kept or passes(train.max_acceleration, slowing, effort, acceleration, change)
     return kept, share
 
 
@@ -212,14 +229,6 @@ def cut_rows(train, line, x, w, parts, cut_x, cut_w):
 
 
 @part
-def _is_bound(train, gain, v):
-    """Whether an acceleration is at a comfort limit or at a braking rate, at a mean speed."""
-    if is_comfort(train, gain):
-        return True
-    return train.rates.shape[0] > 0 and abs(gain * train.inertia_kg / effort_at(train.rates, v) + 1.0) <= AT_LIMIT
-
-
-@part
 def _is_held(train, least, effort, v):
     """Whether a speed that stays the same is held by choice."""
     if abs(effort) <= least:
@@ -262,7 +271,7 @@ def _look(train, line, x, w, gain, top, effort, sums, bound, held):
         v = math.sqrt(mean_w)
         resistance = train.davis_a_n + train.davis_b * v + line.air[between] * mean_w
         effort[k] = train.inertia_kg * 0.5 * (w[k + 1] - w[k]) / d + resistance + line.grade_n[between]
-        bound[k] = _is_bound(train, 0.5 * (w[k + 1] - w[k]) / d, v)
+        bound[k] = is_bound(train, 0.5 * (w[k + 1] - w[k]) / d, v)
         held[k] = abs(w[k + 1] - w[k]) <= _SAME_W * w[k + 1] and _is_held(train, least, effort[k], v)
 
 

@@ -83,11 +83,11 @@ def fill_blend(train, cells, known, policies, second, top, blend):
     before, before_at, after, after_at = _beside(known, first, second)
     bent_before = before_at < -_APART
     bent_after = after_at > 1.0 + _APART
-    count = cells.length_m.shape[0]
+    last = cells.length_m.shape[0]
     begins = math.nan  # the first line of switching, beyond the envelope, at the station behind
     falls = 0.0  # by how much more it falls within a cell than a run that coasts
-    for k in range(count, -1, -1):
-        if k < count:
+    for k in range(last, -1, -1):
+        if k < last:
             coasts = policies[first, k + 1, 1]
             if _falls(policies[first, k + 1]):
                 falls = coasts - policies[first, k + 1, 0]
@@ -109,14 +109,14 @@ def fill_blend(train, cells, known, policies, second, top, blend):
                     p0 = max(p1 + (p1 - p2) / (after_at - 1.0), p0)
             step = p1 - p0
             bend = 0.0
-            tell = 0
+            count = 0
             if bent_before and policies[before, k, i] < top_w:
                 bend += (policies[before, k, i] - p0 - before_at * step) / (before_at * (before_at - 1.0))
-                tell += 1
+                count += 1
             if bent_after and is_told:
                 bend += (p2 - p0 - after_at * step) / (after_at * (after_at - 1.0))
-                tell += 1
+                count += 1
             most = abs(step)
             blend.first[k, i] = p0
             blend.second[k, i] = p1
-            blend.bend[k, i] = min(max(bend / max(tell, 1), -most), most)
+            blend.bend[k, i] = min(max(bend / max(count, 1), -most), most)

@@ -35,7 +35,7 @@ def bridge(
     mesh: Mesh, fast: _Floats, slow: _Floats, target_s: float, tolerance_s: float, counters: dict[str, int]
 ) -> Run:
     """Run between those of two policies, (K + 1, 4), that takes a time; where none is found, the next faster one."""
-    pair = _pair(_driven(mesh, fast, counters), _driven(mesh, slow, counters))
+    pair = _pair(mesh.drive(fast, counters).copied(), mesh.drive(slow, counters).copied())
     run = _blended(mesh, pair, target_s, tolerance_s) if pair.is_near else None
     if run is not None:
         return run
@@ -49,23 +49,19 @@ def bridge(
             last = middle
     here = np.concatenate((slow[:first], fast[first:]))
     there = np.concatenate((slow[:last], fast[last:]))
-    pair = _pair(_driven(mesh, here, counters), _driven(mesh, there, counters))
+    pair = _pair(mesh.drive(here, counters).copied(), mesh.drive(there, counters).copied())
     lo, hi = 0.0, 1.0
     while hi - lo > _SAME and pair.apart_s > tolerance_s:
         run = _blended(mesh, pair, target_s, tolerance_s) if pair.is_near else None
         if run is not None:
             return run
         share = 0.5 * (lo + hi)
-        run = _driven(mesh, here + share * (there - here), counters)
+        run = mesh.drive(here + share * (there - here), counters).copied()
         if run.time_s < target_s:
             lo, pair = share, _pair(run, pair.late)
         else:
             hi, pair = share, _pair(pair.quick, run)
     return _blended(mesh, pair, target_s, tolerance_s) or pair.quick
-
-
-def _driven(mesh: Mesh, policy: _Floats, counters: dict[str, int]) -> Run:
-    return mesh.drive(policy, counters).copied()
 
 
 class _Pair(NamedTuple):

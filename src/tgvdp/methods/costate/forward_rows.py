@@ -8,7 +8,7 @@ from tgvdp.physics.arc import duration_and_work
 from tgvdp.physics.cell import Cell, append
 from tgvdp.physics.codes import BRAKING, TRACTION
 from tgvdp.physics.energy import FULL_EFFORT
-from tgvdp.physics.forces import brake_at, effort_at, mean_effort, mean_resistance, resistance_at
+from tgvdp.physics.forces import brake_at, effort_at, mean_brake, mean_effort, mean_resistance, resistance_at
 from tgvdp.physics.motion import march
 from tgvdp.runs.braking_point import braked_w, drive_then_brake
 from tgvdp.runs.resistance_correction_kernel import NEARLY_FULL, cut_row
@@ -169,7 +169,7 @@ def _in_parts(train, cell, effort, w, target, rows, n):
 @leaf
 def _gives_share(train, cell, share, v):
     """Whether a train gives a share, below 0, of the limit of its brakes at a speed, within its comfort limits."""
-    return _gives(train, cell, share * (effort_at(train.braking, v) + train.friction_n), v)
+    return _gives(train, cell, share * brake_at(train, 0.0, v), v)
 
 
 @part
@@ -179,12 +179,12 @@ def _brake_nearly_fully(train, cell, effort, w, target, rows, n):
     It keeps its share of that limit; rows of full braking follow it, and the comfort limit. Else it is a single row.
     """
     v0, v1 = math.sqrt(w), math.sqrt(target)
-    full = mean_effort(train.braking, v0, v1) + train.friction_n
+    full = mean_brake(train, 0.0, v0, v1)
     share = effort / full if full > 0.0 else 0.0
-    if n < 0 or n + _BRAKING_ROWS > rows.x.shape[0]:
-        return -1
     if train.rates.shape[0] > 0 or share > -NEARLY_FULL:
         return append(cell.end_m, target, rows, n)
+    if n < 0 or n + _BRAKING_ROWS > rows.x.shape[0]:
+        return -1
     if share <= -FULL_EFFORT:
         left, _, last = saturated(train, BRAKING, cell, w, target, rows, n)
         if last < 0 or left <= (1.0 - FULL_EFFORT) * cell.length_m:

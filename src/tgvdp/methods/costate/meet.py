@@ -11,7 +11,6 @@ from tgvdp.methods.costate.blend import Blend
 from tgvdp.methods.costate.extremal import Extremal
 from tgvdp.methods.costate.interpolate import RUN_COLUMNS, Scratch, drive
 from tgvdp.methods.costate.mesh import Mesh, Run
-from tgvdp.methods.costate.room import room_for
 from tgvdp.physics.cell import overrun
 from tgvdp.physics.codes import NO_ROOM, NOT_MET, NOT_TRIED, OK
 
@@ -108,9 +107,8 @@ def _groups(second: NDArray[np.intp], count: int) -> Iterator[slice]:
 
 def _met(mesh: Mesh, wanted: _Wanted, target_s: _Floats, second: NDArray[np.intp]) -> tuple[list[Met], int]:
     """Meet times on this thread; returns how it went, and the number of runs."""
-    cells = len(mesh.cells.length_m)
-    room = room_for(cells)
-    room.fit_kept(_ROWS_PER_CELL * cells * len(target_s))
+    room = mesh.room
+    room.fit_kept(_ROWS_PER_CELL * len(mesh.cells.length_m) * len(target_s))
     room.resumed[0] = -1.0
     blend = Blend(*np.empty((3, *wanted.policies.shape[1:])))
     found: list[Met] = []

@@ -18,7 +18,7 @@ from tgvdp.methods.costate.blend import Blend
 from tgvdp.methods.costate.extremal import Extremal
 from tgvdp.methods.costate.forward import Course
 from tgvdp.methods.costate.interpolate import RUN_COLUMNS, Scratch, drive
-from tgvdp.methods.costate.room import room_for
+from tgvdp.methods.costate.room import Room, room_for
 from tgvdp.methods.costate.stations import graded_stations
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Rows, overrun
@@ -125,9 +125,10 @@ class Mesh:
         cells = cells_of(trip, graded_stations(trip, fastest, cell_m))
         cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip)))
         envelope = _envelope(trip, cells, train)
-        least_j = _LEAST_SHARE * min(scale_j, kinetic_j), _LEAST_SHARE * scale_j
-        unit = per_kilogram(train)
-        return cls(trip, train, unit, tables, cells, envelope, cell_m, scale_j / fastest.duration_s, *least_j)
+        return cls(
+            trip, train, per_kilogram(train), tables, cells, envelope, cell_m, scale_j / fastest.duration_s,
+            _LEAST_SHARE * min(scale_j, kinetic_j), _LEAST_SHARE * scale_j,
+        )  # fmt: skip
 
     def halved(self, which: NDArray[np.bool_]) -> "Mesh":
         """The mesh with some of its cells, (K,), cut in two."""
@@ -139,13 +140,17 @@ class Mesh:
         """The mesh with all of its cells cut in two."""
         return self.halved(np.ones(len(self.cells.length_m), dtype=np.bool_))
 
+    @property
+    def room(self) -> Room:
+        """What this thread writes on this mesh."""
+        return room_for(len(self.cells.length_m))
+
     def _switching_speeds(self, multipliers: NDArray[np.float64], policies: NDArray[np.float64]) -> int:
         """Fill in optimal squared switching speeds, (m, K + 1, 4), for multipliers in J/s, (m,); returns costates."""
         done, points = costate.switching_speeds(
             self.unit_train, self.tables.regeneration / self.tables.traction, self.unit_cells, self.low, self.fast,
             self.trip.end_speed_mps**2, multipliers, self.tables.traction * self.train.inertia_kg,
-            self.usual_multiplier, _TOLERANCE, self.typical_m, self.floor_w, policies,
-            room_for(len(self.cells.length_m)).costates,
+            self.usual_multiplier, _TOLERANCE, self.typical_m, self.floor_w, policies, self.room.costates,
         )  # fmt: skip
         if done < len(multipliers):
             raise NumericalError(f"the costate program lost its way at λ = {multipliers[done]:g} J/s: too many points")
@@ -166,7 +171,7 @@ class Mesh:
         runs, _, driven = self._driven(policy[np.newaxis])
         counters["runs"] += driven
         n, time_s, energy_j = runs[0, 1:4].tolist()
-        x_m, w = room_for(len(self.cells.length_m)).rows
+        x_m, w = self.room.rows
         return Run(time_s, energy_j, math.nan, x_m[: int(n)], w[: int(n)])
 
     def _driven(self, policies: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
@@ -175,7 +180,7 @@ class Mesh:
         Returns their runs, what they passed, and how many were driven.
         """
         runs, passed = np.empty((len(policies), RUN_COLUMNS)), np.empty((*policies.shape[:2], 3))
-        room = room_for(len(self.cells.length_m))
+        room = self.room
         first = count = 0
         while first < len(policies):
             done, status, driven = self._drive_in(self.course, policies[first:], passed[first:], runs[first:])
@@ -192,7 +197,7 @@ class Mesh:
         self, course: Course, policies: NDArray[np.float64], passed: NDArray[np.float64], runs: NDArray[np.float64]
     ) -> tuple[int, int, int]:
         """Call the kernel for policies alone."""
-        room = room_for(len(self.cells.length_m))
+        room = self.room
         scratch = Scratch(room.march, room.passed, _NO_BLEND, room.samples, room.resumed)
         return drive(
             self.train, self.tables, course, self.trip.start_speed_mps**2, policies, passed, _NO_KNOWN, _NO_TIMES, 0.0,
