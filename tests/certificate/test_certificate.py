@@ -6,6 +6,7 @@ from scipy.integrate import quad
 
 import tgvdp
 from benchmarks.proof.trips import proof_trip
+from tests.helpers.clocks import expire_after_lines
 from tests.helpers.trips import commuter, trip_on
 from tgvdp import EffortCurve, Track, Train, Trip
 from tgvdp.certificate.line import BoundingProblem
@@ -253,9 +254,7 @@ def test_a_time_limit_ends_the_certificate_and_marks_what_it_did_not_reach(hills
 
 
 def test_points_beyond_the_last_line_have_no_bound(hills, monkeypatch):
-    # The clock stops after five lines: the fastest points come first, and only they have bounds.
-    looks = iter([False] * 5 + [True] * 1000)
-    monkeypatch.setattr(tgvdp.methods.budget.Clock, "expired", property(lambda clock: next(looks)))
+    expire_after_lines(monkeypatch, 5)  # the fastest points come first, and only they have bounds
     part = hills.certify()
     assert not part.complete and len(part.line_j) == 6  # with the line that no duration can change
     reached = np.isfinite(part.gap_pct)

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 import tgvdp
+from tests.helpers.clocks import expire_after_lines
 from tests.helpers.metro_case import TRAIN as METRO
 from tgvdp import Track
-from tgvdp.certificate import lines
+from tgvdp.certificate import line_maker, lines
 from tgvdp.certificate.hull import lower_hull
 from tgvdp.certificate.line import BoundingProblem
+from tgvdp.cores import on_one_core
 from tgvdp.methods.costate.mesh import Mesh
 
 HILLS = Track(
@@ -50,12 +52,11 @@ def test_refinement_only_raises(hills, monkeypatch):
 
 
 def test_time_that_ends_during_refinement_takes_no_bound_away(hills, monkeypatch):
-    monkeypatch.setattr(lines, "_MOST_IN_VAIN", 0)  # no ascents, which look at the clock, too
+    monkeypatch.setattr(lines, "_MOST_IN_VAIN", 0)  # no ascents, which are no lines of their own
     with monkeypatch.context() as patch:
         patch.setattr(lines.LinesUnder, "refine", lambda under, clock: None)
         first = len(hills.certify().line_j) - 1  # one is level
-    looks = iter([False] * first + [True] * 1000)
-    monkeypatch.setattr(tgvdp.methods.budget.Clock, "expired", property(lambda clock: next(looks)))
+    expire_after_lines(monkeypatch, first)
     part = hills.certify()
     assert not part.complete
     assert np.isfinite(part.gap_pct).all()
@@ -89,3 +90,12 @@ def test_costates_of_optimal_runs_jump_downwards_only(hills):
 def test_hull_of_runs():
     runs = np.array([(10.0, 9.0), (12.0, 4.0), (11.0, 8.0), (14.0, 3.0), (16.0, 5.0), (13.0, 3.5)])
     np.testing.assert_allclose(lower_hull(runs, np.array([10.0, 11.0, 12.0, 13.0, 14.0, 20.0])), [9, 6.5, 4, 3.5, 3, 3])
+
+
+def test_lines_made_side_by_side_are_those_of_one_core(hills, monkeypatch):
+    with on_one_core():
+        one = hills.certify()
+    monkeypatch.setattr(line_maker, "_LEAST_CELLS", 1)
+    beside = hills.certify()
+    np.testing.assert_array_equal(beside.line_j, one.line_j)
+    np.testing.assert_array_equal(beside.gap_pct, one.gap_pct)

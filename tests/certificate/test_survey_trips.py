@@ -9,7 +9,7 @@ import tgvdp
 from benchmarks.proof.trips import proof_trip
 from tests.helpers.trips import commuter, trip_on
 from tgvdp.certificate.line import BoundingProblem
-from tgvdp.certificate.lines import least_cost_j
+from tgvdp.certificate.line_maker import least_cost_j
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.model.trip import Trip

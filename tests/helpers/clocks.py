@@ -1,6 +1,7 @@
 """Budgets whose time is up at a known point of the work, however fast the machine is."""
 
-from tgvdp.methods.budget import SearchBudget
+from tgvdp.certificate.line_maker import LineMaker
+from tgvdp.methods.budget import Clock, SearchBudget
 
 
 class LooksAtTheClock(SearchBudget):
@@ -28,3 +29,15 @@ class LooksAtTheClock(SearchBudget):
 
     def left_s(self):
         return 1.0 if self.looks > 0 else 0.0
+
+
+def expire_after_lines(monkeypatch, count):
+    """Have the time of a certificate be up when so many of its lines are made."""
+    make, made = LineMaker._line, []
+
+    def counted(maker, *wanted):
+        made.append(wanted)
+        return make(maker, *wanted)
+
+    monkeypatch.setattr(LineMaker, "_line", counted)
+    monkeypatch.setattr(Clock, "expired", property(lambda clock: len(made) >= count))

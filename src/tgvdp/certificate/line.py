@@ -19,7 +19,7 @@ from tgvdp.certificate.rows import CELL_B, RunRows, cut_into_cells, rows_of
 from tgvdp.certificate.sampled import best_sampled
 from tgvdp.certificate.speed_bound import Caps, lower_caps
 from tgvdp.line.cells import Cells, cells_of
-from tgvdp.memory import ask_for
+from tgvdp.memory import ask_for, scratch
 from tgvdp.methods.budget import Clock
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import EnergyTables, energy_tables
@@ -61,11 +61,15 @@ class BoundingProblem:
         self.cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip)))
         self.top_mps = math.sqrt(float(self.cells.limit_w.max())) * (1.0 + 1e-15)
         self.train = with_rates(self.train)
-        size = 3 * max(len(self.train.traction), len(self.train.braking))
-        self.pieces = np.empty((3, size, PIECE_COLUMNS))
         bounded = self.train, self.cells, self.pieces[0]
         ahead = speed_bound_rows(*bounded, trip.start_speed_mps**2, forward=True)
         self._speed_bounds = ahead, speed_bound_rows(*bounded, trip.end_speed_mps**2, forward=False)
+
+    @property
+    def pieces(self) -> _Floats:
+        """What this thread writes pieces of efforts into, (3, n, PIECE_COLUMNS)."""
+        most = 3 * max(len(self.train.traction), len(self.train.braking))
+        return scratch("pieces", 3 * most, PIECE_COLUMNS).reshape(3, most, PIECE_COLUMNS)
 
     @property
     def least_energy_j(self) -> float:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.certificate.lines import least_cost_j
+from tgvdp.certificate.line_maker import least_cost_j
 from tgvdp.cores import side_by_side
 from tgvdp.errors import TgvdpError
 from tgvdp.journeys.bound import JourneyBound
