@@ -138,11 +138,20 @@ def test_pruning_ends_at_the_running_time(fast, spoil, least_s):
 def test_runs_that_the_referee_would_refuse_are_known(fast):
     """What is no run of the line stays unpruned, whatever went wrong on the way there."""
     way, x_m, w = fast
-    sound = [is_sound(way, run_of(*rows), len(rows[0])) for rows in ((x_m, w), doubled(x_m, w))]
-    assert sound == [True, False]
+    x_m, w = x_m.copy(), w.copy()
+    none = Rows(np.array([-2.0, -1.0]), np.zeros(2))
+
+    def passes(x_m, w, given=none):
+        return is_sound(way, run_of(x_m, w), len(x_m), given, 0, len(given.x) - 1)
+
+    assert passes(x_m, w)
+    assert not passes(*doubled(x_m, w))
     station = int(np.searchsorted(x_m, way.cells.station_m[1]))
     without = np.delete(x_m, station), np.delete(w, station)
-    assert not is_sound(way, run_of(*without), len(x_m) - 1)  # a row passes a place where the line may change
+    assert not passes(*without)  # a row passes a place where the line may change
+    assert not passes(*without, Rows(x_m, w))
     faster = w.copy()
     faster[station] *= 1.01
-    assert not is_sound(way, run_of(x_m, faster), len(x_m))  # that takes more than the train gives
+    assert not passes(x_m, faster)  # that takes more than the train gives
+    assert not passes(x_m, faster, Rows(x_m, w))
+    assert passes(x_m, faster, Rows(x_m, faster))  # but is as it was given

@@ -229,7 +229,7 @@ def prune_runs(way, runs, ends, price, least_s, most_j, later_s, slack_s, here, 
                 way, here, there, n, plan, count, price[r], least_s, room, later_s[r], slack_s
             )
             run = there if swapped else here
-            if 0 < size <= most_rows and is_sound(way, run, size):
+            if 0 < size <= most_rows and is_sound(way, run, size, runs, first, first + n - 1):
                 break
         for j in range(size):
             out.x[m + j] = run.x[j]
