@@ -17,6 +17,7 @@ CASES = {
     "the same, below its corner": (descent_trip, 1003, 10, 4, 0.074),
     "friction along the curve of the dynamic brake": (descent_trip, 1073, 10, 6, 0.084),
     "braked before the limit of a descent was reached": (descent_trip, 1071, 10, 1, 0.081),
+    "dynamic braking that begins within a cell too long for it": (descent_trip, 1912500195, 12, 1, 0.170),
     "blended from an envelope that ended a policy": (proof_trip, 1803000750, 12, 3, 0.055),
 }
 _LEFT_PCT = 0.03

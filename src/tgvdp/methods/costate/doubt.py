@@ -22,6 +22,10 @@ from tgvdp.methods.costate.multipliers import ExtremalFront
 #: as errors fall by four from one to the other, to a third of what they save. Where they cost more, errors do not fall.
 _MESH_LOSS = 1e-4
 _SAVED_PER_LOSS = 3.0
+#: A run that comes to a line of switching ends a cell on it, to this share of v².
+_ON_LINE = 1e-6
+#: ... and what may be lost of an extremal's energy for its costate at the start of a phase is not known.
+_UNKNOWN_LOSS = 1e-3
 #: How often cells may be halved.
 _MOST_HALVINGS = 6
 
@@ -87,15 +91,40 @@ def _losing(
     count = len(mesh.cells.length_m)
     losing: list[Extremal] = []
     loss = np.zeros(count)
+    too_long = np.zeros(count, dtype=np.bool_)
     for extremal in asked:
         answer = answers[extremal.multiplier]
         saved_j = extremal.cost_j(extremal.multiplier) - answer.cost_j(extremal.multiplier)
         loss_j = max(saved_j / _SAVED_PER_LOSS, -saved_j)
         allowed_j = _MESH_LOSS * max(extremal.energy_j, mesh.least_drawn_j)
+        long = _brakes_within(mesh, answer)
+        too_long |= long
         if loss_j > allowed_j:
-            losing.append(extremal)
             loss = np.maximum(loss, loss_j / allowed_j * _shares(mesh, extremal, answer))
-    return losing, loss * count > 1.0
+        if loss_j > allowed_j or long.any():
+            losing.append(extremal)
+    return losing, too_long | (loss * count > 1.0)
+
+
+def _brakes_within(mesh: Mesh, answer: Extremal) -> NDArray[np.bool_]:
+    """Cells, (K,), that are too long to tell where dynamic braking begins in them.
+
+    A run that does not brake at the start of a cell comes to the line of braking at its end, wherever that line is
+    between. On the way the costate rises, by all that lies between coasting and friction within L = η·m·v³/λ. What it
+    is too high at the start, of which half is lost on average, is known of no run: two meshes may be wrong alike.
+    """
+    if mesh.tables.regeneration == 0.0 or math.isinf(answer.multiplier):
+        return np.zeros(len(mesh.cells.length_m), dtype=np.bool_)
+    finer = mesh.finer
+    b, w = answer.switch[:, 2], answer.passed[:, 0]
+    lands = (b[1:] < finer.fast[1:]) & (w[1:] < w[:-1]) & (np.abs(w[1:] - b[1:]) <= _ON_LINE * b[1:])
+    lands &= w[:-1] < b[:-1] * (1.0 + _ON_LINE)
+    least_j = _UNKNOWN_LOSS * max(answer.energy_j, mesh.least_drawn_j)
+    returned_j = np.maximum(-np.diff(answer.passed[:, 2]), 0.0)
+    rise = mesh.tables.regeneration * mesh.train.inertia_kg * np.maximum(w[1:], mesh.floor_w) ** 1.5
+    asked = answer.multiplier * finer.cells.length_m
+    long = lands & (asked > rise) & (0.5 * asked * returned_j > least_j * rise)
+    return np.asarray(long[::2] | long[1::2])
 
 
 def _shares(mesh: Mesh, extremal: Extremal, answer: Extremal) -> NDArray[np.float64]:
