@@ -110,7 +110,9 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
     All brakes only where that one would end above c, or leave the envelope.
     """
     target = min(lines.b, lines.top)
-    if _drifts(lines.before_b, target, w) and _brakes_do(train, cell, w, target, False, 1.0):
+    # A line that falls from the envelope is no speed that was held: braking begins within the cell.
+    begins = lines.before_b >= lines.before_top and target < lines.before_b * (1.0 - ON_CURVE)
+    if not begins and _drifts(lines.before_b, target, w) and _brakes_do(train, cell, w, target, False, 1.0):
         if w <= target or _brakes_do(train, cell, w, target, False, FULL_EFFORT):
             return evenly(train, cell, w, target, rows, n)
         # One effort would be more than the dynamic brake has where the train is faster, and friction would help it.
