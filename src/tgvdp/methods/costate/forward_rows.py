@@ -4,9 +4,9 @@ import math
 
 from tgvdp._jit import leaf, part
 from tgvdp.constants import FEASIBILITY_RTOL
-from tgvdp.physics.arc import duration_and_work
+from tgvdp.physics.arc import arc, duration_and_work
 from tgvdp.physics.cell import Cell, append
-from tgvdp.physics.codes import BRAKING, TRACTION
+from tgvdp.physics.codes import BRAKING, OK, TRACTION
 from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import brake_at, effort_at, mean_brake, mean_effort, mean_resistance, resistance_at
 from tgvdp.physics.motion import march
@@ -173,27 +173,43 @@ def _gives_share(train, cell, share, v):
 
 
 @part
+def _brake_by_share(train, cell, share, w, target, rows, n):
+    """Append braking through a cell by a share, below 0, of what the brakes give; −1 where rows would take more.
+
+    A single row may be within the limits as its mean drag is that of a straight line, and several rows not.
+    """
+    if not (_gives_share(train, cell, share, math.sqrt(w)) and _gives_share(train, cell, share, math.sqrt(target))):
+        return -1
+    first = n
+    cut_row(train, (False, share), cell.air, cell.length_m, w, target, _BRAKING_ROWS, rows.w[n:])
+    for i in range(1, _BRAKING_ROWS + 1):
+        before = w if n == first else rows.w[n - 1]
+        if arc(train, cell.length_m / _BRAKING_ROWS, cell.grade_n, cell.air, before, rows.w[n])[0] != OK:
+            return -1
+        rows.x[n] = cell.start_m + i / _BRAKING_ROWS * cell.length_m
+        n += 1
+    rows.x[n - 1] = cell.end_m
+    return n
+
+
+@part
 def _brake_nearly_fully(train, cell, effort, w, target, rows, n):
     """Append braking through a cell by an effort that the brakes give at one end only, as their limit changes.
 
     It keeps its share of that limit; rows of full braking follow it, and the comfort limit. Else it is a single row.
     """
-    v0, v1 = math.sqrt(w), math.sqrt(target)
-    full = mean_brake(train, 0.0, v0, v1)
+    full = mean_brake(train, 0.0, math.sqrt(w), math.sqrt(target))
     share = effort / full if full > 0.0 else 0.0
     if train.rates.shape[0] > 0 or share > -NEARLY_FULL:
         return append(cell.end_m, target, rows, n)
     if n < 0 or n + _BRAKING_ROWS > rows.x.shape[0]:
         return -1
-    if share <= -FULL_EFFORT:
-        left, _, last = saturated(train, BRAKING, cell, w, target, rows, n)
-        if last < 0 or left <= (1.0 - FULL_EFFORT) * cell.length_m:
-            return ended(cell, target, rows, n, last)
-    elif _gives_share(train, cell, share, v0) and _gives_share(train, cell, share, v1):
-        cut_row(train, (False, share), cell.air, cell.length_m, w, target, _BRAKING_ROWS, rows.w[n:])
-        for i in range(1, _BRAKING_ROWS):
-            rows.x[n] = cell.start_m + i / _BRAKING_ROWS * cell.length_m
-            n += 1
+    last = -1 if share <= -FULL_EFFORT else _brake_by_share(train, cell, share, w, target, rows, n)
+    if last > 0:
+        return last
+    left, landed, last = saturated(train, BRAKING, cell, w, target, rows, n)
+    if last < 0 or left <= (1.0 - FULL_EFFORT) * cell.length_m:
+        return ended(cell, landed, rows, n, last)
     return append(cell.end_m, target, rows, n)
 
 
