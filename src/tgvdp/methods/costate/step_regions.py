@@ -18,7 +18,7 @@ from tgvdp.methods.costate.characteristics import (
     saturated_image,
 )
 from tgvdp.methods.costate.step_held import hold
-from tgvdp.methods.costate.step_wall import SPREAD, dynamic_suffices, fan_region, jump_from
+from tgvdp.methods.costate.step_wall import ROUNDING, SPREAD, dynamic_suffices, fan_region, jump_from
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, TRACTION
 
 #: Neighbouring images count as slow below this share of the envelope.
@@ -171,7 +171,7 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
             y[m] = p0
             m += 1
             if w0 > step.top:
-                if m == before + 1 and line.w[first] >= step.wall:  # the envelope is held
+                if m == before + 1 and line.w[first] >= step.wall * (1.0 - ROUNDING):  # the envelope is held
                     if regime == DYNAMIC and dynamic_suffices(step):
                         return before
                     x[before] = step.top

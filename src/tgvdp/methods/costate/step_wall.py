@@ -18,13 +18,13 @@ LEAST_WALL = 1e-3
 #: Where trains are slow p varies as 1/v: points are no further apart than this factor of w.
 SPREAD = 1.2
 #: Squared speeds nearer than this share are one, and so are costates.
-_ROUNDING = 1e-9
+ROUNDING = 1e-9
 
 
 @leaf
 def dynamic_suffices(step):
     """Whether the dynamic brake alone brakes along the wall from ``top`` on."""
-    return step.dynamic_w >= step.top * (1.0 - _ROUNDING)
+    return step.dynamic_w >= step.top * (1.0 - ROUNDING)
 
 
 @leaf
@@ -34,13 +34,13 @@ def jump_from(step, line, first, last):
     Runs with any p in between go through it.
     """
     w, p = line
-    if first > 0 and w[first] == w[first - 1] and p[first] > p[first - 1] + _ROUNDING:
+    if first > 0 and w[first] == w[first - 1] and p[first] > p[first - 1] + ROUNDING:
         return first
     at = first  # the first of those at its speed: a crossing of a level may have been put there
     for i in range(first, last + 1):
         if w[i] != w[at]:
             at = i
-        if w[at] == step.wall or p[i] > p[at] + _ROUNDING:
+        if w[at] == step.wall or p[i] > p[at] + ROUNDING:
             return at
     return -1
 
@@ -72,7 +72,7 @@ def wall_region(train, regime, step, images, m):
     top = step.top
     fall = top - step.wall
     w, p = _wall_image(train, regime, step, 1.0)
-    span = max(top - w, _ROUNDING * top)
+    span = max(top - w, ROUNDING * top)
     pieces = _pieces(min(max(w, step.bottom), step.wall), top)
     rest = 1.0
     if w < step.bottom:
