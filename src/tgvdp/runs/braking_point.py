@@ -17,6 +17,8 @@ _SLIVER = 1e-9
 #: ... and so are rows as short as this share in which v² changes by no more than it: at meeting points v² is known to
 #: 1e-11 of the limit, which would be an effort beyond its limit there.
 _SHORT = 1e-6
+#: A longer row is one, too, whose speeds are nearer to each other than some jump may be to them (`effort_jumps`).
+_LESS_SHORT, _SAME_W = 1e-5, 1e-7
 #: Difference in w, as a share of the limit, within which a run is on the braking curve.
 _ON_CURVE = 1e-8
 
@@ -179,7 +181,13 @@ def drive_then_brake(train, regime, brakes, cell, w0, w1, scratch, rows, n):
 @leaf
 def _is_sliver(length, d, w0, w1):
     """Whether a row of length d between two squared speeds is a rounding error in a cell of the given length."""
-    return d <= _SLIVER * length or (d <= _SHORT * length and abs(w1 - w0) <= _SHORT * max(w0, w1))
+    change = abs(w1 - w0)
+    largest = max(w0, w1)
+    return (
+        d <= _SLIVER * length
+        or (d <= _SHORT * length and change <= _SHORT * largest)
+        or (d <= _LESS_SHORT * length and change <= _SAME_W * largest)
+    )
 
 
 @kernel

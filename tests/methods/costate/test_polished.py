@@ -45,6 +45,7 @@ def test_a_polish_saves_next_to_nothing(name):
         pytest.param(1906001367, id="braking next to steps of the rate: refused where cut straight"),
         pytest.param(1907000881, id="a drag beyond the rate at the start of a row: refused"),
         pytest.param(1906000926, id="nearly full braking on a short run: 1.5 ms"),
+        pytest.param(1915001381, id="a sliver beside a drop of traction: refused"),
         pytest.param(1914000542, id="nearly full braking that takes more in several rows than in one: refused"),
     ],
 )
