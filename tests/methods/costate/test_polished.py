@@ -18,6 +18,9 @@ CASES = {
     "friction along the curve of the dynamic brake": (descent_trip, 1073, 10, 6, 0.084),
     "braked before the limit of a descent was reached": (descent_trip, 1071, 10, 1, 0.081),
     "dynamic braking that begins within a cell too long for it": (descent_trip, 1912500195, 12, 1, 0.170),
+    "the same, before a limit": (proof_trip, 1916000277, 12, 1, 0.074),
+    "dynamic braking taken for a speed that drifts": (descent_trip, 1912500126, 12, 1, 0.063),
+    "a wall missed by a rounding on a long descent": (proof_trip, 1914000644, 12, 11, 0.052),
     "blended from an envelope that ended a policy": (proof_trip, 1803000750, 12, 3, 0.055),
 }
 _LEFT_PCT = 0.03

@@ -26,6 +26,8 @@ _SAVED_PER_LOSS = 3.0
 _ON_LINE = 1e-6
 #: ... and what may be lost of an extremal's energy for its costate at the start of a phase is not known.
 _UNKNOWN_LOSS = 1e-3
+#: ... in cells as long as this share of the way on which it rises by all it can.
+_LONG = 0.3
 #: How often cells may be halved.
 _MOST_HALVINGS = 6
 
@@ -111,7 +113,8 @@ def _brakes_within(mesh: Mesh, answer: Extremal) -> NDArray[np.bool_]:
 
     A run that does not brake at the start of a cell comes to the line of braking at its end, wherever that line is
     between. On the way the costate rises, by all that lies between coasting and friction within L = η·m·v³/λ. What it
-    is too high at the start, of which half is lost on average, is known of no run: two meshes may be wrong alike.
+    is too high at the start, of which half is lost on average, is known of no run: two meshes may be wrong alike, where
+    a cell is as long as a large share of L.
     """
     if mesh.tables.regeneration == 0.0 or math.isinf(answer.multiplier):
         return np.zeros(len(mesh.cells.length_m), dtype=np.bool_)
@@ -123,7 +126,7 @@ def _brakes_within(mesh: Mesh, answer: Extremal) -> NDArray[np.bool_]:
     returned_j = np.maximum(-np.diff(answer.passed[:, 2]), 0.0)
     rise = mesh.tables.regeneration * mesh.train.inertia_kg * np.maximum(w[1:], mesh.floor_w) ** 1.5
     asked = answer.multiplier * finer.cells.length_m
-    long = lands & (asked > rise) & (0.5 * asked * returned_j > least_j * rise)
+    long = lands & (asked > _LONG * rise) & (0.5 * asked * returned_j > least_j * rise)
     return np.asarray(long[::2] | long[1::2])
 
 
