@@ -136,7 +136,7 @@ class LinesUnder:
         tries = np.zeros(len(self._time_s), dtype=np.int64)
         self._in_vain = 0
         while not clock.expired:
-            better_j, other_j = self._promises()
+            better_j, other_j, best = self._promises()
             other_j[tries == _MOST_TRIES] = 0.0
             if self._in_vain >= _MOST_IN_VAIN:
                 better_j[better_j < _ENOUGH_IN_VAIN * self._size_j] = 0.0
@@ -145,15 +145,14 @@ class LinesUnder:
             promise_j[near | (promise_j < _ENOUGH * self._size_j)] = 0.0
             if not promise_j.any():
                 return
-            best = self._best_lines()
             chosen = self._most_promising(promise_j / self._size_j, best)
             others = chosen[other_j[chosen] >= better_j[chosen]]
             tries[others] += 1
             self._make(list({self._multiplier_at(float(time_s)): None for time_s in self._time_s[others]}), clock)
             careful = []
+            aim_j = self._energy_j - _NEARLY * _GOAL * self._size_j
             for index in best[np.setdiff1d(chosen, others)].tolist():
-                enough_j = self._energy_j - _NEARLY * _GOAL * self._size_j
-                enough_j += self.lines[index].multiplier_j_per_s * self._time_s
+                enough_j = aim_j + self.lines[index].multiplier_j_per_s * self._time_s
                 careful.append((index, float(enough_j[best == index].max())))  # of all points that wait for this line
             self._improve(careful, clock)
 
@@ -222,23 +221,21 @@ class LinesUnder:
         level = multiplier == 0.0  # which no run suggests: it is as high as it can be
         return np.where(level, math.inf, time_s[first]), np.where(level, line_j, least_j)
 
-    def _best_lines(self) -> NDArray[np.int64]:
-        """For each point the line that would bound it best, were it as high as the run that it must not pass above."""
-        multiplier, *_ = np.array(self.lines).T
-        _, cost_j = self._contacts()
-        return np.asarray(np.argmax(cost_j[:, None] - multiplier[:, None] * self._time_s, axis=0))
+    def _promises(self) -> tuple[_Floats, _Floats, NDArray[np.int64]]:
+        """What more care, and what other multipliers might gain at each point, J, and its best line.
 
-    def _promises(self) -> tuple[_Floats, _Floats]:
-        """What more care, and what other multipliers might gain at each point, J."""
+        That is the one that would bound it best, were it as high as the run that it must not pass above.
+        """
         multiplier, line_j, _, _, care = np.array(self.lines).T
         _, cost_j = self._contacts()
         spent_j = multiplier[:, None] * self._time_s
-        best = self._best_lines()
+        reach_j = cost_j[:, None] - spent_j
+        best = np.argmax(reach_j, axis=0)
         highest_j = np.max(line_j[:, None] - spent_j, axis=0)
         hull_j = lower_hull(np.array(self._runs), self._time_s)
-        tangent_j = np.minimum((cost_j[:, None] - spent_j)[best, np.arange(len(best))], hull_j)
+        tangent_j = np.minimum(reach_j[best, np.arange(len(best))], hull_j)
         better_j = np.where(np.isnan(care[best]), 0.0, tangent_j - highest_j)
-        return better_j, hull_j - np.maximum(tangent_j, highest_j)
+        return better_j, hull_j - np.maximum(tangent_j, highest_j), best
 
     def _multiplier_at(self, time_s: float) -> float:
         """Multiplier between those of the lines that meet runs of next less and next more time: their secant."""
