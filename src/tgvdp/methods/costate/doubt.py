@@ -28,6 +28,8 @@ _ON_LINE = 1e-6
 _UNKNOWN_LOSS = 1e-3
 #: ... in cells as long as this share of the way on which it rises by all it can.
 _LONG = 0.3
+#: Neighbouring extremals lose in the same cells: of so many one is asked at first, the others on what cells it leaves.
+_NEIGHBOURS = 3
 #: How often cells may be halved.
 _MOST_HALVINGS = 6
 
@@ -60,20 +62,24 @@ class Doubt:
         """
         mesh = front.mesh
         extremals = front.around(target_s)
-        asked = extremals
+        asked, unasked = extremals[::_NEIGHBOURS], [one for i, one in enumerate(extremals) if i % _NEIGHBOURS]
+        answers: dict[float, Extremal] = {}  # on half the cells of this mesh, by multiplier
         while True:
-            multipliers = [one.multiplier for one in asked]
-            fastest, *finer = front.solved(mesh.finer, [math.inf, *multipliers])
-            answers = dict(zip(multipliers, finer, strict=True))
-            asked, cells = _losing(front, mesh, asked, answers)
-            if not asked or not self.halvings:
-                break
-            self.halvings -= 1
-            mesh = mesh.halved(cells)
-            asked = front.solved(mesh, [one.multiplier for one in asked])
-        missing = [one.multiplier for one in extremals if one.multiplier not in answers]
-        answers |= zip(missing, front.solved(mesh.finer, missing), strict=True)
-        return front.on(mesh.finer, fastest, [answers[one.multiplier] for one in extremals])
+            _answer(front, mesh, asked, answers)
+            losing, cells = _losing(mesh, asked, answers)
+            if losing and self.halvings:
+                self.halvings -= 1
+                mesh, answers = mesh.halved(cells), {}
+                asked = front.solved(mesh, [one.multiplier for one in losing])
+                continue
+            fastest = _answer(front, mesh, extremals, answers, [math.inf])
+            # What one loses on the first mesh, where cells have been halved since, is more than it loses on this one.
+            asked = [one for one in unasked if self.halvings and _may_lose(mesh, one, answers[one.multiplier])]
+            unasked = []
+            if not asked:
+                return front.on(mesh.finer, fastest[0], [answers[one.multiplier] for one in extremals])
+            if mesh is not front.mesh:
+                asked = front.solved(mesh, [one.multiplier for one in asked])
 
     def is_settled(self, front: ExtremalFront, runs: Sequence[Run]) -> bool:
         """Whether the cells of a front with its runs need not, or may not, all be halved once more.
@@ -86,8 +92,22 @@ class Doubt:
         return False
 
 
+def _answer(
+    front: ExtremalFront,
+    mesh: Mesh,
+    asked: Sequence[Extremal],
+    answers: dict[float, Extremal],
+    more: Sequence[float] = (),
+) -> list[Extremal]:
+    """Solve on half the cells of a mesh what is asked and not answered there yet; returns other multipliers' own."""
+    missing = [one.multiplier for one in asked if one.multiplier not in answers]
+    solved = front.solved(mesh.finer, [*more, *missing])
+    answers |= zip(missing, solved[len(more) :], strict=True)
+    return solved[: len(more)]
+
+
 def _losing(
-    front: ExtremalFront, mesh: Mesh, asked: Sequence[Extremal], answers: Mapping[float, Extremal]
+    mesh: Mesh, asked: Sequence[Extremal], answers: Mapping[float, Extremal]
 ) -> tuple[list[Extremal], NDArray[np.bool_]]:
     """Extremals of a mesh that lose too much, and the cells, (K,), with more than their part of it."""
     count = len(mesh.cells.length_m)
@@ -96,16 +116,26 @@ def _losing(
     too_long = np.zeros(count, dtype=np.bool_)
     for extremal in asked:
         answer = answers[extremal.multiplier]
-        saved_j = extremal.cost_j(extremal.multiplier) - answer.cost_j(extremal.multiplier)
-        loss_j = max(saved_j / _SAVED_PER_LOSS, -saved_j)
-        allowed_j = _MESH_LOSS * max(extremal.energy_j, mesh.least_drawn_j)
+        share = _loss_share(mesh, extremal, answer)
         long = _brakes_within(mesh, answer)
         too_long |= long
-        if loss_j > allowed_j:
-            loss = np.maximum(loss, loss_j / allowed_j * _shares(mesh, extremal, answer))
-        if loss_j > allowed_j or long.any():
+        if share > 1.0:
+            loss = np.maximum(loss, share * _shares(mesh, extremal, answer))
+        if share > 1.0 or long.any():
             losing.append(extremal)
     return losing, too_long | (loss * count > 1.0)
+
+
+def _may_lose(mesh: Mesh, extremal: Extremal, answer: Extremal) -> bool:
+    """Whether an extremal of this mesh, or of a coarser one, may lose too much."""
+    return _loss_share(mesh, extremal, answer) > 1.0 or bool(_brakes_within(mesh, answer).any())
+
+
+def _loss_share(mesh: Mesh, extremal: Extremal, answer: Extremal) -> float:
+    """What an extremal loses, by its answer, in what it may lose."""
+    saved_j = extremal.cost_j(extremal.multiplier) - answer.cost_j(extremal.multiplier)
+    allowed_j = _MESH_LOSS * max(extremal.energy_j, mesh.least_drawn_j)
+    return max(saved_j / _SAVED_PER_LOSS, -saved_j) / allowed_j
 
 
 def _brakes_within(mesh: Mesh, answer: Extremal) -> NDArray[np.bool_]:
