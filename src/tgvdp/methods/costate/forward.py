@@ -139,6 +139,26 @@ def _holds(train, cell, w):
 
 
 @part
+def _regenerates_before(course, blend, share, k, b):
+    """Where dynamic braking begins at the start of a cell, of which the line ends at b.
+
+    A line that comes out of the envelope within the cell, or out of a section without current before it, goes on as it
+    begins, a straight one.
+    """
+    cells = course.cells
+    before = switch_at(blend, share, k, 2)
+    top = course.fast[k]
+    if before < top:
+        return before
+    if b < course.fast[k + 1] and k + 2 < course.fast.shape[0]:
+        after = switch_at(blend, share, k + 2, 2)
+        if after < course.fast[k + 2]:
+            begun = b + (b - after) * cells.length_m[k] / cells.length_m[k + 1]
+            return max(begun, top) if k > 0 and cells.supply[k - 1] == POWERED else min(begun, top)
+    return top
+
+
+@part
 def drive_blend(train, tables, course, blend, share, scratch, passed, rows):
     """Drive the whole trip by a blend of two policies, from the first row on, which is there.
 
@@ -195,7 +215,7 @@ def drive_blend(train, tables, course, blend, share, scratch, passed, rows):
                 a = max(min(a, top), bottom)
                 b = max(a, b)
                 before_top = course.fast[k]
-                before_b = min(switch_at(blend, share, k, 2), before_top)
+                before_b = _regenerates_before(course, blend, share, k, b)
                 before_c = min(switch_at(blend, share, k, 3), before_top)
                 before_a = switch_at(blend, share, k, 0)
                 lines = Lines(before_a, before_b, before_c, before_top, a, max(coasts, bottom), b, max(b, c), top)

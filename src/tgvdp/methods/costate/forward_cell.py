@@ -44,7 +44,8 @@ class Lines(NamedTuple):
     Attributes
     ----------
     before_a, before_b, before_c, before_top : float
-        Where traction ends, dynamic braking begins, and all brakes do, and the envelope, at the start of the cell.
+        Where traction ends, dynamic braking begins, and all brakes do, and the envelope, at the start of the cell. The
+        first two may lie beyond the envelope.
     a, b, c, top : float
         The same at its end.
     coasts : float
@@ -104,6 +105,24 @@ def _brake_fully(train, regime, cell, w, lines, scratch, rows, n):
 
 
 @part
+def _coast_then_regenerate(train, cell, w, lines, rows, n):
+    """Append coasting up to the line of dynamic braking, a straight one, and that from there on.
+
+    Returns where it ends, infinite where coasting would pass the speed limit, and the number of rows.
+    """
+    length = cell.length_m
+    slope = (lines.b - lines.before_b) / length
+    x = _meeting_place(train, cell, w, lines.before_b, slope, coast(train, cell, length, w))
+    parts = rows_needed(train, cell.air, x, w, lines.before_b + slope * x)
+    for i in range(1, parts + 1):
+        w = coast(train, cell, x / parts, w)
+        n = append(cell.start_m + i * x / parts, w, rows, n)
+    if n < 0 or w > cell.limit_w:
+        return math.inf, n
+    return saturated(train, DYNAMIC, rest_of(cell, cell.start_m + x, length - x), w, 0.0, rows, n)[1:]
+
+
+@part
 def _regenerate(train, cell, w, lines, scratch, rows, n):
     """Slow down to b, or to the envelope if that is lower, where coasting would end above it: by the dynamic brake.
 
@@ -120,12 +139,21 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
         if last < 0 or (left <= (1.0 - FULL_EFFORT) * cell.length_m and landed <= target * (1.0 + HELD)):
             return ended(cell, target, rows, n, last)
     braked = braked_w(train, DYNAMIC, cell, target, cell.length_m, scratch)
+    if lines.b < lines.top and lines.before_b > max(w, braked * (1.0 + _NEAR)):
+        first = n
+        landed, n = _coast_then_regenerate(train, cell, w, lines, rows, n)
+        if n < 0:
+            return n
+        if target <= landed <= min(lines.c, lines.top) * (1.0 + ON_CURVE):
+            rows.x[n - 1] = cell.end_m
+            return n
+        n = first
     if 0.0 < braked and w <= braked * (1.0 + ON_CURVE):  # 0: it passes the target even from a standstill
         if w > max(target, braked * (1.0 - _NEAR)):
             left, _, last = saturated(train, DYNAMIC, cell, w, target, rows, n)
             if last < 0 or left <= (1.0 - FULL_EFFORT) * cell.length_m:
                 return ended(cell, target, rows, n, last)
-        highest = max(w, target, lines.before_b)
+        highest = max(w, target, min(lines.before_b, lines.before_top))
         held = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, highest)
         return drive_then_brake(train, COASTING, DYNAMIC, held, w, target, scratch, rows, n)
     first = n
@@ -180,6 +208,21 @@ def _drive_to_line(train, cell, w, line, slope, top, rows, n):
 
 
 @part
+def _meeting_place(train, cell, w, line, slope, landed):
+    """Where in a cell coasting from w, which leads to ``landed``, meets a line that it crosses, from either side."""
+    sense = 1.0 if w > line else -1.0
+    bracket = Bracket(0.0, cell.length_m, sense * (line - w), sense * (line + slope * cell.length_m - landed), 0)
+    x = 0.0
+    for _ in range(_MEETING_STEPS):
+        x = secant(bracket)
+        below = line + slope * x - coast(train, cell, x, w)
+        if abs(below) <= ON_CURVE * line:
+            break
+        bracket = narrowed(bracket, x, sense * below)
+    return x
+
+
+@part
 def _coast_to_line(train, cell, w, landed, line, slope, rows, n):
     """Append coasting from above the line of switching down to it, if it is met, and if traction can follow it.
 
@@ -188,18 +231,9 @@ def _coast_to_line(train, cell, w, landed, line, slope, rows, n):
     """
     length = cell.length_m
     end_w = line + slope * length
-    above = w - line
-    below = end_w - landed
-    if below <= 0.0:
+    if end_w <= landed:
         return length, w, n
-    bracket = Bracket(0.0, length, -above, below, 0)
-    x = 0.0
-    for _ in range(_MEETING_STEPS):
-        x = secant(bracket)
-        below = line + slope * x - coast(train, cell, x, w)
-        if abs(below) <= ON_CURVE * line:
-            break
-        bracket = narrowed(bracket, x, below)
+    x = _meeting_place(train, cell, w, line, slope, landed)
     first = n
     met_w = w
     parts = rows_needed(train, cell.air, x, w, line + slope * x)
