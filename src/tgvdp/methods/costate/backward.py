@@ -35,7 +35,7 @@ from tgvdp.methods.costate.characteristics import (
 )
 from tgvdp.methods.costate.polyline import Polyline, insert, make_monotone, thin
 from tgvdp.methods.costate.step import coast_over, transport
-from tgvdp.methods.costate.step_wall import LEAST_WALL, dynamic_suffices, fan_region, wall_region
+from tgvdp.methods.costate.step_wall import LEAST_WALL, dynamic_suffices, fan_region, frictionless_m, wall_region
 from tgvdp.model.track import POWERED
 from tgvdp.physics.cell import Rows
 from tgvdp.physics.codes import COASTING, CROWDED, DYNAMIC, OK
@@ -107,10 +107,12 @@ def _last_cell(train, step, line):
     regime = COASTING
     if step.returned > 0.0 and not dynamic_suffices(step):
         regime = DYNAMIC
-        n = fan_region(train, step, step.wall, step.dynamic_w, line, n)
-        line.w[n] = min(max(step.dynamic_w, coasts), top)
-        line.p[n] = -0.5 * step.returned
-        n += 1
+        braked_m = frictionless_m(train, step)
+        n = fan_region(train, step, step.wall, step.dynamic_w, braked_m, line, n)
+        if braked_m == step.length:
+            line.w[n] = min(max(step.dynamic_w, coasts), top)
+            line.p[n] = -0.5 * step.returned
+            n += 1
     n = wall_region(train, regime, step, line, n)
     for i in range(n):
         line.p[i] = min(line.p[i], 0.0)  # here all brakes work on the envelope only

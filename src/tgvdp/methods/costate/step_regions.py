@@ -18,7 +18,7 @@ from tgvdp.methods.costate.characteristics import (
     saturated_image,
 )
 from tgvdp.methods.costate.step_held import hold
-from tgvdp.methods.costate.step_wall import ROUNDING, SPREAD, dynamic_suffices, fan_region, jump_from
+from tgvdp.methods.costate.step_wall import SPREAD, dynamic_suffices, fan_region, frictionless_m, is_wall, jump_from
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, TRACTION
 
 #: Neighbouring images count as slow below this share of the envelope.
@@ -157,10 +157,15 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
     if jump >= 0:
         edge_w = line.w[jump]
         edge_image = step.dynamic_w
-        if edge_w != step.wall:
+        braked_m = step.length
+        if is_wall(step, edge_w):
+            braked_m = frictionless_m(train, step)
+        else:
             edge_image = dynamic_before(train, step.length, step.load, step.air, edge_w, step.top, scratch)
         if y[m - 1] < level and edge_w == line.w[first]:
-            m = fan_region(train, step, edge_w, edge_image, images, m)
+            m = fan_region(train, step, edge_w, edge_image, braked_m, images, m)
+        if braked_m < step.length:  # friction helps before the wall's end, wherever runs come from
+            return m
     before = m
     for i in range(first, last + 1):
         w0, p0 = saturated_image(train, regime, step, step.length, line.w[i], max(line.p[i], level))
@@ -171,7 +176,7 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
             y[m] = p0
             m += 1
             if w0 > step.top:
-                if m == before + 1 and line.w[first] >= step.wall * (1.0 - ROUNDING):  # the envelope is held
+                if m == before + 1 and is_wall(step, line.w[first]):  # the envelope is held
                     if regime == DYNAMIC and dynamic_suffices(step):
                         return before
                     x[before] = step.top

@@ -28,6 +28,12 @@ def dynamic_suffices(step):
 
 
 @leaf
+def is_wall(step, w):
+    """Whether a squared speed after the cell is that of the wall."""
+    return w >= step.wall * (1.0 - ROUNDING)
+
+
+@leaf
 def jump_from(step, line, first, last):
     """The first of some points, from one on, at which p jumps, at the wall or before it; −1 if it does at none of them.
 
@@ -40,7 +46,7 @@ def jump_from(step, line, first, last):
     for i in range(first, last + 1):
         if w[i] != w[at]:
             at = i
-        if w[at] == step.wall or p[i] > p[at] + ROUNDING:
+        if is_wall(step, w[at]) or p[i] > p[at] + ROUNDING:
             return at
     return -1
 
@@ -52,20 +58,47 @@ def _pieces(w1, w0):
 
 
 @part
+def _dynamic_m(train, step, w1, length):
+    """Over which part of a length a run brakes by the dynamic brake, at its end, that comes to w1 with p = 0.
+
+    Where λ is high p falls to −r/2 on the way back: before that a run coasts.
+    """
+    level = -0.5 * step.returned
+    p0 = saturated_image(train, DYNAMIC, step, length, w1, 0.0)[1]
+    if p0 >= level:
+        return length
+    part_m = length * level / p0
+    p0 = saturated_image(train, DYNAMIC, step, part_m, w1, 0.0)[1]
+    return min(part_m * level / p0, length)
+
+
+@leaf
+def frictionless_m(train, step):
+    """Over which part of the cell a run brakes by the dynamic brake that comes to the end of the wall with p = 0."""
+    return _dynamic_m(train, step, max(step.wall, LEAST_WALL * step.top), step.length)
+
+
+@part
 def _wall_image(train, regime, step, rest):
     """Image of the wall's point a share ``rest`` of the cell after its start."""
     w1 = max(step.top + rest * (step.wall - step.top), LEAST_WALL * step.top)
+    length = rest * step.length
+    level = -0.5 * step.returned
     if regime == DYNAMIC:
-        w0, p0 = saturated_image(train, DYNAMIC, step, rest * step.length, w1, 0.0)
+        braked_m = _dynamic_m(train, step, w1, length)
+        w0, p0 = saturated_image(train, DYNAMIC, step, braked_m, w1, 0.0)
+        if braked_m < length:
+            return coast_image(train, step, length - braked_m, w0, level)
         return step.dynamic_w if rest == 1.0 else w0, p0
-    return coast_image(train, step, rest * step.length, w1, -0.5 * step.returned)
+    return coast_image(train, step, length, w1, level)
 
 
 @part
 def wall_region(train, regime, step, images, m):
     """Append costates of runs that meet the wall within the cell, from ``top`` to ``wall``, and brake along it.
 
-    They come to it by coasting, p = −r/2 there, where the dynamic brake alone follows it; else by that brake, p = 0.
+    They come to it by coasting, p = −r/2 there, where the dynamic brake alone follows it; else by that brake, p = 0,
+    from where p is −r/2.
     On a steep descent only a part of the wall is met from ``bottom`` on: an edge is put there.
     """
     x, y = images
@@ -94,16 +127,17 @@ def wall_region(train, regime, step, images, m):
 
 
 @part
-def fan_region(train, step, w1, w0, images, m):
+def fan_region(train, step, w1, w0, length, images, m):
     """Append costates of runs that coast until they meet the curve of dynamic braking from w0 to w1, where p jumps.
 
-    They meet it with p = −r/2, as runs that brake by the dynamic brake alone meet the wall.
+    They meet it with p = −r/2, as runs that brake by the dynamic brake alone meet the wall, over the last ``length`` of
+    the cell.
     """
     x, y = images
     pieces = _pieces(w1, w0)
     slowest_w = max(w1, LEAST_WALL * step.top)
     for i in range(1, pieces):
-        braked_m = i / pieces * step.length
+        braked_m = i / pieces * length
         w = saturated_image(train, DYNAMIC, step, braked_m, slowest_w, 0.0)[0]
         w0, p0 = coast_image(train, step, step.length - braked_m, w, -0.5 * step.returned)
         if w0 >= step.bottom:
