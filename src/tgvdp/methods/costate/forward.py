@@ -25,7 +25,7 @@ from tgvdp.physics.cell import Rows, append, cell_at
 from tgvdp.physics.codes import DYNAMIC
 from tgvdp.physics.energy import regenerated
 from tgvdp.physics.forces import mean_effort, resistance_at, unpowered
-from tgvdp.physics.motion import land
+from tgvdp.physics.motion import land, net_force
 from tgvdp.runs.braking_point import drop_slivers
 
 #: Whether a run that enters a cell on the envelope stays on it: never, if a is not below it, if b is not, if c is not
@@ -139,11 +139,18 @@ def _holds(train, cell, w):
 
 
 @part
-def _regenerates_before(course, blend, share, k, b):
+def _falls_under(train, cells, k, w):
+    """By how much v² falls per metre under full dynamic braking in a cell, at a squared speed."""
+    v = math.sqrt(w)
+    return -2.0 / train.inertia_kg * net_force(train, DYNAMIC, cell_at(cells, k), v, v)
+
+
+@part
+def _regenerates_before(train, course, blend, share, k, b):
     """Where dynamic braking begins at the start of a cell, of which the line ends at b.
 
-    A line that comes out of the envelope within the cell, or out of a section without current before it, goes on as it
-    begins, a straight one.
+    A line that comes out of the envelope within the cell, or out of a section without current before it, falls by as
+    much more than a braking run as it does behind the cell.
     """
     cells = course.cells
     before = switch_at(blend, share, k, 2)
@@ -153,7 +160,10 @@ def _regenerates_before(course, blend, share, k, b):
     if b < course.fast[k + 1] and k + 2 < course.fast.shape[0]:
         after = switch_at(blend, share, k + 2, 2)
         if after < course.fast[k + 2]:
-            begun = b + (b - after) * cells.length_m[k] / cells.length_m[k + 1]
+            steeper = (b - after) / cells.length_m[k + 1] - _falls_under(train, cells, k + 1, 0.5 * (b + after))
+            length = cells.length_m[k]
+            middle = b + 0.5 * length * _falls_under(train, cells, k, b)
+            begun = b + length * (steeper + _falls_under(train, cells, k, max(middle, 0.0)))
             return max(begun, top) if k > 0 and cells.supply[k - 1] == POWERED else min(begun, top)
     return top
 
@@ -215,7 +225,7 @@ def drive_blend(train, tables, course, blend, share, scratch, passed, rows):
                 a = max(min(a, top), bottom)
                 b = max(a, b)
                 before_top = course.fast[k]
-                before_b = _regenerates_before(course, blend, share, k, b)
+                before_b = _regenerates_before(train, course, blend, share, k, b)
                 before_c = min(switch_at(blend, share, k, 3), before_top)
                 before_a = switch_at(blend, share, k, 0)
                 lines = Lines(before_a, before_b, before_c, before_top, a, max(coasts, bottom), b, max(b, c), top)
