@@ -22,7 +22,7 @@ from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK, TRACTION
 from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import effort_at, mean_effort, resistance_at
 from tgvdp.physics.roots import Bracket, narrowed, secant
-from tgvdp.runs.braking_point import braked_w, drive_then_brake
+from tgvdp.runs.braking_point import braked_w, drive_then_brake, emit_driven
 
 #: Changes of v² by less than this share within a cell are a drift of the holding speed, spread over the cell.
 _DRIFT = 0.01
@@ -106,18 +106,23 @@ def _brake_fully(train, regime, cell, w, lines, scratch, rows, n):
 
 @part
 def _coast_then_regenerate(train, cell, w, lines, rows, n):
-    """Append coasting up to the line of dynamic braking, a straight one, and that from there on.
+    """Append coasting, and holding the speed limit, up to the line of dynamic braking, and that from there on.
 
-    Returns where it ends, infinite where coasting would pass the speed limit, and the number of rows.
+    The line is a straight one. Returns where it ends, and the number of rows.
     """
     length = cell.length_m
     slope = (lines.b - lines.before_b) / length
     x = _meeting_place(train, cell, w, lines.before_b, slope, coast(train, cell, length, w))
-    parts = rows_needed(train, cell.air, x, w, lines.before_b + slope * x)
-    for i in range(1, parts + 1):
-        w = coast(train, cell, x / parts, w)
-        n = append(cell.start_m + i * x / parts, w, rows, n)
-    if n < 0 or w > cell.limit_w:
+    if lines.before_b + slope * x > cell.limit_w:
+        x = (cell.limit_w - lines.before_b) / slope
+        n = emit_driven(train, COASTING, cell, x, w, rows, n)
+        w = cell.limit_w
+    else:
+        parts = rows_needed(train, cell.air, x, w, lines.before_b + slope * x)
+        for i in range(1, parts + 1):
+            w = coast(train, cell, x / parts, w)
+            n = append(cell.start_m + i * x / parts, w, rows, n)
+    if n < 0:
         return math.inf, n
     return saturated(train, DYNAMIC, rest_of(cell, cell.start_m + x, length - x), w, 0.0, rows, n)[1:]
 
