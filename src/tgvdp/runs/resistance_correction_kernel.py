@@ -25,7 +25,7 @@ _SAME_W = 1e-8
 #: Largest bend of the difference along a row, as a share of w, and the rows that one is cut into at most.
 _BEND = 1e-5
 _MOST_PARTS = 64
-#: Parts of a row are known once a sweep along them leads to where the one before it led, to this share of w, as it
+#: Parts of a row are known once a sweep along them changes the speed half-way by no more than this share of w, as it
 #: leaves that times the share by which forces change along the row; and after so many sweeps at most.
 _SAME_CUT_W = 1e-7
 _CUT_SWEEPS = 20
@@ -165,7 +165,7 @@ def _law_of(train, grade, air, d, w0, w1):
 def _sweep(train, share, air, d, w0, w1, parts, cut_w):
     """Squared speeds at the end of each part of a row by the forces between those that there are, (parts,) in place.
 
-    Parts have one effort alike beside the ``share`` of its limit: the one that leads to w1. Returns where none leads.
+    Parts have one effort alike beside the ``share`` of its limit: the one that leads to w1.
     """
     table = train.traction if share > 0.0 else train.braking
     per_force = 2.0 / train.inertia_kg * d / parts
@@ -182,23 +182,40 @@ def _sweep(train, share, air, d, w0, w1, parts, cut_w):
     alike_w = (w1 - led_w) / parts
     for j in range(parts):
         cut_w[j] = max(0.0, cut_w[j] + (j + 1) * alike_w)
-    return led_w
+
+
+@part
+def _bow(train, share, air, d, w0, w1):
+    """How far the squared speed is above a straight line half-way along a row, by the forces along its halves."""
+    v0 = math.sqrt(w0)
+    v1 = math.sqrt(w1)
+    middle = math.sqrt(0.5 * (w0 + w1))
+    change = drag_change(train, air, v0, middle, v1)
+    if share != 0.0:
+        table = train.traction if share > 0.0 else train.braking
+        change += share * (mean_effort(table, v0, middle) - mean_effort(table, middle, v1))
+    return 0.5 * d * change / train.inertia_kg
 
 
 @part
 def cut_row(train, law, air, d, w0, w1, parts, cut_w):
     """Squared speeds at the end of each part of a row, (parts,) in place; the last one is w1.
 
-    All parts at once, from a straight line on: no part waits for the one before it, and none makes up for the others.
+    All parts at once, from a parabola on: no part waits for the one before it, and none makes up for the others.
     """
-    for j in range(parts):
-        cut_w[j] = w0 + (j + 1) / parts * (w1 - w0)
     kept, share = law
-    led_w = math.inf
-    for _ in range(0 if kept else _CUT_SWEEPS):
-        before_w = led_w
-        led_w = _sweep(train, share, air, d, w0, w1, parts, cut_w)
-        if abs(led_w - before_w) <= _SAME_CUT_W * max(w0, w1):
+    bow = 0.0 if kept else _bow(train, share, air, d, w0, w1)
+    even = 1.0 / parts
+    for j in range(parts):
+        u = even * (j + 1)
+        cut_w[j] = max(0.0, w0 + u * (w1 - w0 + 4.0 * (1.0 - u) * bow))
+    most_w = _SAME_CUT_W * max(w0, w1)
+    middle = (parts - 1) // 2
+    # A parabola is off by about bow²/Δw.
+    for _ in range(0 if bow * bow <= most_w * abs(w1 - w0) else _CUT_SWEEPS):
+        before_w = cut_w[middle]
+        _sweep(train, share, air, d, w0, w1, parts, cut_w)
+        if abs(cut_w[middle] - before_w) <= most_w:
             break
     cut_w[parts - 1] = w1
 
@@ -220,8 +237,9 @@ def cut_rows(train, line, x, w, parts, cut_x, cut_w):
             step = piece_from(line.break_m, step, 0.5 * (x[k] + x[k + 1]))
             law = _law_of(train, line.grade_n[step], line.air[step], d, w[k], w[k + 1])
             cut_row(train, law, line.air[step], d, w[k], w[k + 1], parts[k], cut_w[n:])
+            even_m = d / parts[k]
             for j in range(1, parts[k]):
-                cut_x[n] = x[k] + j / parts[k] * d
+                cut_x[n] = x[k] + j * even_m
                 n += 1
     cut_x[n] = x[-1]
     cut_w[n] = w[-1]
