@@ -273,6 +273,15 @@ def _line_before(train, cell, lines):
     return max(coasted_from(train, cell, coasts), lines.before_top)
 
 
+@leaf
+def _lines_of_rest(lines, share):
+    """The lines of the last share of a cell, on which dynamic braking begins along a straight one."""
+    return Lines(
+        lines.before_a, lines.b + share * (lines.before_b - lines.b), lines.before_c, lines.before_top, lines.a,
+        lines.coasts, lines.b, lines.c, lines.top,
+    )  # fmt: skip
+
+
 @part
 def _passes(train, cell, w, top, scratch):
     """Whether not even all brakes keep a run through a cell from ending above the envelope, at ``top``."""
@@ -307,6 +316,8 @@ def drive_cell(train, regenerates, cell, w, lines, scratch, rows, n):
         landed = coast(train, cell, rest, w)
     aim = min(a, lines.top)
     if landed > aim:
+        if rest != length and lines.b < lines.top:
+            lines = _lines_of_rest(lines, rest / length)
         return coast_through(train, regenerates, cell, w, landed, lines, scratch, rows, n)
     if pull(train, cell, w, aim) < math.inf:
         return evenly(train, cell, w, aim, rows, n)

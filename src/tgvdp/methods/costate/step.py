@@ -19,6 +19,8 @@ from tgvdp.physics.forces import effort_at
 
 #: A switching speed beyond the wall is at most this multiple of it.
 _BEYOND = 4.0
+#: Sweeps that find where coasting from the line's start leads, by the resistance there.
+_SWEEPS = 3
 
 
 @part
@@ -49,6 +51,47 @@ def _holds_wall(train, step):
     v = math.sqrt(step.wall)
     load = step.load + v * (train.davis_b + v * step.air)
     return step.top == step.wall and 0.0 <= load <= effort_at(train.traction, v)
+
+
+@part
+def _coasts_from_limit(train, step, line, drives, coasts):
+    """Over which length, at the end of the cell, a run coasts that holds the limit until p = −½.
+
+    It ends at one of the points ``drives`` to ``coasts``, or between two of them.
+    """
+    w, p = line
+    before_m = before_p = 0.0
+    for i in range(drives, coasts + 1):
+        middle = 0.5 * (step.top + w[i])
+        load = step.load + math.sqrt(middle) * train.davis_b + step.air * middle
+        coasted_m = min(0.5 * (step.top - w[i]) / load, step.length)
+        p0 = coast_image(train, step, coasted_m, w[i], p[i])[1]
+        if p0 >= -0.5:
+            share = (-0.5 - before_p) / (p0 - before_p) if i > drives else 1.0
+            return before_m + share * (coasted_m - before_m)
+        before_m = coasted_m
+        before_p = p0
+    return 0.0
+
+
+@part
+def _from_limit(train, step, line, drives, coasts, switch):
+    """Switching speed after the cell for a line of switching that begins it beyond a speed limit, if there is one.
+
+    The line is straight, and at the limit where a run that holds it begins to coast.
+    """
+    a = line.w[drives]
+    top = step.top
+    if not (a < step.wall == top and step.load + math.sqrt(top) * train.davis_b + step.air * top > 0.0):
+        return switch
+    coasted_m = _coasts_from_limit(train, step, line, drives, coasts)
+    if coasted_m == 0.0:
+        return switch
+    begins = top + (top - a) * (step.length / coasted_m - 1.0)
+    ends = coast_on(train, step, begins)
+    for _ in range(_SWEEPS):
+        ends = begins - 2.0 * step.length * (step.load + math.sqrt(ends) * train.davis_b + step.air * ends)
+    return ends
 
 
 @kernel
@@ -124,6 +167,8 @@ def transport(train, step, line, n, drives, coasts, brakes, images, scratch):
         switch = min(coast_on(train, step, x[first]), wall)
         if a != step.held_w:  # where p jumps the line falls to that speed, which nobody holds
             switch = max(switch, a * (1.0 + 2.0 * HELD))
+        if x[first] >= top:
+            switch = _from_limit(train, step, line, drives, coasts, switch)
         return hold(train, TRACTION, COASTING, step, step.held_w, -0.5, first, m, images), switch
     # Below −½ up to the wall: only from beyond it would a run coast throughout.
     switch = wall
@@ -131,4 +176,4 @@ def transport(train, step, line, n, drives, coasts, brakes, images, scratch):
         switch = min(a + (wall - a) * (-0.5 - lowest) / (highest - lowest), _BEYOND * wall)
     x[m] = coast_image(train, step, step.length, switch, -0.5)[0]
     y[m] = -0.5
-    return m + 1, switch
+    return m + 1, _from_limit(train, step, line, drives, coasts, switch)
