@@ -10,7 +10,7 @@ from tests.helpers.trips import commuter, trip_on
 from tgvdp.line.cells import cells_of
 from tgvdp.methods.costate.blend import Blend, fill_blend
 from tgvdp.methods.costate.extremal import Extremal, between, foretells
-from tgvdp.methods.costate.forward_cell import Lines, coast_through
+from tgvdp.methods.costate.forward_brakes import Lines, coast_through
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.physics.cell import Cell, room_for_marches, room_for_rows
 from tgvdp.physics.forces import kernel_train

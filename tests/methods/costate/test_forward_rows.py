@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from tgvdp.methods.costate.forward_cell import Lines, coast_through
+from tgvdp.methods.costate.forward_brakes import Lines, coast_through
 from tgvdp.methods.costate.forward_rows import coast, evenly
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.train import Train

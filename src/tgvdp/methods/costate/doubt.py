@@ -29,7 +29,9 @@ _UNKNOWN_LOSS = 1e-3
 #: ... in cells as long as this share of the way on which it rises by all it can.
 _LONG = 0.3
 #: Neighbouring extremals lose in the same cells: of so many one is asked at first, the others on what cells it leaves.
+#: Where they have few cells in all they are asked at once, for each round takes as long as some of them.
 _NEIGHBOURS = 3
+_FEW_CELLS = 1500
 #: How often cells may be halved.
 _MOST_HALVINGS = 6
 
@@ -62,7 +64,8 @@ class Doubt:
         """
         mesh = front.mesh
         extremals = front.around(target_s)
-        asked, unasked = extremals[::_NEIGHBOURS], [one for i, one in enumerate(extremals) if i % _NEIGHBOURS]
+        neighbours = _NEIGHBOURS if len(extremals) * len(mesh.cells.length_m) > _FEW_CELLS else 1
+        asked, unasked = extremals[::neighbours], [one for i, one in enumerate(extremals) if i % neighbours]
         answers: dict[float, Extremal] = {}  # on half the cells of this mesh, by multiplier
         while True:
             _answer(front, mesh, asked, answers)
@@ -72,12 +75,12 @@ class Doubt:
                 mesh, answers = mesh.halved(cells), {}
                 asked = front.solved(mesh, [one.multiplier for one in losing])
                 continue
-            fastest = _answer(front, mesh, extremals, answers, [math.inf])
+            _answer(front, mesh, extremals, answers)
             # What one loses on the first mesh, where cells have been halved since, is more than it loses on this one.
             asked = [one for one in unasked if self.halvings and _may_lose(mesh, one, answers[one.multiplier])]
             unasked = []
             if not asked:
-                return front.on(mesh.finer, fastest[0], [answers[one.multiplier] for one in extremals])
+                return front.on(mesh.finer, answers[math.inf], [answers[one.multiplier] for one in extremals])
             if mesh is not front.mesh:
                 asked = front.solved(mesh, [one.multiplier for one in asked])
 
@@ -92,18 +95,10 @@ class Doubt:
         return False
 
 
-def _answer(
-    front: ExtremalFront,
-    mesh: Mesh,
-    asked: Sequence[Extremal],
-    answers: dict[float, Extremal],
-    more: Sequence[float] = (),
-) -> list[Extremal]:
-    """Solve on half the cells of a mesh what is asked and not answered there yet; returns other multipliers' own."""
-    missing = [one.multiplier for one in asked if one.multiplier not in answers]
-    solved = front.solved(mesh.finer, [*more, *missing])
-    answers |= zip(missing, solved[len(more) :], strict=True)
-    return solved[: len(more)]
+def _answer(front: ExtremalFront, mesh: Mesh, asked: Sequence[Extremal], answers: dict[float, Extremal]) -> None:
+    """Solve on half the cells of a mesh what is asked, and the fastest run, where there is no answer yet."""
+    missing = [one for one in (math.inf, *(one.multiplier for one in asked)) if one not in answers]
+    answers |= zip(missing, front.solved(mesh.finer, missing), strict=True)
 
 
 def _losing(

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from tgvdp._jit import leaf, part
 from tgvdp.line.cells import Cells
 from tgvdp.methods.costate.blend import switch_at
-from tgvdp.methods.costate.forward_cell import Lines, coast_through, drive_cell
+from tgvdp.methods.costate.forward_brakes import Lines, coast_through
+from tgvdp.methods.costate.forward_cell import drive_cell
 from tgvdp.methods.costate.forward_rows import ON_CURVE, coast, ended
 from tgvdp.model.track import POWERED
 from tgvdp.physics.arc import duration_and_work

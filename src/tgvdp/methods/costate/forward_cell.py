@@ -1,174 +1,23 @@
 """Drive through one cell by its switching speeds: rows that are exact, whatever the policy."""
 
 import math
-from typing import NamedTuple
 
 from tgvdp._jit import leaf, part
+from tgvdp.methods.costate.forward_brakes import NEAR, Lines, coast_through, meeting_place
 from tgvdp.methods.costate.forward_rows import (
     ON_CURVE,
     SAME_PLACE,
-    brake_late,
     coast,
-    ended,
     evenly,
     pull,
     rows_needed,
     saturated,
 )
 from tgvdp.methods.costate.step_held import HELD
-from tgvdp.physics.arc import arc
 from tgvdp.physics.cell import Cell, append, rest_of
-from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK, TRACTION
-from tgvdp.physics.energy import FULL_EFFORT
-from tgvdp.physics.forces import effort_at, mean_effort, resistance_at
-from tgvdp.physics.roots import Bracket, narrowed, secant
-from tgvdp.runs.braking_point import braked_w, drive_then_brake, emit_driven
-
-#: Changes of v² by less than this share within a cell are a drift of the holding speed, spread over the cell.
-_DRIFT = 0.01
-#: The line of all brakes may rise by this share within a cell for a run to keep to it: where it rises faster, friction
-#: ends somewhere within the cell.
-_RISE = 5e-3
-#: A run that enters a cell nearer to the line of switching than this share of v² is on it.
-_NEAR = 1e-3
-#: Coasting that ends above a limit by less than this share of v² brakes a little all the way, which takes longer by a
-#: quarter of that share: brakes for the last hand's breadth would be none that one applies.
-_TOUCH = 1e-4
-#: Coasting meets the line of switching after so many steps of the secant, at most: both are nearly straight.
-_MEETING_STEPS = 20
-
-
-class Lines(NamedTuple):
-    """Lines of switching through one cell, in squared speeds, m²/s²: full traction below the first one, coasting above.
-
-    Attributes
-    ----------
-    before_a, before_b, before_c, before_top : float
-        Where traction ends, dynamic braking begins, and all brakes do, and the envelope, at the start of the cell. The
-        first two may lie beyond the envelope.
-    a, b, c, top : float
-        The same at its end.
-    coasts : float
-        Speed at the end of a run that coasts from the line's start on, a'.
-    """
-
-    before_a: float
-    before_b: float
-    before_c: float
-    before_top: float
-    a: float
-    coasts: float
-    b: float
-    c: float
-    top: float
-
-
-@leaf
-def _drifts(before, after, w):
-    """Whether a line of switching, and a run on it or above it, change so little that they are a speed that is held.
-
-    From below a run coasts up to the line.
-    """
-    near = _DRIFT * after
-    return abs(before - after) <= near and w - after <= near and w >= before * (1.0 - _NEAR)
-
-
-@leaf
-def _follows(lines, after, w):
-    """Whether a run is on the line of all brakes, which ends the cell at ``after``, and keeps to it if it can."""
-    near = _DRIFT * after
-    known = lines.before_c < lines.before_top or abs(lines.before_c - after) <= near
-    return known and after - lines.before_c <= _RISE * after and abs(w - lines.before_c) <= near
-
-
-@part
-def _brakes_do(train, cell, w, target, friction, share):
-    """Whether brakes take the train through a cell at one effort: a share of the dynamic one, or with ``friction``."""
-    status, _, work = arc(train, cell.length_m, cell.grade_n, cell.air, w, target)
-    dynamic = cell.length_m * mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
-    return status == OK and (friction or -work <= share * dynamic)
-
-
-@part
-def _brake_fully(train, regime, cell, w, lines, scratch, rows, n):
-    """Drive in a regime that would end above c, or above the envelope if that is lower, and with all brakes end there.
-
-    A run that is on the line of all brakes keeps to it; elsewhere c is held, if all brakes can, and the envelope is
-    met as late as possible.
-    """
-    target = min(lines.c, lines.top)
-    if lines.c < lines.top:
-        if _follows(lines, target, w) and _brakes_do(train, cell, w, target, True, 1.0):
-            return evenly(train, cell, w, target, rows, n)
-        cell = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, lines.c))
-    return brake_late(train, regime, cell, w, target, scratch, rows, n)
-
-
-@part
-def _coast_then_regenerate(train, cell, w, lines, rows, n):
-    """Append coasting, and holding the speed limit, up to the line of dynamic braking, and that from there on.
-
-    The line is a straight one. Returns where it ends, and the number of rows.
-    """
-    length = cell.length_m
-    slope = (lines.b - lines.before_b) / length
-    x = _meeting_place(train, cell, w, lines.before_b, slope, coast(train, cell, length, w))
-    if lines.before_b + slope * x > cell.limit_w:
-        x = (cell.limit_w - lines.before_b) / slope
-        n = emit_driven(train, COASTING, cell, x, w, rows, n)
-        w = cell.limit_w
-    else:
-        parts = rows_needed(train, cell.air, x, w, lines.before_b + slope * x)
-        for i in range(1, parts + 1):
-            w = coast(train, cell, x / parts, w)
-            n = append(cell.start_m + i * x / parts, w, rows, n)
-    if n < 0:
-        return math.inf, n
-    return saturated(train, DYNAMIC, rest_of(cell, cell.start_m + x, length - x), w, 0.0, rows, n)[1:]
-
-
-@part
-def _regenerate(train, cell, w, lines, scratch, rows, n):
-    """Slow down to b, or to the envelope if that is lower, where coasting would end above it: by the dynamic brake.
-
-    All brakes only where that one would end above c, or leave the envelope.
-    """
-    target = min(lines.b, lines.top)
-    # A line that falls from the envelope is no speed that was held: braking begins within the cell.
-    begins = lines.before_b >= lines.before_top and target < lines.before_b * (1.0 - ON_CURVE)
-    if not begins and _drifts(lines.before_b, target, w) and _brakes_do(train, cell, w, target, False, 1.0):
-        if w <= target or _brakes_do(train, cell, w, target, False, FULL_EFFORT):
-            return evenly(train, cell, w, target, rows, n)
-        # One effort would be more than the dynamic brake has where the train is faster, and friction would help it.
-        left, landed, last = saturated(train, DYNAMIC, cell, w, target, rows, n)
-        if last < 0 or (left <= (1.0 - FULL_EFFORT) * cell.length_m and landed <= target * (1.0 + HELD)):
-            return ended(cell, target, rows, n, last)
-    braked = braked_w(train, DYNAMIC, cell, target, cell.length_m, scratch)
-    if lines.b < lines.top and lines.before_b > max(w, braked * (1.0 + _NEAR)):
-        first = n
-        landed, n = _coast_then_regenerate(train, cell, w, lines, rows, n)
-        if n < 0:
-            return n
-        if target <= landed <= min(lines.c, lines.top) * (1.0 + ON_CURVE):
-            rows.x[n - 1] = cell.end_m
-            return n
-        n = first
-    if 0.0 < braked and w <= braked * (1.0 + ON_CURVE):  # 0: it passes the target even from a standstill
-        if w > max(target, braked * (1.0 - _NEAR)):
-            left, _, last = saturated(train, DYNAMIC, cell, w, target, rows, n)
-            if last < 0 or left <= (1.0 - FULL_EFFORT) * cell.length_m:
-                return ended(cell, target, rows, n, last)
-        highest = max(w, target, min(lines.before_b, lines.before_top))
-        held = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, highest)
-        return drive_then_brake(train, COASTING, DYNAMIC, held, w, target, scratch, rows, n)
-    first = n
-    landed, n = saturated(train, DYNAMIC, cell, w, target if w > target else 0.0, rows, n)[1:]
-    if n < 0:
-        return n
-    if landed <= min(lines.c, lines.top) * (1.0 + ON_CURVE):
-        rows.x[n - 1] = cell.end_m  # its rows may meet the target a hair before the braking curve does
-        return n
-    return _brake_fully(train, DYNAMIC, cell, w, lines, scratch, rows, first)
+from tgvdp.physics.codes import BRAKING, TRACTION
+from tgvdp.physics.forces import effort_at, resistance_at
+from tgvdp.runs.braking_point import braked_w, drive_then_brake
 
 
 @part
@@ -213,21 +62,6 @@ def _drive_to_line(train, cell, w, line, slope, top, rows, n):
 
 
 @part
-def _meeting_place(train, cell, w, line, slope, landed):
-    """Where in a cell coasting from w, which leads to ``landed``, meets a line that it crosses, from either side."""
-    sense = 1.0 if w > line else -1.0
-    bracket = Bracket(0.0, cell.length_m, sense * (line - w), sense * (line + slope * cell.length_m - landed), 0)
-    x = 0.0
-    for _ in range(_MEETING_STEPS):
-        x = secant(bracket)
-        below = line + slope * x - coast(train, cell, x, w)
-        if abs(below) <= ON_CURVE * line:
-            break
-        bracket = narrowed(bracket, x, sense * below)
-    return x
-
-
-@part
 def _coast_to_line(train, cell, w, landed, line, slope, rows, n):
     """Append coasting from above the line of switching down to it, if it is met, and if traction can follow it.
 
@@ -238,7 +72,7 @@ def _coast_to_line(train, cell, w, landed, line, slope, rows, n):
     end_w = line + slope * length
     if end_w <= landed:
         return length, w, n
-    x = _meeting_place(train, cell, w, line, slope, landed)
+    x = meeting_place(train, cell, w, line, slope, landed)
     first = n
     met_w = w
     parts = rows_needed(train, cell.air, x, w, line + slope * x)
@@ -299,14 +133,14 @@ def drive_cell(train, regenerates, cell, w, lines, scratch, rows, n):
     rest = length
     landed = math.nan
     at_limit = w >= cell.limit_w * (1.0 - ON_CURVE)  # it is held for as long as it may be, and no phase is new
-    if w < line * (1.0 - (ON_CURVE if at_limit else _NEAR)):
+    if w < line * (1.0 - (ON_CURVE if at_limit else NEAR)):
         first, start_w = n, w
         rest, w, n = _drive_to_line(train, cell, w, line, slope, lines.top, rows, n)
         if rest <= 0.0 or n < 0:
             return n
         if _passes(train, rest_of(cell, cell.end_m - rest, rest), w, lines.top, scratch):
             return drive_then_brake(train, TRACTION, BRAKING, cell, start_w, lines.top, scratch, rows, first)
-    elif w > line * (1.0 + _NEAR):
+    elif w > line * (1.0 + NEAR):
         landed = coast(train, cell, length, w)
         rest, w, n = _coast_to_line(train, cell, w, landed, line, slope, rows, n)
     if n < 0:
@@ -322,30 +156,3 @@ def drive_cell(train, regenerates, cell, w, lines, scratch, rows, n):
     if pull(train, cell, w, aim) < math.inf:
         return evenly(train, cell, w, aim, rows, n)
     return saturated(train, TRACTION, cell, w, math.inf, rows, n)[2]
-
-
-@part
-def coast_through(train, regenerates, cell, w, landed, lines, scratch, rows, n):
-    """Append the rows of one cell from w: coasting, and braking where that would end above b or the envelope.
-
-    ``landed`` is where coasting leads.
-    """
-    rest = cell.length_m
-    most = min(lines.b, lines.top)
-    if landed <= most * (1.0 + ON_CURVE):
-        parts = rows_needed(train, cell.air, rest, w, landed)
-        first = n
-        for i in range(1, parts + 1):
-            w = landed if parts == 1 else coast(train, cell, rest / parts, w)
-            n = append(cell.start_m + i * rest / parts if i < parts else cell.end_m, w, rows, n)
-        # A rounding error above b, and braking would be a sliver; but what several rows lead to beyond one is none.
-        if w <= most * (1.0 + ON_CURVE):
-            w = min(w, most)
-        return ended(cell, min(w, lines.top), rows, first, n)
-    # A cell may be as short as that hand's breadth: by friction only the envelope is met.
-    near = landed <= most * (1.0 + _TOUCH)
-    if near and _brakes_do(train, cell, w, most, lines.top <= lines.b, 1.0):
-        return evenly(train, cell, w, most, rows, n)
-    if regenerates:
-        return _regenerate(train, cell, w, lines, scratch, rows, n)
-    return _brake_fully(train, COASTING, cell, w, lines, scratch, rows, n)
