@@ -20,6 +20,9 @@ CASES = {
     "dynamic braking that begins within a cell too long for it": (descent_trip, 1912500195, 12, 1, 0.170),
     "the same, before a limit": (proof_trip, 1916000277, 12, 1, 0.074),
     "dynamic braking taken for a speed that drifts": (descent_trip, 1912500126, 12, 1, 0.063),
+    "coasting from a limit, and dynamic braking, within long cells": (proof_trip, 1921000098, 12, 1, 0.085),
+    "a line of dynamic braking that comes out of the envelope": (proof_trip, 1920000062, 60, 6, 0.136),
+    "... or out of a neutral section": (proof_trip, 1920000110, 12, 3, 0.098),
     "a wall missed by a rounding on a long descent": (proof_trip, 1914000644, 12, 11, 0.052),
     "blended from an envelope that ended a policy": (proof_trip, 1803000750, 12, 3, 0.055),
 }

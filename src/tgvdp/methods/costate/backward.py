@@ -35,7 +35,14 @@ from tgvdp.methods.costate.characteristics import (
 )
 from tgvdp.methods.costate.polyline import Polyline, insert, make_monotone, thin
 from tgvdp.methods.costate.step import coast_over, transport
-from tgvdp.methods.costate.step_wall import LEAST_WALL, dynamic_suffices, fan_region, frictionless_m, wall_region
+from tgvdp.methods.costate.step_wall import (
+    LEAST_WALL,
+    dynamic_suffices,
+    fan_region,
+    frictionless_m,
+    is_wall,
+    wall_region,
+)
 from tgvdp.model.track import POWERED
 from tgvdp.physics.cell import Rows
 from tgvdp.physics.codes import COASTING, CROWDED, DYNAMIC, OK
@@ -243,7 +250,9 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
         brakes = n - 1
         if returned > 0.0:
             brakes, c = _crossing(0.0, line, n, coasts)
-            if brakes < n:
+            if is_wall(step, c):  # by a rounding before it, or at it
+                brakes = n - 1
+            elif brakes < n:
                 if powered:
                     held_back = held_back_w(train, returned, price, fast[k + 1])
                     brakes, c = _snapped(held_back, slack, 0.0, line, n, brakes, c)
