@@ -64,7 +64,9 @@ def _coasts_from_limit(train, step, line, drives, coasts):
     for i in range(drives, coasts + 1):
         middle = 0.5 * (step.top + w[i])
         load = step.load + math.sqrt(middle) * train.davis_b + step.air * middle
-        coasted_m = min(0.5 * (step.top - w[i]) / load, step.length)
+        coasted_m = step.length  # at least; on a descent slow runs may never come from the limit
+        if load > 0.0:
+            coasted_m = min(0.5 * (step.top - w[i]) / load, step.length)
         p0 = coast_image(train, step, coasted_m, w[i], p[i])[1]
         if p0 >= -0.5:
             share = (-0.5 - before_p) / (p0 - before_p) if i > drives else 1.0
