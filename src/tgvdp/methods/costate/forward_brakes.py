@@ -110,6 +110,16 @@ def meeting_place(train, cell, w, line, slope, landed):
 
 
 @part
+def coast_to(train, cell, x, w, line, rows, n):
+    """Append the rows of coasting over the first x metres of a cell, nearly to a line; returns where, and how many."""
+    parts = rows_needed(train, cell.air, x, w, line)
+    for i in range(1, parts + 1):
+        w = coast(train, cell, x / parts, w)
+        n = append(cell.start_m + i * x / parts, w, rows, n)
+    return w, n
+
+
+@part
 def _coast_then_regenerate(train, cell, w, lines, rows, n):
     """Append coasting, and holding the speed limit, up to the line of dynamic braking, and that from there on.
 
@@ -123,10 +133,7 @@ def _coast_then_regenerate(train, cell, w, lines, rows, n):
         n = emit_driven(train, COASTING, cell, x, w, rows, n)
         w = cell.limit_w
     else:
-        parts = rows_needed(train, cell.air, x, w, lines.before_b + slope * x)
-        for i in range(1, parts + 1):
-            w = coast(train, cell, x / parts, w)
-            n = append(cell.start_m + i * x / parts, w, rows, n)
+        w, n = coast_to(train, cell, x, w, lines.before_b + slope * x, rows, n)
     if n < 0:
         return math.inf, n
     return saturated(train, DYNAMIC, rest_of(cell, cell.start_m + x, length - x), w, 0.0, rows, n)[1:]

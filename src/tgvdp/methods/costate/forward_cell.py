@@ -3,14 +3,13 @@
 import math
 
 from tgvdp._jit import leaf, part
-from tgvdp.methods.costate.forward_brakes import NEAR, Lines, coast_through, meeting_place
+from tgvdp.methods.costate.forward_brakes import NEAR, Lines, coast_through, coast_to, meeting_place
 from tgvdp.methods.costate.forward_rows import (
     ON_CURVE,
     SAME_PLACE,
     coast,
     evenly,
     pull,
-    rows_needed,
     saturated,
 )
 from tgvdp.methods.costate.step_held import HELD
@@ -74,11 +73,7 @@ def _coast_to_line(train, cell, w, landed, line, slope, rows, n):
         return length, w, n
     x = meeting_place(train, cell, w, line, slope, landed)
     first = n
-    met_w = w
-    parts = rows_needed(train, cell.air, x, w, line + slope * x)
-    for i in range(1, parts + 1):
-        met_w = coast(train, cell, x / parts, met_w)
-        n = append(cell.start_m + i * x / parts, met_w, rows, n)
+    met_w, n = coast_to(train, cell, x, w, line + slope * x, rows, n)
     if pull(train, rest_of(cell, cell.start_m + x, length - x), met_w, end_w) < math.inf:
         return length - x, met_w, n
     return length, w, first
