@@ -11,14 +11,15 @@ from numpy.typing import NDArray
 from tgvdp._jit import entry, part
 from tgvdp.line.cells import cells_of
 from tgvdp.memory import scratch
-from tgvdp.methods.phases.plan import AT, LASTS_S, MAY_GO, PLAN_COLUMNS, REGIME, leave_out, plan_of, shortest
+from tgvdp.methods.phases.plan import LASTS_S, MAY_GO, PLAN_COLUMNS, leave_out, plan_of, shortest
 from tgvdp.methods.phases.regimes import tell_regimes, without_touches
+from tgvdp.methods.phases.retime import retime
 from tgvdp.methods.phases.track import track
 from tgvdp.methods.phases.way import Room, Run, Way, is_sound, total, way_of
 from tgvdp.methods.phases.widen import widen
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Rows
-from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, HOLDING, TRACTION
+from tgvdp.physics.codes import BRAKING, DYNAMIC
 from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import kernel_train
 
@@ -30,15 +31,9 @@ _Floats = NDArray[np.float64]
 _PASSES = ((0.05, False), (1.0, False), (1.0, True), (3.0, False), (3.0, True))
 #: A run gets its time back after all that, or else all that keeps to it, or else the run stays as it is.
 _LATER_IN_TIME, _IN_TIME, _AS_IT_IS = _ATTEMPTS = (0, 1, 2)
-#: Tries to give a run its time back, and the share of a phase of coasting by which the first one moves its start.
-_TRIES = 6
-_STARTS = 4
-_FIRST_STEP = 1e-3
 _MOST_PHASES = 4000
 #: Phases of a plan that is not that of the run.
 _UNKNOWN = -1
-#: Whatever it costs, whenever it arrives.
-_ALL = Room(math.inf, -math.inf, math.inf)
 #: Rows that a run may gain.
 _MORE_ROWS = 20_000
 
@@ -63,65 +58,6 @@ class Pruned(NamedTuple):
     w: _Floats
     regime: NDArray[np.int8]
     short: int
-
-
-@part
-def _start_of_coasting(plan, count, most_s):
-    """The longest phase of coasting, of less than ``most_s``, that follows traction or a hold; −1 if there is none."""
-    best = -1
-    for c in range(1, count - 1):
-        follows = plan[c - 1, REGIME] == TRACTION or plan[c - 1, REGIME] == HOLDING
-        coasts = follows and plan[c, REGIME] == COASTING and plan[c, LASTS_S] < most_s
-        if coasts and (best < 0 or plan[c, LASTS_S] > plan[best, LASTS_S]):
-            best = c
-    return best
-
-
-@part
-def _retime(way, run, n, plan, count, price, most_j, late_s, tolerance_s, out):
-    """Move the start of a long coasting until the run is no longer late, or early; returns rows, −1 in vain."""
-    longest_s = math.inf
-    for _ in range(_STARTS):
-        c = _start_of_coasting(plan, count, longest_s)
-        if c < 0:
-            break
-        longest_s = plan[c, LASTS_S]
-        start_m = plan[c, AT]
-        m = _moved(way, run, n, plan, count, c, price, most_j, late_s, tolerance_s, out)
-        if m > 0:
-            return m
-        plan[c, AT] = start_m
-    return -1
-
-
-@part
-def _moved(way, run, n, plan, count, c, price, most_j, late_s, tolerance_s, out):
-    """Move the start of a phase of coasting until the run is no longer late, or early; returns rows, −1 in vain."""
-    start_m = plan[c, AT]
-    before_s, before_j = total(run, 0, n - 1)
-    step_m = _FIRST_STEP * (plan[c + 1, AT] - start_m)
-    room_m = start_m - plan[c - 1, AT]
-    last_m = 0.0
-    last_s = late_s
-    shift_m = min(step_m if late_s > 0.0 else -step_m, 0.5 * room_m)
-    for _ in range(_TRIES):
-        if not -0.9 * room_m < shift_m < 0.9 * (plan[c + 1, AT] - start_m):
-            return -1
-        plan[c, AT] = start_m + shift_m
-        m, refused, _ = track(way, run, n, plan, count, price, 0.0, _ALL, out)
-        if m < 0 or refused > 0:
-            return -1
-        after_s, after_j = total(out, 0, m - 1)
-        now_s = late_s + after_s - before_s
-        if abs(now_s) <= tolerance_s:
-            return m if after_j - before_j + price * (after_s - before_s) <= most_j else -1
-        if now_s == last_s:
-            return -1
-        next_m = shift_m - now_s * (shift_m - last_m) / (now_s - last_s)
-        last_m = shift_m
-        last_s = now_s
-        shift_m = next_m
-    return -1
 
 
 @part
@@ -178,7 +114,7 @@ def _prune(way, here, there, n, plan, count, price, least_s, room, later_s, slac
     if count < 0:
         count = plan_of(way, here, n, plan)
     if not abs(late_s) <= slack_s:  # no number is not in time
-        n = _retime(way, here, n, plan, count, price, room.most_j, late_s, slack_s, there)
+        n = retime(way, here, n, plan, count, price, room.most_j, late_s, slack_s, there)
         if n < 0:
             return -1, False, 0.0, 0.0, 0
         here, there = there, here

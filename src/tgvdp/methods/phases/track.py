@@ -5,7 +5,7 @@ import math
 from tgvdp._jit import kernel, part
 from tgvdp.methods.phases.leave import drive, leave
 from tgvdp.methods.phases.plan import AT, REGIME
-from tgvdp.methods.phases.way import SAME_M, copy_row, is_within, left_of, measure, row_at, total, w_on
+from tgvdp.methods.phases.way import SAME_M, copy_rows, is_within, left_of, measure, row_at, total, w_on
 from tgvdp.physics.codes import HOLDING, TRACTION
 
 
@@ -94,19 +94,28 @@ def track(way, run, n, plan, planned, price, least_s, room, out):
     room : Room
         What is left of it.
     """
-    out.x[0] = run.x[0]
-    out.w[0] = run.w[0]
+    m, _, refused, room = track_part(way, run, n, 0, n - 1, plan, planned, price, least_s, room, out)
+    return m, refused, room
+
+
+@part
+def track_part(way, run, n, i, end, plan, planned, price, least_s, room, out):
+    """`track` from row ``i`` of the run on, up to the row ``end`` or that behind it on which the two meet again.
+
+    Returns its row, too, behind the number of the new ones.
+    """
+    out.x[0] = run.x[i]
+    out.w[0] = run.w[i]
     m = 1
-    i = 0
     c = 0
     size = out.x.shape[0]
     refused = 0
     kept = 0  # the run stays up to here
-    # Each turn goes on by a row of the run, or appends rows that advance, or refuses: then rows of the run follow.
-    while i < n - 1:
+    # Each turn goes on by rows of the run, or appends rows that advance, or refuses: then rows of the run follow.
+    while i < end or (i < n - 1 and out.x[m - 1] != run.x[i]):
         x = out.x[m - 1]
         if m + 2 > size:
-            return -1, 0, room
+            return -1, i, 0, room
         while c + 1 < planned and plan[c + 1, AT] <= x + SAME_M:
             c += 1
         turn_m = plan[c + 1, AT] if c + 1 < planned else run.x[n - 1]
@@ -115,14 +124,16 @@ def track(way, run, n, plan, planned, price, least_s, room, out):
         turns = turns and plan[min(c + 1, planned - 1), REGIME] != run.regime[i]
         if i < kept or (now == run.regime[i] and not turns):
             is_cut = x != run.x[i] or out.w[m - 1] != run.w[i]  # the two have met within it
-            m = copy_row(run, i, out, m)
-            if is_cut:
-                measure(way, out, m - 2, m - 1)
-            i += 1
+            last = i + 1
             # As long as both go on: this is most of a run.
-            while i < n - 1 and run.regime[i] == now and run.x[i + 1] < turn_m - 2.0 * SAME_M and m + 2 <= size:
-                m = copy_row(run, i, out, m)
-                i += 1
+            while last < end and run.regime[last] == now and run.x[last + 1] < turn_m - 2.0 * SAME_M:
+                last += 1
+            last = min(last, i + size - m)
+            copy_rows(run, i, last, out, m)
+            if is_cut:
+                measure(way, out, m - 1, m)
+            m += last - i
+            i = last
             continue
         first = m
         if turns:
@@ -152,4 +163,4 @@ def track(way, run, n, plan, planned, price, least_s, room, out):
         kept = i + 1
         while kept < n - 1 and run.regime[kept] == run.regime[i]:
             kept += 1
-    return m, refused, room
+    return m, i, refused, room

@@ -154,15 +154,16 @@ def total(run, first, last):
     return time, energy
 
 
-@leaf
-def copy_row(run, i, out, m):
-    """Append row i of a run to others, which end where it starts; returns their number."""
-    out.x[m] = run.x[i + 1]
-    out.w[m] = run.w[i + 1]
-    out.regime[m - 1] = run.regime[i]
-    out.time[m - 1] = run.time[i]
-    out.energy[m - 1] = run.energy[i]
-    return m + 1
+@part
+def copy_rows(run, first, last, out, m):
+    """Append rows ``first`` to ``last`` − 1 of a run to ``m`` − 1 others, which end where they start."""
+    for j in range(last - first):
+        out.x[m + j] = run.x[first + 1 + j]
+        out.w[m + j] = run.w[first + 1 + j]
+    for j in range(last - first):
+        out.regime[m - 1 + j] = run.regime[first + j]
+        out.time[m - 1 + j] = run.time[first + j]
+        out.energy[m - 1 + j] = run.energy[first + j]
 
 
 @leaf

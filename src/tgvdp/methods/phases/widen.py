@@ -12,7 +12,7 @@ from tgvdp.methods.phases.track import stretch
 from tgvdp.methods.phases.way import (
     SAME_M,
     cell_from,
-    copy_row,
+    copy_rows,
     is_feasible,
     is_within,
     left_of,
@@ -43,12 +43,12 @@ def _may_give(plan, c, gives_s, least_s):
 @part
 def _copied(way, run, n, until_m, i, out, m):
     """Copy rows from the end of row i of the run on, as far as they end before a position; returns row and rows."""
-    first = m - 1
-    while i + 1 < n and run.x[i + 1] < until_m - SAME_M:
-        m = copy_row(run, i, out, m)
-        i += 1
-    measure(way, out, first, min(first + 1, m - 1))  # it may be cut
-    return i, m
+    last = i
+    while last + 1 < n and run.x[last + 1] < until_m - SAME_M:
+        last += 1
+    copy_rows(run, i, last, out, m)
+    measure(way, out, m - 1, min(m, m - 1 + last - i))  # it may be cut
+    return last, m + last - i
 
 
 @part

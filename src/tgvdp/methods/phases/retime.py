@@ -1,0 +1,113 @@
+"""A run gets its time back: a phase of coasting begins a little earlier, or later."""
+
+import math
+
+from tgvdp._jit import kernel, part
+from tgvdp.methods.phases.plan import AT, LASTS_S, REGIME
+from tgvdp.methods.phases.track import track, track_part
+from tgvdp.methods.phases.way import Room, row_at, total
+from tgvdp.physics.codes import COASTING, HOLDING, TRACTION
+
+#: Phases of coasting that are tried, the share of one by which the first trial moves its start, and trials of each.
+_STARTS = 4
+_FIRST_STEP = 1e-3
+_TRIES = 6
+#: Phases behind the one whose start is moved, at the end of which a trial ends unless it is off the run there.
+_PHASES = 4
+#: Whatever it costs, whenever it arrives.
+_ALL = Room(math.inf, -math.inf, math.inf)
+
+
+@part
+def _start_of_coasting(plan, count, most_s):
+    """The longest phase of coasting, of less than ``most_s``, that follows traction or a hold; −1 if there is none."""
+    best = -1
+    for c in range(1, count - 1):
+        follows = plan[c - 1, REGIME] == TRACTION or plan[c - 1, REGIME] == HOLDING
+        coasts = follows and plan[c, REGIME] == COASTING and plan[c, LASTS_S] < most_s
+        if coasts and (best < 0 or plan[c, LASTS_S] > plan[best, LASTS_S]):
+            best = c
+    return best
+
+
+@part
+def _changed(way, run, n, first, end, plan, count, price, out):
+    """By how much a run that is driven by a plan takes longer, s, and costs more, J; infinite where it cannot be.
+
+    It differs from the row ``first`` on, and meets the run again at the row ``end`` or later.
+    """
+    m, last, refused, _ = track_part(way, run, n, first, end, plan, count, price, 0.0, _ALL, out)
+    if m < 0 or refused > 0:
+        return math.inf, math.inf
+    before_s, before_j = total(run, first, last)
+    after_s, after_j = total(out, 0, m - 1)
+    return after_s - before_s, after_j - before_j
+
+
+@part
+def _moved(way, run, n, plan, count, c, price, most_j, late_s, tolerance_s, out):
+    """Move the start of a phase of coasting until the run is no longer late, or early; whether that is done.
+
+    The plan has the new start, be it in vain.
+    """
+    start_m = plan[c, AT]
+    first = row_at(run.x, n, plan[c - 1, AT])
+    end = row_at(run.x, n, plan[c + _PHASES, AT]) if c + _PHASES < count else n - 1
+    step_m = _FIRST_STEP * (plan[c + 1, AT] - start_m)
+    room_m = start_m - plan[c - 1, AT]
+    last_m = 0.0
+    last_s = late_s
+    shift_m = min(step_m if late_s > 0.0 else -step_m, 0.5 * room_m)
+    for _ in range(_TRIES):
+        if not -0.9 * room_m < shift_m < 0.9 * (plan[c + 1, AT] - start_m):
+            return False
+        plan[c, AT] = start_m + shift_m
+        later_s, dearer_j = _changed(way, run, n, first, end, plan, count, price, out)
+        now_s = late_s + later_s
+        if now_s == math.inf or now_s == last_s:
+            return False
+        if abs(now_s) <= tolerance_s:
+            return dearer_j + price * later_s <= most_j
+        next_m = shift_m - now_s * (shift_m - last_m) / (now_s - last_s)
+        last_m = shift_m
+        last_s = now_s
+        shift_m = next_m
+    return False
+
+
+@kernel
+def retime(way, run, n, plan, count, price, most_j, late_s, tolerance_s, out):
+    """Move the start of a long coasting until the run is no longer late, or early.
+
+    Parameters
+    ----------
+    way : Way
+    run : Run
+        Of ``n`` rows.
+    plan : (count, PLAN_COLUMNS) float64, modified in place
+        Of its phases.
+    price : float
+        What a second is worth, J/s, auxiliaries included.
+    most_j : float
+        By how much E + λT may rise, J.
+    late_s, tolerance_s : float
+        By how much the run is late, s, and may be at most.
+    out : Run, modified in place
+
+    Returns
+    -------
+    m : int
+        Rows of the new run; −1 where no start does it.
+    """
+    longest_s = math.inf
+    for _ in range(_STARTS):
+        c = _start_of_coasting(plan, count, longest_s)
+        if c < 0:
+            break
+        longest_s = plan[c, LASTS_S]
+        start_m = plan[c, AT]
+        if _moved(way, run, n, plan, count, c, price, most_j, late_s, tolerance_s, out):
+            m, _, _ = track(way, run, n, plan, count, price, 0.0, _ALL, out)
+            return m
+        plan[c, AT] = start_m
+    return -1
