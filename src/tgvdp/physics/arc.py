@@ -25,8 +25,12 @@ def duration_and_work(train, length_m, grade_n, air, w0, w1):
 
     Two more numbers are what `arc` needs: the mean load in N, and the rounding error of the work.
     """
-    v0 = math.sqrt(w0)
-    v1 = math.sqrt(w1)
+    return duration_and_work_of(train, length_m, grade_n, air, w0, w1, math.sqrt(w0), math.sqrt(w1))
+
+
+@leaf
+def duration_and_work_of(train, length_m, grade_n, air, w0, w1, v0, v1):
+    """`duration_and_work` where the speeds are known: those at the end of a row are those at the start of the next."""
     gain = 0.5 * train.inertia_kg * (w1 - w0)
     mean_load = mean_resistance(train, air, v0, v1) + grade_n
     load = length_m * mean_load

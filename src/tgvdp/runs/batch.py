@@ -1,5 +1,6 @@
 """Many runs of one trip, side by side: what is asked of each of them takes one call of a kernel, not one per run."""
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
@@ -14,7 +15,7 @@ from tgvdp.line.walk import piece_from, sum_to
 from tgvdp.model.energy import PANTOGRAPH
 from tgvdp.model.track import POWERED
 from tgvdp.model.trip import Trip
-from tgvdp.physics.arc import duration_and_work
+from tgvdp.physics.arc import duration_and_work_of
 from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import kernel_train, unpowered
 from tgvdp.runs.profile import drawn_on
@@ -60,6 +61,7 @@ def _totals(train, tables, at_wheel, line, x, w, first, time, energy):
         step = force = drag = 0
         force_nm, drag_nm = sum_to(line.force, 0, x[start]), sum_to(line.drag, 0, x[start])
         seconds = joules = 0.0
+        v1 = math.sqrt(w[start])
         for i in range(start, first[run + 1] - 1):
             d = x[i + 1] - x[i]
             step = piece_from(line.break_m, step, 0.5 * (x[i] + x[i + 1]))
@@ -74,9 +76,13 @@ def _totals(train, tables, at_wheel, line, x, w, first, time, energy):
                 air = (drag_nm - before_nm) / d
             supply = line.supply[step]
             here = train if supply == POWERED else dark
-            duration, work, _, _ = duration_and_work(here, d, grade, air, w[i], w[i + 1])
+            v0, v1 = v1, math.sqrt(w[i + 1])
+            duration, work, _, _ = duration_and_work_of(here, d, grade, air, w[i], w[i + 1], v0, v1)
             seconds += duration
-            joules += drawn_on(here, tables, at_wheel, supply, d, duration, work, w[i], w[i + 1])[0]
+            if at_wheel:
+                joules += max(work, 0.0)
+            else:
+                joules += drawn_on(here, tables, False, supply, d, duration, work, w[i], w[i + 1])[0]
         time[run], energy[run] = seconds, joules
 
 

@@ -21,7 +21,7 @@ from tgvdp.methods.costate.forward_brakes import Lines, coast_through
 from tgvdp.methods.costate.forward_cell import drive_cell
 from tgvdp.methods.costate.forward_rows import ON_CURVE, coast, ended
 from tgvdp.model.track import POWERED
-from tgvdp.physics.arc import duration_and_work
+from tgvdp.physics.arc import duration_and_work, duration_and_work_of
 from tgvdp.physics.cell import Rows, append, cell_at
 from tgvdp.physics.codes import DYNAMIC
 from tgvdp.physics.energy import regenerated
@@ -79,9 +79,11 @@ def _measured(train, tables, cell, saved, rows, first, last):
     """Running time and energy of rows in a cell, from ``first`` on; ``saved`` is what auxiliaries do not draw, W."""
     time = 0.0
     energy = 0.0
+    v1 = math.sqrt(rows.w[first - 1])
     for i in range(first, last):
         d = rows.x[i] - rows.x[i - 1]
-        duration, work, _, _ = duration_and_work(train, d, cell.grade_n, cell.air, rows.w[i - 1], rows.w[i])
+        v0, v1 = v1, math.sqrt(rows.w[i])
+        duration, work, _, _ = duration_and_work_of(train, d, cell.grade_n, cell.air, rows.w[i - 1], rows.w[i], v0, v1)
         time += duration
         energy += _energy(train, tables, d, work, rows.w[i - 1], rows.w[i]) - saved * duration
     return time, energy
