@@ -42,6 +42,8 @@ _MOST_PARTS = 64
 #: Rows that are passed sooner than they say make up for others that are passed later: together they may be off by so
 #: many times as much as the run, which on its way is off by three quarters of that at most.
 _MADE_UP = 2.0
+#: Parts of a row from or to a standstill miss this much more of its time: a part next to it bends as one at any speed.
+_STANDING = 2.0
 #: How often a run is cut into more parts, as numbers of parts are whole, and by how much.
 _TRIES = 8
 _MORE = 1.1
@@ -137,6 +139,8 @@ def _count_in_run(train, line, x, w, most_s, parts, off, size):
         step = piece_from(line.break_m, step, 0.5 * (x[k] + x[k + 1]))
         v = 0.5 * (math.sqrt(w[k]) + math.sqrt(w[k + 1]))
         off[k] = d * _bend(train, line.grade_n[step], line.air[step], d, w[k], w[k + 1]) / (3.0 * v * v * v)
+        if w[k] == 0.0 or w[k + 1] == 0.0:
+            off[k] *= _STANDING
         off_s += abs(off[k])
         sum_s += off[k]
     if max(abs(sum_s), off_s / _MADE_UP) <= most_s:

@@ -161,27 +161,48 @@ def _law_of(train, grade, air, d, w0, w1):
     return kept, share
 
 
+@leaf
+def even_speeds(parts, w0, w1):
+    """First and second coefficient, by the number of a part, of the share of a row before its end.
+
+    Parts share the speeds of the row evenly: motion bends most next to a standstill.
+    """
+    v0 = math.sqrt(w0)
+    v1 = math.sqrt(w1)
+    per_part = 1.0 / ((v0 + v1) * parts)
+    return 2.0 * v0 * per_part, (v1 - v0) * per_part / parts
+
+
+@leaf
+def part_end(ends, i):
+    """Share of a row before the end of its part i, from 1 on, by the coefficients of `even_speeds`."""
+    return i * (ends[0] + i * ends[1])
+
+
 @part
-def _sweep(train, share, air, d, w0, w1, parts, cut_w):
+def _sweep(train, share, air, d, w0, w1, ends, parts, cut_w):
     """Squared speeds at the end of each part of a row by the forces between those that there are, (parts,) in place.
 
     Parts have one effort alike beside the ``share`` of its limit: the one that leads to w1.
     """
     table = train.traction if share > 0.0 else train.braking
-    per_force = 2.0 / train.inertia_kg * d / parts
+    per_force = 2.0 / train.inertia_kg * d
     led_w = w0
     v0 = math.sqrt(w0)
+    before = 0.0
     for j in range(parts):
         v1 = math.sqrt(cut_w[j])
         force = -mean_resistance(train, air, v0, v1)
         if share != 0.0:
             force += share * mean_effort(table, v0, v1)
-        led_w += per_force * force
+        after = part_end(ends, j + 1)
+        led_w += per_force * (after - before) * force
         cut_w[j] = led_w
         v0 = v1
-    alike_w = (w1 - led_w) / parts
+        before = after
+    alike_w = w1 - led_w
     for j in range(parts):
-        cut_w[j] = max(0.0, cut_w[j] + (j + 1) * alike_w)
+        cut_w[j] = max(0.0, cut_w[j] + part_end(ends, j + 1) * alike_w)
 
 
 @part
@@ -199,22 +220,22 @@ def _bow(train, share, air, d, w0, w1):
 
 @part
 def cut_row(train, law, air, d, w0, w1, parts, cut_w):
-    """Squared speeds at the end of each part of a row, (parts,) in place; the last one is w1.
+    """Squared speeds at the end of each part of a row, by `even_speeds`, (parts,) in place; the last one is w1.
 
     All parts at once, from a parabola on: no part waits for the one before it, and none makes up for the others.
     """
     kept, share = law
     bow = 0.0 if kept else _bow(train, share, air, d, w0, w1)
-    even = 1.0 / parts
+    ends = even_speeds(parts, w0, w1)
     for j in range(parts):
-        u = even * (j + 1)
+        u = part_end(ends, j + 1)
         cut_w[j] = max(0.0, w0 + u * (w1 - w0 + 4.0 * (1.0 - u) * bow))
     most_w = _SAME_CUT_W * max(w0, w1)
     middle = (parts - 1) // 2
     # A parabola is off by about bow²/Δw.
     for _ in range(0 if bow * bow <= most_w * abs(w1 - w0) else _CUT_SWEEPS):
         before_w = cut_w[middle]
-        _sweep(train, share, air, d, w0, w1, parts, cut_w)
+        _sweep(train, share, air, d, w0, w1, ends, parts, cut_w)
         if abs(cut_w[middle] - before_w) <= most_w:
             break
     cut_w[parts - 1] = w1
@@ -237,9 +258,9 @@ def cut_rows(train, line, x, w, parts, cut_x, cut_w):
             step = piece_from(line.break_m, step, 0.5 * (x[k] + x[k + 1]))
             law = _law_of(train, line.grade_n[step], line.air[step], d, w[k], w[k + 1])
             cut_row(train, law, line.air[step], d, w[k], w[k + 1], parts[k], cut_w[n:])
-            even_m = d / parts[k]
-            for j in range(1, parts[k]):
-                cut_x[n] = x[k] + j * even_m
+            ends = even_speeds(parts[k], w[k], w[k + 1])
+            for i in range(1, parts[k]):
+                cut_x[n] = x[k] + part_end(ends, i) * d
                 n += 1
     cut_x[n] = x[-1]
     cut_w[n] = w[-1]

@@ -11,7 +11,7 @@ from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import brake_at, effort_at, mean_brake, mean_effort, mean_resistance, resistance_at
 from tgvdp.physics.motion import march
 from tgvdp.runs.braking_point import braked_w, drive_then_brake
-from tgvdp.runs.resistance_correction_kernel import NEARLY_FULL, cut_row
+from tgvdp.runs.resistance_correction_kernel import NEARLY_FULL, cut_row, even_speeds, part_end
 
 #: Coasting and partial effort take so many rows in a cell that their constant accelerations miss the duration by this
 #: share, over the square of the train's `parts`, as those under full traction do over a run; at most ...
@@ -182,11 +182,15 @@ def _brake_by_share(train, cell, share, w, target, rows, n):
         return -1
     first = n
     cut_row(train, (False, share), cell.air, cell.length_m, w, target, _BRAKING_ROWS, rows.w[n:])
+    ends = even_speeds(_BRAKING_ROWS, w, target)
+    used = 0.0
     for i in range(1, _BRAKING_ROWS + 1):
         before = w if n == first else rows.w[n - 1]
-        if arc(train, cell.length_m / _BRAKING_ROWS, cell.grade_n, cell.air, before, rows.w[n])[0] != OK:
+        length = part_end(ends, i) * cell.length_m - used
+        if arc(train, length, cell.grade_n, cell.air, before, rows.w[n])[0] != OK:
             return -1
-        rows.x[n] = cell.start_m + i / _BRAKING_ROWS * cell.length_m
+        used += length
+        rows.x[n] = cell.start_m + used
         n += 1
     rows.x[n - 1] = cell.end_m
     return n
