@@ -5,6 +5,7 @@ train drives it so: it gains speed fast before a drop of its traction and slowly
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -27,6 +28,13 @@ _HALVINGS = 50
 _STRETCH = 0.1
 
 
+def jumps_of(train: Train) -> tuple[Sequence[float], Sequence[float]]:
+    """Speeds at which the limit of traction, and that of the brakes, jumps, m/s."""
+    if train.braking_rates:
+        return train.traction_limit.jumps_mps, [rate.from_mps for rate in train.braking_rates[1:]]
+    return train.traction_limit.jumps_mps, train.dynamic_brake_limit.jumps_mps
+
+
 def cut_at_jumps(train: Train, line: ResolvedLine, x_m: Floats, w: Floats) -> tuple[Floats, Floats]:
     """Cut rows where the limit of traction or brakes jumps between their speeds.
 
@@ -45,13 +53,8 @@ def cut_at_jumps(train: Train, line: ResolvedLine, x_m: Floats, w: Floats) -> tu
     x_m, w : (m,) float64
         The rows given, where none crosses a jump.
     """
-    brakes_mps = (
-        [rate.from_mps for rate in train.braking_rates[1:]]
-        if train.braking_rates
-        else train.dynamic_brake_limit.jumps_mps
-    )
-    traction_mps = train.traction_limit.jumps_mps
-    if not len(traction_mps) and not len(brakes_mps):
+    traction_mps, brakes_mps = jumps_of(train)
+    if not traction_mps and not brakes_mps:
         return x_m, w
     traction_w, brakes_w = np.array(traction_mps) ** 2, np.array(brakes_mps) ** 2
     w = _below_drops(traction_w, w)

@@ -1,6 +1,7 @@
 """From the rows in which a search drives to those of true runs: their resistance, and the bends of their motion."""
 
-from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,70 +12,85 @@ from tgvdp.line.resolved import ResolvedLine, resolve
 from tgvdp.model.trip import Trip
 from tgvdp.runs.batch import ROWS_OF_A_THREAD, Batch, totals_of
 from tgvdp.runs.bends import cut_at_bends, most_off_s
+from tgvdp.runs.effort_jumps import jumps_of
 from tgvdp.runs.resistance_correction import follow
 
+_Regime = NDArray[np.int8]
 
-def follow_all(
-    trip: Trip,
-    time_s: list[float],
-    rows: list[tuple[Floats, Floats]],
-    regimes: list[NDArray[np.int8] | None],
-    start: int = 0,
-) -> dict[int, tuple[float, float]]:
+
+class Followed(NamedTuple):
+    """True runs.
+
+    Attributes
+    ----------
+    runs : Batch
+        n of them, of N rows in all.
+    regime : (N,) int8 or None
+        As it was given.
+    time_s, energy_j : (n,) float64
+        Running times, and energies by the trip's model.
+    """
+
+    runs: Batch
+    regime: _Regime | None
+    time_s: Floats
+    energy_j: Floats
+
+    def regimes(self) -> list[_Regime | None]:
+        """Regimes of the rows of each run, but for its last one."""
+        if self.regime is None:
+            return [None] * len(self.time_s)
+        return [self.regime[start : end - 1] for start, end in pairwise(self.runs.first.tolist())]
+
+
+def follow_all(trip: Trip, runs: Batch, regime: _Regime | None, time_s: Floats, energy_j: Floats) -> Followed:
     """Give runs their true resistance, and cut their rows where an effort drops or motion bends.
 
     Parameters
     ----------
     trip : Trip
-    time_s : list of float
-        Running times by the rows given.
-    rows : list of ((n,) float64, (n,) float64), modified in place
-        Positions from the origin, m, with all breaks among them, and squared speeds, m²/s², of each run.
-    regimes : list of (n − 1,) int8 or None, modified in place
-        Regime of each row, where they are known.
-    start : int
-        Runs before this one are true already.
-
-    Returns
-    -------
-    dict
-        Running time, s, and energy by the trip's model, J, of those runs that have other rows now.
+    runs : Batch
+        n of them, one at least, of N rows in all.
+    regime : (N,) int8 or None
+        Regime of the row that starts there, if known; that of the last row of a run means nothing.
+    time_s, energy_j : (n,) float64
+        Running times, s, and energies by the trip's model, J, by the rows given.
     """
     line = resolve(trip)
-    changed: list[int] = []
-    for i, (given_m, given_w) in enumerate(rows[start:], start):
-        x_m, w = follow(trip.train, line, given_m, given_w)
-        rows[i] = x_m, w
-        known = regimes[i]
-        if known is not None and len(x_m) > len(given_m):
-            regimes[i] = known[np.searchsorted(given_m, 0.5 * (x_m[1:] + x_m[:-1])) - 1]
-        if len(x_m) > len(given_m) or (line.even and most_off_s(time_s[i]) > 0.0):
-            changed.append(i)
-    if not changed:
-        return {}
-    parts = even_parts(changed, shares(sum(len(rows[i][0]) for i in changed), ROWS_OF_A_THREAD))
-    totals: dict[int, tuple[float, float]] = {}
-    for part in side_by_side(lambda own: _cut(trip, line, own, rows, regimes), parts):
-        totals |= part
-    return totals
+    true, regime = _corrected(trip, line, runs, regime)
+    if true is runs and not (line.even and most_off_s(float(time_s.max())) > 0.0):
+        return Followed(runs, regime, time_s, energy_j)
+
+    def cut(part: range) -> Followed:
+        own = true.part(part.start, part.stop)
+        known = None if regime is None else regime[true.first[part.start] : true.first[part.stop]]
+        if line.even:  # where the resistance changes along a row, its effort is no law to cut it by
+            own, parts = cut_at_bends(trip.train, line, own)
+            known = None if known is None else known.repeat(parts)
+        return Followed(own, known, *totals_of(trip, own))
+
+    parts = even_parts(range(len(time_s)), shares(len(true.x_m), ROWS_OF_A_THREAD))
+    batches, regimes, times_s, energies_j = zip(*side_by_side(cut, parts), strict=True)
+    known = None if regime is None else np.concatenate(regimes)
+    return Followed(Batch.joined(batches), known, np.concatenate(times_s), np.concatenate(energies_j))
 
 
-def _cut(
-    trip: Trip,
-    line: ResolvedLine,
-    changed: Sequence[int],
-    rows: list[tuple[Floats, Floats]],
-    regimes: list[NDArray[np.int8] | None],
-) -> dict[int, tuple[float, float]]:
-    """Cut rows of some runs at bends, and add up their times and energies."""
-    batch = Batch.of([rows[i] for i in changed])
-    if line.even:  # where the resistance changes along a row, its effort is no law to cut it by
-        given = batch
-        batch, parts = cut_at_bends(trip.train, line, given)
-        for i, run, first in zip(changed, batch.runs(), given.first.tolist(), strict=False):
-            known = regimes[i]
-            if known is not None:
-                regimes[i] = known.repeat(parts[first : first + len(known)])
-            rows[i] = run
-    totals = zip(*(column.tolist() for column in totals_of(trip, batch)), strict=True)
-    return dict(zip(changed, totals, strict=True))
+def _corrected(trip: Trip, line: ResolvedLine, runs: Batch, regime: _Regime | None) -> tuple[Batch, _Regime | None]:
+    """Runs by their true resistance, with rows that end where an effort jumps: those given, where none changes."""
+    if line.even and not any(jumps_of(trip.train)):
+        return runs, regime
+    given = runs.runs()
+    rows = [follow(trip.train, line, *one) for one in given]
+    if all(x_m is one[0] and w is one[1] for (x_m, w), one in zip(rows, given, strict=True)):
+        return runs, regime
+    corrected = Batch.of(rows)
+    if regime is not None and len(corrected.x_m) > len(runs.x_m):
+        regimes = [regime[start : start + len(x_m)] for start, (x_m, _) in zip(runs.first, given, strict=False)]
+        regime = np.concatenate([_placed(*one) for one in zip(regimes, given, rows, strict=True)])
+    return corrected, regime
+
+
+def _placed(regime: _Regime, given: tuple[Floats, Floats], rows: tuple[Floats, Floats]) -> _Regime:
+    """Regime of rows, each of which lies within one of those given."""
+    middle_m = 0.5 * (rows[0][1:] + rows[0][:-1])
+    return np.append(regime[np.searchsorted(given[0], middle_m) - 1], regime[-1])

@@ -14,6 +14,7 @@ from tgvdp.methods.phases.way import Room, Run, is_sound, way_of
 from tgvdp.methods.phases.widen import widen
 from tgvdp.physics.cell import Rows
 from tgvdp.physics.codes import BRAKING, COASTING, HOLDING, TRACTION
+from tgvdp.runs.batch import Batch
 from tgvdp.runs.fastest import fastest_run
 
 PRICE = 1e5
@@ -130,9 +131,9 @@ def test_leaving_ends_where_there_is_no_room(fast):
 def test_pruning_ends_at_the_running_time(fast, spoil, least_s):
     way, *rows = fast
     x_m, w = spoil(*rows)
-    (pruned,) = prune(way, [(x_m, w)], np.array([PRICE]), least_s, np.array([1e3]), np.zeros(1), 0.1)
-    assert abs(pruned.time_s) <= 0.1
-    assert pruned.energy_j + PRICE * pruned.time_s <= 1e3
+    pruned = prune(way, Batch.of([(x_m, w)]), np.array([PRICE]), least_s, np.array([1e3]), np.zeros(1), 0.1)
+    assert abs(pruned.time_s[0]) <= 0.1
+    assert pruned.energy_j[0] + PRICE * pruned.time_s[0] <= 1e3
 
 
 def test_runs_that_the_referee_would_refuse_are_known(fast):

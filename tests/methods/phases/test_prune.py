@@ -10,7 +10,7 @@ from tests.helpers.phases_case import CASES, POINTS, phases_s
 from tests.helpers.trips import commuter, trip_on
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate.drivable import drivable
-from tgvdp.methods.costate.mesh import Mesh, Run
+from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.methods.phases.plan import AT, PLAN_COLUMNS, REGIME, leave_out, plan_of
 from tgvdp.methods.phases.prune import prune
 from tgvdp.methods.phases.regimes import tell_regimes, without_touches
@@ -22,6 +22,7 @@ from tgvdp.model.trip import Trip
 from tgvdp.physics import cell
 from tgvdp.physics.codes import COASTING, HOLDING, TRACTION
 from tgvdp.physics.motion import march
+from tgvdp.runs.batch import Batch
 from tgvdp.runs.fastest import fastest_run
 
 
@@ -148,16 +149,16 @@ def test_a_plan_leaves_short_phases_out(made):
 @pytest.mark.parametrize("slack_s", [1e6, 1e-4])
 def test_a_dab_of_traction_goes_and_the_time_stays(made, slack_s):
     _, way, x_m, w = made
-    (pruned,) = prune(way, [(x_m, w)], np.array([1e5]), 1.0, np.array([1e9]), np.zeros(1), slack_s)
+    pruned = prune(way, Batch.of([(x_m, w)]), np.array([1e5]), 1.0, np.array([1e9]), np.zeros(1), slack_s)
     assert pruned.short == 0
-    assert abs(pruned.time_s) <= slack_s
-    changes = np.flatnonzero(np.diff(pruned.regime))
+    assert abs(pruned.time_s[0]) <= slack_s
+    changes = np.flatnonzero(np.diff(pruned.regime[:-1]))
     assert pruned.regime[changes[:2]].tolist() == [TRACTION, COASTING]
-    assert pruned.x_m[changes[1] + 1] > 8000.0  # one coasting to the hold
-    speed = np.sqrt(pruned.w)
-    own_s = float((2.0 * np.diff(pruned.x_m) / (speed[1:] + speed[:-1])).sum())
+    assert pruned.runs.x_m[changes[1] + 1] > 8000.0  # one coasting to the hold
+    speed = np.sqrt(pruned.runs.w)
+    own_s = float((2.0 * np.diff(pruned.runs.x_m) / (speed[1:] + speed[:-1])).sum())
     was_s = float((2.0 * np.diff(x_m) / (np.sqrt(w[1:]) + np.sqrt(w[:-1]))).sum())
-    assert own_s - was_s == pytest.approx(pruned.time_s, abs=1e-9)
+    assert own_s - was_s == pytest.approx(pruned.time_s[0], abs=1e-9)
 
 
 def widened(made, most_j):
@@ -188,43 +189,45 @@ def test_a_dab_is_not_widened_where_that_costs_too_much(made):
 
 def test_what_costs_too_much_stays(made):
     mesh, way, x_m, w = made
-    (pruned,) = prune(way, [(x_m, w)], np.array([1e5]), 1.0, np.array([-1e9]), np.zeros(1), 1e6)
+    runs = Batch.of([(x_m, w)])
+    pruned = prune(way, runs, np.array([1e5]), 1.0, np.array([-1e9]), np.zeros(1), 1e6)
     assert pruned.short == 1
     assert pruned.time_s == pruned.energy_j == 0.0
-    np.testing.assert_array_equal(pruned.x_m, x_m)
+    np.testing.assert_array_equal(pruned.runs.x_m, x_m)
     counters = {"short": 0}
-    run = Run(100.0, 1e8, 1e5, x_m, w)
-    (kept,), _, _ = drivable(mesh, [run], np.array([100.0]), 1e-9, 1e-3, counters, SearchBudget().start())
-    assert kept.time_s == 100.0 and counters["short"] == 0
+    outcome = np.array([[100.0, 1e8, 1e5]])
+    kept, *_ = drivable(mesh, outcome, runs, np.array([100.0]), 1e-9, 1e-3, counters, SearchBudget().start())
+    assert kept[0, 0] == 100.0 and counters["short"] == 0
 
 
 @pytest.mark.parametrize("why", ["no time", "too many rows"])
 def test_runs_stay_as_they_are_where_there_is_no_time_for_them(made, monkeypatch, why):
     """A run of a train of a few grams has a hundred thousand rows: to prune sixty of them took nine seconds."""
     mesh, _, x_m, w = made
-    run = Run(100.0, 1e8, 1e5, x_m, w)
+    outcome, runs = np.array([[100.0, 1e8, 1e5]]), Batch.of([(x_m, w)])
     if why == "too many rows":
         monkeypatch.setattr("tgvdp.methods.costate.drivable._ROWS_AT_ONCE", len(x_m) - 1)
     clock = SearchBudget(time_limit_s=1e-9 if why == "no time" else 60.0).start()
-    (found,), regimes, in_time = drivable(mesh, [run], np.array([100.0]), 1e-9, 1.0, {"short": 0}, clock)
-    assert found is run and regimes == [None]
+    found, kept, regime, in_time = drivable(mesh, outcome, runs, np.array([100.0]), 1e-9, 1.0, {"short": 0}, clock)
+    assert (found == outcome).all() and (regime == -1).all()
+    np.testing.assert_array_equal(kept.w, w)
     assert in_time == (why != "no time")
 
 
 def test_runs_are_pruned_some_rows_at_a_time(made, monkeypatch):
     mesh, _, x_m, w = made
     monkeypatch.setattr("tgvdp.methods.costate.drivable._ROWS_AT_ONCE", 2 * len(x_m))
-    runs = [Run(100.0 + i, 1e8 - 1e6 * i, 1e5, x_m, w) for i in range(5)]
-    aims_s = np.array([run.time_s for run in runs])
+    outcome = np.array([(100.0 + i, 1e8 - 1e6 * i, 1e5) for i in range(5)])
+    runs = Batch.of([(x_m, w)] * 5)
 
     def pruned():
-        return drivable(mesh, runs, aims_s, 1e-9, 1.0, {"short": 0}, SearchBudget().start())
+        return drivable(mesh, outcome, runs, outcome[:, 0], 1e-9, 1.0, {"short": 0}, SearchBudget().start())
 
-    some, regimes, in_time = pruned()
+    some = pruned()
     monkeypatch.setattr("tgvdp.methods.costate.drivable._ROWS_AT_ONCE", 10 * len(x_m))
-    whole, known, _ = pruned()
-    assert in_time and [run.energy_j for run in some] == [run.energy_j for run in whole]
-    for one, other in zip(regimes, known, strict=True):
+    whole = pruned()
+    assert some[-1]
+    for one, other in zip((some[0], *some[1], some[2]), (whole[0], *whole[1], whole[2]), strict=True):
         np.testing.assert_array_equal(one, other)
 
 

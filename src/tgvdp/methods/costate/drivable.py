@@ -8,11 +8,13 @@ from numpy.typing import NDArray
 
 from tgvdp.cores import shares, side_by_side
 from tgvdp.methods.budget import Clock
-from tgvdp.methods.costate.mesh import Mesh, Run
+from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.methods.phases.prune import Pruned, prune
 from tgvdp.methods.phases.way import way_of
 from tgvdp.physics.cell import Rows
-from tgvdp.runs.batch import ROWS_OF_A_THREAD
+from tgvdp.runs.batch import ROWS_OF_A_THREAD, Batch
+
+_Floats = NDArray[np.float64]
 
 #: What leaving phases out may add to E + λT, as a share of a run's energy; but of no less than `Mesh.least_energy_j`.
 _LOSS = 5e-5
@@ -25,22 +27,25 @@ _ROWS_AT_ONCE = 200_000
 
 def drivable(
     mesh: Mesh,
-    runs: list[Run],
-    aims_s: NDArray[np.float64],
+    outcome: _Floats,
+    runs: Batch,
+    aims_s: _Floats,
     tolerance_s: float,
     min_phase_s: float,
     counters: dict[str, int],
     clock: Clock,
-) -> tuple[list[Run], list[NDArray[np.int8] | None], bool]:
+) -> tuple[_Floats, Batch, NDArray[np.int8], bool]:
     """Leave short phases out of runs.
 
     Parameters
     ----------
     mesh : Mesh
         On which they were found.
-    runs : list of Run
-        In the order of their running times, slower than the fastest one.
-    aims_s : (n,) float64
+    outcome : (n, 3) float64
+        Running times, s, which rise, energies without auxiliaries, J, and multipliers, J/s.
+    runs : Batch
+        Rows of these runs, one at least, which are slower than the fastest one.
+    aims_s : (m,) float64
         Running times that are wanted, s.
     tolerance_s : float
         How well they are met, s.
@@ -53,15 +58,16 @@ def drivable(
 
     Returns
     -------
-    runs : list of Run
-    regimes : list of (n,) int8 or None
-        Regime of each row, as `runs.profile` numbers them; None of a run that stayed as it is.
+    outcome : (n, 3) float64
+    runs : Batch
+    regime : (N,) int8
+        Regime of each row, as `runs.profile` numbers them; −1 in a run that stayed as it is.
     complete : bool
         False where the time was up.
     """
     way = way_of(mesh.train, mesh.cells, Rows(mesh.envelope.x_m, mesh.envelope.w), mesh.tables)
-    times_s, energies_j, price = np.array([(run.time_s, run.energy_j, run.multiplier) for run in runs]).reshape(-1, 3).T
-    steps_j = np.full(len(runs) + 1, np.inf)
+    times_s, energies_j, price = outcome.T.copy()
+    steps_j = np.full(len(outcome) + 1, np.inf)
     steps_j[1:-1] = energies_j[:-1] - energies_j[1:]
     drawn_j = energies_j + mesh.tables.auxiliary_w * times_s
     most_j = np.minimum(
@@ -69,28 +75,28 @@ def drivable(
     )
     early_s = aims_s[np.abs(aims_s - times_s[:, np.newaxis]).argmin(axis=1)] - times_s
     early_s[np.abs(early_s) > tolerance_s] = 0.0  # it stands for a time that no run takes
-    found = list(runs)
-    regimes: list[NDArray[np.int8] | None] = [None] * len(runs)
 
-    def pruned(part: slice) -> list[Pruned]:
-        given = [(run.x_m, run.w) for run in runs[part]]
-        return prune(way, given, price[part].copy(), min_phase_s, most_j[part], early_s[part], tolerance_s)
+    def pruned(part: slice) -> Pruned:
+        own = runs.part(part.start, part.stop)
+        return prune(way, own, price[part], min_phase_s, most_j[part], early_s[part], tolerance_s)
 
-    rows = [len(run.x_m) for run in runs]
-    count = shares(sum(rows), ROWS_OF_A_THREAD)
-    parts = list(_parts(rows, min(_ROWS_AT_ONCE, math.ceil(sum(rows) / count))))
+    rows = np.diff(runs.first).tolist()
+    count = shares(len(runs.x_m), ROWS_OF_A_THREAD)
+    parts = list(_parts(rows, min(_ROWS_AT_ONCE, math.ceil(len(runs.x_m) / count))))
+    pieces = [runs.part(part.start, part.stop) for part in parts]
+    regimes = [np.full(len(piece.x_m), -1, dtype=np.int8) for piece in pieces]
+    changes = np.zeros_like(outcome)
+    complete = True
     for first in range(0, len(parts), count):
         if clock.expired:
-            return found, regimes, False
-        wave = [part for part in parts[first : first + count] if sum(rows[part]) <= _ROWS_AT_ONCE]
-        for part, ones in zip(wave, side_by_side(pruned, wave), strict=True):
-            counters["short"] += sum(one.short for one in ones)
-            found[part] = [
-                Run(run.time_s + one.time_s, run.energy_j + one.energy_j, run.multiplier, one.x_m, one.w)
-                for run, one in zip(runs[part], ones, strict=True)
-            ]
-            regimes[part] = [one.regime for one in ones]
-    return found, regimes, True
+            complete = False
+            break
+        wave = [i for i in range(first, min(first + count, len(parts))) if len(pieces[i].x_m) <= _ROWS_AT_ONCE]
+        for i, one in zip(wave, side_by_side(pruned, [parts[i] for i in wave]), strict=True):
+            counters["short"] += one.short
+            changes[parts[i], 0], changes[parts[i], 1] = one.time_s, one.energy_j
+            pieces[i], regimes[i] = one.runs, one.regime
+    return outcome + changes, Batch.joined(pieces), np.concatenate(regimes), complete
 
 
 def _parts(rows: Sequence[int], most: int) -> Iterator[slice]:

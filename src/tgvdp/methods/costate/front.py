@@ -6,6 +6,7 @@ through the extremals' (T, E, slope −λ) promises, an extremal is added betwee
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -22,8 +23,9 @@ from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.costate.multipliers import ExtremalFront, OutOfTime
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
+from tgvdp.runs.batch import Batch
 from tgvdp.runs.bends import enough_rows, most_off_s
-from tgvdp.runs.followed import follow_all
+from tgvdp.runs.followed import Followed, follow_all
 from tgvdp.runs.profile import Profile
 
 #: How well a point meets its running time by default: a share of the step to the next point.
@@ -140,11 +142,10 @@ def optimal_front(
         if not points.complete or (np.abs(late_s) <= half_s * (1.0 + _SAME)).all():
             break
         points = search.points(middle_s - late_s)
-    runs = points.runs
-    duration, energy, multipliers = np.array([run[:3] for run in runs], dtype=np.float64).reshape(-1, 3).T.copy()
+    duration, energy, multipliers = points.outcome.T.copy()
     return OptimalRuns(
         duration, energy, np.maximum(multipliers - search.auxiliary_w, 0.0), points.complete, not points.saves,
-        counters, [(run.x_m, run.w) for run in runs], tuple(slower_s[points.missed].tolist()), points.regimes,
+        counters, points.rows, tuple(slower_s[points.missed].tolist()), points.regimes,
     )  # fmt: skip
 
 
@@ -157,12 +158,14 @@ class _Found(NamedTuple):
 
 
 class _Points(NamedTuple):
-    """True runs in the order of their times, with the regimes of their rows; auxiliaries count in their energies.
+    """True runs in the order of their times, with the regimes of their rows.
 
-    ``aim`` is the number of the time that each meets, −1 if none; ``missed`` are those that none meets.
+    ``outcome`` are their times, energies with auxiliaries, and multipliers, (n, 3); ``aim`` is the number of the time
+    that each meets, −1 if none; ``missed`` are those that none meets.
     """
 
-    runs: list[Run]
+    outcome: NDArray[np.float64]
+    rows: list[tuple[NDArray[np.float64], NDArray[np.float64]]]
     regimes: list[NDArray[np.int8] | None]
     aim: list[int]
     missed: list[int]
@@ -172,9 +175,9 @@ class _Points(NamedTuple):
     def late_s(self, aims_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """How much later than each aim the run is that meets it, s; 0 where none does."""
         late_s = np.zeros(len(aims_s))
-        for run, aim in zip(self.runs, self.aim, strict=True):
-            if aim >= 0:
-                late_s[aim] = run.time_s - aims_s[aim]
+        aim = np.array(self.aim, dtype=np.int64)
+        meets = aim >= 0
+        late_s[aim[meets]] = self.outcome[meets, 0] - aims_s[aim[meets]]
         return late_s
 
 
@@ -200,30 +203,40 @@ class _Search:
 
     def points(self, aims_s: NDArray[np.float64]) -> _Points:
         """Runs that are known, and true ones for aims; a second time on the mesh of the first."""
-        if not len(aims_s):
-            return _Points(self.known, [None] * len(self.known), [-1] * len(self.known), [], True, True)
-        driven = self._runs(aims_s) if self.front is None else self._driven(self.front, aims_s)
-        found, aim, missed = self._picked(driven, aims_s)
-        known, complete = len(self.known), driven.complete
-        regimes: list[NDArray[np.int8] | None] = [None] * len(found)
-        if self.front is not None and self.min_phase_s > 0.0:
-            found[known:], regimes[known:], in_time = drivable(
-                self.front.mesh, found[known:], aims_s, self.tolerance_s, self.min_phase_s, self.counters, self.clock
-            )
+        driven = _Found([], True, True)
+        if len(aims_s):
+            driven = self._runs(aims_s) if self.front is None else self._driven(self.front, aims_s)
+        picked, aim, missed = self._picked(driven, aims_s)
+        outcome, complete = _outcome(self.known), driven.complete
+        rows = [(run.x_m, run.w) for run in self.known]
+        regimes: list[NDArray[np.int8] | None] = [None] * len(self.known)
+        if picked:
+            own, in_time, true = self._true(picked, aims_s)
+            outcome = np.concatenate((outcome, own))
             complete = complete and in_time
-        rows = [(run.x_m, run.w) for run in found]
-        totals = follow_all(self.trip, [run.time_s for run in found], rows, regimes, known)
-        for i in range(known, len(found)):
-            run = found[i]
-            own = run.time_s, run.energy_j + self.auxiliary_w * run.time_s
-            found[i] = Run(*totals.get(i, own), run.multiplier, *rows[i])
-        return _Points(found, regimes, aim, missed, complete, driven.saves)
+            rows += true.runs.runs()
+            regimes += true.regimes()
+        return _Points(outcome, rows, regimes, [-1] * len(self.known) + aim, missed, complete, driven.saves)
+
+    def _true(self, picked: Sequence[Run], aims_s: NDArray[np.float64]) -> tuple[NDArray[np.float64], bool, Followed]:
+        """Runs that can be driven, by their true resistance: what they come to, whether that is all, and their rows."""
+        outcome, in_time = _outcome(picked), True
+        runs = Batch.of([(run.x_m, run.w) for run in picked])
+        regime: NDArray[np.int8] | None = None
+        if self.front is not None and self.min_phase_s > 0.0:
+            outcome, runs, regime, in_time = drivable(
+                self.front.mesh, outcome, runs, aims_s, self.tolerance_s, self.min_phase_s, self.counters, self.clock
+            )
+        time_s, energy_j, multiplier = outcome.T
+        true = follow_all(self.trip, runs, regime, time_s, energy_j + self.auxiliary_w * time_s)
+        return np.column_stack((true.time_s, true.energy_j, multiplier)), in_time, true
 
     def _picked(self, driven: _Found, aims_s: NDArray[np.float64]) -> tuple[list[Run], list[int], list[int]]:
-        """Known runs and those driven that are slower than the one before; the aim that each meets; aims missed."""
-        found = list(self.known)
-        aim = [-1] * len(found)
+        """Runs driven that are slower than the one before; the aim that each meets, −1 if none; aims missed."""
+        found: list[Run] = []
+        aim: list[int] = []
         missed: list[int] = []
+        last_s = self.known[-1].time_s if self.known else -math.inf
         for i, (aim_s, run) in enumerate(zip(aims_s.tolist(), driven.runs, strict=False)):
             late_s = run.time_s - aim_s
             same_s = _SAME * run.time_s
@@ -231,9 +244,10 @@ class _Search:
             if not meets and (driven.saves or run is not driven.runs[-1]):
                 missed.append(i)
             # A run that is no slower than the last one is among the points already.
-            if late_s <= self.tolerance_s + same_s and (not found or run.time_s > found[-1].time_s + same_s):
+            if late_s <= self.tolerance_s + same_s and run.time_s > last_s + same_s:
                 found.append(run)
                 aim.append(i if meets else -1)
+                last_s = run.time_s
         return found, aim, missed
 
     def _runs(self, aims_s: NDArray[np.float64]) -> _Found:
@@ -281,3 +295,8 @@ class _Search:
         except OutOfTime:
             return _Found(runs, False, saves)
         return _Found(runs, True, saves)
+
+
+def _outcome(runs: Sequence[Run]) -> NDArray[np.float64]:
+    """Running times, s, energies, J, and multipliers, J/s, of runs, (n, 3)."""
+    return np.array([run[:3] for run in runs], dtype=np.float64).reshape(-1, 3)

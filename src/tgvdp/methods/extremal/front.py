@@ -6,6 +6,7 @@ dearer, the program's run stands, and the counters say so (docs/extremals.md).
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -20,6 +21,7 @@ from tgvdp.methods.extremal.solve import Extremal, Floats, Solver, unbound
 from tgvdp.model.trip import Trip
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, HELD_BACK, HOLDING, RETARDED, TRACTION
 from tgvdp.progress import tell
+from tgvdp.runs.batch import Batch
 from tgvdp.runs.followed import follow_all
 from tgvdp.runs.profile import Profile
 
@@ -53,6 +55,10 @@ _MOST_EXCESS = 8e-4
 _PROFILE_REGIMES = np.full(ENVELOPE + 1, -1, dtype=np.int8)
 _PROFILE_REGIMES[[TRACTION, COASTING, DYNAMIC]] = TRACTION, COASTING, BRAKING
 _PROFILE_REGIMES[[HOLDING, RETARDED, HELD_BACK]] = HOLDING
+
+
+#: A run: time, s, energy, J, multiplier, J/s, rows, and their regimes, where they are known.
+_Row = tuple[float, float, float, tuple[Floats, Floats], NDArray[np.int8] | None]
 
 
 @dataclass
@@ -247,11 +253,22 @@ class _Cleaning:
         doubt_j = price * doubt * extremal.time_s
         return (extremal.energy_j + price * late_s - doubt_j - float(self.energies[own])) / base_j
 
+    def _followed(self, points: Sequence[_Point]) -> list[_Row]:
+        """True runs of points."""
+        runs = Batch.of([(point.x_m, point.w) for point in points])
+        regime = np.concatenate([np.append(_PROFILE_REGIMES[point.regime], np.int8(-1)) for point in points])
+        time_s = np.array([point.extremal.time_s for point in points])
+        energy_j = np.array([point.extremal.energy_j for point in points]) + self.auxiliary_w * time_s
+        true = follow_all(self.trip, runs, regime, time_s, energy_j)
+        prices = [max(point.extremal.price - self.auxiliary_w, 0.0) for point in points]
+        columns = true.time_s.tolist(), true.energy_j.tolist(), prices, true.runs.runs(), true.regimes()
+        return list(zip(*columns, strict=True))
+
     def _joined(self) -> OptimalRuns:
         """All points in order of time: extremals, and the program's runs for the others."""
         found = self.found
         counters = found.counters | {"clean": len(self.points), "drives": self.solver.runs}
-        rows: list[tuple[float, float, float, tuple[Floats, Floats], NDArray[np.int8] | None]] = []
+        rows: list[_Row] = []
         replaced = {int(self.own[k]) for k in self.points}
         for i in range(len(found.duration_s)):
             if i not in replaced:
@@ -259,15 +276,8 @@ class _Cleaning:
                     (float(found.duration_s[i]), float(found.energy_j[i]), float(found.multiplier_j_per_s[i]),
                      found.rows(i), found.regimes(i))
                 )  # fmt: skip
-        points = list(self.points.values())
-        followed = [(point.x_m, point.w) for point in points]
-        regimes: list[NDArray[np.int8] | None] = [_PROFILE_REGIMES[point.regime] for point in points]
-        others = follow_all(self.trip, [point.extremal.time_s for point in points], followed, regimes)
-        for i, point in enumerate(points):
-            extremal = point.extremal
-            own = extremal.time_s, extremal.energy_j + self.auxiliary_w * extremal.time_s
-            multiplier = max(extremal.price - self.auxiliary_w, 0.0)
-            rows.append((*others.get(i, own), multiplier, followed[i], regimes[i]))
+        if self.points:
+            rows += self._followed(list(self.points.values()))
         rows.sort(key=lambda row: row[0])
         met_s = self.target_s[sorted(self.points)]
         duration, energy, price = (np.array([row[column] for row in rows]) for column in range(3))

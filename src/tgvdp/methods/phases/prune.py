@@ -1,8 +1,6 @@
 """A run without phases that are too short to drive, at the same running time."""
 
 import math
-from collections.abc import Sequence
-from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +20,7 @@ from tgvdp.physics.cell import Rows
 from tgvdp.physics.codes import BRAKING, DYNAMIC
 from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import kernel_train
+from tgvdp.runs.batch import Batch
 
 _Floats = NDArray[np.float64]
 
@@ -39,24 +38,25 @@ _MORE_ROWS = 20_000
 
 
 class Pruned(NamedTuple):
-    """A run without short phases.
+    """Runs without short phases.
 
     Attributes
     ----------
-    time_s, energy_j : float
-        By how much it takes longer, and costs more.
-    x_m, w : (n,) float64
-    regime : (n − 1,) int8
-        As of `runs.profile`: the dynamic brake brakes.
+    runs : Batch
+        n of them, of N rows in all.
+    regime : (N,) int8
+        Of the row that starts there, as of `runs.profile`: the dynamic brake brakes. That of the last row of a run
+        means nothing.
+    time_s, energy_j : (n,) float64
+        By how much each takes longer, and costs more.
     short : int
         Phases that are too short and had to stay.
     """
 
-    time_s: float
-    energy_j: float
-    x_m: _Floats
-    w: _Floats
+    runs: Batch
     regime: NDArray[np.int8]
+    time_s: _Floats
+    energy_j: _Floats
     short: int
 
 
@@ -179,16 +179,15 @@ def prune_runs(way, runs, ends, price, least_s, most_j, later_s, slack_s, here, 
 
 
 def prune(
-    way: Way, runs: Sequence[tuple[_Floats, _Floats]], price: _Floats, least_s: float, most_j: _Floats,
-    later_s: _Floats, slack_s: float,
-) -> list[Pruned]:  # fmt: skip
+    way: Way, runs: Batch, price: _Floats, least_s: float, most_j: _Floats, later_s: _Floats, slack_s: float
+) -> Pruned:
     """Leave out of runs what is too short to drive.
 
     Parameters
     ----------
     way : Way
-    runs : sequence of ((rows,) float64, (rows,) float64)
-        Positions, m, and squared speeds, m²/s², of n runs.
+    runs : Batch
+        Of n runs, one at least.
     price : (n,) float64
         What a second is worth, J/s, auxiliaries included.
     least_s : float
@@ -202,28 +201,20 @@ def prune(
 
     Returns
     -------
-    list of Pruned
+    Pruned
     """
-    if not runs:
-        return []
-    rows = [len(x_m) for x_m, _ in runs]
-    ends = np.array([0, *accumulate(rows)])
-    x_m, w = map(np.concatenate, zip(*runs, strict=True))
-    given = Rows(x_m, w)
+    rows = np.diff(runs.first)
     here, there, out = (
-        Run.of(scratch(f"prune {name}", 5, 2 * size + _MORE_ROWS))
-        for name, size in (("here", max(rows)), ("there", max(rows)), ("out", sum(rows)))
+        Run.of(scratch(f"prune {name}", 5, 2 * int(size) + _MORE_ROWS))
+        for name, size in (("here", rows.max()), ("there", rows.max()), ("out", rows.sum()))
     )
-    plan, found = scratch("prune plan", _MOST_PHASES, PLAN_COLUMNS), np.empty((len(runs), 4))
-    prune_runs(way, given, ends, price, least_s, most_j, later_s, slack_s, here, there, plan, out, found)
-    size = int(found[-1, 0])
-    x_m, w, regime = out.x[:size].copy(), out.w[:size].copy(), out.regime[:size].astype(np.int8)
-    pruned, start = [], 0
-    for place, time_s, energy_j, short in found.tolist():
-        end = int(place)
-        pruned.append(Pruned(time_s, energy_j, x_m[start:end], w[start:end], regime[start : end - 1], int(short)))
-        start = end
-    return pruned
+    plan, found = scratch("prune plan", _MOST_PHASES, PLAN_COLUMNS), np.empty((len(rows), 4))
+    given = Rows(runs.x_m, runs.w)
+    prune_runs(way, given, runs.first, price, least_s, most_j, later_s, slack_s, here, there, plan, out, found)
+    first = np.concatenate(([0], found[:, 0].astype(np.int64)))
+    size = int(first[-1])
+    pruned = Batch(out.x[:size].copy(), out.w[:size].copy(), first)
+    return Pruned(pruned, out.regime[:size].astype(np.int8), found[:, 1], found[:, 2], int(found[:, 3].sum()))
 
 
 def prune_fastest(trip: Trip, x_m: _Floats, w: _Floats, least_s: float) -> Pruned:
@@ -238,4 +229,4 @@ def prune_fastest(trip: Trip, x_m: _Floats, w: _Floats, least_s: float) -> Prune
         Phases that are shorter, s, would be left out if that cost nothing.
     """
     way = way_of(kernel_train(trip.train), cells_of(trip), Rows(x_m, w), energy_tables(trip.train, trip.energy))
-    return prune(way, [(x_m, w)], np.ones(1), least_s, np.zeros(1), np.zeros(1), least_s)[0]
+    return prune(way, Batch.of([(x_m, w)]), np.ones(1), least_s, np.zeros(1), np.zeros(1), least_s)
