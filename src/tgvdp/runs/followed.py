@@ -76,13 +76,11 @@ def follow_all(trip: Trip, runs: Batch, regime: _Regime | None, time_s: Floats, 
 
 
 def _corrected(trip: Trip, line: ResolvedLine, runs: Batch, regime: _Regime | None) -> tuple[Batch, _Regime | None]:
-    """Runs by their true resistance, with rows that end where an effort jumps: those given, where none changes."""
+    """Runs by their true resistance, with rows that end where an effort jumps: those given, where all are true."""
     if line.even and not any(jumps_of(trip.train)):
         return runs, regime
     given = runs.runs()
     rows = [follow(trip.train, line, *one) for one in given]
-    if all(x_m is one[0] and w is one[1] for (x_m, w), one in zip(rows, given, strict=True)):
-        return runs, regime
     corrected = Batch.of(rows)
     if regime is not None and len(corrected.x_m) > len(runs.x_m):
         regimes = [regime[start : start + len(x_m)] for start, (x_m, _) in zip(runs.first, given, strict=False)]

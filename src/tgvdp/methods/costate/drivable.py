@@ -76,15 +76,16 @@ def drivable(
     early_s = aims_s[np.abs(aims_s - times_s[:, np.newaxis]).argmin(axis=1)] - times_s
     early_s[np.abs(early_s) > tolerance_s] = 0.0  # it stands for a time that no run takes
 
-    def pruned(part: slice) -> Pruned:
-        own = runs.part(part.start, part.stop)
-        return prune(way, own, price[part], min_phase_s, most_j[part], early_s[part], tolerance_s)
-
     rows = np.diff(runs.first).tolist()
     count = shares(len(runs.x_m), ROWS_OF_A_THREAD)
     parts = list(_parts(rows, min(_ROWS_AT_ONCE, math.ceil(len(runs.x_m) / count))))
     pieces = [runs.part(part.start, part.stop) for part in parts]
     regimes = [np.full(len(piece.x_m), -1, dtype=np.int8) for piece in pieces]
+
+    def pruned(i: int) -> Pruned:
+        part = parts[i]
+        return prune(way, pieces[i], price[part], min_phase_s, most_j[part], early_s[part], tolerance_s)
+
     changes = np.zeros_like(outcome)
     complete = True
     for first in range(0, len(parts), count):
@@ -92,7 +93,7 @@ def drivable(
             complete = False
             break
         wave = [i for i in range(first, min(first + count, len(parts))) if len(pieces[i].x_m) <= _ROWS_AT_ONCE]
-        for i, one in zip(wave, side_by_side(pruned, [parts[i] for i in wave]), strict=True):
+        for i, one in zip(wave, side_by_side(pruned, wave), strict=True):
             counters["short"] += one.short
             changes[parts[i], 0], changes[parts[i], 1] = one.time_s, one.energy_j
             pieces[i], regimes[i] = one.runs, one.regime

@@ -45,8 +45,7 @@ class Pruned(NamedTuple):
     runs : Batch
         n of them, of N rows in all.
     regime : (N,) int8
-        Of the row that starts there, as of `runs.profile`: the dynamic brake brakes. That of the last row of a run
-        means nothing.
+        Of the row that starts there, as of `runs.profile`: the dynamic brake brakes. −1 where a run ends.
     time_s, energy_j : (n,) float64
         By how much each takes longer, and costs more.
     short : int
@@ -214,7 +213,9 @@ def prune(
     first = np.concatenate(([0], found[:, 0].astype(np.int64)))
     size = int(first[-1])
     pruned = Batch(out.x[:size].copy(), out.w[:size].copy(), first)
-    return Pruned(pruned, out.regime[:size].astype(np.int8), found[:, 1], found[:, 2], int(found[:, 3].sum()))
+    regime = out.regime[:size].astype(np.int8)
+    regime[first[1:] - 1] = -1
+    return Pruned(pruned, regime, found[:, 1], found[:, 2], int(found[:, 3].sum()))
 
 
 def prune_fastest(trip: Trip, x_m: _Floats, w: _Floats, least_s: float) -> Pruned:

@@ -107,7 +107,7 @@ def retime(way, run, n, plan, count, price, most_j, late_s, tolerance_s, out):
         longest_s = plan[c, LASTS_S]
         start_m = plan[c, AT]
         if _moved(way, run, n, plan, count, c, price, most_j, late_s, tolerance_s, out):
-            m, _, _ = track(way, run, n, plan, count, price, 0.0, _ALL, out)
-            return m
+            m, refused, _ = track(way, run, n, plan, count, price, 0.0, _ALL, out)
+            return m if refused == 0 else -1
         plan[c, AT] = start_m
     return -1
