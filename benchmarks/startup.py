@@ -28,7 +28,7 @@ def run(_shared: Path = SHARED, quick: bool = False) -> Report:
             "(cold) and a filled one (warm), on all cores and on one; the processor time is that of all its processes. "
             f"There are {os.cpu_count()} cores{_busy()}.",
             f"Compilation: first search minus the same search warm, synthetic line of {SHORT_M / 1e3:g} km, with an "
-            "empty cache folder (cold) and with the one that the process before it filled (cached).",
+            "empty cache folder (cold, on one core and on all) and with one that is filled (cached).",
             f"Memory: largest resident set of a process that searches a line of {long_m / 1e3:g} km, 60 points, and "
             "keeps all profiles (Linux: VmHWM); `after loading` is what Python, numpy and numba take before it.",
         ],
@@ -36,12 +36,14 @@ def run(_shared: Path = SHARED, quick: bool = False) -> Report:
     bare_s = _process_s("pass", repeats)
     import_s = _process_s("import tgvdp", repeats)
     help_s = statistics.median(run_fresh(["-m", "tgvdp", "--help"])[0] for _ in range(repeats))
-    cold, cached = [], []
+    cold, shared, cached = [], [], []
     searches = _searches(repeats)
     with tempfile.TemporaryDirectory() as folder:
         for index in range(1 if quick else 3):
             cache = {"TGVDP_CACHE_DIR": str(Path(folder) / str(index))}
             cold.append(probe(SHORT_M, 60, 3, environment=cache))
+            other = {"TGVDP_CACHE_DIR": str(Path(folder) / f"{index}, all cores")}
+            shared.append(probe(SHORT_M, 60, 3, environment=other, all_cores=True))
             cached += [probe(SHORT_M, 60, 3, environment=cache) for _ in range(repeats if index == 0 else 1)]
         memory = [probe(long_m, 60, 1, environment=cache) for _ in range(1 if quick else 3)]
 
@@ -55,6 +57,7 @@ def run(_shared: Path = SHARED, quick: bool = False) -> Report:
         "process, tgvdp --help": ("ms", 1e3 * help_s),
         "loading numpy, numba and tgvdp.search": ("s", middle(cached, "load_s")),
         "compilation, cold": ("s", middle(cold, "jit_s")),
+        "compilation, cold, all cores": ("s", middle(shared, "jit_s")),
         "compilation, cached": ("s", middle(cached, "jit_s")),
         "process, first front, cold": ("s", middle(cold, "process_s")),
         "process, first front, cached": ("s", middle(cached, "process_s")),

@@ -14,7 +14,7 @@ from tgvdp.second_process import SecondProcess
 
 @pytest.fixture
 def second(monkeypatch):
-    monkeypatch.setattr(second_process, "is_of_use", lambda: True)
+    monkeypatch.setattr(second_process, "is_of_use", lambda _: True)
     with SecondProcess() as second:
         yield second
     assert second._process is None
@@ -79,7 +79,7 @@ def test_warnings_come_over(second):
 
 
 def test_leaving_does_not_wait_and_leaves_nothing_behind(monkeypatch):
-    monkeypatch.setattr(second_process, "is_of_use", lambda: True)
+    monkeypatch.setattr(second_process, "is_of_use", lambda _: True)
     started = time.perf_counter()
     with SecondProcess() as second:
         second.promise("time:sleep", 60)
@@ -95,7 +95,7 @@ def test_it_ends_when_the_first_one_is_killed():
     program = (
         "import os, signal\n"
         "from tgvdp import second_process\n"
-        "second_process.is_of_use = lambda: True\n"
+        "second_process.is_of_use = lambda _: True\n"
         "with second_process.SecondProcess() as second:\n"
         "    print(second.promise('os:getpid')(), flush=True)\n"
         "    second.promise('time:sleep', 60)\n"
@@ -115,20 +115,30 @@ def test_it_is_started_where_it_is_of_use(monkeypatch, cores, drew):
     monkeypatch.setattr(second_process, "usable_cores", lambda: cores)
     monkeypatch.setattr(os, "getloadavg", lambda: (0.5, 0.5, 0.5), raising=False)
     monkeypatch.setattr(second_process, "_DRAWING", "sys" if drew else "no_such_module")
-    assert second_process.is_of_use() == (cores > 1 and not drew)
+    assert second_process.is_of_use(True) == (cores > 1 and not drew)
+    assert second_process.is_of_use(False) == (cores > 1)
     monkeypatch.setattr(os, "getloadavg", lambda: (8.0, 8.0, 8.0), raising=False)
-    assert not second_process.is_of_use()
+    assert not second_process.is_of_use(False)
+
+
+@pytest.mark.parametrize("executable", ["", "/usr/bin/uwsgi", None])
+def test_where_python_is_embedded_none_is_started(monkeypatch, executable):
+    monkeypatch.setattr(second_process, "usable_cores", lambda: 4)
+    monkeypatch.setattr(os, "getloadavg", lambda: (0.5, 0.5, 0.5), raising=False)
+    assert second_process.is_of_use(False)
+    monkeypatch.setattr(sys, "executable", executable)
+    assert not second_process.is_of_use(False)
 
 
 def test_nothing_is_started_before_something_is_asked(monkeypatch):
-    monkeypatch.setattr(second_process, "is_of_use", lambda: True)
+    monkeypatch.setattr(second_process, "is_of_use", lambda _: True)
     with SecondProcess() as second:
         assert second._process is None
     assert second.promise("os:getpid")() == os.getpid()  # nor after the end
 
 
 def test_without_one_the_work_is_done_here(monkeypatch):
-    monkeypatch.setattr(second_process, "is_of_use", lambda: False)
+    monkeypatch.setattr(second_process, "is_of_use", lambda _: False)
     with SecondProcess() as second:
         second.load("json")
         assert second.promise("os:getpid")() == os.getpid()

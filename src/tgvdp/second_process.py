@@ -1,4 +1,4 @@
-"""A second Python process for part of a command's work, on another core; nothing depends on it.
+"""A second Python process for part of the work, on another core; nothing depends on it.
 
 What it is asked for is named ``"module:function"`` and called over there. Where there is no second process, and where
 it fails, the same function is called here, later: a failure costs time and nothing else.
@@ -21,6 +21,7 @@ import threading
 import warnings
 from collections.abc import Callable
 from importlib import import_module
+from pathlib import Path
 from typing import IO, Any
 
 from tgvdp.cores import usable_cores
@@ -36,18 +37,25 @@ _DRAWING = "matplotlib"
 _BUSY = 1.5
 
 
-def is_of_use() -> bool:
-    """Whether a second process is any quicker: there is a core for it, and its imports are still to be done here."""
+def is_of_use(draws: bool) -> bool:
+    """Whether a second process is any quicker: there is a core, and what it ``draws`` with is still to be loaded."""
     cores = usable_cores()
     idle = not hasattr(os, "getloadavg") or os.getloadavg()[0] < _BUSY * cores
-    known = bool(sys.executable) and not getattr(sys, "frozen", False)  # how Python is started
-    return cores > 1 and idle and known and _DRAWING not in sys.modules
+    known = Path(sys.executable or "").name.startswith("python")  # how Python is started: programs that embed it differ
+    return cores > 1 and idle and known and not (draws and _DRAWING in sys.modules)
 
 
 class SecondProcess:
-    """A second process as a context: started when it is first asked, where it is of use; gone on exit."""
+    """A second process as a context: started when it is first asked, where it is of use; gone on exit.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    draws : bool
+        Whether it will be asked for pictures: where this process is ready to draw them, it is of no use.
+    """
+
+    def __init__(self, *, draws: bool = True) -> None:
+        self._draws = draws
         self._process: subprocess.Popen[bytes] | None = None
         self._is_wanted = True  # no second one is started in place of one that failed
         self._numbers = itertools.count()
@@ -58,7 +66,7 @@ class SecondProcess:
 
     def _start(self) -> None:
         self._is_wanted = False
-        if is_of_use():
+        if is_of_use(self._draws):
             # A process that does without scipy says so by None in place of the module.
             boot = _BOOT.format(path=sys.path, needs_scipy=sys.modules.get("scipy", ...) is not None)
             pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}

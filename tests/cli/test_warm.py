@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tgvdp._jit.watch import is_compiled
+from tgvdp.cores import usable_cores
 
 pytestmark = [
     pytest.mark.slow,
@@ -21,10 +22,20 @@ import sys
 from tgvdp import second_process
 from tgvdp._jit.watch import watch
 from tgvdp.cli import main
-second_process.is_of_use = lambda: {second}
+second_process.is_of_use = lambda _: {second}
 with watch() as compiled:
     code = main(sys.argv[1:])
 print(code, "matplotlib" in sys.modules, *(one.kernel for one in compiled))
+"""
+#: Searches from Python, and prints the kernels that this process compiled.
+LATE = """
+from tgvdp import second_process
+from tgvdp._jit.watch import watch
+import tgvdp
+second_process.is_of_use = lambda _: {second}
+with watch() as compiled:
+    tgvdp.search("tgv", "flat-100km", destination_m=3000.0, points=4)
+print(*(one.kernel for one in compiled))
 """
 SEARCHES = """
 from tgvdp._jit.watch import watch
@@ -118,6 +129,14 @@ def test_what_comes_after_the_search_is_compiled_and_drawn_by_the_second_process
         forget(cache, "referee.drive.replay_rows")
         said = run(cache, "-c", COUNTED.format(second=second), *SHORT, "--out", str(tmp_path))
         assert said.split() == ["0", *ours]
+
+
+@pytest.mark.skipif(usable_cores() == 1, reason="one core")
+def test_what_ends_a_first_search_from_python_is_compiled_by_a_second_process(first):
+    cache, _ = first
+    for second, ours in ((True, []), (False, ["methods.phases.prune.prune_runs"])):
+        forget(cache, "methods.phases.prune.prune_runs")
+        assert run(cache, "-c", LATE.format(second=second)).split() == ours
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals")

@@ -53,11 +53,16 @@ def is_compiled() -> bool:
 
 
 def is_missing(kernel: Any) -> bool:
-    """Whether a kernel has to be compiled and there is a cache to keep it."""
+    """Whether a kernel has to be compiled, there is a cache to keep it, and no other process is about to fill that."""
     cache = getattr(kernel, "_cache", None)
-    return isinstance(cache, KernelCache) and not cache.is_filled()
+    return isinstance(cache, KernelCache) and cache.wait_for_it is None and not cache.is_filled()
 
 
 def leave_to_another(kernel: Any, wait: Callable[[], object]) -> None:
     """Have another process compile a kernel that `is_missing`: who calls it here waits until that is done."""
     kernel._cache.wait_for_it = wait
+
+
+def take_back(kernel: Any) -> None:
+    """Wait for no other process any more, whether or not it was waited for."""
+    kernel._cache.wait_for_it = None

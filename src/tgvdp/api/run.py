@@ -3,6 +3,7 @@
 import time
 from collections.abc import Sequence
 
+from tgvdp.api.beside import compiling_beside
 from tgvdp.api.budget import budget_of
 from tgvdp.api.methods import Fastest, find, warnings_of
 from tgvdp.api.result import SearchResult
@@ -170,7 +171,7 @@ def run_search(train: Train | Source, track: Track | Source, options: SearchOpti
     started = time.perf_counter()
     budget = budget_of(options.as_dict())
     trip, clock = trip_of(train, track, options), budget.start()
-    with sensible_numbers(trip, options.max_memory_b):
+    with sensible_numbers(trip, options.max_memory_b), compiling_beside(options):
         profile = fastest_run(trip)
         step_m = trip.convention.step_m
         stepped_s = None if step_m is None else stepped_time_s(trip, step_m, expired=lambda: clock.expired)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from tgvdp._jit.cache import key_folder, make_folder
 from tgvdp._jit.watch import Compiled, is_compiled, is_missing, leave_to_another, watch
+from tgvdp.api.beside import ends_late
 from tgvdp.api.journeys import journey
 from tgvdp.api.run import search
 from tgvdp.certificate.ascent import climb
@@ -22,8 +23,10 @@ from tgvdp.certificate.kinked import kinked
 from tgvdp.certificate.ledger import Ledger
 from tgvdp.certificate.line import BoundingProblem
 from tgvdp.certificate.speed_bound import Caps
+from tgvdp.cores import on_one_core
 from tgvdp.formats import load_train
 from tgvdp.line.cells import Cells
+from tgvdp.line.resolved import resolve
 from tgvdp.methods.costate.bridge import most_effort_n
 from tgvdp.methods.phases.prune import prune_fastest, prune_runs
 from tgvdp.model.track import Gradient, SpeedLimit, Track
@@ -32,6 +35,8 @@ from tgvdp.model.trip import Trip
 from tgvdp.options.search import SearchOptions
 from tgvdp.referee.drive import replay_rows
 from tgvdp.referee.replay import replay
+from tgvdp.runs.batch import totals_of
+from tgvdp.runs.bends import cut_at_bends
 from tgvdp.runs.profile import profile_of
 from tgvdp.second_process import SecondProcess
 
@@ -71,7 +76,7 @@ TOURS: dict[str, dict[str, Any]] = {
 def tour(name: str) -> list[Compiled]:
     """Run one of `TOURS` and replay it; returns the kernels that had to be compiled."""
     train = load_train(_TRAIN)
-    with watch() as compiled:
+    with watch() as compiled, on_one_core():  # whoever asks for tours has a second process of their own
         search(train, _TRACK, **TOURS[name]).verify()
         most_effort_n(train, np.array([1.0, 2.0]))  # asked between extremals that lie far apart: none here
     return compiled
@@ -85,9 +90,11 @@ def margins() -> list[Compiled]:
 
 
 def pruning() -> list[Compiled]:
-    """Leave short phases out of a run that no search made: what ends a front can be compiled beside it."""
+    """Leave short phases out of a run that no search made, and cut it: what ends a front is compiled beside it."""
+    trip, x_m, w = _some_run()
     with watch() as compiled:
-        prune_fastest(*_some_run(), 1.0)
+        runs = prune_fastest(trip, x_m, w, 1.0).runs
+        totals_of(trip, cut_at_bends(trip.train, resolve(trip), runs)[0])
     return compiled
 
 
@@ -148,11 +155,10 @@ def compile_beside(second: SecondProcess, waiting: Waiting, options: SearchOptio
     certified : bool
         Whether the search will be certified.
     """
-    pruned = options.method == "front" and options.min_phase_s > 0.0
     ascended = certified and is_missing(climb)
     # The last kernel of each part is looked for. Who waits for the checks has time for the ascent.
     parts: tuple[tuple[Any, bool, str, tuple[bool, ...], Callable[[], object]], ...] = (
-        (prune_runs, pruned and is_missing(prune_runs), "pruning", (), list),
+        (prune_runs, ends_late(options) and is_missing(prune_runs), "pruning", (), list),
         (replay_rows, is_missing(replay_rows) or ascended, "checks", (certified,), ascents if ascended else list),
     )
     for first, missing, task, arguments, meanwhile in parts:

@@ -1,0 +1,48 @@
+"""A second process that compiles what ends a search, while this one compiles what it begins with.
+
+On two cores somebody waits two thirds as long for a first front. Nothing depends on it: where it is of no use, or
+fails, all is compiled here.
+"""
+
+import contextlib
+import functools
+from collections.abc import Iterator
+
+from tgvdp._jit.watch import is_missing, leave_to_another, take_back
+from tgvdp.cores import shares
+from tgvdp.methods.phases.prune import prune_runs
+from tgvdp.options.search import SearchOptions
+from tgvdp.second_process import SecondProcess
+
+
+def ends_late(options: SearchOptions) -> bool:
+    """Whether a search ends with what ``api.warm.pruning`` calls."""
+    return options.method == "front" and options.min_phase_s > 0.0
+
+
+@contextlib.contextmanager
+def compiling_beside(options: SearchOptions) -> Iterator[None]:
+    """Have a second process compile what ends a search, where that is missing and this one may use another core.
+
+    Parameters
+    ----------
+    options : SearchOptions
+        Of the search.
+    """
+    if not (ends_late(options) and shares(2.0, 1.0) > 1 and _is_cold()):
+        yield
+        return
+    with SecondProcess(draws=False) as second:
+        done = second.promise("tgvdp.api.warm:pruning")
+        if second.is_there:
+            leave_to_another(prune_runs, done)
+        try:
+            yield
+        finally:
+            take_back(prune_runs)
+
+
+@functools.cache
+def _is_cold() -> bool:
+    """Whether it is missing; asked once, as this takes its time and is soon no more."""
+    return is_missing(prune_runs)

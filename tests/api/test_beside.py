@@ -1,0 +1,56 @@
+"""A first search has a second process compile what ends it."""
+
+import pytest
+
+from tgvdp import second_process
+from tgvdp._jit.watch import is_compiled
+from tgvdp.api import beside
+from tgvdp.cores import on_one_core
+from tgvdp.methods.phases.prune import prune_runs
+from tgvdp.options.search import SearchOptions
+
+pytestmark = pytest.mark.skipif(not is_compiled(), reason="nothing is compiled")
+
+
+@pytest.fixture
+def cold(monkeypatch):
+    monkeypatch.setattr(beside, "_is_cold", lambda: True)
+    monkeypatch.setattr(beside, "shares", lambda work, least: 2)
+    monkeypatch.setattr(second_process, "is_of_use", lambda draws: not draws)
+
+
+def left():
+    return prune_runs._cache.wait_for_it
+
+
+def test_what_ends_a_search_is_left_to_another_process_until_the_search_ends(cold):
+    with beside.compiling_beside(SearchOptions()):
+        wait = left()
+        assert wait() is not None  # the kernels that it compiled over there, if any
+    assert left() is None
+
+
+def test_a_search_that_fails_takes_it_back(cold):
+    with pytest.raises(ZeroDivisionError), beside.compiling_beside(SearchOptions()):
+        assert left() is not None
+        _ = 1 / 0
+    assert left() is None
+
+
+@pytest.mark.parametrize("options", [{"min_phase_s": 0.0}, {"method": "exact"}])
+def test_a_search_that_ends_otherwise_starts_none(cold, options):
+    with beside.compiling_beside(SearchOptions(**options)):
+        assert left() is None
+
+
+def test_without_another_core_none_is_started(cold, monkeypatch):
+    monkeypatch.undo()
+    monkeypatch.setattr(beside, "_is_cold", lambda: True)
+    with on_one_core(), beside.compiling_beside(SearchOptions()):
+        assert left() is None
+
+
+def test_where_no_second_process_is_of_use_all_is_compiled_here(cold, monkeypatch):
+    monkeypatch.setattr(second_process, "is_of_use", lambda draws: False)
+    with beside.compiling_beside(SearchOptions()):
+        assert left() is None
