@@ -1,5 +1,7 @@
 """A first search has a second process compile what ends it."""
 
+import threading
+
 import pytest
 
 from tgvdp import second_process
@@ -54,3 +56,9 @@ def test_where_no_second_process_is_of_use_all_is_compiled_here(cold, monkeypatc
     monkeypatch.setattr(second_process, "is_of_use", lambda draws: False)
     with beside.compiling_beside(SearchOptions()):
         assert left() is None
+
+
+def test_only_the_first_search_of_a_process_asks(monkeypatch):
+    monkeypatch.setattr(beside, "_unasked", threading.Lock())
+    monkeypatch.setattr(beside, "is_missing", lambda kernel: True)
+    assert [beside._is_cold() for _ in range(3)] == [True, False, False]
