@@ -1,7 +1,7 @@
 """A second process that compiles what ends a search, while this one compiles what it begins with.
 
-On two cores somebody waits a quarter less for a first front. Nothing depends on it: where it is of no use, or
-fails, all is compiled here.
+On two cores somebody waits a quarter to a third less for a first front. Nothing depends on it: where it is of no use,
+or fails, all is compiled here.
 """
 
 import contextlib
@@ -36,7 +36,7 @@ def compiling_beside(options: SearchOptions) -> Iterator[None]:
         yield
         return
     with SecondProcess(draws=False) as second:
-        done = second.promise("tgvdp.api.warm:pruning")
+        done = second.promise("tgvdp.api.warm:ending")
         if second.is_there:
             leave_to_another(prune_runs, done)
         try:

@@ -35,7 +35,7 @@ from tgvdp.model.trip import Trip
 from tgvdp.options.search import SearchOptions
 from tgvdp.referee.drive import replay_rows
 from tgvdp.referee.replay import replay
-from tgvdp.runs.batch import totals_of
+from tgvdp.runs.batch import Batch, totals_of
 from tgvdp.runs.bends import cut_at_bends
 from tgvdp.runs.profile import profile_of
 from tgvdp.second_process import SecondProcess
@@ -46,6 +46,7 @@ __all__ = [
     "ascents",
     "checks",
     "compile_beside",
+    "ending",
     "is_compiled",
     "key_folder",
     "kinks",
@@ -90,12 +91,19 @@ def margins() -> list[Compiled]:
 
 
 def pruning() -> list[Compiled]:
-    """Leave short phases out of a run that no search made, and cut it: what ends a front is compiled beside it."""
-    trip, x_m, w = _some_run()
+    """Leave short phases out of a run that no search made: what ends a front can be compiled beside it."""
     with watch() as compiled:
-        runs = prune_fastest(trip, x_m, w, 1.0).runs
-        totals_of(trip, cut_at_bends(trip.train, resolve(trip), runs)[0])
+        prune_fastest(*_some_run(), 1.0)
     return compiled
+
+
+def ending() -> list[Compiled]:
+    """The same, and cut rows at their bends: for who has nothing else compiled beside a search."""
+    trip, x_m, w = _some_run()
+    compiled = pruning()
+    with watch() as later:
+        totals_of(trip, cut_at_bends(trip.train, resolve(trip), Batch.of([(x_m, w)]))[0])
+    return compiled + later
 
 
 def checks(certified: bool = True) -> list[Compiled]:
