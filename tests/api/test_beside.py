@@ -4,10 +4,9 @@ import threading
 
 import pytest
 
-from tgvdp import second_process
+from tgvdp import cores, second_process
 from tgvdp._jit.watch import is_compiled
 from tgvdp.api import beside
-from tgvdp.cores import on_one_core
 from tgvdp.methods.phases.prune import prune_runs
 from tgvdp.options.search import SearchOptions
 
@@ -17,7 +16,7 @@ pytestmark = pytest.mark.skipif(not is_compiled(), reason="nothing is compiled")
 @pytest.fixture
 def cold(monkeypatch):
     monkeypatch.setattr(beside, "_is_cold", lambda: True)
-    monkeypatch.setattr(beside, "shares", lambda work, least: 2)
+    monkeypatch.setattr(cores, "usable_cores", lambda: 2)
     monkeypatch.setattr(second_process, "is_of_use", lambda draws: not draws)
 
 
@@ -45,10 +44,8 @@ def test_a_search_that_ends_otherwise_starts_none(cold, options):
         assert left() is None
 
 
-def test_without_another_core_none_is_started(cold, monkeypatch):
-    monkeypatch.undo()
-    monkeypatch.setattr(beside, "_is_cold", lambda: True)
-    with on_one_core(), beside.compiling_beside(SearchOptions()):
+def test_without_another_core_none_is_started(cold):
+    with cores.on_one_core(), beside.compiling_beside(SearchOptions()):
         assert left() is None
 
 

@@ -46,5 +46,5 @@ def compiling_beside(options: SearchOptions) -> Iterator[None]:
 
 
 def _is_cold() -> bool:
-    """Whether it is missing: the first search of a process asks, and no other, since it is there after that."""
+    """Whether it is missing: the first search of a process asks, and no other, for after one it is there."""
     return _unasked.acquire(blocking=False) and is_missing(prune_runs)

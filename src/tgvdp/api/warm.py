@@ -98,7 +98,7 @@ def pruning() -> list[Compiled]:
 
 
 def ending() -> list[Compiled]:
-    """The same, and cut rows at their bends: for who has nothing else compiled beside a search."""
+    """Do what `pruning` does, and cut a run at its bends: for who has nothing else compiled beside a search."""
     trip, x_m, w = _some_run()
     compiled = pruning()
     with watch() as later:
