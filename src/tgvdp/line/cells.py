@@ -73,10 +73,10 @@ def cells_of(trip: Trip, stations_m: NDArray[np.float64] | None = None) -> Cells
     return Cells(station_m, length_m, line.grade_n[step], line.air[step], line.limit_mps[step] ** 2, supply, saved_w)
 
 
-def halved(cells: Cells, which: NDArray[np.bool_]) -> Cells:
-    """Cells of which some, (K,), are cut in two."""
-    middle_m = cells.station_m[:-1][which] + 0.5 * cells.length_m[which]
-    station_m = np.sort(np.concatenate((cells.station_m, middle_m)))
-    counts = which + 1
+def cut(cells: Cells, parts: NDArray[np.int64]) -> Cells:
+    """Cells that are each cut into so many parts, (K,), of the same length."""
+    share = (np.arange(parts.sum()) - (np.cumsum(parts) - parts).repeat(parts)) / parts.repeat(parts)
+    start_m = cells.station_m[:-1].repeat(parts) + share * cells.length_m.repeat(parts)
+    station_m = np.append(start_m, cells.station_m[-1])
     length_m = station_m[1:] - station_m[:-1]
-    return Cells._make((station_m, length_m, *(column.repeat(counts) for column in cells[2:])))
+    return Cells._make((station_m, length_m, *(column.repeat(parts) for column in cells[2:])))

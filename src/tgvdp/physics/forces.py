@@ -33,7 +33,7 @@ class KernelTrain(NamedTuple):
     rates: NDArray[np.float64]  # (n, 6), full braking as inertia times deceleration; no rows: it is brake effort
     no_effort: NDArray[np.float64]  # (1, 6), the curve of 0 N, for stretches without current
     rows: float = 1.0  # how many times more rows than usual `physics.motion` makes
-    parts: float = 1.0  # ... and runs of a search take under coasting and partial effort
+    other_rows: float = 1.0  # ... times as many under other regimes than full traction
 
 
 def read_only(table: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -104,7 +104,7 @@ def unpowered(train):
     """The train without current: neither traction nor dynamic brake."""
     return KernelTrain(
         train.inertia_kg, train.davis_a_n, train.davis_b, train.max_acceleration, train.max_deceleration,
-        train.no_effort, train.no_effort, train.friction_n, train.rates, train.no_effort, train.rows, train.parts,
+        train.no_effort, train.no_effort, train.friction_n, train.rates, train.no_effort, train.rows, train.other_rows,
     )  # fmt: skip
 
 

@@ -186,6 +186,7 @@ def march(train, regime, sign, cell, length_m, w, target_w, rows, n):
     x = 0.0
     xs = rows.x
     ws = rows.w
+    per_usual = train.rows if regime == TRACTION else train.rows * train.other_rows
     while True:
         if n < 0 or n >= xs.shape[0]:
             return x, w, -1
@@ -201,12 +202,12 @@ def march(train, regime, sign, cell, length_m, w, target_w, rows, n):
                 return length_m, ws[n], n + 1
         end = math.inf if rising else 0.0
         if regime == TRACTION:
-            end = _row_end(train.traction, 0.0, v, rising, train.rows)
+            end = _row_end(train.traction, 0.0, v, rising, per_usual)
         elif regime != COASTING:
             friction = train.friction_n if regime == BRAKING and train.rates.shape[0] == 0 else 0.0
-            end = _row_end(train.braking, friction, v, rising, train.rows)
+            end = _row_end(train.braking, friction, v, rising, per_usual)
             if train.rates.shape[0] > 0:
-                other = _row_end(train.rates, 0.0, v, rising, train.rows)
+                other = _row_end(train.rates, 0.0, v, rising, per_usual)
                 end = min(end, other) if rising else max(end, other)
         slope = _net_slope(train, regime, cell.air, v, net, rising)
         balanced = sign * slope < 0.0 and abs(net) <= -sign * slope * BALANCED * v
@@ -216,7 +217,7 @@ def march(train, regime, sign, cell, length_m, w, target_w, rows, n):
             xs[n] = length_m
             ws[n] = w
             return length_m, w, n + 1
-        step = _speed_step(slope, cell.air, v, net, train.rows)
+        step = _speed_step(slope, cell.air, v, net, per_usual)
         end = min(end, v + step) if rising else max(end, v - step)
         if regime != COASTING and end < math.inf:
             end = _to_comfort(train, regime, cell, v, net, end)

@@ -30,8 +30,9 @@ from tgvdp.runs.resistance_correction_kernel import NEARLY_FULL, cut_rows, drag_
 
 #: How far the time of a run may be off, s.
 _MOST_S = 5e-4
-#: Rows that coasting and partial effort take in a search (`KernelTrain.parts`): usual ones, cut on long runs only, and
-#: rougher ones, which are cut anyway. They are off by at most this share of their time over the square of that.
+#: How many times as many rows a search drives as motion makes on its own (`KernelTrain.rows`): usual ones, cut on long
+#: runs only, and rougher ones, which are cut anyway; by at most this share of their time, over the square of it, are
+#: they off.
 USUAL_ROWS = 4.0
 _ROUGH_ROWS = 2.0
 _OFF = 4e-5

@@ -1,12 +1,14 @@
 """Which cells are too long: against meshes many times as fine, and where the answer must point to."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 import tgvdp
 from tgvdp import EffortCurve, Track, Train
 from tgvdp.methods.budget import SearchBudget
-from tgvdp.methods.costate.doubt import Doubt
+from tgvdp.methods.costate.doubt import Doubt, _parts
 from tgvdp.methods.costate.front import optimal_front
 from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.costate.multipliers import ExtremalFront
@@ -51,23 +53,29 @@ def front_on(mesh, fastest_s):
     return front
 
 
-def test_cells_in_doubt_are_few_and_their_halves_answer():
+def test_cells_in_doubt_are_few_and_extremals_on_the_rest_lose_little():
     result = tgvdp.search(TRAIN, hills(5), points=2)
     coarse = Mesh.of(result.trip, result.fastest.profile, 0.25)
     question = front_on(coarse, result.fastest.time_s)
     front = Doubt().answered(question, targets(result.fastest.time_s))
-    assert 2 * len(coarse.cells.length_m) < len(front.mesh.cells.length_m) < 3 * len(coarse.cells.length_m)
+    assert len(coarse.cells.length_m) < len(front.mesh.cells.length_m) < 3 * len(coarse.cells.length_m)
     asked = {one.multiplier for one in question.extremals}
     assert len(front.extremals) > 3
     assert all(one.multiplier in asked for one in front.extremals)
-    again = front.mesh.finer
+    again = front.mesh.finer.finer
     for extremal in front.extremals[1:]:
         finer = again.extremal(extremal.multiplier, counters())
         loss_j = extremal.cost_j(extremal.multiplier) - finer.cost_j(extremal.multiplier)
-        assert loss_j <= 1e-4 * extremal.energy_j
+        assert abs(loss_j) <= 5e-5 * extremal.energy_j
 
 
-def test_extremals_that_no_target_lies_next_to_are_not_asked():
+def test_a_mesh_on_which_extremals_lose_little_answers_itself():
+    result = tgvdp.search(TRAIN, hills(7), points=2)
+    question = front_on(Mesh.of(result.trip, result.fastest.profile, 0.125), result.fastest.time_s)
+    assert Doubt().answered(question, targets(result.fastest.time_s)) is question
+
+
+def test_extremals_that_no_target_lies_next_to_are_not_asked(monkeypatch):
     """One close to the fastest run, which no point is blended of, had four meshes solved on a metro section."""
     result = tgvdp.search(TRAIN, hills(5), points=2)
     question = front_on(Mesh.of(result.trip, result.fastest.profile, 1.0), result.fastest.time_s)
@@ -77,25 +85,71 @@ def test_extremals_that_no_target_lies_next_to_are_not_asked():
     assert question.around(middle_s) == question.extremals[slow - 1 : slow + 1]
     assert question.around(np.array([times_s[-1] + 1.0])) == question.extremals[-1:]
     assert question.around(np.array([0.5 * (times_s[0] + times_s[1])])) == question.extremals[1:2]
-    multipliers = [one.multiplier for one in Doubt().answered(question, middle_s).extremals]
-    assert multipliers == [np.inf] + [one.multiplier for one in question.extremals[slow - 1 : slow + 1]]
+    solved, asked = Mesh.extremals, set()
+
+    def watched(mesh, multipliers, counts):
+        asked.update(multipliers)
+        return solved(mesh, multipliers, counts)
+
+    monkeypatch.setattr(Mesh, "extremals", watched)
+    Doubt().answered(question, middle_s)
+    assert asked - {np.inf} <= {one.multiplier for one in question.extremals[slow - 1 : slow + 1]}
+    assert question.extremals[slow - 1].multiplier in asked
 
 
-def test_halves_that_cost_more_are_no_answer(monkeypatch):
+@pytest.mark.parametrize("factor", [1.0003, 0.9993])
+def test_halves_that_cost_quite_another_energy_tell_nothing_of_shorter_cells(monkeypatch, factor):
     """Cells next to a break may be right by chance: their halves stood 0.2 % above them on a freight line."""
     result = tgvdp.search(TRAIN, hills(5), points=2)
     question = front_on(Mesh.of(result.trip, result.fastest.profile, 1.0), result.fastest.time_s)
     target_s = targets(result.fastest.time_s)
-    cells = len(question.mesh.cells.length_m)
-    assert len(Doubt().answered(question, target_s).mesh.cells.length_m) == 2 * cells
+    doubt = Doubt()
+    cells = len(doubt.answered(question, target_s).mesh.cells.length_m)
+    assert doubt.halvings == Doubt().halvings
     solved = Mesh.extremals
 
-    def dearer_on_halves(mesh, multipliers, counts):
-        factor = 1.0003 if mesh is question.mesh.finer else 1.0
-        return [one._replace(energy_j=factor * one.energy_j) for one in solved(mesh, multipliers, counts)]
+    def others_on_halves(mesh, multipliers, counts):
+        times = factor if mesh is question.mesh.finer else 1.0
+        return [
+            one._replace(energy_j=times * one.energy_j, passed=one.passed * [1.0, 1.0, times])
+            for one in solved(mesh, multipliers, counts)
+        ]
 
-    monkeypatch.setattr(Mesh, "extremals", dearer_on_halves)
-    assert len(Doubt().answered(question, target_s).mesh.cells.length_m) > 2 * cells
+    monkeypatch.setattr(Mesh, "extremals", others_on_halves)
+    assert len(doubt.answered(question, target_s).mesh.cells.length_m) > cells
+    assert doubt.halvings < Doubt().halvings
+
+
+def test_halves_answer_where_extremals_are_dearer_on_other_cells(monkeypatch):
+    """Of stepped rates with regeneration, one was 0.15 % dearer on 150 cells more than it was on the cells asked."""
+    result = tgvdp.search(TRAIN, hills(5), points=2)
+    question = front_on(Mesh.of(result.trip, result.fastest.profile, 1.0), result.fastest.time_s)
+    target_s = targets(result.fastest.time_s)
+    assert Doubt().answered(question, target_s).mesh is not question.mesh.finer
+    solved, asked = Mesh.extremals, (question.mesh, question.mesh.finer)
+
+    def dearer_elsewhere(mesh, multipliers, counts):
+        times = 1.0 if any(mesh is one for one in asked) else 1.0003
+        return [one._replace(energy_j=times * one.energy_j) for one in solved(mesh, multipliers, counts)]
+
+    monkeypatch.setattr(Mesh, "extremals", dearer_elsewhere)
+    assert Doubt().answered(question, target_s).mesh is question.mesh.finer
+
+
+def test_cuts_are_the_fewest_that_leave_little():
+    rng = np.random.default_rng(3)
+    for extremals in (1, 2, 3) * 20:
+        lost = rng.exponential(1.0, (extremals, 5)) ** 3 * 1e-5
+        parts = _parts(lost)
+        target = max(2e-5, 0.1 * lost.sum(axis=1).max())
+        assert (lost / parts**2).sum(axis=1).max() <= target
+        if extremals == 1:
+            fewest = min(
+                sum(option)
+                for option in itertools.product((1, 2, 4), repeat=5)
+                if (lost / np.array(option) ** 2).sum() <= target
+            )
+            assert parts.sum() <= fewest + 2
 
 
 def test_an_extremal_that_a_run_undercuts_halves_all_cells_until_they_may_not_be():
@@ -131,6 +185,6 @@ def test_a_rough_front_takes_cells_as_they_come():
         optimal_front(fastest.trip, fastest.fastest.profile, targets_s, SearchBudget(), 0.1, rough=rough)
         for rough in (False, True)
     )
-    assert rough.counters["cells"] < fine.counters["cells"]
+    assert rough.counters["cells"] <= fine.counters["cells"]
     assert rough.energy_j == pytest.approx(fine.energy_j, rel=1e-3)
     assert ((rough.duration_s <= targets_s) & (rough.duration_s >= targets_s - 0.1)).all()

@@ -51,7 +51,7 @@ def brakes_n(v):
 )
 def test_rows_last_as_long_as_the_motion(effort_n, start_mps, permil, length_m):
     grade_n = FREIGHT.mass_kg * 9.81e-3 * permil
-    train = kernel_train(FREIGHT)._replace(rows=8.0, parts=4.0)  # finer than fronts are driven
+    train = kernel_train(FREIGHT)._replace(rows=4.0, other_rows=2.0)  # finer than fronts are driven
 
     def slopes(_, state):
         v = math.sqrt(state[0])

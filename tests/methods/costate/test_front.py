@@ -88,7 +88,7 @@ def scaled(trip, metre=1.0, second=1.0, kilogram=1.0):
     "units", [{"kilogram": 2.0**-20}, {"metre": 2.0**-12, "second": 2.0**-6}, {"metre": 4.0, "second": 4.0}]
 )
 def test_other_units_give_the_same_front(units):
-    """Powers of two change no rounding, so that even the choice of cells must be the same.
+    """Powers of two change no rounding, so that even the choice of cells must be the same, but where time has another.
 
     Rows are cut until times are right to half a millisecond, which another unit of time makes longer or shorter; and
     where they are cut, they are driven half as fine before.
@@ -97,10 +97,17 @@ def test_other_units_give_the_same_front(units):
     other_fastest, other = front_to(scaled(HILLS, **units), 0.25, 12)
     second = units.get("second", 1.0)
     joule = units.get("kilogram", 1.0) * (units.get("metre", 1.0) / second) ** 2
-    same = 1e-9 if second == 1.0 else 1e-5
-    assert other_fastest.duration_s == pytest.approx(fastest.duration_s * second, rel=same)
-    assert other.duration_s == pytest.approx(found.duration_s * second, rel=same)
-    assert other.energy_j == pytest.approx(found.energy_j * joule, rel=2.0 * same)
+    if second == 1.0:
+        assert other_fastest.duration_s == pytest.approx(fastest.duration_s, rel=1e-9)
+        assert other.duration_s == pytest.approx(found.duration_s, rel=1e-9)
+        assert other.energy_j == pytest.approx(found.energy_j * joule, rel=2e-9)
+        return
+    # Other rows, so that losses that are next to what is allowed are on its other side, and cells are others.
+    assert other_fastest.duration_s == pytest.approx(fastest.duration_s * second, rel=1e-5)
+    assert other.duration_s == pytest.approx(found.duration_s * second, rel=1e-3)
+    later_s = other.duration_s[1:] / second - found.duration_s[1:]
+    energy_j = other.energy_j[1:] / joule + found.multiplier_j_per_s[1:] * later_s
+    assert energy_j == pytest.approx(found.energy_j[1:], rel=4e-5)
 
 
 def test_odd_units_give_the_same_front():

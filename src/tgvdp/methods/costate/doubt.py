@@ -1,15 +1,17 @@
-"""Which cells of a mesh are too long, told by extremals on cells of half the size, which then answer in their stead.
+"""Which cells of a mesh are too long, told by extremals on cells of half the size, and the mesh that answers.
 
 What a run on the long cells costs more than one on the short ones, at the same multiplier, is lost in two ways. Within
 a cell both may come from and to the same speeds, and one costs more; what it has more at the end of a cell in kinetic
 energy is worth its price. Or they differ in speed for many cells: as the Hamiltonian is stationary along an extremal, a
 difference δ in w = v² costs ½·δ²·∂²H/∂w² per metre, of which ∂²(λ/v)/∂w² = ¾λ/v⁵ is the part that holds a run at its
-speed. The loss itself is known, so that only the shares of the cells in it are estimated.
+speed. The loss itself is known, so that only the shares of the cells in it are estimated. As halves of a cell lose a
+fourth of what it does, that tells which cells to cut.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,22 +20,35 @@ from tgvdp.methods.costate.extremal import Extremal
 from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.costate.multipliers import ExtremalFront
 
-#: A mesh is fine enough when the extremals on half its cells, which answer, are right to this share of their energy:
-#: as errors fall by four from one to the other, to a third of what they save. Where they cost more, errors do not fall.
-_MESH_LOSS = 1e-4
-_SAVED_PER_LOSS = 3.0
+_Floats = NDArray[np.float64]
+
+#: Cells are cut until extremals lose this share of their energy, or where that takes too many, of what they lose on the
+#: cells that were asked.
+_LOSS = 2e-5
+_LEFT = 0.1
+#: Where they lose more there, what they lose on shorter cells is not to be foretold: some are halved, and asked anew.
+_FORETOLD = 4e-4
+#: As errors fall by four from one mesh to the other, an extremal loses so many times what its halves save; where these
+#: cost more, errors do not fall, and so many times that counts for what is not to be foretold.
+_LOST_PER_SAVED = 4.0 / 3.0
+_DEARER = 3.0
+#: What an extremal may cost more on the cells that answer than on some that were asked, as a share of its energy; where
+#: one costs more, all of these answer that were asked last.
+_WORSE = 1e-4
+#: How often a cell is halved at most to answer.
+_LEVELS = 2
 #: A run that comes to a line of switching ends a cell on it, to this share of v².
 _ON_LINE = 1e-6
 #: ... and what may be lost of an extremal's energy for its costate at the start of a phase is not known.
 _UNKNOWN_LOSS = 1e-3
 #: ... in cells as long as this share of the way on which it rises by all it can.
 _LONG = 0.3
-#: Neighbouring extremals lose in the same cells: of so many one is asked at first, the others on what cells it leaves.
-#: Where they have few cells in all they are asked at once, for each round takes as long as some of them.
+#: Neighbouring extremals lose in the same cells: of so many one is asked, and all of the first ones, which differ most.
 _NEIGHBOURS = 3
-_FEW_CELLS = 1500
+_FIRST = 3
 #: How often cells may be halved.
 _MOST_HALVINGS = 6
+_TINY = float(np.finfo(float).tiny)
 
 
 @dataclass
@@ -43,13 +58,13 @@ class Doubt:
     Attributes
     ----------
     halvings : int
-        How often cells may still be halved.
+        How often cells may still be halved for another question.
     """
 
     halvings: int = _MOST_HALVINGS
 
-    def answered(self, front: ExtremalFront, target_s: NDArray[np.float64]) -> ExtremalFront:
-        """Halve cells of a front's mesh until they lose little at all extremals next to targets, and then each of them.
+    def answered(self, front: ExtremalFront, target_s: _Floats) -> ExtremalFront:
+        """Cut cells of a front's mesh until they lose little at all extremals next to targets.
 
         Parameters
         ----------
@@ -60,29 +75,37 @@ class Doubt:
         Returns
         -------
         ExtremalFront
-            Those extremals, solved on these halves.
+            Those extremals on the mesh that is short enough; the front itself where its own is.
         """
-        mesh = front.mesh
-        extremals = front.around(target_s)
-        neighbours = _NEIGHBOURS if len(extremals) * len(mesh.cells.length_m) > _FEW_CELLS else 1
-        asked, unasked = extremals[::neighbours], [one for i, one in enumerate(extremals) if i % neighbours]
-        answers: dict[float, Extremal] = {}  # on half the cells of this mesh, by multiplier
-        while True:
-            _answer(front, mesh, asked, answers)
-            losing, cells = _losing(mesh, asked, answers)
-            if losing and self.halvings:
-                self.halvings -= 1
-                mesh, answers = mesh.halved(cells), {}
-                asked = front.solved(mesh, [one.multiplier for one in losing])
-                continue
-            _answer(front, mesh, extremals, answers)
-            # What one loses on the first mesh, where cells have been halved since, is more than it loses on this one.
-            asked = [one for one in unasked if self.halvings and _may_lose(mesh, one, answers[one.multiplier])]
-            unasked = []
-            if not asked:
-                return front.on(mesh.finer, answers[math.inf], [answers[one.multiplier] for one in extremals])
-            if mesh is not front.mesh:
-                asked = front.solved(mesh, [one.multiplier for one in asked])
+        mesh, extremals = front.mesh, front.around(target_s)
+        if not extremals:
+            return front
+        asked, others = extremals, extremals[:0]
+        if mesh.tables.regeneration == 0.0:  # else one that was not asked may brake in a cell that is too long
+            asked = [one for i, one in enumerate(extremals) if i < _FIRST or i % _NEIGHBOURS == 0]
+            others = [one for i, one in enumerate(extremals) if i >= _FIRST and i % _NEIGHBOURS]
+        losses = _losses(front, mesh, asked)
+        if others and (_parts(losses.lost) > 1).any():  # where some lose much, others may lose more, and elsewhere
+            asked, losses = asked + others, losses.joined(_losses(front, mesh, others))
+        least_j = dict(zip(_multipliers(asked), losses.least_j.tolist(), strict=True))
+        known = np.empty((0, len(mesh.cells.length_m)))  # what cells lose of those that are not asked again
+        while self.halvings and losses.unknown.any():
+            self.halvings -= 1
+            parts = 1 + losses.long.astype(np.int64)
+            known = _on_parts(np.concatenate((known, losses.lost[~losses.unknown])), parts)
+            mesh = mesh.cut(parts)
+            again = [one.multiplier for one, unknown in zip(asked, losses.unknown, strict=True) if unknown]
+            asked = front.solved(mesh, again)
+            losses = _losses(front, mesh, asked)
+            least_j |= zip(again, np.minimum(losses.least_j, [least_j[one] for one in again]).tolist(), strict=True)
+        own = mesh.finer if losses.unknown.any() else mesh.cut(_parts(np.concatenate((known, losses.lost))))
+        if own is front.mesh:
+            return front
+        fastest, *solved = front.solved(own, [math.inf, *_multipliers(extremals)])
+        if any(_is_dearer(own, one, least_j.get(one.multiplier, math.inf)) for one in solved):
+            own = mesh.finer
+            fastest, *solved = front.solved(own, [math.inf, *_multipliers(extremals)])
+        return front.on(own, fastest, solved)
 
     def is_settled(self, front: ExtremalFront, runs: Sequence[Run]) -> bool:
         """Whether the cells of a front with its runs need not, or may not, all be halved once more.
@@ -95,45 +118,87 @@ class Doubt:
         return False
 
 
-def _answer(front: ExtremalFront, mesh: Mesh, asked: Sequence[Extremal], answers: dict[float, Extremal]) -> None:
-    """Solve on half the cells of a mesh what is asked, and the fastest run, where there is no answer yet."""
-    missing = [one for one in (math.inf, *(one.multiplier for one in asked)) if one not in answers]
-    answers |= zip(missing, front.solved(mesh.finer, missing), strict=True)
+class _Losses(NamedTuple):
+    """What extremals lose on a mesh of K cells.
+
+    Attributes
+    ----------
+    lost : (m, K) float64
+        Of each of them, in each cell, as a share of its energy.
+    unknown : (m,) bool
+        Whether what one loses on shorter cells is not to be foretold.
+    long : (K,) bool
+        The cells to be halved for that.
+    least_j : (m,) float64
+        The lesser cost E + λT of two: on the mesh and on half its cells.
+    """
+
+    lost: _Floats
+    unknown: NDArray[np.bool_]
+    long: NDArray[np.bool_]
+    least_j: _Floats
+
+    def joined(self, others: "_Losses") -> "_Losses":
+        """These losses, and those of other extremals behind them."""
+        lost, least_j = np.concatenate((self.lost, others.lost)), np.concatenate((self.least_j, others.least_j))
+        return _Losses(lost, np.concatenate((self.unknown, others.unknown)), self.long | others.long, least_j)
 
 
-def _losing(
-    mesh: Mesh, asked: Sequence[Extremal], answers: Mapping[float, Extremal]
-) -> tuple[list[Extremal], NDArray[np.bool_]]:
-    """Extremals of a mesh that lose too much, and the cells, (K,), with more than their part of it."""
-    count = len(mesh.cells.length_m)
-    losing: list[Extremal] = []
-    loss = np.zeros(count)
-    too_long = np.zeros(count, dtype=np.bool_)
-    for extremal in asked:
-        answer = answers[extremal.multiplier]
-        share = _loss_share(mesh, extremal, answer)
-        long = _brakes_within(mesh, answer)
-        too_long |= long
-        if share > 1.0:
-            loss = np.maximum(loss, share * _shares(mesh, extremal, answer))
-        if share > 1.0 or long.any():
-            losing.append(extremal)
-    return losing, too_long | (loss * count > 1.0)
+def _multipliers(extremals: Sequence[Extremal]) -> list[float]:
+    return [one.multiplier for one in extremals]
 
 
-def _may_lose(mesh: Mesh, extremal: Extremal, answer: Extremal) -> bool:
-    """Whether an extremal of this mesh, or of a coarser one, may lose too much."""
-    return _loss_share(mesh, extremal, answer) > 1.0 or bool(_brakes_within(mesh, answer).any())
+def _losses(front: ExtremalFront, mesh: Mesh, asked: Sequence[Extremal]) -> _Losses:
+    """What extremals lose on a mesh, by those of the same multipliers on half its cells."""
+    multipliers = np.array(_multipliers(asked))
+    finer = front.solved(mesh.finer, _multipliers(asked))
+    passed = np.array([one.passed for one in asked])
+    halves = np.array([one.passed[::2] for one in finer])
+    apart_w, apart_s, apart_j = np.moveaxis(passed - halves, 2, 0)
+    stiff = apart_w**2 / np.maximum(np.maximum(passed[..., 0], halves[..., 0]), mesh.floor_w) ** 2.5
+    bends = mesh.cells.length_m * (stiff[:, :-1] + stiff[:, 1:])
+    kinetic_j = 0.5 * mesh.train.inertia_kg * mesh.tables.traction * apart_w
+    saved_j = apart_j + multipliers[:, np.newaxis] * apart_s - kinetic_j
+    all_j = saved_j[:, -1:]  # both end at the same speed
+    local_j = np.maximum(np.copysign(1.0, all_j) * np.diff(saved_j), 0.0)
+    shares = np.maximum(*(one / np.maximum(one.sum(axis=1, keepdims=True), _TINY) for one in (bends, local_j)))
+    drawn_j = np.maximum(passed[:, -1, 2:], mesh.least_drawn_j)
+    loss = _LOST_PER_SAVED * np.abs(all_j) / drawn_j
+    unknown = loss * np.where(all_j < 0.0, _DEARER, 1.0) / _FORETOLD
+    long = (unknown > 1.0) & (unknown * shares * shares.shape[1] > 1.0)
+    if mesh.tables.regeneration > 0.0:
+        long |= [_brakes_within(mesh.finer, one).reshape(-1, 2).any(axis=1) for one in finer]
+    cost_j = [one.cost_j(one.multiplier) for one in asked]
+    least_j: _Floats = cost_j - np.maximum(all_j[:, 0], 0.0)
+    return _Losses(loss * shares, (unknown[:, 0] > 1.0) | long.any(axis=1), np.asarray(long.any(axis=0)), least_j)
 
 
-def _loss_share(mesh: Mesh, extremal: Extremal, answer: Extremal) -> float:
-    """What an extremal loses, by its answer, in what it may lose."""
-    saved_j = extremal.cost_j(extremal.multiplier) - answer.cost_j(extremal.multiplier)
-    allowed_j = _MESH_LOSS * max(extremal.energy_j, mesh.least_drawn_j)
-    return max(saved_j / _SAVED_PER_LOSS, -saved_j) / allowed_j
+def _is_dearer(mesh: Mesh, extremal: Extremal, least_j: float) -> bool:
+    """Whether an extremal costs more than one of its multiplier did on another mesh."""
+    drawn_j = max(extremal.energy_j, mesh.least_drawn_j)
+    return extremal.cost_j(extremal.multiplier) - least_j > _WORSE * drawn_j
 
 
-def _brakes_within(mesh: Mesh, answer: Extremal) -> NDArray[np.bool_]:
+def _on_parts(lost: _Floats, parts: NDArray[np.int64]) -> _Floats:
+    """Losses in cells, (m, K), on their parts: a cell loses with the cube of its length."""
+    return lost.repeat(parts, axis=1) / (parts**3).repeat(parts)
+
+
+def _parts(lost: _Floats) -> NDArray[np.int64]:
+    """Into how many parts to cut cells, (K,), with as few cuts as leave little of any loss, (m, K)."""
+    count = lost.shape[1]
+    # To halve a cell saves 3/4 of its loss; to halve both halves, in twice as many cuts, 3/4 of what is left.
+    worth = np.concatenate([lost.max(axis=0) / 8.0**level for level in range(_LEVELS)])
+    order = np.argsort(-worth, kind="stable")
+    saved = np.concatenate([0.75 / 4.0**level * lost for level in range(_LEVELS)], axis=1)[:, order]
+    total = lost.sum(axis=1, keepdims=True)
+    left = (total - np.cumsum(np.insert(saved, 0, 0.0, axis=1), axis=1)).max(axis=0)
+    cuts = int(np.argmax(left <= max(_LOSS, _LEFT * float(total.max()))))
+    halvings: NDArray[np.int64] = np.bincount(order[:cuts] % count, minlength=count)
+    return 2**halvings
+
+
+def _brakes_within(mesh: Mesh, run: Extremal) -> NDArray[np.bool_]:
     """Cells, (K,), that are too long to tell where dynamic braking begins in them.
 
     A run that does not brake at the start of a cell comes to the line of braking at its end, wherever that line is
@@ -141,29 +206,11 @@ def _brakes_within(mesh: Mesh, answer: Extremal) -> NDArray[np.bool_]:
     is too high at the start, of which half is lost on average, is known of no run: two meshes may be wrong alike, where
     a cell is as long as a large share of L.
     """
-    if mesh.tables.regeneration == 0.0 or math.isinf(answer.multiplier):
-        return np.zeros(len(mesh.cells.length_m), dtype=np.bool_)
-    finer = mesh.finer
-    b, w = answer.switch[:, 2], answer.passed[:, 0]
-    lands = (b[1:] < finer.fast[1:]) & (w[1:] < w[:-1]) & (np.abs(w[1:] - b[1:]) <= _ON_LINE * b[1:])
+    b, w = run.switch[:, 2], run.passed[:, 0]
+    lands = (b[1:] < mesh.fast[1:]) & (w[1:] < w[:-1]) & (np.abs(w[1:] - b[1:]) <= _ON_LINE * b[1:])
     lands &= w[:-1] < b[:-1] * (1.0 + _ON_LINE)
-    least_j = _UNKNOWN_LOSS * max(answer.energy_j, mesh.least_drawn_j)
-    returned_j = np.maximum(-np.diff(answer.passed[:, 2]), 0.0)
+    least_j = _UNKNOWN_LOSS * max(run.energy_j, mesh.least_drawn_j)
+    returned_j = np.maximum(-np.diff(run.passed[:, 2]), 0.0)
     rise = mesh.tables.regeneration * mesh.train.inertia_kg * np.maximum(w[1:], mesh.floor_w) ** 1.5
-    asked = answer.multiplier * finer.cells.length_m
-    long = lands & (asked > _LONG * rise) & (0.5 * asked * returned_j > least_j * rise)
-    return np.asarray(long[::2] | long[1::2])
-
-
-def _shares(mesh: Mesh, extremal: Extremal, answer: Extremal) -> NDArray[np.float64]:
-    """Shares of the cells, (K,), in what an extremal and that on cells cut in two differ, each by its larger one."""
-    passed = extremal.passed, answer.passed[::2]
-    w = np.array([one[:, 0] for one in passed])
-    spent_j = np.array([one[:, 2] + extremal.multiplier * one[:, 1] for one in passed])
-    apart_w = w[0] - w[1]
-    stiff = apart_w**2 / np.maximum(w.max(axis=0), mesh.floor_w) ** 2.5
-    bends = mesh.cells.length_m * (stiff[:-1] + stiff[1:])
-    kinetic_j = 0.5 * mesh.train.inertia_kg * mesh.tables.traction * apart_w
-    saved_j = np.diff(spent_j[0] - spent_j[1] - kinetic_j)
-    local = np.maximum(saved_j if saved_j.sum() > 0.0 else -saved_j, 0.0)
-    return np.maximum(*(share / max(float(share.sum()), np.finfo(float).tiny) for share in (bends, local)))
+    asked = run.multiplier * mesh.cells.length_m
+    return np.asarray(lands & (asked > _LONG * rise) & (0.5 * asked * returned_j > least_j * rise))

@@ -14,9 +14,9 @@ from tgvdp.runs.braking_point import braked_w, drive_then_brake
 from tgvdp.runs.resistance_correction_kernel import NEARLY_FULL, cut_row, even_speeds, part_end
 
 #: Coasting and partial effort take so many rows in a cell that their constant accelerations miss the duration by this
-#: share, over the square of the train's `parts`, as those under full traction do over a run; at most ...
+#: share, over the square of the train's `rows`, as those under full traction do over a run; at most ...
 _TIME_RTOL = 3.2e-5
-_MOST_ROWS = 12.0
+_MOST_ROWS = 24.0
 #: ... in so many sweeps, each of which corrects the effort of all rows by what the last one would have to make up for.
 _EFFORT_SWEEPS = 3
 #: Rows of nearly full braking whose limit changes along a cell.
@@ -55,7 +55,7 @@ def rows_needed(train, air, length, w0, w1):
     """
     both = math.sqrt(w0) + math.sqrt(w1)
     missed = length * abs(w1 - w0) * (train.davis_b / both + air) / (3.0 * train.inertia_kg * both * both)
-    return int(min(_MOST_ROWS, 1.0 + train.parts * math.sqrt(missed / _TIME_RTOL)))
+    return int(min(_MOST_ROWS, 1.0 + train.rows * math.sqrt(missed / _TIME_RTOL)))
 
 
 @leaf

@@ -130,10 +130,10 @@ def optimal_front(
     half_s = 0.5 * tolerance_s
     middle_s = slower_s - half_s
     last_s = float(target_s.max(initial=0.0))
-    parts = enough_rows(resolve(trip), last_s, 0.25 * half_s)
-    meets_s = max(half_s - most_off_s(last_s, parts), 0.5 * half_s)
+    rows_per_usual = enough_rows(resolve(trip), last_s, 0.25 * half_s)
+    meets_s = max(half_s - most_off_s(last_s, rows_per_usual), 0.5 * half_s)
     search = _Search(
-        trip, fastest, parts, meets_s, min_phase_s, counters, clock, Doubt(0) if rough else Doubt(),
+        trip, fastest, rows_per_usual, meets_s, min_phase_s, counters, clock, Doubt(0) if rough else Doubt(),
         [Run(fastest.duration_s, fastest.total_energy_j, math.inf, *rows)] * met,
     )  # fmt: skip
     points = search.points(middle_s)
@@ -187,7 +187,7 @@ class _Search:
 
     trip: Trip
     fastest: Profile
-    parts: float  # of `KernelTrain`
+    rows: float  # of `KernelTrain`
     tolerance_s: float
     min_phase_s: float
     counters: dict[str, int]
@@ -260,16 +260,16 @@ class _Search:
         if self.clock.expired:
             return _Found([], False, True)
         try:
-            mesh = Mesh.of(self.trip, self.fastest, _COARSEST, self.parts)
+            mesh = Mesh.of(self.trip, self.fastest, _COARSEST, self.rows)
             while True:
                 front = self.doubt.answered(self._foreseen(mesh, aims_s), aims_s)
-                mesh = front.mesh
                 driven = self._driven(front, aims_s)
                 if found is None or driven.complete:
-                    self.counters["cells"] = len(mesh.cells.length_m)
+                    self.counters["cells"] = len(front.mesh.cells.length_m)
                     found, self.front = driven, front
                 if not driven.complete or self.doubt.is_settled(front, driven.runs):
                     break
+                mesh = front.mesh.finer
         except OutOfTime:
             pass
         return found or _Found([], False, True)

@@ -126,12 +126,14 @@ def _met(mesh: Mesh, wanted: _Wanted, target_s: _Floats, second: NDArray[np.intp
             room.double_march()
             room.resumed[0] = -1.0
             continue
-        for row in runs[start : start + done].tolist():
+        rows = runs[start : start + done].tolist()
+        stored = max((int(row[1]) for row in rows if row[8] == OK), default=0)
+        x_m, w = room.kept.x[:stored].copy(), room.kept.w[:stored].copy()
+        for row in rows:
             at, how = int(row[7]), int(row[8])
             if how == OK:
-                rows = slice(int(row[0]), int(row[1]))
-                x_m, w = room.kept.x[rows].copy(), room.kept.w[rows].copy()
-                found.append(Met(OK, at, Run(row[2], row[3], row[4], x_m, w)))
+                of_run = slice(int(row[0]), int(row[1]))
+                found.append(Met(OK, at, Run(row[2], row[3], row[4], x_m[of_run], w[of_run])))
             elif how == NOT_MET:
                 found.append(Met(NOT_MET, at, bracket=np.array([blend.at(share) for share in row[5:7]])))
             else:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tgvdp.cores import even_parts, shares, side_by_side
 from tgvdp.errors import NumericalError
-from tgvdp.line.cells import Cells, cells_of, halved
+from tgvdp.line.cells import Cells, cells_of, cut
 from tgvdp.memory import ask_for
 from tgvdp.methods.costate import backward as costate
 from tgvdp.methods.costate.blend import Blend
@@ -106,10 +106,12 @@ class Mesh:
         self.flat_out = self.fast.repeat(4).reshape(-1, 4)
 
     @classmethod
-    def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0, parts: float = USUAL_ROWS) -> "Mesh":
+    def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0, rows: float = USUAL_ROWS) -> "Mesh":
         """Mesh for a trip whose fastest run is known, its cells ``fineness`` times as fine as usual.
 
-        Under coasting and partial effort it is driven in ``parts`` times as many rows as motion makes on its own.
+        It is driven in ``rows`` times as many rows as motion makes on its own; under brakes, and where drag alone
+        brakes a train within a cell, always in the usual ones of a search: next to a comfort limit or a braking rate
+        rougher ones are beyond it.
         """
         cell_m = max(_cell_size(trip, fastest) / fineness, trip.distance_m / _MOST_CELLS)
         kinetic_j = 0.5 * trip.train.inertia_kg * float(fastest.speed_mps.max()) ** 2
@@ -118,7 +120,7 @@ class Mesh:
         if trip.energy.kind != "wheel":
             drawn_j = balance.pantograph_j + balance.regenerated_j - balance.auxiliary_j
         scale_j = max(drawn_j, _LEAST_DRAWN * kinetic_j)  # a run downhill may need no energy at all
-        train = kernel_train(trip.train)._replace(rows=USUAL_ROWS, parts=parts)
+        train = kernel_train(trip.train)._replace(rows=rows, other_rows=USUAL_ROWS / rows)
         tables = energy_tables(trip.train, trip.energy)
         if not train.braking[:, 1:].any():
             tables = tables._replace(regeneration=0.0)
@@ -130,15 +132,17 @@ class Mesh:
             _LEAST_SHARE * min(scale_j, kinetic_j), _LEAST_SHARE * scale_j,
         )  # fmt: skip
 
-    def halved(self, which: NDArray[np.bool_]) -> "Mesh":
-        """The mesh with some of its cells, (K,), cut in two."""
-        cells = halved(self.cells, which)
+    def cut(self, parts: NDArray[np.int64]) -> "Mesh":
+        """The mesh with its cells cut into so many parts, (K,); the mesh itself where none is cut."""
+        if (parts == 1).all():
+            return self
+        cells = cut(self.cells, parts)
         return replace(self, cells=cells, envelope=_envelope(self.trip, cells, self.train))
 
     @cached_property
     def finer(self) -> "Mesh":
         """The mesh with all of its cells cut in two."""
-        return self.halved(np.ones(len(self.cells.length_m), dtype=np.bool_))
+        return self.cut(np.full(len(self.cells.length_m), 2))
 
     @property
     def room(self) -> Room:
