@@ -187,11 +187,13 @@ def _on_parts(lost: _Floats, parts: NDArray[np.int64]) -> _Floats:
 def _parts(lost: _Floats) -> NDArray[np.int64]:
     """Into how many parts to cut cells, (K,), with as few cuts as leave little of any loss, (m, K)."""
     count = lost.shape[1]
+    total = lost.sum(axis=1, keepdims=True)
+    if total.max() <= _LOSS:  # as on most metro sections
+        return np.ones(count, dtype=np.int64)
     # To halve a cell saves 3/4 of its loss; to halve both halves, in twice as many cuts, 3/4 of what is left.
     worth = np.concatenate([lost.max(axis=0) / 8.0**level for level in range(_LEVELS)])
     order = np.argsort(-worth, kind="stable")
     saved = np.concatenate([0.75 / 4.0**level * lost for level in range(_LEVELS)], axis=1)[:, order]
-    total = lost.sum(axis=1, keepdims=True)
     left = (total - np.cumsum(np.insert(saved, 0, 0.0, axis=1), axis=1)).max(axis=0)
     cuts = int(np.argmax(left <= max(_LOSS, _LEFT * float(total.max()))))
     halvings: NDArray[np.int64] = np.bincount(order[:cuts] % count, minlength=count)
