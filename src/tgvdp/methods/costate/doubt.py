@@ -35,6 +35,9 @@ _DEARER = 3.0
 #: What an extremal may cost more on the cells that answer than on some that were asked, as a share of its energy; where
 #: one costs more, all of these answer that were asked last.
 _WORSE = 1e-4
+#: With more than so many times the cells of the mesh that was asked it is as well to take all its halves, on which
+#: extremals are solved already.
+_FEW_CUTS = 1.25
 #: How often a cell is halved at most to answer.
 _LEVELS = 2
 #: A run that comes to a line of switching ends a cell on it, to this share of v².
@@ -98,14 +101,15 @@ class Doubt:
             asked = front.solved(mesh, again)
             losses = _losses(front, mesh, asked)
             least_j |= zip(again, np.minimum(losses.least_j, [least_j[one] for one in again]).tolist(), strict=True)
-        own = mesh.finer if losses.unknown.any() else mesh.cut(_parts(np.concatenate((known, losses.lost))))
-        if own is front.mesh:
-            return front
-        fastest, *solved = front.solved(own, [math.inf, *_multipliers(extremals)])
-        if any(_is_dearer(own, one, least_j.get(one.multiplier, math.inf)) for one in solved):
-            own = mesh.finer
+        parts = _parts(np.concatenate((known, losses.lost)))
+        if not losses.unknown.any() and parts.sum() <= _FEW_CUTS * len(parts):
+            own = mesh.cut(parts)
+            if own is front.mesh:
+                return front
             fastest, *solved = front.solved(own, [math.inf, *_multipliers(extremals)])
-        return front.on(own, fastest, solved)
+            if not any(_is_dearer(own, one, least_j.get(one.multiplier, math.inf)) for one in solved):
+                return front.on(own, fastest, solved)
+        return _halves_of(front, mesh, extremals, losses.finer)
 
     def is_settled(self, front: ExtremalFront, runs: Sequence[Run]) -> bool:
         """Whether the cells of a front with its runs need not, or may not, all be halved once more.
@@ -131,17 +135,21 @@ class _Losses(NamedTuple):
         The cells to be halved for that.
     least_j : (m,) float64
         The lesser cost E + λT of two: on the mesh and on half its cells.
+    finer : list of Extremal
+        Those on half its cells.
     """
 
     lost: _Floats
     unknown: NDArray[np.bool_]
     long: NDArray[np.bool_]
     least_j: _Floats
+    finer: list[Extremal]
 
     def joined(self, others: "_Losses") -> "_Losses":
         """These losses, and those of other extremals behind them."""
         lost, least_j = np.concatenate((self.lost, others.lost)), np.concatenate((self.least_j, others.least_j))
-        return _Losses(lost, np.concatenate((self.unknown, others.unknown)), self.long | others.long, least_j)
+        unknown = np.concatenate((self.unknown, others.unknown))
+        return _Losses(lost, unknown, self.long | others.long, least_j, self.finer + others.finer)
 
 
 def _multipliers(extremals: Sequence[Extremal]) -> list[float]:
@@ -170,7 +178,19 @@ def _losses(front: ExtremalFront, mesh: Mesh, asked: Sequence[Extremal]) -> _Los
         long |= [_brakes_within(mesh.finer, one).reshape(-1, 2).any(axis=1) for one in finer]
     cost_j = [one.cost_j(one.multiplier) for one in asked]
     least_j: _Floats = cost_j - np.maximum(all_j[:, 0], 0.0)
-    return _Losses(loss * shares, (unknown[:, 0] > 1.0) | long.any(axis=1), np.asarray(long.any(axis=0)), least_j)
+    return _Losses(
+        loss * shares, (unknown[:, 0] > 1.0) | long.any(axis=1), np.asarray(long.any(axis=0)), least_j, finer
+    )
+
+
+def _halves_of(
+    front: ExtremalFront, mesh: Mesh, extremals: Sequence[Extremal], finer: Sequence[Extremal]
+) -> ExtremalFront:
+    """The front on half the cells of a mesh, where some of its extremals are solved there already."""
+    answers = {one.multiplier: one for one in finer}
+    missing = [one for one in (math.inf, *_multipliers(extremals)) if one not in answers]
+    answers |= zip(missing, front.solved(mesh.finer, missing), strict=True)
+    return front.on(mesh.finer, answers[math.inf], [answers[one] for one in _multipliers(extremals)])
 
 
 def _is_dearer(mesh: Mesh, extremal: Extremal, least_j: float) -> bool:
