@@ -29,7 +29,6 @@ from tgvdp.methods.costate.characteristics import (
     Step,
     coast_image,
     dynamic_before,
-    held_back_w,
     holding_costate,
     holding_w,
 )
@@ -73,24 +72,6 @@ def _crossing(level, line, n, first):
         return n, w[n - 1]
     share = (level - p[i - 1]) / (p[i] - p[i - 1])
     return i, w[i - 1] + share * (w[i] - w[i - 1])
-
-
-@part
-def _snapped(held, slack, level, line, n, at, cross_w):
-    """A crossing, moved to the speed that is held if p is at the level there, within the error of the polyline.
-
-    Next to that speed p hardly changes: thinning alone would move the crossing about.
-    """
-    w, p = line
-    if not w[0] < held < w[n - 1]:
-        return at, cross_w
-    i = at if at < n else n - 1
-    while i > 1 and w[i - 1] >= held:
-        i -= 1
-    while w[i] < held:
-        i += 1
-    here = p[i] if w[i] <= w[i - 1] else p[i - 1] + (p[i] - p[i - 1]) * (held - w[i - 1]) / (w[i] - w[i - 1])
-    return (i, held) if abs(here - level) <= slack else (at, cross_w)
 
 
 @part
@@ -229,13 +210,13 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
             held_air = cells.air[k]
             held_w = holding_w(train.davis_b, held_air, price)
             held_brake_w = holding_w(train.davis_b, held_air, price / returned) if returned > 0.0 else math.inf
-        slack = tolerance * loosen * cells.length_m[k] / typical_m
+        share = loosen * cells.length_m[k] / typical_m
+        slack = tolerance * share
         wall = fast[k + 1]
         step = _step(train, returned, cells, k, price, held_w, held_brake_w, low, fast, floor_w, wall, scratch)
         policy[k + 1] = fast[k + 1]
         powered = cells.supply[k] == POWERED
         drives, a = _crossing(-0.5, line, n, 0)
-        drives, a = _snapped(held_w, slack, -0.5, line, n, drives, a)
         policy[k + 1, 0] = a
         policy[k + 1, 1] = a
         coasts = 0
@@ -244,7 +225,6 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
             coasts = n - 1
             if returned > 0.0:
                 coasts, b = _crossing(-0.5 * returned, line, n, drives)
-                coasts, b = _snapped(held_brake_w, slack, -0.5 * returned, line, n, coasts, b)
                 n = insert(line, n, coasts, b, -0.5 * returned)
                 policy[k + 1, 2] = b
         brakes = n - 1
@@ -253,9 +233,6 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
             if is_wall(step, c):  # by a rounding before it, or at it
                 brakes = n - 1
             elif brakes < n:
-                if powered:
-                    held_back = held_back_w(train, returned, price, fast[k + 1])
-                    brakes, c = _snapped(held_back, slack, 0.0, line, n, brakes, c)
                 n = insert(line, n, brakes, c, 0.0)
                 policy[k + 1, 3] = c
             brakes = min(brakes, n - 1)
@@ -270,8 +247,9 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
         if m <= thinned + _GROWTH:
             line, images = images, line
             n = m
+            thinned = min(thinned, n)
             continue
-        n = thin(images, m, -0.5 * returned, slack, line)
+        n = thin(images, m, -0.5 * returned, slack, min(share, 1.0), line)
         thinned = n
         if n > _MANY_POINTS:
             loosen *= 1.5

@@ -57,18 +57,23 @@ def make_monotone(line, m, top):
 
 
 @leaf
-def _slack(p, level, near):
+def _slack(p, level, near, far):
     """How far the polyline may pass a point: near −½, ``level`` and 0 the tolerance, more away from them."""
+    if p == -0.5 or p == level or p == 0.0:  # a line of switching goes through it
+        return 0.0
     if p < -0.5:
         away = -0.5 - p
-        return near + min(0.5 * away, 0.25) * away
+        return near + far * min(0.5 * away, 0.25) * away
     away = min(p + 0.5, abs(p - level), -p)
     return near + _FAR * near * max(0.0, away - _NEAR_LEVEL)
 
 
 @part
-def thin(line, m, level, near, thinned):
-    """Swinging-door thinning of a polyline into another, within ``near`` where p is −½, ``level`` or 0."""
+def thin(line, m, level, near, far, thinned):
+    """Swinging-door thinning of a polyline into another, within ``near`` where p is next to −½, ``level`` or 0.
+
+    Points at these levels stay. Far below −½ the tolerance is quadratic, and ``far`` of that.
+    """
     x = line.w
     y = line.p
     w = thinned.w
@@ -95,7 +100,7 @@ def thin(line, m, level, near, thinned):
             steepest = math.inf
             flattest = -math.inf
             per_dx = 1.0 / max(x[i] - door_x, tiny)
-        slack = _slack(y[i], level, near)
+        slack = _slack(y[i], level, near, far)
         steepest = min(steepest, (y[i] + slack - door_y) * per_dx)
         flattest = max(flattest, (y[i] - slack - door_y) * per_dx)
     w[n] = x[m - 1]

@@ -24,6 +24,9 @@ def hold(train, below, above, step, held, level, first, m, images):
     if not x[first - 1] < held < x[first] or y[first] < level:
         return m
     at = first
+    if y[first - 1] >= level and first > 1 and x[first - 2] == x[first - 1]:  # p jumps there, and from there on rises
+        come_m = _coming_m(train, below, step, held, level, x[first - 1])
+        y[first - 1] = max(min(_meeting_image(train, below, step, come_m, held, level)[1], level), y[first - 2])
     if y[first - 1] >= level:  # an edge, from which a run would switch to that speed only to hold it
         at = first - 1
         x[at] = held
@@ -46,16 +49,24 @@ def meet_region(train, regime, step, held, level, at, edge, images, m):
     pieces = math.ceil(min(_MEETING_PIECES * abs(held - edge) / held, _MOST_MEETING_PIECES))
     if pieces < 2:
         return m
-    reached = _meeting_image(train, regime, step, step.length, held, level)[0]
-    if (reached - held) * (edge - held) <= 0.0:
+    come_m = _coming_m(train, regime, step, held, level, edge)
+    if come_m == 0.0:
         return m
-    come_m = step.length * min((edge - held) / (reached - held), 1.0)
     for i in range(1, pieces):
         w, p = _meeting_image(train, regime, step, i / pieces * come_m, held, level)
         if min(held, edge) < w < max(held, edge) and (p - level) * (w - held) >= 0.0:
             m = insert(images, m, at, w, p)
             at += 1 if edge > held else 0
     return m
+
+
+@part
+def _coming_m(train, regime, step, held, level, edge):
+    """Over which length of the cell, at most, a run comes from an edge to a speed by a regime; 0 if it never does."""
+    reached = _meeting_image(train, regime, step, step.length, held, level)[0]
+    if (reached - held) * (edge - held) <= 0.0:
+        return 0.0
+    return step.length * min((edge - held) / (reached - held), 1.0)
 
 
 @part

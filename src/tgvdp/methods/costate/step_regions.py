@@ -21,8 +21,8 @@ from tgvdp.methods.costate.step_held import hold
 from tgvdp.methods.costate.step_wall import SPREAD, dynamic_suffices, fan_region, frictionless_m, is_wall, jump_from
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, TRACTION
 
-#: Neighbouring images count as slow below this share of the envelope.
-_SLOW_SHARE = 0.5
+#: Below this costate it is clear for many cells that a run drives.
+_CLEAR = -1.0
 
 
 @part
@@ -30,48 +30,69 @@ def drive_region(train, step, line, last, images):
     """Images under full traction of the points up to ``last`` that lie above ``bottom`` and keep p ≤ −½.
 
     They are made from the last one down. Of those lost below ``bottom`` one remains, at ``bottom``: p is so low there
-    that the regime is clear. Returns their number, and the speed after the cell of the last one.
+    that the regime is clear. Where traction is weak runs may slow down at full effort, points come from there to the
+    line of switching, and p bends on the way: gaps are filled. Returns the number of images, and the speed after the
+    cell of the last one.
     """
     w, p = line
     x, y = images
     bottom = step.bottom
-    first = last + 1
-    edge = last
+    end = 2 * last + 4  # room for one more between any two, and for two edges
+    j = end
     switch = w[last]
-    above_w = 0.0
-    above_p = 0.0
+    above_w = above_p = 0.0
     for i in range(last, -1, -1):
         w0, p0 = saturated_back(train, TRACTION, step, step.length, w[i], p[i])
         if w0 < bottom:
-            if first <= last:
-                share = (bottom - w0) / (x[first] - w0)
-                edge_w = w[i] + share * (w[first] - w[i])
-                edge_p = p[i] + share * (p[first] - p[i])
+            if j < end:
+                share = (bottom - w0) / (above_w - w0)
+                edge_w = w[i] + share * (w[i + 1] - w[i])
+                edge_p = p[i] + share * (p[i + 1] - p[i])
+                j = _fill_down(train, step, edge_w, edge_p, w[i + 1], p[i + 1], images, j)
                 edge_w, edge_p = saturated_image(train, TRACTION, step, step.length, edge_w, edge_p)
-                if edge_w > LOST * bottom and edge_p <= y[first]:
-                    first -= 1
-                    x[first] = bottom
-                    y[first] = edge_p
+                j -= 1
+                x[j] = bottom
+                y[j] = edge_p if edge_w > LOST * bottom and edge_p <= y[j + 1] else min(p[i], y[j + 1])
             break
-        if p0 > -0.5 and first > last:
-            edge = i - 1
-        elif i == edge < last:
+        if j < end:
+            j = _fill_down(train, step, w[i], p[i], w[i + 1], p[i + 1], images, j)
+        elif p0 <= -0.5 and i < last:
             share = (-0.5 - p0) / (above_p - p0)
             switch = w[i] + share * (w[i + 1] - w[i])
-            edge = i + 1
-            x[edge] = w0 + share * (above_w - w0)
-            y[edge] = -0.5
-            first = i
-        else:
-            first = i
-        x[i] = w0
-        y[i] = p0
+            j -= 1
+            x[j] = w0 + share * (above_w - w0)
+            y[j] = -0.5
+        if p0 <= -0.5 or j < end:
+            j -= 1
+            x[j] = w0
+            y[j] = p0
         above_w = w0
         above_p = p0
-    for i in range(first, edge + 1):
-        x[i - first] = x[i]
-        y[i - first] = y[i]
-    return edge + 1 - first if edge >= first else 0, switch
+    for i in range(j, end):
+        x[i - j] = x[i]
+        y[i - j] = y[i]
+    return end - j, switch
+
+
+@part
+def _between(train, regime, step, below_w, below_p, w, p):
+    """Image of the middle of two points at full effort, (0, 0) where they are near each other: between them p bends."""
+    if w <= SPREAD * below_w:
+        return 0.0, 0.0
+    return saturated_back(train, regime, step, step.length, 0.5 * (below_w + w), 0.5 * (below_p + p))
+
+
+@part
+def _fill_down(train, step, below_w, below_p, w, p, images, j):
+    """Put an image under traction between those of two points before the image ``j``, where p is not clear."""
+    x, y = images
+    if p > _CLEAR:
+        w0, p0 = _between(train, TRACTION, step, below_w, below_p, w, p)
+        if step.bottom < w0 < x[j] and p0 <= y[j]:
+            j -= 1
+            x[j] = w0
+            y[j] = p0
+    return j
 
 
 @kernel
@@ -82,62 +103,39 @@ def _coast_all(train, step, w, p, x, y):
 
 
 @part
-def _is_dense(w, bottom, slow):
-    """Whether squared speeds, (n,), are above ``bottom`` and have no gaps below ``slow``."""
-    if not w[0] >= bottom:
-        return False
-    i = 1
-    while i < w.shape[0] and w[i - 1] < slow:
-        if not w[i] <= SPREAD * w[i - 1] and SPREAD * w[i - 1] < slow:
-            return False
-        i += 1
-    return True
-
-
-@part
 def coast_region(train, step, line, first, last, images, m):
-    """Append the images under coasting of the points ``first`` .. ``last``.
+    """Append the images under coasting of the points ``first`` .. ``last``; returns how many there are then.
 
-    Between slow ones p varies as 1/v, which no straight line follows: gaps between neighbouring images are filled
-    there, from the edge at ``bottom`` on, with points interpolated before the cell.
+    Between them p bends on the way, as 1/v where trains are slow: gaps between neighbouring images are filled, from the
+    edge at ``bottom`` on, with points interpolated before the cell.
     """
     w, p = line
     x, y = images
     bottom = step.bottom
-    slow = _SLOW_SHARE * step.top
     count = last + 1 - first
-    _coast_all(train, step, w[first : last + 1], p[first : last + 1], x[m:], y[m:])
-    if count > 0 and _is_dense(x[m : m + count], bottom, slow):
-        return m + count
-    image = 0.0
-    lost = False
-    i = first
-    while i <= last:
-        w0, p0 = coast_image(train, step, step.length, w[i], p[i])
+    base = x.shape[0] - count
+    _coast_all(train, step, w[first : last + 1], p[first : last + 1], x[base:], y[base:])
+    for i in range(count):
+        w0 = x[base + i]
         if w0 < bottom:
-            lost = True
-        else:
-            target = bottom if lost else SPREAD * image
-            while i > first and target < min(w0, slow) and m + last + 8 < x.shape[0]:
+            continue
+        if i > 0:
+            image = x[base + i - 1]
+            target = bottom if image < bottom else SPREAD * image
+            while target < w0 and m + 1 < base + i:
                 share = (target - image) / (w0 - image)
-                fill_w = w[i - 1] + share * (w[i] - w[i - 1])
-                fill_p = p[i - 1] + share * (p[i] - p[i - 1])
+                fill_w = w[first + i - 1] + share * (w[first + i] - w[first + i - 1])
+                fill_p = p[first + i - 1] + share * (p[first + i] - p[first + i - 1])
                 fill_w, fill_p = coast_image(train, step, step.length, fill_w, fill_p)
-                if fill_w > LOST * bottom and fill_p <= p0:
+                if fill_w > LOST * bottom and fill_p <= y[base + i]:
                     x[m] = bottom if target == bottom else fill_w
                     y[m] = fill_p
                     m += 1
                 target *= SPREAD
-            lost = False
-            x[m] = w0
-            y[m] = p0
-            m += 1
-        image = w0
-        i += 1
-        if w0 >= slow and not lost:
-            break
-    _coast_all(train, step, w[i : last + 1], p[i : last + 1], x[m:], y[m:])
-    return m + last + 1 - i
+        x[m] = w0
+        y[m] = y[base + i]
+        m += 1
+    return m
 
 
 @part
@@ -162,7 +160,8 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
             braked_m = frictionless_m(train, step)
         else:
             edge_image = dynamic_before(train, step.length, step.load, step.air, edge_w, step.top, scratch)
-        if y[m - 1] < level and edge_w == line.w[first]:
+        follows = is_wall(step, edge_w) and dynamic_suffices(step)  # no curve is met: the wall is
+        if y[m - 1] < level and edge_w == line.w[first] and not follows:
             m = fan_region(train, step, edge_w, edge_image, braked_m, images, m)
         if braked_m < step.length:  # friction helps before the wall's end, wherever runs come from
             return m
@@ -172,6 +171,13 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
         if line.w[i] == edge_w:  # a run that is faster by the error of the image would end with friction
             w0 = edge_image
         if w0 >= step.bottom:
+            if m > before:
+                below_p = max(line.p[i - 1], level)
+                mid_w, mid_p = _between(train, regime, step, line.w[i - 1], below_p, line.w[i], max(line.p[i], level))
+                if x[m - 1] < mid_w < w0:
+                    x[m] = mid_w
+                    y[m] = mid_p
+                    m += 1
             x[m] = w0
             y[m] = p0
             m += 1

@@ -127,21 +127,37 @@ def wall_region(train, regime, step, images, m):
 
 
 @part
+def _fan_image(train, step, w1, braked_m):
+    """Image of a run that coasts, and brakes by the dynamic brake over the last part of the cell, to w1."""
+    w = saturated_image(train, DYNAMIC, step, braked_m, max(w1, LEAST_WALL * step.top), 0.0)[0]
+    return coast_image(train, step, step.length - braked_m, w, -0.5 * step.returned)
+
+
+@part
 def fan_region(train, step, w1, w0, length, images, m):
     """Append costates of runs that coast until they meet the curve of dynamic braking from w0 to w1, where p jumps.
 
     They meet it with p = −r/2, as runs that brake by the dynamic brake alone meet the wall, over the last ``length`` of
-    the cell.
+    the cell. On a descent they may meet it from ``bottom`` on, however slow that is: an edge is put there.
     """
     x, y = images
-    pieces = _pieces(w1, w0)
-    slowest_w = max(w1, LEAST_WALL * step.top)
-    for i in range(1, pieces):
-        braked_m = i / pieces * length
-        w = saturated_image(train, DYNAMIC, step, braked_m, slowest_w, 0.0)[0]
-        w0, p0 = coast_image(train, step, step.length - braked_m, w, -0.5 * step.returned)
-        if w0 >= step.bottom:
-            x[m] = w0
-            y[m] = p0
+    coasted_w = _fan_image(train, step, w1, 0.0)[0]
+    span = max(_fan_image(train, step, w1, length)[0] - coasted_w, ROUNDING * step.top)
+    share = max(step.bottom - coasted_w, 0.0) / span
+    if not share < 1.0:  # nor where the curve comes from a standstill
+        return m
+    even = (1.0 - share) / _pieces(min(w1, max(coasted_w, step.bottom)), w0)
+    w, p = _fan_image(train, step, w1, share * length)
+    if share > 0.0 and p <= -0.5 * step.returned:
+        x[m] = step.bottom
+        y[m] = p
+        m += 1
+    share += min(even, (SPREAD - 1.0) * (coasted_w + share * span) / span)
+    while share <= 1.0 - 0.5 * even:
+        w, p = _fan_image(train, step, w1, share * length)
+        if step.bottom < w < w0:
+            x[m] = w
+            y[m] = p
             m += 1
+        share += min(even, (SPREAD - 1.0) * (coasted_w + share * span) / span)
     return m
