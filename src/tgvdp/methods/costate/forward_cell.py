@@ -40,9 +40,11 @@ def _drive_to_line(train, cell, w, line, slope, top, rows, n):
 
     Returns the rest of the cell, the squared speed and the number of rows.
     """
-    if w >= cell.limit_w * (1.0 - ON_CURVE):
-        return _hold_to_line(train, cell, w, line, slope, top, rows, n)
     most = min(cell.limit_w, max(line, line + slope * cell.length_m))
+    if w >= cell.limit_w * (1.0 - ON_CURVE):
+        if pull(train, cell, w, w) < math.inf:
+            return _hold_to_line(train, cell, w, line, slope, top, rows, n)
+        most = math.inf  # traction cannot hold it, and slows down
     left, landed, last = saturated(train, TRACTION, cell, w, most, rows, n)
     x0 = cell.start_m
     below = line - w
