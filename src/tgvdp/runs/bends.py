@@ -26,7 +26,15 @@ from tgvdp.physics.forces import (
 )
 from tgvdp.runs.batch import Batch
 from tgvdp.runs.effort_jumps import NO_EFFORT
-from tgvdp.runs.resistance_correction_kernel import NEARLY_FULL, cut_rows, drag_change, is_bound, is_comfort, passes
+from tgvdp.runs.resistance_correction_kernel import (
+    NEARLY_FULL,
+    cut_rows,
+    drag_change,
+    follows_traction,
+    is_bound,
+    is_comfort,
+    passes,
+)
 
 #: How far the time of a run may be off, s.
 _MOST_S = 5e-4
@@ -35,7 +43,7 @@ _MOST_S = 5e-4
 #: they off.
 USUAL_ROWS = 4.0
 _ROUGH_ROWS = 2.0
-_OFF = 4e-5
+_OFF = 7.5e-5
 #: What bends by more than this share of its change is no parabola: a speed that is held.
 _MOST_BENT = 0.5
 #: Rows that one is cut into at most.
@@ -105,7 +113,7 @@ def _bend(train, grade, air, d, w0, w1):
     change = drag_change(train, air, v0, middle, v1)
     follows_limit = True
     if effort > 0.0:
-        follows_limit = effort >= NEARLY_FULL * effort_at(train.traction, middle)
+        follows_limit = follows_traction(train, effort, effort_at(train.traction, middle), v0, v1)
         if follows_limit:
             change += mean_effort(train.traction, v0, middle) - mean_effort(train.traction, middle, v1)
     elif follows_dynamic(train, d, -effort, v0, v1):

@@ -120,6 +120,12 @@ def passes(gaining, slowing, effort, acceleration, change):
 
 
 @leaf
+def follows_traction(train, effort, mean, v0, v1):
+    """Whether an effort on a row of a mean limit has to follow that: as it is, it would be beyond it, or nearly."""
+    return mean > 0.0 and (effort >= NEARLY_FULL * mean or effort > effort_at(train.traction, max(v0, v1)))
+
+
+@leaf
 def _law_of(train, grade, air, d, w0, w1):
     """What a row keeps to: whether its acceleration, and else the share of an effort limit beside constant effort.
 
@@ -136,7 +142,7 @@ def _law_of(train, grade, air, d, w0, w1):
     mean = mean_effort(table, v0, v1)
     share = 0.0
     if effort >= 0.0:
-        share = effort / mean if effort >= NEARLY_FULL * mean > 0.0 else 0.0
+        share = effort / mean if follows_traction(train, effort, mean, v0, v1) else 0.0
     elif follows_dynamic(train, d, -effort, v0, v1):
         share = max(effort / mean, -1.0)
         most = train.inertia_kg * train.max_deceleration
