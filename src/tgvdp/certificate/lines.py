@@ -224,12 +224,13 @@ class LinesUnder:
     def _promises(self) -> tuple[_Floats, _Floats, NDArray[np.int64]]:
         """What more care, and what other multipliers might gain at each point, J, and its best line.
 
-        That is the one that would bound it best, were it as high as the run that it must not pass above.
+        That is the one that would bound it best, were it as high as the run that it must not pass above; one on which
+        care was spent in vain is as high as it gets.
         """
         multiplier, line_j, _, _, care = np.array(self.lines).T
         _, cost_j = self._contacts()
         spent_j = multiplier[:, None] * self._time_s
-        reach_j = cost_j[:, None] - spent_j
+        reach_j = np.where(np.isnan(care), line_j, cost_j)[:, None] - spent_j
         best = np.argmax(reach_j, axis=0)
         highest_j = np.max(line_j[:, None] - spent_j, axis=0)
         hull_j = lower_hull(np.array(self._runs), self._time_s)
