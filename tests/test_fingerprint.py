@@ -3,7 +3,7 @@
 For moves of code that must not move a single bit. ``python -m tests.test_fingerprint`` records today's results anew:
 a change that means to alter them does so, and says it in its commit. Only the public interface is used, so that every
 file may move. On another kind of machine or with other versions of numba and numpy, whose last bits differ, totals are
-compared to 1e-9 instead.
+compared instead, to 1e-5: a last bit may decide whether a point of a costate is kept, and moves energies by 1e-6 then.
 """
 
 import hashlib
@@ -155,7 +155,7 @@ def test_results_are_those_recorded(name):
         assert found == recorded
     else:
         assert {**found, "totals": 0, "sha256": 0} == {**recorded, "totals": 0, "sha256": 0}
-        assert found["totals"] == pytest.approx(recorded["totals"], rel=1e-9)
+        assert found["totals"] == pytest.approx(recorded["totals"], rel=1e-5)
 
 
 def main():

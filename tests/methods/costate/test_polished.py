@@ -25,6 +25,10 @@ CASES = {
     "... or out of a neutral section": (proof_trip, 1920000110, 12, 3, 0.098),
     "a wall missed by a rounding on a long descent": (proof_trip, 1914000644, 12, 11, 0.052),
     "blended from an envelope that ended a policy": (proof_trip, 1803000750, 12, 3, 0.055),
+    "the curve of the dynamic brake met from all speeds in one cell": (proof_trip, 1937000886, 12, 11, 0.287),
+    "traction so weak that runs slow down by it to where they coast": (proof_trip, 1937000360, 12, 4, 0.262),
+    "a curve of the dynamic brake through the speed that friction holds": (proof_trip, 1938000277, 12, 9, 0.222),
+    "a climb on which traction cannot hold the limit": (proof_trip, 1940000682, 12, 1, 0.052),
 }
 _LEFT_PCT = 0.03
 
@@ -53,6 +57,7 @@ def test_a_polish_saves_next_to_nothing(name):
         pytest.param(1906000926, id="nearly full braking on a short run: 1.5 ms"),
         pytest.param(1915001381, id="a sliver beside a drop of traction: refused"),
         pytest.param(1914000542, id="nearly full braking that takes more in several rows than in one: refused"),
+        pytest.param(1940000161, id="a row through a drop of traction, whose effort is beyond it at the end: refused"),
     ],
 )
 def test_replays_pass_and_agree_to_a_millisecond(seed):
