@@ -89,8 +89,8 @@ def test_units_of_mass_length_and_time_change_nothing(seed, mass, length, time):
         convention=Convention(name="scaled", gravity_mps2=gravity_mps2),
     )  # fmt: skip
     target_s = fastest_run(trip).duration_s * (1.0 + MARGINS)
-    plain, other = front_at(trip, target_s, 0.01), front_at(scaled, target_s * time, 0.01 * time)
-    assert other.duration_s / time == pytest.approx(plain.duration_s, abs=0.01)  # a last bit may decide what meets it
+    plain, other = front_at(trip, target_s, 0.001), front_at(scaled, target_s * time, 0.001 * time)
+    assert other.duration_s / time == pytest.approx(plain.duration_s, rel=1e-5)
     energy_j = other.energy_j / (mass * speed**2)
     shift_j = plain.multiplier_j_per_s * (other.duration_s / time - plain.duration_s)
     assert energy_j + shift_j == pytest.approx(plain.energy_j, rel=1e-4)

@@ -20,15 +20,16 @@ from tgvdp.runs.braking_point import braked_w, drive_then_brake
 
 
 @part
-def _hold_to_line(train, cell, w, line, slope, top, rows, n):
+def _hold_to_line(cell, w, share, line, slope, top, rows, n):
     """Append holding w until the line of switching has fallen to it, or to the end of the cell.
 
-    Not where holding takes brakes, nor where the envelope falls below w. Returns as `_drive_to_line`.
+    ``share`` is the `pull` that takes. Not where it is that of brakes, or more than there is, nor where the envelope
+    falls below w. Returns as `_drive_to_line`.
     """
     length = cell.length_m
     rest = length
     held = length if slope >= 0.0 else min((w - line) / slope, length)
-    if 0.0 <= pull(train, cell, w, w) < math.inf and top >= w * (1.0 - ON_CURVE) and held > 0.0:
+    if 0.0 <= share < math.inf and top >= w * (1.0 - ON_CURVE) and held > 0.0:
         rest = length - held if held < length * (1.0 - SAME_PLACE) else 0.0
         n = append(cell.end_m - rest, w, rows, n)
     return rest, w, n
@@ -42,8 +43,9 @@ def _drive_to_line(train, cell, w, line, slope, top, rows, n):
     """
     most = min(cell.limit_w, max(line, line + slope * cell.length_m))
     if w >= cell.limit_w * (1.0 - ON_CURVE):
-        if pull(train, cell, w, w) < math.inf:
-            return _hold_to_line(train, cell, w, line, slope, top, rows, n)
+        share = pull(train, cell, w, w)
+        if share < math.inf:
+            return _hold_to_line(cell, w, share, line, slope, top, rows, n)
         most = math.inf  # traction cannot hold it, and slows down
     left, landed, last = saturated(train, TRACTION, cell, w, most, rows, n)
     x0 = cell.start_m
@@ -59,7 +61,9 @@ def _drive_to_line(train, cell, w, line, slope, top, rows, n):
         below = -excess
     if left <= 0.0:
         return left, landed, last
-    return _hold_to_line(train, rest_of(cell, x0, left), landed, landed + below, slope, top, rows, last)
+    rest = rest_of(cell, x0, left)
+    share = pull(train, rest, landed, landed)
+    return _hold_to_line(rest, landed, share, landed + below, slope, top, rows, last)
 
 
 @part

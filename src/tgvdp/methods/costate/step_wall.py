@@ -147,17 +147,18 @@ def fan_region(train, step, w1, w0, length, images, m):
     if not share < 1.0:  # nor where the curve comes from a standstill
         return m
     even = (1.0 - share) / _pieces(min(w1, max(coasted_w, step.bottom)), w0)
-    w, p = _fan_image(train, step, w1, share * length)
-    if share > 0.0 and p <= -0.5 * step.returned:
-        x[m] = step.bottom
-        y[m] = p
-        m += 1
-    share += min(even, (SPREAD - 1.0) * (coasted_w + share * span) / span)
-    while share <= 1.0 - 0.5 * even:
+    if share > 0.0:
+        p = _fan_image(train, step, w1, share * length)[1]
+        if p <= -0.5 * step.returned:  # no number where the curve does not reach as far back
+            x[m] = step.bottom
+            y[m] = p
+            m += 1
+    while True:
+        share += min(even, (SPREAD - 1.0) * (coasted_w + share * span) / span)
+        if share > 1.0 - 0.5 * even:
+            return m
         w, p = _fan_image(train, step, w1, share * length)
         if step.bottom < w < w0:
             x[m] = w
             y[m] = p
             m += 1
-        share += min(even, (SPREAD - 1.0) * (coasted_w + share * span) / span)
-    return m
