@@ -16,8 +16,8 @@ from tgvdp.physics.codes import NO_ROOM, NOT_MET, NOT_TRIED, OK
 
 _Floats = NDArray[np.float64]
 
-#: Cells of runs that are worth a thread of its own, a tenth of a microsecond each.
-_LEAST_CELLS = 5000
+#: Cells of runs that are worth a thread of its own, a tenth of a microsecond or two each.
+_LEAST_CELLS = 3000
 #: Rows of a run, per cell, for which there is room: most take half as many.
 _ROWS_PER_CELL = 6
 _NO_PASSED = np.empty((0, 0, 0))

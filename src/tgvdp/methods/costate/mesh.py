@@ -49,8 +49,8 @@ _LEAST_SHARE = 0.1
 _FLOOR = 1e-6
 #: Memory of a cell, B: its columns twice, the rows of a run through it, and the policies of thirty extremals.
 _CELL_B = 2000.0
-#: Cells of extremals that are worth a thread of its own, half a microsecond each.
-_LEAST_CELLS = 1500
+#: Cells of extremals that are worth a thread of its own, a microsecond each.
+_LEAST_CELLS = 450
 _NO_POLICIES = np.empty((0, 0, 0))
 _NO_BLEND = Blend(*np.empty((3, 0, 4)))
 _NO_KNOWN = np.empty((0, 3))
