@@ -196,4 +196,4 @@ def part(function: _Function) -> _Function:
 
     Not cached: its machine code is part of its callers'.
     """
-    return cast(_Function, _compiled(function))
+    return cast(_Function, _compiled(function, forceinline=False))

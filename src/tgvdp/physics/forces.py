@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel, leaf
+from tgvdp._jit import leaf, part
 from tgvdp.constants import GRAVITY_MPS2
 from tgvdp.model.train import Train
 
@@ -121,11 +121,8 @@ def effort_at(table, v):
 
 
 @leaf
-def effort_and_slope(table, v):
-    """Effort F in N and its derivative dF/dv in N/(m/s) at speed v."""
-    i = table.shape[0] - 1
-    while i > 0 and table[i, 0] > v:
-        i -= 1
+def effort_and_slope(table, i, v):
+    """Effort F in N and its derivative dF/dv in N/(m/s) at speed v, by the piece i of a curve."""
     effort = table[i, 2] + v * (table[i, 3] + v * (table[i, 4] + v * table[i, 5]))
     slope = table[i, 3] + v * (2.0 * table[i, 4] + v * 3.0 * table[i, 5])
     if table[i, 1] != 0.0:
@@ -152,25 +149,31 @@ def _piece_mean(table, i, u0, u1):
     )
 
 
-@kernel
+@leaf
 def mean_effort(table, v0, v1):
     """Mean over distance, in N, of an effort curve on a segment of constant acceleration between v0 and v1."""
     lo = min(v0, v1)
     hi = max(v0, v1)
-    last = table.shape[0] - 1
-    while last > 0 and table[last, 0] > lo:
-        last -= 1
-    if last == table.shape[0] - 1 or table[last + 1, 0] >= hi:
-        return _piece_mean(table, last, lo, hi)
+    i = table.shape[0] - 1
+    while i > 0 and table[i, 0] > lo:
+        i -= 1
+    if i == table.shape[0] - 1 or table[i + 1, 0] >= hi:
+        return _piece_mean(table, i, lo, hi)
+    return _mean_of_pieces(table, i, lo, hi)
+
+
+@part
+def _mean_of_pieces(table, i, lo, hi):
+    """`mean_effort` from a speed on the piece ``i`` to one beyond it; few rows do that."""
     total = 0.0
     u0 = lo
     while u0 < hi:
         u1 = hi
-        if last + 1 < table.shape[0] and table[last + 1, 0] < hi:
-            u1 = table[last + 1, 0]
-        total += _piece_mean(table, last, u0, u1) * (u1 - u0) * (u1 + u0)
+        if i + 1 < table.shape[0] and table[i + 1, 0] < hi:
+            u1 = table[i + 1, 0]
+        total += _piece_mean(table, i, u0, u1) * (u1 - u0) * (u1 + u0)
         u0 = u1
-        last += 1
+        i += 1
     return total / ((hi - lo) * (hi + lo))
 
 
@@ -190,7 +193,7 @@ def mean_resistance(train, air, v0, v1):
     return train.davis_a_n + linear + air * 0.5 * (v0 * v0 + v1 * v1)
 
 
-@kernel
+@part
 def mean_rate(rates, v0, v1):
     """Net force in N that braking rates give on average between two speeds: the one that takes as long a distance.
 

@@ -15,9 +15,17 @@ The same function drives backwards (sign = −1), which is how braking curves ar
 
 import math
 
-from tgvdp._jit import kernel, leaf
+from tgvdp._jit import kernel, leaf, part
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, TRACTION
-from tgvdp.physics.forces import effort_and_slope, mean_brake, mean_effort, mean_resistance
+from tgvdp.physics.forces import (
+    brake_at,
+    effort_and_slope,
+    effort_at,
+    mean_brake,
+    mean_effort,
+    mean_resistance,
+    resistance_at,
+)
 
 #: Largest relative change of the effort limit within a row; halved, it bounds the pointwise excess over the limit.
 STEP = 0.03
@@ -40,22 +48,66 @@ BELOW_DROP = 1e-9
 
 
 @leaf
-def net_force(train, regime, cell, v0, v1):
-    """Mean net force in N between two speeds under a saturated regime.
-
-    A comfort limit cuts the effort, to none where the load alone does more than it allows.
-    """
-    load = mean_resistance(train, cell.air, v0, v1) + cell.grade_n
+def _net(train, regime, load, effort):
+    """Net force in N of an effort and a load, which a comfort limit cuts: to none where the load alone does more."""
     if regime == TRACTION:
-        return min(mean_effort(train.traction, v0, v1) - load, max(train.inertia_kg * train.max_acceleration, -load))
+        return min(effort - load, max(train.inertia_kg * train.max_acceleration, -load))
     if regime == COASTING:
         return -load
-    effort = mean_brake(train, load, v0, v1)
-    if regime == DYNAMIC:
+    return max(-effort - load, min(-train.inertia_kg * train.max_deceleration, -load))
+
+
+@leaf
+def net_force(train, regime, cell, v0, v1):
+    """Mean net force in N between two speeds under a saturated regime, within its comfort limit."""
+    load = mean_resistance(train, cell.air, v0, v1) + cell.grade_n
+    effort = 0.0
+    if regime == TRACTION:
+        effort = mean_effort(train.traction, v0, v1)
+    elif regime == BRAKING:
+        effort = mean_brake(train, load, v0, v1)
+    elif regime == DYNAMIC:
         effort = mean_effort(train.braking, v0, v1)
         if train.rates.shape[0] > 0:
             effort = min(effort, mean_brake(train, load, v0, v1))
-    return max(-effort - load, min(-train.inertia_kg * train.max_deceleration, -load))
+    return _net(train, regime, load, effort)
+
+
+@leaf
+def net_force_at(train, regime, cell, v):
+    """`net_force` at one speed."""
+    load = resistance_at(train, cell.air, v) + cell.grade_n
+    effort = 0.0
+    if regime == TRACTION:
+        effort = effort_at(train.traction, v)
+    elif regime == BRAKING:
+        effort = brake_at(train, load, v)
+    elif regime == DYNAMIC:
+        effort = effort_at(train.braking, v)
+        if train.rates.shape[0] > 0:
+            effort = min(effort, brake_at(train, load, v))
+    return _net(train, regime, load, effort)
+
+
+@part
+def _landed(train, regime, sign, cell, length_m, w, x):
+    """`land`, from a guess x on."""
+    v = math.sqrt(w)
+    factor = sign * 2.0 * length_m / train.inertia_kg
+    damping = _damping(train, cell, factor, v)
+    for _ in range(40):
+        step = damping * (w + factor * net_force(train, regime, cell, v, math.sqrt(x)) - x)
+        x = max(x + step, 0.0)
+        if abs(step) <= 1e-7 * x or x == 0.0:
+            break
+    return x
+
+
+@leaf
+def _damping(train, cell, factor, v):
+    """What a step of `land` is divided by, inverted: by how much less w changes as the resistance changes with it."""
+    linear = 0.25 * train.davis_b / v if v > 0.0 else 0.0
+    return 1.0 / max(1.0 + factor * (0.5 * cell.air + linear), 0.5)
 
 
 @kernel
@@ -67,19 +119,12 @@ def land(train, regime, sign, cell, length_m, w):
     """
     v = math.sqrt(w)
     factor = sign * 2.0 * length_m / train.inertia_kg
-    linear = 0.25 * train.davis_b / v if v > 0.0 else 0.0
-    damping = 1.0 / max(1.0 + factor * (0.5 * cell.air + linear), 0.5)
-    x = max(w + factor * damping * net_force(train, regime, cell, v, v), 0.0)
-    for _ in range(40):
-        step = damping * (w + factor * net_force(train, regime, cell, v, math.sqrt(x)) - x)
-        x = max(x + step, 0.0)
-        if abs(step) <= 1e-7 * x or x == 0.0:
-            break
-    return x
+    guess = w + factor * _damping(train, cell, factor, v) * net_force_at(train, regime, cell, v)
+    return _landed(train, regime, sign, cell, length_m, w, max(guess, 0.0))
 
 
 @leaf
-def _net_slope(train, regime, air, v, net, rising):
+def _net_slope(train, regime, air, v, net, effort_slope):
     """Derivative by speed, N/(m/s), of the net force ``net``; 0 where a braking rate binds.
 
     Where a comfort limit does, that of the resistance: rows must be so short that a constant effort drives them, too.
@@ -88,13 +133,7 @@ def _net_slope(train, regime, air, v, net, rising):
         return -train.davis_b
     if regime == BRAKING and train.rates.shape[0] > 0:
         return 0.0
-    slope = -(train.davis_b + 2.0 * air * v)
-    side = v if rising else v * (1.0 - BELOW_DROP)
-    if regime == TRACTION:
-        slope += effort_and_slope(train.traction, side)[1]
-    elif regime != COASTING:
-        slope -= effort_and_slope(train.braking, side)[1]
-    return slope
+    return effort_slope - (train.davis_b + 2.0 * air * v)
 
 
 @leaf
@@ -119,22 +158,21 @@ def _row_end(table, extra, v, rising, rows):
     """Speed at which the effort limit has changed by STEP, or the next break of the curve if that comes first.
 
     The limit is that of the curve with the ``extra`` effort beside it: where the dynamic brake fades, friction stays.
+    Returns the slope of the curve, too, on the side to which the speed changes.
     """
     n = table.shape[0]
     i = n - 1
     while i > 0 and (table[i, 0] > v or (not rising and table[i, 0] >= v)):
         i -= 1
-    effort, slope = effort_and_slope(table, v)
+    effort, slope = effort_and_slope(table, i, v)
     step = math.inf
     if slope != 0.0:
         step = STEP * max((abs(effort) + extra) / abs(slope), 0.25 * v) / rows
     if v == 0.0 and effort + extra == 0.0:  # a brake without effort at standstill
         step = STEP / rows * table[i + 1, 0] if i + 1 < n else math.inf
     if rising:
-        if i + 1 < n:
-            return min(v + step, table[i + 1, 0])
-        return v + step
-    return max(v - step, table[i, 0])
+        return min(v + step, table[i + 1, 0]) if i + 1 < n else v + step, slope
+    return max(v - step, table[i, 0]), slope
 
 
 @leaf
@@ -143,13 +181,13 @@ def _to_comfort(train, regime, cell, v, net, end):
     sense = 1.0 if regime == TRACTION else -1.0
     most = train.inertia_kg * (train.max_acceleration if regime == TRACTION else train.max_deceleration)
     cuts = sense * net >= most
-    if most == math.inf or (sense * net_force(train, regime, cell, end, end) >= most) == cuts:
+    if most == math.inf or (sense * net_force_at(train, regime, cell, end) >= most) == cuts:
         return end
     before = v
     after = end
     for _ in range(_HALVINGS):
         middle = 0.5 * (before + after)
-        if (sense * net_force(train, regime, cell, middle, middle) >= most) == cuts:
+        if (sense * net_force_at(train, regime, cell, middle) >= most) == cuts:
             before = middle
         else:
             after = middle
@@ -191,28 +229,30 @@ def march(train, regime, sign, cell, length_m, w, target_w, rows, n):
         if n < 0 or n >= xs.shape[0]:
             return x, w, -1
         v = math.sqrt(w)
-        net = net_force(train, regime, cell, v, v)
+        net = net_force_at(train, regime, cell, v)
         rising = sign * net > 0.0
         if regime == TRACTION and sign > 0.0 and net < 0.0:  # what is below counts: the effort may drop at v
             below = v * (1.0 - BELOW_DROP)
-            net = net_force(train, regime, cell, below, below)
+            net = net_force_at(train, regime, cell, below)
             if net >= 0.0:  # above the drop the train slows down, below it gains speed
                 xs[n] = length_m
                 ws[n] = w * (1.0 - BELOW_DROP)
                 return length_m, ws[n], n + 1
         end = math.inf if rising else 0.0
+        effort_slope = 0.0
         if regime == TRACTION:
-            end = _row_end(train.traction, 0.0, v, rising, per_usual)
+            end, effort_slope = _row_end(train.traction, 0.0, v, rising, per_usual)
         elif regime != COASTING:
             friction = train.friction_n if regime == BRAKING and train.rates.shape[0] == 0 else 0.0
-            end = _row_end(train.braking, friction, v, rising, per_usual)
+            end, brake_slope = _row_end(train.braking, friction, v, rising, per_usual)
+            effort_slope = -brake_slope
             if train.rates.shape[0] > 0:
-                other = _row_end(train.rates, 0.0, v, rising, per_usual)
+                other = _row_end(train.rates, 0.0, v, rising, per_usual)[0]
                 end = min(end, other) if rising else max(end, other)
-        slope = _net_slope(train, regime, cell.air, v, net, rising)
+        slope = _net_slope(train, regime, cell.air, v, net, effort_slope)
         balanced = sign * slope < 0.0 and abs(net) <= -sign * slope * BALANCED * v
         if rising and regime == TRACTION and sign > 0.0 and w >= end * end * (1.0 - 2.0 * BELOW_DROP):
-            balanced = net_force(train, regime, cell, end, end) <= 0.0
+            balanced = net_force_at(train, regime, cell, end) <= 0.0
         if balanced:
             xs[n] = length_m
             ws[n] = w
@@ -227,15 +267,19 @@ def march(train, regime, sign, cell, length_m, w, target_w, rows, n):
         elif not rising and w > target_w:
             next_w = max(next_w, target_w)
         row_m = math.inf
+        per_w = 0.0  # how the mean force changes with the speed that is reached
         if next_w != w and next_w < math.inf:
             mean = sign * net_force(train, regime, cell, v, math.sqrt(next_w))
+            per_w = (mean - sign * net) / (next_w - w)
             if mean * (next_w - w) > 0.0:
                 row_m = 0.5 * train.inertia_kg * (next_w - w) / mean
         if x + row_m < length_m:
             x += row_m
             w = next_w
         else:
-            landed = land(train, regime, sign, cell, length_m - x, w)
+            per_force = 2.0 * (length_m - x) / train.inertia_kg
+            guess = w + per_force * sign * net / max(1.0 - per_force * per_w, 0.5)
+            landed = _landed(train, regime, sign, cell, length_m - x, w, max(guess, 0.0))
             w = min(landed, next_w) if rising else max(landed, next_w)
             x = length_m
         xs[n] = x

@@ -9,7 +9,7 @@ import math
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.line.walk import count_below
 from tgvdp.physics.cell import Rows, append
-from tgvdp.physics.motion import land, march, net_force
+from tgvdp.physics.motion import land, march, net_force_at
 from tgvdp.physics.roots import Bracket, narrowed, secant
 
 #: Rows shorter than this share of their cell are rounding errors.
@@ -29,7 +29,7 @@ def _at_limit(train, regime, sign, cell, w):
     if w < cell.limit_w:
         return False
     v = math.sqrt(w)
-    return sign * net_force(train, regime, cell, v, v) >= 0.0
+    return sign * net_force_at(train, regime, cell, v) >= 0.0
 
 
 @kernel

@@ -23,7 +23,7 @@ from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import MOST_ROWS, cell_at, overrun, room_for_marches, room_for_rows
 from tgvdp.physics.codes import BRAKING, NO_BRAKE, NO_ROOM, OK, STALLED, TOO_FAST, TRACTION
 from tgvdp.physics.forces import KernelTrain, kernel_train, read_only, unpowered
-from tgvdp.physics.motion import march, net_force
+from tgvdp.physics.motion import march, net_force_at
 from tgvdp.runs.batch import Batch
 from tgvdp.runs.bends import cut_at_bends, most_off_s
 from tgvdp.runs.braking_point import braked_w, drive_then_brake, driven_w, drop_slivers, emit_driven
@@ -77,7 +77,7 @@ def _drive_fastest(train, dark, cells, start_w, cap, fast, scratch, rows):
         first = n
         here = train if cells.supply[k] == POWERED else dark
         landed = driven_w(here, TRACTION, cell, w0, cell.length_m, scratch)
-        if landed > w1 or (landed >= cell.limit_w and net_force(here, BRAKING, cell, np.sqrt(w1), np.sqrt(w1)) > 0.0):
+        if landed > w1 or (landed >= cell.limit_w and net_force_at(here, BRAKING, cell, np.sqrt(w1)) > 0.0):
             landed = w1
             n = drive_then_brake(here, TRACTION, BRAKING, cell, w0, w1, scratch, rows, n)
         elif landed <= 0.0:

@@ -26,7 +26,7 @@ from tgvdp.physics.cell import Rows, append, cell_at
 from tgvdp.physics.codes import DYNAMIC
 from tgvdp.physics.energy import regenerated
 from tgvdp.physics.forces import mean_effort, resistance_at, unpowered
-from tgvdp.physics.motion import land, net_force
+from tgvdp.physics.motion import land, net_force_at
 from tgvdp.runs.braking_point import drop_slivers
 
 #: Whether a run that enters a cell on the envelope stays on it: never, if a is not below it, if b is not, if c is not
@@ -145,7 +145,7 @@ def _holds(train, cell, w):
 def _falls_under(train, cells, k, w):
     """By how much v² falls per metre under full dynamic braking in a cell, at a squared speed."""
     v = math.sqrt(w)
-    return -2.0 / train.inertia_kg * net_force(train, DYNAMIC, cell_at(cells, k), v, v)
+    return -2.0 / train.inertia_kg * net_force_at(train, DYNAMIC, cell_at(cells, k), v)
 
 
 @part

@@ -21,7 +21,7 @@ from tgvdp.physics.cell import Cell
 from tgvdp.physics.cell import Rows as PlainRows
 from tgvdp.physics.codes import COASTING, DYNAMIC, HELD_BACK, HOLDING, RETARDED, TRACTION
 from tgvdp.physics.forces import effort_at, resistance_at
-from tgvdp.physics.motion import march, net_force
+from tgvdp.physics.motion import march, net_force_at
 
 #: Regime of rows on the envelope, besides those of `physics.codes`.
 ENVELOPE = 8
@@ -69,7 +69,7 @@ def is_anchor(regime):
 @part
 def effort_of(train, regime, grade, air, v):
     """Effort of a regime at a speed, comfort limits included."""
-    net = net_force(train, regime, Cell(0.0, 0.0, 0.0, grade, air, math.inf), v, v)
+    net = net_force_at(train, regime, Cell(0.0, 0.0, 0.0, grade, air, math.inf), v)
     return net + resistance_at(train, air, v) + grade
 
 
@@ -157,9 +157,8 @@ def _slowest(train, course, k, x):
     if low <= 0.0:
         return 0.0
     v = math.sqrt(low)
-    return low - 2.0 * net_force(
-        train, TRACTION, Cell(0.0, 0.0, 0.0, course.grade[k], course.air[k], math.inf), v, v
-    ) * (course.station_m[k + 1] - x)
+    cell = Cell(0.0, 0.0, 0.0, course.grade[k], course.air[k], math.inf)
+    return low - 2.0 * net_force_at(train, TRACTION, cell, v) * (course.station_m[k + 1] - x)
 
 
 @leaf

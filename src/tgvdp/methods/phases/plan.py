@@ -7,7 +7,7 @@ from tgvdp.methods.phases.way import cell_from, row_at
 from tgvdp.model.track import POWERED
 from tgvdp.physics.cell import Cell
 from tgvdp.physics.codes import HOLDING
-from tgvdp.physics.motion import net_force
+from tgvdp.physics.motion import net_force_at
 
 #: Columns of a plan, (n, 6): regime, where it begins in m, squared speed there, seconds it lasts, whether it may be
 #: left out, and whether the run slows down before it.
@@ -22,7 +22,7 @@ def _acceleration(way, k, regime, w):
         return 0.0
     v = math.sqrt(w)
     cell = Cell(0.0, 0.0, 0.0, way.cells.grade_n[k], way.cells.air[k], math.inf)
-    return net_force(way.train, regime, cell, v, v) / way.train.inertia_kg
+    return net_force_at(way.train, regime, cell, v) / way.train.inertia_kg
 
 
 @part

@@ -21,6 +21,7 @@ from tgvdp.physics.codes import BRAKING, DYNAMIC
 from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import kernel_train
 from tgvdp.runs.batch import Batch
+from tgvdp.runs.bends import USUAL_ROWS
 
 _Floats = NDArray[np.float64]
 
@@ -229,5 +230,6 @@ def prune_fastest(trip: Trip, x_m: _Floats, w: _Floats, least_s: float) -> Prune
     least_s : float
         Phases that are shorter, s, would be left out if that cost nothing.
     """
-    way = way_of(kernel_train(trip.train), cells_of(trip), Rows(x_m, w), energy_tables(trip.train, trip.energy))
+    train = kernel_train(trip.train)._replace(rows=USUAL_ROWS)
+    way = way_of(train, cells_of(trip), Rows(x_m, w), energy_tables(trip.train, trip.energy))
     return prune(way, Batch.of([(x_m, w)]), np.ones(1), least_s, np.zeros(1), np.zeros(1), least_s)

@@ -23,8 +23,9 @@ _SAME_PLACE = 1e-12
 _EXCESS = 5e-4
 #: An effort below this share of the starting effort is none.
 _NONE = 1e-4
-#: Rows of a march, per usual one: time and energy of a row to 2e-6.
-_ROWS = 8.0
+#: Rows of a march, per row of the search: those of the usual ones are right to 2e-6 in time and energy, rougher ones
+#: are cut later.
+_ROWS_PER_DRIVEN = 2.0
 
 
 class Way(NamedTuple):
@@ -80,7 +81,7 @@ class Run(NamedTuple):
 
 def way_of(train: KernelTrain, cells: Cells, envelope: Rows, tables: EnergyTables) -> Way:
     """What a train drives on, by a mesh and an energy model."""
-    train = train._replace(rows=_ROWS)
+    train = train._replace(rows=_ROWS_PER_DRIVEN * train.rows)
     starting_n = float(train.traction[0, 2])  # the constant of the curve that starts at a standstill
     returned = tables.regeneration / tables.traction
     return Way(train, cells, envelope, tables.traction, returned, _NONE * starting_n)
