@@ -91,13 +91,13 @@ def working_s() -> float:
     return time.perf_counter() - _stopwatch.total_s()
 
 
-#: No Python objects, no GIL, IEEE division.
-_OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+#: No Python objects, no GIL, IEEE division. What a `leaf` calls is no leaf: numba hands that on unless it is told.
+_OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "forceinline": False}
 
 
 def _compiled(function: _Function, **options: Any) -> Any:
     """Compile a function, by the shortened steps where numba's version is one that they were tested with."""
-    options |= _OPTIONS
+    options = _OPTIONS | options
     if config.DISABLE_JIT or not shortened():
         return numba.njit(**options)(function)
     compiled, linked = _pipeline().compiled_and_linked(function, **options)
@@ -196,4 +196,4 @@ def part(function: _Function) -> _Function:
 
     Not cached: its machine code is part of its callers'.
     """
-    return cast(_Function, _compiled(function, forceinline=False))
+    return cast(_Function, _compiled(function))

@@ -43,6 +43,9 @@ _HALVINGS = 30
 #: ... and the share of the speed within which it does so at once.
 _AT_ONCE = 1e-6
 
+#: The share of w by which the last step of `land` may still change it.
+_LANDED = 1e-7
+
 #: A train that a drop of the effort curve holds runs this share of v² below the drop.
 BELOW_DROP = 1e-9
 
@@ -89,38 +92,46 @@ def net_force_at(train, regime, cell, v):
     return _net(train, regime, load, effort)
 
 
+@leaf
+def _damping(train, cell, factor, v):
+    """By what a step of `_landed` is to be divided at least: the resistance changes with the speed that is reached."""
+    linear = 0.25 * train.davis_b / v if v > 0.0 else 0.0
+    return max(1.0 + factor * (0.5 * cell.air + linear), 0.5)
+
+
 @part
-def _landed(train, regime, sign, cell, length_m, w, x):
-    """`land`, from a guess x on."""
+def _landed(train, regime, sign, cell, length_m, w, net, x):
+    """`land` from a guess x on, where ``net`` is the net force at the start."""
     v = math.sqrt(w)
     factor = sign * 2.0 * length_m / train.inertia_kg
     damping = _damping(train, cell, factor, v)
+    before_x = w
+    before = w + factor * net
     for _ in range(40):
-        step = damping * (w + factor * net_force(train, regime, cell, v, math.sqrt(x)) - x)
+        reached = w + factor * net_force(train, regime, cell, v, math.sqrt(x))
+        slope = (reached - before) / (x - before_x) if x != before_x else 1.0 - damping
+        step = (reached - x) / min(max(1.0 - slope, 0.5 * damping), 2.0 * damping)
+        before_x = x
+        before = reached
         x = max(x + step, 0.0)
-        if abs(step) <= 1e-7 * x or x == 0.0:
+        if abs(step) <= _LANDED * x or x == 0.0:
             break
     return x
-
-
-@leaf
-def _damping(train, cell, factor, v):
-    """What a step of `land` is divided by, inverted: by how much less w changes as the resistance changes with it."""
-    linear = 0.25 * train.davis_b / v if v > 0.0 else 0.0
-    return 1.0 / max(1.0 + factor * (0.5 * cell.air + linear), 0.5)
 
 
 @kernel
 def land(train, regime, sign, cell, length_m, w):
     """Squared speed after one row of the given length (sign = −1: before it); 0 if the train stalls.
 
-    Solves x = w + sign·2·d/m_eff·net(w, x) by Newton's rule with the slope of the resistance alone: the right side
-    hardly depends on x, and an error of 1e-6 in one step leaves less than 1e-12 in the next.
+    Solves x = w + sign·2·d/m_eff·net(w, x) by the secant rule: the right side hardly depends on x, and an error of
+    1e-7 in one step leaves less than 1e-12 in the next. What is met from both sides has to be so near: where it was
+    not (1e-9, by the slope of the resistance alone), runs left the curve of the dynamic brake at the end of each cell.
     """
     v = math.sqrt(w)
     factor = sign * 2.0 * length_m / train.inertia_kg
-    guess = w + factor * _damping(train, cell, factor, v) * net_force_at(train, regime, cell, v)
-    return _landed(train, regime, sign, cell, length_m, w, max(guess, 0.0))
+    net = net_force_at(train, regime, cell, v)
+    guess = w + factor * net / _damping(train, cell, factor, v)
+    return _landed(train, regime, sign, cell, length_m, w, net, max(guess, 0.0))
 
 
 @leaf
@@ -279,7 +290,7 @@ def march(train, regime, sign, cell, length_m, w, target_w, rows, n):
         else:
             per_force = 2.0 * (length_m - x) / train.inertia_kg
             guess = w + per_force * sign * net / max(1.0 - per_force * per_w, 0.5)
-            landed = _landed(train, regime, sign, cell, length_m - x, w, max(guess, 0.0))
+            landed = _landed(train, regime, sign, cell, length_m - x, w, net, max(guess, 0.0))
             w = min(landed, next_w) if rising else max(landed, next_w)
             x = length_m
         xs[n] = x
