@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from tgvdp import load_train
+from tgvdp._jit import leaf, part
 from tgvdp._jit.steps import shortened
 from tgvdp._jit.watch import is_compiled
 from tgvdp.errors import InputError
@@ -74,6 +75,37 @@ def test_what_a_kernel_calls_is_its_own():
     (code,) = kernel.inspect_llvm().values()
     assert "define internal" in code
     assert "linkonce_odr" not in code
+
+
+@part
+def _squared(x):
+    return x * x
+
+
+@leaf
+def _squared_twice(x):
+    return _squared(_squared(x))
+
+
+@pytest.mark.skipif(not is_compiled() or not shortened(), reason="compiled by numba's own steps alone")
+def test_what_a_leaf_calls_is_no_leaf_itself():
+    """numba hands on what a caller is compiled with: all that leaves call was inlined, eleven times over."""
+    from tgvdp._jit.pipeline import compiled_and_linked
+
+    def of_both(x):
+        return _squared_twice(x) + _squared(x)
+
+    kernel, _ = compiled_and_linked(of_both)
+    assert kernel(2.0) == 20.0
+    assert not _is_inlined(_squared)
+    assert _is_inlined(_squared_twice)
+
+
+def _is_inlined(function):
+    """Whether LLVM is told to inline a function wherever it is called."""
+    (result,) = function.linked.overloads.values()
+    (code,) = (one for one in result.library._final_module.functions if one.name == result.fndesc.llvm_func_name)
+    return any(b"alwaysinline" in attributes for attributes in code.attributes)
 
 
 def test_unknown_steps_are_refused(monkeypatch):

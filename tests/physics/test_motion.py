@@ -14,9 +14,9 @@ from tgvdp.model.train import Train
 from tgvdp.physics import codes
 from tgvdp.physics.arc import arc, within_effort_at
 from tgvdp.physics.cell import Cell, Rows
-from tgvdp.physics.codes import BRAKING, COASTING, TRACTION
+from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, TRACTION
 from tgvdp.physics.forces import kernel_train, mean_brake, mean_effort, mean_resistance
-from tgvdp.physics.motion import march, net_force
+from tgvdp.physics.motion import land, march, net_force, net_force_at
 
 CURVES = {
     "constant": EffortCurve.from_caps(2e5),
@@ -232,3 +232,34 @@ def test_a_row_ends_where_a_comfort_limit_begins_or_ends(regime, sign, start_mps
         assert at_limit.all() or not at_limit.any()
         limits.append(at_limit.all())
     assert any(limits) and not all(limits)
+
+
+@pytest.mark.parametrize("regime", [TRACTION, COASTING, BRAKING, DYNAMIC])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("length_m", [1.0, 60.0, 300.0])
+def test_a_row_lands_where_its_mean_force_leads(regime, sign, length_m):
+    """To 1e-12: what is met from both sides was 1e-9 apart, and each cell ended with a sliver of coasting."""
+    train = kernel_train(railcar(friction_brake_n=0.0))
+    for v in (25.0, 40.0):
+        w = v * v
+        cell = Cell(0.0, length_m, length_m, -4e3, 7.0, math.inf)
+        landed = land(train, regime, sign, cell, length_m, w)
+        force = net_force(train, regime, cell, v, math.sqrt(landed))
+        assert landed == pytest.approx(w + sign * 2.0 * length_m / train.inertia_kg * force, rel=1e-12)
+        assert land(train, regime, -sign, cell, length_m, landed) == pytest.approx(w, rel=1e-12)
+        rows = Rows(*np.empty((2, 500)))
+        _, driven, n = march(train, regime, sign, cell, length_m, w, 1.0 if regime != TRACTION else 1e4, rows, 0)
+        back = march(train, regime, -sign, cell, length_m, driven, w, rows, 0)[1]
+        assert n > 1 or back == pytest.approx(w, rel=1e-12)
+
+
+@pytest.mark.parametrize("curve", CURVES)
+@pytest.mark.parametrize("regime", [TRACTION, COASTING, BRAKING, DYNAMIC])
+@pytest.mark.parametrize("rates", [False, True])
+def test_the_force_at_one_speed_is_the_mean_from_it_to_itself(curve, regime, rates):
+    train = kernel_train(railcar(curve, max_deceleration_mps2=0.6))
+    if rates:
+        train = train._replace(rates=np.array([[0.0, 0.0, 3e5, 0, 0, 0], [15.0, 0.0, 2e5, 0, 0, 0]]))
+    cell = Cell(0.0, 1.0, 1.0, 2e3, 7.0, math.inf)
+    for v in (0.0, 3.0, 10.0, 12.0, 15.0, 25.0, 55.0):
+        assert net_force_at(train, regime, cell, v) == pytest.approx(net_force(train, regime, cell, v, v), rel=1e-12)

@@ -1,15 +1,17 @@
-"""A second process that compiles what ends a search, while this one compiles what it begins with.
+"""A second process that compiles half of what a search calls, while this one compiles what it begins with.
 
-On two cores somebody waits a quarter to a third less for a first front. Nothing depends on it: where it is of no use,
-or fails, all is compiled here.
+On two cores somebody waits a third less for a first front. Nothing depends on it: where it is of no use, or fails, all
+is compiled here.
 """
 
 import contextlib
 import threading
 from collections.abc import Iterator
+from typing import Any
 
 from tgvdp._jit.watch import is_missing, leave_to_another, take_back
 from tgvdp.cores import shares
+from tgvdp.methods.costate.interpolate import drive
 from tgvdp.methods.phases.prune import prune_runs
 from tgvdp.options.search import SearchOptions
 from tgvdp.second_process import SecondProcess
@@ -18,33 +20,41 @@ from tgvdp.second_process import SecondProcess
 _unasked = threading.Lock()
 
 
-def ends_late(options: SearchOptions) -> bool:
-    """Whether a search ends with what ``api.warm.pruning`` calls."""
-    return options.method == "front" and options.min_phase_s > 0.0
+def late_kernels(options: SearchOptions) -> list[tuple[Any, str]]:
+    """Kernels that a search calls late and that have to be compiled, in that order, with the tasks that do it."""
+    if options.method != "front":
+        return []
+    kernels: list[tuple[Any, str]] = [(drive, "tgvdp.api.warm:driving")]
+    if options.min_phase_s > 0.0:
+        kernels.append((prune_runs, "tgvdp.api.warm:pruning"))
+    return [(kernel, task) for kernel, task in kernels if is_missing(kernel)]
 
 
 @contextlib.contextmanager
 def compiling_beside(options: SearchOptions) -> Iterator[None]:
-    """Have a second process compile what ends a search, where that is missing and this one may use another core.
+    """Have a second process compile what a search calls late, where that is missing and there is another core for it.
 
     Parameters
     ----------
     options : SearchOptions
         Of the search.
     """
-    if not (ends_late(options) and shares(2.0, 1.0) > 1 and _is_cold()):
+    late = late_kernels(options) if shares(2.0, 1.0) > 1 and _is_first() else []
+    if not late:
         yield
         return
     with SecondProcess(draws=False) as second:
-        done = second.promise("tgvdp.api.warm:ending")
-        if second.is_there:
-            leave_to_another(prune_runs, done)
+        for kernel, task in late:
+            done = second.promise(task)
+            if second.is_there:
+                leave_to_another(kernel, done)
         try:
             yield
         finally:
-            take_back(prune_runs)
+            for kernel, _ in late:
+                take_back(kernel)
 
 
-def _is_cold() -> bool:
-    """Whether it is missing: the first search of a process asks, and no other, for after one it is there."""
-    return _unasked.acquire(blocking=False) and is_missing(prune_runs)
+def _is_first() -> bool:
+    """Whether no search of this process has asked before: after one nothing is missing."""
+    return _unasked.acquire(blocking=False)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tgvdp._jit.cache import key_folder, make_folder
 from tgvdp._jit.watch import Compiled, is_compiled, is_missing, leave_to_another, watch
-from tgvdp.api.beside import ends_late
+from tgvdp.api.beside import late_kernels
 from tgvdp.api.journeys import journey
 from tgvdp.api.run import search
 from tgvdp.certificate.ascent import climb
@@ -25,18 +25,19 @@ from tgvdp.certificate.line import BoundingProblem
 from tgvdp.certificate.speed_bound import Caps
 from tgvdp.cores import on_one_core
 from tgvdp.formats import load_train
-from tgvdp.line.cells import Cells
-from tgvdp.line.resolved import resolve
+from tgvdp.line.cells import Cells, cells_of
 from tgvdp.methods.costate.bridge import most_effort_n
-from tgvdp.methods.phases.prune import prune_fastest, prune_runs
+from tgvdp.methods.costate.mesh import Mesh
+from tgvdp.methods.phases.prune import prune_fastest
 from tgvdp.model.track import Gradient, SpeedLimit, Track
 from tgvdp.model.train import BrakingRate
 from tgvdp.model.trip import Trip
 from tgvdp.options.search import SearchOptions
+from tgvdp.physics.energy import energy_tables
+from tgvdp.physics.forces import kernel_train, per_kilogram
 from tgvdp.referee.drive import replay_rows
 from tgvdp.referee.replay import replay
-from tgvdp.runs.batch import Batch, totals_of
-from tgvdp.runs.bends import cut_at_bends
+from tgvdp.runs.fastest import Envelope
 from tgvdp.runs.profile import profile_of
 from tgvdp.second_process import SecondProcess
 
@@ -46,7 +47,7 @@ __all__ = [
     "ascents",
     "checks",
     "compile_beside",
-    "ending",
+    "driving",
     "is_compiled",
     "key_folder",
     "kinks",
@@ -90,20 +91,24 @@ def margins() -> list[Compiled]:
     return compiled
 
 
+def driving() -> list[Compiled]:
+    """Drive on a mesh that no search made: what a search calls after its first extremals can be compiled beside it."""
+    trip, x_m, w = _some_run()
+    cells = cells_of(trip)
+    fast = np.interp(cells.station_m, x_m, w)
+    train = kernel_train(trip.train)
+    envelope = Envelope(np.zeros_like(fast), fast, x_m, w)
+    tables = energy_tables(trip.train, trip.energy)
+    with watch() as compiled:
+        _ = Mesh(trip, train, per_kilogram(train), tables, cells, envelope, 1.0, 1.0, 1.0, 1.0).course
+    return compiled
+
+
 def pruning() -> list[Compiled]:
     """Leave short phases out of a run that no search made: what ends a front can be compiled beside it."""
     with watch() as compiled:
         prune_fastest(*_some_run(), 1.0)
     return compiled
-
-
-def ending() -> list[Compiled]:
-    """Do what `pruning` does, and cut a run at its bends: for who has nothing else compiled beside a search."""
-    trip, x_m, w = _some_run()
-    compiled = pruning()
-    with watch() as later:
-        totals_of(trip, cut_at_bends(trip.train, resolve(trip), Batch.of([(x_m, w)]))[0])
-    return compiled + later
 
 
 def checks(certified: bool = True) -> list[Compiled]:
@@ -164,16 +169,15 @@ def compile_beside(second: SecondProcess, waiting: Waiting, options: SearchOptio
         Whether the search will be certified.
     """
     ascended = certified and is_missing(climb)
-    # The last kernel of each part is looked for. Who waits for the checks has time for the ascent.
-    parts: tuple[tuple[Any, bool, str, tuple[bool, ...], Callable[[], object]], ...] = (
-        (prune_runs, ends_late(options) and is_missing(prune_runs), "pruning", (), list),
-        (replay_rows, is_missing(replay_rows) or ascended, "checks", (certified,), ascents if ascended else list),
-    )
-    for first, missing, task, arguments, meanwhile in parts:
-        if missing:
-            done = second.promise(f"{__name__}:{task}", *arguments)
-            if second.is_there:
-                leave_to_another(first, _waited_for(done, waiting, meanwhile))
+    parts: list[tuple[Any, Callable[[], object], Callable[[], object]]] = [
+        (kernel, second.promise(task), list) for kernel, task in late_kernels(options)
+    ]
+    if is_missing(replay_rows) or ascended:  # who waits for the checks has time for the ascent
+        checked = second.promise(f"{__name__}:checks", certified)
+        parts.append((replay_rows, checked, ascents if ascended else list))
+    for first, done, meanwhile in parts:
+        if second.is_there:
+            leave_to_another(first, _waited_for(done, waiting, meanwhile))
 
 
 def _waited_for(done: Callable[[], object], waiting: Waiting, meanwhile: Callable[[], object]) -> Callable[[], None]:

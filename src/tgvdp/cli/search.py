@@ -93,7 +93,7 @@ def command(
     folder = OutFolder(out, "result.json", force=force)
     with Screen(quiet=quiet) as screen, SecondProcess() as second:
         if pictures:
-            second.load("tgvdp.api.warm", "tgvdp.report.gallery")
+            second.load("tgvdp.api.warm")
         with preparing_within(given["time_limit_s"]):
             case = read_case(train, track, scenario, line_speed_kmh)
             asked = {name: value for name, value in given.items() if value is not None}
@@ -118,6 +118,8 @@ def command(
             for text in (*unusual(case.train, case.track), *spare, *slow, *idle(trip)):
                 screen.note(text)
         warm.compile_beside(second, screen.waiting, declared, certified=certify)
+        if pictures:
+            second.load("tgvdp.report.gallery")
         with screen.compiling():
             budget = budget_of(arguments)
             clock = budget.start(time.perf_counter() - started_s)

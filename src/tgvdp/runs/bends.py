@@ -99,13 +99,11 @@ def cut_at_bends(train: Train, line: ResolvedLine, runs: Batch) -> tuple[Batch, 
 
 
 @leaf
-def _bend(train, grade, air, d, w0, w1):
+def _bend(train, grade, air, d, w0, w1, v0, v1):
     """How far the squared speed is above a straight line half-way along a row, (m/s)²."""
     acceleration = 0.5 * (w1 - w0) / d
     if is_comfort(train, acceleration):
         return 0.0
-    v0 = math.sqrt(w0)
-    v1 = math.sqrt(w1)
     middle = math.sqrt(0.5 * (w0 + w1))
     load = resistance_at(train, air, middle) + grade
     effort = train.inertia_kg * acceleration + load
@@ -150,11 +148,13 @@ def _count_in_run(train, line, x, w, most_s, parts, off, size):
     step = 0
     off_s = 0.0
     sum_s = 0.0
+    v1 = math.sqrt(w[0])
     for k in range(rows):
         d = x[k + 1] - x[k]
         step = piece_from(line.break_m, step, 0.5 * (x[k] + x[k + 1]))
-        v = 0.5 * (math.sqrt(w[k]) + math.sqrt(w[k + 1]))
-        off[k] = d * _bend(train, line.grade_n[step], line.air[step], d, w[k], w[k + 1]) / (3.0 * v * v * v)
+        v0, v1 = v1, math.sqrt(w[k + 1])
+        v = 0.5 * (v0 + v1)
+        off[k] = d * _bend(train, line.grade_n[step], line.air[step], d, w[k], w[k + 1], v0, v1) / (3.0 * v * v * v)
         off_s += abs(off[k])
         sum_s += off[k]
     if max(abs(sum_s), off_s / _MADE_UP) <= most_s:

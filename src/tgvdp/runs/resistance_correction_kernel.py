@@ -88,9 +88,8 @@ def count_parts(line, x, w, parts):
 @leaf
 def is_comfort(train, gain):
     """Whether an acceleration is at a comfort limit: no effort goes beyond it, but the line may."""
-    return (
-        abs(gain / train.max_acceleration - 1.0) <= _AT_LIMIT or abs(gain / train.max_deceleration + 1.0) <= _AT_LIMIT
-    )
+    limit = train.max_acceleration if gain > 0.0 else train.max_deceleration
+    return (1.0 - _AT_LIMIT) * limit <= abs(gain) <= (1.0 + _AT_LIMIT) * limit
 
 
 @leaf
