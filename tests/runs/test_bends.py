@@ -68,6 +68,23 @@ def test_parts_of_a_row_share_what_they_miss_its_end_by():
     assert 0.0 < -force_n[0] < 3e-3 * light.davis_c_n_per_mps2 * w[-1]
 
 
+@pytest.mark.parametrize("backwards", [False, True])
+def test_parts_next_to_a_standstill_share_it_too(backwards):
+    """Resistance that is linear in the speed makes no parabola there; the last part took 4 ms too long."""
+    train = replace(DRAG, davis_b_n_per_mps=300.0, davis_c_n_per_mps2=0.0)
+    known, permil = kernel_train(train), (-35.0 if backwards else 35.0)
+    track = replace(LEVEL, gradients=((0.0, permil),))
+    load_n = mean_resistance(known, 0.0, 0.0, 0.8) + train.mass_kg * 9.81 * 1e-3 * permil
+    length_m = 0.5 * train.inertia_kg * 0.64 / abs(load_n)
+    w = np.array([0.0, 0.64] if backwards else [0.64, 0.0])
+    ends = dict(zip(("start_speed_mps", "end_speed_mps"), np.sqrt(w).tolist(), strict=True))
+    trip = Trip(train=train, track=track, origin_m=0.0, destination_m=length_m, **ends)
+    cut_m, cut_w = np.empty((2, 6))
+    assert cut_rows(known, resolve(trip), np.array([0.0, length_m]), w, np.array([5]), cut_m, cut_w) == 6
+    force_n = profile_of(trip, cut_m, cut_w).force_n[:-1]
+    assert abs(force_n).max() <= 1e-6 * abs(load_n)
+
+
 def test_a_line_that_alone_does_more_than_comfort_allows_is_cut():
     """Coasting downhill next to standstill bends most, whatever the effort may do."""
     train = replace(DRAG, davis_a_n=2e4, davis_b_n_per_mps=5e3, davis_c_n_per_mps2=0.0, max_acceleration_mps2=0.1)

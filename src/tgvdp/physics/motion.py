@@ -44,7 +44,7 @@ _HALVINGS = 30
 _AT_ONCE = 1e-6
 
 #: The share of w by which the last step of `land` may still change it.
-_LANDED = 1e-7
+_LANDED = 1e-9
 
 #: A train that a drop of the effort curve holds runs this share of v² below the drop.
 BELOW_DROP = 1e-9

@@ -26,9 +26,12 @@ _SAME_W = 1e-8
 _BEND = 1e-5
 _MOST_PARTS = 64
 #: Parts of a row are known once a sweep along them changes the speed half-way by no more than this share of w, as it
-#: leaves that times the share by which forces change along the row; and after so many sweeps at most.
+#: leaves that times the share by which forces change along the row; and after so many sweeps at most. Next to a
+#: standstill, where w is below a share of what it is at the other end, that is a share of the least w of a part, and
+#: resistance changes too much along the row for a parabola.
 _SAME_CUT_W = 1e-7
 _CUT_SWEEPS = 20
+_STANDING_W = 0.05
 
 
 @leaf
@@ -237,8 +240,12 @@ def cut_row(train, law, air, d, w0, w1, parts, cut_w):
         cut_w[j] = max(0.0, w0 + u * (w1 - w0 + 4.0 * (1.0 - u) * bow))
     most_w = _SAME_CUT_W * max(w0, w1)
     middle = (parts - 1) // 2
+    stands = min(w0, w1) < _STANDING_W * max(w0, w1)
+    if stands and parts > 1:
+        most_w = _SAME_CUT_W * min(cut_w[0], cut_w[parts - 2])
     # A parabola is off by about bow²/Δw.
-    for _ in range(0 if bow * bow <= most_w * abs(w1 - w0) else _CUT_SWEEPS):
+    enough = bow == 0.0 or (not stands and bow * bow <= most_w * abs(w1 - w0))
+    for _ in range(0 if enough else _CUT_SWEEPS):
         before_w = cut_w[middle]
         _sweep(train, share, air, d, w0, w1, ends, parts, cut_w)
         if abs(cut_w[middle] - before_w) <= most_w:
