@@ -4,6 +4,7 @@ import inspect
 import signal
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -81,6 +82,23 @@ def test_what_another_process_compiles_is_waited_for_once(monkeypatch, tmp_path)
     assert late(np.ones(3)) == late(np.ones(3)) == 1.0
     assert len(waits) == 1
     assert _jit.working_s() - working_s < took_s  # as compilation, waiting is no work
+
+
+def test_threads_wait_for_another_process_together(monkeypatch, tmp_path):
+    """One of two compiled what the other one waited for."""
+    monkeypatch.setattr(cache, "key_folder", lambda: tmp_path)
+
+    @_jit.entry
+    def late(x):
+        return x[0]
+
+    done = threading.Event()
+    began_early = []
+    leave_to_another(late, lambda: (time.sleep(0.3), done.set()))
+    with ThreadPoolExecutor(2) as pool, watch(lambda begins: began_early.append(begins and not done.is_set())):
+        assert list(pool.map(late, [np.ones(3), np.full(3, 2.0)])) == [1.0, 2.0]
+    assert began_early
+    assert not any(began_early)
 
 
 def test_compilation_is_no_part_of_the_working_time():

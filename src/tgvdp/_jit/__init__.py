@@ -130,9 +130,8 @@ def _after_others(compiled: Any, compile_: _Function) -> _Function:
     @functools.wraps(compile_)
     def compile_after_others(*args: Any, **kwargs: Any) -> Any:
         cache = compiled._cache
-        if isinstance(cache, KernelCache) and cache.wait_for_it is not None:
-            wait, cache.wait_for_it = cache.wait_for_it, None
-            wait()
+        if isinstance(cache, KernelCache):
+            cache.await_others()
         return compile_(*args, **kwargs)
 
     return cast(_Function, compile_after_others)

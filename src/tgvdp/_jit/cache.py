@@ -21,6 +21,7 @@ import pickle
 import shutil
 import stat
 import sys
+import threading
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -214,6 +215,17 @@ class KernelCache(FunctionCache):
     _impl_class = _CheckedImpl
     #: Where another process fills it: waits until that is done.
     wait_for_it: Callable[[], object] | None = None
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        self._waiting = threading.RLock()
+
+    def await_others(self) -> None:
+        """Wait until another process has filled it, if one is to: all threads that come meanwhile do."""
+        with self._waiting:
+            wait, self.wait_for_it = self.wait_for_it, None
+            if wait is not None:
+                wait()
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         # A damaged pickle may raise anything at all. None makes the dispatcher compile and save afresh. The public
