@@ -27,6 +27,9 @@ SAMPLES = 128
 #: the bracket of shares if it changed evenly with them; or after so many runs.
 _EVEN = 0.1
 _MOST_RUNS = 30
+#: A run that costs less than extremals promise tells as well that they do not know the front between them; in so many
+#: times what it may cost more.
+CHEAPER = 4.0
 #: Of these the first are foretold, each from those before it; after that running times jump, or nearly.
 _FORETOLD_RUNS = 3
 
@@ -260,7 +263,8 @@ def drive(
         run[4] = foretold.multiplier
         loss_j = losses[second] * max(run[3], base_j)
         judged = ends.first[2] < math.inf and loss_j < math.inf
-        kept = not judged or run[3] <= min(foretold.energy_j + loss_j, faster_j)
+        told = -CHEAPER * loss_j <= run[3] - foretold.energy_j <= loss_j
+        kept = not judged or (told and run[3] <= faster_j)
         run[8] = OK if kept else NOT_KEPT
         faster_j = run[3]
         run[0] = stored

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from tgvdp.methods.budget import Clock
 from tgvdp.methods.costate.bridge import bridge
 from tgvdp.methods.costate.extremal import Extremal, between
+from tgvdp.methods.costate.interpolate import CHEAPER
 from tgvdp.methods.costate.meet import meet
 from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.costate.surprises import FIRST_MULTIPLIER, HIGHEST_MULTIPLIER, MOST_EXTREMALS, surprising
@@ -217,7 +218,7 @@ class ExtremalFront:
         if math.isinf(before.multiplier):
             return True
         loss_j = _BLEND_LOSS * self.base_j(run.energy_j)
-        return run.energy_j <= between(before, after, run.time_s).energy_j + loss_j
+        return -CHEAPER * loss_j <= run.energy_j - between(before, after, run.time_s).energy_j <= loss_j
 
     def middle(self, second: int, share: float = 0.5) -> float | None:
         """A multiplier between those of an extremal and the one before it, if any."""
