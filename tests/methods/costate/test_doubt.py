@@ -181,7 +181,7 @@ def test_extremals_that_are_solved_together_are_those_solved_one_by_one():
 
 def test_a_rough_front_takes_cells_as_they_come():
     """Plans are made of such runs: as punctual, a little dearer or not, on fewer cells."""
-    trip = proof_trip(1939000022)  # which brakes on descents
+    trip = proof_trip(1942000981)  # which brakes on descents
     fastest = tgvdp.search(trip.train, trip.track, points=2, **trip.options)
     targets_s = fastest.fastest.time_s * np.linspace(1.01, 1.15, 6)
     fine, rough = (
