@@ -30,5 +30,5 @@ STALLED = 11  # full traction does not carry the train over this cell
 #: ... and why a method looks again:
 CROWDED = 12  # too many points of the costate polyline
 NOT_MET = 13  # no blend takes the time: it jumps
-NOT_KEPT = 14  # the blend is worse than the cubic promises
+NOT_KEPT = 14  # the blend costs other than the cubic promises
 NOT_TRIED = 15  # an earlier time between the same extremals was not kept

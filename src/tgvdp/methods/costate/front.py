@@ -1,7 +1,7 @@
 """The front method: the whole Pareto front from a few multipliers (docs/front-method.md).
 
 Extremals are solved by the costate program for chosen multipliers. Each point of the front drives a blend of the
-switching speeds of the two extremals around it that meets its running time; where the blend drives worse than the cubic
+switching speeds of the two extremals around it that meets its running time; where the blend costs other than the cubic
 through the extremals' (T, E, slope −λ) promises, an extremal is added between them.
 """
 

@@ -189,7 +189,7 @@ def drive(
         Running times, energies and multipliers of the extremals, in order.
     losses : (m,) float64
         A run between an extremal and the one before it may cost more than the cubic through the two promises by this
-        share of its energy,
+        share of its energy, and less by `CHEAPER` times that,
     base_j : float
         but of no less than so much, and no more than a faster one; an infinite loss refuses no run, nor does an
         infinite multiplier of the first extremal.

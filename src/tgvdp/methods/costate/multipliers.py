@@ -1,6 +1,6 @@
 """Extremals of one mesh in the order of their running times, and the blends of their policies between them.
 
-They are added where a blend drives worse than the extremals around it foretell, and where the tangents through these
+They are added where a blend costs other than the extremals around it foretell, and where the tangents through these
 leave room for more than that.
 """
 
