@@ -22,12 +22,10 @@ _unasked = threading.Lock()
 
 def late_kernels(options: SearchOptions) -> list[tuple[Any, str]]:
     """Kernels that a search calls late and that have to be compiled, in that order, with the tasks that do it."""
-    if options.method != "front":
-        return []
     kernels: list[tuple[Any, str]] = [(drive, "tgvdp.api.warm:driving")]
     if options.min_phase_s > 0.0:
         kernels.append((prune_runs, "tgvdp.api.warm:pruning"))
-    return [(kernel, task) for kernel, task in kernels if is_missing(kernel)]
+    return [(kernel, task) for kernel, task in kernels if options.method == "front" and is_missing(kernel)]
 
 
 @contextlib.contextmanager
@@ -39,7 +37,8 @@ def compiling_beside(options: SearchOptions) -> Iterator[None]:
     options : SearchOptions
         Of the search.
     """
-    late = late_kernels(options) if shares(2.0, 1.0) > 1 and _is_first() else []
+    asks = options.method == "front" and shares(2.0, 1.0) > 1 and _is_first()
+    late = late_kernels(options) if asks else []
     if not late:
         yield
         return
@@ -56,5 +55,5 @@ def compiling_beside(options: SearchOptions) -> Iterator[None]:
 
 
 def _is_first() -> bool:
-    """Whether no search of this process has asked before: after one nothing is missing."""
+    """Whether no front of this process has asked before: after one nothing is missing."""
     return _unasked.acquire(blocking=False)
