@@ -2,6 +2,7 @@
 
 import threading
 import time
+from contextvars import ContextVar
 
 import pytest
 
@@ -31,6 +32,20 @@ def test_who_shares_the_machine_works_on_one_core():
     assert len(set(cores.side_by_side(thread_of, range(8)))) == 2
 
 
-def test_errors_come_through():
+def test_errors_come_through_the_first_of_them():
     with pytest.raises(ZeroDivisionError):
         cores.side_by_side(divmod, [1, 1], [1, 0])
+
+    def fails(wait_s, error):
+        time.sleep(wait_s)
+        raise error
+
+    for waits_s in ((0.05, 0.0), (0.0, 0.05)):
+        with pytest.raises(KeyError):
+            cores.side_by_side(fails, waits_s, (KeyError("first"), ValueError("second")))
+
+
+def test_what_calls_leave_in_their_context_stays_there():
+    left = ContextVar("left", default="nothing")
+    cores.side_by_side(left.set, "abc")
+    assert left.get() == "nothing"

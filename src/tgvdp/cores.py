@@ -4,7 +4,7 @@ import contextlib
 import functools
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextvars import ContextVar, copy_context
 from typing import Any, TypeVar
 
@@ -57,18 +57,30 @@ def side_by_side(function: Callable[..., _Result], *arguments: Iterable[Any]) ->
     if cores == 1:
         return [function(*call) for call in calls]
     with on_one_core(), heard_by(None):
-        # The last call is this thread's own, and whatever of the others nobody has begun: to hand on work takes time.
-        futures = [_threads(cores - 1).submit(copy_context().run, function, *call) for call in calls[:-1]]
-        try:
-            here = [function(*calls[-1])]
-            while futures and futures[-1].cancel():
-                futures.pop()
-                here.append(function(*calls[len(futures)]))
-            return [*(future.result() for future in futures), *reversed(here)]
-        finally:
-            for future in futures:
-                future.cancel()
-            wait(futures)
+        tasks = [functools.partial(copy_context().run, function, *call) for call in calls]
+    # The last call is this thread's own, and whatever of the others nobody has begun: to hand on work takes time.
+    futures = [_threads(cores - 1).submit(task) for task in tasks[:-1]]
+    here: list[Future[_Result]] = []
+    try:
+        while True:
+            here.append(_done(tasks[len(futures)]))
+            if not futures or not futures[-1].cancel():
+                return [future.result() for future in (*futures, *reversed(here))]
+            futures.pop()
+    finally:
+        for future in futures:
+            future.cancel()
+        wait(futures)
+
+
+def _done(task: Callable[[], _Result]) -> "Future[_Result]":
+    """A future of what has been done here: its error waits until those of earlier calls are known."""
+    future: Future[_Result] = Future()
+    try:
+        future.set_result(task())
+    except Exception as error:
+        future.set_exception(error)
+    return future
 
 
 @functools.cache

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tests.helpers.twins import running
 from tgvdp.model.effort import EffortCurve, EffortPiece
-from tgvdp.model.train import Train
+from tgvdp.model.train import BrakingRate, Train
 from tgvdp.physics import codes
 from tgvdp.physics.arc import arc, within_effort_at
 from tgvdp.physics.cell import Cell, Rows
@@ -263,3 +263,36 @@ def test_the_force_at_one_speed_is_the_mean_from_it_to_itself(curve, regime, rat
     cell = Cell(0.0, 1.0, 1.0, 2e3, 7.0, math.inf)
     for v in (0.0, 3.0, 10.0, 12.0, 15.0, 25.0, 55.0):
         assert net_force_at(train, regime, cell, v) == pytest.approx(net_force(train, regime, cell, v, v), rel=1e-12)
+
+
+@pytest.mark.parametrize("curve", CURVES)
+@pytest.mark.parametrize("regime", [TRACTION, BRAKING, DYNAMIC])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_row_lands_beyond_a_jump_of_the_effort_too_or_at_it(curve, regime, sign):
+    """It stalled where the first step went below a standstill, and came to nothing next to one."""
+    train = kernel_train(railcar(curve, friction_brake_n=0.0))
+    for v, length_m in itertools.product((2e-3, 10.0, 12.0, 17.0, 25.0, 26.0), (1.0, 60.0, 300.0)):
+        w = v * v
+        cell = Cell(0.0, length_m, length_m, 1e3, 7.0, math.inf)
+
+        def left(x, w=w, v=v, cell=cell):
+            """What a landing at x is too low by."""
+            return (
+                w + sign * 2.0 * cell.length_m / train.inertia_kg * net_force(train, regime, cell, v, math.sqrt(x)) - x
+            )
+
+        landed = land(train, regime, sign, cell, length_m, w)
+        if landed == 0.0:
+            assert left(1e-9 * (w + 1.0)) <= 0.0
+        else:
+            assert left(landed * (1.0 - 1e-7)) >= 0.0 >= left(landed * (1.0 + 1e-7))
+
+
+def test_braking_rates_bring_a_train_to_its_stop_although_the_dynamic_brake_fades():
+    """The rate drives the motion, whatever curve is behind it; rows grew ever shorter."""
+    fades = EffortCurve.from_points([(0, 0.0), (5, 2e5), (60, 1e5)])
+    train = railcar(braking=fades, braking_rates=(BrakingRate(0.0, 0.8),), friction_brake_n=0.0)
+    x, v = drive(train, BRAKING, 1e3, 0.0, 20.0)
+    assert v[-1] == 0.0
+    assert x[-1] == pytest.approx(0.5 * 20.0**2 / 0.8, rel=1e-9)
+    assert len(x) < 10

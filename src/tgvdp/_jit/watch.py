@@ -31,6 +31,8 @@ class _Listener(event.Listener):  # type: ignore[misc]
             self._told(True)
 
     def on_end(self, ended: Any) -> None:
+        if not self._started:  # another thread began that before anybody listened
+            return
         started = self._started.pop()
         if not self._started:
             function = ended.data["dispatcher"].py_func

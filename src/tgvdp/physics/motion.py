@@ -43,8 +43,11 @@ _HALVINGS = 30
 #: ... and the share of the speed within which it does so at once.
 _AT_ONCE = 1e-6
 
-#: The share of w by which the last step of `land` may still change it.
+#: The share of w by which the last step of `land` may still change it, how many steps there are at most, and the share
+#: of what there is to lose below which nothing is left.
 _LANDED = 1e-9
+_LANDINGS = 60
+_STALLED = 1e-12
 
 #: A train that a drop of the effort curve holds runs this share of v² below the drop.
 BELOW_DROP = 1e-9
@@ -94,9 +97,9 @@ def net_force_at(train, regime, cell, v):
 
 @leaf
 def _damping(train, cell, factor, v):
-    """By what a step of `_landed` is to be divided at least: the resistance changes with the speed that is reached."""
+    """By what a step of `_landed` is to be divided: the resistance changes with the speed that is reached."""
     linear = 0.25 * train.davis_b / v if v > 0.0 else 0.0
-    return max(1.0 + factor * (0.5 * cell.air + linear), 0.5)
+    return max(1.0 + factor * (0.5 * cell.air + linear), 1.0)
 
 
 @part
@@ -107,15 +110,25 @@ def _landed(train, regime, sign, cell, length_m, w, net, x):
     damping = _damping(train, cell, factor, v)
     before_x = w
     before = w + factor * net
-    for _ in range(40):
+    stalls = _STALLED * (w + abs(factor * net))
+    lo = 0.0
+    hi = math.inf
+    for _ in range(_LANDINGS):
         reached = w + factor * net_force(train, regime, cell, v, math.sqrt(x))
+        if reached > x:
+            lo = x
+        else:
+            hi = x
         slope = (reached - before) / (x - before_x) if x != before_x else 1.0 - damping
-        step = (reached - x) / min(max(1.0 - slope, 0.5 * damping), 2.0 * damping)
         before_x = x
         before = reached
-        x = max(x + step, 0.0)
-        if abs(step) <= _LANDED * x or x == 0.0:
-            break
+        x += (reached - x) / min(max(1.0 - slope, 0.5), 2.0 * damping)
+        if not lo <= x <= hi:  # the effort jumps on the way
+            x = 0.5 * (lo + hi)
+        if abs(x - before_x) <= _LANDED * x:
+            return x
+        if hi <= stalls:
+            return 0.0
     return x
 
 
@@ -123,9 +136,9 @@ def _landed(train, regime, sign, cell, length_m, w, net, x):
 def land(train, regime, sign, cell, length_m, w):
     """Squared speed after one row of the given length (sign = −1: before it); 0 if the train stalls.
 
-    Solves x = w + sign·2·d/m_eff·net(w, x) by the secant rule: the right side hardly depends on x, and an error of
-    1e-7 in one step leaves less than 1e-12 in the next. What is met from both sides has to be so near: where it was
-    not (1e-9, by the slope of the resistance alone), runs left the curve of the dynamic brake at the end of each cell.
+    Solves x = w + sign·2·d/m_eff·net(w, x) to rounding by the secant rule, or by halves where an effort jumps: mostly
+    the right side hardly depends on x. What is met from both sides has to be so near: where it was not (to 1e-8, by the
+    slope of the resistance alone), runs left the curve of the dynamic brake at the end of each cell.
     """
     v = math.sqrt(w)
     factor = sign * 2.0 * length_m / train.inertia_kg
@@ -254,9 +267,10 @@ def march(train, regime, sign, cell, length_m, w, target_w, rows, n):
         if regime == TRACTION:
             end, effort_slope = _row_end(train.traction, 0.0, v, rising, per_usual)
         elif regime != COASTING:
-            friction = train.friction_n if regime == BRAKING and train.rates.shape[0] == 0 else 0.0
-            end, brake_slope = _row_end(train.braking, friction, v, rising, per_usual)
-            effort_slope = -brake_slope
+            if regime == DYNAMIC or train.rates.shape[0] == 0:
+                friction = train.friction_n if regime == BRAKING else 0.0
+                end, brake_slope = _row_end(train.braking, friction, v, rising, per_usual)
+                effort_slope = -brake_slope
             if train.rates.shape[0] > 0:
                 other = _row_end(train.rates, 0.0, v, rising, per_usual)[0]
                 end = min(end, other) if rising else max(end, other)
