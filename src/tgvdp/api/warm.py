@@ -25,7 +25,7 @@ from tgvdp.certificate.line import BoundingProblem
 from tgvdp.certificate.speed_bound import Caps
 from tgvdp.cores import on_one_core
 from tgvdp.formats import load_train
-from tgvdp.line.cells import Cells, cells_of
+from tgvdp.line.cells import Cells
 from tgvdp.methods.costate.bridge import most_effort_n
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.methods.phases.prune import prune_fastest
@@ -33,11 +33,8 @@ from tgvdp.model.track import Gradient, SpeedLimit, Track
 from tgvdp.model.train import BrakingRate
 from tgvdp.model.trip import Trip
 from tgvdp.options.search import SearchOptions
-from tgvdp.physics.energy import energy_tables
-from tgvdp.physics.forces import kernel_train, per_kilogram
 from tgvdp.referee.drive import replay_rows
 from tgvdp.referee.replay import replay
-from tgvdp.runs.fastest import Envelope
 from tgvdp.runs.profile import profile_of
 from tgvdp.second_process import SecondProcess
 
@@ -93,14 +90,8 @@ def margins() -> list[Compiled]:
 
 def driving() -> list[Compiled]:
     """Drive on a mesh that no search made: what a search calls after its first extremals can be compiled beside it."""
-    trip, x_m, w = _some_run()
-    cells = cells_of(trip)
-    fast = np.interp(cells.station_m, x_m, w)
-    train = kernel_train(trip.train)
-    envelope = Envelope(np.zeros_like(fast), fast, x_m, w)
-    tables = energy_tables(trip.train, trip.energy)
     with watch() as compiled:
-        _ = Mesh(trip, train, per_kilogram(train), tables, cells, envelope, 1.0, 1.0, 1.0, 1.0).course
+        _ = Mesh.along(*_some_run()).course
     return compiled
 
 

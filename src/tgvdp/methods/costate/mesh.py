@@ -132,6 +132,15 @@ class Mesh:
             _LEAST_SHARE * min(scale_j, kinetic_j), _LEAST_SHARE * scale_j,
         )  # fmt: skip
 
+    @classmethod
+    def along(cls, trip: Trip, x_m: NDArray[np.float64], w: NDArray[np.float64]) -> "Mesh":
+        """Mesh of cells as they come, with a run, (n,), for its envelope: for who drives, but searches for nothing."""
+        cells = cells_of(trip)
+        fast = np.interp(cells.station_m, x_m, w)
+        train, envelope = kernel_train(trip.train), Envelope(np.zeros_like(fast), fast, x_m, w)
+        tables = energy_tables(trip.train, trip.energy)
+        return cls(trip, train, per_kilogram(train), tables, cells, envelope, trip.distance_m, 1.0, 1.0, 1.0)
+
     def cut(self, parts: NDArray[np.int64]) -> "Mesh":
         """The mesh with its cells cut into so many parts, (K,); the mesh itself where none is cut."""
         if (parts == 1).all():
