@@ -27,11 +27,11 @@ SAMPLES = 128
 #: the bracket of shares if it changed evenly with them; or after so many runs.
 _EVEN = 0.1
 _MOST_RUNS = 30
+#: Of these the first are foretold, each from those before it; after that running times jump, or nearly.
+_FORETOLD_RUNS = 3
 #: A run that costs less than extremals promise tells as well that they do not know the front between them; in so many
 #: times what it may cost more.
 CHEAPER = 4.0
-#: Of these the first are foretold, each from those before it; after that running times jump, or nearly.
-_FORETOLD_RUNS = 3
 
 
 _foretell = leaf(foretell)
