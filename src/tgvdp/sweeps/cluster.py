@@ -1,7 +1,9 @@
 """Where batches are solved: workers on this machine, or a Dask cluster that is there."""
 
+import asyncio
 import contextlib
 import threading
+import time
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -15,6 +17,9 @@ if TYPE_CHECKING:
 
 #: Time for a scheduler to answer, s.
 _CONNECT_S = 10.0
+#: Time for workers that stand in for dead ones to run before all are ended, s, and between two looks at them.
+_SETTLE_S = 10.0
+_SETTLE_LOOK_S = 0.02
 #: Above logging.CRITICAL: what goes wrong is reported by the sweep itself.
 _SILENT = 100
 #: Of an own cluster: a death is counted here, not there; nothing is spilled or moved, for workers keep nothing, and no
@@ -95,7 +100,7 @@ def started(cluster: Cluster) -> "Iterator[Callable[[], Client]]":
             if cluster.scheduler is not None:
                 get_address_host_port(cluster.scheduler)  # a client that cannot read it would take long to end
             # Entering one waits for its workers.
-            address: Any = cluster.scheduler or stack.enter_context(contextlib.closing(_local(cluster)))
+            address: Any = cluster.scheduler or stack.enter_context(_own(cluster))
 
         def connect() -> Client:
             with _answering(cluster):
@@ -116,6 +121,33 @@ def _answering(cluster: Cluster) -> Iterator[None]:
         yield
     except (OSError, ValueError) as error:
         raise UnavailableError(f"no scheduler answers at {cluster.scheduler or 'this machine'}: {error}") from error
+
+
+@contextlib.contextmanager
+def _own(cluster: Cluster) -> "Iterator[LocalCluster]":
+    """Workers on this machine, which end with the context."""
+    local: Any = _local(cluster)
+    with contextlib.closing(local):
+        try:
+            yield local
+        finally:
+            local.sync(_settle, local)
+
+
+async def _settle(local: Any) -> None:
+    """Wait until workers that stand in for dead ones run.
+
+    When a worker dies within a moment of its start, Dask takes the next one for running though it has no process yet:
+    to end such a one fails.
+    """
+    limit_s = time.monotonic() + _SETTLE_S
+    while any(_is_starting(nanny) for nanny in local.workers.values()) and time.monotonic() < limit_s:
+        await asyncio.sleep(_SETTLE_LOOK_S)
+
+
+def _is_starting(nanny: Any) -> bool:
+    worker = nanny.process
+    return worker is not None and nanny.status.name == "running" and (worker.status.name != "running" or not worker.pid)
 
 
 def _local(cluster: Cluster) -> "LocalCluster":

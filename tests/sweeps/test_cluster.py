@@ -1,0 +1,34 @@
+"""Workers on this machine, as they die and are ended."""
+
+import subprocess
+import sys
+
+import pytest
+
+pytest.importorskip("distributed")
+
+#: Workers that die as soon as they are connected, sooner than Dask looks, and whose successors take long to begin.
+DEATH_BEFORE_THE_END = """
+import os, time
+from multiprocessing.process import BaseProcess
+from distributed import KilledWorker
+from distributed.nanny import WorkerProcess
+from tgvdp.sweeps.cluster import Cluster, started
+
+with started(Cluster(workers=1)) as connect:
+    client = connect()
+    assert client.submit(abs, -1).result() == 1
+    begin = BaseProcess.start
+    BaseProcess.start = lambda process: (time.sleep(2), begin(process))
+    WorkerProcess._init_msg_interval = 1
+    for _ in range(2):
+        try:
+            client.submit(lambda: os._exit(1), pure=False).result()
+        except KilledWorker:
+            print("killed")
+"""
+
+
+def test_ended_while_a_dead_worker_is_replaced():
+    done = subprocess.run([sys.executable, "-c", DEATH_BEFORE_THE_END], capture_output=True, text=True, timeout=200)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "killed\nkilled\n", "")
