@@ -33,11 +33,15 @@ def on_one_core() -> Iterator[None]:
         _on_one.reset(token)
 
 
-def shares(work: float, least: float) -> int:
-    """Into how many parts to cut some work for `side_by_side`, so that none is less than ``least``."""
+def shares(work: float, least: float, each: int = 1) -> int:
+    """Into how many parts to cut some work for `side_by_side`, so that none is less than ``least``.
+
+    At most so many for ``each`` core: several where it is not known how long a part takes.
+    """
     if _on_one.get() or work < 2.0 * least:
         return 1
-    return min(usable_cores(), int(work / least))
+    cores = usable_cores()
+    return min(each * cores, int(work / least)) if cores > 1 else 1
 
 
 def even_parts(items: Sequence[_Item], count: int) -> list[Sequence[_Item]]:

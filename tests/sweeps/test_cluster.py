@@ -30,5 +30,6 @@ with started(Cluster(workers=1)) as connect:
 
 
 def test_ended_while_a_dead_worker_is_replaced():
-    done = subprocess.run([sys.executable, "-c", DEATH_BEFORE_THE_END], capture_output=True, text=True, timeout=200)
+    command = [sys.executable, "-c", DEATH_BEFORE_THE_END]
+    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=200)
     assert (done.returncode, done.stdout, done.stderr) == (0, "killed\nkilled\n", "")

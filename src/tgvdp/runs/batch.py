@@ -20,9 +20,6 @@ from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import kernel_train, unpowered
 from tgvdp.runs.profile import drawn_on
 
-#: Rows that are worth a thread of its own: to hand them over takes a tenth of a millisecond, they a whole one.
-ROWS_OF_A_THREAD = 7000
-
 
 class Batch(NamedTuple):
     """Rows of n runs, one behind the other.
@@ -45,22 +42,6 @@ class Batch(NamedTuple):
         first = np.cumsum([0, *(len(x_m) for x_m, _ in runs)])
         x_m, w = (np.concatenate(columns) for columns in zip(*runs, strict=True))
         return cls(x_m, w, first)
-
-    @classmethod
-    def joined(cls, batches: Sequence["Batch"]) -> "Batch":
-        """Put the runs of batches one behind the other."""
-        if len(batches) == 1:
-            return batches[0]
-        starts = np.cumsum([0, *(len(one.x_m) for one in batches)])
-        first = [one.first[:-1] + start for one, start in zip(batches, starts, strict=False)]
-        x_m, w = (np.concatenate(columns) for columns in zip(*((one.x_m, one.w) for one in batches), strict=True))
-        return cls(x_m, w, np.concatenate((*first, starts[-1:])))
-
-    def part(self, start: int, end: int) -> "Batch":
-        """Runs ``start`` to ``end`` − 1."""
-        first = self.first[start : end + 1]
-        rows = slice(int(first[0]), int(first[-1]))
-        return Batch(self.x_m[rows], self.w[rows], first - first[0])
 
     def runs(self) -> list[tuple[Floats, Floats]]:
         """Positions and squared speeds of each run."""

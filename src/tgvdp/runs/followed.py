@@ -6,11 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.cores import even_parts, shares, side_by_side
 from tgvdp.line.piecewise import Floats
 from tgvdp.line.resolved import ResolvedLine, resolve
 from tgvdp.model.trip import Trip
-from tgvdp.runs.batch import ROWS_OF_A_THREAD, Batch, totals_of
+from tgvdp.runs.batch import Batch, totals_of
 from tgvdp.runs.bends import cut_at_bends, most_off_s
 from tgvdp.runs.effort_jumps import jumps_of
 from tgvdp.runs.resistance_correction import follow
@@ -43,7 +42,17 @@ class Followed(NamedTuple):
         return [self.regime[start : end - 1] for start, end in pairwise(self.runs.first.tolist())]
 
 
-def follow_all(trip: Trip, runs: Batch, regime: _Regime | None, time_s: Floats, energy_j: Floats) -> Followed:
+def are_cut(line: ResolvedLine, last_s: float) -> bool:
+    """Whether rows of runs, of which the slowest takes so long, s, are cut where motion bends.
+
+    Not where the resistance changes along a row: its effort is no law to cut it by.
+    """
+    return line.even and most_off_s(last_s) > 0.0
+
+
+def follow_all(
+    trip: Trip, runs: Batch, regime: _Regime | None, time_s: Floats, energy_j: Floats, *, bends: bool
+) -> Followed:
     """Give runs their true resistance, and cut their rows where an effort drops or motion bends.
 
     Parameters
@@ -55,24 +64,17 @@ def follow_all(trip: Trip, runs: Batch, regime: _Regime | None, time_s: Floats, 
         Regime of the row that starts there, if known; that of the last row of a run means nothing.
     time_s, energy_j : (n,) float64
         Running times, s, and energies by the trip's model, J, by the rows given.
+    bends : bool
+        `are_cut` of all runs of a front, of which these may be some.
     """
     line = resolve(trip)
     true, regime = _corrected(trip, line, runs, regime)
-    if true is runs and not (line.even and most_off_s(float(time_s.max())) > 0.0):
+    if bends:
+        true, parts = cut_at_bends(trip.train, line, true)
+        regime = None if regime is None else regime.repeat(parts)
+    elif true is runs:
         return Followed(runs, regime, time_s, energy_j)
-
-    def cut(part: range) -> Followed:
-        own = true.part(part.start, part.stop)
-        known = None if regime is None else regime[true.first[part.start] : true.first[part.stop]]
-        if line.even:  # where the resistance changes along a row, its effort is no law to cut it by
-            own, parts = cut_at_bends(trip.train, line, own)
-            known = None if known is None else known.repeat(parts)
-        return Followed(own, known, *totals_of(trip, own))
-
-    parts = even_parts(range(len(time_s)), shares(len(true.x_m), ROWS_OF_A_THREAD))
-    batches, regimes, times_s, energies_j = zip(*side_by_side(cut, parts), strict=True)
-    known = None if regime is None else np.concatenate(regimes)
-    return Followed(Batch.joined(batches), known, np.concatenate(times_s), np.concatenate(energies_j))
+    return Followed(true, regime, *totals_of(trip, true))
 
 
 def _corrected(trip: Trip, line: ResolvedLine, runs: Batch, regime: _Regime | None) -> tuple[Batch, _Regime | None]:

@@ -11,6 +11,7 @@ from tests.helpers.trips import commuter, trip_on
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate.drivable import drivable
 from tgvdp.methods.costate.mesh import Mesh
+from tgvdp.methods.costate.mesh import Run as Found
 from tgvdp.methods.phases.plan import AT, PLAN_COLUMNS, REGIME, leave_out, plan_of
 from tgvdp.methods.phases.prune import prune
 from tgvdp.methods.phases.regimes import tell_regimes, without_touches
@@ -195,39 +196,47 @@ def test_what_costs_too_much_stays(made):
     assert pruned.time_s == pruned.energy_j == 0.0
     np.testing.assert_array_equal(pruned.runs.x_m, x_m)
     counters = {"short": 0}
-    outcome = np.array([[100.0, 1e8, 1e5]])
-    kept, *_ = drivable(mesh, outcome, runs, np.array([100.0]), 1e-9, 1e-3, counters, SearchBudget().start())
-    assert kept[0, 0] == 100.0 and counters["short"] == 0
+    kept = drivable(mesh, [found_run(x_m, w)], np.array([100.0]), 1e-9, 1e-3, counters, SearchBudget().start())
+    assert kept.outcome[0, 0] == 100.0 and counters["short"] == 0
+
+
+def found_run(x_m, w, number=0):
+    """A run of a search; of several, each takes a second longer."""
+    return Found(100.0 + number, 1e8 - 1e6 * number, 1e5, x_m, w)
 
 
 @pytest.mark.parametrize("why", ["no time", "too many rows"])
 def test_runs_stay_as_they_are_where_there_is_no_time_for_them(made, monkeypatch, why):
     """A run of a train of a few grams has a hundred thousand rows: to prune sixty of them took nine seconds."""
     mesh, _, x_m, w = made
-    outcome, runs = np.array([[100.0, 1e8, 1e5]]), Batch.of([(x_m, w)])
     if why == "too many rows":
         monkeypatch.setattr("tgvdp.methods.costate.drivable._ROWS_AT_ONCE", len(x_m) - 1)
     clock = SearchBudget(time_limit_s=1e-9 if why == "no time" else 60.0).start()
-    found, kept, regime, in_time = drivable(mesh, outcome, runs, np.array([100.0]), 1e-9, 1.0, {"short": 0}, clock)
-    assert (found == outcome).all() and (regime == -1).all()
-    np.testing.assert_array_equal(kept.w, w)
-    assert in_time == (why != "no time")
+    kept = drivable(mesh, [found_run(x_m, w)], np.array([100.0]), 1e-9, 1.0, {"short": 0}, clock)
+    assert kept.outcome.tolist() == [[100.0, 1e8, 1e5]] and (kept.regimes[0] == -1).all()
+    np.testing.assert_array_equal(kept.rows[0][1], w)
+    assert kept.complete == (why != "no time")
 
 
-def test_runs_are_pruned_some_rows_at_a_time(made, monkeypatch):
+@pytest.mark.parametrize("cores", [1, 2])
+def test_runs_are_pruned_some_rows_at_a_time(made, monkeypatch, cores):
     mesh, _, x_m, w = made
-    monkeypatch.setattr("tgvdp.methods.costate.drivable._ROWS_AT_ONCE", 2 * len(x_m))
-    outcome = np.array([(100.0 + i, 1e8 - 1e6 * i, 1e5) for i in range(5)])
-    runs = Batch.of([(x_m, w)] * 5)
+    runs = [found_run(x_m, w, number) for number in range(5)]
+    monkeypatch.setattr("tgvdp.cores.usable_cores", lambda: cores)
+    monkeypatch.setattr("tgvdp.methods.costate.drivable._ROWS_OF_A_THREAD", len(x_m))
 
     def pruned():
-        return drivable(mesh, outcome, runs, outcome[:, 0], 1e-9, 1.0, {"short": 0}, SearchBudget().start())
+        aims_s = np.array([run.time_s for run in runs])
+        return drivable(mesh, runs, aims_s, 1e-9, 1.0, {"short": 0}, SearchBudget().start())
 
-    some = pruned()
-    monkeypatch.setattr("tgvdp.methods.costate.drivable._ROWS_AT_ONCE", 10 * len(x_m))
     whole = pruned()
-    assert some[-1]
-    for one, other in zip((some[0], *some[1], some[2]), (whole[0], *whole[1], whole[2]), strict=True):
+    monkeypatch.setattr("tgvdp.methods.costate.drivable._ROWS_AT_ONCE", 2 * len(x_m))
+    some = pruned()
+    assert some.complete
+    np.testing.assert_array_equal(some.outcome, whole.outcome)
+    for one, other in zip(some.regimes, whole.regimes, strict=True):
+        np.testing.assert_array_equal(one, other)
+    for one, other in zip(some.rows, whole.rows, strict=True):
         np.testing.assert_array_equal(one, other)
 
 

@@ -1,18 +1,21 @@
-"""Runs of the front method without phases that are too short to drive: the points of a front, one by one."""
+"""The points of a front: runs of a search without phases that are too short to drive, as true runs."""
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.cores import shares, side_by_side
+from tgvdp.line.resolved import resolve
 from tgvdp.methods.budget import Clock
-from tgvdp.methods.costate.mesh import Mesh
+from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.phases.prune import Pruned, prune
-from tgvdp.methods.phases.way import way_of
+from tgvdp.methods.phases.way import Way, way_of
 from tgvdp.physics.cell import Rows
-from tgvdp.runs.batch import ROWS_OF_A_THREAD, Batch
+from tgvdp.runs.batch import Batch
+from tgvdp.runs.followed import Followed, are_cut, follow_all
 
 _Floats = NDArray[np.float64]
 
@@ -20,88 +23,131 @@ _Floats = NDArray[np.float64]
 _LOSS = 5e-5
 #: ... and as a share of what the next run costs less: the order of runs stays what it is.
 _OF_STEP = 0.2
+#: Rows that are worth a thread of its own: to hand them over takes a tenth of a millisecond, they more than a whole
+#: one. Some runs take several times as long as others.
+_ROWS_OF_A_THREAD = 7000
+_PARTS_OF_A_CORE = 2
 #: Rows between two looks at the clock: a tenth of a second. Usual runs have some thousand; one of more than these stays
 #: as it is.
 _ROWS_AT_ONCE = 200_000
 
 
+class Drivable(NamedTuple):
+    """True runs.
+
+    Attributes
+    ----------
+    outcome : (n, 3) float64
+        Running times, s, energies by the trip's model, J, and multipliers, J/s, with auxiliaries.
+    rows : list of pairs
+        Positions from the origin, m, and squared speeds, m²/s², of each.
+    regimes : list of arrays or None
+        Regime of each row, as `runs.profile` numbers them; −1 in a run that stayed as it is.
+    complete : bool
+        False where the time was up.
+    """
+
+    outcome: _Floats
+    rows: list[tuple[_Floats, _Floats]]
+    regimes: list[NDArray[np.int8] | None]
+    complete: bool
+
+
+class _Leaving(NamedTuple):
+    """What leaving phases out of n runs asks for, as `prune` does."""
+
+    way: Way
+    price: _Floats
+    least_s: float
+    most_j: _Floats
+    early_s: _Floats
+    slack_s: float
+
+    def done(self, part: slice, runs: Batch) -> Pruned:
+        """Some of the runs, without their short phases."""
+        return prune(
+            self.way, runs, self.price[part], self.least_s, self.most_j[part], self.early_s[part], self.slack_s
+        )
+
+
 def drivable(
     mesh: Mesh,
-    outcome: _Floats,
-    runs: Batch,
+    runs: Sequence[Run],
     aims_s: _Floats,
     tolerance_s: float,
     min_phase_s: float,
     counters: dict[str, int],
     clock: Clock,
-) -> tuple[_Floats, Batch, NDArray[np.int8], bool]:
-    """Leave short phases out of runs.
+) -> Drivable:
+    """Leave short phases out of runs, and make them true ones.
 
     Parameters
     ----------
     mesh : Mesh
         On which they were found.
-    outcome : (n, 3) float64
-        Running times, s, which rise, energies without auxiliaries, J, and multipliers, J/s.
-    runs : Batch
-        Rows of these runs, one at least, which are slower than the fastest one.
+    runs : sequence of Run
+        One at least; their times, s, rise, and they are slower than the fastest run.
     aims_s : (m,) float64
         Running times that are wanted, s.
     tolerance_s : float
         How well they are met, s.
     min_phase_s : float
-        Shorter phases are left out, s.
+        Shorter phases are left out, s; 0 leaves all.
     counters : dict of str to int, modified in place
         ``short`` counts those that had to stay.
     clock : Clock
-        Runs that it leaves no time for stay as they are.
-
-    Returns
-    -------
-    outcome : (n, 3) float64
-    runs : Batch
-    regime : (N,) int8
-        Regime of each row, as `runs.profile` numbers them; −1 in a run that stayed as it is.
-    complete : bool
-        False where the time was up.
+        Runs that it leaves no time for keep their phases.
     """
-    way = way_of(mesh.train, mesh.cells, Rows(mesh.envelope.x_m, mesh.envelope.w), mesh.tables)
-    times_s, energies_j, price = outcome.T.copy()
+    outcome = np.array([run[:3] for run in runs])
+    outcome[:, 1] += mesh.tables.auxiliary_w * outcome[:, 0]
+    leaving = _leaving(mesh, outcome, aims_s, tolerance_s, min_phase_s) if min_phase_s > 0.0 else None
+    bends = are_cut(resolve(mesh.trip), float(outcome[-1, 0]))
+
+    def driven(part: slice) -> tuple[Followed, int, bool]:
+        own, regime, in_time, short = Batch.of([(run.x_m, run.w) for run in runs[part]]), None, True, 0
+        time_s, energy_j = outcome[part, 0], outcome[part, 1]
+        if leaving is not None:
+            regime = np.full(len(own.x_m), -1, dtype=np.int8)
+            in_time = not clock.expired
+            if in_time and len(own.x_m) <= _ROWS_AT_ONCE:
+                pruned = leaving.done(part, own)
+                own, regime, short = pruned.runs, pruned.regime, pruned.short
+                time_s = time_s + pruned.time_s
+                energy_j = energy_j + pruned.energy_j + mesh.tables.auxiliary_w * pruned.time_s
+        return follow_all(mesh.trip, own, regime, time_s, energy_j, bends=bends), short, in_time
+
+    parts = list(_parts([len(run.x_m) for run in runs]))
+    true, shorts, in_times = zip(*side_by_side(driven, parts), strict=True)
+    counters["short"] += sum(shorts)
+    outcome[:, 0], outcome[:, 1] = (
+        np.concatenate(column) for column in zip(*((one.time_s, one.energy_j) for one in true), strict=True)
+    )
+    return Drivable(
+        outcome,
+        [rows for one in true for rows in one.runs.runs()],
+        [regime for one in true for regime in one.regimes()],
+        all(in_times),
+    )
+
+
+def _leaving(mesh: Mesh, outcome: _Floats, aims_s: _Floats, tolerance_s: float, min_phase_s: float) -> _Leaving:
+    """What leaving phases out of runs may cost, and change of their times."""
+    times_s, drawn_j, price = outcome.T.copy()
     steps_j = np.full(len(outcome) + 1, np.inf)
-    steps_j[1:-1] = energies_j[:-1] - energies_j[1:]
-    drawn_j = energies_j + mesh.tables.auxiliary_w * times_s
+    steps_j[1:-1] = -np.diff(drawn_j - mesh.tables.auxiliary_w * times_s)
     most_j = np.minimum(
         _LOSS * np.maximum(np.abs(drawn_j), mesh.least_energy_j), _OF_STEP * np.minimum(steps_j[1:], steps_j[:-1])
     )
     early_s = aims_s[np.abs(aims_s - times_s[:, np.newaxis]).argmin(axis=1)] - times_s
     early_s[np.abs(early_s) > tolerance_s] = 0.0  # it stands for a time that no run takes
-
-    rows = np.diff(runs.first).tolist()
-    count = shares(len(runs.x_m), ROWS_OF_A_THREAD)
-    parts = list(_parts(rows, min(_ROWS_AT_ONCE, math.ceil(len(runs.x_m) / count))))
-    pieces = [runs.part(part.start, part.stop) for part in parts]
-    regimes = [np.full(len(piece.x_m), -1, dtype=np.int8) for piece in pieces]
-
-    def pruned(i: int) -> Pruned:
-        part = parts[i]
-        return prune(way, pieces[i], price[part], min_phase_s, most_j[part], early_s[part], tolerance_s)
-
-    changes = np.zeros_like(outcome)
-    complete = True
-    for first in range(0, len(parts), count):
-        if clock.expired:
-            complete = False
-            break
-        wave = [i for i in range(first, min(first + count, len(parts))) if len(pieces[i].x_m) <= _ROWS_AT_ONCE]
-        for i, one in zip(wave, side_by_side(pruned, wave), strict=True):
-            counters["short"] += one.short
-            changes[parts[i], 0], changes[parts[i], 1] = one.time_s, one.energy_j
-            pieces[i], regimes[i] = one.runs, one.regime
-    return outcome + changes, Batch.joined(pieces), np.concatenate(regimes), complete
+    way = way_of(mesh.train, mesh.cells, Rows(mesh.envelope.x_m, mesh.envelope.w), mesh.tables)
+    return _Leaving(way, price, min_phase_s, most_j, early_s, tolerance_s)
 
 
-def _parts(rows: Sequence[int], most: int) -> Iterator[slice]:
-    """Neighbouring runs that have few enough rows together, or one that has more."""
+def _parts(rows: Sequence[int]) -> Iterator[slice]:
+    """Neighbouring runs, of so many rows each, that are done together: few rows, or one run that has more."""
+    all_rows = sum(rows)
+    most = min(_ROWS_AT_ONCE, math.ceil(all_rows / shares(all_rows, _ROWS_OF_A_THREAD, _PARTS_OF_A_CORE)))
     first = together = 0
     for index, count in enumerate(rows):
         if index > first and together + count > most:

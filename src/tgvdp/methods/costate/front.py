@@ -23,9 +23,7 @@ from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.costate.multipliers import ExtremalFront, OutOfTime
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
-from tgvdp.runs.batch import Batch
 from tgvdp.runs.bends import enough_rows, most_off_s
-from tgvdp.runs.followed import Followed, follow_all
 from tgvdp.runs.profile import Profile
 
 #: How well a point meets its running time by default: a share of the step to the next point.
@@ -210,26 +208,15 @@ class _Search:
         outcome, complete = _outcome(self.known), driven.complete
         rows = [(run.x_m, run.w) for run in self.known]
         regimes: list[NDArray[np.int8] | None] = [None] * len(self.known)
-        if picked:
-            own, in_time, true = self._true(picked, aims_s)
-            outcome = np.concatenate((outcome, own))
-            complete = complete and in_time
-            rows += true.runs.runs()
-            regimes += true.regimes()
-        return _Points(outcome, rows, regimes, [-1] * len(self.known) + aim, missed, complete, driven.saves)
-
-    def _true(self, picked: Sequence[Run], aims_s: NDArray[np.float64]) -> tuple[NDArray[np.float64], bool, Followed]:
-        """Runs that can be driven, by their true resistance: what they come to, whether that is all, and their rows."""
-        outcome, in_time = _outcome(picked), True
-        runs = Batch.of([(run.x_m, run.w) for run in picked])
-        regime: NDArray[np.int8] | None = None
-        if self.front is not None and self.min_phase_s > 0.0:
-            outcome, runs, regime, in_time = drivable(
-                self.front.mesh, outcome, runs, aims_s, self.tolerance_s, self.min_phase_s, self.counters, self.clock
+        if picked and self.front is not None:
+            true = drivable(
+                self.front.mesh, picked, aims_s, self.tolerance_s, self.min_phase_s, self.counters, self.clock
             )
-        time_s, energy_j, multiplier = outcome.T
-        true = follow_all(self.trip, runs, regime, time_s, energy_j + self.auxiliary_w * time_s)
-        return np.column_stack((true.time_s, true.energy_j, multiplier)), in_time, true
+            outcome = np.concatenate((outcome, true.outcome))
+            complete = complete and true.complete
+            rows += true.rows
+            regimes += true.regimes
+        return _Points(outcome, rows, regimes, [-1] * len(self.known) + aim, missed, complete, driven.saves)
 
     def _picked(self, driven: _Found, aims_s: NDArray[np.float64]) -> tuple[list[Run], list[int], list[int]]:
         """Runs driven that are slower than the one before; the aim that each meets, −1 if none; aims missed."""

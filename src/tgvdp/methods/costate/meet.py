@@ -18,6 +18,8 @@ _Floats = NDArray[np.float64]
 
 #: Cells of runs that are worth a thread of its own, a tenth of a microsecond or two each.
 _LEAST_CELLS = 3000
+#: Groups of times for each core: next to the fastest run they take more runs, and some end early.
+_GROUPS_OF_A_CORE = 2
 #: Rows of a run, per cell, for which there is room: most take half as many.
 _ROWS_PER_CELL = 6
 _NO_PASSED = np.empty((0, 0, 0))
@@ -85,7 +87,7 @@ def meet(
     known = np.array([one.outcome for one in extremals])
     wanted = _Wanted(policies, known, losses, tolerance_s)
     second = np.searchsorted(known[:-1, 0], target_s).clip(min(1, len(known) - 1))
-    groups = list(_groups(second, shares(len(target_s) * len(mesh.cells.length_m), _LEAST_CELLS)))
+    groups = list(_groups(second, shares(len(target_s) * len(mesh.cells.length_m), _LEAST_CELLS, _GROUPS_OF_A_CORE)))
     if len(groups) > 1:
         _ = mesh.course  # none of the threads makes what all of them need
     found = side_by_side(lambda group: _met(mesh, wanted, target_s[group], second[group]), groups)

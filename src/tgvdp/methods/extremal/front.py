@@ -22,7 +22,7 @@ from tgvdp.model.trip import Trip
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, HELD_BACK, HOLDING, RETARDED, TRACTION
 from tgvdp.progress import tell
 from tgvdp.runs.batch import Batch
-from tgvdp.runs.followed import follow_all
+from tgvdp.runs.followed import are_cut, follow_all
 from tgvdp.runs.profile import Profile
 
 #: Relative difference below which running times are the same; how well extremals meet theirs.
@@ -259,7 +259,8 @@ class _Cleaning:
         regime = np.concatenate([np.append(_PROFILE_REGIMES[point.regime], np.int8(-1)) for point in points])
         time_s = np.array([point.extremal.time_s for point in points])
         energy_j = np.array([point.extremal.energy_j for point in points]) + self.auxiliary_w * time_s
-        true = follow_all(self.trip, runs, regime, time_s, energy_j)
+        bends = are_cut(resolve(self.trip), float(time_s.max()))
+        true = follow_all(self.trip, runs, regime, time_s, energy_j, bends=bends)
         prices = [max(point.extremal.price - self.auxiliary_w, 0.0) for point in points]
         columns = true.time_s.tolist(), true.energy_j.tolist(), prices, true.runs.runs(), true.regimes()
         return list(zip(*columns, strict=True))
