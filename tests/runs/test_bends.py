@@ -100,6 +100,21 @@ def test_a_line_that_alone_does_more_than_comfort_allows_is_cut():
     assert parts[0] > 1
 
 
+def test_a_row_a_hair_beyond_comfort_keeps_its_acceleration():
+    """Runs are joined to 1e-7 of v²; parts that kept their share of the traction were 0.16 % beyond comfort."""
+    train = replace(DRAG, max_acceleration_mps2=0.5)
+    v0, v1 = 50.0, 50.375
+    load_n = mean_resistance(kernel_train(train), train.davis_c_n_per_mps2, v0, v1)
+    pull_n = 1.03 * (0.5 * train.inertia_kg + load_n) * v0
+    train = replace(train, traction=EffortCurve.from_caps(2.0 * pull_n / v0, pull_n))
+    w = np.array([v0**2 * (1.0 - 5e-8), v1**2])
+    x_m = np.array([0.0, v1**2 - v0**2])
+    cut_m, cut_w = np.empty((2, 3))
+    trip = replace(level_trip(train, start_speed_mps=w[0] ** 0.5, end_speed_mps=v1), destination_m=x_m[1])
+    assert cut_rows(kernel_train(train), resolve(trip), x_m, w, np.array([2]), cut_m, cut_w) == 3
+    np.testing.assert_allclose(np.diff(cut_w) / (2.0 * np.diff(cut_m)), 0.5, rtol=1e-5)
+
+
 def test_what_coasts_from_a_standstill_takes_the_time_of_its_motion():
     """Parts of even length left the first of them off by 7 ms: it bends most."""
     train = replace(DRAG, davis_a_n=0.0, davis_b_n_per_mps=1e3, davis_c_n_per_mps2=0.0)

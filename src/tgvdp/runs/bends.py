@@ -102,11 +102,12 @@ def cut_at_bends(train: Train, line: ResolvedLine, runs: Batch) -> tuple[Batch, 
 def _bend(train, grade, air, d, w0, w1, v0, v1):
     """How far the squared speed is above a straight line half-way along a row, (m/s)²."""
     acceleration = 0.5 * (w1 - w0) / d
-    if is_comfort(train, acceleration):
-        return 0.0
     middle = math.sqrt(0.5 * (w0 + w1))
     load = resistance_at(train, air, middle) + grade
     effort = train.inertia_kg * acceleration + load
+    mean = train.inertia_kg * acceleration + mean_resistance(train, air, v0, v1) + grade
+    if is_comfort(train, mean, acceleration):
+        return 0.0
     # Of halves, since a row may begin or end at a drop of the effort.
     change = drag_change(train, air, v0, middle, v1)
     follows_limit = True
@@ -117,7 +118,7 @@ def _bend(train, grade, air, d, w0, w1, v0, v1):
     elif follows_dynamic(train, d, -effort, v0, v1):
         change += mean_effort(train.braking, middle, v1) - mean_effort(train.braking, v0, middle)
     elif train.rates.shape[0] > 0:
-        if is_bound(train, acceleration, middle):
+        if is_bound(train, effort, acceleration, middle):
             return 0.0
         follows_limit = False
     elif -effort >= NEARLY_FULL * brake_at(train, load, middle):
@@ -126,7 +127,6 @@ def _bend(train, grade, air, d, w0, w1, v0, v1):
         follows_limit = False
     differs = change / train.inertia_kg
     if follows_limit:
-        mean = train.inertia_kg * acceleration + mean_resistance(train, air, v0, v1) + grade
         is_any = abs(mean) > NO_EFFORT * effort_at(train.traction, 0.0)  # without effort the line may do more
         if is_any and passes(train.max_acceleration, train.max_deceleration, mean, acceleration, differs):
             return 0.0

@@ -153,7 +153,7 @@ def drive_then_brake(train, regime, brakes, cell, w0, w1, scratch, rows, n):
     regime : int
         TRACTION, COASTING or DYNAMIC, held at the limit where it would pass it.
     brakes : int
-        BRAKING or DYNAMIC.
+        BRAKING or DYNAMIC; or COASTING, downhill.
     cell : Cell
     w0, w1 : float
         Squared speeds at its ends.

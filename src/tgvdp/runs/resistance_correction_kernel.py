@@ -89,16 +89,21 @@ def count_parts(line, x, w, parts):
 
 
 @leaf
-def is_comfort(train, gain):
-    """Whether an acceleration is at a comfort limit: no effort goes beyond it, but the line may."""
+def is_comfort(train, effort, gain):
+    """Whether an acceleration is at a comfort limit.
+
+    The line may go beyond it, but no effort does: where one seems to, a row begins or ends a hair away from its run.
+    """
     limit = train.max_acceleration if gain > 0.0 else train.max_deceleration
-    return (1.0 - _AT_LIMIT) * limit <= abs(gain) <= (1.0 + _AT_LIMIT) * limit
+    if abs(gain) > (1.0 + _AT_LIMIT) * limit:
+        return effort * gain > 0.0 and abs(effort) > NO_EFFORT * effort_at(train.traction, 0.0)
+    return abs(gain) >= (1.0 - _AT_LIMIT) * limit
 
 
 @leaf
-def is_bound(train, gain, v):
+def is_bound(train, effort, gain, v):
     """Whether an acceleration is at a comfort limit or at a braking rate, at a mean speed."""
-    if is_comfort(train, gain):
+    if is_comfort(train, effort, gain):
         return True
     return train.rates.shape[0] > 0 and abs(gain * train.inertia_kg / effort_at(train.rates, v) + 1.0) <= _AT_LIMIT
 
@@ -138,7 +143,7 @@ def _law_of(train, grade, air, d, w0, w1):
     v0 = math.sqrt(w0)
     v1 = math.sqrt(w1)
     effort = train.inertia_kg * acceleration + mean_resistance(train, air, v0, v1) + grade
-    kept = is_comfort(train, acceleration)
+    kept = is_comfort(train, effort, acceleration)
     slowing = train.max_deceleration
     table = train.traction if effort >= 0.0 else train.braking
     mean = mean_effort(table, v0, v1)
@@ -322,7 +327,7 @@ def _look(train, line, x, w, gain, top, effort, sums, bound, held):
         v = math.sqrt(mean_w)
         resistance = train.davis_a_n + train.davis_b * v + line.air[between] * mean_w
         effort[k] = train.inertia_kg * 0.5 * (w[k + 1] - w[k]) / d + resistance + line.grade_n[between]
-        bound[k] = is_bound(train, 0.5 * (w[k + 1] - w[k]) / d, v)
+        bound[k] = is_bound(train, effort[k], 0.5 * (w[k + 1] - w[k]) / d, v)
         held[k] = abs(w[k + 1] - w[k]) <= _SAME_W * w[k + 1] and _is_held(train, least, effort[k], v)
 
 

@@ -1,6 +1,7 @@
 """Rows through a cell last as long as the equation of motion says, however much of the speed goes there."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -13,7 +14,9 @@ from tgvdp.methods.costate.forward_rows import coast, evenly
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.train import Train
 from tgvdp.physics.cell import Cell, room_for_marches, room_for_rows
-from tgvdp.physics.forces import kernel_train, mean_resistance
+from tgvdp.physics.codes import TRACTION
+from tgvdp.physics.forces import kernel_train, mean_effort, mean_resistance
+from tgvdp.physics.motion import march
 
 FREIGHT = Train(
     mass_kg=2.5e6,
@@ -34,6 +37,10 @@ LIGHT = Train(
     davis_b_n_per_mps=0.4,
     davis_c_n_per_mps2=2.0,
 )
+
+
+def march_room():
+    return room_for_marches(1000, "test: march")
 
 
 def full_traction_n(v):
@@ -61,7 +68,7 @@ def test_rows_last_as_long_as_the_motion(effort_n, start_mps, permil, length_m):
     (end_w, seconds) = solve_ivp(slopes, (0.0, length_m), (start_mps**2, 0.0), rtol=1e-11, atol=1e-9).y[:, -1]
     rows = room_for_rows(1000, "test")
     cell = Cell(0.0, length_m, length_m, grade_n, FREIGHT.davis_c_n_per_mps2, math.inf)
-    n = evenly(train, cell, start_mps**2, end_w, rows, 0)
+    n = evenly(train, cell, start_mps**2, end_w, march_room(), rows, 0)
     x_m, v = np.concatenate(([0.0], rows.x[:n])), np.sqrt(np.concatenate(([start_mps**2], rows.w[:n])))
     assert (x_m[-1], v[-1] ** 2) == pytest.approx((length_m, end_w), rel=1e-7)
     assert float(np.sum(2.0 * np.diff(x_m) / (v[:-1] + v[1:]))) == pytest.approx(seconds, rel=5e-6)
@@ -89,7 +96,7 @@ def test_rows_of_one_effort_are_of_one_effort(end_mps):
     train = kernel_train(FREIGHT)
     cell = Cell(0.0, 2000.0, 2000.0, 0.0, FREIGHT.davis_c_n_per_mps2, math.inf)
     rows = room_for_rows(100, "test")
-    n = evenly(train, cell, 22.0**2, end_mps**2, rows, 0)
+    n = evenly(train, cell, 22.0**2, end_mps**2, march_room(), rows, 0)
     assert n > 2
     w = np.concatenate(([22.0**2], rows.w[:n]))
     v = np.sqrt(w)
@@ -111,12 +118,32 @@ def test_several_rows_pull_no_more_than_one_may():
 
     end_w = brentq(lambda w: pulled_n(w) - 999.99, start_w, 30.0**2)
     rows = room_for_rows(1000, "test")
-    n = evenly(train, cell, start_w, end_w, rows, 0)
+    n = evenly(train, cell, start_w, end_w, march_room(), rows, 0)
     w = np.concatenate(([start_w], rows.w[:n]))
     loads_n = [mean_resistance(train, cell.air, v0, v1) + cell.grade_n for v0, v1 in pairwise(np.sqrt(w))]
     efforts_n = 0.5 * train.inertia_kg * np.diff(w) / np.diff(rows.x[:n], prepend=0.0) + loads_n
     assert efforts_n.max() <= 1000.0 * (1.0 + 1e-6)
     assert rows.x[n - 1] == cell.length_m
+
+
+def test_nearly_full_effort_downhill_is_full_traction_and_coasting():
+    """The limit falls along the cell below the effort of a single row, which was 20 ms off the motion it stood for."""
+    train = kernel_train(replace(FREIGHT, mass_kg=4.2e5, davis_a_n=7e3, davis_b_n_per_mps=200.0))
+    cell = Cell(0.0, 680.0, 680.0, -4.2e5 * 9.81e-3 * 15.0, 6.0, 80.0**2)
+    start_w, rows = 36.3**2, room_for_rows(1000, "test")
+    fastest_w = march(train, TRACTION, 1.0, cell, cell.length_m, start_w, math.inf, rows, 0)[1]
+    end_w = start_w + 0.98 * (fastest_w - start_w)
+    n = evenly(train, cell, start_w, end_w, march_room(), rows, 0)
+    x_m, w = np.concatenate(([0.0], rows.x[:n])), np.concatenate(([start_w], rows.w[:n]))
+    assert (x_m[-1], w[-1]) == (cell.length_m, end_w)
+    v = np.sqrt(w)
+    loads_n = np.array([mean_resistance(train, cell.air, v0, v1) + cell.grade_n for v0, v1 in pairwise(v)])
+    efforts_n = 0.5 * train.inertia_kg * np.diff(w) / np.diff(x_m) + loads_n
+    limits_n = np.array([mean_effort(train.traction, v0, v1) for v0, v1 in pairwise(v)])
+    pulls = efforts_n > 1.0
+    np.testing.assert_allclose(efforts_n[pulls], limits_n[pulls], rtol=1e-5)
+    np.testing.assert_allclose(efforts_n[~pulls], 0.0, atol=1.0)
+    assert pulls[0] and not pulls[-1] and np.count_nonzero(np.diff(pulls)) == 1
 
 
 def test_coasting_beyond_the_line_of_the_dynamic_brake_needs_no_brakes():
@@ -127,7 +154,7 @@ def test_coasting_beyond_the_line_of_the_dynamic_brake_needs_no_brakes():
     landed = coast(train, cell, cell.length_m, start_w)
     lines = Lines(*[1e4] * 4, landed, landed, landed, 1e4, 1e4)
     rows = room_for_rows(1000, "test")
-    n = coast_through(train, True, cell, start_w, landed, lines, room_for_marches(100, "test: march"), rows, 0)
+    n = coast_through(train, True, cell, start_w, landed, lines, march_room(), rows, 0)
     assert n > 2
     w = np.concatenate(([start_w], rows.w[:n]))
     loads_n = [mean_resistance(train, cell.air, v0, v1) + cell.grade_n for v0, v1 in pairwise(np.sqrt(w))]

@@ -89,7 +89,7 @@ def _brake_fully(train, regime, cell, w, lines, scratch, rows, n):
     target = min(lines.c, lines.top)
     if lines.c < lines.top:
         if _follows(lines, target, w) and _brakes_do(train, cell, w, target, True, 1.0):
-            return evenly(train, cell, w, target, rows, n)
+            return evenly(train, cell, w, target, scratch, rows, n)
         cell = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, lines.c))
     return brake_late(train, regime, cell, w, target, scratch, rows, n)
 
@@ -150,7 +150,7 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
     begins = lines.before_b >= lines.before_top and target < lines.before_b * (1.0 - ON_CURVE)
     if not begins and _drifts(lines.before_b, target, w) and _brakes_do(train, cell, w, target, False, 1.0):
         if w <= target or _brakes_do(train, cell, w, target, False, FULL_EFFORT):
-            return evenly(train, cell, w, target, rows, n)
+            return evenly(train, cell, w, target, scratch, rows, n)
         # One effort would be more than the dynamic brake has where the train is faster, and friction would help it.
         left, landed, last = saturated(train, DYNAMIC, cell, w, target, rows, n)
         if last < 0 or (left <= (1.0 - FULL_EFFORT) * cell.length_m and landed <= target * (1.0 + HELD)):
@@ -204,7 +204,7 @@ def coast_through(train, regenerates, cell, w, landed, lines, scratch, rows, n):
     # A cell may be as short as that hand's breadth: by friction only the envelope is met.
     near = landed <= most * (1.0 + _TOUCH)
     if near and _brakes_do(train, cell, w, most, lines.top <= lines.b, 1.0):
-        return evenly(train, cell, w, most, rows, n)
+        return evenly(train, cell, w, most, scratch, rows, n)
     if regenerates:
         return _regenerate(train, cell, w, lines, scratch, rows, n)
     return _brake_fully(train, COASTING, cell, w, lines, scratch, rows, n)

@@ -155,5 +155,5 @@ def drive_cell(train, regenerates, cell, w, lines, scratch, rows, n):
             lines = _lines_of_rest(lines, rest / length)
         return coast_through(train, regenerates, cell, w, landed, lines, scratch, rows, n)
     if pull(train, cell, w, aim) < math.inf:
-        return evenly(train, cell, w, aim, rows, n)
+        return evenly(train, cell, w, aim, scratch, rows, n)
     return saturated(train, TRACTION, cell, w, math.inf, rows, n)[2]

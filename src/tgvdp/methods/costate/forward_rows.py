@@ -6,7 +6,7 @@ from tgvdp._jit import leaf, part
 from tgvdp.constants import FEASIBILITY_RTOL
 from tgvdp.physics.arc import arc, duration_and_work
 from tgvdp.physics.cell import Cell, append
-from tgvdp.physics.codes import BRAKING, OK, TRACTION
+from tgvdp.physics.codes import BRAKING, COASTING, OK, TRACTION
 from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import brake_at, effort_at, mean_brake, mean_effort, mean_resistance, resistance_at
 from tgvdp.physics.motion import march
@@ -218,11 +218,12 @@ def _brake_nearly_fully(train, cell, effort, w, target, rows, n):
 
 
 @part
-def evenly(train, cell, w, target, rows, n):
+def evenly(train, cell, w, target, scratch, rows, n):
     """Append rows of one effort through a cell; a single one, of one acceleration, where a limit is near.
 
     One that the train gives at one end only, or for a single row only, is full traction, and holding where that leads
-    to; or full traction that slows down, or that is held by a drop of its effort before it comes there.
+    to, or coasting downhill; or full traction that slows down, or that is held by a drop of its effort before it comes
+    there.
     """
     effort = duration_and_work(train, cell.length_m, cell.grade_n, cell.air, w, target)[1] / cell.length_m
     v0, v1 = math.sqrt(w), math.sqrt(target)
@@ -232,13 +233,15 @@ def evenly(train, cell, w, target, rows, n):
             return last
     if effort > 0.0:
         first = n
-        holds = w < target and 0.0 <= pull(train, cell, target, target) < math.inf
+        share = pull(train, cell, target, target) if w < target else math.inf
         left, landed, n = saturated(train, TRACTION, cell, w, target, rows, n)
         if left <= (1.0 - FULL_EFFORT) * cell.length_m:
             # A hair below the target, where its rows take a little longer than one, or at a drop that leaves too little
             # traction above it; slowing down, to the target.
             return ended(cell, landed if w < target else target, rows, first, n)
-        return append(cell.end_m, target, rows, n if holds else first)
+        if share < 0.0:
+            return drive_then_brake(train, TRACTION, COASTING, cell, w, target, scratch, rows, first)
+        return append(cell.end_m, target, rows, n if share < math.inf else first)
     return _brake_nearly_fully(train, cell, effort, w, target, rows, n)
 
 
