@@ -1,15 +1,18 @@
-"""A first search has a second process compile what it calls late."""
+"""A first search has a second process compile half of what it calls."""
 
+import functools
 import threading
 
 import pytest
 
 from tgvdp import cores, second_process
 from tgvdp._jit.watch import is_compiled
-from tgvdp.api import beside
+from tgvdp.api import beside, late
 from tgvdp.methods.costate.interpolate import drive
-from tgvdp.methods.phases.prune import prune_runs
 from tgvdp.options.search import SearchOptions
+from tgvdp.runs.batch import total_runs
+from tgvdp.runs.bends import cut_runs
+from tgvdp.runs.profile import measure_rows
 
 pytestmark = pytest.mark.skipif(not is_compiled(), reason="nothing is compiled")
 
@@ -23,46 +26,54 @@ def cold(monkeypatch):
 
 
 def left():
-    return [kernel._cache.wait_for_it for kernel in (drive, prune_runs)]
+    return [kernel._cache.wait_for_it for kernel in (measure_rows, cut_runs, drive, total_runs)]
 
 
-def test_what_a_search_calls_late_is_left_to_another_process_until_the_search_ends(cold):
+NOTHING = [None] * 4
+
+
+def test_half_of_what_a_search_calls_is_left_to_another_process_until_the_search_ends(cold, monkeypatch):
+    """Who waits for it compiles the other half."""
+    here = []
+    for name in ("solving", "pruning"):
+        monkeypatch.setattr(late, name, functools.partial(here.append, name))
     with beside.compiling_beside(SearchOptions()):
-        for wait in left():
-            assert wait() is not None  # the kernels that it compiled over there, if any
-    assert left() == [None, None]
+        for wait, done in zip(left(), ([], ["solving"], ["solving", "pruning"], ["solving", "pruning"]), strict=True):
+            wait()
+            assert here == done
+    assert left() == NOTHING
 
 
 def test_a_search_that_fails_takes_it_back(cold):
     with pytest.raises(ZeroDivisionError), beside.compiling_beside(SearchOptions()):
         assert None not in left()
         _ = 1 / 0
-    assert left() == [None, None]
+    assert left() == NOTHING
 
 
-def test_only_what_a_search_calls_is_left(cold):
+def test_only_what_a_search_calls_is_compiled(cold, monkeypatch):
+    monkeypatch.setattr(late, "pruning", pytest.fail)
     with beside.compiling_beside(SearchOptions(min_phase_s=0.0)):
-        assert left()[0] is not None
-        assert left()[1] is None
+        left()[2]()
     with beside.compiling_beside(SearchOptions(method="exact")):
-        assert left() == [None, None]
+        assert left() == NOTHING
 
 
 def test_without_another_core_none_is_started(cold):
     with cores.on_one_core(), beside.compiling_beside(SearchOptions()):
-        assert left() == [None, None]
+        assert left() == NOTHING
 
 
 def test_where_no_second_process_is_of_use_all_is_compiled_here(cold, monkeypatch):
     monkeypatch.setattr(second_process, "is_of_use", lambda draws: False)
     with beside.compiling_beside(SearchOptions()):
-        assert left() == [None, None]
+        assert left() == NOTHING
 
 
 def test_what_is_there_is_compiled_by_nobody(cold, monkeypatch):
     monkeypatch.setattr(beside, "is_missing", lambda kernel: False)
     with beside.compiling_beside(SearchOptions()):
-        assert left() == [None, None]
+        assert left() == NOTHING
 
 
 def test_only_the_first_search_of_a_process_asks(monkeypatch):

@@ -132,10 +132,10 @@ def test_what_comes_after_the_search_is_compiled_and_drawn_by_the_second_process
 
 
 @pytest.mark.skipif(usable_cores() == 1, reason="one core")
-def test_what_ends_a_first_search_from_python_is_compiled_by_a_second_process(first):
+def test_what_drives_in_a_first_search_from_python_is_compiled_by_a_second_process(first):
     cache, _ = first
-    for second, ours in ((True, []), (False, ["methods.phases.prune.prune_runs"])):
-        forget(cache, "methods.phases.prune.prune_runs")
+    for second, ours in ((True, []), (False, ["methods.costate.interpolate.drive"])):
+        forget(cache, "methods.costate.interpolate.drive")
         assert run(cache, "-c", LATE.format(second=second)).split() == ours
 
 
@@ -143,9 +143,9 @@ def test_what_ends_a_first_search_from_python_is_compiled_by_a_second_process(fi
 def test_terminal_hears_of_compilation_only_where_there_is_some(first, tmp_path):
     cache, _ = first
     assert "compiling" not in at_terminal(cache, tmp_path)
-    forget(cache, "runs.profile._measure")
+    forget(cache, "runs.profile.measure_rows")
     assert "\r\x1b[Kcompiling, once: 0 s …" in at_terminal(cache, tmp_path)
-    forget(cache, "runs.profile._measure")
+    forget(cache, "runs.profile.measure_rows")
     assert at_terminal(cache, tmp_path, "--quiet") == ""
 
 

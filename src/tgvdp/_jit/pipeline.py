@@ -13,6 +13,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+import llvmlite.binding as llvm
 import numba
 from numba.core import config, typed_passes, untyped_passes
 from numba.core.codegen import CodeLibrary, JITCodeLibrary
@@ -26,6 +27,9 @@ from tgvdp._jit.arguments import by_address, call_of
 from tgvdp._jit.lowering import KernelLower
 from tgvdp._jit.shortcuts import KernelPasses
 
+#: Functions that LLVM takes to be larger than this are called, not inlined, unless they are leaves. Its own limit is
+#: some four times as much; that, and unrolled loops, take a tenth of the compilation, and kernels run no faster for it.
+_MOST_INLINED = 60
 #: Steps for closures, generators, exceptions, context managers, literals, object mode, array expressions, and inlining
 #: by numba: kernels have none of these. Each costs an analysis of the whole function.
 _NEEDLESS = {
@@ -46,6 +50,16 @@ _NEEDLESS = {
 }
 
 
+def _tuned() -> Any:
+    """What numba asks of LLVM, but for what kernels run no faster for."""
+    tuning = llvm.create_pipeline_tuning_options(int(config.OPT))
+    tuning.loop_vectorization = bool(config.LOOP_VECTORIZE)
+    tuning.slp_vectorization = bool(config.SLP_VECTORIZE)
+    tuning.loop_unrolling = False
+    tuning.inlining_threshold = _MOST_INLINED
+    return tuning
+
+
 class _KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
     """Machine code of a kernel: optimised in one go, for there are no reference counts to be removed first.
 
@@ -60,7 +74,8 @@ class _KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
         for function in self._final_module.functions:
             if function.linkage.name == "linkonce_odr":
                 function.linkage = "internal"
-        passes, builder = self._codegen._module_pass_manager()
+        builder = llvm.create_pass_builder(self._codegen._tm, _tuned())
+        passes = builder.getModulePassManager()
         with self._recorded_timings.record("Module passes", builder):
             passes.run(self._final_module, builder)
 

@@ -1,4 +1,4 @@
-"""A second process that compiles half of what a search calls, while this one compiles what it begins with.
+"""A second process that compiles half of what a search calls, while this one compiles the other half.
 
 On two cores somebody waits a third less for a first front. Nothing depends on it: where it is of no use, or fails, all
 is compiled here.
@@ -6,31 +6,65 @@ is compiled here.
 
 import contextlib
 import threading
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
 
 from tgvdp._jit.watch import is_missing, leave_to_another, take_back
+from tgvdp.api import late
 from tgvdp.cores import shares
+from tgvdp.methods.costate.backward import switching_speeds
 from tgvdp.methods.costate.interpolate import drive
 from tgvdp.methods.phases.prune import prune_runs
 from tgvdp.options.search import SearchOptions
+from tgvdp.runs.batch import total_runs
+from tgvdp.runs.bends import cut_runs
+from tgvdp.runs.profile import measure_rows
 from tgvdp.second_process import SecondProcess
 
 #: Free until a search has asked: never released.
 _unasked = threading.Lock()
 
 
-def late_kernels(options: SearchOptions) -> list[tuple[Any, str]]:
-    """Kernels that a search calls late and that have to be compiled, in that order, with the tasks that do it."""
-    kernels: list[tuple[Any, str]] = [(drive, "tgvdp.api.warm:driving")]
-    if options.min_phase_s > 0.0:
-        kernels.append((prune_runs, "tgvdp.api.warm:pruning"))
-    return [(kernel, task) for kernel, task in kernels if options.method == "front" and is_missing(kernel)]
+class Left(NamedTuple):
+    """A kernel that is left to another process, the task that compiles it, and what who waits for it does meanwhile."""
+
+    kernel: Any
+    task: str
+    meanwhile: Callable[[], object] = list
+
+
+def left_to_another(options: SearchOptions) -> list[Left]:
+    """Kernels that another process compiles for a search, in the order in which it does.
+
+    They take about as long as the others, which are compiled here before anybody would wait. Without the largest of
+    them nobody waits for so long that another process is worth its while.
+    """
+    if options.method != "front" or not is_missing(drive):
+        return []
+    solves = is_missing(switching_speeds)
+    prunes = options.min_phase_s > 0.0 and is_missing(prune_runs)
+    all_of_them = (
+        Left(measure_rows, f"{late.__name__}:measuring"),
+        Left(cut_runs, f"{late.__name__}:cutting", late.solving if solves else list),
+        Left(drive, f"{late.__name__}:driving", late.pruning if prunes else list),
+        Left(total_runs, f"{late.__name__}:adding_up"),
+    )
+    return [left for left in all_of_them if is_missing(left.kernel)]
+
+
+def waiting_for(done: Callable[[], object], meanwhile: Callable[[], object]) -> Callable[[], None]:
+    """What waits for another process, and has something to do meanwhile."""
+
+    def wait() -> None:
+        meanwhile()
+        done()
+
+    return wait
 
 
 @contextlib.contextmanager
 def compiling_beside(options: SearchOptions) -> Iterator[None]:
-    """Have a second process compile what a search calls late, where that is missing and there is another core for it.
+    """Have a second process compile half of what a search calls, where it is missing and there is another core.
 
     Parameters
     ----------
@@ -38,20 +72,20 @@ def compiling_beside(options: SearchOptions) -> Iterator[None]:
         Of the search.
     """
     asks = options.method == "front" and shares(2.0, 1.0) > 1 and _is_first()
-    late = late_kernels(options) if asks else []
-    if not late:
+    parts = left_to_another(options) if asks else []
+    if not parts:
         yield
         return
     with SecondProcess(draws=False) as second:
-        for kernel, task in late:
-            done = second.promise(task)
+        for part in parts:
+            done = second.promise(part.task)
             if second.is_there:
-                leave_to_another(kernel, done)
+                leave_to_another(part.kernel, waiting_for(done, part.meanwhile))
         try:
             yield
         finally:
-            for kernel, _ in late:
-                take_back(kernel)
+            for part in parts:
+                take_back(part.kernel)
 
 
 def _is_first() -> bool:

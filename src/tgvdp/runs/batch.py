@@ -50,8 +50,8 @@ class Batch(NamedTuple):
 
 
 @entry
-def _totals(train, tables, at_wheel, line, x, w, first, time, energy):
-    """Fill in running time and energy of each run, as `_measure` has them."""
+def total_runs(train, tables, at_wheel, line, x, w, first, time, energy):
+    """Fill in running time and energy of each run, as `measure_rows` has them."""
     dark = unpowered(train)
     for run in range(time.shape[0]):
         start = first[run]
@@ -88,5 +88,5 @@ def totals_of(trip: Trip, runs: Batch) -> tuple[NDArray[np.float64], NDArray[np.
     at_wheel = trip.energy.kind == "wheel"
     tables = energy_tables(trip.train, PANTOGRAPH if at_wheel else trip.energy)
     time_s, energy_j = np.empty((2, len(runs.first) - 1))
-    _totals(kernel_train(trip.train), tables, at_wheel, resolve(trip), *runs, time_s, energy_j)
+    total_runs(kernel_train(trip.train), tables, at_wheel, resolve(trip), *runs, time_s, energy_j)
     return time_s, energy_j

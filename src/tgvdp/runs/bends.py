@@ -90,11 +90,11 @@ def cut_at_bends(train: Train, line: ResolvedLine, runs: Batch) -> tuple[Batch, 
         Into how many each of the rows given is cut; 1 for the last of each run.
     """
     known = kernel_train(train)
-    parts = np.empty(len(runs.x_m), dtype=np.int64)
-    count = _count_parts(known, line, *runs, _MOST_S, parts, np.empty((2, len(parts))))
+    parts, first, nothing = np.empty(len(runs.x_m), dtype=np.int64), np.empty_like(runs.first), np.empty((2, 0))
+    scratch = np.empty((2, len(parts)))
+    count = cut_runs(known, line, *runs, _MOST_S, parts, scratch, nothing[0], nothing[1], first)
     x_m, w = np.empty((2, count))
-    first = np.empty_like(runs.first)
-    _cut(known, line, *runs, parts, x_m, w, first)
+    cut_runs(known, line, *runs, _MOST_S, parts, nothing, x_m, w, first)
     return Batch(x_m, w, first), parts
 
 
@@ -182,8 +182,8 @@ def _count_in_run(train, line, x, w, most_s, parts, off, size):
 
 
 @entry
-def _count_parts(train, line, x, w, first, most_s, parts, scratch):
-    """Into how many parts each row is to be cut, so that the time of a run is off by ``most_s``; returns their sum.
+def cut_runs(train, line, x, w, first, most_s, parts, scratch, cut_x, cut_w, cut_first):
+    """Cut the rows of runs into parts, so that the time of each is off by ``most_s``; returns how many rows there are.
 
     Along a row from w₀ to w₁ the squared speed differs from a straight line by δ·4u(1 − u), and its time by
     t = d·δ/(3 v³), which n parts reduce by n². The sum of these is least, for as many parts in all, where n goes with
@@ -200,22 +200,19 @@ def _count_parts(train, line, x, w, first, most_s, parts, scratch):
     parts : (N,) int64, modified in place
         1 for the last row of a run, which ends there.
     scratch : (2, N) float64, modified in place
+        Where there is none the parts are known already, and rows are cut.
+    cut_x, cut_w : (M,) float64, modified in place
+    cut_first : (n + 1,) int64, modified in place
     """
-    total = 0
-    for run in range(first.shape[0] - 1):
-        a = first[run]
-        b = first[run + 1]
-        total += _count_in_run(train, line, x[a:b], w[a:b], most_s, parts[a:b], scratch[0, a:b], scratch[1, a:b])
-    return total
-
-
-@entry
-def _cut(train, line, x, w, first, parts, cut_x, cut_w, cut_first):
-    """Cut the rows of each run into parts."""
+    known = scratch.shape[1] < x.shape[0]
     n = 0
     for run in range(first.shape[0] - 1):
         a = first[run]
         b = first[run + 1]
         cut_first[run] = n
-        n += cut_rows(train, line, x[a:b], w[a:b], parts[a:b], cut_x[n:], cut_w[n:])
+        if known:
+            n += cut_rows(train, line, x[a:b], w[a:b], parts[a:b], cut_x[n:], cut_w[n:])
+        else:
+            n += _count_in_run(train, line, x[a:b], w[a:b], most_s, parts[a:b], scratch[0, a:b], scratch[1, a:b])
     cut_first[first.shape[0] - 1] = n
+    return n

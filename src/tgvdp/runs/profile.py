@@ -121,7 +121,7 @@ def drawn_on(train, tables, at_wheel, supply, d, duration, work, w0, w1):
 
 
 @kernel
-def _measure(train, tables, at_wheel, x, w, grade, air, supply, time, force, energy, regime):
+def measure_rows(train, tables, at_wheel, x, w, grade, air, supply, time, force, energy, regime):
     """Fill time, force, energy, regime of rows (x, w); ``grade``, ``air``, ``supply`` belong to the row that starts.
 
     Returns the traction work, the braking work, what is drawn and returned by the tables, auxiliaries aside, and what
@@ -208,7 +208,7 @@ def profile_of(
     regime = np.empty(n, dtype=np.int8)
     at_wheel = trip.energy.kind == "wheel"
     tables = energy_tables(trip.train, PANTOGRAPH if at_wheel else trip.energy)
-    wheel, braking, drawn, returned, auxiliary = _measure(
+    wheel, braking, drawn, returned, auxiliary = measure_rows(
         train, tables, at_wheel, x_m, w, grade_n, air, supply, time, force, energy, regime
     )
     if not (np.isfinite(time[-1]) and np.isfinite(energy[-1])):

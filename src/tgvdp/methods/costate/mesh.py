@@ -158,7 +158,7 @@ class Mesh:
         """What this thread writes on this mesh."""
         return room_for(len(self.cells.length_m))
 
-    def _switching_speeds(self, multipliers: NDArray[np.float64], policies: NDArray[np.float64]) -> int:
+    def switching_speeds(self, multipliers: NDArray[np.float64], policies: NDArray[np.float64]) -> int:
         """Fill in optimal squared switching speeds, (m, K + 1, 4), for multipliers in J/s, (m,); returns costates."""
         done, points = costate.switching_speeds(
             self.unit_train, self.tables.regeneration / self.tables.traction, self.unit_cells, self.low, self.fast,
@@ -241,7 +241,7 @@ class Mesh:
         if math.isinf(multipliers[0]):
             policies[0] = self.flat_out
             first = 1
-        costates = self._switching_speeds(np.array(multipliers[first:]), policies[first:])
+        costates = self.switching_speeds(np.array(multipliers[first:]), policies[first:])
         runs, passed, count = self._driven(policies)
         found = []
         for multiplier, switch, run, at in zip(multipliers, policies, runs.tolist(), passed, strict=True):
@@ -254,7 +254,7 @@ class Mesh:
         """The optimal run of a finite multiplier, J/s, in rows that the next one overwrites."""
         policies = np.empty((1, *self.flat_out.shape))
         counters["extremals"] += 1
-        counters["costates"] += self._switching_speeds(np.array([multiplier]), policies)
+        counters["costates"] += self.switching_speeds(np.array([multiplier]), policies)
         run = self.drive(policies[0], counters)
         _require_arrival(multiplier, run.time_s)
         return run._replace(multiplier=multiplier)
