@@ -60,6 +60,7 @@ class SecondProcess:
         self._is_wanted = True  # no second one is started in place of one that failed
         self._numbers = itertools.count()
         self._answers: dict[int, tuple[bool, Any, list[Warning]]] = {}
+        self._reading = threading.Lock()
 
     def __enter__(self) -> "SecondProcess":
         return self
@@ -114,19 +115,26 @@ class SecondProcess:
         return True
 
     def _wait(self, number: int, here: Callable[[], Any]) -> Any:
-        while number not in self._answers:
-            content = None if self._process is None else _read(self._process.stdout)
-            if content is None:
-                self.__exit__()
-                return here()
-            answered, answer = pickle.loads(content)
-            self._answers[answered] = answer
+        if not self._is_answered(number):
+            return here()
         done, value, caught = self._answers.pop(number)
         if not done:
             return here()  # what is wrong shows here
         for message in caught:
             warnings.warn(message, stacklevel=3)
         return value
+
+    def _is_answered(self, number: int) -> bool:
+        """Wait for an answer, which another thread may read, as this one may read another's; False if none comes."""
+        with self._reading:
+            while number not in self._answers:
+                content = None if self._process is None else _read(self._process.stdout)
+                if content is None:
+                    self.__exit__()
+                    return False
+                answered, answer = pickle.loads(content)
+                self._answers[answered] = answer
+        return True
 
 
 def serve() -> None:

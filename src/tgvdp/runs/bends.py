@@ -44,6 +44,8 @@ _MOST_S = 5e-4
 USUAL_ROWS = 4.0
 _ROUGH_ROWS = 2.0
 _OFF = 7.5e-5
+#: ... by twice as much where a strong train is at its top speed within a minute: so from there on rows are cut.
+_CUT_FROM_S = 60.0
 #: What bends by more than this share of its change is no parabola: a speed that is held.
 _MOST_BENT = 0.5
 #: Rows that one is cut into at most.
@@ -61,8 +63,7 @@ _MORE = 1.1
 
 def most_off_s(time_s: float, rows: float = USUAL_ROWS) -> float:
     """By how much a run of a search may last longer once its rows are cut, s; 0 for one that is short enough."""
-    is_cut = _OFF / USUAL_ROWS**2 * time_s > _MOST_S
-    return _OFF / rows**2 * time_s if is_cut else 0.0
+    return _OFF / rows**2 * time_s if time_s > _CUT_FROM_S else 0.0
 
 
 def enough_rows(line: ResolvedLine, time_s: float, tolerance_s: float) -> float:

@@ -155,6 +155,7 @@ def drive_then_brake(train, regime, brakes, cell, w0, w1, scratch, rows, n):
     brakes : int
         BRAKING or DYNAMIC; or COASTING, downhill.
     cell : Cell
+        Whose limit is finite.
     w0, w1 : float
         Squared speeds at its ends.
     scratch : Rows

@@ -65,11 +65,12 @@ def follow_all(
     time_s, energy_j : (n,) float64
         Running times, s, and energies by the trip's model, J, by the rows given.
     bends : bool
-        `are_cut` of all runs of a front, of which these may be some.
+        `are_cut` of the runs of a front that are searched for, of which these may be some; those whose efforts jump are
+        cut in any case.
     """
     line = resolve(trip)
     true, regime = _corrected(trip, line, runs, regime)
-    if bends:
+    if bends or (line.even and true is not runs):
         true, parts = cut_at_bends(trip.train, line, true)
         regime = None if regime is None else regime.repeat(parts)
     elif true is runs:
