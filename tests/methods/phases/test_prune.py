@@ -196,13 +196,13 @@ def test_what_costs_too_much_stays(made):
     assert pruned.time_s == pruned.energy_j == 0.0
     np.testing.assert_array_equal(pruned.runs.x_m, x_m)
     counters = {"short": 0}
-    kept = drivable(mesh, [found_run(x_m, w)], np.array([100.0]), 1e-9, 1e-3, counters, SearchBudget().start())
-    assert kept.outcome[0, 0] == 100.0 and counters["short"] == 0
+    kept = drivable(mesh, [found_run(x_m, w)], np.array([50.0]), 1e-9, 1e-3, counters, SearchBudget().start())
+    assert kept.outcome[0, 0] == 50.0 and counters["short"] == 0
 
 
 def found_run(x_m, w, number=0):
-    """A run of a search; of several, each takes a second longer."""
-    return Found(100.0 + number, 1e8 - 1e6 * number, 1e5, x_m, w)
+    """A run of a search, so short that its rows are not cut; of several, each takes a second longer."""
+    return Found(50.0 + number, 1e8 - 1e6 * number, 1e5, x_m, w)
 
 
 @pytest.mark.parametrize("why", ["no time", "too many rows"])
@@ -212,8 +212,8 @@ def test_runs_stay_as_they_are_where_there_is_no_time_for_them(made, monkeypatch
     if why == "too many rows":
         monkeypatch.setattr("tgvdp.methods.costate.drivable._ROWS_AT_ONCE", len(x_m) - 1)
     clock = SearchBudget(time_limit_s=1e-9 if why == "no time" else 60.0).start()
-    kept = drivable(mesh, [found_run(x_m, w)], np.array([100.0]), 1e-9, 1.0, {"short": 0}, clock)
-    assert kept.outcome.tolist() == [[100.0, 1e8, 1e5]] and (kept.regimes[0] == -1).all()
+    kept = drivable(mesh, [found_run(x_m, w)], np.array([50.0]), 1e-9, 1.0, {"short": 0}, clock)
+    assert kept.outcome.tolist() == [[50.0, 1e8, 1e5]] and (kept.regimes[0] == -1).all()
     np.testing.assert_array_equal(kept.rows[0][1], w)
     assert kept.complete == (why != "no time")
 
