@@ -5,6 +5,7 @@ is compiled here.
 """
 
 import contextlib
+import functools
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
@@ -21,6 +22,8 @@ from tgvdp.runs.bends import cut_runs
 from tgvdp.runs.profile import measure_rows
 from tgvdp.second_process import SecondProcess
 
+Waiting = Callable[[], contextlib.AbstractContextManager[None]]
+
 #: Free until a search has asked: never released.
 _unasked = threading.Lock()
 
@@ -31,6 +34,7 @@ class Left(NamedTuple):
     kernel: Any
     task: str
     meanwhile: Callable[[], object] = list
+    arguments: tuple[Any, ...] = ()  # of the task
 
 
 def left_to_another(options: SearchOptions) -> list[Left]:
@@ -52,14 +56,18 @@ def left_to_another(options: SearchOptions) -> list[Left]:
     return [left for left in all_of_them if is_missing(left.kernel)]
 
 
-def waiting_for(done: Callable[[], object], meanwhile: Callable[[], object]) -> Callable[[], None]:
-    """What waits for another process, and has something to do meanwhile."""
+def leave(second: SecondProcess, parts: list[Left], waiting: Waiting = contextlib.nullcontext) -> None:
+    """Leave kernels to a second process, where there is one; who calls one here waits for it, in a context."""
+    for part in parts:
+        done = second.promise(part.task, *part.arguments)
+        if second.is_there:
+            leave_to_another(part.kernel, functools.partial(_wait, part.meanwhile, done, waiting))
 
-    def wait() -> None:
+
+def _wait(meanwhile: Callable[[], object], done: Callable[[], object], waiting: Waiting) -> None:
+    with waiting():
         meanwhile()
         done()
-
-    return wait
 
 
 @contextlib.contextmanager
@@ -77,10 +85,7 @@ def compiling_beside(options: SearchOptions) -> Iterator[None]:
         yield
         return
     with SecondProcess(draws=False) as second:
-        for part in parts:
-            done = second.promise(part.task)
-            if second.is_there:
-                leave_to_another(part.kernel, waiting_for(done, part.meanwhile))
+        leave(second, parts)
         try:
             yield
         finally:

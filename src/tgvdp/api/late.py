@@ -38,9 +38,9 @@ def measuring() -> list[Compiled]:
 
 def cutting() -> list[Compiled]:
     """Cut rows where motion bends."""
-    trip, *rows = some_run()
+    trip, x_m, w = some_run()
     with watch() as compiled:
-        cut_at_bends(trip.train, resolve(trip), Batch.of([(rows[0], rows[1])]))
+        cut_at_bends(trip.train, resolve(trip), Batch.of([(x_m, w)]))
     return compiled
 
 
@@ -68,7 +68,7 @@ def pruning() -> list[Compiled]:
 
 def adding_up() -> list[Compiled]:
     """Tell running times and energies."""
-    trip, *rows = some_run()
+    trip, x_m, w = some_run()
     with watch() as compiled:
-        totals_of(trip, Batch.of([(rows[0], rows[1])]))
+        totals_of(trip, Batch.of([(x_m, w)]))
     return compiled

@@ -4,16 +4,14 @@ A kernel is compiled for the types that it is called with, and each has one set 
 the energy and the convention are; tests count them.
 """
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from tgvdp._jit.cache import key_folder, make_folder
-from tgvdp._jit.watch import Compiled, is_compiled, is_missing, leave_to_another, watch
-from tgvdp.api.beside import Left, left_to_another, waiting_for
+from tgvdp._jit.watch import Compiled, is_compiled, is_missing, watch
+from tgvdp.api.beside import Left, Waiting, leave, left_to_another
 from tgvdp.api.journeys import journey
 from tgvdp.api.late import TRACK, TRAIN, some_run
 from tgvdp.api.run import search
@@ -48,8 +46,6 @@ __all__ = [
     "tour",
     "watch",
 ]
-
-Waiting = Callable[[], AbstractContextManager[None]]
 
 _GRID = {"segment_m": 500.0, "speeds": 8}
 #: Searches that call all kernels between them, by name.
@@ -132,16 +128,5 @@ def compile_beside(second: SecondProcess, waiting: Waiting, options: SearchOptio
     parts = left_to_another(options)
     ascended = certified and is_missing(climb)
     if is_missing(replay_rows) or ascended:  # who waits for the checks has time for the ascent
-        parts.append(Left(replay_rows, f"{__name__}:checks", ascents if ascended else list))
-    for part in parts:
-        done = second.promise(part.task, *((certified,) if part.kernel is replay_rows else ()))
-        if second.is_there:
-            leave_to_another(part.kernel, _shown(waiting, waiting_for(done, part.meanwhile)))
-
-
-def _shown(waiting: Waiting, wait: Callable[[], object]) -> Callable[[], None]:
-    def shown() -> None:
-        with waiting():
-            wait()
-
-    return shown
+        parts.append(Left(replay_rows, f"{__name__}:checks", ascents if ascended else list, (certified,)))
+    leave(second, parts, waiting)
