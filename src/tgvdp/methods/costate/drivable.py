@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tgvdp.cores import shares, side_by_side
 from tgvdp.line.resolved import resolve
 from tgvdp.methods.budget import Clock
-from tgvdp.methods.costate.mesh import Mesh, Run
+from tgvdp.methods.costate.mesh import Mesh, Run, outcome_of
 from tgvdp.methods.phases.prune import Pruned, prune
 from tgvdp.methods.phases.way import Way, way_of
 from tgvdp.physics.cell import Rows
@@ -98,9 +98,9 @@ def drivable(
     clock : Clock
         Runs that it leaves no time for keep their phases.
     """
-    outcome = np.array([run[:3] for run in runs])
-    outcome[:, 1] += mesh.tables.auxiliary_w * outcome[:, 0]
+    outcome = outcome_of(runs)
     leaving = _leaving(mesh, outcome, aims_s, tolerance_s, min_phase_s) if min_phase_s > 0.0 else None
+    outcome[:, 1] += mesh.tables.auxiliary_w * outcome[:, 0]
     bends = are_cut(resolve(mesh.trip), float(outcome[-1, 0]))
 
     def driven(part: slice) -> tuple[Followed, int, bool]:
@@ -131,10 +131,11 @@ def drivable(
 
 
 def _leaving(mesh: Mesh, outcome: _Floats, aims_s: _Floats, tolerance_s: float, min_phase_s: float) -> _Leaving:
-    """What leaving phases out of runs may cost, and change of their times."""
-    times_s, drawn_j, price = outcome.T.copy()
+    """What leaving phases out of runs, whose energies are without auxiliaries, may cost, and change of their times."""
+    times_s, energies_j, price = outcome.T.copy()
     steps_j = np.full(len(outcome) + 1, np.inf)
-    steps_j[1:-1] = -np.diff(drawn_j - mesh.tables.auxiliary_w * times_s)
+    steps_j[1:-1] = energies_j[:-1] - energies_j[1:]
+    drawn_j = energies_j + mesh.tables.auxiliary_w * times_s
     most_j = np.minimum(
         _LOSS * np.maximum(np.abs(drawn_j), mesh.least_energy_j), _OF_STEP * np.minimum(steps_j[1:], steps_j[:-1])
     )

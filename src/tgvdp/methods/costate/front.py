@@ -6,7 +6,6 @@ through the extremals' (T, E, slope −λ) promises, an extremal is added betwee
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -19,7 +18,7 @@ from tgvdp.line.resolved import resolve
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.doubt import Doubt
 from tgvdp.methods.costate.drivable import drivable
-from tgvdp.methods.costate.mesh import Mesh, Run
+from tgvdp.methods.costate.mesh import Mesh, Run, outcome_of
 from tgvdp.methods.costate.multipliers import ExtremalFront, OutOfTime
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
@@ -205,7 +204,7 @@ class _Search:
         if len(aims_s):
             driven = self._runs(aims_s) if self.front is None else self._driven(self.front, aims_s)
         picked, aim, missed = self._picked(driven, aims_s)
-        outcome, complete = _outcome(self.known), driven.complete
+        outcome, complete = outcome_of(self.known), driven.complete
         rows = [(run.x_m, run.w) for run in self.known]
         regimes: list[NDArray[np.int8] | None] = [None] * len(self.known)
         if picked and self.front is not None:
@@ -282,8 +281,3 @@ class _Search:
         except OutOfTime:
             return _Found(runs, False, saves)
         return _Found(runs, True, saves)
-
-
-def _outcome(runs: Sequence[Run]) -> NDArray[np.float64]:
-    """Running times, s, energies, J, and multipliers, J/s, of runs, (n, 3)."""
-    return np.array([run[:3] for run in runs], dtype=np.float64).reshape(-1, 3)
