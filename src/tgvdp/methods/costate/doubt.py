@@ -8,6 +8,7 @@ speed. The loss itself is known, so that only the shares of the cells in it are 
 fourth of what it does, that tells which cells to cut.
 """
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -46,7 +47,8 @@ _ON_LINE = 1e-6
 _UNKNOWN_LOSS = 1e-3
 #: ... in cells as long as this share of the way on which it rises by all it can.
 _LONG = 0.3
-#: Neighbouring extremals lose in the same cells: of so many one is asked, and all of the first ones, which differ most.
+#: Neighbouring extremals lose in the same cells: of so many one is asked, all of the first ones, which differ most, and
+#: the last one, which has one neighbour.
 _NEIGHBOURS = 3
 _FIRST = 3
 #: How often cells may be halved.
@@ -85,8 +87,10 @@ class Doubt:
             return front
         asked, others = extremals, extremals[:0]
         if mesh.tables.regeneration == 0.0:  # else one that was not asked may brake in a cell that is too long
-            asked = [one for i, one in enumerate(extremals) if i < _FIRST or i % _NEIGHBOURS == 0]
-            others = [one for i, one in enumerate(extremals) if i >= _FIRST and i % _NEIGHBOURS]
+            last = len(extremals) - 1
+            is_asked = [i < _FIRST or i % _NEIGHBOURS == 0 or i == last for i in range(last + 1)]
+            asked = list(itertools.compress(extremals, is_asked))
+            others = [one for one, known in zip(extremals, is_asked, strict=True) if not known]
         losses = _losses(front, mesh, asked)
         if others and (_parts(losses.lost) > 1).any():  # where some lose much, others may lose more, and elsewhere
             asked, losses = asked + others, losses.joined(_losses(front, mesh, others))
