@@ -7,7 +7,7 @@ import tgvdp
 from benchmarks.proof.trips import proof_trip
 from tests.helpers.bound_case import random_bound
 from tests.helpers.twins.trips import random_trip
-from tgvdp.certificate.kinked import _Kinked, _kinks_w, _standing_w, kinked
+from tgvdp.certificate.kinked import _Kinked, _kinks, _standing_w, kinked
 from tgvdp.certificate.line import BoundingProblem
 from tgvdp.runs.fastest import fastest_run
 
@@ -22,7 +22,7 @@ def test_whatever_the_costates_on_both_sides_no_run_lies_below(seed):
     multiplier = problem.total(price) / problem.train.inertia_kg
     for kink_v in rng.uniform(0.2, 0.9, 3) * fastest.speed_mps.max():
         assert kink_v**2 > _standing_w(found)
-        bound = _Kinked(problem, found, multiplier, kink_v**2, 1e-6 * least_j, None)
+        bound = _Kinked(problem, found, multiplier, kink_v**2, False, 1e-6 * least_j, None)
         same_j = problem.line_j(bound._together())  # the same costates on both sides: no kink
         assert same_j == pytest.approx(problem.line_j(found), abs=2e-3 * least_j)
         assert same_j - 1e-9 * least_j <= problem.line_j(bound.raised()) <= least_j * (1.0 + 1e-6)
@@ -46,7 +46,7 @@ def test_there_are_kinks_only_where_rates_drop():
     result = tgvdp.search(trip.train, trip.track, points=4, **trip.options)
     problem, profile = BoundingProblem(result.trip), result.profile(2)
     found = problem.ledger(profile.position_m, profile.speed_mps**2, 3e6)
-    assert list(_kinks_w(problem, found)) == [pytest.approx(16.08323111**2)]
+    assert list(_kinks(problem, found)) == [(pytest.approx(16.08323111**2), False)]
     level = BoundingProblem(random_trip(1))
     fastest = fastest_run(level.trip)
     found = level.ledger(fastest.position_m - level.trip.origin_m, fastest.speed_mps**2, 1e5)

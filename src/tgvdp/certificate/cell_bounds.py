@@ -106,7 +106,7 @@ def cell_kernel(h, side, p0, p1, r0, r1, length, top_v, start_w, end_w):
     slope = (p1 - p0) / length
     growth = (r1 - r0) / length
     bottom_v = math.sqrt(side.low_w)
-    top_v = min(math.sqrt(side.high_w), top_v)
+    top_v = min(math.sqrt(side.high_w) * (1.0 - 4.0 * UNIT_ROUNDOFF), top_v)  # an effort that jumps there is not theirs
     if bottom_v > top_v:
         return math.inf, math.inf, 0.0, top_v, top_v, 0.0, 0.0
     shift = slope * side.low_w

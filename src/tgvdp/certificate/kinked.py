@@ -1,10 +1,10 @@
 """The bound of a potential with a kink at one speed: a costate for the speeds below it, and one for those above.
 
-Where braking rates drop at a speed the least energy from a place on has a kink there, wherever the train is, and no p·w
-touches it on both sides. The potential is lower·min(w, w_k) + upper·max(w − w_k, 0) instead, each costate linear in a
-cell. The least of H is then the lesser of two, each over the speeds of its side, so that the trapezoid of `cell_bounds`
-holds for it as it does for one; at a jump the potential falls most at w = 0, w_k or the cap. The costates of one side
-are raised by the ascent as ever, with those of the other side held, by turns.
+Where braking rates drop at a speed, or the dynamic brake jumps, the least energy from a place on has a kink there,
+wherever the train is, and no p·w touches it on both sides. The potential is lower·min(w, w_k) + upper·max(w − w_k, 0)
+instead, each costate linear in a cell. The least of H is then the lesser of two, each over the speeds of its side, so
+that the trapezoid of `cell_bounds` holds for it as it does for one; at a jump the potential falls most at w = 0, w_k or
+the cap. The costates of one side are raised by the ascent as ever, with those of the other side held, by turns.
 """
 
 import itertools
@@ -26,6 +26,9 @@ from tgvdp.methods.budget import Clock
 
 _Floats = NDArray[np.float64]
 
+#: Squared speeds nearer than this share to that of a kink are that.
+_AT_KINK = 1e-6
+_JUST_BELOW = 1.0 - 1e-9
 #: Rounds at most, in each of which both sides are raised.
 _MOST_ROUNDS = 12
 
@@ -89,7 +92,7 @@ class _Half(NamedTuple):
 def kinked(
     problem: BoundingProblem, found: Ledger, multiplier_j_per_s: float, gain_j: float, clock: Clock | None = None
 ) -> Ledger:
-    """The best bound with a kink at a speed where braking rates drop, or ``found`` where none is better.
+    """The best bound with a kink at a speed where brakes jump, or ``found`` where none is better.
 
     Parameters
     ----------
@@ -108,7 +111,7 @@ def kinked(
         With the costates below the kink.
     """
     multiplier = problem.total(multiplier_j_per_s) / problem.train.inertia_kg
-    tried = [_Kinked(problem, found, multiplier, kink_w, gain_j, clock) for kink_w in _kinks_w(problem, found)]
+    tried = [_Kinked(problem, found, multiplier, *kink, gain_j, clock) for kink in _kinks(problem, found)]
     best = found
     for round_ in range(_MOST_ROUNDS):
         before = best
@@ -123,20 +126,54 @@ def kinked(
     return best
 
 
-def _kinks_w(problem: BoundingProblem, found: Ledger) -> Iterator[float]:
-    """Squared speeds at which braking rates drop, m²/s², but those that a cell of a standstill may reach."""
-    drops_w = [
-        float(after[0]) ** 2 for before, after in itertools.pairwise(problem.train.rates) if after[2] < before[2]
-    ]
-    if drops_w:
+def _kinks(problem: BoundingProblem, found: Ledger) -> Iterator[tuple[float, bool]]:
+    """Squared speeds at which braking rates drop or the dynamic brake jumps, m²/s², and whether it cuts out there.
+
+    Not those that a cell of a standstill may reach.
+    """
+    brake = problem.trip.train.dynamic_brake_limit
+    kinks = {
+        float(after[0]): False for before, after in itertools.pairwise(problem.train.rates) if after[2] < before[2]
+    }
+    if problem.energy.regeneration > 0.0:
+        kinks |= {v: brake.effort_n(v * _JUST_BELOW) < brake.effort_n(v) for v in brake.jumps_mps}
+    if kinks:
         lowest, highest = _standing_w(found), float(found.caps.cell.max())
-        yield from (kink_w for kink_w in drops_w if lowest <= kink_w < highest)
+        yield from ((v**2, cuts_out) for v, cuts_out in kinks.items() if lowest <= v**2 < highest)
 
 
 def _standing_w(found: Ledger) -> float:
     """Largest squared speed in cells of a standstill, m²/s², whose bound knows no kink."""
     first, last = _regular(found.w)
     return float(np.max(np.append(found.caps.cell[:first], found.caps.cell[last + 1 :]), initial=0.0))
+
+
+def _below_cut_out(
+    problem: BoundingProblem, found: Ledger, multiplier: float, kink_w: float
+) -> tuple[_Floats, _Floats]:
+    """Costates below a speed at which the dynamic brake cuts out, at the two ends of each cell: those found, or more.
+
+    Where the envelope falls through that speed, slower runs coast until they meet it, where p = 0, while faster ones
+    use that brake. From there on all brakes follow the envelope.
+    """
+    left, right = found.left.copy(), found.right.copy()
+    cap, v = found.caps.node, math.sqrt(kink_w)
+    for last in np.flatnonzero(
+        (cap[:-1] > kink_w * (1.0 + _AT_KINK)) & (cap[1:] <= kink_w * (1.0 + _AT_KINK))
+    ).tolist():
+        p = 0.0
+        for k in range(last, -1, -1):
+            drag = (0.5 * problem.train.davis_b / v + found.cells.air[k]) / problem.train.inertia_kg
+            before = p - found.cells.length_m[k] * (0.5 * multiplier / v**3 + 2.0 * p * drag)
+            if before <= left[k] and p <= right[k]:
+                break
+            left[k], right[k] = max(left[k], before), max(right[k], p)
+            p = before
+        for k in range(last + 1, len(left)):
+            if cap[k + 1] > cap[k]:
+                break
+            left[k] = right[k] = 0.0
+    return left, right
 
 
 class _Kinked:
@@ -148,21 +185,28 @@ class _Kinked:
         found: Ledger,
         multiplier: float,
         kink_w: float,
+        cuts_out: bool,
         gain_j: float,
         clock: Clock | None,
     ) -> None:
         self._problem, self._found, self._multiplier, self._kink_w = problem, found, multiplier, kink_w
         self._gain_j, self._clock = gain_j, clock
-        self._lower = self._half(Side(0.0, kink_w), found.left, found.right)
+        below = _below_cut_out(problem, found, multiplier, kink_w) if cuts_out else (found.left, found.right)
+        self._lower = self._half(Side(0.0, kink_w), *below)
         self._upper = self._half(Side(kink_w, math.inf), found.left, found.right)
         self.ledger = found
+        if cuts_out:  # those below are right, and those above a compromise
+            self._raise_upper()
 
     def raised(self) -> Ledger:
         """The bound after another ascent of either side."""
         self._lower = self._climbed(self._lower, self._upper.least)
-        self._upper = self._climbed(self._upper, self._lower.least)
+        self._raise_upper()
         self.ledger = self._together()
         return self.ledger
+
+    def _raise_upper(self) -> None:
+        self._upper = self._climbed(self._upper, self._lower.least)
 
     def _climbed(self, half: _Half, other: _Floats) -> _Half:
         """One side with better costates, the least values on the other being given."""

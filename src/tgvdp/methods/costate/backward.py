@@ -28,6 +28,7 @@ from tgvdp._jit import entry, leaf, part
 from tgvdp.methods.costate.characteristics import (
     Step,
     coast_image,
+    cut_out_w,
     dynamic_before,
     holding_costate,
     holding_w,
@@ -52,6 +53,8 @@ ROOM = 4096
 #: More points than this are thinned with a looser tolerance; the polyline is thinned again when it has grown by ...
 _MANY_POINTS = 300
 _GROWTH = 6
+#: An envelope nearer than this share of w to the speed at which the dynamic brake cuts out comes to it.
+_AT_CUT = 1e-7
 #: Points of partial effort before the last cell.
 _LAST_POINTS = 12
 
@@ -108,20 +111,28 @@ def _last_cell(train, step, line):
 
 
 @leaf
-def _step(train, returned, cells, k, price, held_w, held_brake_w, low, fast, floor_w, wall, scratch):
+def _snapped(w, cut_w):
+    """A squared speed, or that at which the dynamic brake cuts out, where it is that but for the error of its rows."""
+    return cut_w if abs(w - cut_w) <= _AT_CUT * cut_w else w
+
+
+@leaf
+def _step(train, returned, cells, k, price, held_w, held_brake_w, low, fast, floor_w, wall, cut_w, scratch):
     """The step over cell k, in which a second costs a price.
 
     At the start a run has one speed, but the line of switching that it meets in the first cell begins beyond that.
+    Where the envelope is below the speed at which the dynamic brake cuts out, braking returns nothing.
     """
-    top = fast[k] if k > 0 else max(fast[0], fast[1])
+    top = _snapped(fast[k] if k > 0 else max(fast[0], fast[1]), cut_w)
+    wall = _snapped(wall, cut_w)
     bottom = max(low[k], min(floor_w, 0.1 * top))
     load = train.davis_a_n + cells.grade_n[k]
-    if cells.supply[k] != POWERED:
+    if cells.supply[k] != POWERED or max(top, wall) <= cut_w:
         returned = 0.0
     length = cells.length_m[k]
     air = cells.air[k]
     dynamic_w = dynamic_before(train, length, load, air, wall, top, scratch) if returned > 0.0 else 0.0
-    return Step(length, load, air, price, returned, held_w, held_brake_w, bottom, top, wall, dynamic_w)
+    return Step(length, load, air, price, returned, held_w, held_brake_w, bottom, top, wall, dynamic_w, cut_w)
 
 
 @entry
@@ -196,8 +207,9 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
         return OK, points
     k = count - 1
     price = multiplier - cells.saved_w[k]
-    step = _step(train, returned, cells, k, price, math.inf, math.inf, low, fast, floor_w, end_w, scratch)
-    n = make_monotone(line, _last_cell(train, step, line), fast[k])
+    cut_w = cut_out_w(train) if returned > 0.0 else 0.0
+    step = _step(train, returned, cells, k, price, math.inf, math.inf, low, fast, floor_w, end_w, cut_w, scratch)
+    n = make_monotone(line, _last_cell(train, step, line), step.top, cut_w, -0.5 * returned)
     loosen = 1.0
     thinned = n
     held_air = -1.0
@@ -213,7 +225,7 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
         share = loosen * cells.length_m[k] / typical_m
         slack = tolerance * share
         wall = fast[k + 1]
-        step = _step(train, returned, cells, k, price, held_w, held_brake_w, low, fast, floor_w, wall, scratch)
+        step = _step(train, returned, cells, k, price, held_w, held_brake_w, low, fast, floor_w, wall, cut_w, scratch)
         policy[k + 1] = fast[k + 1]
         powered = cells.supply[k] == POWERED
         drives, a = _crossing(-0.5, line, n, 0)
@@ -223,8 +235,11 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
         if powered:
             n = insert(line, n, drives, a, -0.5)
             coasts = n - 1
-            if returned > 0.0:
-                coasts, b = _crossing(-0.5 * returned, line, n, drives)
+            if step.returned > 0.0:
+                above = drives
+                while above < n - 1 and line.w[above] < cut_w:
+                    above += 1
+                coasts, b = _crossing(-0.5 * returned, line, n, above)
                 n = insert(line, n, coasts, b, -0.5 * returned)
                 policy[k + 1, 2] = b
         brakes = n - 1
@@ -243,7 +258,7 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
             m = coast_over(dark, step, line, n, brakes, images, scratch)
         if k == 0:
             break
-        m = make_monotone(images, m, fast[k])
+        m = make_monotone(images, m, step.top, cut_w, -0.5 * returned)
         if m <= thinned + _GROWTH:
             line, images = images, line
             n = m

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from tgvdp._jit import leaf, part
 from tgvdp.physics.cell import Cell
 from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
-from tgvdp.physics.forces import effort_at
+from tgvdp.physics.forces import effort_at, resistance_at
 from tgvdp.physics.minimum import least_on_piece
 from tgvdp.physics.motion import march
 
@@ -23,6 +23,9 @@ _AT_STEP = 1e-9
 _STEPS_TO_RATE = 3
 #: Braking curves are followed backwards to this multiple of the fastest squared speed at most.
 _BEYOND = 1.01
+#: A dynamic brake that begins at a speed with so many times the resistance cuts out there: runs that coast through it
+#: do not use it just above, as what it saves is a share of R/(R + D) of what a joule of it is worth.
+_CUTS_OUT = 5.0
 
 
 class Step(NamedTuple):
@@ -42,6 +45,8 @@ class Step(NamedTuple):
         Squared speeds: the slowest and fastest of the images, and the fastest after the cell.
     dynamic_w : float
         Squared speed before the cell from which the dynamic brake leads to the wall, from `dynamic_before`.
+    cut_w : float
+        Squared speed below which the dynamic brake cuts out (`cut_out_w`).
     """
 
     length: float
@@ -55,6 +60,7 @@ class Step(NamedTuple):
     top: float
     wall: float
     dynamic_w: float
+    cut_w: float
 
 
 @leaf
@@ -165,6 +171,24 @@ def coast_image(train, step, length, w1, p1):
 
 
 @part
+def cut_out_image(train, step, w1, p1):
+    """`coast_image` of a point below the speed at which the dynamic brake cuts out, where that is above it.
+
+    Above that speed kinetic energy is worth what the brake returns for it, −r/2: a run that had more of it would brake.
+    """
+    length = step.length
+    level = -0.5 * step.returned
+    part_m = length
+    p_cut = p1
+    for _ in range(_STEPS_TO_RATE):
+        w0, p_cut = coast_image(train, step, part_m, w1, p1)
+        part_m = min(part_m * (step.cut_w - w1) / max(w0 - w1, 0.5 * (step.cut_w - w1)), length)
+    if p_cut <= level:
+        return coast_image(train, step, length, w1, p1)
+    return coast_image(train, step, length - part_m, step.cut_w, level * (1.0 + _AT_STEP))
+
+
+@part
 def saturated_image(train, regime, step, length, w1, p1):
     """`saturated_back`, but not inlined, and where braking rates step on the way, from step to step."""
     if regime != TRACTION:
@@ -214,6 +238,21 @@ def dynamic_before(train, length, load, air, w1, top, scratch):
     """
     cell = Cell(0.0, length, length, load - train.davis_a_n, air, math.inf)
     return march(train, DYNAMIC, -1.0, cell, length, w1, _BEYOND * max(top, w1), scratch, 0)[1]
+
+
+@part
+def cut_out_w(train):
+    """Squared speed below which the dynamic brake gives nothing, and above which it gives much at once; 0 if none."""
+    table = train.braking
+    for i in range(table.shape[0]):
+        v = table[i, 0]
+        effort = effort_at(table, v)
+        if effort > 0.0:
+            return v * v if effort > _CUTS_OUT * resistance_at(train, 0.0, v) else 0.0
+        for j in range(1, table.shape[1]):
+            if table[i, j] != 0.0:
+                return 0.0
+    return 0.0
 
 
 @leaf

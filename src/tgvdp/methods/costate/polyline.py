@@ -33,8 +33,12 @@ def insert(line, n, at, w, p):
 
 
 @part
-def make_monotone(line, m, top):
-    """Running maximum in both coordinates, cut at ``top``; returns the number of points left."""
+def make_monotone(line, m, top, cut_w, level):
+    """Running maximum in both coordinates, cut at ``top``; returns the number of points left.
+
+    At ``cut_w`` p falls, and does not rise from there on as long as it is below ``level``: runs that come to that speed
+    cut out the dynamic brake.
+    """
     x = line.w
     y = line.p
     last_x = x[0]
@@ -43,6 +47,8 @@ def make_monotone(line, m, top):
     for i in range(1, m):
         last_x = max(x[i], last_x)
         x[i] = last_x
+        if 0.0 < cut_w <= last_x and (y[i] < level or x[i - 1] < cut_w):
+            last_y = y[i]
         last_y = max(y[i], last_y)
         y[i] = last_y
         if last_x >= top:

@@ -126,9 +126,12 @@ def _braking_points(trip: Trip, fastest: Profile, cell_m: float) -> NDArray[np.f
         return np.empty(0)
     at_m = np.empty(2 * len(fastest.position_m))
     x_m = fastest.position_m - fastest.position_m[0]
-    count = friction_points(train, cells_of(trip), x_m, fastest.speed_mps**2, at_m)
+    w = fastest.speed_mps**2
+    count = friction_points(train, cells_of(trip), x_m, w, at_m)
     left_m = _END_SHARE * cell_m * 0.5 ** np.arange(1, _END_HALVINGS + 1)
-    return np.concatenate((at_m[:count], trip.distance_m - left_m))
+    jump_w = np.array(trip.train.dynamic_brake_limit.jumps_mps) ** 2
+    jumps_m = x_m[(np.abs(w[:, np.newaxis] - jump_w) <= 1e-8 * jump_w).any(axis=1)]
+    return np.concatenate((at_m[:count], jumps_m, trip.distance_m - left_m))
 
 
 def graded_stations(trip: Trip, fastest: Profile, cell_m: float) -> NDArray[np.float64]:

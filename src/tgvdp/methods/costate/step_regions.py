@@ -12,13 +12,22 @@ from tgvdp.methods.costate.characteristics import (
     LOST,
     coast_back,
     coast_image,
+    cut_out_image,
     dynamic_before,
     held_back_w,
     saturated_back,
     saturated_image,
 )
 from tgvdp.methods.costate.step_held import hold
-from tgvdp.methods.costate.step_wall import SPREAD, dynamic_suffices, fan_region, frictionless_m, is_wall, jump_from
+from tgvdp.methods.costate.step_wall import (
+    ROUNDING,
+    SPREAD,
+    dynamic_suffices,
+    fan_region,
+    frictionless_m,
+    is_wall,
+    jump_from,
+)
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, TRACTION
 
 #: Below this costate it is clear for many cells that a run drives.
@@ -107,7 +116,7 @@ def coast_region(train, step, line, first, last, images, m):
     """Append the images under coasting of the points ``first`` .. ``last``; returns how many there are then.
 
     Between them p bends on the way, as 1/v where trains are slow: gaps between neighbouring images are filled, from the
-    edge at ``bottom`` on, with points interpolated before the cell.
+    edge at ``bottom`` on, with points interpolated before the cell. Where the dynamic brake cuts out p falls.
     """
     w, p = line
     x, y = images
@@ -118,6 +127,12 @@ def coast_region(train, step, line, first, last, images, m):
     for i in range(count):
         w0 = x[base + i]
         if w0 < bottom:
+            continue
+        if step.cut_w > 0.0 and w0 >= step.cut_w > w[first + i]:
+            if i > 0 and bottom <= x[base + i - 1] < step.cut_w and m + 2 < base + i:
+                m = _cut_edges(step, x[base + i - 1], y[base + i - 1], w0, y[base + i], images, m)
+            x[m], y[m] = cut_out_image(train, step, w[first + i], p[first + i])
+            m += 1
             continue
         if i > 0:
             image = x[base + i - 1]
@@ -139,6 +154,19 @@ def coast_region(train, step, line, first, last, images, m):
 
 
 @part
+def _cut_edges(step, below_w, below_p, w, p, images, m):
+    """Append p below and above the speed at which the dynamic brake cuts out, between two images under coasting."""
+    x, y = images
+    level = -0.5 * step.returned
+    p += (step.cut_w - w) / (w - below_w) * (p - below_p)
+    x[m] = step.cut_w * (1.0 - ROUNDING)
+    y[m] = p
+    x[m + 1] = step.cut_w
+    y[m + 1] = min(p, level * (1.0 + ROUNDING))
+    return m + 2
+
+
+@part
 def brake_region(train, regime, step, line, first, last, images, start, m, scratch):
     """Append images under full braking of the points ``first`` .. ``last`` that keep p above the level of the regime.
 
@@ -148,6 +176,8 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
     """
     x, y = images
     level = -0.5 * step.returned if regime == DYNAMIC else 0.0
+    while start < m and x[start] < step.cut_w:  # where no dynamic brake works p may be above its level
+        start += 1
     m = cut_above(level, images, start, m)
     edge_w = math.inf  # where p jumps
     edge_image = 0.0
