@@ -29,6 +29,8 @@ _Floats = NDArray[np.float64]
 #: Squared speeds nearer than this share to that of a kink are that.
 _AT_KINK = 1e-6
 _JUST_BELOW = 1.0 - 1e-9
+#: The dynamic brake jumps where its effort changes by this share.
+_JUMPS = 0.02
 #: Rounds at most, in each of which both sides are raised.
 _MOST_ROUNDS = 12
 
@@ -136,7 +138,10 @@ def _kinks(problem: BoundingProblem, found: Ledger) -> Iterator[tuple[float, boo
         float(after[0]): False for before, after in itertools.pairwise(problem.train.rates) if after[2] < before[2]
     }
     if problem.energy.regeneration > 0.0:
-        kinks |= {v: brake.effort_n(v * _JUST_BELOW) < brake.effort_n(v) for v in brake.jumps_mps}
+        for v in brake.jumps_mps:
+            below_n, above_n = brake.effort_n(v * _JUST_BELOW), brake.effort_n(v)
+            if abs(above_n - below_n) > _JUMPS * max(below_n, above_n):
+                kinks[v] = below_n < above_n
     if kinks:
         lowest, highest = _standing_w(found), float(found.caps.cell.max())
         yield from ((v**2, cuts_out) for v, cuts_out in kinks.items() if lowest <= v**2 < highest)

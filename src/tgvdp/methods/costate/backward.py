@@ -26,6 +26,7 @@ import math
 
 from tgvdp._jit import entry, leaf, part
 from tgvdp.methods.costate.characteristics import (
+    AT_CUT,
     Step,
     coast_image,
     cut_out_w,
@@ -53,8 +54,6 @@ ROOM = 4096
 #: More points than this are thinned with a looser tolerance; the polyline is thinned again when it has grown by ...
 _MANY_POINTS = 300
 _GROWTH = 6
-#: An envelope nearer than this share of w to the speed at which the dynamic brake cuts out comes to it.
-_AT_CUT = 1e-7
 #: Points of partial effort before the last cell.
 _LAST_POINTS = 12
 
@@ -113,7 +112,7 @@ def _last_cell(train, step, line):
 @leaf
 def _snapped(w, cut_w):
     """A squared speed, or that at which the dynamic brake cuts out, where it is that but for the error of its rows."""
-    return cut_w if abs(w - cut_w) <= _AT_CUT * cut_w else w
+    return cut_w if abs(w - cut_w) <= AT_CUT * cut_w else w
 
 
 @leaf

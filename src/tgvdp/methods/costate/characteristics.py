@@ -23,6 +23,10 @@ _AT_STEP = 1e-9
 _STEPS_TO_RATE = 3
 #: Braking curves are followed backwards to this multiple of the fastest squared speed at most.
 _BEYOND = 1.01
+#: A squared speed of a run that is nearer than this share to that at which the dynamic brake cuts out is that.
+AT_CUT = 1e-7
+#: An effort that changes by this share at one speed drops there.
+_DROPS = 0.02
 #: A dynamic brake that begins at a speed with so many times the resistance cuts out there: runs that coast through it
 #: do not use it just above, as what it saves is a share of R/(R + D) of what a joule of it is worth.
 _CUTS_OUT = 5.0
@@ -209,7 +213,61 @@ def saturated_image(train, regime, step, length, w1, p1):
             if to_go >= -_AT_STEP * step_w:
                 p1 = _beyond_rate(train, regime, step, train.rates[i, 0], p1)
                 w1 = step_w * (1.0 + 2.0 * _AT_STEP)
+        for i in range(1, train.braking.shape[0]):
+            v = train.braking[i, 0]
+            if w1 < v * v * (1.0 - _AT_STEP) and drops_at(train.braking, i):
+                met_m, p0 = _to_drop(train, regime, step, length, w1, p1, v * v)
+                if met_m == length:
+                    break
+                length -= met_m
+                w1 = v * v
+                p1 = beyond_drop(train, step, v, p0)
+                regime = BRAKING if p1 > 0.0 else DYNAMIC
     return saturated_back(train, regime, step, length, w1, p1)
+
+
+@leaf
+def drops_at(table, i):
+    """Whether an effort drops, as speed rises, where a piece of its curve begins."""
+    v = table[i, 0]
+    return effort_at(table, v * (1.0 - _AT_STEP)) > effort_at(table, v) * (1.0 + _DROPS)
+
+
+@part
+def _to_drop(train, regime, step, length, w1, p1, drop_w):
+    """Over which part of a length a point comes from the speed of a drop, all of it if from none; its costate there."""
+    to_go = drop_w - w1
+    slope = _saturated_slope(train, regime, step.load, step.air, math.sqrt(w1))[0]
+    if to_go >= -slope * length:
+        return length, p1
+    part_m = -to_go / slope
+    p0 = p1
+    for _ in range(_STEPS_TO_RATE):
+        w0, p0 = saturated_back(train, regime, step, part_m, w1, p1)
+        part_m = min(part_m * to_go / max(w0 - w1, 0.5 * to_go), length)
+    return part_m, p0
+
+
+@part
+def beyond_drop(train, step, v, below_p):
+    """Costate just above the speed of a drop of the dynamic brake, of runs with ``below_p`` below it.
+
+    The Hamiltonian is the same on both sides (`_beyond_rate`): the least of what a metre costs under coasting, under
+    the dynamic brake, and under all brakes. So friction may help above that speed, and not below it.
+    """
+    resistance = step.load + v * (train.davis_b + v * step.air)
+    rate = effort_at(train.rates, v) if train.rates.shape[0] > 0 else train.max_deceleration
+    most = max(rate - resistance, 0.0)
+    below = min(effort_at(train.braking, v * (1.0 - _AT_STEP)), most)
+    above = min(effort_at(train.braking, v), most)
+    cost = -2.0 * below_p * resistance
+    cost = min(cost, -step.returned * below - 2.0 * below_p * (resistance + below))
+    cost = min(cost, -step.returned * below - 2.0 * below_p * (resistance + min(below + train.friction_n, most)))
+    p = math.inf
+    for brakes, returns in ((0.0, 0.0), (above, above), (min(above + train.friction_n, most), above)):
+        if resistance + brakes > 0.0:
+            p = min(p, -0.5 * (cost + step.returned * returns) / (resistance + brakes))
+    return max(p, below_p) if p < math.inf else below_p
 
 
 @part

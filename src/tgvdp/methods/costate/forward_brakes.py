@@ -6,9 +6,10 @@ from typing import NamedTuple
 from tgvdp._jit import leaf, part
 from tgvdp.methods.costate.forward_rows import ON_CURVE, brake_late, coast, ended, evenly, rows_needed, saturated
 from tgvdp.methods.costate.step_held import HELD
+from tgvdp.methods.costate.step_regions import is_drop
 from tgvdp.physics.arc import arc
 from tgvdp.physics.cell import Cell, append, rest_of
-from tgvdp.physics.codes import COASTING, DYNAMIC, OK
+from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK
 from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import mean_effort
 from tgvdp.physics.roots import Bracket, narrowed, secant
@@ -140,11 +141,29 @@ def _coast_then_regenerate(train, cell, w, lines, rows, n):
 
 
 @part
+def _brake_to_drop(train, cell, w, drop_w, rows, n):
+    """Append all brakes down to a speed at which the dynamic brake drops, and that alone from there on.
+
+    Returns where that ends, and the number of rows.
+    """
+    left, landed, n = saturated(train, BRAKING, cell, w, drop_w, rows, n)
+    if left > 0.0 and n > 0:
+        _, landed, n = saturated(train, DYNAMIC, rest_of(cell, cell.end_m - left, left), landed, 0.0, rows, n)
+        if n > 0:
+            rows.x[n - 1] = cell.end_m
+    return landed, n
+
+
+@part
 def _regenerate(train, cell, w, lines, scratch, rows, n):
     """Slow down to b, or to the envelope if that is lower, where coasting would end above it: by the dynamic brake.
 
     All brakes only where that one would end above c, or leave the envelope.
     """
+    if w > lines.c and lines.c < lines.top and is_drop(train, lines.c):
+        landed, last = _brake_to_drop(train, cell, w, lines.c, rows, n)
+        if last < 0 or landed <= lines.top * (1.0 + ON_CURVE):
+            return last
     target = min(lines.b, lines.top)
     # A line that falls from the envelope is no speed that was held: braking begins within the cell.
     begins = lines.before_b >= lines.before_top and target < lines.before_b * (1.0 - ON_CURVE)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import kernel, part
 from tgvdp.line.cells import breaks_of, cells_of
+from tgvdp.methods.costate.characteristics import AT_CUT, cut_out_w
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import effort_at, kernel_train, resistance_at
@@ -68,7 +69,7 @@ def _lacks(train, grade_n, air, w0, w1, d, share):
 
 @kernel
 def friction_points(train, cells, x, w, at):
-    """Where friction begins or ends to help the dynamic brake along a run.
+    """Where friction begins or ends to help the dynamic brake along a run, and where that cuts out.
 
     Parameters
     ----------
@@ -76,7 +77,7 @@ def friction_points(train, cells, x, w, at):
     cells : Cells
     x, w : (n,) float64
         Rows: positions from the origin, m, and squared speeds, m²/s².
-    at : (2·n,) float64, modified in place
+    at : (3·n,) float64, modified in place
         Such positions, m.
 
     Returns
@@ -87,6 +88,7 @@ def friction_points(train, cells, x, w, at):
     count = 0
     k = 0
     before = 0.0
+    cut_w = cut_out_w(train)
     for i in range(x.shape[0] - 1):
         d = x[i + 1] - x[i]
         while k + 1 < cells.length_m.shape[0] and cells.station_m[k + 1] <= x[i] + 0.5 * d:
@@ -109,29 +111,29 @@ def friction_points(train, cells, x, w, at):
                     hi = middle
             at[count] = x[i] + lo * d
             count += 1
+        if cut_w > 0.0 and abs(w[i] - cut_w) <= AT_CUT * cut_w:
+            at[count] = x[i]
+            count += 1
         before = last
     return count
 
 
 def _braking_points(trip: Trip, fastest: Profile, cell_m: float) -> NDArray[np.float64]:
-    """Where friction begins or ends to help the dynamic brake along the fastest run, and next to its end, m.
+    """Where friction begins or ends to help the dynamic brake along the fastest run, or that cuts out; next to its end.
 
-    From the origin. The costate below the braking curve is another one there. It matters only where the dynamic brake
-    returns energy. In the last cell that one alone stops the train, while all brakes are best at last: what this takes
-    longer falls but with the root of the cell's length.
+    From the origin, m. The costate below the braking curve is another one there. It matters only where the dynamic
+    brake returns energy. In the last cell that one alone stops the train, while all brakes are best at last: what this
+    takes longer falls but with the root of the cell's length.
     """
     train = kernel_train(trip.train)
     returns = energy_tables(trip.train, trip.energy).regeneration > 0.0 and train.braking[:, 1:].any()
     if not returns or (train.friction_n == 0.0 and not len(train.rates)):
         return np.empty(0)
-    at_m = np.empty(2 * len(fastest.position_m))
+    at_m = np.empty(3 * len(fastest.position_m))
     x_m = fastest.position_m - fastest.position_m[0]
-    w = fastest.speed_mps**2
-    count = friction_points(train, cells_of(trip), x_m, w, at_m)
+    count = friction_points(train, cells_of(trip), x_m, fastest.speed_mps**2, at_m)
     left_m = _END_SHARE * cell_m * 0.5 ** np.arange(1, _END_HALVINGS + 1)
-    jump_w = np.array(trip.train.dynamic_brake_limit.jumps_mps) ** 2
-    jumps_m = x_m[(np.abs(w[:, np.newaxis] - jump_w) <= 1e-8 * jump_w).any(axis=1)]
-    return np.concatenate((at_m[:count], jumps_m, trip.distance_m - left_m))
+    return np.concatenate((at_m[:count], trip.distance_m - left_m))
 
 
 def graded_stations(trip: Trip, fastest: Profile, cell_m: float) -> NDArray[np.float64]:

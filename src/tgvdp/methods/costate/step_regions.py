@@ -10,9 +10,11 @@ import math
 from tgvdp._jit import kernel, part
 from tgvdp.methods.costate.characteristics import (
     LOST,
+    beyond_drop,
     coast_back,
     coast_image,
     cut_out_image,
+    drops_at,
     dynamic_before,
     held_back_w,
     saturated_back,
@@ -167,6 +169,21 @@ def _cut_edges(step, below_w, below_p, w, p, images, m):
 
 
 @part
+def _drop_edges(train, step, images, m, w):
+    """Append p below and above the speeds between the last image and another one at which the dynamic brake drops."""
+    x, y = images
+    for i in range(1, train.braking.shape[0]):
+        drop_w = train.braking[i, 0] * train.braking[i, 0]
+        if x[m - 1] < drop_w * (1.0 - ROUNDING) and drop_w < w and drops_at(train.braking, i):
+            x[m] = drop_w * (1.0 - ROUNDING)
+            y[m] = y[m - 1]
+            x[m + 1] = drop_w
+            y[m + 1] = beyond_drop(train, step, train.braking[i, 0], y[m])
+            m += 2
+    return m
+
+
+@part
 def brake_region(train, regime, step, line, first, last, images, start, m, scratch):
     """Append images under full braking of the points ``first`` .. ``last`` that keep p above the level of the regime.
 
@@ -178,7 +195,7 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
     level = -0.5 * step.returned if regime == DYNAMIC else 0.0
     while start < m and x[start] < step.cut_w:  # where no dynamic brake works p may be above its level
         start += 1
-    m = cut_above(level, images, start, m)
+    m = cut_above(train, level, images, start, m)
     edge_w = math.inf  # where p jumps
     edge_image = 0.0
     jump = jump_from(step, line, first, last) if regime == DYNAMIC else -1
@@ -198,6 +215,8 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
     before = m
     for i in range(first, last + 1):
         w0, p0 = saturated_image(train, regime, step, step.length, line.w[i], max(line.p[i], level))
+        if regime == DYNAMIC and m > before:
+            m = _drop_edges(train, step, images, m, w0)
         if line.w[i] == edge_w:  # a run that is faster by the error of the image would end with friction
             w0 = edge_image
         if w0 >= step.bottom:
@@ -257,13 +276,26 @@ def friction_region(train, step, line, first, last, images, start, m, scratch):
 
 
 @part
-def cut_above(level, images, first, m):
-    """Drop images after the ``first`` that lie above a level, but for an edge at the level; returns what is left."""
+def is_drop(train, w):
+    """Whether a squared speed is one at which the dynamic brake drops, or next to it."""
+    for i in range(1, train.braking.shape[0]):
+        drop_w = train.braking[i, 0] * train.braking[i, 0]
+        if abs(w - drop_w) <= 2.0 * ROUNDING * drop_w and drops_at(train.braking, i):
+            return True
+    return False
+
+
+@part
+def cut_above(train, level, images, first, m):
+    """Drop images after the ``first`` that lie above a level, but for an edge at the level; returns what is left.
+
+    Not those that come to be above it by a drop of the dynamic brake: friction works above that speed alone.
+    """
     x, y = images
     i = first
     while i < m and y[i] <= level:
         i += 1
-    if i == m:
+    if i == m or (level == 0.0 and is_drop(train, x[i])):
         return m
     if i > first:
         x[i] -= (x[i] - x[i - 1]) * (y[i] - level) / (y[i] - y[i - 1])
