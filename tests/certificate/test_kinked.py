@@ -1,11 +1,14 @@
 """Bounds with a kink of the potential at one speed: valid for any costates, and tight where braking rates drop."""
 
+import math
+
 import numpy as np
 import pytest
 
 import tgvdp
 from benchmarks.proof.trips import proof_trip
-from tests.helpers.bound_case import random_bound
+from tests.helpers.bound_case import costs_of, random_bound
+from tests.helpers.brake_case import CUTS_OUT, DROPS, HILLY, LEVEL, metro
 from tests.helpers.twins.trips import random_trip
 from tgvdp.certificate.kinked import _Kinked, _kinks, _standing_w, kinked
 from tgvdp.certificate.line import BoundingProblem
@@ -31,6 +34,25 @@ def test_whatever_the_costates_on_both_sides_no_run_lies_below(seed):
             one = getattr(bound, half)
             setattr(bound, half, bound._half(one.side, one.left + noise, one.right + noise))
             assert problem.line_j(bound._together()) <= least_j * (1.0 + 1e-6)
+
+
+@pytest.mark.parametrize("track", [LEVEL, HILLY], ids=["level", "hilly"])
+@pytest.mark.parametrize("points", [CUTS_OUT, DROPS], ids=["cuts out", "drops"])
+def test_no_run_lies_below_where_the_dynamic_brake_jumps(points, track):
+    trip = tgvdp.search(metro(points), track, points=2, energy="pantograph").trip
+    fastest, problem, price = fastest_run(trip), BoundingProblem(trip), 1e5
+    least_j = min(costs_of(trip, fastest, problem, price))
+    found = problem.ledger(fastest.position_m, fastest.speed_mps**2, price)
+    ((kink_w, cuts_out),) = _kinks(problem, found)
+    assert (math.sqrt(kink_w), cuts_out) == (pytest.approx(points[2][0]), points is CUTS_OUT)
+    multiplier = problem.total(price) / problem.train.inertia_kg
+    bound = _Kinked(problem, found, multiplier, kink_w, cuts_out, 1e-6 * least_j, None)
+    assert problem.line_j(found) < problem.line_j(bound.raised()) <= least_j * (1.0 + 1e-6)
+    rng, count = np.random.default_rng(1), len(found.left)
+    for half in ("_lower", "_upper"):
+        one, noise = getattr(bound, half), np.repeat(rng.normal(0.0, 0.05, count // 20 + 1), 20)[:count]
+        setattr(bound, half, bound._half(one.side, one.left + noise, one.right + noise))
+        assert problem.line_j(bound._together()) <= least_j * (1.0 + 1e-6)
 
 
 @pytest.mark.parametrize(("seed", "most_pct"), STEPPED)

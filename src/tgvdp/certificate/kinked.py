@@ -92,7 +92,12 @@ class _Half(NamedTuple):
 
 
 def kinked(
-    problem: BoundingProblem, found: Ledger, multiplier_j_per_s: float, gain_j: float, clock: Clock | None = None
+    problem: BoundingProblem,
+    found: Ledger,
+    multiplier_j_per_s: float,
+    gain_j: float,
+    clock: Clock | None = None,
+    enough_j: float = math.inf,
 ) -> Ledger:
     """The best bound with a kink at a speed where brakes jump, or ``found`` where none is better.
 
@@ -106,6 +111,8 @@ def kinked(
     gain_j : float
         What a step of an ascent, and both sides together, must gain.
     clock : Clock, optional
+    enough_j : float
+        A bound that needs no further ascent.
 
     Returns
     -------
@@ -119,7 +126,7 @@ def kinked(
         before = best
         for one in tried:
             best = max(best, one.raised(), key=problem.line_j)
-            if clock and clock.expired:
+            if (clock and clock.expired) or problem.line_j(best) >= enough_j:
                 return best
         if not problem.line_j(best) - problem.line_j(before) > gain_j:
             return best

@@ -169,7 +169,7 @@ class LineMaker:
         ledger = problem.ledger(run.x_m, run.w, multiplier, max(_CAREFUL * care, 1.0), gain_j, clock, enough_j)
         line_j = problem.line_j(ledger)
         if care > 1.0 and line_j < enough_j:
-            line_j = problem.line_j(kinked(problem, ledger, multiplier, gain_j, clock))
+            line_j = problem.line_j(kinked(problem, ledger, multiplier, gain_j, clock, enough_j))
         if care and line_j < min(enough_j, cost_j - _CURVED * size_j) and problem.may_curve(multiplier):
             line_j = max(line_j, problem.line_j(problem.curved(ledger, multiplier, gain_j, clock)))
         return Line(multiplier, line_j, run.time_s, cost_j, care if line_j >= enough_j else NEXT_CARE[care])

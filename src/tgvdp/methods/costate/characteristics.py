@@ -213,17 +213,27 @@ def saturated_image(train, regime, step, length, w1, p1):
             if to_go >= -_AT_STEP * step_w:
                 p1 = _beyond_rate(train, regime, step, train.rates[i, 0], p1)
                 w1 = step_w * (1.0 + 2.0 * _AT_STEP)
-        for i in range(1, train.braking.shape[0]):
-            v = train.braking[i, 0]
-            if w1 < v * v * (1.0 - _AT_STEP) and drops_at(train.braking, i):
-                met_m, p0 = _to_drop(train, regime, step, length, w1, p1, v * v)
-                if met_m == length:
-                    break
-                length -= met_m
-                w1 = v * v
-                p1 = beyond_drop(train, step, v, p0)
-                regime = BRAKING if p1 > 0.0 else DYNAMIC
+        drop_w = drop_above(train, w1)
+        while drop_w < math.inf:
+            met_m, p0 = _to_drop(train, regime, step, length, w1, p1, drop_w)
+            if met_m == length:
+                break
+            length -= met_m
+            w1 = drop_w
+            p1 = beyond_drop(train, step, math.sqrt(drop_w), p0)
+            regime = BRAKING if p1 > 0.0 else DYNAMIC
+            drop_w = drop_above(train, w1)
     return saturated_back(train, regime, step, length, w1, p1)
+
+
+@part
+def drop_above(train, w):
+    """Least squared speed above one at which the dynamic brake drops; infinite where it drops at none."""
+    for i in range(1, train.braking.shape[0]):
+        v = train.braking[i, 0]
+        if w < v * v * (1.0 - _AT_STEP) and drops_at(train.braking, i):
+            return v * v
+    return math.inf
 
 
 @leaf
@@ -311,6 +321,20 @@ def cut_out_w(train):
             if table[i, j] != 0.0:
                 return 0.0
     return 0.0
+
+
+@part
+def helped_before(train, step, w1, scratch):
+    """`dynamic_before` with friction above a drop of the dynamic brake; 0 where that is not come from."""
+    cell = Cell(0.0, step.length, step.length, step.load - train.davis_a_n, step.air, math.inf)
+    drop_w = drop_above(train, w1)
+    if drop_w == math.inf:
+        return 0.0
+    used_m, w, _ = march(train, DYNAMIC, -1.0, cell, step.length, w1, drop_w, scratch, 0)
+    if w < drop_w:
+        return 0.0
+    rest_m = step.length - used_m
+    return march(train, BRAKING, -1.0, cell, rest_m, drop_w, _BEYOND * max(step.top, drop_w), scratch, 0)[1]
 
 
 @leaf

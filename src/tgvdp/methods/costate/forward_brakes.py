@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 from tgvdp._jit import leaf, part
+from tgvdp.methods.costate.characteristics import drop_above
 from tgvdp.methods.costate.forward_rows import ON_CURVE, brake_late, coast, ended, evenly, rows_needed, saturated
 from tgvdp.methods.costate.step_held import HELD
 from tgvdp.methods.costate.step_regions import is_drop
@@ -12,6 +13,7 @@ from tgvdp.physics.cell import Cell, append, rest_of
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK
 from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import mean_effort
+from tgvdp.physics.motion import march
 from tgvdp.physics.roots import Bracket, narrowed, secant
 from tgvdp.runs.braking_point import braked_w, drive_then_brake, emit_driven
 
@@ -92,6 +94,15 @@ def _brake_fully(train, regime, cell, w, lines, scratch, rows, n):
         if _follows(lines, target, w) and _brakes_do(train, cell, w, target, True, 1.0):
             return evenly(train, cell, w, target, scratch, rows, n)
         cell = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, lines.c))
+    drop_w = drop_above(train, target)
+    if regime == DYNAMIC and drop_w < w:  # below it the dynamic brake alone
+        used_m, met_w, _ = march(train, DYNAMIC, -1.0, cell, cell.length_m, target, drop_w, scratch, 0)
+        if met_w == drop_w:
+            met_m = cell.end_m - used_m
+            above = Cell(cell.start_m, met_m, met_m - cell.start_m, cell.grade_n, cell.air, cell.limit_w)
+            n = brake_late(train, regime, above, w, drop_w, scratch, rows, n)
+            last = saturated(train, DYNAMIC, rest_of(cell, met_m, used_m), drop_w, target, rows, n)[2]
+            return ended(cell, target, rows, n, last)
     return brake_late(train, regime, cell, w, target, scratch, rows, n)
 
 

@@ -14,9 +14,11 @@ from tgvdp.methods.costate.characteristics import (
     coast_back,
     coast_image,
     cut_out_image,
+    drop_above,
     drops_at,
     dynamic_before,
     held_back_w,
+    helped_before,
     saturated_back,
     saturated_image,
 )
@@ -195,9 +197,11 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
     level = -0.5 * step.returned if regime == DYNAMIC else 0.0
     while start < m and x[start] < step.cut_w:  # where no dynamic brake works p may be above its level
         start += 1
-    m = cut_above(train, level, images, start, m)
+    # Friction may help above a drop of the dynamic brake alone.
+    drop_w = drop_above(train, line.w[first] * (1.0 - 4.0 * ROUNDING)) if regime == BRAKING else math.inf
+    m = cut_above(level, images, start, m, drop_w)
     edge_w = math.inf  # where p jumps
-    edge_image = 0.0
+    edge_image = helped_image = 0.0
     jump = jump_from(step, line, first, last) if regime == DYNAMIC else -1
     if jump >= 0:
         edge_w = line.w[jump]
@@ -207,6 +211,7 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
             braked_m = frictionless_m(train, step)
         else:
             edge_image = dynamic_before(train, step.length, step.load, step.air, edge_w, step.top, scratch)
+        helped_image = helped_before(train, step, edge_w, scratch)
         follows = is_wall(step, edge_w) and dynamic_suffices(step)  # no curve is met: the wall is
         if y[m - 1] < level and edge_w == line.w[first] and not follows:
             m = fan_region(train, step, edge_w, edge_image, braked_m, images, m)
@@ -218,7 +223,7 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
         if regime == DYNAMIC and m > before:
             m = _drop_edges(train, step, images, m, w0)
         if line.w[i] == edge_w:  # a run that is faster by the error of the image would end with friction
-            w0 = edge_image
+            w0 = helped_image if w0 > 0.5 * (edge_image + helped_image) > edge_image else edge_image
         if w0 >= step.bottom:
             if m > before:
                 below_p = max(line.p[i - 1], level)
@@ -286,16 +291,16 @@ def is_drop(train, w):
 
 
 @part
-def cut_above(train, level, images, first, m):
+def cut_above(level, images, first, m, beyond):
     """Drop images after the ``first`` that lie above a level, but for an edge at the level; returns what is left.
 
-    Not those that come to be above it by a drop of the dynamic brake: friction works above that speed alone.
+    Those from a squared speed ``beyond`` on are right.
     """
     x, y = images
     i = first
     while i < m and y[i] <= level:
         i += 1
-    if i == m or (level == 0.0 and is_drop(train, x[i])):
+    if i == m or x[i] >= beyond:
         return m
     if i > first:
         x[i] -= (x[i] - x[i - 1]) * (y[i] - level) / (y[i] - y[i - 1])
