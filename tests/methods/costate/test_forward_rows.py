@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from tgvdp.methods.costate.forward_brakes import Lines, coast_through
+from tgvdp.methods.costate.forward_cell import drive_cell
 from tgvdp.methods.costate.forward_rows import coast, evenly
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.train import Train
@@ -160,3 +161,17 @@ def test_coasting_beyond_the_line_of_the_dynamic_brake_needs_no_brakes():
     loads_n = [mean_resistance(train, cell.air, v0, v1) + cell.grade_n for v0, v1 in pairwise(np.sqrt(w))]
     efforts_n = 0.5 * train.inertia_kg * np.diff(w) / np.diff(rows.x[:n], prepend=0.0) + loads_n
     np.testing.assert_allclose(efforts_n, 0.0, atol=1e-6 * max(loads_n))
+
+
+@pytest.mark.parametrize("left_m", [7e-4, 0.7])
+def test_traction_up_to_a_hand_before_the_end_of_a_cell_goes_on_to_its_end(left_m):
+    """What is left was coasted, and the error of the rows before it was an effort of its own, that no rate allowed."""
+    train, cell = kernel_train(FREIGHT), Cell(0.0, 15.0, 15.0, 0.0, 32.0, 900.0)
+    scratch, rows = march_room(), room_for_rows(100, "test: rows")
+    rows.x[0], rows.w[0] = 0.0, 225.0
+    line = march(train, TRACTION, 1.0, cell, 15.0 - left_m, 225.0, math.inf, scratch, 0)[1]
+    lines = Lines(line, 900.0, 900.0, 900.0, line, line, 900.0, 900.0, line * (1.0 - 1e-9))
+    n = drive_cell(train, False, cell, 225.0, lines, scratch, rows, 1)
+    assert rows.x[n - 1] == 15.0
+    assert rows.w[n - 1] <= lines.top
+    assert np.diff(rows.x[:n]).min() > min(0.1, left_m)

@@ -8,6 +8,7 @@ from tgvdp.methods.costate.forward_rows import (
     ON_CURVE,
     SAME_PLACE,
     coast,
+    ended,
     evenly,
     pull,
     saturated,
@@ -17,6 +18,10 @@ from tgvdp.physics.cell import Cell, append, rest_of
 from tgvdp.physics.codes import BRAKING, TRACTION
 from tgvdp.physics.forces import effort_at, resistance_at
 from tgvdp.runs.braking_point import braked_w, drive_then_brake
+
+#: A share of a cell below which traction that ends before it ends with it: the error of its rows in what is left would
+#: be an effort of its own.
+_LITTLE = 1e-4
 
 
 @part
@@ -139,6 +144,8 @@ def drive_cell(train, regenerates, cell, w, lines, scratch, rows, n):
         rest, w, n = _drive_to_line(train, cell, w, line, slope, lines.top, rows, n)
         if rest <= 0.0 or n < 0:
             return n
+        if rest <= _LITTLE * length:
+            return ended(cell, min(w, lines.top), rows, first, n)
         if _passes(train, rest_of(cell, cell.end_m - rest, rest), w, lines.top, scratch):
             return drive_then_brake(train, TRACTION, BRAKING, cell, start_w, lines.top, scratch, rows, first)
     elif w > line * (1.0 + NEAR):
