@@ -51,6 +51,8 @@ def test_points_that_may_be_far_from_the_optimum_are_noted():
         "2 of 4 points may be more than 0.1 % above the optimum, at most 0.282 % (0.282 kWh) at margin 2.50 %"
     ]
     assert not list(large_gaps({"front": points[:1]}))
+    (note,) = large_gaps({"front": [*points[:1], {**points[0], "gap_pct": -0.0441}]})
+    assert note.startswith("1 of 2 points are below their lower bound, by 0.044 % at most")
 
 
 def test_json_is_one_object_on_stdout(tmp_path, capsys):

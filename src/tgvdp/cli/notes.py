@@ -11,8 +11,9 @@ if TYPE_CHECKING:
     from tgvdp.model.train import Train
     from tgvdp.model.trip import Trip
 
-#: From this gap on, in percent, a point is not as good as proven.
+#: From this gap on, in percent, a point is not as good as proven; and further below its bound than this is no rounding.
 _LARGE_GAP_PCT = 0.1
+_BELOW_PCT = 0.01
 #: Speeds that differ by less differ by rounding.
 _SAME_MPS = 1e-9
 
@@ -77,15 +78,22 @@ def idle(trip: "Trip") -> Iterator[str]:
 
 
 def large_gaps(content: Mapping[str, Any]) -> Iterator[str]:
-    """Points that may be far from the optimum, of an object of schema tgvdp.search/1."""
-    front = content["front"]
-    large = [point for point in front if point["gap_pct"] is not None and point["gap_pct"] > _LARGE_GAP_PCT]
+    """Points that may be far from the optimum, or are below their bound, of an object of schema tgvdp.search/1."""
+    front = [point for point in content["front"] if point["gap_pct"] is not None]
+    points = _counted(len(content["front"]), "point")
+    large = [point for point in front if point["gap_pct"] > _LARGE_GAP_PCT]
     if large:
         worst = max(large, key=lambda point: float(point["gap_pct"]))
         energy_kwh = worst["energy_kwh"] - worst["lower_bound_kwh"]
         yield (
-            f"{len(large)} of {_counted(len(front), 'point')} may be more than {_LARGE_GAP_PCT:g} % above the optimum, "
+            f"{len(large)} of {points} may be more than {_LARGE_GAP_PCT:g} % above the optimum, "
             f"at most {worst['gap_pct']:.3g} % ({energy_kwh:.3g} kWh) at margin {worst['margin_pct']:.2f} %"
+        )
+    below = [point["gap_pct"] for point in front if point["gap_pct"] < -_BELOW_PCT]
+    if below:
+        yield (
+            f"{len(below)} of {points} are below their lower bound, by {-min(below):.2g} % at most: "
+            "it is one of a line whose resistance is constant between breaks"
         )
 
 
