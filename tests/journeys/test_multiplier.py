@@ -1,9 +1,12 @@
 """One multiplier for all: the split in closed form, and hulls of fronts that are not convex."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from tgvdp.journeys.multiplier import Demand, on_hull, split
+from tgvdp.journeys.multiplier import Demand, demand_of, on_hull, split
+from tgvdp.pareto import ParetoFront
 
 
 def demand(scale, top_s=100.0):
@@ -38,3 +41,18 @@ def test_no_more_is_split_than_all_can_take():
 )
 def test_vertices_of_the_hull(energy, kept):
     assert on_hull(np.arange(len(energy), dtype=float), np.array(energy)).tolist() == kept
+
+
+@pytest.mark.parametrize("bend_s", [2.1, 3.0, 5.9])
+def test_multipliers_between_runs_save_what_lies_between_their_energies(bend_s):
+    """Wherever the front bends, which evenly falling multipliers take to be in the middle."""
+    times_s, slopes = np.array([0.0, 2.0, 6.0]), np.array([np.inf, 12.0, 10.0])
+    energy_j = np.array([200.0, 150.0, 150.0 - 12.0 * (bend_s - 2.0) - 10.0 * (6.0 - bend_s)])
+    runs = SimpleNamespace(
+        front=ParetoFront.of(times_s, energy_j), supplement_s=times_s, multiplier_j_per_s=slopes
+    )  # fmt: skip
+    taken = demand_of(runs)
+    fine_s = np.linspace(2.0, 6.0, 4001)
+    multiplier = np.exp(np.interp(fine_s, taken.supplement_s, taken.log_multiplier))
+    saved_j = np.sum(0.5 * (multiplier[1:] + multiplier[:-1]) * np.diff(fine_s))
+    assert saved_j == pytest.approx(energy_j[1] - energy_j[2], rel=1e-3)

@@ -64,11 +64,26 @@ def demand_of(section: SectionRuns) -> Demand:
     multiplier = np.maximum(multiplier, _NONE * slope[0])
     exponent = 1.0 - multiplier[0] / slope[0]
     exponent = min(max(exponent, _LEAST_EXPONENT), _MOST_EXPONENT)
+    first_s = supplement_s[1] * _GRADED
+    supplement_s, multiplier = _with_bends(supplement_s[1:], multiplier, slope[1:])
     log = np.concatenate((math.log(multiplier[0]) - exponent * np.log(_GRADED), np.log(multiplier)))
-    supplement_s = np.concatenate((supplement_s[1] * _GRADED, supplement_s[1:]))
+    supplement_s = np.concatenate((first_s, supplement_s))
     apart = _APART * np.arange(len(log))
     log = np.minimum.accumulate(log + apart) - apart
     return Demand(np.concatenate(([0.0], supplement_s)), np.concatenate(([log[0] + 1.0], log)))
+
+
+def _with_bends(supplement_s: _Floats, multiplier: _Floats, slope: _Floats) -> tuple[_Floats, _Floats]:
+    """Between two runs, where their tangents meet, the multiplier is the slope of their chord.
+
+    So the multipliers between them save what lies between their energies, and know a front that bends next to one of
+    them: evenly falling ones led to its other end round by round.
+    """
+    fall = -np.diff(multiplier)
+    share = np.divide(slope - multiplier[1:], fall, out=np.full(len(fall), 0.5), where=fall > 0.0).clip(0.0, 1.0)
+    met_s = supplement_s[:-1] + share * np.diff(supplement_s)
+    between = np.arange(1, len(supplement_s))
+    return np.insert(supplement_s, between, met_s), np.insert(multiplier, between, np.maximum(slope, multiplier[1:]))
 
 
 class Split(NamedTuple):
