@@ -44,6 +44,31 @@ def test_the_optimum_itself_cannot_be_improved(result, tmp_path):
     assert score.warnings == ()
 
 
+def test_positions_alone_tell_the_same(result, tmp_path):
+    """Neither a start at speed nor an overspeed or a saving is made of the means between positions."""
+    profile = result.profile(len(result.front) - 1)
+    t = np.append(np.arange(0.0, profile.duration_s, 1.0), profile.duration_s)
+    row = np.searchsorted(profile.time_s, t, side="right").clip(1, profile.time_s.size - 1) - 1
+    v0, since_s = profile.speed_mps[row], t - profile.time_s[row]
+    x = profile.position_m[row] + 0.5 * (v0 + np.interp(t, profile.time_s, profile.speed_mps)) * since_s
+    path = tmp_path / "gps.csv"
+    path.write_text("\n".join(["time_s,position_m", *(f"{a:.2f},{b:.2f}" for a, b in zip(t, x, strict=True))]))
+    score = tgvdp.score_run(tgvdp.load_run(path), *TRIP.values())
+    assert (score.result.trip.start_speed_mps, score.result.trip.end_speed_mps) == (0.0, 0.0)
+    assert score.result.fastest.time_s == pytest.approx(result.fastest.time_s, rel=1e-6)
+    assert abs(score.saving_j) < 2e-3 * profile.total_energy_j
+    assert score.warnings == ()
+
+
+def test_speeds_at_ends_that_positions_do_not_tell_are_doubted(result, tmp_path):
+    """It brakes for the last 15 s, of which two rows know."""
+    path = tmp_path / "gps.csv"
+    x = np.concatenate(([20_000.0], 20_000.0 + np.cumsum([400.0] * 17 + [350.0, 250.0])))
+    path.write_text("\n".join(["time_s,position_m", *(f"{10 * at},{b}" for at, b in enumerate(x))]))
+    score = tgvdp.score_run(tgvdp.load_run(path), *TRIP.values())
+    assert "no speeds are recorded: those at its ends, 40 and" in score.warnings[0]
+
+
 def test_a_late_braker_is_told_what_it_cost(capped):
     profile, path = capped
     score = tgvdp.score_run(tgvdp.load_run(path), *TRIP.values())

@@ -9,15 +9,18 @@ from tgvdp.runs.profile import REGIMES, profile_of
 from tgvdp.runs.recorded import placed, recorded_profile, sections_of
 
 
+def at_times(profile, t):
+    """Position and speed of a run at some times: the acceleration is constant within a row."""
+    row = np.searchsorted(profile.time_s, t, side="right").clip(1, profile.time_s.size - 1) - 1
+    v = np.interp(t, profile.time_s, profile.speed_mps)
+    return profile.position_m[row] + 0.5 * (profile.speed_mps[row] + v) * (t - profile.time_s[row]), v
+
+
 def every_second(result, index):
     """A run of the model, and its position, speed and time every second."""
     profile = result.profile(index)
     t = np.append(np.arange(0.0, profile.duration_s, 1.0), profile.duration_s)
-    row = np.searchsorted(profile.time_s, t, side="right").clip(1, profile.time_s.size - 1) - 1
-    # The acceleration is constant within a row.
-    v = np.interp(t, profile.time_s, profile.speed_mps)
-    x = profile.position_m[row] + 0.5 * (profile.speed_mps[row] + v) * (t - profile.time_s[row])
-    return result.trip, profile, x, v, t
+    return result.trip, profile, *at_times(profile, t), t
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +75,67 @@ def test_a_constant_speed_is_its_own_mean():
     assert motion.speed_mps == pytest.approx(20.0)
 
 
+@pytest.mark.parametrize("every_s", [1.0, 5.0, 10.0])
+def test_positions_tell_that_a_run_starts_and_stops(driven, every_s):
+    """Means of intervals have no standstill: a record every 10 s began at 2.4 m/s by them."""
+    _, profile, *_ = driven
+    t = np.append(np.arange(0.0, profile.duration_s, every_s), profile.duration_s)
+    (motion,) = sections_of(at_times(profile, t)[0], None, t)
+    assert (motion.speed_mps[0], motion.speed_mps[-1]) == (0.0, 0.0)
+    assert motion.time_s[-1] - motion.time_s[0] == pytest.approx(profile.duration_s)
+    assert motion.doubt_mps < 0.5
+
+
+@pytest.mark.parametrize("every_s", [1.0, 5.0, 10.0])
+def test_positions_tell_the_speeds_between_which_a_record_is_cut(driven, every_s):
+    _, profile, *_ = driven
+    t = np.arange(0.1 * profile.duration_s, 0.8 * profile.duration_s, every_s)
+    x, v = at_times(profile, t)
+    (motion,) = sections_of(x, None, t)
+    assert motion.speed_mps[[0, -1]] == pytest.approx(v[[0, -1]], abs=max(0.5, motion.doubt_mps))
+    assert (motion.position_m == x).all()
+
+
+def test_a_change_of_acceleration_at_an_end_is_told_as_a_doubt():
+    t = np.arange(0.0, 200.0, 10.0)
+    v = np.interp(t, [0.0, 175.0, 190.0], [40.0, 40.0, 20.0])
+    x = np.concatenate(([0.0], np.cumsum([400.0] * 17 + [350.0, 250.0])))
+    (motion,) = sections_of(x, None, t)
+    assert 0.5 < motion.doubt_mps
+    assert motion.speed_mps[-1] == pytest.approx(v[-1], abs=motion.doubt_mps)
+
+
+def test_noise_of_positions_is_no_speed_at_the_start(driven):
+    _, _, x, _, t = driven
+    noisy = x + np.random.default_rng(3).normal(0.0, 0.1, x.size)
+    (motion,) = sections_of(noisy, None, t)
+    assert (motion.speed_mps[0], motion.speed_mps[-1]) == (0.0, 0.0)
+
+
+def test_a_train_departs_and_arrives_between_rows_of_positions(driven):
+    """The record has stands before and behind, and neither departure nor arrival is one of its rows."""
+    _, profile, *_ = driven
+    t = np.arange(-34.0, profile.duration_s + 40.0, 10.0)
+    x, _ = at_times(profile, np.clip(t, 0.0, profile.duration_s))
+    (motion,) = sections_of(x, None, t)
+    assert (motion.speed_mps[0], motion.speed_mps[-1]) == (0.0, 0.0)
+    assert (motion.position_m[0], motion.position_m[-1]) == (0.0, 20_000.0)
+    assert motion.time_s[[0, -1]] == pytest.approx([0.0, profile.duration_s], abs=1.0)
+
+
+@pytest.mark.parametrize("every_s", [1.0, 10.0])
+def test_means_cost_no_energy_on_slopes(every_s):
+    """Where gradients begin is known: rounded with the speeds they were driven up and braked down (1.9 to 3.5 %)."""
+    result = tgvdp.search("tgv", "lgv-100km", at_margin=(0.05,))
+    profile = result.profile(len(result.front) - 1)
+    t = np.append(np.arange(0.0, profile.duration_s, every_s), profile.duration_s)
+    x, v = at_times(profile, t)
+    for speeds in (None, v):
+        (motion,) = sections_of(x, speeds, t, window_s=10.0)
+        back = recorded_profile(result.trip, motion)
+        assert back.total_energy_j == pytest.approx(profile.total_energy_j, rel=1e-3)
+
+
 def test_sections_lie_between_stands():
     t = np.arange(0.0, 200.0)
     v = np.select([(t > 10) & (t < 60), (t > 90) & (t < 150)], [10.0, 15.0], 0.0)
@@ -92,6 +156,7 @@ def test_sections_lie_between_stands():
         ([0.0, 500.0, 400.0], None, [0.0, 20.0, 40.0], "position goes back after 500 m"),
         (None, [0.0, 0.1, 0.0], [0.0, 1.0, 2.0], "never moves"),
         ([0.0, 50.0, 100.0], [0.0, 0.0, 5.0], None, "speed is 0 at both ends"),
+        ([0.0, 50.0, 100.0], None, [7.0, 7.0, 7.0], "all rows have the same time"),
     ],
 )
 def test_records_that_are_no_run(x, v, t, message):

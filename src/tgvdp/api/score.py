@@ -17,7 +17,8 @@ from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
 from tgvdp.options.search import SearchOptions
 from tgvdp.runs.profile import Profile
-from tgvdp.runs.recorded import Motion, placed, recorded_profile, sections_of
+from tgvdp.runs.recorded import placed, recorded_profile, sections_of
+from tgvdp.runs.recorded_means import Motion
 from tgvdp.runs.samples import limit_at
 from tgvdp.units import mps_to_kmh
 
@@ -29,8 +30,8 @@ _MARGIN = 0.25
 #: Room beyond the recorded time, so that the front does not end there.
 _BEYOND = 1.02
 #: A word is due where the traction limit is exceeded by this factor for this share of the time, where durations differ
-#: by this share, and where a speed limit is exceeded by so much, m/s.
-_EFFORT_FACTOR, _EFFORT_SHARE, _TIME_SHARE, _OVERSPEED_MPS = 1.05, 0.05, 0.01, 0.3
+#: by this share, and where a speed limit is exceeded, or a speed at an end uncertain, by so much, m/s.
+_EFFORT_FACTOR, _EFFORT_SHARE, _TIME_SHARE, _OVERSPEED_MPS, _END_SPEED_MPS = 1.05, 0.05, 0.01, 0.3, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +158,7 @@ def score_run(
         at_time = search(train, track, **ends, at_s=(time_s,), **options)
         optimum = at_time.profile(len(at_time.front) - 1)
     recorded = recorded_profile(result.trip, motion)
-    return Score(run.name, result, time_s, recorded, optimum, _doubts(result.trip, recorded, time_s, fastest_s))
+    return Score(run.name, result, time_s, recorded, optimum, _doubts(result.trip, recorded, motion, fastest_s))
 
 
 def _chosen(sections: list[Motion], section: int | None) -> Motion:
@@ -169,9 +170,28 @@ def _chosen(sections: list[Motion], section: int | None) -> Motion:
     return sections[(section or 1) - 1]
 
 
-def _doubts(trip: Trip, recorded: Profile, time_s: float, fastest_s: float) -> tuple[str, ...]:
+def _overspeed_mps(trip: Trip, recorded: Profile, motion: Motion) -> float:
+    """By how much a run exceeds the limit most, m/s.
+
+    Where speeds are means, that is the highest one that holds within what they are means of: they round the corner
+    where a train has braked to a limit.
+    """
+    t, x = recorded.time_s, recorded.position_m
+    blurred_s = np.interp(x, motion.position_m, motion.blurred_s())
+    limits_mps = [limit_at(trip, np.interp(at_s, t, x)) for at_s in (t - blurred_s, t, t + blurred_s)]
+    return float((recorded.speed_mps - np.max(limits_mps, axis=0)).max())
+
+
+def _doubts(trip: Trip, recorded: Profile, motion: Motion, fastest_s: float) -> tuple[str, ...]:
     """Say where record and model do not fit."""
     found = []
+    time_s = float(motion.time_s[-1] - motion.time_s[0])
+    if motion.doubt_mps > _END_SPEED_MPS:
+        start_mps, end_mps = (float(motion.speed_mps[row]) for row in (0, -1))
+        found.append(
+            f"no speeds are recorded: those at its ends, {start_mps:.3g} and {end_mps:.3g} m/s, are told by positions"
+            f" near them, and uncertain by {motion.doubt_mps:.2g} m/s"
+        )
     if time_s < fastest_s:
         found.append(
             f"the run took {time_s:.6g} s, less than the fastest run of the model, {fastest_s:.6g} s, to which it is"
@@ -179,7 +199,7 @@ def _doubts(trip: Trip, recorded: Profile, time_s: float, fastest_s: float) -> t
         )
     if abs(recorded.duration_s - time_s) > _TIME_SHARE * time_s:
         found.append(f"by speeds and positions the run takes {recorded.duration_s:.6g} s, by its times {time_s:.6g} s")
-    over_mps = float((recorded.speed_mps - limit_at(trip, recorded.position_m)).max())
+    over_mps = _overspeed_mps(trip, recorded, motion)
     if over_mps > _OVERSPEED_MPS:
         found.append(f"the run exceeds a speed limit by {mps_to_kmh(over_mps):.3g} km/h")
     duration_s = np.diff(recorded.time_s)

@@ -43,7 +43,7 @@ or time [s];speed [km/h]. Decimal commas need ; or tabs between the columns.
 @click.option("--section", metavar="N", type=click.IntRange(min=1), help="Which section between two stands.")
 @click.option(
     "--smooth", "window_s", metavar="S", type=number("s", at_least=0.0),
-    help="Speeds are means over so many seconds.  [default: as recorded; 10 where no speed is]",
+    help="Speeds are means over so many seconds, slopes kept out.  [default: as recorded; 10 where no speed is]",
 )  # fmt: skip
 @click.option(
     "--energy", metavar="MODEL", default="wheel", show_default=True, shell_complete=complete,
@@ -74,7 +74,8 @@ def command(
     """Hold a recorded run against the front: what did it cost, and what would the best run of that time have cost?
 
     Efforts are not recorded. They are estimated by the train's model: inertia and resistance; negative effort is
-    braking. Where the speed is noisy the estimate is too high: --smooth takes noise away. The optimum has the same
+    braking. Where the speed is noisy the estimate is too high: --smooth takes noise away, and rounds corners of the
+    speed. Where no speeds are recorded those at the ends are told by the positions near them. The optimum has the same
     ends, speeds at them, and running time.
     """
     from tgvdp.formats import load_run

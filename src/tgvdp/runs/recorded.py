@@ -6,7 +6,6 @@ be averaged over a window.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +15,8 @@ from tgvdp.line.resolved import resolve
 from tgvdp.model.trip import Trip
 from tgvdp.physics.codes import COASTING, HOLDING
 from tgvdp.runs.profile import Profile, profile_of
+from tgvdp.runs.recorded_ends import departure_s, end_speed
+from tgvdp.runs.recorded_means import Motion, averaged, with_slopes
 
 Floats = NDArray[np.float64]
 
@@ -31,14 +32,6 @@ DEFAULT_WINDOW_S = 10.0
 _SAME_M = 1e-6
 #: Standard deviation of normal noise, per median of its absolute values; and how many of them tell a value from noise.
 _NORMAL_MAD, _TOLD_FROM_NOISE = 1.4826, 3.0
-
-
-class Motion(NamedTuple):
-    """Position, m, speed, m/s, and time, s, of a section from stand to stand, (n,) float64 each."""
-
-    position_m: Floats
-    speed_mps: Floats
-    time_s: Floats
 
 
 def sections_of(
@@ -70,13 +63,12 @@ def sections_of(
             start -= 1
         while end < t.size - 1 and v[end + 1] < v[end]:
             end += 1
-        part = Motion(x[start : end + 1], v[start : end + 1].copy(), t[start : end + 1])
+        has_speeds = speed_mps is not None
+        rows = slice(start, end + 1)
+        part = Motion(x[rows], v[rows].copy(), t[rows], window_s, has_speeds)
+        stands = (bool(standing[start]), bool(standing[end]))
         if part.position_m[-1] - part.position_m[0] >= _LEAST_SECTION_M:
-            smoothed = _averaged(part, window_s)
-            for row, edge in ((0, start), (-1, end)):
-                if standing[edge]:
-                    smoothed.speed_mps[row] = 0.0
-            found.append(smoothed)
+            found.append(_standing(averaged(part), stands) if has_speeds else _with_ends(part, stands))
     if not found:
         raise InputError(f"recorded run: the train never moves {_LEAST_SECTION_M:g} m faster than {STAND_MPS:g} m/s")
     return found
@@ -105,23 +97,59 @@ def _completed(
         return np.concatenate(([0.0], np.cumsum(steps_s))), position_m, speed_mps
     keep = np.concatenate(([True], np.diff(time_s) > 0.0))
     t = time_s[keep]
+    if t.size < 2:
+        raise InputError("recorded run: all rows have the same time")
     if position_m is None:
         assert speed_mps is not None
         v = speed_mps[keep]
         return t, np.concatenate(([0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t)))), v
     x = position_m[keep]
-    return t, x, np.gradient(x, t) if speed_mps is None else speed_mps[keep]
+    return t, x, _mean_speeds(t, x) if speed_mps is None else speed_mps[keep]
 
 
-def _averaged(motion: Motion, window_s: float) -> Motion:
-    """Mean speeds over a window, narrower next to the ends so that it is centred there too."""
-    x, v, t = motion
-    if window_s <= 0.0:
-        return motion
-    half = np.minimum(0.5 * window_s, np.minimum(t - t[0], t[-1] - t))
-    wide = half > 0.0
-    ahead, behind = np.interp(t + half, t, x), np.interp(t - half, t, x)
-    return Motion(x, np.where(wide, np.divide(ahead - behind, 2.0 * half, out=v.copy(), where=wide), v), t)
+def _mean_speeds(t: Floats, x: Floats) -> Floats:
+    """Speeds by parabolas through three rows each, at the ends as well: a mean would tell no standstill there."""
+    return np.maximum(np.gradient(x, t, edge_order=2 if t.size > 2 else 1), 0.0)
+
+
+def _standing(motion: Motion, stands: tuple[bool, bool]) -> Motion:
+    """Speeds of 0 at the ends at which it stands."""
+    for row, is_stand in zip((0, -1), stands, strict=True):
+        if is_stand:
+            motion.speed_mps[row] = 0.0
+    return motion
+
+
+def _with_ends(motion: Motion, stands: tuple[bool, bool]) -> Motion:
+    """A section without recorded speeds, whose ends are told by the rows next to them."""
+    ahead = _with_start(motion, stands[0])
+    return averaged(_backward(_with_start(_backward(ahead), stands[1])))
+
+
+def _with_start(motion: Motion, stands: bool) -> Motion:
+    """Tell the speed at the start, where one that is not told from a standstill is one; standing there is left out.
+
+    Parameters
+    ----------
+    motion : Motion
+    stands : bool
+        Whether that it stands at its start is known.
+    """
+    x, v, t = motion[:3]
+    told = end_speed(t, x, 0.5 * motion.window_s)
+    doubt_mps = motion.doubt_mps if stands else max(motion.doubt_mps, told.doubt_mps)
+    if not stands and told.speed_mps > max(STAND_MPS, told.doubt_mps):
+        return motion._replace(speed_mps=np.append(told.speed_mps, v[1:]), doubt_mps=doubt_mps)
+    left_s = departure_s(t, x, STAND_MPS)
+    moves = t > left_s
+    x, v, t = np.append(x[0], x[moves]), np.append(0.0, v[moves]), np.append(left_s, t[moves])
+    return motion._replace(position_m=x, speed_mps=v, time_s=t, doubt_mps=doubt_mps)
+
+
+def _backward(motion: Motion) -> Motion:
+    """The same motion from its end to its start."""
+    x, v, t = motion[:3]
+    return motion._replace(position_m=-x[::-1], speed_mps=v[::-1], time_s=-t[::-1])
 
 
 def placed(motion: Motion, start_m: float | None, end_m: float | None) -> Motion:
@@ -145,20 +173,24 @@ def placed(motion: Motion, start_m: float | None, end_m: float | None) -> Motion
 def recorded_profile(trip: Trip, motion: Motion) -> Profile:
     """Run of the model with the speeds of a record: efforts and energy by the trip's train, line and energy model.
 
-    An effort that is not told from none by the noise of the record is coasting.
+    Between two rows the effort is even, as far as what slopes do goes. One that is not told from none by the noise of
+    the record is coasting.
     """
+    line = resolve(trip)
+    motion = with_slopes(motion, line, trip.origin_m)
     x = motion.position_m - trip.origin_m
     keep = np.concatenate(([True], np.diff(x) > _SAME_M))
     keep[-1] = True
     # The last row stands for those that it is the same as.
     keep[:-1] &= (x[-1] - x[:-1] > _SAME_M) | (np.arange(x.size - 1) == 0)
     x, w = x[keep], motion.speed_mps[keep] ** 2
-    # A row of standstill within the section would take forever.
-    w[1:-1] = np.maximum(w[1:-1], STAND_MPS**2)
-    breaks = resolve(trip).break_m
+    breaks = line.break_m
     near = np.abs(breaks - x[np.abs(breaks[:, None] - x).argmin(axis=1)]) <= _SAME_M
     rows = np.union1d(x, breaks[~near])
-    w = np.interp(rows, x, w)
+    climbed_w = 2.0 / line.inertia_kg * np.interp(rows, breaks, line.force_nm)
+    w = np.interp(rows, x, w + np.interp(x, rows, climbed_w)) - climbed_w
+    # A row of standstill within the section would take forever.
+    w[1:-1] = np.maximum(w[1:-1], STAND_MPS**2)
     profile = profile_of(trip, rows, w)
     force_n, regime = profile.force_n[:-1], profile.regime[:-1]
     is_noise = (np.abs(force_n) <= _TOLD_FROM_NOISE * _noise_n(force_n)) & (regime != HOLDING)
