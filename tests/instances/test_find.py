@@ -1,6 +1,8 @@
 """Names of the published instances, wherever an instance is asked for."""
 
 import json
+import re
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +14,15 @@ from tgvdp.instances import FOLDER, find, index
 def test_every_name_is_a_file_of_its_own():
     assert {find(name) for name in index()} == set(FOLDER.glob("*.json"))
     assert all(json.loads(find(name).read_bytes())["id"] == name for name in index())
+
+
+def test_the_pages_say_how_many_there_are():
+    root = Path(__file__).resolve().parents[2]
+    pages = ("README.md", "docs/formulations.md", "docs/quantum-benchmark.md", "src/tgvdp/instances/__init__.py")
+    for page in pages:
+        text = (root / page).read_text(encoding="utf-8")
+        said = re.findall(r"^(?:.*\. )?(\d+) (?:instances|problems of N|of them are built in)", text, re.MULTILINE)
+        assert said == [str(len(index()))], page
 
 
 def test_a_path_is_a_path_and_a_name_goes_first(tmp_path, monkeypatch):

@@ -1,6 +1,6 @@
 """The published instances of the formulations, as JSON files beside this module, and what is known about them.
 
-105 problems of N = 4..200 steps in twelve families, made by ``python -m benchmarks.library``, the same every time.
+106 problems of N = 4..200 steps in twelve families, made by ``python -m benchmarks.library``, the same every time.
 ``optima.csv`` lists the certified optimum of each (where none is proved, the best known objective and a bound), the
 number of optimal schedules, the closed form where one is known, and what proved and confirmed them;
 docs/quantum-benchmark.md explains families and columns. This room knows names and files only;
