@@ -204,6 +204,7 @@ def test_margins_side_by_side(run, tmp_path, capsys):
         ("often", 2, "must be 5%, 4.5min/100km or 90s"),
         ("5km:5%", 2, "must be 5%, 4.5min/100km or 90s"),
         ("0:5km:5%,3km::1%", 3, "margins: two ranges hold 3000 m"),
+        ("0:50km:5%", 3, "margins: to must lie within the line's"),
         ("3000:3001:900s", 4, "margins: no run takes"),
     ],
 )

@@ -142,6 +142,10 @@ def test_what_is_refused():
         journey.margins("0:500:5%,400::5%")
     with pytest.raises(InputError, match="a range from 500 m to 400 m is empty"):
         journey.margins("500:400:5%")
+    with pytest.raises(InputError, match=r"margins: to must lie within the line's 6000 m, got 50000 m"):
+        journey.margins("0:50km:5%")
+    with pytest.raises(InputError, match=r"margins: from must lie within the line's 6000 m, got 6000 m"):
+        journey.margins("6km::5%")
     with pytest.raises(InputError, match="within must be below 1 as a share"):
         journey.margins("5%", within=1.5)
     with pytest.raises(InputError, match="share must be at least 0"):

@@ -231,7 +231,7 @@ class JourneyResult:
         Raises
         ------
         InputError
-            With windows, which margins do not know, and when ranges are none, or overlap.
+            With windows, which margins do not know, and when ranges are none, overlap, or do not lie on the line.
         InfeasibleError
             When a range is too short for its supplement.
         BudgetExceededError

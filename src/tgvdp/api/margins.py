@@ -113,7 +113,7 @@ def margins_of(
     Raises
     ------
     InputError
-        When ranges overlap, or ``within`` is out of range.
+        When ranges overlap or do not lie on the line, or ``within`` is out of range.
     InfeasibleError, BudgetExceededError
         See `tgvdp.margins.side_by_side.margin_runs`.
     """
@@ -126,6 +126,5 @@ def margins_of(
     anew = [one.anew() for one in sections]
     found = journey_front(anew, np.array([max(supplement_s, 0.0)]), met_to_s(fastest_s), dwell_s, lambda: clock.expired)
     runs["optimum"] = tuple(one.profile(int(run)) for one, run in zip(anew, found.run[-1], strict=True))
-    return Margins(
-        checked_ranges(ranges), within, fastest_s, tuple(one.trip for one in sections), runs, dwell_s,
-    )  # fmt: skip
+    ordered = checked_ranges(ranges, sections[0].trip.track.length_m)
+    return Margins(ordered, within, fastest_s, tuple(one.trip for one in sections), runs, dwell_s)

@@ -21,6 +21,7 @@ from tgvdp.cli.screen import Screen
 from tgvdp.cli.search_case import merged, read_case, read_map, resolved
 from tgvdp.cli.search_options import SET_HELP, TRACK_HELP, TRAIN_HELP, complete, complete_fields, declared
 from tgvdp.errors import BudgetExceededError, InputError
+from tgvdp.model.margin import checked_ranges
 from tgvdp.options.search import BY_FIELD, JOURNEY_FIELDS, TRIP, SearchOptions, arguments_of
 from tgvdp.options.texts import parse_margins
 
@@ -181,6 +182,8 @@ def _run(
     """Run one train and write its files, until a share of the time limit has passed since the command began."""
     with preparing_within(given["time_limit_s"]):
         case = read_case(train, track, None, line_speed_kmh).with_fields(changes)
+        for text in margins:
+            checked_ranges(parse_margins(text), case.track.length_m)
         options = merged({}, {name: value for name, value in given.items() if value is not None})
         read_map(options, case)
         stops = None

@@ -48,13 +48,13 @@ def margin_runs(
     Raises
     ------
     InputError
-        When ranges are none, or overlap.
+        When ranges are none, overlap, or do not lie on the line.
     InfeasibleError
         When a part cannot take its time.
     BudgetExceededError
         When the time is up.
     """
-    ordered = checked_ranges(ranges)
+    ordered = checked_ranges(ranges, sections[0][0].track.length_m)
     fastest_s = [sum(time_within(*section, one.from_m, one.to_m) for section in sections) for one in ordered]
 
     def slowed(section: tuple[Trip, Profile]) -> MarginRuns:

@@ -24,13 +24,13 @@ class MarginRange(NamedTuple):
     supplement: Supplement
 
 
-def checked_ranges(ranges: Sequence[MarginRange]) -> tuple[MarginRange, ...]:
-    """Ranges in the order of the line.
+def checked_ranges(ranges: Sequence[MarginRange], length_m: float) -> tuple[MarginRange, ...]:
+    """Ranges in the order of a line that is so long, m.
 
     Raises
     ------
     InputError
-        When there is none, two overlap, or a figure is out of range.
+        When there is none, two overlap, one does not lie on the line, or a figure is out of range.
     """
     if not ranges:
         raise InputError("margins: there is no range")
@@ -40,6 +40,9 @@ def checked_ranges(ranges: Sequence[MarginRange]) -> tuple[MarginRange, ...]:
             require_number("margins", name, getattr(one.supplement, name), unit, at_least=0.0)
         if not 0.0 <= one.from_m < one.to_m or math.isnan(one.to_m):
             raise InputError(f"margins: a range from {one.from_m:.12g} m to {one.to_m:.12g} m is empty")
+        if one.from_m >= length_m or length_m < one.to_m < math.inf:
+            name, at_m = ("from", one.from_m) if one.from_m >= length_m else ("to", one.to_m)
+            raise InputError(f"margins: {name} must lie within the line's {length_m:.12g} m, got {at_m:.12g} m")
         if place and one.from_m < ordered[place - 1].to_m:
             raise InputError(f"margins: two ranges hold {one.from_m:.12g} m")
     return ordered
