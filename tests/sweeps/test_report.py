@@ -8,7 +8,7 @@ import pytest
 
 from tests.helpers.sweep_case import run
 from tgvdp import InputError
-from tgvdp.sweeps.summary import Savings, by_effect, grid, read_savings, told_apart
+from tgvdp.sweeps.summary import Savings, by_effect, grid, read_savings, report_object, told_apart
 from tgvdp.sweeps.tables import SCHEMAS
 
 arrow = pytest.importorskip("pyarrow")
@@ -46,6 +46,8 @@ def folder(tmp_path):
     rows = {
         "scenario": np.repeat(np.arange(4), 2),
         "margin_pct": np.ravel([(0.0, end) for end in ends]),
+        "time_s": np.ravel([(100.0, 100.0 + end) for end in ends]),
+        "price_kwh_per_min": [np.nan, 0.3] * 4,
         "energy_kwh": np.ravel([(one, one - less) for one, less in zip(fastest, saved, strict=True)]),
     }
     parquet.write_table(arrow.table(rows), tmp_path / "fronts" / "0000.parquet")
@@ -57,6 +59,21 @@ def test_savings_are_interpolated_and_end_with_the_front(folder):
     assert savings.saved_kwh == pytest.approx([1.5, 2.25, 2.0, 2.25], abs=1e-12)
     assert savings.counts == {"done": 4, "failed": 1}
     assert list(savings.axes) == ["train", "train.name"]
+
+
+def test_a_front_with_no_point_near_a_margin_is_said(folder):
+    """Between 0 and 10 % it may be as low as its tangent at 10 %, 0.3 kWh/min, or as its energy there."""
+    savings = read_savings(folder, 7.5)
+    least_kwh = np.array([18.0, 21.0]) + 0.3 * 2.5 / 60.0
+    read_kwh = np.array([18.5, 21.75])
+    assert savings.at_most_above_pct[[0, 1, 3]] == pytest.approx(100.0 * (1.0 - least_kwh / read_kwh)[[0, 1, 1]])
+    assert savings.at_most_above_pct[2] == 0.0
+    told = "3 of 4 fronts have too few points around 7.5 %: energies are read off a straight line there"
+    assert report_object(savings)["warning"].startswith(f"{told}, which may be 3.4 % too dear")
+    assert "warning" not in report_object(read_savings(folder, 10.0))
+    done = run("report", folder, "--margin", 7.5)
+    assert f"tgvdp: warning: {told}" in done.stderr
+    assert f"Warning: {told}" in (folder / "report" / "report.md").read_text(encoding="utf-8")
 
 
 def test_fronts_begin_with_the_fastest_run_wherever_their_points_begin(folder):
@@ -135,7 +152,7 @@ def test_no_sweep_there(tmp_path):
 def test_the_axis_with_the_widest_span_comes_first_and_maps_have_holes():
     fastest, energy = np.array([10.0, 10.0, 20.0]), np.array([9.0, 5.0, 18.0])
     axes = {"wind_kmh": [0, 30, 0], "train": ["a", "a", "b"]}
-    savings = Savings(5.0, np.arange(3), fastest, energy, axes, {"done": 3})
+    savings = Savings(5.0, np.arange(3), fastest, energy, axes, {"done": 3}, np.zeros(3))
     ranked = by_effect(savings)
     assert [axis for axis, _ in ranked] == ["wind_kmh", "train"]
     assert [level.saved_pct for level in ranked[0][1]] == pytest.approx([10.0, 50.0])

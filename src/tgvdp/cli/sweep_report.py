@@ -60,4 +60,6 @@ def command(folder: Path, margin_pct: float, out: str | None, as_json: bool, qui
                 f" to {ends[-1]['saved_pct']:.2f} % at {ends[-1]['value']}",
                 err=as_json,
             )
+        if "warning" in content:
+            click.echo(f"tgvdp: warning: {content['warning']}", err=True)
         click.echo(f"in {home}: {', '.join(file.name for file in files)}", err=as_json)

@@ -1,10 +1,9 @@
 """Several results side by side: the same margins, one table, one picture."""
 
 import os
-from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -12,10 +11,11 @@ import numpy as np
 from tgvdp.errors import InputError
 from tgvdp.report import palette, style
 from tgvdp.report.plain import plain
+from tgvdp.report.read_off import TELLING_PCT, Front
 from tgvdp.report.tables import SCHEMA as SEARCH_SCHEMA
 from tgvdp.report.tables import saved_pct
 from tgvdp.report.written import read_object, require_schema
-from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
+from tgvdp.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
     from tgvdp.report.columns import Columns
@@ -25,10 +25,6 @@ SCHEMA = "tgvdp.compare/1"
 MARGINS_PCT = (0.0, 2.0, 5.0, 10.0, 15.0, 20.0, 25.0)
 #: Columns of ``compare.csv``.
 COMPARE_COLUMNS = ("name", "margin_pct", "time_s", "energy_kwh", "saved_pct", "against_first_pct", "at_most_above_pct")
-#: A front may end a hundredth of a second before the margin that was asked for.
-_END_SHARE = 1e-3
-#: Figures that may lie further above their front than this are said to, %.
-_TELLING_PCT = 0.1
 _COLORS = (palette.BLUE, palette.VERMILION, palette.GREEN, palette.PURPLE, palette.ORANGE, palette.SKY, palette.BLACK)
 _DASHES = ("-", "--", ":", "-.")
 
@@ -154,7 +150,7 @@ def _warnings(runs: Sequence[Mapping[str, Any]], rows: Sequence[Mapping[str, Any
         counted = ", ".join(f"{run['name']} {run['energy']}" for run in runs)
         warnings.append(f"the results count different energies: {counted}")
     above_pct = max((row["at_most_above_pct"] or 0.0 for row in rows), default=0.0)
-    if above_pct > _TELLING_PCT:
+    if above_pct > TELLING_PCT:
         warnings.append(
             f"margins between two points of a front are read off a straight line, which may be {above_pct:.2g} % too"
             " dear: --at puts points there"
@@ -162,45 +158,15 @@ def _warnings(runs: Sequence[Mapping[str, Any]], rows: Sequence[Mapping[str, Any
     return warnings
 
 
-class _Read(NamedTuple):
-    """An energy read off a front, kWh, and how far above the front it can be, %."""
-
-    energy_kwh: float
-    at_most_above_pct: float
-
-
-class _Front(NamedTuple):
-    """Running times, s, energies, kWh, and prices, kWh/min (NaN where unknown), the fastest run first, (n,)."""
-
-    time_s: Any
-    energy_kwh: Any
-    price_kwh_per_min: Any
-
-    def at(self, at_s: float) -> _Read | None:
-        """Energy at a running time, s; None where the front does not reach."""
-        time_s, energy_kwh = self.time_s, self.energy_kwh
-        if not time_s[0] <= at_s <= time_s[-1] * (1.0 + _END_SHARE):
-            return None
-        energy = float(np.interp(at_s, time_s, energy_kwh))
-        after = bisect_left(time_s, at_s)
-        if after in (0, len(time_s)) or time_s[after] == at_s:
-            return _Read(energy, 0.0)
-        # No run of a convex front is below the tangents at its points, nor dearer than a faster one.
-        minutes = (np.array([at_s, at_s]) - time_s[after - 1 : after + 1]) / SECONDS_PER_MINUTE
-        tangents = energy_kwh[after - 1 : after + 1] - self.price_kwh_per_min[after - 1 : after + 1] * minutes
-        least = max(float(np.nanmax(tangents, initial=-np.inf)), float(energy_kwh[after]))
-        return _Read(energy, max(saved_pct(least, energy), 0.0))
-
-
-def _front(content: Mapping[str, Any]) -> _Front:
+def _front(content: Mapping[str, Any]) -> Front:
     """The front of a result."""
     points = [content["fastest"], *content["front"]]
     names = ("time_s", "energy_kwh", "price_kwh_per_min")
     columns = (np.array([point.get(name) for point in points], dtype=np.float64) for name in names)
-    front = _Front(*columns)
+    front = Front(*columns)
     # On a grid the front begins well after the fastest run: no straight line leads from the one to the other.
     gap = content["method"] != "front" and len(points) > 1
-    return _Front(*(column[1:] for column in front)) if gap else front
+    return Front(*(column[1:] for column in front)) if gap else front
 
 
 def compare_columns(content: Mapping[str, Any]) -> "Columns":

@@ -90,6 +90,8 @@ def _page(content: Mapping[str, Any], pictures: list[str]) -> str:
         markdown_table([{"share of the scenarios below": f"{share} %", "saved %": value}
                         for share, value in content["distribution_pct"].items()]),
     ]  # fmt: skip
+    if "warning" in content:
+        lines += [f"Warning: {content['warning']}.", ""]
     for one in content["sensitivity"]:
         rows = [
             {one["axis"]: str(level["value"]), "scenarios": level["scenarios"], "fastest kWh": level["fastest_kwh"],

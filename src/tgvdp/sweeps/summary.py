@@ -1,6 +1,7 @@
 """What a finished sweep says about its network: what a margin saves, where, and on what that depends."""
 
 import contextlib
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import InputError, MissingExtraError
+from tgvdp.report.read_off import TELLING_PCT, Front, Read
 from tgvdp.sweeps.tables import SCHEMAS
 
 SCHEMA = "tgvdp.sweep-report/1"
@@ -38,6 +40,8 @@ class Savings(NamedTuple):
         Train, line, section and parameters of each, by their names, without what does not vary.
     counts : mapping of str to int
         Scenarios of each status, those that are not done, too.
+    at_most_above_pct : (n,) float64
+        How far above its front ``energy_kwh`` may lie, as it is read off a straight line between two points, %.
     """
 
     margin_pct: float
@@ -46,6 +50,7 @@ class Savings(NamedTuple):
     energy_kwh: _Floats
     axes: Mapping[str, list[Any]]
     counts: Mapping[str, int]
+    at_most_above_pct: _Floats
 
     @property
     def saved_kwh(self) -> _Floats:
@@ -104,7 +109,7 @@ def read_savings(folder: Path, margin_pct: float) -> Savings:
         asked = f"scenario {number[least]} was asked for margins up to {asked_pct[least]:.4g} %"
         raise InputError(f"{folder}: {asked}, got {margin_pct:g} %")
     files = sorted((folder / "fronts").glob("*.parquet"))
-    found = dict(_interpolated(parquet, files, margin_pct, dict(zip(number.tolist(), fastest_kwh, strict=True))))
+    found = dict(_read_off(parquet, files, margin_pct, dict(zip(number.tolist(), fastest_kwh, strict=True))))
     if lost := set(number.tolist()) - set(found):
         raise InputError(f"{folder}: scenario {min(lost)} is done, but its points are not in fronts")
     axes = {name: [columns[name][at] for at in done] for name in wanted}
@@ -114,9 +119,10 @@ def read_savings(folder: Path, margin_pct: float) -> Savings:
         margin_pct,
         number,
         fastest_kwh,
-        np.array([found[one] for one in number.tolist()]),
+        np.array([found[one].energy_kwh for one in number.tolist()]),
         {name: values for name, values in axes.items() if len(set(values)) > 1},
         counts,
+        np.array([found[one].at_most_above_pct for one in number.tolist()]),
     )
 
 
@@ -145,25 +151,38 @@ def _readable(file: Path) -> Iterator[None]:
         raise InputError(f"{file}: cannot be read: {error}") from error
 
 
-def _interpolated(
+def _read_off(
     parquet: Any, files: Sequence[Path], margin_pct: float, fastest_kwh: Mapping[int, float]
-) -> Iterator[tuple[int, float]]:
-    """Energy at a margin, kWh, of each scenario whose fastest run is given, by its number; a group of rows at once."""
+) -> Iterator[tuple[int, Read]]:
+    """Energy at a margin of each scenario whose fastest run is given, by its number; a group of rows at once."""
+    names = ["scenario", "margin_pct", "time_s", "energy_kwh", "price_kwh_per_min"]
     for file in files:
         with _readable(file):
             source = parquet.ParquetFile(file)
         for group in range(source.num_row_groups):
             with _readable(file):
-                table = source.read_row_group(group, columns=["scenario", "margin_pct", "energy_kwh"])
-            numbers, margins, energies = (column.to_numpy() for column in table.columns)
+                table = source.read_row_group(group, columns=names)
+            numbers, *columns = (table.column(name).to_numpy() for name in names)
             starts = np.flatnonzero(np.diff(numbers, prepend=-1))
             for start, end in zip(starts, [*starts[1:], len(numbers)], strict=True):
                 number = int(numbers[start])
                 if number in fastest_kwh:
-                    own_pct, own_kwh = margins[start:end], energies[start:end]
-                    if own_pct[0] > 0.0:
-                        own_pct, own_kwh = np.append(0.0, own_pct), np.append(fastest_kwh[number], own_kwh)
-                    yield number, float(np.interp(margin_pct, own_pct, own_kwh))
+                    own = [column[start:end] for column in columns]
+                    yield number, _at_margin(margin_pct, fastest_kwh[number], *own)
+
+
+def _at_margin(
+    margin_pct: float, fastest_kwh: float, own_pct: _Floats, time_s: _Floats, energy_kwh: _Floats, price: _Floats
+) -> Read:
+    """Read a front off at a margin, or at its end where that comes before."""
+    fastest_s = float(time_s[0] / (1.0 + 0.01 * own_pct[0]))
+    front = Front(time_s, energy_kwh, price)
+    if own_pct[0] > 0.0:
+        first = (fastest_s, fastest_kwh, math.nan)
+        front = Front(*(np.append(one, column) for one, column in zip(first, front, strict=True)))
+    read = front.at(float(np.clip(fastest_s * (1.0 + 0.01 * margin_pct), front.time_s[0], front.time_s[-1])))
+    assert read is not None  # it is within the front
+    return read
 
 
 def levels(savings: Savings, axis: str) -> list[Level]:
@@ -233,7 +252,19 @@ def report_object(savings: Savings) -> dict[str, Any]:
             {"axis": axis, "span_pct": _span(found), "levels": [level._asdict() for level in found]}
             for axis, found in by_effect(savings)
         ],
+        **_warning(savings),
     }
+
+
+def _warning(savings: Savings) -> dict[str, str]:
+    """Say where fronts have no point near the margin."""
+    above_pct = savings.at_most_above_pct
+    told = int((above_pct > TELLING_PCT).sum())
+    if not told:
+        return {}
+    which = f"{told} of {len(above_pct)} fronts have too few points around {savings.margin_pct:g} %"
+    how = f"energies are read off a straight line there, which may be {above_pct.max():.2g} % too dear"
+    return {"warning": f"{which}: {how}"}
 
 
 def savings_columns(savings: Savings) -> dict[str, Any]:
@@ -245,6 +276,7 @@ def savings_columns(savings: Savings) -> dict[str, Any]:
         "energy_kwh": savings.energy_kwh.tolist(),
         "saved_kwh": savings.saved_kwh.tolist(),
         "saved_pct": savings.saved_pct.tolist(),
+        "at_most_above_pct": savings.at_most_above_pct.tolist(),
     }
 
 
