@@ -98,7 +98,11 @@ class _Search:
         multiplier = last_w + np.append(np.cumsum(self.own_w[::-1])[::-1], 0.0)
         ends_s = np.append(passed_s, profile.duration_s)
         spare_s = self.time_s - profile.duration_s
-        return PassedRun(profile, ends_s, multiplier, spare_s if spare_s <= self.tolerance_s else 0.0)
+        if spare_s > self.tolerance_s:
+            return PassedRun(profile, ends_s, multiplier, 0.0)
+        # Who leaves later passes later.
+        room_s = min(point.latest_s - float(one_s) for point, one_s in zip(self.points[:-1], passed_s, strict=True))
+        return PassedRun(profile, ends_s, multiplier, min(spare_s, max(room_s, 0.0)))
 
     def is_met(self, run: PassedRun) -> bool:
         """Whether all windows are met, of speeds as well."""
@@ -138,7 +142,7 @@ class _Search:
         if point.earliest_s <= passed_s <= point.latest_s:
             return True
         side = 1.0 if passed_s > point.latest_s else -1.0
-        bound_s = point.latest_s if side > 0.0 else point.earliest_s
+        bound_s = self._aim_s(point, side)
         step_w = max(first_w, _FIRST * self.scale_w)
         bracket = Bracket(0.0, math.inf, -abs(passed_s - bound_s), math.inf)
         for _ in range(_RUNS):
@@ -165,6 +169,10 @@ class _Search:
 
     def _is_bound(self, at: int) -> bool:
         """Whether the train passes at that end of a window to which its multiplier drives it."""
-        run, point = self.run(), self.points[at]
-        bound_s = point.latest_s if self.own_w[at] > 0.0 else point.earliest_s
+        run, bound_s = self.run(), self._aim_s(self.points[at], self.own_w[at])
         return run is not None and abs(float(run.ends_s[at]) - bound_s) <= 0.5 * self.tolerance_s
+
+    def _aim_s(self, point: TimingPoint, side: float) -> float:
+        """Time at that end of a window, as far within it as a time may be missed, s."""
+        inside_s = 0.5 * min(self.tolerance_s, point.latest_s - point.earliest_s)
+        return point.latest_s - inside_s if side > 0.0 else point.earliest_s + inside_s
