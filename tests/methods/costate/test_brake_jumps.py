@@ -8,7 +8,8 @@ import pytest
 import tgvdp
 from tests.helpers.brake_case import CUTS_OUT, DROPS, HILLY, LEVEL, metro
 from tgvdp import EffortCurve, Train
-from tgvdp.methods.costate.characteristics import Step, cut_out_w, saturated_image
+from tgvdp.methods.costate.brake_jumps import cut_out_w, saturated_image
+from tgvdp.methods.costate.characteristics import Step
 from tgvdp.physics.codes import DYNAMIC
 from tgvdp.physics.forces import kernel_train, per_kilogram
 

@@ -8,7 +8,8 @@ import pytest
 import tgvdp
 from benchmarks.proof.trips import proof_trip
 from tgvdp import EffortCurve, Train
-from tgvdp.methods.costate.characteristics import Step, saturated_image
+from tgvdp.methods.costate.brake_jumps import saturated_image
+from tgvdp.methods.costate.characteristics import Step
 from tgvdp.model.train import BrakingRate
 from tgvdp.physics.codes import DYNAMIC
 from tgvdp.physics.forces import kernel_train, per_kilogram

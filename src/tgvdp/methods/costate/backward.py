@@ -25,15 +25,8 @@ What lies between the images of two regimes, and between the last one and the wa
 import math
 
 from tgvdp._jit import entry, leaf, part
-from tgvdp.methods.costate.characteristics import (
-    AT_CUT,
-    Step,
-    coast_image,
-    cut_out_w,
-    dynamic_before,
-    holding_costate,
-    holding_w,
-)
+from tgvdp.methods.costate.brake_jumps import AT_CUT, cut_out_w
+from tgvdp.methods.costate.characteristics import Step, coast_image, dynamic_before, holding_costate, holding_w
 from tgvdp.methods.costate.polyline import Polyline, insert, make_monotone, thin
 from tgvdp.methods.costate.step import coast_over, transport
 from tgvdp.methods.costate.step_wall import (

@@ -4,6 +4,8 @@ Everything here is per unit of inertia: the train's forces are accelerations. A 
 rule w0 = φ(w1), and its costate by the derivative of the cost of the arc along that map (docs/front-method.md),
 
     p0 = (∂E/∂w1 + λ·∂T/∂w1 + p1) / φ'(w1),     ∂T/∂w1 = −d/(v0+v1)²·(φ'/v0 + 1/v1).
+
+Where brakes jump with speed on the way is in `brake_jumps`.
 """
 
 import math
@@ -12,24 +14,14 @@ from typing import NamedTuple
 from tgvdp._jit import leaf, part
 from tgvdp.physics.cell import Cell
 from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
-from tgvdp.physics.forces import effort_at, resistance_at
+from tgvdp.physics.forces import effort_at
 from tgvdp.physics.minimum import least_on_piece
 from tgvdp.physics.motion import march
 
 #: An image below this share of the floor has no costate: it is taken to be there.
 LOST = 0.25
-#: Squared speeds within this share are that of a step of the braking rates, which is come to in so many trials.
-_AT_STEP = 1e-9
-_STEPS_TO_RATE = 3
 #: Braking curves are followed backwards to this multiple of the fastest squared speed at most.
-_BEYOND = 1.01
-#: A squared speed of a run that is nearer than this share to that at which the dynamic brake cuts out is that.
-AT_CUT = 1e-7
-#: An effort that changes by this share at one speed drops there.
-_DROPS = 0.02
-#: A dynamic brake that begins at a speed with so many times the resistance cuts out there: runs that coast through it
-#: do not use it just above, as what it saves is a share of R/(R + D) of what a joule of it is worth.
-_CUTS_OUT = 5.0
+BEYOND = 1.01
 
 
 class Step(NamedTuple):
@@ -112,7 +104,7 @@ def coast_back(train, step, length, w1, p1):
 
 
 @leaf
-def _saturated_slope(train, regime, load, air, v):
+def saturated_slope(train, regime, load, air, v):
     """Slope dw/ds, its derivative by w, and the work that counts, under full traction or full braking.
 
     Of traction, or of the dynamic brake, alone or with friction: the derivative by w of the effort but for the part of
@@ -157,10 +149,10 @@ def _saturated_slope(train, regime, load, air, v):
 def saturated_back(train, regime, step, length, w1, p1):
     """Image of a point under full traction or full braking, dynamic or by all brakes, over a length."""
     v1 = math.sqrt(w1)
-    g, g_w, _, _ = _saturated_slope(train, regime, step.load, step.air, v1)
+    g, g_w, _, _ = saturated_slope(train, regime, step.load, step.air, v1)
     middle_v = math.sqrt(max(w1 - 0.5 * length * g, step.bottom))
     middle_w = 1.0 - 0.5 * length * g_w
-    g, g_w, work_w, power = _saturated_slope(train, regime, step.load, step.air, middle_v)
+    g, g_w, work_w, power = saturated_slope(train, regime, step.load, step.air, middle_v)
     w0 = w1 - length * g
     image_w = max(1.0 - length * g_w * middle_w, 1e-3)
     per_joule = 1.0 if regime == TRACTION else step.returned
@@ -175,166 +167,13 @@ def coast_image(train, step, length, w1, p1):
 
 
 @part
-def cut_out_image(train, step, w1, p1):
-    """`coast_image` of a point below the speed at which the dynamic brake cuts out, where that is above it.
-
-    Above that speed kinetic energy is worth what the brake returns for it, −r/2: a run that had more of it would brake.
-    """
-    length = step.length
-    level = -0.5 * step.returned
-    part_m = length
-    p_cut = p1
-    for _ in range(_STEPS_TO_RATE):
-        w0, p_cut = coast_image(train, step, part_m, w1, p1)
-        part_m = min(part_m * (step.cut_w - w1) / max(w0 - w1, 0.5 * (step.cut_w - w1)), length)
-    if p_cut <= level:
-        return coast_image(train, step, length, w1, p1)
-    return coast_image(train, step, length - part_m, step.cut_w, level * (1.0 + _AT_STEP))
-
-
-@part
-def saturated_image(train, regime, step, length, w1, p1):
-    """`saturated_back`, but not inlined, and where braking rates step on the way, from step to step."""
-    if regime != TRACTION:
-        for i in range(1, train.rates.shape[0]):
-            step_w = train.rates[i, 0] * train.rates[i, 0]
-            to_go = step_w - w1
-            if to_go > _AT_STEP * step_w:
-                slope = _saturated_slope(train, regime, step.load, step.air, math.sqrt(w1))[0]
-                if to_go >= -slope * length:
-                    break
-                below_m = -to_go / slope
-                p0 = p1
-                for _ in range(_STEPS_TO_RATE):
-                    w0, p0 = saturated_back(train, regime, step, below_m, w1, p1)
-                    below_m = min(below_m * to_go / max(w0 - w1, 0.5 * to_go), length)
-                length -= below_m
-                p1 = p0
-            if to_go >= -_AT_STEP * step_w:
-                p1 = _beyond_rate(train, regime, step, train.rates[i, 0], p1)
-                w1 = step_w * (1.0 + 2.0 * _AT_STEP)
-        drop_w = drop_above(train, w1)
-        while drop_w < math.inf:
-            met_m, p0 = _to_drop(train, regime, step, length, w1, p1, drop_w)
-            if met_m == length:
-                break
-            length -= met_m
-            w1 = drop_w
-            p1 = beyond_drop(train, step, math.sqrt(drop_w), p0)
-            regime = BRAKING if p1 > 0.0 else DYNAMIC
-            drop_w = drop_above(train, w1)
-    return saturated_back(train, regime, step, length, w1, p1)
-
-
-@part
-def drop_above(train, w):
-    """Least squared speed above one at which the dynamic brake drops; infinite where it drops at none."""
-    for i in range(1, train.braking.shape[0]):
-        v = train.braking[i, 0]
-        if w < v * v * (1.0 - _AT_STEP) and drops_at(train.braking, i):
-            return v * v
-    return math.inf
-
-
-@leaf
-def drops_at(table, i):
-    """Whether an effort drops, as speed rises, where a piece of its curve begins."""
-    v = table[i, 0]
-    return effort_at(table, v * (1.0 - _AT_STEP)) > effort_at(table, v) * (1.0 + _DROPS)
-
-
-@part
-def _to_drop(train, regime, step, length, w1, p1, drop_w):
-    """Over which part of a length a point comes from the speed of a drop, all of it if from none; its costate there."""
-    to_go = drop_w - w1
-    slope = _saturated_slope(train, regime, step.load, step.air, math.sqrt(w1))[0]
-    if to_go >= -slope * length:
-        return length, p1
-    part_m = -to_go / slope
-    p0 = p1
-    for _ in range(_STEPS_TO_RATE):
-        w0, p0 = saturated_back(train, regime, step, part_m, w1, p1)
-        part_m = min(part_m * to_go / max(w0 - w1, 0.5 * to_go), length)
-    return part_m, p0
-
-
-@part
-def beyond_drop(train, step, v, below_p):
-    """Costate just above the speed of a drop of the dynamic brake, of runs with ``below_p`` below it.
-
-    The Hamiltonian is the same on both sides (`_beyond_rate`): the least of what a metre costs under coasting, under
-    the dynamic brake, and under all brakes. So friction may help above that speed, and not below it.
-    """
-    resistance = step.load + v * (train.davis_b + v * step.air)
-    rate = effort_at(train.rates, v) if train.rates.shape[0] > 0 else train.max_deceleration
-    most = max(rate - resistance, 0.0)
-    below = min(effort_at(train.braking, v * (1.0 - _AT_STEP)), most)
-    above = min(effort_at(train.braking, v), most)
-    cost = -2.0 * below_p * resistance
-    cost = min(cost, -step.returned * below - 2.0 * below_p * (resistance + below))
-    cost = min(cost, -step.returned * below - 2.0 * below_p * (resistance + min(below + train.friction_n, most)))
-    p = math.inf
-    for brakes, returns in ((0.0, 0.0), (above, above), (min(above + train.friction_n, most), above)):
-        if resistance + brakes > 0.0:
-            p = min(p, -0.5 * (cost + step.returned * returns) / (resistance + brakes))
-    return max(p, below_p) if p < math.inf else below_p
-
-
-@part
-def _beyond_rate(train, regime, step, v, below_p):
-    """Costate just above the speed of a step of the braking rates, of runs with ``below_p`` below it.
-
-    The least energy from a place on has a kink at that speed, wherever the train is. It has the same slope along the
-    line on both sides, so that the Hamiltonian is the same.
-    """
-    resistance = step.load + v * (train.davis_b + v * step.air)
-    brake = effort_at(train.braking, v)
-    below_w = _saturated_slope(train, regime, step.load, step.air, v * (1.0 - _AT_STEP))[0]
-    above_w = _saturated_slope(train, regime, step.load, step.air, v * (1.0 + _AT_STEP))[0]
-    below = min(brake, -0.5 * below_w - resistance)
-    above = min(brake, -0.5 * above_w - resistance)
-    if below_w >= 0.0 or above_w >= 0.0:  # the train does not slow down through it
-        return below_p
-    return (below_p * below_w - step.returned * (below - above)) / above_w
-
-
-@part
 def dynamic_before(train, length, load, air, w1, top, scratch):
     """Squared speed before a cell from which the dynamic brake leads to w1, in rows as a run has them; 0 if none does.
 
     Where that is above ``top``, somewhat more than it.
     """
     cell = Cell(0.0, length, length, load - train.davis_a_n, air, math.inf)
-    return march(train, DYNAMIC, -1.0, cell, length, w1, _BEYOND * max(top, w1), scratch, 0)[1]
-
-
-@part
-def cut_out_w(train):
-    """Squared speed below which the dynamic brake gives nothing, and above which it gives much at once; 0 if none."""
-    table = train.braking
-    for i in range(table.shape[0]):
-        v = table[i, 0]
-        effort = effort_at(table, v)
-        if effort > 0.0:
-            return v * v if effort > _CUTS_OUT * resistance_at(train, 0.0, v) else 0.0
-        for j in range(1, table.shape[1]):
-            if table[i, j] != 0.0:
-                return 0.0
-    return 0.0
-
-
-@part
-def helped_before(train, step, w1, scratch):
-    """`dynamic_before` with friction above a drop of the dynamic brake; 0 where that is not come from."""
-    cell = Cell(0.0, step.length, step.length, step.load - train.davis_a_n, step.air, math.inf)
-    drop_w = drop_above(train, w1)
-    if drop_w == math.inf:
-        return 0.0
-    used_m, w, _ = march(train, DYNAMIC, -1.0, cell, step.length, w1, drop_w, scratch, 0)
-    if w < drop_w:
-        return 0.0
-    rest_m = step.length - used_m
-    return march(train, BRAKING, -1.0, cell, rest_m, drop_w, _BEYOND * max(step.top, drop_w), scratch, 0)[1]
+    return march(train, DYNAMIC, -1.0, cell, length, w1, BEYOND * max(top, w1), scratch, 0)[1]
 
 
 @leaf

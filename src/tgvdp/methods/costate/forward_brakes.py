@@ -4,10 +4,9 @@ import math
 from typing import NamedTuple
 
 from tgvdp._jit import leaf, part
-from tgvdp.methods.costate.characteristics import drop_above
+from tgvdp.methods.costate.brake_jumps import drop_above, is_drop
 from tgvdp.methods.costate.forward_rows import ON_CURVE, brake_late, coast, ended, evenly, rows_needed, saturated
 from tgvdp.methods.costate.step_held import HELD
-from tgvdp.methods.costate.step_regions import is_drop
 from tgvdp.physics.arc import arc
 from tgvdp.physics.cell import Cell, append, rest_of
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK

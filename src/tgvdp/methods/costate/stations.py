@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import kernel, part
 from tgvdp.line.cells import breaks_of, cells_of
-from tgvdp.methods.costate.characteristics import AT_CUT, cut_out_w
+from tgvdp.methods.costate.brake_jumps import AT_CUT, cut_out_w
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import effort_at, kernel_train, resistance_at

@@ -5,14 +5,9 @@ import math
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.methods.costate.characteristics import coast_image, coast_on, holding_costate
 from tgvdp.methods.costate.polyline import insert
+from tgvdp.methods.costate.step_edges import drop_below
 from tgvdp.methods.costate.step_held import HELD, hold, meet_region
-from tgvdp.methods.costate.step_regions import (
-    brake_region,
-    coast_region,
-    drive_region,
-    drop_below,
-    friction_region,
-)
+from tgvdp.methods.costate.step_regions import brake_region, coast_region, drive_region, friction_region
 from tgvdp.methods.costate.step_wall import dynamic_suffices, wall_region
 from tgvdp.physics.codes import COASTING, DYNAMIC, TRACTION
 from tgvdp.physics.forces import effort_at

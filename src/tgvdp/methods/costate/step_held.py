@@ -3,7 +3,8 @@
 import math
 
 from tgvdp._jit import part
-from tgvdp.methods.costate.characteristics import coast_image, saturated_image
+from tgvdp.methods.costate.brake_jumps import saturated_image
+from tgvdp.methods.costate.characteristics import coast_image
 from tgvdp.methods.costate.polyline import insert
 from tgvdp.physics.codes import COASTING
 

@@ -8,20 +8,16 @@ hold a speed, and p is interpolated. Beyond the last image runs meet the wall wi
 import math
 
 from tgvdp._jit import kernel, part
+from tgvdp.methods.costate.brake_jumps import cut_out_image, drop_above, helped_before, saturated_image
 from tgvdp.methods.costate.characteristics import (
     LOST,
-    beyond_drop,
     coast_back,
     coast_image,
-    cut_out_image,
-    drop_above,
-    drops_at,
     dynamic_before,
     held_back_w,
-    helped_before,
     saturated_back,
-    saturated_image,
 )
+from tgvdp.methods.costate.step_edges import cut_above, cut_out_edges, drop_below, drop_edges
 from tgvdp.methods.costate.step_held import hold
 from tgvdp.methods.costate.step_wall import (
     ROUNDING,
@@ -134,7 +130,7 @@ def coast_region(train, step, line, first, last, images, m):
             continue
         if step.cut_w > 0.0 and w0 >= step.cut_w > w[first + i]:
             if i > 0 and bottom <= x[base + i - 1] < step.cut_w and m + 2 < base + i:
-                m = _cut_edges(step, x[base + i - 1], y[base + i - 1], w0, y[base + i], images, m)
+                m = cut_out_edges(step, x[base + i - 1], y[base + i - 1], w0, y[base + i], images, m)
             x[m], y[m] = cut_out_image(train, step, w[first + i], p[first + i])
             m += 1
             continue
@@ -154,34 +150,6 @@ def coast_region(train, step, line, first, last, images, m):
         x[m] = w0
         y[m] = y[base + i]
         m += 1
-    return m
-
-
-@part
-def _cut_edges(step, below_w, below_p, w, p, images, m):
-    """Append p below and above the speed at which the dynamic brake cuts out, between two images under coasting."""
-    x, y = images
-    level = -0.5 * step.returned
-    p += (step.cut_w - w) / (w - below_w) * (p - below_p)
-    x[m] = step.cut_w * (1.0 - ROUNDING)
-    y[m] = p
-    x[m + 1] = step.cut_w
-    y[m + 1] = min(p, level * (1.0 + ROUNDING))
-    return m + 2
-
-
-@part
-def _drop_edges(train, step, images, m, w):
-    """Append p below and above the speeds between the last image and another one at which the dynamic brake drops."""
-    x, y = images
-    for i in range(1, train.braking.shape[0]):
-        drop_w = train.braking[i, 0] * train.braking[i, 0]
-        if x[m - 1] < drop_w * (1.0 - ROUNDING) and drop_w < w and drops_at(train.braking, i):
-            x[m] = drop_w * (1.0 - ROUNDING)
-            y[m] = y[m - 1]
-            x[m + 1] = drop_w
-            y[m + 1] = beyond_drop(train, step, train.braking[i, 0], y[m])
-            m += 2
     return m
 
 
@@ -221,7 +189,7 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
     for i in range(first, last + 1):
         w0, p0 = saturated_image(train, regime, step, step.length, line.w[i], max(line.p[i], level))
         if regime == DYNAMIC and m > before:
-            m = _drop_edges(train, step, images, m, w0)
+            m = drop_edges(train, step, images, m, w0)
         if line.w[i] == edge_w:  # a run that is faster by the error of the image would end with friction
             w0 = helped_image if w0 > 0.5 * (edge_image + helped_image) > edge_image else edge_image
         if w0 >= step.bottom:
@@ -278,55 +246,3 @@ def friction_region(train, step, line, first, last, images, start, m, scratch):
         y[m] = y[m - 1]
         m += 1
     return m
-
-
-@part
-def is_drop(train, w):
-    """Whether a squared speed is one at which the dynamic brake drops, or next to it."""
-    for i in range(1, train.braking.shape[0]):
-        drop_w = train.braking[i, 0] * train.braking[i, 0]
-        if abs(w - drop_w) <= 2.0 * ROUNDING * drop_w and drops_at(train.braking, i):
-            return True
-    return False
-
-
-@part
-def cut_above(level, images, first, m, beyond):
-    """Drop images after the ``first`` that lie above a level, but for an edge at the level; returns what is left.
-
-    Those from a squared speed ``beyond`` on are right.
-    """
-    x, y = images
-    i = first
-    while i < m and y[i] <= level:
-        i += 1
-    if i == m or x[i] >= beyond:
-        return m
-    if i > first:
-        x[i] -= (x[i] - x[i - 1]) * (y[i] - level) / (y[i] - y[i - 1])
-    y[i] = level
-    return i + 1
-
-
-@part
-def drop_below(level, images, first, m):
-    """Drop the images from ``first`` on that lie below a level, but for an edge at the level; returns what is left.
-
-    Where no image reaches the level, nothing is left.
-    """
-    x, y = images
-    i = first
-    while i < m and y[i] < level:
-        i += 1
-    if i == m:
-        return first
-    if i == first:
-        return m
-    share = (level - y[i - 1]) / (y[i] - y[i - 1])
-    x[i - 1] += share * (x[i] - x[i - 1])
-    y[i - 1] = level
-    dropped = i - 1 - first
-    for j in range(first, m - dropped):
-        x[j] = x[j + dropped]
-        y[j] = y[j + dropped]
-    return m - dropped

@@ -7,7 +7,8 @@ over the length that they coast, or brake by the dynamic brake, before.
 import math
 
 from tgvdp._jit import leaf, part
-from tgvdp.methods.costate.characteristics import coast_image, saturated_image
+from tgvdp.methods.costate.brake_jumps import saturated_image
+from tgvdp.methods.costate.characteristics import coast_image
 from tgvdp.physics.codes import DYNAMIC
 
 #: Runs that meet the wall within a cell have costates at so many points per relative change of w, at most, ...

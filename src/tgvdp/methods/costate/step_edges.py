@@ -1,0 +1,75 @@
+"""Edges of regions: images beyond a level of the costate are cut, and p is put beside speeds at which brakes jump."""
+
+from tgvdp._jit import part
+from tgvdp.methods.costate.brake_jumps import beyond_drop, drops_at
+from tgvdp.methods.costate.step_wall import ROUNDING
+
+
+@part
+def cut_out_edges(step, below_w, below_p, w, p, images, m):
+    """Append p below and above the speed at which the dynamic brake cuts out, between two images under coasting."""
+    x, y = images
+    level = -0.5 * step.returned
+    p += (step.cut_w - w) / (w - below_w) * (p - below_p)
+    x[m] = step.cut_w * (1.0 - ROUNDING)
+    y[m] = p
+    x[m + 1] = step.cut_w
+    y[m + 1] = min(p, level * (1.0 + ROUNDING))
+    return m + 2
+
+
+@part
+def drop_edges(train, step, images, m, w):
+    """Append p below and above the speeds between the last image and another one at which the dynamic brake drops."""
+    x, y = images
+    for i in range(1, train.braking.shape[0]):
+        drop_w = train.braking[i, 0] * train.braking[i, 0]
+        if x[m - 1] < drop_w * (1.0 - ROUNDING) and drop_w < w and drops_at(train.braking, i):
+            x[m] = drop_w * (1.0 - ROUNDING)
+            y[m] = y[m - 1]
+            x[m + 1] = drop_w
+            y[m + 1] = beyond_drop(train, step, train.braking[i, 0], y[m])
+            m += 2
+    return m
+
+
+@part
+def cut_above(level, images, first, m, beyond):
+    """Drop images after the ``first`` that lie above a level, but for an edge at the level; returns what is left.
+
+    Those from a squared speed ``beyond`` on are right.
+    """
+    x, y = images
+    i = first
+    while i < m and y[i] <= level:
+        i += 1
+    if i == m or x[i] >= beyond:
+        return m
+    if i > first:
+        x[i] -= (x[i] - x[i - 1]) * (y[i] - level) / (y[i] - y[i - 1])
+    y[i] = level
+    return i + 1
+
+
+@part
+def drop_below(level, images, first, m):
+    """Drop the images from ``first`` on that lie below a level, but for an edge at the level; returns what is left.
+
+    Where no image reaches the level, nothing is left.
+    """
+    x, y = images
+    i = first
+    while i < m and y[i] < level:
+        i += 1
+    if i == m:
+        return first
+    if i == first:
+        return m
+    share = (level - y[i - 1]) / (y[i] - y[i - 1])
+    x[i - 1] += share * (x[i] - x[i - 1])
+    y[i - 1] = level
+    dropped = i - 1 - first
+    for j in range(first, m - dropped):
+        x[j] = x[j + dropped]
+        y[j] = y[j + dropped]
+    return m - dropped
