@@ -16,7 +16,7 @@ from tgvdp.physics.motion import march
 
 #: Squared speeds within this share are that of a jump, which is come to in so many trials.
 _AT_STEP = 1e-9
-_STEPS_TO_RATE = 3
+_STEPS_TO_JUMP = 3
 #: ... and so they are for the dynamic brake where rows of a run, or images, came to it.
 AT_CUT = 1e-7
 _AT_DROP = 2e-9
@@ -52,7 +52,7 @@ def cut_out_image(train, step, w1, p1):
     level = -0.5 * step.returned
     part_m = length
     p_cut = p1
-    for _ in range(_STEPS_TO_RATE):
+    for _ in range(_STEPS_TO_JUMP):
         w0, p_cut = coast_image(train, step, part_m, w1, p1)
         part_m = min(part_m * (step.cut_w - w1) / max(w0 - w1, 0.5 * (step.cut_w - w1)), length)
     if p_cut <= level:
@@ -62,20 +62,15 @@ def cut_out_image(train, step, w1, p1):
 
 @part
 def saturated_image(train, regime, step, length, w1, p1):
-    """`saturated_back`, but not inlined, and where braking rates step on the way, from step to step."""
+    """`saturated_back`, but not inlined, and where braking rates step or the dynamic brake drops, from jump to jump."""
     if regime != TRACTION:
         for i in range(1, train.rates.shape[0]):
             step_w = train.rates[i, 0] * train.rates[i, 0]
             to_go = step_w - w1
             if to_go > _AT_STEP * step_w:
-                slope = saturated_slope(train, regime, step.load, step.air, math.sqrt(w1))[0]
-                if to_go >= -slope * length:
+                below_m, p0 = _to_jump(train, regime, step, length, w1, p1, step_w)
+                if below_m < 0.0:
                     break
-                below_m = -to_go / slope
-                p0 = p1
-                for _ in range(_STEPS_TO_RATE):
-                    w0, p0 = saturated_back(train, regime, step, below_m, w1, p1)
-                    below_m = min(below_m * to_go / max(w0 - w1, 0.5 * to_go), length)
                 length -= below_m
                 p1 = p0
             if to_go >= -_AT_STEP * step_w:
@@ -83,15 +78,30 @@ def saturated_image(train, regime, step, length, w1, p1):
                 w1 = step_w * (1.0 + 2.0 * _AT_STEP)
         drop_w = drop_above(train, w1)
         while drop_w < math.inf:
-            met_m, p0 = _to_drop(train, regime, step, length, w1, p1, drop_w)
-            if met_m == length:
+            below_m, p0 = _to_jump(train, regime, step, length, w1, p1, drop_w)
+            if below_m < 0.0:
                 break
-            length -= met_m
+            length -= below_m
             w1 = drop_w
             p1 = beyond_drop(train, step, math.sqrt(drop_w), p0)
             regime = BRAKING if p1 > 0.0 else DYNAMIC
             drop_w = drop_above(train, w1)
     return saturated_back(train, regime, step, length, w1, p1)
+
+
+@part
+def _to_jump(train, regime, step, length, w1, p1, jump_w):
+    """Over which part of a length a point comes from the speed of a jump, below 0 if from none; its costate there."""
+    to_go = jump_w - w1
+    slope = saturated_slope(train, regime, step.load, step.air, math.sqrt(w1))[0]
+    if to_go >= -slope * length:
+        return -1.0, p1
+    below_m = -to_go / slope
+    p0 = p1
+    for _ in range(_STEPS_TO_JUMP):
+        w0, p0 = saturated_back(train, regime, step, below_m, w1, p1)
+        below_m = min(below_m * to_go / max(w0 - w1, 0.5 * to_go), length)
+    return below_m, p0
 
 
 @part
@@ -137,21 +147,6 @@ def is_drop(train, w):
         if abs(w - drop_w) <= _AT_DROP * drop_w and drops_at(train.braking, i):
             return True
     return False
-
-
-@part
-def _to_drop(train, regime, step, length, w1, p1, drop_w):
-    """Over which part of a length a point comes from the speed of a drop, all of it if from none; its costate there."""
-    to_go = drop_w - w1
-    slope = saturated_slope(train, regime, step.load, step.air, math.sqrt(w1))[0]
-    if to_go >= -slope * length:
-        return length, p1
-    part_m = -to_go / slope
-    p0 = p1
-    for _ in range(_STEPS_TO_RATE):
-        w0, p0 = saturated_back(train, regime, step, part_m, w1, p1)
-        part_m = min(part_m * to_go / max(w0 - w1, 0.5 * to_go), length)
-    return part_m, p0
 
 
 @part
