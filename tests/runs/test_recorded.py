@@ -112,6 +112,16 @@ def test_noise_of_positions_is_no_speed_at_the_start(driven):
     assert (motion.speed_mps[0], motion.speed_mps[-1]) == (0.0, 0.0)
 
 
+def test_a_record_cut_at_speed_is_not_taken_for_a_start_however_noisy(driven):
+    """Noise of 1 m leaves speeds in doubt by some m/s, but from a stand no train comes that far in two seconds."""
+    _, profile, *_ = driven
+    t = np.arange(0.1 * profile.duration_s, 0.6 * profile.duration_s, 1.0)
+    x, _ = at_times(profile, t)
+    for seed in range(20):
+        (motion,) = sections_of(x + np.random.default_rng(seed).normal(0.0, 1.0, x.size), None, t)
+        assert min(motion.speed_mps[0], motion.speed_mps[-1]) > 10.0
+
+
 def test_a_train_departs_and_arrives_between_rows_of_positions(driven):
     """The record has stands before and behind, and neither departure nor arrival is one of its rows."""
     _, profile, *_ = driven

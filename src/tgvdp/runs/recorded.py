@@ -15,13 +15,11 @@ from tgvdp.line.resolved import resolve
 from tgvdp.model.trip import Trip
 from tgvdp.physics.codes import COASTING, HOLDING
 from tgvdp.runs.profile import Profile, profile_of
-from tgvdp.runs.recorded_ends import departure_s, end_speed
+from tgvdp.runs.recorded_ends import STAND_MPS, departure_s, end_speed
 from tgvdp.runs.recorded_means import Motion, averaged, with_slopes
 
 Floats = NDArray[np.float64]
 
-#: Slower than this is a stand, m/s.
-STAND_MPS = 0.3
 #: Shorter moves are no section but an adjustment, or a receiver that wanders, m.
 _LEAST_SECTION_M = 20.0
 #: Positions may go back by this much, the error of a receiver, m.
@@ -66,7 +64,9 @@ def sections_of(
         has_speeds = speed_mps is not None
         rows = slice(start, end + 1)
         part = Motion(x[rows], v[rows].copy(), t[rows], window_s, has_speeds)
-        stands = (bool(standing[start]), bool(standing[end]))
+        # At its first and last row a record without speeds tells them by extrapolation only.
+        known = (has_speeds or start > 0, has_speeds or end < t.size - 1)
+        stands = (bool(standing[start]) and known[0], bool(standing[end]) and known[1])
         if part.position_m[-1] - part.position_m[0] >= _LEAST_SECTION_M:
             found.append(_standing(averaged(part), stands) if has_speeds else _with_ends(part, stands))
     if not found:
@@ -136,11 +136,12 @@ def _with_start(motion: Motion, stands: bool) -> Motion:
         Whether that it stands at its start is known.
     """
     x, v, t = motion[:3]
+    stands |= bool(x[1] - x[0] < STAND_MPS * (t[1] - t[0]))
     told = end_speed(t, x, 0.5 * motion.window_s)
     doubt_mps = motion.doubt_mps if stands else max(motion.doubt_mps, told.doubt_mps)
-    if not stands and told.speed_mps > max(STAND_MPS, told.doubt_mps):
+    if not (stands or told.may_be_stand(t, x)):
         return motion._replace(speed_mps=np.append(told.speed_mps, v[1:]), doubt_mps=doubt_mps)
-    left_s = departure_s(t, x, STAND_MPS)
+    left_s = departure_s(t, x)
     moves = t > left_s
     x, v, t = np.append(x[0], x[moves]), np.append(0.0, v[moves]), np.append(left_s, t[moves])
     return motion._replace(position_m=x, speed_mps=v, time_s=t, doubt_mps=doubt_mps)

@@ -12,8 +12,12 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+#: Slower than this is a stand, m/s.
+STAND_MPS = 0.3
 #: How many standard deviations a speed may be wrong by.
 _SURE = 3.0
+#: No train gains speed faster than this from a stand, m/s².
+_QUICKEST_MPS2 = 1.5
 #: Later departures than the record's first row are told from changes of the acceleration by this share of an interval.
 _LATER = 0.2
 
@@ -23,6 +27,11 @@ class EndSpeed(NamedTuple):
 
     speed_mps: float
     doubt_mps: float
+
+    def may_be_stand(self, time_s: Floats, position_m: Floats) -> bool:
+        """Whether it is not told from a standstill, from which the train can have come to the third row, too."""
+        since_s, along_m = time_s[:3][-1] - time_s[0], position_m[:3][-1] - position_m[0]
+        return self.speed_mps <= max(STAND_MPS, self.doubt_mps) and 2.0 * along_m <= _QUICKEST_MPS2 * since_s**2
 
 
 def end_speed(time_s: Floats, position_m: Floats, reach_s: float) -> EndSpeed:
@@ -50,12 +59,12 @@ def _fitted(time_s: Floats, position_m: Floats, order: int) -> EndSpeed:
     return EndSpeed(float(found[1]), float(_SURE * noise_m * np.linalg.norm(inverse[1])))
 
 
-def departure_s(time_s: Floats, position_m: Floats, stand_mps: float) -> float:
+def departure_s(time_s: Floats, position_m: Floats) -> float:
     """When a train leaves that is at rest at the first row, which may be between two rows, or after some of them.
 
     It leaves as if it gained speed evenly over the rows after that, where this is clearly later than the first row.
     """
-    first = int((np.diff(position_m) >= stand_mps * np.diff(time_s)).argmax())
+    first = int((np.diff(position_m) >= STAND_MPS * np.diff(time_s)).argmax())
     gone_m = position_m[first + 1 : first + 3] - position_m[0]
     if gone_m.size < 2 or not 0.0 < gone_m[0] < gone_m[1]:
         return float(time_s[0])
