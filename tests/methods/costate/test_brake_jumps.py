@@ -1,13 +1,14 @@
 """Dynamic brakes whose effort jumps with speed: that cut out where trains are slow, or drop where they are fast."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import tgvdp
-from tests.helpers.brake_case import CUTS_OUT, DROPS, HILLY, LEVEL, metro
-from tgvdp import EffortCurve, Train
+from tests.helpers.brake_case import CUTS_OUT, DROPS, HILLY, LEVEL, LIMITS, metro
+from tgvdp import EffortCurve, Gradient, Track, Train
 from tgvdp.methods.costate.brake_jumps import cut_out_w, saturated_image
 from tgvdp.methods.costate.characteristics import Step
 from tgvdp.physics.codes import DYNAMIC
@@ -39,6 +40,26 @@ def test_friction_helps_down_to_a_drop_of_the_dynamic_brake(track, energy_kwh):
 
 
 @pytest.mark.parametrize(
+    ("points", "permil", "energy_kwh"),
+    [(DROPS, -30.0, (7.48, 5.67)), (((0.0, 60e3), (15.4, 60e3), (15.4, 6e3), (23.0, 6e3)), -10.0, (17.18, 15.97))],
+)
+def test_a_brake_that_cannot_slow_down_above_a_drop_asks_for_no_friction_there(points, permil, energy_kwh):
+    """Costates far above 0 were put there: runs braked to the drop everywhere, for 10 to 60 % more, or not at all."""
+    track = replace(LEVEL, speed_limits=LIMITS[:1], gradients=(Gradient(0.0, 0.0), Gradient(1700.0, permil)))
+    result = tgvdp.search(metro(points), track, at_margin=(0.001, 0.01), energy="pantograph")
+    assert all(verdict.ok for verdict in result.verify())
+    assert np.all(result.front.energy_j <= np.array(energy_kwh) * 3.6e6)
+
+
+def test_runs_on_the_envelope_pass_a_drop_by_all_brakes():
+    """They were to come from the drop by the dynamic brake, where all brakes end above it: rows of 53 MN."""
+    points = ((0.0, 300e3), (3.0, 300e3), (3.0, 30e3), (23.0, 24e3))
+    track = Track(length_m=6000.0, speed_limits=LIMITS[:1])
+    result = tgvdp.search(metro(points), track, at_margin=(0.001, 0.03, 0.1), energy="pantograph")
+    assert all(verdict.ok for verdict in result.verify())
+
+
+@pytest.mark.parametrize(
     ("points", "cut_mps"),
     [
         (CUTS_OUT, 2.2),
@@ -46,6 +67,8 @@ def test_friction_helps_down_to_a_drop_of_the_dynamic_brake(track, energy_kwh):
         (((0.0, 0.0), (1.0, 0.0), (3.0, 150e3), (22.0, 100e3)), 0.0),  # rises evenly
         (((0.0, 0.0), (2.0, 0.0), (2.0, 8e3), (22.0, 100e3)), 0.0),  # begins with next to nothing
         (((0.0, 0.0), (22.0, 0.0)), 0.0),
+        (((0.0, 1.0), (5.0, 1.0), (5.0, 150e3), (22.0, 95e3)), 5.0),  # next to nothing below
+        (((0.0, 150e3), (1.0, 150e3), (1.0, 0.0), (5.0, 0.0), (5.0, 150e3), (22.0, 95e3)), 0.0),
     ],
 )
 def test_the_speed_at_which_a_dynamic_brake_cuts_out(points, cut_mps):

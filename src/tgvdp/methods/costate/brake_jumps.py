@@ -25,20 +25,22 @@ _DROPS = 0.02
 #: A dynamic brake that begins at a speed with so many times the resistance cuts out there: runs that coast through it
 #: do not use it just above, as what it saves is a share of R/(R + D) of what a joule of it is worth.
 _CUTS_OUT = 5.0
+#: ... and below which it has no more than this share of that effort.
+_NOTHING = 0.01
 
 
 @part
 def cut_out_w(train):
-    """Squared speed below which the dynamic brake gives nothing, and above which it gives much at once; 0 if none."""
+    """Squared speed below which the dynamic brake gives next to nothing, and above which it gives much; 0 if none."""
     table = train.braking
-    for i in range(table.shape[0]):
+    most = effort_at(table, 0.0)
+    for i in range(1, table.shape[0]):
         v = table[i, 0]
-        effort = effort_at(table, v)
-        if effort > 0.0:
-            return v * v if effort > _CUTS_OUT * resistance_at(train, 0.0, v) else 0.0
-        for j in range(1, table.shape[1]):
-            if table[i, j] != 0.0:
-                return 0.0
+        above = effort_at(table, v)
+        most = max(most, effort_at(table, v * (1.0 - _AT_STEP)))
+        if most <= _NOTHING * above and above > _CUTS_OUT * resistance_at(train, 0.0, v):
+            return v * v
+        most = max(most, above)
     return 0.0
 
 
@@ -161,6 +163,8 @@ def beyond_drop(train, step, v, below_p):
     most = max(rate - resistance, 0.0)
     below = min(effort_at(train.braking, v * (1.0 - _AT_STEP)), most)
     above = min(effort_at(train.braking, v), most)
+    if resistance + above <= 0.0:  # without friction the train does not slow down through it
+        return below_p
     cost = -2.0 * below_p * resistance
     cost = min(cost, -step.returned * below - 2.0 * below_p * (resistance + below))
     cost = min(cost, -step.returned * below - 2.0 * below_p * (resistance + min(below + train.friction_n, most)))
@@ -168,7 +172,7 @@ def beyond_drop(train, step, v, below_p):
     for brakes, returns in ((0.0, 0.0), (above, above), (min(above + train.friction_n, most), above)):
         if resistance + brakes > 0.0:
             p = min(p, -0.5 * (cost + step.returned * returns) / (resistance + brakes))
-    return max(p, below_p) if p < math.inf else below_p
+    return max(p, below_p)
 
 
 @part

@@ -99,9 +99,11 @@ def _brake_fully(train, regime, cell, w, lines, scratch, rows, n):
         if met_w == drop_w:
             met_m = cell.end_m - used_m
             above = Cell(cell.start_m, met_m, met_m - cell.start_m, cell.grade_n, cell.air, cell.limit_w)
-            n = brake_late(train, regime, above, w, drop_w, scratch, rows, n)
-            last = saturated(train, DYNAMIC, rest_of(cell, met_m, used_m), drop_w, target, rows, n)[2]
-            return ended(cell, target, rows, n, last)
+            if w <= braked_w(train, BRAKING, above, drop_w, above.length_m, scratch) * (1.0 + ON_CURVE):
+                n = brake_late(train, regime, above, w, drop_w, scratch, rows, n)
+                below = rest_of(cell, met_m, used_m)
+                last = saturated(train, DYNAMIC, below, drop_w, target, rows, n)[2]
+                return ended(below, target, rows, n, last)
     return brake_late(train, regime, cell, w, target, scratch, rows, n)
 
 
@@ -172,7 +174,7 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
     """
     if w > lines.c and lines.c < lines.top and is_drop(train, lines.c):
         landed, last = _brake_to_drop(train, cell, w, lines.c, rows, n)
-        if last < 0 or landed <= lines.top * (1.0 + ON_CURVE):
+        if last < 0 or (1.0 - _DRIFT) * min(lines.b, lines.top) <= landed <= lines.top * (1.0 + ON_CURVE):
             return last
     target = min(lines.b, lines.top)
     # A line that falls from the envelope is no speed that was held: braking begins within the cell.

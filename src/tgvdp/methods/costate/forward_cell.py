@@ -144,8 +144,9 @@ def drive_cell(train, regenerates, cell, w, lines, scratch, rows, n):
         rest, w, n = _drive_to_line(train, cell, w, line, slope, lines.top, rows, n)
         if rest <= 0.0 or n < 0:
             return n
-        if rest <= _LITTLE * length:  # its last row is longer by that
-            rows.w[n - 1] += rest * (w - rows.w[n - 2]) / (rows.x[n - 1] - rows.x[n - 2])
+        last_m = rows.x[n - 1] - rows.x[n - 2]
+        if rest <= _LITTLE * length and rest < last_m:  # the last row is longer by that
+            rows.w[n - 1] += rest * (w - rows.w[n - 2]) / last_m
             return ended(cell, min(rows.w[n - 1], lines.top), rows, first, n)
         if _passes(train, rest_of(cell, cell.end_m - rest, rest), w, lines.top, scratch):
             return drive_then_brake(train, TRACTION, BRAKING, cell, start_w, lines.top, scratch, rows, first)

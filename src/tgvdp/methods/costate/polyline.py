@@ -36,18 +36,22 @@ def insert(line, n, at, w, p):
 def make_monotone(line, m, top, cut_w, level):
     """Running maximum in both coordinates, cut at ``top``; returns the number of points left.
 
-    At ``cut_w`` p falls, and does not rise from there on as long as it is below ``level``: runs that come to that speed
-    cut out the dynamic brake.
+    At ``cut_w``, where the dynamic brake cuts out, p may fall from above a ``level`` to below it, and is as it is from
+    there on until it rises above that again.
     """
     x = line.w
     y = line.p
     last_x = x[0]
     last_y = y[0]
+    dent = False
     n = m
     for i in range(1, m):
         last_x = max(x[i], last_x)
         x[i] = last_x
-        if 0.0 < cut_w <= last_x and (y[i] < level or x[i - 1] < cut_w):
+        if x[i - 1] < cut_w <= last_x and last_y > level:
+            dent = True
+        dent = dent and y[i] < level
+        if dent:
             last_y = y[i]
         last_y = max(y[i], last_y)
         y[i] = last_y
