@@ -23,16 +23,13 @@ from tgvdp.certificate.ledger import Ledger
 from tgvdp.certificate.line import BoundingProblem
 from tgvdp.certificate.slopes import regular_cells
 from tgvdp.methods.budget import Clock
+from tgvdp.methods.costate.brake_jumps import JUMPS, NOTHING
 
 _Floats = NDArray[np.float64]
 
 #: Squared speeds nearer than this share to that of a kink are that.
 _AT_KINK = 1e-6
 _JUST_BELOW = 1.0 - 1e-9
-#: The dynamic brake jumps where its effort changes by this share.
-_JUMPS = 0.02
-#: ... and cuts out where no more than this share is left.
-_NOTHING = 0.01
 #: Rounds at most, in each of which both sides are raised.
 _MOST_ROUNDS = 12
 
@@ -149,8 +146,8 @@ def _kinks(problem: BoundingProblem, found: Ledger) -> Iterator[tuple[float, boo
     if problem.energy.regeneration > 0.0:
         for v in brake.jumps_mps:
             below_n, above_n = brake.effort_n(v * _JUST_BELOW), brake.effort_n(v)
-            if abs(above_n - below_n) > _JUMPS * max(below_n, above_n):
-                kinks[v] = below_n <= _NOTHING * above_n
+            if abs(above_n - below_n) > JUMPS * max(below_n, above_n):
+                kinks[v] = below_n <= NOTHING * above_n
     if kinks:
         lowest, highest = _standing_w(found), float(found.caps.cell.max())
         yield from ((v**2, cuts_out) for v, cuts_out in kinks.items() if lowest <= v**2 < highest)

@@ -20,13 +20,13 @@ _STEPS_TO_JUMP = 3
 #: ... and so they are for the dynamic brake where rows of a run, or images, came to it.
 AT_CUT = 1e-7
 _AT_DROP = 2e-9
-#: An effort that changes by this share at one speed drops there.
-_DROPS = 0.02
+#: An effort that changes by this share at one speed jumps there.
+JUMPS = 0.02
 #: A dynamic brake that begins at a speed with so many times the resistance cuts out there: runs that coast through it
 #: do not use it just above, as what it saves is a share of R/(R + D) of what a joule of it is worth.
 _CUTS_OUT = 5.0
 #: ... and below which it has no more than this share of that effort.
-_NOTHING = 0.01
+NOTHING = 0.01
 
 
 @part
@@ -38,7 +38,7 @@ def cut_out_w(train):
         v = table[i, 0]
         above = effort_at(table, v)
         most = max(most, effort_at(table, v * (1.0 - _AT_STEP)))
-        if most <= _NOTHING * above and above > _CUTS_OUT * resistance_at(train, 0.0, v):
+        if most <= NOTHING * above and above > _CUTS_OUT * resistance_at(train, 0.0, v):
             return v * v
         most = max(most, above)
     return 0.0
@@ -108,11 +108,7 @@ def _to_jump(train, regime, step, length, w1, p1, jump_w):
 
 @part
 def _beyond_rate(train, regime, step, v, below_p):
-    """Costate just above the speed of a step of the braking rates, of runs with ``below_p`` below it.
-
-    The least energy from a place on has a kink at that speed, wherever the train is. It has the same slope along the
-    line on both sides, so that the Hamiltonian is the same.
-    """
+    """Costate just above the speed of a step of the braking rates, of runs with ``below_p`` below it."""
     resistance = step.load + v * (train.davis_b + v * step.air)
     brake = effort_at(train.braking, v)
     below_w = saturated_slope(train, regime, step.load, step.air, v * (1.0 - _AT_STEP))[0]
@@ -125,10 +121,10 @@ def _beyond_rate(train, regime, step, v, below_p):
 
 
 @leaf
-def drops_at(table, i):
+def _drops_at(table, i):
     """Whether an effort drops, as speed rises, where a piece of its curve begins."""
     v = table[i, 0]
-    return effort_at(table, v * (1.0 - _AT_STEP)) > effort_at(table, v) * (1.0 + _DROPS)
+    return effort_at(table, v * (1.0 - _AT_STEP)) > effort_at(table, v) * (1.0 + JUMPS)
 
 
 @part
@@ -136,7 +132,7 @@ def drop_above(train, w):
     """Least squared speed above one at which the dynamic brake drops; infinite where it drops at none."""
     for i in range(1, train.braking.shape[0]):
         v = train.braking[i, 0]
-        if w < v * v * (1.0 - _AT_STEP) and drops_at(train.braking, i):
+        if w < v * v * (1.0 - _AT_STEP) and _drops_at(train.braking, i):
             return v * v
     return math.inf
 
@@ -146,7 +142,7 @@ def is_drop(train, w):
     """Whether a squared speed is one at which the dynamic brake drops, or next to it."""
     for i in range(1, train.braking.shape[0]):
         drop_w = train.braking[i, 0] * train.braking[i, 0]
-        if abs(w - drop_w) <= _AT_DROP * drop_w and drops_at(train.braking, i):
+        if abs(w - drop_w) <= _AT_DROP * drop_w and _drops_at(train.braking, i):
             return True
     return False
 
@@ -155,8 +151,8 @@ def is_drop(train, w):
 def beyond_drop(train, step, v, below_p):
     """Costate just above the speed of a drop of the dynamic brake, of runs with ``below_p`` below it.
 
-    The Hamiltonian is the same on both sides (`_beyond_rate`): the least of what a metre costs under coasting, under
-    the dynamic brake, and under all brakes. So friction may help above that speed, and not below it.
+    The Hamiltonian is the least of what a metre costs under coasting, under the dynamic brake, and under all brakes. So
+    friction may help above that speed, and not below it.
     """
     resistance = step.load + v * (train.davis_b + v * step.air)
     rate = effort_at(train.rates, v) if train.rates.shape[0] > 0 else train.max_deceleration

@@ -1,7 +1,9 @@
 """Edges of regions: images beyond a level of the costate are cut, and p is put beside speeds at which brakes jump."""
 
+import math
+
 from tgvdp._jit import part
-from tgvdp.methods.costate.brake_jumps import beyond_drop, drops_at
+from tgvdp.methods.costate.brake_jumps import beyond_drop, drop_above
 from tgvdp.methods.costate.step_wall import ROUNDING
 
 
@@ -22,14 +24,14 @@ def cut_out_edges(step, below_w, below_p, w, p, images, m):
 def drop_edges(train, step, images, m, w):
     """Append p below and above the speeds between the last image and another one at which the dynamic brake drops."""
     x, y = images
-    for i in range(1, train.braking.shape[0]):
-        drop_w = train.braking[i, 0] * train.braking[i, 0]
-        if x[m - 1] < drop_w * (1.0 - ROUNDING) and drop_w < w and drops_at(train.braking, i):
-            x[m] = drop_w * (1.0 - ROUNDING)
-            y[m] = y[m - 1]
-            x[m + 1] = drop_w
-            y[m + 1] = beyond_drop(train, step, train.braking[i, 0], y[m])
-            m += 2
+    drop_w = drop_above(train, x[m - 1])
+    while drop_w < w:
+        x[m] = drop_w * (1.0 - ROUNDING)
+        y[m] = y[m - 1]
+        x[m + 1] = drop_w
+        y[m + 1] = beyond_drop(train, step, math.sqrt(drop_w), y[m])
+        m += 2
+        drop_w = drop_above(train, drop_w)
     return m
 
 
