@@ -9,6 +9,7 @@ Gravity acts on the static mass, acceleration on the inertia (Davis 1926; Brüng
 Railway Timetabling & Operations, 2014, ch. 4).
 """
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import leaf, part
 from tgvdp.constants import GRAVITY_MPS2
+from tgvdp.model.effort import EffortCurve
 from tgvdp.model.train import Train
 
 
@@ -32,6 +34,7 @@ class KernelTrain(NamedTuple):
     friction_n: float
     rates: NDArray[np.float64]  # (n, 6), full braking as inertia times deceleration; no rows: it is brake effort
     no_effort: NDArray[np.float64]  # (1, 6), the curve of 0 N, for stretches without current
+    drops_mps: NDArray[np.float64]  # (m,), rising speeds at which the dynamic brake drops
     rows: float = 1.0  # how many times more rows than usual `physics.motion` makes
     other_rows: float = 1.0  # ... times as many under other regimes than full traction
 
@@ -46,6 +49,10 @@ def read_only(table: NDArray[np.float64]) -> NDArray[np.float64]:
 _STEEPEST_MPS2 = 2.0 * GRAVITY_MPS2
 _NO_RATES = read_only(np.empty((0, 6)))
 _NO_EFFORT = read_only(np.zeros((1, 6)))
+#: An effort that changes by this share at one speed jumps there.
+JUMPS = 0.02
+#: Pieces of an effort curve that are skipped at once on the way to that of a speed.
+_SKIPPED = 8
 
 
 def kernel_train(train: Train) -> KernelTrain:
@@ -61,6 +68,7 @@ def kernel_train(train: Train) -> KernelTrain:
         _friction_n(train),
         _rate_table(train),
         _NO_EFFORT,
+        _drops_mps(train.dynamic_brake_limit),
     )
 
 
@@ -88,6 +96,15 @@ def _friction_n(train: Train) -> float:
     )
 
 
+def _drops_mps(brake: EffortCurve) -> NDArray[np.float64]:
+    drops = [
+        after.from_mps
+        for before, after in pairwise(brake.pieces)
+        if before.effort_n(after.from_mps) > (1.0 + JUMPS) * after.effort_n(after.from_mps)
+    ]
+    return read_only(np.array(drops, dtype=np.float64))
+
+
 def _rate_table(train: Train) -> NDArray[np.float64]:
     """Braking rates, no larger than comfort allows, as a table of net forces in the form of an effort curve."""
     if not train.braking_rates:
@@ -104,20 +121,35 @@ def unpowered(train):
     """The train without current: neither traction nor dynamic brake."""
     return KernelTrain(
         train.inertia_kg, train.davis_a_n, train.davis_b, train.max_acceleration, train.max_deceleration,
-        train.no_effort, train.no_effort, train.friction_n, train.rates, train.no_effort, train.rows, train.other_rows,
+        train.no_effort, train.no_effort, train.friction_n, train.rates, train.no_effort, train.drops_mps, train.rows,
+        train.other_rows,
     )  # fmt: skip
+
+
+@leaf
+def piece_at(table, v):
+    """Index of the piece of an effort curve that holds at a speed: the last one that begins at or below it."""
+    i = table.shape[0] - 1
+    while i >= _SKIPPED and table[i - _SKIPPED + 1, 0] > v:
+        i -= _SKIPPED
+    while i > 0 and table[i, 0] > v:
+        i -= 1
+    return i
+
+
+@leaf
+def piece_effort(table, i, v):
+    """Effort in N at speed v by the piece i of a curve."""
+    hyperbolic = 0.0
+    if table[i, 1] != 0.0:
+        hyperbolic = table[i, 1] / v
+    return hyperbolic + table[i, 2] + v * (table[i, 3] + v * (table[i, 4] + v * table[i, 5]))
 
 
 @leaf
 def effort_at(table, v):
     """Effort in N at speed v, of a curve table of shape (n, 6)."""
-    i = table.shape[0] - 1
-    while i > 0 and table[i, 0] > v:
-        i -= 1
-    hyperbolic = 0.0
-    if table[i, 1] != 0.0:
-        hyperbolic = table[i, 1] / v
-    return hyperbolic + table[i, 2] + v * (table[i, 3] + v * (table[i, 4] + v * table[i, 5]))
+    return piece_effort(table, piece_at(table, v), v)
 
 
 @leaf
@@ -154,9 +186,7 @@ def mean_effort(table, v0, v1):
     """Mean over distance, in N, of an effort curve on a segment of constant acceleration between v0 and v1."""
     lo = min(v0, v1)
     hi = max(v0, v1)
-    i = table.shape[0] - 1
-    while i > 0 and table[i, 0] > lo:
-        i -= 1
+    i = piece_at(table, lo)
     if i == table.shape[0] - 1 or table[i + 1, 0] >= hi:
         return _piece_mean(table, i, lo, hi)
     return _mean_of_pieces(table, i, lo, hi)

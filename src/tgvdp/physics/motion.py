@@ -24,6 +24,7 @@ from tgvdp.physics.forces import (
     mean_brake,
     mean_effort,
     mean_resistance,
+    piece_at,
     resistance_at,
 )
 
@@ -185,8 +186,8 @@ def _row_end(table, extra, v, rising, rows):
     Returns the slope of the curve, too, on the side to which the speed changes.
     """
     n = table.shape[0]
-    i = n - 1
-    while i > 0 and (table[i, 0] > v or (not rising and table[i, 0] >= v)):
+    i = piece_at(table, v)
+    if i > 0 and not rising and table[i, 0] >= v:
         i -= 1
     effort, slope = effort_and_slope(table, i, v)
     step = math.inf

@@ -165,6 +165,20 @@ def test_an_extremal_that_a_run_undercuts_halves_all_cells_until_they_may_not_be
     assert doubt.is_settled(front, runs)
 
 
+def test_cells_are_halved_no_more_where_that_does_not_mend_an_extremal():
+    """Next to a jump of the running time it never did: 15,944 cells where 2,120 were as good."""
+    result = tgvdp.search(TRAIN, hills(5), points=2)
+    front = front_on(Mesh.of(result.trip, result.fastest.profile, 1.0), result.fastest.time_s)
+    runs = [Run(one.time_s, one.energy_j, one.multiplier, np.empty(0), np.empty(0)) for one in front.extremals]
+    doubt = Doubt(halvings=6)
+    runs[2] = runs[2]._replace(energy_j=0.99 * runs[2].energy_j)
+    assert not doubt.is_settled(front, runs)
+    runs[2] = runs[2]._replace(energy_j=1.006 * runs[2].energy_j)
+    assert not doubt.is_settled(front, runs)
+    runs[2] = runs[2]._replace(energy_j=0.999 * runs[2].energy_j)
+    assert doubt.is_settled(front, runs)
+
+
 def test_extremals_that_are_solved_together_are_those_solved_one_by_one():
     result = tgvdp.search(TRAIN, hills(5), points=2)
     mesh = Mesh.of(result.trip, result.fastest.profile, 1.0)

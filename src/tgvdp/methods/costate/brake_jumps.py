@@ -11,37 +11,70 @@ from tgvdp._jit import leaf, part
 from tgvdp.methods.costate.characteristics import BEYOND, coast_image, saturated_back, saturated_slope
 from tgvdp.physics.cell import Cell
 from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
-from tgvdp.physics.forces import effort_at, resistance_at
+from tgvdp.physics.forces import effort_at, piece_effort, resistance_at
 from tgvdp.physics.motion import march
 
 #: Squared speeds within this share are that of a jump, which is come to in so many trials.
 _AT_STEP = 1e-9
 _STEPS_TO_JUMP = 3
 #: ... and so they are for the dynamic brake where rows of a run, or images, came to it.
-AT_CUT = 1e-7
+AT_CUT = 1e-5
 _AT_DROP = 2e-9
-#: An effort that changes by this share at one speed jumps there.
-JUMPS = 0.02
 #: A dynamic brake that begins at a speed with so many times the resistance cuts out there: runs that coast through it
 #: do not use it just above, as what it saves is a share of R/(R + D) of what a joule of it is worth.
 _CUTS_OUT = 5.0
+#: ... or, where it rises steeply, at the speed at which it comes to that, found in so many halvings: within this factor
+#: of the speed at which it begins to rise, and with no more than this share of what it has at most.
+_HALVINGS = 40
+_STEEP = 1.3
+_BY_THEN = 1.0 / 3.0
 #: ... and below which it has no more than this share of that effort.
 NOTHING = 0.01
 
 
 @part
 def cut_out_w(train):
-    """Squared speed below which the dynamic brake gives next to nothing, and above which it gives much; 0 if none."""
+    """Squared speed below which the dynamic brake gives next to nothing, and above which it gives much; 0 if none.
+
+    Where it rises steeply from nothing, that is where it has so much that runs use it.
+    """
     table = train.braking
-    most = effort_at(table, 0.0)
-    for i in range(1, table.shape[0]):
+    last = table.shape[0] - 1
+    most = 0.0
+    for i in range(last + 1):
+        most = max(most, piece_effort(table, i, table[i, 0]))
+    first = 0
+    while first < last and piece_effort(table, first, table[first + 1, 0]) <= NOTHING * most >= piece_effort(
+        table, first, table[first, 0]
+    ):
+        first += 1
+    begins = table[first, 0]
+    for i in range(first, last + 1):
         v = table[i, 0]
-        above = effort_at(table, v)
-        most = max(most, effort_at(table, v * (1.0 - _AT_STEP)))
-        if most <= NOTHING * above and above > _CUTS_OUT * resistance_at(train, 0.0, v):
-            return v * v
-        most = max(most, above)
+        if i < last and not _is_used(train, i, v) and _is_used(train, i, table[i + 1, 0]):
+            v = _rises_to(train, i, v, table[i + 1, 0])
+        if _is_used(train, i, v):
+            is_steep = v <= _STEEP * begins and piece_effort(table, i, v) <= _BY_THEN * most
+            return v * v if v == begins or is_steep else 0.0
     return 0.0
+
+
+@leaf
+def _is_used(train, i, v):
+    """Whether the dynamic brake has, by the piece i of its curve, so much at a speed that it cuts out below."""
+    return piece_effort(train.braking, i, v) > _CUTS_OUT * resistance_at(train, 0.0, v)
+
+
+@part
+def _rises_to(train, i, before, after):
+    """Speed between two on the piece i from which on the dynamic brake has so much."""
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (before + after)
+        if _is_used(train, i, middle):
+            after = middle
+        else:
+            before = middle
+    return after
 
 
 @part
@@ -120,19 +153,11 @@ def _beyond_rate(train, regime, step, v, below_p):
     return (below_p * below_w - step.returned * (below - above)) / above_w
 
 
-@leaf
-def _drops_at(table, i):
-    """Whether an effort drops, as speed rises, where a piece of its curve begins."""
-    v = table[i, 0]
-    return effort_at(table, v * (1.0 - _AT_STEP)) > effort_at(table, v) * (1.0 + JUMPS)
-
-
 @part
 def drop_above(train, w):
     """Least squared speed above one at which the dynamic brake drops; infinite where it drops at none."""
-    for i in range(1, train.braking.shape[0]):
-        v = train.braking[i, 0]
-        if w < v * v * (1.0 - _AT_STEP) and _drops_at(train.braking, i):
+    for v in train.drops_mps:
+        if w < v * v * (1.0 - _AT_STEP):
             return v * v
     return math.inf
 
@@ -140,11 +165,7 @@ def drop_above(train, w):
 @part
 def is_drop(train, w):
     """Whether a squared speed is one at which the dynamic brake drops, or next to it."""
-    for i in range(1, train.braking.shape[0]):
-        drop_w = train.braking[i, 0] * train.braking[i, 0]
-        if abs(w - drop_w) <= _AT_DROP * drop_w and _drops_at(train.braking, i):
-            return True
-    return False
+    return abs(drop_above(train, w * (1.0 - 2.0 * _AT_DROP)) - w) <= _AT_DROP * w
 
 
 @part

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from tgvdp._jit import leaf, part
 from tgvdp.physics.cell import Cell
 from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
-from tgvdp.physics.forces import effort_at
+from tgvdp.physics.forces import effort_at, piece_at
 from tgvdp.physics.minimum import least_on_piece
 from tgvdp.physics.motion import march
 
@@ -112,9 +112,7 @@ def saturated_slope(train, regime, load, air, v):
     that: at multipliers next to the power that is returned, where speed is worth nothing, p had any sign.)
     """
     table = train.traction if regime == TRACTION else train.braking
-    i = table.shape[0] - 1
-    while i > 0 and table[i, 0] > v:
-        i -= 1
+    i = piece_at(table, v)
     per_v = 1.0 / v
     power = table[i, 1]
     effort = power * per_v + table[i, 2] + v * (table[i, 3] + v * (table[i, 4] + v * table[i, 5]))

@@ -36,6 +36,10 @@ _DEARER = 3.0
 #: What an extremal may cost more on the cells that answer than on some that were asked, as a share of its energy; where
 #: one costs more, all of these answer that were asked last.
 _WORSE = 1e-4
+#: A mesh is too coarse when an extremal is dearer, at its own multiplier, than another run by this share of its energy,
+#: and when halving its cells leaves no more than so much of that.
+_EXCESS = 5e-4
+_MENDED = 0.7
 #: With more than so many times the cells of the mesh that was asked it is as well to take all its halves, on which
 #: extremals are solved already.
 _FEW_CUTS = 1.25
@@ -64,9 +68,12 @@ class Doubt:
     ----------
     halvings : int
         How often cells may still be halved for another question.
+    excess : float
+        By which share of its energy an extremal was dearer than another run on the mesh before.
     """
 
     halvings: int = _MOST_HALVINGS
+    excess: float = math.inf
 
     def answered(self, front: ExtremalFront, target_s: _Floats) -> ExtremalFront:
         """Cut cells of a front's mesh until they lose little at all extremals next to targets.
@@ -118,9 +125,12 @@ class Doubt:
     def is_settled(self, front: ExtremalFront, runs: Sequence[Run]) -> bool:
         """Whether the cells of a front with its runs need not, or may not, all be halved once more.
 
-        They need be where an extremal is dearer, at its own multiplier, than one of the runs.
+        They need be where an extremal is dearer, at its own multiplier, than one of the runs; but not where that did
+        not mend it, as next to a jump of the running time.
         """
-        if not self.halvings or front.stands(runs):
+        before, self.excess = self.excess, front.excess(runs)
+        is_mended = before <= _EXCESS or self.excess <= _MENDED * before
+        if not self.halvings or self.excess <= _EXCESS or not is_mended:
             return True
         self.halvings -= 1
         return False

@@ -15,6 +15,7 @@ from tgvdp.line.cells import Cells, cells_of, cut
 from tgvdp.memory import ask_for
 from tgvdp.methods.costate import backward as costate
 from tgvdp.methods.costate.blend import Blend
+from tgvdp.methods.costate.descents import parts_on_descents
 from tgvdp.methods.costate.extremal import Extremal
 from tgvdp.methods.costate.forward import Course
 from tgvdp.methods.costate.interpolate import RUN_COLUMNS, Scratch, drive
@@ -132,10 +133,11 @@ class Mesh:
         cells = cells_of(trip, graded_stations(trip, fastest, cell_m))
         cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip)))
         envelope = _envelope(trip, cells, train)
-        return cls(
+        mesh = cls(
             trip, train, per_kilogram(train), tables, cells, envelope, cell_m, scale_j / fastest.duration_s,
             _LEAST_SHARE * min(scale_j, kinetic_j), _LEAST_SHARE * scale_j,
         )  # fmt: skip
+        return mesh.cut(parts_on_descents(train, cells, mesh.fast)) if tables.regeneration > 0.0 else mesh
 
     @classmethod
     def along(cls, trip: Trip, x_m: NDArray[np.float64], w: NDArray[np.float64]) -> "Mesh":

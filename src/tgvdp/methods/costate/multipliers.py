@@ -38,8 +38,6 @@ _AT_ONCE = 128
 _CELLS_OF_RUNS_AT_ONCE = 500_000
 #: Cells through which extremals are solved between two looks at the clock: some 10 ms.
 _CELLS_AT_ONCE = 20_000
-#: A mesh is too coarse when an extremal is dearer, at its own multiplier, than another run by this share of the energy.
-_EXTREMAL_LOSS = 5e-4
 
 
 class OutOfTime(Exception):
@@ -136,16 +134,19 @@ class ExtremalFront:
         """What shares of an energy are shares of: a net energy may be 0."""
         return max(energy_j, self.mesh.least_energy_j)
 
-    def stands(self, runs: Sequence[Run]) -> bool:
-        """Whether no run is cheaper than an extremal at the extremal's own multiplier, which no run can be."""
+    def excess(self, runs: Sequence[Run]) -> float:
+        """By which share of its energy an extremal costs more than one of some runs at its own multiplier, at most.
+
+        That none can do; 0 where none does.
+        """
         known = [extremal for extremal in self.extremals[1:] if math.isfinite(extremal.multiplier)]
         if not known or not runs:
-            return True
+            return 0.0
         times_s, energies_j = np.array([run[:2] for run in runs]).T
         own_s, own_j, multipliers = np.array([one.outcome for one in known]).T
         least_j = (energies_j + multipliers[:, np.newaxis] * times_s).min(axis=1)
         bases_j = np.maximum(own_j, self.mesh.least_drawn_j)
-        return bool((own_j + multipliers * own_s - least_j <= _EXTREMAL_LOSS * bases_j).all())
+        return max(0.0, float(np.max((own_j + multipliers * own_s - least_j) / bases_j)))
 
     def thriftiest(self) -> Run:
         """Run of the slowest extremal."""

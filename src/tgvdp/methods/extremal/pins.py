@@ -18,12 +18,12 @@ from tgvdp.methods.extremal.sweep import (
     GAIN,
     JUMP,
     PINNED,
-    brake_effort,
     cost_of,
     flow_over,
     force_balance,
 )
 from tgvdp.physics.codes import TRACTION
+from tgvdp.physics.forces import effort_at
 
 #: A pinned run passes below where it touches the envelope by this share of w, and may miss that by ...
 _BELOW = 5e-10
@@ -133,7 +133,7 @@ def _above(train, course, rows, n, i, work):
     gap = own - course.effort[e]
     if not gap > 0.0:
         return math.inf
-    brake = brake_effort(train, v)
+    brake = effort_at(train.braking, v)
     p = -0.5 * (cost_of(own, brake, course.returned) - cost_of(course.effort[e], brake, course.returned)) / gap
     p -= work.p_at[j] + work.stepped_at[j]
     return work.found[i, GAIN] + 2.0 * work.found[i, JUMP] * work.flow_on[i] * p

@@ -15,6 +15,7 @@ import math
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.methods.extremal.simulate import ENVELOPE, is_anchor
 from tgvdp.physics.codes import COASTING, DYNAMIC, HELD_BACK, HOLDING, RETARDED, TRACTION
+from tgvdp.physics.forces import effort_at, piece_at
 
 #: Columns of what a sweep says of a command: derivative g of the cost by its position while the switches after it take
 #: their steps, its derivative A (its size where it is not positive), that by the squared speed B, the jump of effort Δ,
@@ -43,9 +44,7 @@ def _terms(train, regime, grade, air, v):
     f_ww = 0.0
     if regime in (TRACTION, DYNAMIC):
         table = train.traction if regime == TRACTION else train.braking
-        i = table.shape[0] - 1
-        while i > 0 and table[i, 0] > v:
-            i -= 1
+        i = piece_at(table, v)
         h = table[i, 1] * per_v
         f = h + table[i, 2] + v * (table[i, 3] + v * (table[i, 4] + v * table[i, 5]))
         d1 = -h * per_v + table[i, 3] + v * (2.0 * table[i, 4] + 3.0 * v * table[i, 5])
@@ -96,17 +95,6 @@ def _slope(train, regime, worth, grade, air, price, w, p, q):
 def cost_of(effort, brake, returned):
     """Energy per metre of an effort, in that of traction; ``brake`` is the dynamic brake's largest effort."""
     return effort if effort >= 0.0 else returned * max(effort, -brake)
-
-
-@leaf
-def brake_effort(train, v):
-    """Largest effort of the dynamic brake."""
-    table = train.braking
-    i = table.shape[0] - 1
-    while i > 0 and table[i, 0] > v:
-        i -= 1
-    hyperbolic = table[i, 1] / v if table[i, 1] != 0.0 else 0.0
-    return hyperbolic + table[i, 2] + v * (table[i, 3] + v * (table[i, 4] + v * table[i, 5]))
 
 
 @part
@@ -212,7 +200,7 @@ def sweep(train, course, price, count, rows, n, starts, pinned, found, p_at, ste
             if free and is_anchor(down):
                 f1, _, _, _, _, _ = _terms(train, up, course.grade[k], course.air[k], v)
                 worth = course.returned if up == DYNAMIC else 1.0
-                brake = brake_effort(train, v)
+                brake = effort_at(train.braking, v)
                 f2 = rows.effort[j + 1]
                 q = 0.0
                 if down == HOLDING:
@@ -240,7 +228,7 @@ def sweep(train, course, price, count, rows, n, starts, pinned, found, p_at, ste
                     f1, _, _, _, _, _ = _terms(train, up, course.grade[k], course.air[k], v)
                 active = up != ENVELOPE or f1 > f2 + 1e-6 * abs(f1)
             if active:
-                brake = brake_effort(train, v)
+                brake = effort_at(train.braking, v)
                 jump = f1 - f2
                 worth = course.returned if down == DYNAMIC else 1.0
                 slope = _slope(train, down, worth, course.grade[kd], course.air[kd], price, w, p, q)
