@@ -34,7 +34,7 @@ class KernelTrain(NamedTuple):
     friction_n: float
     rates: NDArray[np.float64]  # (n, 6), full braking as inertia times deceleration; no rows: it is brake effort
     no_effort: NDArray[np.float64]  # (1, 6), the curve of 0 N, for stretches without current
-    drops_mps: NDArray[np.float64]  # (m,), rising speeds at which the dynamic brake drops
+    last_drop_mps: float  # highest speed at which the dynamic brake drops, 0 if it does at none
     rows: float = 1.0  # how many times more rows than usual `physics.motion` makes
     other_rows: float = 1.0  # ... times as many under other regimes than full traction
 
@@ -51,7 +51,8 @@ _NO_RATES = read_only(np.empty((0, 6)))
 _NO_EFFORT = read_only(np.zeros((1, 6)))
 #: An effort that changes by this share at one speed jumps there.
 JUMPS = 0.02
-#: Pieces of an effort curve that are skipped at once on the way to that of a speed.
+#: An effort curve of more pieces is gone through in strides of so many, on the way to that of a speed.
+_MANY_PIECES = 12
 _SKIPPED = 8
 
 
@@ -68,7 +69,7 @@ def kernel_train(train: Train) -> KernelTrain:
         _friction_n(train),
         _rate_table(train),
         _NO_EFFORT,
-        _drops_mps(train.dynamic_brake_limit),
+        _last_drop_mps(train.dynamic_brake_limit),
     )
 
 
@@ -96,13 +97,13 @@ def _friction_n(train: Train) -> float:
     )
 
 
-def _drops_mps(brake: EffortCurve) -> NDArray[np.float64]:
-    drops = [
+def _last_drop_mps(brake: EffortCurve) -> float:
+    drops_mps = (
         after.from_mps
         for before, after in pairwise(brake.pieces)
         if before.effort_n(after.from_mps) > (1.0 + JUMPS) * after.effort_n(after.from_mps)
-    ]
-    return read_only(np.array(drops, dtype=np.float64))
+    )
+    return max(drops_mps, default=0.0)
 
 
 def _rate_table(train: Train) -> NDArray[np.float64]:
@@ -121,8 +122,8 @@ def unpowered(train):
     """The train without current: neither traction nor dynamic brake."""
     return KernelTrain(
         train.inertia_kg, train.davis_a_n, train.davis_b, train.max_acceleration, train.max_deceleration,
-        train.no_effort, train.no_effort, train.friction_n, train.rates, train.no_effort, train.drops_mps, train.rows,
-        train.other_rows,
+        train.no_effort, train.no_effort, train.friction_n, train.rates, train.no_effort, train.last_drop_mps,
+        train.rows, train.other_rows,
     )  # fmt: skip
 
 
@@ -130,10 +131,19 @@ def unpowered(train):
 def piece_at(table, v):
     """Index of the piece of an effort curve that holds at a speed: the last one that begins at or below it."""
     i = table.shape[0] - 1
-    while i >= _SKIPPED and table[i - _SKIPPED + 1, 0] > v:
-        i -= _SKIPPED
+    if i > _MANY_PIECES:
+        i = _nearly_piece_at(table, v)
     while i > 0 and table[i, 0] > v:
         i -= 1
+    return i
+
+
+@part
+def _nearly_piece_at(table, v):
+    """`piece_at`, or a piece soon after it."""
+    i = table.shape[0] - 1
+    while i >= _SKIPPED and table[i - _SKIPPED, 0] > v:
+        i -= _SKIPPED
     return i
 
 

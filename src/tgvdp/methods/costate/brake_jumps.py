@@ -11,7 +11,7 @@ from tgvdp._jit import leaf, part
 from tgvdp.methods.costate.characteristics import BEYOND, coast_image, saturated_back, saturated_slope
 from tgvdp.physics.cell import Cell
 from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
-from tgvdp.physics.forces import effort_at, piece_effort, resistance_at
+from tgvdp.physics.forces import JUMPS, effort_at, piece_effort, resistance_at
 from tgvdp.physics.motion import march
 
 #: Squared speeds within this share are that of a jump, which is come to in so many trials.
@@ -156,9 +156,13 @@ def _beyond_rate(train, regime, step, v, below_p):
 @part
 def drop_above(train, w):
     """Least squared speed above one at which the dynamic brake drops; infinite where it drops at none."""
-    for v in train.drops_mps:
-        if w < v * v * (1.0 - _AT_STEP):
-            return v * v
+    if w < train.last_drop_mps * train.last_drop_mps * (1.0 - _AT_STEP):
+        table = train.braking
+        for i in range(1, table.shape[0]):
+            v = table[i, 0]
+            drops = piece_effort(table, i - 1, v) > (1.0 + JUMPS) * piece_effort(table, i, v)
+            if drops and w < v * v * (1.0 - _AT_STEP):
+                return v * v
     return math.inf
 
 
