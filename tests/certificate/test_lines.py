@@ -1,9 +1,12 @@
 """Which lines a certificate is made of: refinement only raises it, and finds the multipliers of its points."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import tgvdp
+from tests.helpers.brake_case import CUTS_OUT, LEVEL, metro
 from tests.helpers.clocks import expire_after_lines
 from tests.helpers.metro_case import TRAIN as METRO
 from tgvdp import Track
@@ -75,6 +78,14 @@ def test_gaps_at_the_pantograph(auxiliary_w):
 
 def _fields(train):
     return {name: getattr(train, name) for name in train.__dataclass_fields__}
+
+
+def test_the_thriftiest_run_alone_is_bounded():
+    """Its multiplier is 0, for which there is no line: those tried were far from it, and the gap 0.76 %."""
+    train = replace(metro(CUTS_OUT), auxiliary_power_w=1e5)
+    result = tgvdp.search(train, LEVEL, at_margin=(1.0,), energy="pantograph")
+    assert result.front.time_s[-1] < 1.5 * result.fastest.time_s
+    assert 0.0 <= result.certify().gap_pct[-1] < 0.05
 
 
 def test_costates_of_optimal_runs_jump_downwards_only(hills):

@@ -41,6 +41,8 @@ _NEARLY = 0.98
 _MOST_SLACK, _USUAL_SLACK = 0.7, 0.3
 #: A multiplier that is larger than any before.
 _LARGER = 1.5
+#: Multiplier for the thriftiest run, in usual ones: there is no line for none.
+_THRIFTY = 0.01
 #: What a refined line must gain of what its run costs more, if it is not in vain; so many in a row discourage.
 _WORTH, _MOST_IN_VAIN = 0.3, 5
 #: Other multipliers that are tried for one point.
@@ -92,6 +94,8 @@ class LinesUnder:
         given = np.unique(multiplier_j_per_s[np.isfinite(multiplier_j_per_s) & (multiplier_j_per_s > 0.0)])
         if len(given) == 0:
             given = np.array([self._maker.usual_multiplier])
+        if (multiplier_j_per_s == 0.0).any():  # of the thriftiest run
+            given = np.append(min(given[0], _THRIFTY * self._maker.usual_multiplier), given)
         given = np.append(given, _LARGER * given[-1])
         given = np.sort(np.concatenate((given, np.sqrt(given[1:] * given[:-1]))))
         slack = _USUAL_SLACK * _FIRST_GOAL
