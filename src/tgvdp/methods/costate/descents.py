@@ -15,8 +15,9 @@ from tgvdp.line.cells import Cells
 from tgvdp.model.track import POWERED
 from tgvdp.physics.forces import KernelTrain, effort_at, resistance_at
 
-#: Speeds that are looked at, from the fastest one of a cell down, each so many times the one before it.
-_SPEEDS = 60
+#: Speeds that are looked at, from the fastest one of a cell down, each so many times the one before it: down to an
+#: eighth of that. A brake that holds a descent at less is not used for that, and cells would be without number.
+_SPEEDS = 50
 _STEP = 0.96
 
 
