@@ -114,7 +114,7 @@ def friction_points(train, cells, x, w, at):
         if cut_w > 0.0 and abs(w[i] - cut_w) <= AT_CUT * cut_w:
             at[count] = x[i]
             count += 1
-        elif (w[i] - cut_w) * (w[i + 1] - cut_w) < 0.0:
+        elif abs(w[i + 1] - cut_w) > AT_CUT * cut_w and (w[i] - cut_w) * (w[i + 1] - cut_w) < 0.0:
             at[count] = x[i] + (cut_w - w[i]) / (w[i + 1] - w[i]) * d
             count += 1
         before = last
