@@ -13,6 +13,7 @@ from tgvdp.methods.costate.characteristics import Step
 from tgvdp.model.train import BrakingRate
 from tgvdp.physics.codes import DYNAMIC
 from tgvdp.physics.forces import kernel_train, per_kilogram
+from tgvdp.units import JOULE_PER_KWH
 
 #: 0.8 km up 17 ‰, which slow the train down more than its brakes may: the envelope is a run that coasts, and what pulls
 #: beyond it finds no brakes that bring it back.
@@ -68,3 +69,12 @@ def test_costates_step_where_the_braking_rate_does(below):
     w0, p0 = saturated_image(train, DYNAMIC, step, length, w1 - 1.5 * change, p1)
     assert w0 == pytest.approx(0.5 * (ahead_w + behind_w), rel=1e-6)
     assert p0 == pytest.approx((ahead - behind + p1 * change) / (ahead_w - behind_w), rel=2e-3)
+
+
+def test_a_dent_before_a_descent_does_not_decide_about_all_that_is_faster():
+    """Above the step of rates, short of a descent, a narrow dent of V told to brake by friction: 0.3 to 8 % dearer."""
+    trip = proof_trip(1951297)
+    result = tgvdp.search(trip.train, trip.track, points=12, **trip.options)
+    assert all(verdict.ok for verdict in result.verify())
+    assert result.front.energy_j[8] < 29.7 * JOULE_PER_KWH
+    assert result.front.energy_j[10] < 17.6 * JOULE_PER_KWH

@@ -29,6 +29,7 @@ from tgvdp.methods.costate.brake_jumps import AT_CUT, cut_out_w
 from tgvdp.methods.costate.characteristics import Step, coast_image, dynamic_before, holding_costate, holding_w
 from tgvdp.methods.costate.polyline import Polyline, insert, make_monotone, thin
 from tgvdp.methods.costate.step import coast_over, transport
+from tgvdp.methods.costate.step_edges import at_rates
 from tgvdp.methods.costate.step_wall import (
     LEAST_WALL,
     dynamic_suffices,
@@ -200,8 +201,9 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
     k = count - 1
     price = multiplier - cells.saved_w[k]
     cut_w = cut_out_w(train) if returned > 0.0 else 0.0
+    drops = returned > 0.0 and train.last_drop_mps > 0.0
     step = _step(train, returned, cells, k, price, math.inf, math.inf, low, fast, floor_w, end_w, cut_w, scratch)
-    n = make_monotone(line, _last_cell(train, step, line), step.top, cut_w, -0.5 * returned)
+    n = make_monotone(line, _last_cell(train, step, line), step.top, cut_w, -0.5 * returned, drops)
     loosen = 1.0
     thinned = n
     held_air = -1.0
@@ -220,6 +222,8 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
         step = _step(train, returned, cells, k, price, held_w, held_brake_w, low, fast, floor_w, wall, cut_w, scratch)
         policy[k + 1] = fast[k + 1]
         powered = cells.supply[k] == POWERED
+        if step.returned > 0.0:
+            n = at_rates(train, line, n)
         drives, a = _crossing(-0.5, line, n, 0)
         policy[k + 1, 0] = a
         policy[k + 1, 1] = a
@@ -250,7 +254,7 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
             m = coast_over(dark, step, line, n, brakes, images, scratch)
         if k == 0:
             break
-        m = make_monotone(images, m, step.top, cut_w, -0.5 * returned)
+        m = make_monotone(images, m, step.top, cut_w, -0.5 * returned, drops)
         if m <= thinned + _GROWTH:
             line, images = images, line
             n = m

@@ -109,7 +109,7 @@ def saturated_image(train, regime, step, length, w1, p1):
                 length -= below_m
                 p1 = p0
             if to_go >= -_AT_STEP * step_w:
-                p1 = _beyond_rate(train, regime, step, train.rates[i, 0], p1)
+                p1 = beyond_rate(train, regime, step, train.rates[i, 0], p1)
                 w1 = step_w * (1.0 + 2.0 * _AT_STEP)
         drop_w = drop_above(train, w1)
         while drop_w < math.inf:
@@ -140,7 +140,7 @@ def _to_jump(train, regime, step, length, w1, p1, jump_w):
 
 
 @part
-def _beyond_rate(train, regime, step, v, below_p):
+def beyond_rate(train, regime, step, v, below_p):
     """Costate just above the speed of a step of the braking rates, of runs with ``below_p`` below it."""
     resistance = step.load + v * (train.davis_b + v * step.air)
     brake = effort_at(train.braking, v)

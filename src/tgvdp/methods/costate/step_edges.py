@@ -3,8 +3,13 @@
 import math
 
 from tgvdp._jit import part
-from tgvdp.methods.costate.brake_jumps import beyond_drop, drop_above
+from tgvdp.methods.costate.brake_jumps import beyond_drop, beyond_rate, drop_above
+from tgvdp.methods.costate.characteristics import saturated_back
+from tgvdp.methods.costate.polyline import insert, make_rise
 from tgvdp.methods.costate.step_wall import ROUNDING
+
+#: A point just above the speed of a step of the braking rates is so many times `ROUNDING` above it.
+ABOVE_RATE = 4.0
 
 
 @part
@@ -18,6 +23,56 @@ def cut_out_edges(step, below_w, below_p, w, p, images, m):
     x[m + 1] = step.cut_w
     y[m + 1] = min(p, level * (1.0 + ROUNDING))
     return m + 2
+
+
+@part
+def at_rates(train, line, n):
+    """Make points just below and above the speeds at which braking rates step, that characteristics part at them.
+
+    Returns the number of points.
+    """
+    w, p = line
+    i = 1
+    for j in range(1, train.rates.shape[0]):
+        step_w = train.rates[j, 0] * train.rates[j, 0]
+        below_w = step_w * (1.0 - ROUNDING)
+        while i < n and w[i] < below_w:
+            i += 1
+        if i == n or w[0] >= below_w:
+            continue
+        above_w = step_w * (1.0 + ABOVE_RATE * ROUNDING)
+        if w[i] <= above_w:  # they are there
+            continue
+        share = (step_w - w[i - 1]) / (w[i] - w[i - 1])
+        step_p = p[i - 1] + share * (p[i] - p[i - 1])
+        n = insert(line, n, i, below_w, step_p)
+        n = insert(line, n, i + 1, above_w, step_p)
+    return n
+
+
+@part
+def rate_edges(train, regime, step, line, i, images, m, w):
+    """Append p below and above speeds at which braking rates step, between the last image and that of the point i, w.
+
+    Only where trains slow down through them.
+    """
+    x, y = images
+    for j in range(1, train.rates.shape[0]):
+        v = train.rates[j, 0]
+        step_w = v * v
+        if x[m - 1] < step_w * (1.0 - ROUNDING) and step_w * (1.0 + ROUNDING) < w:
+            share = (step_w - x[m - 1]) / (w - x[m - 1])
+            w1 = line.w[i - 1] + share * (line.w[i] - line.w[i - 1])
+            p1 = line.p[i - 1] + share * (line.p[i] - line.p[i - 1])
+            below_p = saturated_back(train, regime, step, step.length, w1, p1)[1]
+            above_p = beyond_rate(train, regime, step, v, below_p)
+            if above_p != below_p:
+                x[m] = step_w * (1.0 - ROUNDING)
+                y[m] = below_p
+                x[m + 1] = step_w * (1.0 + ABOVE_RATE * ROUNDING)
+                y[m + 1] = above_p
+                m += 2
+    return m
 
 
 @part
@@ -36,12 +91,15 @@ def drop_edges(train, step, images, m, w):
 
 
 @part
-def cut_above(level, images, first, m, beyond):
+def cut_above(level, images, first, m, beyond, drops):
     """Drop images after the ``first`` that lie above a level, but for an edge at the level; returns what is left.
 
-    Those from a squared speed ``beyond`` on are right.
+    Those from a squared speed ``beyond`` on are right. A dent does not count (`make_rise`), but where the brake
+    ``drops``.
     """
     x, y = images
+    if not drops:
+        make_rise(images, first, m, drops)
     i = first
     while i < m and y[i] <= level:
         i += 1

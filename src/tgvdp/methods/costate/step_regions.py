@@ -17,7 +17,7 @@ from tgvdp.methods.costate.characteristics import (
     held_back_w,
     saturated_back,
 )
-from tgvdp.methods.costate.step_edges import cut_above, cut_out_edges, drop_below, drop_edges
+from tgvdp.methods.costate.step_edges import cut_above, cut_out_edges, drop_below, drop_edges, rate_edges
 from tgvdp.methods.costate.step_held import hold
 from tgvdp.methods.costate.step_wall import (
     ROUNDING,
@@ -167,7 +167,7 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
         start += 1
     # Friction may help above a drop of the dynamic brake alone.
     drop_w = drop_above(train, line.w[first] * (1.0 - 4.0 * ROUNDING)) if regime == BRAKING else math.inf
-    m = cut_above(level, images, start, m, drop_w)
+    m = cut_above(level, images, start, m, drop_w, train.last_drop_mps > 0.0)
     edge_w = math.inf  # where p jumps
     edge_image = helped_image = 0.0
     jump = jump_from(step, line, first, last) if regime == DYNAMIC else -1
@@ -188,8 +188,10 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
     before = m
     for i in range(first, last + 1):
         w0, p0 = saturated_image(train, regime, step, step.length, line.w[i], max(line.p[i], level))
-        if regime == DYNAMIC and m > before:
-            m = drop_edges(train, step, images, m, w0)
+        if m > before:
+            m = rate_edges(train, regime, step, line, i, images, m, w0)
+            if regime == DYNAMIC:
+                m = drop_edges(train, step, images, m, w0)
         if line.w[i] == edge_w:  # a run that is faster by the error of the image would end with friction
             w0 = helped_image if w0 > 0.5 * (edge_image + helped_image) > edge_image else edge_image
         if w0 >= step.bottom:
