@@ -6,7 +6,7 @@ from tests.helpers.table_case import refusal
 from tgvdp.formats import load_track
 
 
-@pytest.mark.parametrize("no", ["nein", "NO", "Non", "0", "false", "FALSE", "-", "n", "", " no "])
+@pytest.mark.parametrize("no", ["nein", "NO", "Non", "0", "false", "FALSE", "-", "n", "", " no ", "Durchfahrt"])
 def test_a_no_is_no_stop(saved, no):
     assert load_track(saved(f"km;speed_kmh;Halt\n0;90;\n1;90;{no}\n2;90;\n")).stops_m == (0.0, 2000.0)
 

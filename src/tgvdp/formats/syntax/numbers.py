@@ -13,6 +13,8 @@ _SPACES = "' \u2019\u00a0\u2009\u202f"  # what stands between groups of digits b
 _PLAIN = str.maketrans("\u2212\u2013", "--")
 _LONGEST = 400
 
+#: What nearly all numbers are: tables have a million of them. Three decimals may be a group, and are looked at twice.
+_USUAL = re.compile(r"[+-]?\d{1,200}(?:([.,])(?!\d{3}$)\d{1,200})?")
 _EXPONENT = r"(e[+-]?\d+)?"
 #: Digits with at most one mark, which is a decimal one; groups between spaces before it.
 _WHOLE = rf"(\d+|\d{{1,3}}(?:[{_SPACES}]\d{{3}})+|(?=[.,]\d))"
@@ -46,6 +48,9 @@ class Written(NamedTuple):
 
 def read_number(text: str) -> Written | None:
     """Read a finite number; None where it is none."""
+    usual = _USUAL.fullmatch(text)
+    if usual is not None:
+        return Written(float(text.replace(",", ".")), usual[1] or "")
     plain = text.translate(_PLAIN)
     if len(plain) > _LONGEST:
         return None
@@ -69,6 +74,14 @@ def _grouped(sign: str, first: str, groups: str, mark: str | None, decimals: str
     value = float(f"{sign}{first}{groups.replace(separator, '')}.{decimals or 0}")
     other = MARKS.replace(separator, "")
     return Written(value, other) if math.isfinite(value) else None
+
+
+def is_open(text: str) -> bool:
+    """Whether a text is a number whose mark may be a decimal one, or one for thousands."""
+    if text[-4:-3] not in (".", ","):
+        return False
+    written = read_number(text)
+    return written is not None and written.is_open
 
 
 class Marks(NamedTuple):

@@ -13,6 +13,7 @@ _ERROR = re.compile(r"#(?:N/[A-Z]!?|NV|[¡¿]?[A-ZÀ-Þ0]+(?:/0)?[!?])")
 _NO = frozenset((
     *("", "-", "–", "—", "0", "0.0", "0,0", "n", "no", "none", "false"),
     *("nein", "non", "nej", "nee", "nie", "falsch", "faux"),
+    *("pass", "passes", "passing", "through", "non-stop", "durchfahrt"),
 ))  # fmt: skip
 
 

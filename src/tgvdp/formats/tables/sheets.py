@@ -71,16 +71,8 @@ def _cut(path: Path, text: str, delimiter: str) -> Sheet:
             cells = tuple(map(text_cell, texts))
             if any(cells) and not is_comment(cells):
                 rows.append(Row(reader.line_num, cells))
-                _require_no_more(path, rows[-1], rows[0])
             if len(rows) > MOST_ROWS or len(cells) > MOST_COLUMNS:
                 raise bad(path, f"holds more than {MOST_ROWS} rows or {MOST_COLUMNS} columns")
     except csv.Error as error:
         raise bad(path, f"line {reader.line_num}: is no CSV: {error}") from None
     return Sheet(path.stem, delimiter, tuple(rows))
-
-
-def _require_no_more(path: Path, row: Row, header: Row) -> None:
-    """Refuse a row that goes on where the header has ended: decimal commas between commas shift all that follows."""
-    if any(row.cells[len(header.cells) :]):
-        counts = f"{len(row.cells)} cells under a header of {len(header.cells)}"
-        raise bad(path, f"line {row.number}: holds {counts}: are there commas in numbers that are not quoted?")

@@ -4,10 +4,11 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from typing import NamedTuple
 
 from tgvdp.errors import InputError
-from tgvdp.formats.syntax.numbers import Marks, marks_of, read_number
+from tgvdp.formats.syntax.numbers import Marks, is_open, marks_of, read_number
 from tgvdp.formats.syntax.reading import shown
 from tgvdp.formats.tables.cells import Fault, Number, Row, Sheet
 from tgvdp.formats.tables.roles import RADIUS, Role, unit_of, unit_text
@@ -41,9 +42,20 @@ class Table:
     sheet: Sheet
     columns: dict[Role, Column]
 
-    @property
+    @cached_property
     def rows(self) -> Sequence[Row]:
-        """Rows below the header."""
+        """Rows below the header.
+
+        Raises
+        ------
+        InputError
+            When a row of a CSV goes on where the header has ended: decimal commas between commas shift what follows.
+        """
+        width = len(self.sheet.header)
+        for row in self.sheet.rows[1:] if self.sheet.delimiter else ():
+            if any(row.cells[width:]):
+                counts = f"{len(row.cells)} cells under a header of {width}"
+                raise InputError(f"line {row.number}: holds {counts}: are there commas in numbers that are not quoted?")
         return self.sheet.rows[1:]
 
     def need(self, role: Role) -> Column:
@@ -141,16 +153,17 @@ class Table:
 
     @cached_property
     def _marks(self) -> dict[Role, Marks]:
-        """Decimal marks of the texts in each column of numbers; between commas a point is the only one."""
+        """Decimal marks of the texts in each column of numbers, where any leaves a doubt; between commas none does."""
         if self.sheet.delimiter == ",":
             return {}
-        return {
-            role: marks_of(
-                cell for row in self.rows for cell in row.cells[column.at : column.at + 1] if isinstance(cell, str)
-            )
-            for role, column in self.columns.items()
-            if role.quantity
-        }
+        numbers = {role: column.at for role, column in self.columns.items() if role.quantity}
+        if not any(map(is_open, chain.from_iterable(map(self._texts, numbers.values())))):
+            return {}
+        return {role: marks_of(self._texts(at)) for role, at in numbers.items()}
+
+    def _texts(self, at: int) -> Iterator[str]:
+        """Texts in a column."""
+        return (cell for row in self.rows if at < len(row.cells) and isinstance(cell := row.cells[at], str))
 
     def _decimal_mark(self, role: Role) -> str:
         """Decimal mark of a column, by its own numbers, else by those of the whole table; empty where none tells."""
