@@ -33,11 +33,11 @@ def sheets_of(document: Document) -> list[Sheet]:
     if first.strip().lower().startswith(_SEPARATOR):
         delimiter = first.strip()[len(_SEPARATOR) :]
         text = f"\n{rest}"  # lines keep their numbers
-    sheet = _cut(document.path, text, delimiter if len(delimiter) == 1 else _delimiter_of(text))
+    sheet = _cut(document.path, text, delimiter if len(delimiter) == 1 else delimiter_of(text))
     return [sheet] if sheet.rows else []
 
 
-def _delimiter_of(text: str) -> str:
+def delimiter_of(text: str) -> str:
     """Character that cuts the header into most cells."""
 
     def cut(line: str, delimiter: str) -> tuple[str, ...]:
