@@ -4,7 +4,7 @@ import io
 import re
 import zipfile
 from collections.abc import Iterator
-from functools import cache
+from functools import lru_cache
 from importlib import import_module
 from typing import Any
 
@@ -72,8 +72,9 @@ def _formulas(openpyxl: Any, data: bytes) -> dict[str, set[tuple[int, int]]]:
 
 
 def _rows(sheet: Any) -> Iterator[Any]:
-    """Rows of a sheet, up to one more than the most."""
-    return sheet.iter_rows(max_row=MOST_ROWS + 1, max_col=MOST_COLUMNS)  # type: ignore[no-any-return]
+    """Rows of a sheet, up to one more than the most, each as far as it goes: sheets may be wrong about their size."""
+    sheet.reset_dimensions()
+    return (row[:MOST_COLUMNS] for row in sheet.iter_rows(max_row=MOST_ROWS + 1))
 
 
 def _filled(sheet: Any, formulas: set[tuple[int, int]]) -> Iterator[Row]:
@@ -107,6 +108,6 @@ def _cell(cell: Any) -> Cell:
         return str(value)
 
 
-@cache
+@lru_cache(maxsize=64)
 def _is_scaled(plain: str) -> bool:
     return _SCALED.search(plain) is not None
