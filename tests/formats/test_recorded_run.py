@@ -40,6 +40,23 @@ def test_positions_in_kilometres(tmp_path):
 
 
 @pytest.mark.parametrize(
+    "text",
+    [
+        "#;time_s;position_m\n1;0,5;0\n2;60,5;1.200\n# 3;1;1\n",
+        "time_s;position_m\n0.5;0\n60.5;1,200\n",
+        "time_s,position_km\n0,0\n60,1.200\n",
+        'time_s,position_m\n0.5,0\n60.5,"1,200"\n',
+        "time_s\tposition_km\n0.000\t0\n60.000\t1.200\n",
+        "time_s\tposition_m\n0\t0\n60\t1 200\n",
+    ],
+)
+def test_the_other_numbers_tell_what_a_mark_is(tmp_path, text):
+    run = read(tmp_path, text)
+    assert run.time_s.tolist() == [0.0, 60.0]
+    assert run.position_m.tolist() == [0.0, 1200.0]
+
+
+@pytest.mark.parametrize(
     ("text", "message"),
     [
         ("", "is empty"),
@@ -49,10 +66,12 @@ def test_positions_in_kilometres(tmp_path):
         ("time,speed_mps\n0,1\n1,2\n", "line 2: column of time names no unit"),
         ("time_s,speed_knots\n0,1\n1,2\n", "column 'speed_knots': unknown unit 'knots' of speed"),
         ("time_s,speed_mps\n0,1\n", "must have at least 2 rows"),
-        ("time_s,speed_mps\n0,1\n1,fast\n", "line 3: speed must be a number, got 'fast'"),
-        ("time_s,speed_mps\n0,1\n1,inf\n", "line 3: speed must be a number, got 'inf'"),
-        ("time_s,speed_mps\n0,1\n1\n", "line 3: speed must be a number, got ''"),
+        ("time_s,speed_mps\n0,1\n1,fast\n", "line 3: speed must be a number in m/s, got 'fast'"),
+        ("time_s,speed_mps\n0,1\n1,inf\n", "line 3: speed must be a number in m/s, got 'inf'"),
+        ("time_s,speed_mps\n0,1\n1\n", "line 3: speed must be a number in m/s, got ''"),
         ("time_s,t_min,speed_mps\n0,1,2\n1,2,3\n", "has two columns of time: 'time_s' and 't_min'"),
+        ("time_s;position_m\n0;0\n10;1.200\n", "line 3: position may be 1.2 or 1200 m, got '1.200'"),
+        ("time_s,speed_mps\n0,1\n#N/A,1\n", "line 3: time must be a number in s, got '#N/A'"),
         ("time,speed_mps\n10:00:00,1\nten:past,2\n", "line 3: time must be seconds"),
     ],
 )

@@ -1,18 +1,14 @@
-"""Lines and effort curves as tables: columns and units as people write them, and errors that say what was wanted."""
+"""Lines as tables: columns and units as people write them, and errors that say what was wanted."""
 
-import io
 import math
-import sys
-import zipfile
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tgvdp.errors import InputError, MissingExtraError
-from tgvdp.formats import describe_file, load_scenario, load_track, load_train
-from tgvdp.formats.review.plausibility import review_file
-from tgvdp.formats.tables import sheets
+from tests.helpers.table_case import EFFORT_TABLE, refusal
+from tgvdp.errors import InputError
+from tgvdp.formats import load_scenario, load_track
 from tgvdp.model.track import Curve, Gradient, SpeedLimit
 from tgvdp.units import kmh_to_mps
 
@@ -23,35 +19,6 @@ LINE = """position_m,speed_kmh,gradient_permil,radius_m,stop
 3000,,12,,yes
 4000,,,,Berry
 """
-TRAIN = """[train]
-mass_t = 200
-max_speed_kmh = 120
-davis_a_n = 2000
-davis_b_n_per_kmh = 10
-davis_c_n_per_kmh2 = 0.5
-friction_brake_kn = 150
-traction = { file = "effort.csv" }
-"""
-EFFORT = "Speed [km/h];Effort [kN]\n0;200\n36;200\n36;150\n72,0;100,5\n"
-
-
-@pytest.fixture
-def saved(tmp_path):
-    """Writes a text or bytes into a file and returns its path."""
-
-    def save(content, name="line.csv"):
-        data = content if isinstance(content, bytes) else content.encode("utf-8")
-        (tmp_path / name).write_bytes(data)
-        return tmp_path / name
-
-    return save
-
-
-def refusal(read, path, **options):
-    with pytest.raises(InputError) as caught:
-        read(path, **options)
-    assert str(caught.value).isprintable()
-    return str(caught.value).removeprefix(f"{path}: ")
 
 
 def test_rows_hold_until_the_next_one_and_blank_cells_go_on(saved):
@@ -137,8 +104,6 @@ def test_a_line_speed_stands_where_there_is_no_limit(saved):
          "line 2, column 'speed_kmh': must be a finite number in km/h, got '1e999'"),
         ('position_m,speed_kmh\n0,"90,5"\n1,90',
          "line 2, column 'speed_kmh': a comma in a number may mean two things, got '90,5'"),
-        ("position_m;speed_kmh\n0;1.234,5\n1;90",
-         "line 2, column 'speed_kmh': a comma in a number may mean two things, got"),
         ("position_m,speed_kmh\n0,90\n\n200,80\n100,80",
          "line 5, column 'position_m': positions must not decrease, got 100 m after 200 m"),
         ("position_m,speed_kmh\n0,90\n,80\n100,80", "line 3, column 'position_m': must not be blank"),
@@ -146,9 +111,9 @@ def test_a_line_speed_stands_where_there_is_no_limit(saved):
          "line 4, column 'speed_kmh': a second value at one position"),
         ("position_m,speed_kmh\n0,90",
          "column 'position_m': needs two rows at different positions, the last one at the end"),
-        ("position_m,speed_kmh\n0,-90\n1,90", "track line: speed_limits[0].speed must be above 0 m/s, got -25 m/s"),
+        ("position_m,speed_kmh\n0,-90\n1,90", "line 2, column 'speed_kmh': must be above 0 km/h, got -90 km/h"),
         ('position_m,speed_kmh\n0,"90\n1,90', "line 3: is no CSV: unexpected end of data"),
-        (EFFORT, 'holds an effort curve; a native train takes it as traction = { file = "NAME" }'),
+        (EFFORT_TABLE, 'holds an effort curve; a native train takes it as traction = { file = "NAME" }'),
     ],
     ids=lambda value: str(value)[:40],
 )  # fmt: skip
@@ -156,108 +121,45 @@ def test_errors_name_the_line_the_column_and_what_was_wanted(saved, text, messag
     assert refusal(load_track, saved(text)).startswith(message)
 
 
-def test_an_effort_curve_stands_in_a_native_train_and_in_its_provenance(saved):
-    saved(EFFORT, "effort.csv")
-    scenario = load_scenario(saved(TRAIN, "train.toml"))
-    efforts = [scenario.train.traction.effort_n(speed) for speed in (0.0, 9.99, 10.0, 20.0, 30.0)]
-    assert efforts == pytest.approx([200e3, 200e3, 150e3, 100.5e3, 100.5e3], rel=1e-3)
-    assert [path.rpartition("/")[2] for path in scenario.inputs] == ["train.toml", "effort.csv"]
+@pytest.mark.parametrize(
+    ("header", "length_m"), [("from_km;to_km", 3000.0), ("Start [km];End [km]", 3000.0), ("From (km);to_m", 3000.0)]
+)
+def test_the_end_of_the_last_segment_is_that_of_the_line(saved, header, length_m):
+    scale = 1000 if "to_m" in header else 1
+    rows = f"12,3;{13.3 * scale:g};80;5;A\n13,3;{14 * scale:g};100;;\n14;{15.3 * scale:g};120;-3;\n"
+    track = load_track(saved(f"{header};speed_kmh;gradient_permil;stop\n{rows.replace('.', ',')}"))
+    assert track.length_m == pytest.approx(length_m)
+    assert [row.speed_mps for row in track.speed_limits] == [kmh_to_mps(speed) for speed in (80.0, 100.0, 120.0)]
+    assert [row.gradient_permil for row in track.gradients] == [5.0, -3.0]
+    assert track.stops_m == (0.0, track.length_m)
+    assert track.notes == ("positions count from the first row, which is at 12.3 km",)
 
 
 @pytest.mark.parametrize(
-    ("effort", "message"),
+    ("rows", "message"),
     [
-        ("speed_kmh,remark\n0,1",
-         "train.traction: {}: no column for the effort (such as effort_kn or Effort [kN]), got 'speed_kmh'"),
-        ("speed_kmh,effort_kn\n0,\n1,2", "train.traction: {}: line 2, column 'effort_kn': must not be blank"),
-        ("speed_kmh,effort_kn\n0,-2\n1,2", "train.traction: {}: line 2, column 'effort_kn': must be at least 0"),
-        ("speed_kmh,effort_kn\n9,2\n1,2", "train.traction: {}: effort curve: points[2].speed must not decrease"),
-        ("[train]\n", "train.traction: {}: must be a table of speed and effort, as CSV or Excel, got TOML"),
+        ("0,1000,80\n1200,2000,90",
+         "line 3, column 'from_m': a gap: begins at 1200 m, the row before ends at 1000 m"),
+        ("0,1000,80\n900,2000,90",
+         "line 3, column 'from_m': an overlap: begins at 900 m, the row before ends at 1000 m"),
+        ("0,1000,80\n1000,900,90",
+         "line 3, column 'to_m': must not lie before 1000 m, where the row begins, got 900 m"),
+        ("0,1000,80\n1000,,90", "line 3, column 'to_m': must not be blank"),
+        ("1000,0,80\n0,-1000,80", "line 3, column 'from_m': positions must not decrease, got 0 m after 1000 m"),
     ],
-    ids=lambda value: str(value)[:40],
 )  # fmt: skip
-def test_a_wrong_effort_table_is_named_with_the_train(saved, effort, message):
-    path = saved(effort, "effort.txt")
-    train = saved(TRAIN.replace("effort.csv", "effort.txt"), "train.toml")
-    assert refusal(load_train, train).startswith(message.format(path))
+def test_segments_must_join(saved, rows, message):
+    assert refusal(load_track, saved(f"from_m,to_m,speed_kmh\n{rows}\n")) == message
 
 
-def test_an_effort_file_excludes_other_forms_and_must_be_there(saved):
-    train = saved(TRAIN, "train.toml")
-    assert refusal(load_train, train).startswith("train.traction.file: ")
-    saved(EFFORT, "effort.csv")
-    both = saved(TRAIN.replace("{ file", "{ force_kn = 2, file"), "train.toml")
-    assert "must hold exactly one of force_kn (with power_kw or without), points, polynomials, file, got" in refusal(
-        load_train, both
-    )
+def test_values_of_the_row_that_marks_the_end_are_noted(saved):
+    track = load_track(saved("position_m,speed_kmh,gradient_permil,radius_m\n0,80,5,\n1000,,-3,\n2000,100,-3,0"))
+    assert track.notes == ("the last row marks the end: its speed holds nowhere",)
 
 
-def workbook(**content):
-    openpyxl = pytest.importorskip("openpyxl")
-    book = openpyxl.Workbook()
-    book.remove(book.active)
-    for name, rows in content.items():
-        sheet = book.create_sheet(name)
-        for row in rows:
-            sheet.append(row)
-    data = io.BytesIO()
-    book.save(data)
-    return data.getvalue()
-
-
-def test_sheets_of_a_workbook_are_lines_and_curves(saved):
-    rows = [
-        ["position_m", "speed_kmh", "gradient_permil", "stop"],
-        [0, 90, 0.1, "A"],
-        [None],
-        [1000.5, "80,5", -3, True],
-    ]
-    effort = [["speed_kmh", "effort_kn"], [0, 200], [72, 100.5]]
-    path = saved(workbook(up=rows, effort=effort, about=[["some text"]]), "book.xlsx")
-    track = load_track(path)
-    assert (track.name, track.length_m) == ("up", 1000.5)
-    assert track.gradients == (Gradient(0.0, 0.1),)
-    assert describe_file(path).format == "Excel table"
-    assert [review.kind for review in review_file(path)] == ["track"]
-    train = load_train(saved(TRAIN.replace("effort.csv", "book.xlsx#effort"), "train.toml"))
-    assert train.traction.effort_n(20.0) == 100.5e3
-    two = saved(workbook(up=rows, down=rows), "book.xlsx")
-    assert refusal(load_track, two) == "holds 2 tracks, choose one as FILE#NAME: up, down"
-    assert load_track(f"{two}#down").name == "down"
-    assert refusal(load_track, saved(b"PK\x03\x04 no archive", "x.xlsx")) == "is no Excel workbook (.xlsx)"
-
-
-def test_openpyxl_is_an_extra(saved, monkeypatch):
-    monkeypatch.setitem(sys.modules, "openpyxl", None)
-    with pytest.raises(MissingExtraError, match=r"Excel needs openpyxl: pip install 'tgvdp\[formats\]'$"):
-        load_track(saved(b"PK\x03\x04", "book.xlsx"))
-
-
-def test_a_workbook_that_unpacks_to_too_much_is_refused(saved, monkeypatch):
-    monkeypatch.setattr(sheets, "LARGEST_BYTES", 1000)
-    message = refusal(load_track, saved(workbook(up=[["position_m"], [0]]), "book.xlsx"))
-    assert message.startswith("unpacks to more than 0.001 MB, got ")
-
-
-@given(at=st.floats(0, 1), byte=st.integers(0, 255), member=st.integers(0, 20))
-def test_a_damaged_workbook_is_read_or_refused_in_one_line(tmp_path_factory, at, byte, member):
-    """One byte of one of its parts is changed."""
-    original = zipfile.ZipFile(io.BytesIO(workbook(up=[["position_m", "speed_kmh"], [0, 90], [1000, 90]])))
-    names = original.namelist()
-    damaged = io.BytesIO()
-    with zipfile.ZipFile(damaged, "w") as archive:
-        for name in names:
-            data = bytearray(original.read(name))
-            if name == names[member % len(names)]:
-                data[int(at * (len(data) - 1))] = byte
-            archive.writestr(name, bytes(data))
-    path = tmp_path_factory.mktemp("book") / "book.xlsx"
-    path.write_bytes(damaged.getvalue())
-    try:
-        load_track(path)
-    except InputError as error:
-        assert str(error).startswith(f"{path}: ")
-        assert str(error).isprintable()
+def test_columns_without_a_header_are_noted_and_empty_ones_are_not(saved):
+    track = load_track(saved("position_m,speed_kmh,,remark,more\n0,90,1,,x\n1000,,2,,"))
+    assert track.notes == ("columns not used: 3 (without a header), 'more'",)
 
 
 _rows = st.lists(

@@ -189,7 +189,8 @@ def test_unknown_units_of_tracks(tmp_path, path, message):
         (["rho", "value"], 106, "rho: must be 0..50 %, or 0..0.5 or 1..1.5 without unit, got 106 %"),
         (["rho"], quantity(0.7, "-"), "rho: must be 0..50 %"),
         (["rho"], quantity(-0.1, "-"), "rho: must be"),
-        (["efficiency traction", "value"], 120, "traction_efficiency must be at most 1, got 1.2"),
+        (["efficiency traction", "value"], 120, "efficiency traction: must be at most 100 %, got 120 %"),
+        (["efficiency traction"], quantity(1.1, "-"), "efficiency traction: must be at most 1 -, got 1.1 -"),
         (["metadata", "id"], "two\nlines", "name must be one line of printable text"),
     ],
 )
@@ -301,7 +302,11 @@ ETCS = "ETCS braking data"
         ([ETCS, "T_be", "unit"], "m", f"{ETCS}.T_be: unknown unit 'm' of time"),
         ([ETCS, "K_dry_rst", "unit"], "s", f"{ETCS}.K_dry_rst: unknown unit 's' of ratio"),
         ([ETCS, "A_brake_emergency", "values"], [], f"{ETCS}.A_brake_emergency.values: must be a list of length >= 1"),
-        ([ETCS, "A_brake_emergency", "values", 1, 0], 0, f"{ETCS}.A_brake_emergency.values[1]: velocity must increase"),
+        (
+            [ETCS, "A_brake_emergency", "values", 1, 0],
+            0,
+            f"{ETCS}.A_brake_emergency.values[1]: velocity must increase, got 0 km/h after 0 km/h",
+        ),
         ([ETCS, "A_brake_service", "values", 0, 1], 0, f"{ETCS}.A_brake_service.values[0][1]: must be a number > 0.0"),
         ([ETCS, "A_brake_service", "units", "velocity"], "kn", f"{ETCS}.A_brake_service.units.velocity: unknown unit"),
     ],

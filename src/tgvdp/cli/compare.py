@@ -10,6 +10,7 @@ import click
 
 from tgvdp.cli import echo_json
 from tgvdp.cli.folder import OutFolder
+from tgvdp.cli.notes import remarked
 from tgvdp.cli.numbers import number
 from tgvdp.cli.screen import Screen, aligned, column
 from tgvdp.cli.search_options import DEFAULT_TRACK, DEFAULT_TRAIN, complete
@@ -157,6 +158,8 @@ def _searched(
     for train, track in itertools.product(trains, tracks):
         screen.progress(f"searching: {train} on {track}")
         the_train, the_track = read_source(train, "train"), read_source(track, "track")
+        for text in (*remarked(the_train.remarks), *remarked(the_track.remarks)):
+            screen.note(text)
         result = api.search(the_train.value, the_track.value, at_margin=margins, **options)
         contents.append(result_object(result, result.verify(), {}))
         inputs |= {train: the_train.fingerprint, track: the_track.fingerprint}

@@ -15,7 +15,7 @@ from tgvdp.cli.compare import compare_table
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand, apply_all, heading
 from tgvdp.cli.journey_tables import front_table, margins_table, robustness_table
-from tgvdp.cli.notes import unusual
+from tgvdp.cli.notes import remarked, unusual
 from tgvdp.cli.numbers import LINE_SPEED, number
 from tgvdp.cli.screen import Screen
 from tgvdp.cli.search_case import merged, read_case, read_map, resolved
@@ -193,7 +193,7 @@ def _run(
             read = read_source(timetable, "journey")
             stops, case.inputs["journey"] = read.value, read.fingerprint
     if not quiet:
-        for text in unusual(case.train, case.track):
+        for text in (*remarked(case.remarks), *unusual(case.train, case.track)):
             screen.note(text)
     screen.progress(f"searching: {case.train.name} on {case.track.name}")
     # These bring numba: neither --help nor an error in the input waits for it.

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 #: From this gap on, in percent, a point is not as good as proven; and further below its bound than this is no rounding.
 _LARGE_GAP_PCT = 0.1
 _BELOW_PCT = 0.01
+#: So many notes of readers are shown, and so much of each: a railML file may have dozens.
+_REMARKS = 4
+_LONGEST_REMARK = 240
 #: Speeds that differ by less differ by rounding.
 _SAME_MPS = 1e-9
 
@@ -26,6 +29,15 @@ def unusual(train: "Train", track: "Track") -> Iterator[str]:
         for check in checks:
             if not check.ok:
                 yield f"{kind} {owner.name}: {check_text(check)}"
+
+
+def remarked(remarks: Sequence[str]) -> Iterator[str]:
+    """What the readers of files noted, which `tgvdp validate` says in full: what is not used, and what was assumed."""
+    shown = remarks if len(remarks) <= _REMARKS else remarks[: _REMARKS - 1]
+    for remark in shown:
+        yield remark if len(remark) <= _LONGEST_REMARK else f"{remark[:_LONGEST_REMARK]}…"
+    if len(shown) < len(remarks):
+        yield f"{len(remarks) - len(shown)} more notes on what was read: tgvdp validate tells them"
 
 
 def unused_line_speed(track: "Track", speed_mps: float) -> Iterator[str]:

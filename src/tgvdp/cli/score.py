@@ -8,6 +8,7 @@ import click
 
 from tgvdp.cli import echo_json
 from tgvdp.cli.folder import OutFolder
+from tgvdp.cli.notes import remarked
 from tgvdp.cli.numbers import number
 from tgvdp.cli.screen import Screen, duration
 from tgvdp.cli.search_case import read_case
@@ -84,6 +85,8 @@ def command(
     options: dict[str, Any] = {"energy": energy} if convention is None else {"energy": energy, "convention": convention}
     with Screen(quiet=quiet) as screen:
         record, case = load_run(run), read_case(train, track, None)
+        for text in remarked(case.remarks):
+            screen.note(text)
         screen.progress("searching")
         from tgvdp.api import score_run  # brings numba: neither --help nor an error in the input waits for it
         from tgvdp.report import make_provenance

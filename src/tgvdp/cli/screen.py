@@ -27,6 +27,7 @@ class Screen:
         self._text = ""
         self._waits = 0  # compilations that go on
         self._waiting_since: float | None = None
+        self._said: set[str] = set()
         self._lock = threading.Lock()
         self._done = threading.Event()
 
@@ -94,8 +95,9 @@ class Screen:
                 click.echo(f"{_CLEAR_LINE}{text} …", err=True, nl=False)
 
     def note(self, text: str) -> None:
-        """Say something that stays, on stderr."""
-        if not self._quiet:
+        """Say something that stays, on stderr, once: several trains share a line."""
+        if not self._quiet and text not in self._said:
+            self._said.add(text)
             with self._lock:
                 click.echo(f"{_CLEAR_LINE * self._live}tgvdp: note: {text}", err=True)
 

@@ -12,7 +12,7 @@ from tgvdp.cli import echo_json
 from tgvdp.cli.clock import left_s, preparing_within, search_s
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand
-from tgvdp.cli.notes import idle, idle_restrictions, large_gaps, unused_line_speed, unusual
+from tgvdp.cli.notes import idle, idle_restrictions, large_gaps, remarked, unused_line_speed, unusual
 from tgvdp.cli.screen import Screen, energy_table, front_table, power_and_cost
 from tgvdp.cli.search_case import merged, read_case, read_map, resolved, suited
 from tgvdp.cli.search_options import search_options
@@ -115,7 +115,7 @@ def command(
         if not quiet:
             spare = () if line_speed_kmh is None else unused_line_speed(case.track, kmh_to_mps(line_speed_kmh))
             slow = idle_restrictions(trip, arguments.get("speed_restrictions", ()))
-            for text in (*unusual(case.train, case.track), *spare, *slow, *idle(trip)):
+            for text in (*remarked(case.remarks), *unusual(case.train, case.track), *spare, *slow, *idle(trip)):
                 screen.note(text)
         warm.compile_beside(second, screen.waiting, declared, certified=certify)
         if pictures:

@@ -60,6 +60,8 @@ class Scenario:
         By kind: fields of a TTOBench file that no run uses, as they stand there, for a file that is written again.
     inputs : dict
         SHA-256 of every file that was read, by its path or as ``catalog:name``.
+    remarks : dict
+        By kind: what the readers of foreign files and tables noted, each begun with the file's name.
     """
 
     name: str
@@ -71,24 +73,28 @@ class Scenario:
     options: dict[str, Any] = field(default_factory=dict)
     kept: dict[str, Mapping[str, Any]] = field(default_factory=dict)
     inputs: dict[str, str] = field(default_factory=dict)
+    remarks: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 class Read(NamedTuple):
     """What was read from a file: a train, a track, a map, a journey or a whole scenario, and the bytes it was made of.
 
-    ``part`` is what was chosen in the file, ``sha256`` that of its bytes, in hexadecimal.
+    ``part`` is what was chosen in the file, ``sha256`` that of its bytes, in hexadecimal, ``remarks`` what readers
+    noted, as in `Scenario`.
     """
 
     value: Any
     path: Path
     part: str | None
     sha256: str
+    remarks: tuple[str, ...]
 
     @property
-    def fingerprint(self) -> dict[str, str]:
-        """The file without its folder, what was chosen in it, and the hash of what was read."""
+    def fingerprint(self) -> dict[str, Any]:
+        """The file without its folder, what was chosen in it, the hash of what was read, and what the reader noted."""
         chosen = {} if self.part is None else {"part": self.part}
-        return {"file": self.path.name, **chosen, "sha256": self.sha256}
+        notes = {"notes": list(self.remarks)} if self.remarks else {}
+        return {"file": self.path.name, **chosen, "sha256": self.sha256, **notes}
 
 
 def read_source(source: Source, kind: Kind | None = None, *, line_speed_mps: float | None = None) -> Read:
@@ -112,7 +118,8 @@ def read_source(source: Source, kind: Kind | None = None, *, line_speed_mps: flo
     part = None if kind == "journey" else target.part  # there it chooses a section
     scenario = _scenario(document, _open(document), part, KINDS if kind is None else (kind,))
     value = scenario if kind is None else getattr(scenario, kind)
-    return Read(value, target.path, target.part, document.digest)
+    remarks = tuple(remark for one in scenario.remarks.values() for remark in one)
+    return Read(value, target.path, target.part, document.digest, remarks)
 
 
 def read_scenario(document: Document) -> Scenario:
@@ -232,7 +239,8 @@ def _held(document: Document, content: Content, parts: dict[Kind, str | None]) -
         kept[kind] = item.kept
     name = next(iter(made.values())).name
     inputs = {label(document.path): document.digest}
-    return Scenario(name=name, format=content.format, inputs=inputs, kept=kept, **made)
+    remarks = {kind: tuple(f"{document.path.name}: {note}" for note in one.notes) for kind, one in made.items()}
+    return Scenario(name=name, format=content.format, inputs=inputs, kept=kept, remarks=remarks, **made)
 
 
 def _never_missing(document: Document, format: str) -> InputError:
@@ -250,6 +258,7 @@ def _native(document: Document, kinds: tuple[Kind, ...], chain: tuple[Path, ...]
     inputs = {label(path): document.digest} | file.inputs
     found: dict[str, Any] = {}
     kept: dict[str, Mapping[str, Any]] = {}
+    remarks = {"train": file.remarks} if "train" in kinds else {}
     for kind in (kind for kind in catalog.KINDS if kind in kinds):
         found[kind] = getattr(file, kind)
         if isinstance(found[kind], str):
@@ -257,7 +266,10 @@ def _native(document: Document, kinds: tuple[Kind, ...], chain: tuple[Path, ...]
             found[kind] = getattr(target, kind)
             inputs |= target.inputs
             kept |= target.kept
-    scenario = Scenario(name=file.name, format=NATIVE, options=file.options, inputs=inputs, kept=kept, **found)
+            remarks |= target.remarks
+    scenario = Scenario(
+        name=file.name, format=NATIVE, options=file.options, inputs=inputs, kept=kept, remarks=remarks, **found
+    )
     _require_run_on_track(path, scenario)
     return scenario
 

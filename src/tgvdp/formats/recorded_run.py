@@ -5,7 +5,6 @@ The head is the first line that is no comment; other columns are ignored. Betwee
 
 import csv
 import datetime
-import math
 import os
 import re
 from collections.abc import Sequence
@@ -16,7 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import InputError
+from tgvdp.formats.syntax.numbers import Marks, marks_of, read_number
 from tgvdp.formats.syntax.reading import bad, read_bytes
+from tgvdp.formats.tables.cells import Cell, Row, is_comment, text_cell
+from tgvdp.formats.tables.sheets import delimiter_of
 from tgvdp.units import to_si
 
 #: Names of a column, in the languages in which such files come, by quantity.
@@ -66,18 +68,20 @@ def load_run(path: str | os.PathLike[str]) -> RecordedRun:
         text = read_bytes(place).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise bad(place, "is not UTF-8 text") from None
+    separator = delimiter_of(text)
     lines = [(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
-    lines = [(number, line) for number, line in lines if not line.lstrip().startswith("#")]
-    if not lines:
+    table = [Row(number, _cells(line, separator)) for number, line in lines]
+    table = [row for row in table if not is_comment(row.cells)]
+    if not table:
         raise bad(place, "is empty")
-    separator = max(";\t,", key=lines[0][1].count)
-    table = [(number, next(csv.reader([line], delimiter=separator))) for number, line in lines]
-    found = _columns(place, table[0][1])
-    rows = [(number, cells) for number, cells in table[1:] if _has_values(cells, found)]
+    found = _columns(place, list(map(str, table[0].cells)))
+    rows = [row for row in table[1:] if _has_values(row.cells, found)]
     if len(rows) < 2:
         raise bad(place, f"must have at least 2 rows of values, has {len(rows)}")
+    marks = {index: marks_of(_text(row, index) for row in rows) for index, _ in found.values()}
+    every = Marks(frozenset[str]().union(*(one.sure for one in marks.values())), "").only
     read = {
-        kind: np.array([_value(place, number, kind, unit, cells, index) for number, cells in rows])
+        kind: np.array([_value(place, row, kind, unit, index, separator, marks[index].only or every) for row in rows])
         for kind, (index, unit) in found.items()
     }
     if "time" in read:
@@ -118,23 +122,36 @@ def _columns(path: Path, head: Sequence[str]) -> dict[str, tuple[int, str]]:
     return found
 
 
-def _has_values(cells: Sequence[str], found: dict[str, tuple[int, str]]) -> bool:
+def _cells(line: str, separator: str) -> tuple[Cell, ...]:
+    return tuple(map(text_cell, next(csv.reader([line], delimiter=separator))))
+
+
+def _has_values(cells: Sequence[Cell], found: dict[str, tuple[int, str]]) -> bool:
     """Whether any of the known columns is filled: receivers write empty rows where they see no satellite."""
-    return any(index < len(cells) and cells[index].strip() for index, _ in found.values())
+    return any(index < len(cells) and cells[index] for index, _ in found.values())
 
 
-def _value(path: Path, line: int, kind: str, unit: str, cells: Sequence[str], index: int) -> float:
-    text = cells[index].strip() if index < len(cells) else ""
+def _text(row: Row, index: int) -> str:
+    return str(row.cells[index]) if index < len(row.cells) else ""
+
+
+def _value(path: Path, row: Row, kind: str, unit: str, index: int, separator: str, mark: str) -> float:
+    """Value of a cell in SI; ``mark`` is the decimal one where the numbers of the file tell it."""
+    text = _text(row, index)
     if kind == "time" and ":" in text:
-        return _clock_s(path, line, text)
-    try:
-        value = float(text.replace(",", "."))
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise bad(path, f"line {line}: {kind} must be a number, got {text!r:.40}")
+        return _clock_s(path, row.number, text)
+    written = read_number(text)
+    if written is None:
+        raise bad(path, f"line {row.number}: {kind} must be a number{f' in {unit}' if unit else ''}, got {text!r:.40}")
     if kind == "time" and not unit:
-        raise bad(path, f"line {line}: column of {kind} names no unit: write time_s or time [min]")
+        raise bad(path, f"line {row.number}: column of {kind} names no unit: write time_s or time [min]")
+    value = written.value
+    is_point_between_commas = separator == "," and written.decimal_mark == "."
+    if written.is_open and not is_point_between_commas:
+        if not mark:
+            either = f"{value:g} or {written.in_thousands:.12g} {unit}"
+            raise bad(path, f"line {row.number}: {kind} may be {either}, got {text!r}: write it with other decimals")
+        value = value if mark == written.decimal_mark else written.in_thousands
     return to_si(value, unit, _QUANTITY[kind])
 
 

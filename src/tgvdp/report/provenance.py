@@ -21,7 +21,7 @@ from tgvdp.report.files import write_files
 from tgvdp.report.plain import plain, to_json
 
 #: What was read: a file, values, or the fingerprint that was taken when a file was read.
-Input = str | os.PathLike[str] | Mapping[str, str] | Train | Track | EnergyMap
+Input = str | os.PathLike[str] | Mapping[str, Any] | Train | Track | EnergyMap
 
 
 def make_provenance(
@@ -37,8 +37,8 @@ def make_provenance(
         Every option of the run, defaults included.
     inputs : mapping of str to path, fingerprint, Train, Track or EnergyMap
         What was read, by role (``"train"``, ``"track"``). A file is hashed byte by byte and named without its folder; a
-        fingerprint (``file``, ``part`` where one was chosen, ``sha256``) stands as it is; a train or track that was
-        built in memory is hashed by its values.
+        fingerprint (``file``, ``part`` where one was chosen, ``sha256``, ``notes`` where its reader had any) stands as
+        it is; a train or track that was built in memory is hashed by its values.
     elapsed_s : float
         Duration of the search, s.
 
@@ -68,7 +68,7 @@ def _version_of(package: str) -> str:
         return "not installed"
 
 
-def _fingerprint(source: Input) -> dict[str, str]:
+def _fingerprint(source: Input) -> dict[str, Any]:
     if isinstance(source, Train | Track | EnergyMap):
         content = json.dumps(asdict(source), sort_keys=True).encode()
         return {"name": source.name, "sha256": hashlib.sha256(content).hexdigest()}

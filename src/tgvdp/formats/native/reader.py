@@ -34,7 +34,7 @@ _STRAIGHT = "infinity"
 class NativeFile:
     """What a native file holds: a train, track or map made, a reference to one (text), or none; and run options.
 
-    ``inputs`` are the SHA-256 of tables that were read for it, by their paths.
+    ``inputs`` are the SHA-256 of tables that were read for it, by their paths, and ``remarks`` what their reader noted.
     """
 
     name: str
@@ -43,6 +43,7 @@ class NativeFile:
     map: EnergyMap | str | None
     options: dict[str, Any]
     inputs: dict[str, str]
+    remarks: tuple[str, ...]
 
 
 def read_native(document: Document) -> NativeFile:
@@ -64,7 +65,8 @@ def read_native(document: Document) -> NativeFile:
             _track(path, file.track, name) if isinstance(file.track, TrackSpec) else _reference(file.track),
             make_map(file.map, name) if isinstance(file.map, MapSpec) else _reference(file.map),
             {} if file.run is UNSET else run_options(path, file.run),
-            {label(table.document.path): table.document.digest for table in tables.values()},
+            {label(table.path): table.digest for table in tables.values()},
+            tuple(_remarks(tables)),
         )
 
 
@@ -73,14 +75,16 @@ def _reference(given: str | UnsetType) -> str | None:
 
 
 class _EffortTable(NamedTuple):
-    """A file with an effort curve, and which of its sheets is meant."""
+    """An effort curve from a file of its own, and what its reader noted."""
 
-    document: Document
-    part: str | None
+    path: Path
+    digest: str
+    curve: EffortCurve
+    notes: tuple[str, ...]
 
 
 def _effort_tables(document: Document, spec: TrainSpec) -> Iterator[tuple[str, _EffortTable]]:
-    """Files that the effort of a train is read from, by its field."""
+    """Effort of a train that is read from files, by its field."""
     path = document.path
     for field in ("traction", "braking"):
         effort: EffortSpec | UnsetType = getattr(spec, field)
@@ -88,7 +92,14 @@ def _effort_tables(document: Document, spec: TrainSpec) -> Iterator[tuple[str, _
             with errors_named(path, f"train.{field}.file"):
                 require_not_alone(document, effort.file)
                 target = locate(effort.file, folder=path.parent)
-                yield field, _EffortTable(read_document(target.path), target.part)
+                table = read_document(target.path)
+            with errors_named(path, f"train.{field}"):
+                yield field, _EffortTable(target.path, table.digest, *read_effort(table, target.part))
+
+
+def _remarks(tables: Mapping[str, _EffortTable]) -> Iterator[str]:
+    for table in tables.values():
+        yield from (f"{table.path.name}: {note}" for note in table.notes)
 
 
 def _train(path: Path, spec: TrainSpec, name: str, tables: Mapping[str, _EffortTable]) -> Train:
@@ -120,7 +131,7 @@ def _train(path: Path, spec: TrainSpec, name: str, tables: Mapping[str, _EffortT
             TunnelDrag(row.cross_section_m2, per_kmh_to_per_mps(row.davis_c_n_per_kmh2, 2)) for row in spec.tunnel_drag
         ),
         braking_rates=tuple(BrakingRate(kmh_to_mps(row.from_kmh), row.deceleration_mps2) for row in spec.braking_rates),
-        notes=tuple(spec.notes),
+        notes=(*spec.notes, *_remarks(tables)),
         **limits,
     )
 
@@ -140,7 +151,7 @@ def effort_of(spec: EffortSpec, table: _EffortTable | None = None) -> EffortCurv
             f"got {', '.join(got) or 'none'}"
         )
     if table is not None:
-        return read_effort(*table)
+        return table.curve
     if spec.points is not UNSET:
         return EffortCurve.from_points([(kmh_to_mps(p.speed_kmh), p.effort_kn * KILO) for p in spec.points])
     if spec.polynomials is not UNSET:

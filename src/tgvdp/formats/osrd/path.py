@@ -16,7 +16,7 @@ from msgspec import Meta, Struct
 
 from tgvdp.formats.content import Content, Item
 from tgvdp.formats.syntax.reading import Document, bad, shown
-from tgvdp.formats.syntax.typed import decode
+from tgvdp.formats.syntax.typed import decode, in_unit
 from tgvdp.model.track import Curve, Gradient, NeutralSection, SpeedLimit, Track
 from tgvdp.units import KILO, mps_to_kmh
 
@@ -31,9 +31,19 @@ _KNOWN_BY = ("path_properties", "mrsp", "slopes")
 _SLACK_MM = 1.0
 
 
-class _Numbers(Struct):
-    boundaries: list[NotNegative]
-    values: list[float]
+Millimetre = Annotated[NotNegative, in_unit("mm")]
+Length = Annotated[Positive, in_unit("mm")]
+Speed = Annotated[Positive, in_unit("m/s")]
+
+
+class _Slopes(Struct):
+    boundaries: list[Millimetre]
+    values: list[Annotated[float, in_unit("‰")]]
+
+
+class _Radii(Struct):
+    boundaries: list[Millimetre]
+    values: list[Annotated[float, in_unit("m")]]
 
 
 class _Supply(Struct):
@@ -43,34 +53,34 @@ class _Supply(Struct):
 
 
 class _Supplies(Struct):
-    boundaries: list[NotNegative]
+    boundaries: list[Millimetre]
     values: list[_Supply]
 
 
 class _Speed(Struct):
-    speed: Positive
+    speed: Speed
     source: Any = None
 
 
 class _Speeds(Struct):
-    boundaries: list[NotNegative]
-    values: list[_Speed | Positive]
+    boundaries: list[Millimetre]
+    values: list[_Speed | Speed]
 
 
 class _Point(Struct):
-    position: NotNegative
+    position: Millimetre
     is_passenger_station: bool = True  # not said by versions before 2026
 
 
 class _Properties(Struct):
-    slopes: _Numbers | None = None
-    curves: _Numbers | None = None
+    slopes: _Slopes | None = None
+    curves: _Radii | None = None
     electrifications: _Supplies | None = None
     operational_points: list[_Point] | None = None
 
 
 class _Report(Struct):
-    positions: list[NotNegative] = []
+    positions: list[Millimetre] = []
 
 
 class _Simulation(Struct):
@@ -81,7 +91,7 @@ class _Simulation(Struct):
 
 class _Pathfinding(Struct):
     status: str = "success"
-    length: Positive | None = None
+    length: Length | None = None
 
 
 class _File(Struct, forbid_unknown_fields=True):
@@ -89,7 +99,7 @@ class _File(Struct, forbid_unknown_fields=True):
     mrsp: _Speeds | None = None
     simulation: _Simulation | None = None
     pathfinding: _Pathfinding | None = None
-    length: Positive | None = None
+    length: Length | None = None
     name: str | None = None
 
 
@@ -164,7 +174,7 @@ def _limits(
 
 
 def _rows(
-    path: Path, place: str, ranges: _Numbers | _Supplies | _Speeds | None, length_mm: float
+    path: Path, place: str, ranges: _Slopes | _Radii | _Supplies | _Speeds | None, length_mm: float
 ) -> list[tuple[float, Any]]:
     """Values and where each begins, m; equal neighbours are one."""
     if ranges is None or not (ranges.values or ranges.boundaries):

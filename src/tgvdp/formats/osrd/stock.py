@@ -14,7 +14,7 @@ from msgspec import UNSET, Meta, Struct, UnsetType
 
 from tgvdp.formats.content import Content, Item
 from tgvdp.formats.syntax.reading import Document, bad, errors_named, shown
-from tgvdp.formats.syntax.typed import decode, extensions
+from tgvdp.formats.syntax.typed import decode, extensions, in_unit
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.train import BrakingRate, Train
 
@@ -29,9 +29,17 @@ _LEAST_N = 1.0
 _MOST_N_PER_KG = 0.2
 
 
+Metre = Annotated[NotNegative, in_unit("m")]
+Kilogram = Annotated[Positive, in_unit("kg")]
+Speed = Annotated[NotNegative, in_unit("m/s")]
+TopSpeed = Annotated[Positive, in_unit("m/s")]
+Deceleration = Annotated[Positive, in_unit("m/s²")]
+Effort = Annotated[NotNegative, in_unit("N")]
+
+
 class _Gamma(Struct):
     type: str
-    value: Positive
+    value: Deceleration
 
 
 class _Resistance(Struct):
@@ -42,8 +50,8 @@ class _Resistance(Struct):
 
 
 class _Curve(Struct):
-    speeds: list[NotNegative]
-    max_efforts: list[NotNegative]
+    speeds: list[Speed]
+    max_efforts: list[Effort]
 
 
 class _Condition(Struct):
@@ -70,15 +78,15 @@ class _EffortCurves(Struct):
 
 class _File(Struct):
     name: str
-    length: NotNegative
-    mass: Positive
-    max_speed: Positive
+    length: Metre
+    mass: Kilogram
+    max_speed: TopSpeed
     inertia_coefficient: Annotated[float, Meta(ge=1.0)]
     rolling_resistance: _Resistance
     effort_curves: _EffortCurves
     railjson_version: str | UnsetType = UNSET
     gamma: _Gamma | UnsetType = UNSET
-    const_gamma: Positive | UnsetType = UNSET
+    const_gamma: Deceleration | UnsetType = UNSET
     comfort_acceleration: Any = UNSET
     startup_time: Any = UNSET
     startup_acceleration: Any = UNSET
@@ -201,6 +209,12 @@ def _effort(path: Path, place: str, curve: _Curve) -> EffortCurve:
     if len(curve.speeds) != len(curve.max_efforts):
         counts = f"{len(curve.speeds)} speeds and {len(curve.max_efforts)} efforts"
         raise bad(path, f"{place}: must hold as many efforts as speeds, got {counts}")
+    for index, speed_mps in enumerate(curve.speeds):
+        if index and speed_mps < curve.speeds[index - 1]:
+            speeds = f"{speed_mps:.12g} m/s after {curve.speeds[index - 1]:.12g} m/s"
+            raise bad(path, f"{place}.speeds[{index}]: must not decrease, got {speeds}")
+    if curve.speeds and curve.speeds[0] > 0.0:
+        raise bad(path, f"{place}.speeds[0]: must be 0 m/s, got {curve.speeds[0]:.12g} m/s")
     with errors_named(path, place):
         return EffortCurve.from_points(zip(curve.speeds, curve.max_efforts, strict=True))
 

@@ -26,6 +26,11 @@ _WORDS = {
 }
 
 
+def in_unit(unit: str) -> msgspec.Meta:
+    """Annotation of a field that has a unit which its name does not end in: errors say it."""
+    return msgspec.Meta(extra={"unit": unit})
+
+
 def decode(path: Path, tree: Any, kind: type[T], within: tuple[str, ...] = ()) -> T:
     """Turn a tree into a struct; unknown, missing and mistyped fields are `InputError`.
 
@@ -37,7 +42,7 @@ def decode(path: Path, tree: Any, kind: type[T], within: tuple[str, ...] = ()) -
     except msgspec.ValidationError as error:
         text, _, place = str(error).partition(" - at `$")
         at, value = _locate(tree, place.rstrip("`"))
-        raise bad(path, _explain(text, (*within, *at), value, _fields_at(kind, at))) from None
+        raise bad(path, _explain(text, (*within, *at), value, _kinds_at(kind, at))) from None
 
 
 def extensions(path: Path, tree: Any, kind: Any) -> tuple[str, ...]:
@@ -113,11 +118,11 @@ def suggestion(name: str, known: Sequence[str]) -> str:
     return f"; known: {', '.join(known)}" if 0 < len(known) <= _FEW else ""
 
 
-def _explain(text: str, at: tuple[str | int, ...], value: Any, known: list[str]) -> str:
+def _explain(text: str, at: tuple[str | int, ...], value: Any, kinds: list[Any]) -> str:
     where = f"{field_text(at)}: " if at else ""
     name = "".join(re.findall(r"field `(.*)`", text))
     if text.startswith("Object contains unknown field"):
-        return f"{where}unknown field {shown(name)}{suggestion(name, known)}"
+        return f"{where}unknown field {shown(name)}{suggestion(name, _fields_of(kinds))}"
     if text.startswith("Object missing required field"):
         return f"{where}missing field {shown(name)}"
     expected = re.match(r"Expected (.*?)(, got .*)?$", text)
@@ -126,7 +131,15 @@ def _explain(text: str, at: tuple[str | int, ...], value: Any, known: list[str])
     wanted = re.sub(r"`([^`]*)`", lambda types: _words(types[1]), expected[1]).replace("-0.0", "0.0")
     if wanted.startswith("a list of length") and isinstance(value, list):
         return f"{where}must be {wanted}, got {len(value)} values"
-    return f"{where}must be {wanted}, got {shown(value)}"
+    unit = _unit_of(kinds)
+    if unit:
+        wanted = wanted.replace("a number", f"a number in {unit}", 1)
+    got = (
+        f"{shown(value)} {unit}"
+        if unit and isinstance(value, int | float) and not isinstance(value, bool)
+        else shown(value)
+    )
+    return f"{where}must be {wanted}, got {got}"
 
 
 def _words(types: str) -> str:
@@ -154,8 +167,8 @@ def _locate(tree: Any, place: str) -> tuple[tuple[str | int, ...], Any]:
     return tuple(at), value
 
 
-def _fields_at(kind: Any, at: tuple[str | int, ...]) -> list[str]:
-    """Names of the fields of the struct at a place in a typed tree."""
+def _kinds_at(kind: Any, at: tuple[str | int, ...]) -> list[Any]:
+    """Types at a place in a typed tree, and what they are annotated with."""
     kinds = _alternatives(kind)
     for step in at:
         below: list[Any] = []
@@ -165,6 +178,17 @@ def _fields_at(kind: Any, at: tuple[str | int, ...]) -> list[str]:
             elif _is_struct(one):
                 below += [field.type for field in msgspec.structs.fields(one) if field.encode_name == step]
         kinds = [alternative for part in below for alternative in _alternatives(part)]
+    return kinds
+
+
+def _unit_of(kinds: list[Any]) -> str:
+    """Unit that a field is annotated with, empty without one."""
+    parts = (part for one in kinds for part in (one, *get_args(one)))  # of Annotated[...] | None, too
+    return next((part.extra["unit"] for part in parts if isinstance(part, msgspec.Meta) and part.extra), "")
+
+
+def _fields_of(kinds: list[Any]) -> list[str]:
+    """Names of the fields of structs."""
     return [field.encode_name for one in kinds if _is_struct(one) for field in msgspec.structs.fields(one)]
 
 

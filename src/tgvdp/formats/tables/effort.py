@@ -2,16 +2,19 @@
 
 from tgvdp.errors import InputError
 from tgvdp.formats.syntax.reading import Document, bad, errors_named
-from tgvdp.formats.tables.columns import EFFORT, SPEED, Table, read_table
+from tgvdp.formats.tables.cells import Row
+from tgvdp.formats.tables.roles import EFFORT, SPEED, Role
 from tgvdp.formats.tables.sheets import sheets_of
+from tgvdp.formats.tables.table import Table, read_table
 from tgvdp.model.effort import EffortCurve
+from tgvdp.units import mps_to_kmh
 
 #: Columns that an effort curve has.
 ROLES = (SPEED, EFFORT)
 
 
-def read_effort(document: Document, part: str | None = None) -> EffortCurve:
-    """Read an effort curve, of a workbook the sheet of a name or its only one with such columns.
+def read_effort(document: Document, part: str | None = None) -> tuple[EffortCurve, tuple[str, ...]]:
+    """Read an effort curve, of a workbook the sheet of a name or its only one with such columns; and notes on it.
 
     Raises
     ------
@@ -32,16 +35,29 @@ def read_effort(document: Document, part: str | None = None) -> EffortCurve:
         return make_effort(whole[0])
 
 
-def make_effort(table: Table) -> EffortCurve:
-    """Make an effort curve of a table."""
-    speed, effort = table.need(SPEED), table.need(EFFORT)
-    points = []
+def make_effort(table: Table) -> tuple[EffortCurve, tuple[str, ...]]:
+    """Make an effort curve of a table, and notes on what was not used or assumed."""
+    for role in ROLES:
+        table.need(role)
+    points: list[tuple[float, float]] = []
     for row in table.rows:
-        values = table.number(row, SPEED), table.number(row, EFFORT)
-        for column, value in zip((speed, effort), values, strict=True):
-            if value is None or value < 0.0:
-                raise table.bad(row, column, "must not be blank" if value is None else "must be at least 0")
-        points.append(values)
+        speed_mps, effort_n = (_not_negative(table, row, role) for role in ROLES)
+        if points and speed_mps < points[-1][0]:
+            speeds_kmh = f"{mps_to_kmh(speed_mps):.6g} km/h after {mps_to_kmh(points[-1][0]):.6g} km/h"
+            raise table.bad(row, SPEED, f"speeds must not decrease, got {speeds_kmh}")
+        points.append((speed_mps, effort_n))
+    notes = table.notes
     if points and points[0][0]:  # tables often start at a few km/h
+        notes = (*notes, f"effort below {mps_to_kmh(points[0][0]):.6g} km/h is taken to be as large as there")
         points.insert(0, (0.0, points[0][1]))
-    return EffortCurve.from_points([(v, f) for v, f in points if v is not None and f is not None])
+    return EffortCurve.from_points(points), notes
+
+
+def _not_negative(table: Table, row: Row, role: Role) -> float:
+    value = table.number(row, role)
+    if value is None:
+        raise table.bad(row, role, "must not be blank")
+    if value < 0.0:
+        unit = table.need(role).unit
+        raise table.bad(row, role, f"must be at least 0 {unit}, got {table.text(row, role)} {unit}")
+    return value

@@ -1,26 +1,36 @@
 """A line from a table: each row holds from its position to the next one, and the last row marks the end.
 
+Where rows say in a column of their own where they end, the last one holds until there, and they must join.
 A blank cell means that nothing changes there. Positions count from the first row.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import pairwise
+from typing import NamedTuple
 
 from tgvdp.errors import InputError
-from tgvdp.formats.syntax.reading import shown
-from tgvdp.formats.tables.columns import GRADIENT, POSITION, RADIUS, SPEED, STOP, Role, Table, is_no
-from tgvdp.formats.tables.sheets import Row
+from tgvdp.formats.tables.cells import Row, is_no
+from tgvdp.formats.tables.roles import END, GRADIENT, POSITION, RADIUS, SPEED, STOP, Role
+from tgvdp.formats.tables.table import Table
 from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track
 from tgvdp.units import KILO, mps_to_kmh
 
 #: Columns that a line can have.
-ROLES = (POSITION, SPEED, GRADIENT, RADIUS, STOP)
+ROLES = (POSITION, END, SPEED, GRADIENT, RADIUS, STOP)
 
-_LONGEST_NOTE = 200
+#: Positions that differ by less are the same: km and m are rounded differently.
+_SAME_M = 1e-6
 
 
-def make_track(table: Table, name: str, line_speed_mps: float | None) -> Track:
+class _Placed(NamedTuple):
+    """Rows with their positions from the first one, m, and where the line ends."""
+
+    rows: list[tuple[float, Row]]
+    length_m: float
+
+
+def make_track(table: Table, name: str, line_speed_mps: float | None, notes: tuple[str, ...] = ()) -> Track:
     """Make a track of a table.
 
     Parameters
@@ -29,25 +39,25 @@ def make_track(table: Table, name: str, line_speed_mps: float | None) -> Track:
     name : str
     line_speed_mps : float, optional
         Limit where the table gives none.
+    notes : tuple of str
+        On the file that the table stands in.
 
     Raises
     ------
     InputError
-        When a column is missing, a cell is no number of its unit, or positions decrease.
+        When a column is missing, a cell is no number of its unit, positions decrease, or rows do not join.
     """
-    rows = list(_placed(table))
-    length_m = rows[-1][0]
-    limits, notes = _limits(table, rows, line_speed_mps)
-    gradients = _values(table, rows, GRADIENT, 0.0)
-    radii = [(at_m, radius_m or math.inf) for at_m, radius_m in _values(table, rows, RADIUS, math.inf)]
-    stops_m = {at_m for at_m, row in rows if STOP in table.columns and not is_no(table.text(row, STOP))}
+    placed = _placed(table)
+    rows, length_m = placed
+    limits, remarks = _limits(table, placed, line_speed_mps)
+    gradients = _values(table, placed, GRADIENT, 0.0)
+    radii = [(at_m, radius_m or math.inf) for at_m, radius_m in _values(table, placed, RADIUS, math.inf)]
+    stops_m = {at_m for at_m, row in rows if not is_no(table.text(row, STOP))}
     if STOP in table.columns:
         stops_m |= {0.0, length_m}
     start_m = table.number(rows[0][1], POSITION) or 0.0
     if start_m:
-        notes.append(f"positions count from the first row, which is at {start_m / KILO:.9g} km")
-    if table.unknown:
-        notes.append(f"columns not used: {', '.join(map(shown, table.unknown))}"[:_LONGEST_NOTE])
+        remarks.append(f"positions count from the first row, which is at {start_m / KILO:.9g} km")
     return Track(
         name=name,
         length_m=length_m,
@@ -55,61 +65,88 @@ def make_track(table: Table, name: str, line_speed_mps: float | None) -> Track:
         gradients=tuple(Gradient(*row) for row in gradients),
         curves=tuple(Curve(at_m, radius_m, radius_m) for at_m, radius_m in radii),
         stops_m=tuple(sorted(stops_m)),
-        notes=tuple(notes),
+        notes=(*remarks, *_idle(table, placed), *table.notes, *notes),
     )
 
 
-def _placed(table: Table) -> Iterator[tuple[float, Row]]:
-    """Rows with their positions from the first one, m."""
-    column = table.need(POSITION)
-    at_m = []
-    for row in table.rows:
-        value_m = table.number(row, POSITION)
-        if value_m is None:
-            raise table.bad(row, column, "must not be blank")
-        at_m.append(value_m)
-    for (before_m, here_m), row in zip(pairwise(at_m), table.rows[1:], strict=True):
+def _placed(table: Table) -> _Placed:
+    table.need(POSITION)
+    starts_m = [_needed_m(table, row, POSITION) for row in table.rows]
+    for (before_m, here_m), row in zip(pairwise(starts_m), table.rows[1:], strict=True):
         if here_m < before_m:
-            raise table.bad(row, column, f"positions must not decrease, got {here_m:.12g} m after {before_m:.12g} m")
-    if not at_m or not at_m[-1] > at_m[0]:
+            message = f"positions must not decrease, got {here_m:.12g} m after {before_m:.12g} m"
+            raise table.bad(row, POSITION, message)
+    end_m = _joined_m(table, starts_m) if END in table.columns else starts_m[-1] if starts_m else 0.0
+    if not starts_m or not end_m > starts_m[0]:
         raise InputError(
-            f"column {shown(column.header)}: needs two rows at different positions, the last one at the end"
+            f"column {table.sheet.heading(table.need(POSITION).at)}: "
+            "needs two rows at different positions, the last one at the end"
         )
-    yield from ((value_m - at_m[0], row) for value_m, row in zip(at_m, table.rows, strict=True))
+    rows = [(at_m - starts_m[0], row) for at_m, row in zip(starts_m, table.rows, strict=True)]
+    return _Placed(rows, end_m - starts_m[0])
 
 
-def _limits(
-    table: Table, rows: Sequence[tuple[float, Row]], line_speed_mps: float | None
-) -> tuple[list[tuple[float, float]], list[str]]:
+def _needed_m(table: Table, row: Row, role: Role) -> float:
+    value_m = table.number(row, role)
+    if value_m is None:
+        raise table.bad(row, role, "must not be blank")
+    return value_m
+
+
+def _joined_m(table: Table, starts_m: list[float]) -> float:
+    """Where the last of some rows ends, each of which begins where the one before it ends."""
+    end_m = starts_m[0] if starts_m else 0.0
+    for row, start_m in zip(table.rows, starts_m, strict=True):
+        if abs(start_m - end_m) > _SAME_M:
+            what = "a gap" if start_m > end_m else "an overlap"
+            message = f"{what}: begins at {start_m:.12g} m, the row before ends at {end_m:.12g} m"
+            raise table.bad(row, POSITION, message)
+        end_m = _needed_m(table, row, END)
+        if end_m < start_m:
+            raise table.bad(row, END, f"must not lie before {start_m:.12g} m, where the row begins, got {end_m:.12g} m")
+    return end_m
+
+
+def _idle(table: Table, placed: _Placed) -> Iterator[str]:
+    """Say which values of rows at the end hold nowhere."""
+    behind = [row for at_m, row in placed.rows if at_m >= placed.length_m]
+    before = [row for at_m, row in placed.rows if at_m < placed.length_m]
+    for role in (SPEED, GRADIENT, RADIUS) if behind else ():
+        values = [value for row in behind if (value := table.number(row, role))]
+        held = next((value for row in reversed(before) if (value := table.number(row, role)) is not None), None)
+        if any(value not in (held, math.inf) for value in values):
+            yield f"the last row marks the end: its {role.name} holds nowhere"
+
+
+def _limits(table: Table, placed: _Placed, line_speed_mps: float | None) -> tuple[list[tuple[float, float]], list[str]]:
     if SPEED not in table.columns and line_speed_mps is None:
         table.need(SPEED)
-    given = _values(table, rows, SPEED, None)
+    given = _values(table, placed, SPEED, None)
     if given and given[0][0] == 0.0:
         return given, []
-    until_m = given[0][0] if given else rows[-1][0]
+    until_m = given[0][0] if given else placed.length_m
     if line_speed_mps is None:
-        column = table.need(SPEED)
-        raise table.bad(
-            rows[0][1], column, "no speed limit from here on; --line-speed KMH gives one where there is none"
-        )
+        message = "no speed limit from here on; --line-speed KMH gives one where there is none"
+        raise table.bad(placed.rows[0][1], SPEED, message)
     note = f"no limit before {until_m:.12g} m: limit is the line speed asked for, {mps_to_kmh(line_speed_mps):g} km/h"
     return [(0.0, line_speed_mps), *given], [note]
 
 
-def _values(
-    table: Table, rows: Sequence[tuple[float, Row]], role: Role, before: float | None
-) -> list[tuple[float, float]]:
+def _values(table: Table, placed: _Placed, role: Role, before: float | None) -> list[tuple[float, float]]:
     """Where values of a column begin, m; with a value for what lies before the first one, if that is known."""
     values: list[tuple[float, float]] = []
     last_m, last = math.nan, math.nan
-    for at_m, row in rows:
+    for at_m, row in placed.rows:
         value = table.number(row, role)
         if value is None:
             continue
         if at_m == last_m and value != last:
-            raise table.bad(row, table.columns[role], "a second value at one position")
+            raise table.bad(row, role, "a second value at one position")
         last_m, last = at_m, value
-        if at_m < rows[-1][0] and (not values or values[-1][1] != value):
+        if role is SPEED and value <= 0.0 and at_m < placed.length_m:
+            unit = table.need(role).unit
+            raise table.bad(row, role, f"must be above 0 {unit}, got {table.text(row, role)} {unit}")
+        if at_m < placed.length_m and (not values or values[-1][1] != value):
             values.append((at_m, value))
     if values and values[0][0] > 0.0 and before is not None:
         values.insert(0, (0.0, before))

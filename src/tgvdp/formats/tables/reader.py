@@ -4,10 +4,12 @@ from functools import partial
 
 from tgvdp.errors import InputError
 from tgvdp.formats.content import Content, Item
-from tgvdp.formats.syntax.reading import Document, errors_named
+from tgvdp.formats.syntax.reading import Document, errors_named, shown
 from tgvdp.formats.tables import effort, line
-from tgvdp.formats.tables.columns import POSITION, read_table
-from tgvdp.formats.tables.sheets import Sheet, sheets_of
+from tgvdp.formats.tables.cells import Sheet
+from tgvdp.formats.tables.roles import POSITION
+from tgvdp.formats.tables.sheets import sheets_of
+from tgvdp.formats.tables.table import listed, read_table
 
 _FORMATS = {"CSV": "CSV table", "XLSX": "Excel table"}
 
@@ -28,9 +30,13 @@ def open_document(document: Document) -> Content | None:
         tables = [table for sheet in sheets if POSITION in (table := read_table(sheet, line.ROLES)).columns]
         if not tables:
             raise _no_line(sheets)
-    speed_mps = document.line_speed_mps
-    made = [(table.sheet.name, partial(line.make_track, table, table.sheet.name, speed_mps)) for table in tables]
-    items = tuple(Item(name, make) for name, make in made)
+    lines = [table.sheet.name for table in tables]
+    others = [shown(sheet.name) for sheet in sheets if sheet.name not in lines]
+    notes = (f"sheets without positions, not used: {listed(others)}",) if others else ()
+    items = tuple(
+        Item(name, partial(line.make_track, table, name, document.line_speed_mps, notes))
+        for name, table in zip(lines, tables, strict=True)
+    )
     return Content(format=form, items={"track": items}, takes_line_speed=True)
 
 

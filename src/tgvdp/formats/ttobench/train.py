@@ -106,7 +106,11 @@ def read_train(document: Document, brake: str = "") -> Train:
         if given and (given.value < 0.0 or (given.value == 0.0 and not zero_ok)):
             bound = "at least" if zero_ok else "above"
             raise bad(path, f"{spaced(name)}: must be {bound} 0 {given.unit}, got {given.value:g} {given.unit}")
-        return number_si(path, spaced(name), given, quantity, default=default)
+        value = number_si(path, spaced(name), given, quantity, default=default)
+        if given and quantity == "ratio" and value > 1.0:
+            most = f"{100 if given.unit == '%' else 1} {given.unit}"
+            raise bad(path, f"{spaced(name)}: must be at most {most}, got {given.value:g} {given.unit}")
+        return value
 
     tunnels = file.tunnel_resistance
     drags = rows_si(path, "tunnel resistance", tunnels, "area", "force per squared speed") if tunnels else ()
@@ -157,9 +161,13 @@ def _braking_curves(path: Path, data: _EtcsData) -> dict[str, tuple[BrakingRate,
     curves = {}
     for name in ("A_brake_emergency", SERVICE_BRAKE):
         table, place = getattr(data, name), f"{ETCS}.{name}"
+        unit = table.units.velocity
         for index, ((before, _), (speed, _)) in enumerate(pairwise(table.values), start=1):
             if not speed > before:
-                raise bad(path, f"{place}.values[{index}]: velocity must increase, got {speed:g} after {before:g}")
+                raise bad(
+                    path,
+                    f"{place}.values[{index}]: velocity must increase, got {speed:g} {unit} after {before:g} {unit}",
+                )
         curves[name] = tuple(BrakingRate(*row) for row in rows_si(path, place, table, "speed", "acceleration"))
     for name in ("K_dry_rst", "K_wet_rst", "v_uncertainty"):
         number_si(path, f"{ETCS}.{name}", getattr(data, name), "ratio")

@@ -1,0 +1,200 @@
+"""A table: rows below a header of which some columns were recognised, and what stands in their cells."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain
+from typing import NamedTuple
+
+from tgvdp.errors import InputError
+from tgvdp.formats.syntax.numbers import Marks, is_open, marks_of, read_number
+from tgvdp.formats.syntax.reading import shown
+from tgvdp.formats.tables.cells import Fault, Number, Row, Sheet
+from tgvdp.formats.tables.roles import RADIUS, Role, unit_of, unit_text
+from tgvdp.units import to_si
+
+_INFINITE = ("inf", "infinity", "∞", "-", "straight")
+_SHOWN = 8
+_LONGEST_LIST = 300
+#: Units that people count by thousands: nobody can tell 1.200 m from 1200 m. In other units it is 1.2, which is said.
+_BY_THOUSANDS = ("m", "N", "kN")
+
+
+class Column(NamedTuple):
+    """A column of a table: where it stands, and its unit."""
+
+    at: int
+    unit: str
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows below a header of which some columns were recognised.
+
+    Attributes
+    ----------
+    sheet : Sheet
+    columns : dict
+        Those that were recognised, by what they mean.
+    """
+
+    sheet: Sheet
+    columns: dict[Role, Column]
+
+    @cached_property
+    def rows(self) -> Sequence[Row]:
+        """Rows below the header.
+
+        Raises
+        ------
+        InputError
+            When a row of a CSV goes on where the header has ended: decimal commas between commas shift what follows.
+        """
+        width = len(self.sheet.header)
+        for row in self.sheet.rows[1:] if self.sheet.delimiter else ():
+            if any(row.cells[width:]):
+                counts = f"{len(row.cells)} cells under a header of {width}"
+                raise InputError(f"line {row.number}: holds {counts}: are there commas in numbers that are not quoted?")
+        return self.sheet.rows[1:]
+
+    def need(self, role: Role) -> Column:
+        """Return the column of a role; an error says which was wanted and which there are."""
+        column = self.columns.get(role)
+        if column is None:
+            raise self.lacks(role)
+        return column
+
+    def lacks(self, role: Role) -> InputError:
+        """Make the error for a column that is not there."""
+        cells = self.sheet.header
+        got = ", ".join(map(shown, cells[:_SHOWN])) + (", …" if len(cells) > _SHOWN else "")
+        return InputError(f"no column for the {role.name} (such as {role.example}), got {got}")
+
+    def text(self, row: Row, role: Role) -> str:
+        """Return a cell as people see it; empty where the table or the row has none."""
+        return str(self._cell(row, role))
+
+    def number(self, row: Row, role: Role) -> float | None:
+        """Return a cell in SI (a gradient in ‰), None where it is blank.
+
+        Raises
+        ------
+        InputError
+            When it is no number of the column's unit, or may mean two things.
+        """
+        cell = self._cell(row, role)
+        if cell == "":
+            return None
+        if isinstance(cell, str) and role is RADIUS and cell.lower() in _INFINITE:
+            return math.inf
+        value = self._written(row, role, cell) if isinstance(cell, str) else self._stored(row, role, cell)
+        return to_si(value, self.columns[role].unit, role.quantity)
+
+    def bad(self, row: Row, role: Role, message: str) -> InputError:
+        """Make the error for a cell."""
+        return InputError(f"{self.sheet.place(row, self.columns[role].at)}: {message}")
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """What was not used, and what was taken for the likelier of two meanings."""
+        used = {column.at for column in self.columns.values()}
+        width = max(len(row.cells) for row in self.sheet.rows)
+        filled = (at for at in range(width) if any(any(row.cells[at : at + 1]) for row in self.rows))
+        unused = [self.sheet.heading(at) for at in filled if at not in used]
+        return (*([f"columns not used: {listed(unused)}"] if unused else []), *self._doubts())
+
+    def _doubts(self) -> Iterator[str]:
+        for role, marks in self._marks.items():
+            if marks.doubtful and not self._decimal_mark(role):
+                written = read_number(marks.doubtful)
+                assert written is not None
+                means = (
+                    f"numbers such as {shown(marks.doubtful)} are read as {written.value:g} {self.columns[role].unit}"
+                )
+                yield f"column {self.sheet.heading(self.columns[role].at)}: {means}, not as {written.in_thousands:.12g}"
+
+    def _cell(self, row: Row, role: Role) -> str | Number:
+        column = self.columns.get(role)
+        if column is None or column.at >= len(row.cells):
+            return ""
+        cell = row.cells[column.at]
+        if isinstance(cell, Fault):
+            raise self.bad(row, role, cell.reason)
+        return cell
+
+    def _stored(self, row: Row, role: Role, cell: Number) -> float:
+        """Number of a cell of a workbook in the unit of its column."""
+        unit = self.columns[role].unit
+        if not cell.is_percent:
+            return cell.value
+        if unit != "%":
+            raise self.bad(row, role, f"must be a number in {unit}, got {cell} by its format")
+        return cell.percent
+
+    def _written(self, row: Row, role: Role, text: str) -> float:
+        """Number of a text in the unit of its column."""
+        unit = self.columns[role].unit
+        written = read_number(text)
+        if written is None:
+            raise self.bad(row, role, f"must be a finite number in {unit}, got {shown(text)}")
+        if self.sheet.delimiter == ",":
+            if "," in text:
+                meant = "a comma in a number may mean two things"
+                raise self.bad(row, role, f"{meant}, got {shown(text)}: write 1234.5")
+            return written.value
+        if not written.is_open:
+            return written.value
+        mark = self._decimal_mark(role)
+        if not mark and unit in _BY_THOUSANDS:
+            either = f"{written.value:g} or {written.in_thousands:.12g} {unit}"
+            raise self.bad(row, role, f"may be {either}, got {shown(text)}: write it without a mark for thousands")
+        return written.in_thousands if mark and mark != written.decimal_mark else written.value
+
+    @cached_property
+    def _marks(self) -> dict[Role, Marks]:
+        """Decimal marks of the texts in each column of numbers, where any leaves a doubt; between commas none does."""
+        if self.sheet.delimiter == ",":
+            return {}
+        numbers = {role: column.at for role, column in self.columns.items() if role.quantity}
+        if not any(map(is_open, chain.from_iterable(map(self._texts, numbers.values())))):
+            return {}
+        return {role: marks_of(self._texts(at)) for role, at in numbers.items()}
+
+    def _texts(self, at: int) -> Iterator[str]:
+        """Texts in a column."""
+        return (cell for row in self.rows if at < len(row.cells) and isinstance(cell := row.cells[at], str))
+
+    def _decimal_mark(self, role: Role) -> str:
+        """Decimal mark of a column, by its own numbers, else by those of the whole table; empty where none tells."""
+        every = frozenset[str]().union(*(marks.sure for marks in self._marks.values()))
+        return self._marks[role].only or Marks(every, "").only
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in a note, of many the first ones."""
+    more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
+    return ", ".join(names[:_SHOWN])[:_LONGEST_LIST] + more
+
+
+def read_table(sheet: Sheet, roles: Sequence[Role]) -> Table:
+    """Recognise the columns of a sheet.
+
+    Raises
+    ------
+    InputError
+        When two columns mean the same, or a unit is missing or does not fit.
+    """
+    columns: dict[Role, Column] = {}
+    for at, header in enumerate(sheet.header):
+        role = next((role for role in roles if unit_text(header, role) is not None), None)
+        if role is None:
+            continue
+        if role in columns:
+            both = f"columns {shown(sheet.header[columns[role].at])} and {shown(header)}"
+            raise InputError(f"{both} both give the {role.name}")
+        try:
+            columns[role] = Column(at, unit_of(header, role))
+        except InputError as error:
+            raise InputError(f"column {sheet.heading(at)}: {error}") from None
+    return Table(sheet, columns)

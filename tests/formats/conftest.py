@@ -1,0 +1,15 @@
+"""Fixtures of tests that read files."""
+
+import pytest
+
+
+@pytest.fixture
+def saved(tmp_path):
+    """Writes a text or bytes into a file and returns its path."""
+
+    def save(content, name="line.csv"):
+        data = content if isinstance(content, bytes) else content.encode("utf-8")
+        (tmp_path / name).write_bytes(data)
+        return tmp_path / name
+
+    return save
