@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from tests.helpers.railml_case import LINE_2, LINE_3, SAMPLES, STOCK_2, STOCK_3
-from tgvdp.errors import InputError
+from tests.helpers.railml_case import LINE_2, LINE_3, SAMPLES, STOCK_2, STOCK_3, limits_kmh, refusal
 from tgvdp.formats import describe_file, load_scenario, load_track, load_train
 from tgvdp.formats.railml.reader import lines_of
 from tgvdp.formats.railml.rows import LINE_SPEED_HINT
@@ -27,17 +26,6 @@ def saved(tmp_path):
         return f"{tmp_path / 'file.xml'}{part}"
 
     return save
-
-
-def refusal(read, name):
-    with pytest.raises(InputError) as caught:
-        read(name)
-    assert str(caught.value).isprintable()
-    return str(caught.value).partition("file.xml: ")[2]
-
-
-def limits_kmh(track):
-    return [(row.position_m, pytest.approx(3.6 * row.speed_mps)) for row in track.speed_limits]
 
 
 def test_line_of_version_2_upwards(saved):

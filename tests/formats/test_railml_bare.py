@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.helpers.railml_case import BARE_2, BARE_3, BARE_NET
+from tests.helpers.railml_case import BARE_2, BARE_3, BARE_NET, limits_kmh, refusal
 from tgvdp.errors import InputError
 from tgvdp.formats import load_scenario, load_track, load_train
 from tgvdp.formats.railml.rows import LINE_SPEED_HINT
@@ -20,16 +20,6 @@ def saved(tmp_path):
         return f"{tmp_path / 'file.xml'}{part}"
 
     return save
-
-
-def refusal(read, name, **options):
-    with pytest.raises(InputError) as caught:
-        read(name, **options)
-    return str(caught.value).partition("file.xml: ")[2]
-
-
-def limits_kmh(track):
-    return [(row.position_m, pytest.approx(3.6 * row.speed_mps)) for row in track.speed_limits]
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,9 @@
 """Small railML files, made by hand from the published documentation of the schema, and how to change them."""
 
+import pytest
+
+from tgvdp.errors import InputError
+
 LINE_2 = """<?xml version="1.0" encoding="UTF-8"?>
 <railml xmlns="http://www.railml.org/schemas/2016" xmlns:x="urn:extension" version="2.3">
  <infrastructure id="inf">
@@ -211,6 +215,19 @@ STOCK_3 = """<?xml version="1.0" encoding="UTF-8"?>
  </rollingstock>
 </railML>
 """
+
+
+def refusal(read, name, **options):
+    """What a reader says against a file that it refuses: one line, behind the name of the file."""
+    with pytest.raises(InputError) as caught:
+        read(name, **options)
+    assert str(caught.value).isprintable()
+    return str(caught.value).partition("file.xml: ")[2]
+
+
+def limits_kmh(track):
+    return [(row.position_m, pytest.approx(3.6 * row.speed_mps)) for row in track.speed_limits]
+
 
 SAMPLES = {"line_2": LINE_2, "stock_2": STOCK_2, "line_3": LINE_3, "stock_3": STOCK_3}
 

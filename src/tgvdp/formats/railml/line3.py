@@ -175,7 +175,7 @@ def _gradients(path: NetPath, root: Node) -> tuple[list[Row], float]:
     rows: list[Row] = []
     gaps_m, end_m = 0.0, 0.0
     nodes = root.below(*_GRADIENTS)
-    for one, gap_m in _apart(path.stretches(nodes)):
+    for one, gap_m in _apart(path.ground(nodes)):
         if gap_m > SLACK_M:
             rows.append(Row(end_m, 0.0, one.node.line))
             gaps_m += gap_m
@@ -196,7 +196,7 @@ def _curves(path: NetPath, root: Node) -> tuple[list[tuple[Curve, int]], float]:
     nodes = root.below(*_CURVES)
     arcs: list[tuple[float, float | None, int]] = []
     gaps_m, end_m = 0.0, 0.0
-    for one, gap_m in _apart(path.stretches(nodes)):
+    for one, gap_m in _apart(path.ground(nodes)):
         if gap_m > SLACK_M:
             arcs.append((end_m, math.inf, one.node.line))
             gaps_m += gap_m
@@ -244,7 +244,7 @@ def _stops(path: NetPath, root: Node) -> Iterator[float]:
 def _tunnel_notes(path: NetPath, root: Node) -> list[str]:
     """Tunnels have no cross section in railML 3, without which a train's drag in them is not known."""
     crossings = root.below(*_FUNCTIONAL, "overCrossings", "overCrossing")
-    tunnels = path.stretches([one for one in crossings if one.text("constructionType") == "tunnel"])
+    tunnels = path.ground([one for one in crossings if one.text("constructionType") == "tunnel"])
     if not tunnels:
         return []
     total_m = sum(one.to_m - one.from_m for one in tunnels)
