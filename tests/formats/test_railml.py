@@ -282,7 +282,7 @@ def test_errors_of_trains_name_line_element_and_attribute(saved, old, new, messa
         return
     if message == "file.xml":
         text = text.replace("</trainResistance>", "</other>")
-        message = "formation/trainResistance: missing element daviesFormula or valueTable"
+        message = "formation/trainResistance: missing element daviesFormula, valueTable or segmentTable"
     assert message in refusal(load_train, saved(text))
 
 

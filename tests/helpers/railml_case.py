@@ -216,6 +216,59 @@ STOCK_3 = """<?xml version="1.0" encoding="UTF-8"?>
 </railML>
 """
 
+#: As the schema of 3.2 has it: a table for all power modes beside them, units that it does not list, polynomials.
+STOCK_32 = """<?xml version="1.0" encoding="UTF-8"?>
+<railML xmlns="https://www.railml.org/schemas/3.2" version="3.2">
+ <rollingstock id="rs">
+  <vehicles>
+   <vehicle id="loco" speed="160" bruttoWeight="80" length="20">
+    <designator register="type" entry="Loco"/>
+    <engine tractivePower="4000000">
+     <powerMode mode="electric"/>
+     <powerMode mode="battery"/>
+     <tractiveEffort>
+      <segmentTable segmentStartValueName="v" segmentStartValueUnit="km/h"
+                    functionValueName="F" functionValueUnit="other:kN">
+       <polynomialHeader exponentValue="0"/><polynomialHeader exponentValue="-1"/>
+       <segmentStartLine segmentStartValue="0">
+        <constantValue coefficientValue="300"/><constantValue coefficientValue="0"/>
+       </segmentStartLine>
+       <segmentStartLine segmentStartValue="48">
+        <constantValue coefficientValue="0"/><constantValue coefficientValue="14400"/>
+       </segmentStartLine>
+      </segmentTable>
+     </tractiveEffort>
+    </engine>
+    <brakes><brakeEffort><valueTable xValueName="v" xValueUnit="km/h" yValueName="F" yValueUnit="other:kN">
+     <valueLine xValue="0"><value yValue="150"/></valueLine>
+    </valueTable></brakeEffort></brakes>
+   </vehicle>
+   <vehicle id="coach" speed="200" bruttoWeight="50" length="26"><designator register="type" entry="Coach"/></vehicle>
+  </vehicles>
+  <formations>
+   <formation id="ic" speed="160" totalWeight="200" length="72">
+    <designator register="type" entry="IC"/>
+    <trainOrder orderNumber="1" vehicleRef="loco"/>
+    <trainOrder orderNumber="2" vehicleRef="coach"/>
+    <trainOrder orderNumber="3" vehicleRef="coach"/>
+    <trainEngine maxAcceleration="0.6"/>
+    <trainBrakes meanDeceleration="0.7"/>
+    <trainResistance>
+     <segmentTable segmentStartValueName="v" segmentStartValueUnit="km/h"
+                   functionValueName="R" functionValueUnit="N">
+      <polynomialHeader exponentValue="0"/><polynomialHeader exponentValue="1"/><polynomialHeader exponentValue="2"/>
+      <segmentStartLine segmentStartValue="0">
+       <constantValue coefficientValue="2000"/><constantValue coefficientValue="10"/>
+       <constantValue coefficientValue="0.3"/>
+      </segmentStartLine>
+     </segmentTable>
+    </trainResistance>
+   </formation>
+  </formations>
+ </rollingstock>
+</railML>
+"""
+
 
 def refusal(read, name, **options):
     """What a reader says against a file that it refuses: one line, behind the name of the file."""
@@ -229,7 +282,7 @@ def limits_kmh(track):
     return [(row.position_m, pytest.approx(3.6 * row.speed_mps)) for row in track.speed_limits]
 
 
-SAMPLES = {"line_2": LINE_2, "stock_2": STOCK_2, "line_3": LINE_3, "stock_3": STOCK_3}
+SAMPLES = {"line_2": LINE_2, "stock_2": STOCK_2, "line_3": LINE_3, "stock_3": STOCK_3, "stock_32": STOCK_32}
 
 
 def _mileage(end: int, measure: int) -> str:
