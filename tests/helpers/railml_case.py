@@ -21,9 +21,9 @@ LINE_2 = """<?xml version="1.0" encoding="UTF-8"?>
      <speedChanges>
       <speedChange id="s1" pos="100" dir="up" vMax="90" trainRelation="headOfTrain"/>
       <speedChange id="s2" pos="3100" dir="up" vMax="120" trainRelation="headOfTrain"/>
-      <speedChange id="s3" pos="9100" dir="up" vMax="end" trainRelation="headOfTrain"/>
+      <speedChange id="s3" pos="9100" dir="up" vMax="100" trainRelation="headOfTrain"/>
       <speedChange id="s4" pos="10100" dir="down" vMax="80"/>
-      <speedChange id="s5" pos="2100" dir="down" vMax="999.9"/>
+      <speedChange id="s5" pos="2100" dir="down" vMax="110"/>
      </speedChanges>
      <gradientChanges>
       <gradientChange id="g1" pos="100" dir="up" slope="5.0" transitionLength="20"/>

@@ -90,6 +90,10 @@ class NetPath:
             ends.append(default if at_m is None else at_m)
         return ref, ends[0], ends[1]
 
+    def passes(self, node: Node) -> bool:
+        """Whether an element lies on a net element of the run."""
+        return not self.parts.keys().isdisjoint(self.refs(node))
+
     def refs(self, node: Node) -> list[str]:
         """Net elements that an element lies on."""
         places = [place for location in node.children("linearLocation") for place in location.children(PLACE)]
