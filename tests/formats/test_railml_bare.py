@@ -62,7 +62,7 @@ def test_a_coarse_line_has_its_mileage_its_own_limit_and_says_what_it_does_not_s
     assert (track.length_m, track.stops_m) == (4300.0, (0.0, 300.0, 4300.0))
     assert limits_kmh(track) == [(0.0, 80)]
     assert track.notes[:2] == (
-        "not used, as they lie on parts of the net elements: speedSection (1)",
+        "not used, as they lie on parts of the net elements, or on what these are parts of: speedSection (1)",
         "no speed section on 4300 m: limit is linePerformance@maxSpeed, 80 km/h",
     )
 

@@ -68,7 +68,7 @@ def drive_of(vehicles: list[Vehicles], mode: str, mass_t: float, top_mps: float)
     traction: list[Effort] = []
     braking: list[Effort] = []
     rotating_t = 0.0
-    shares: set[float] = set()
+    shares: list[float | None] = []
     notes: list[str] = []
     without: list[str] = []
     for one in vehicles:
@@ -82,17 +82,20 @@ def drive_of(vehicles: list[Vehicles], mode: str, mass_t: float, top_mps: float)
                 notes.append(f"propulsion {other.name} is not used")
         for _, node in chosen:
             traction += _scaled(effort_of(node, "tractiveEffort", top_mps, largest="maxTractEffort"), one.number)
-            shares |= {share for share in [node.number("totalTractEfficiency", "-", above=0.0)] if share}
+            shares.append(node.number("totalTractEfficiency", "-", above=0.0))
         braking += _scaled(_brake(one.node, propulsions, chosen, top_mps), one.number)
         alone = len(vehicles) == one.number == 1
         own_t = _rotating_t(one.node, [node for _, node in chosen], mass_t if alone else None)
         rotating_t += one.number * (own_t or 0.0)
         without += [] if own_t is not None else [one.node.text("id") or one.node.name]
-    if len(shares) > 1:
+    known = {share for share in shares if share is not None}
+    if len(known) > 1:
         raise vehicles[0].node.bad("vehicles of different totalTractEfficiency cannot be one train")
-    share = shares.pop() if shares else 1.0
+    share = known.pop() if known else 1.0
     if share > 1.0:
         notes.append(f"totalTractEfficiency {share:g} is read as {share:g} %")
+    if share != 1.0 and None in shares:
+        notes.append(f"totalTractEfficiency {share:g} counts for all vehicles, some of which give none")
     if without:
         notes.append(f"no rotating mass is given for {', '.join(dict.fromkeys(without))}: taken as none")
     notes += (note for effort in (*traction, *braking) for note in effort.notes)

@@ -95,6 +95,7 @@ def read_piece(root: Node, track: Node, direction: str, profile: str) -> Piece:
     stops_m = _stops(root, topology, way)
     for attribute in ("type", "mainDir"):
         track.text(attribute)
+    joints = _joint(topology, begin), _joint(topology, end)
     for node in (begin, end):
         node.dismiss()  # what lies beyond the track
     return Piece(
@@ -106,8 +107,19 @@ def read_piece(root: Node, track: Node, direction: str, profile: str) -> Piece:
         curves=[(Curve(row.position_m, row.value, row.value), row.line) for row in radii],
         tunnels=tunnels,
         stops_m=stops_m,
+        joints=joints if way.forward else joints[::-1],
         notes=[*notes, *tunnel_notes, *unused_notes(track.unused())],
     )
+
+
+def _joint(topology: Node, end: Node) -> frozenset[str]:
+    """Ids of connections at an end of a track, its own and those of switches there, and of the place that it is at."""
+    end_m = end.required_number("pos", "m")
+    switches = topology.below("connections", "switch")
+    here = [one for one in switches if abs((one.number("pos", "m") or 0.0) - end_m) <= SLACK_M]
+    named = [one.text(name) for node in (end, *here) for one in node.children("connection") for name in ("id", "ref")]
+    named += [one.text("ocpRef") for one in end.children("macroscopicNode")]
+    return frozenset(name for name in named if name)
 
 
 def _speed_changes(track: Node) -> list[Node]:

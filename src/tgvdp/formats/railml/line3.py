@@ -12,6 +12,7 @@ from itertools import pairwise
 from tgvdp.errors import InputError
 from tgvdp.formats.railml.geometry3 import CURVES, GRADIENTS, curves_of, gradients_of, tunnel_notes
 from tgvdp.formats.railml.line2 import STOPPING_TYPES
+from tgvdp.formats.railml.net import PLACE
 from tgvdp.formats.railml.path import DIRECTIONS, NetPath, Stretch
 from tgvdp.formats.railml.rows import (
     LINE_SPEED_HINT,
@@ -26,6 +27,12 @@ from tgvdp.formats.syntax.xml import Node
 
 _FUNCTIONAL = ("infrastructure", "functionalInfrastructure")
 _SECTIONS = (*_FUNCTIONAL, "speeds", "speedSection")
+_POINTS = (*_FUNCTIONAL, "operationalPoints", "operationalPoint")
+#: Of the electrification neutral sections would be of use to a run, but what the schema says of them is too little.
+_UNREAD = (
+    (*_FUNCTIONAL, "electrifications", "electrificationSection"),
+    (*_FUNCTIONAL, "restrictionAreas", "restrictionArea"),
+)
 
 
 def tracks(root: Node) -> list[Node]:
@@ -98,7 +105,7 @@ def read_piece(root: Node, track: Node, direction: str, profile: str, line_speed
     """
     path = NetPath(root, track, direction)
     limits, missing_m, _ = _limits(path, root, profile)
-    notes = [*_section_notes(path, root, profile), *_inner_notes(path, root)]
+    notes = [*_section_notes(path, root, profile), *_unplaced_notes(path, root)]
     if missing_m > SLACK_M:
         own_kmh = _own_limit_kmh(track)
         default_kmh = line_speed_kmh if own_kmh is None else own_kmh
@@ -186,17 +193,46 @@ def _section_notes(path: NetPath, root: Node, profile: str) -> list[str]:
     sections = {id(one.node.element): one.node for one in path.stretches(mine)}
     count = sum(node.flag("isTemporary") is True for node in sections.values())
     notes = [f"temporary limits ({count}) count as any other"] if count else []
+    unclear = sum(path.passes(node) and _is_unclear(node) for node in mine)
+    if unclear:
+        kept = "taken along their location, which does not keep the orientation of its net element"
+        notes.append(f"applicationDirection of speedSections ({unclear}) is {kept}")
     return notes + other_profiles_note("speedSections", others)
 
 
-def _inner_notes(path: NetPath, root: Node) -> list[str]:
-    """Limits and gradients that stand on the parts of a coarse net element cannot be put in order along it."""
-    inner = path.inner
-    counts = []
+def _is_unclear(section: Node) -> bool:
+    """Whether it matters for a section if a direction is that of the location or of the net element: both are read."""
+    return any(
+        location.text("applicationDirection") in DIRECTIONS
+        and any(place.flag("keepsOrientation") is False for place in location.children(PLACE))
+        for location in section.children("linearLocation")
+    )
+
+
+def _unplaced_notes(path: NetPath, root: Node) -> list[str]:
+    """What lies on the run, or may do, and cannot be put in order along it, or is of no use to a run."""
+    related = path.related
+    notes = []
+    on_related, elsewhere = Counter[str](), Counter[str]()
     for steps in (_SECTIONS, GRADIENTS, CURVES):
-        count = sum(not inner.isdisjoint(path.refs(node)) for node in root.below(*steps))
-        counts += [f"{steps[-1]} ({count})"] if count else []
-    return [f"not used, as they lie on parts of the net elements: {', '.join(counts)}"] if counts else []
+        for node in root.below(*steps):
+            if path.passes(node):
+                continue
+            on_related[steps[-1]] += not related.isdisjoint(path.refs(node))
+            elsewhere[steps[-1]] += path.passes(node, "areaLocation", "spotLocation")
+    for point in _stopping(root):
+        elsewhere[_POINTS[-1]] += not point.children("spotLocation") and path.passes(
+            point, "areaLocation", "linearLocation"
+        )
+    unread = Counter({steps[-1]: sum(map(path.passes, root.below(*steps))) for steps in _UNREAD})
+    for counts, why in (
+        (on_related, "not used, as they lie on parts of the net elements, or on what these are parts of"),
+        (elsewhere, "not used, as they have no location of a kind that places them"),
+        (unread, "not used, so that traction current is taken to be everywhere"),
+    ):
+        named = [f"{name} ({count})" for name, count in (+counts).items()]
+        notes += [f"{why}: {', '.join(named)}"] if named else []
+    return notes
 
 
 def _breaks(path: NetPath, stretches: list[Stretch]) -> list[float]:
@@ -208,12 +244,17 @@ def _breaks(path: NetPath, stretches: list[Stretch]) -> list[float]:
     return [*breaks_m, path.length_m]
 
 
-def _stops(path: NetPath, root: Node) -> Iterator[float]:
-    for point in root.below(*_FUNCTIONAL, "operationalPoints", "operationalPoint"):
+def _stopping(root: Node) -> Iterator[Node]:
+    """Operational points where trains stop."""
+    for point in root.below(*_POINTS):
         kinds = [kind.text("operationalType") for kind in point.below("opOperations", "opOperation")]
         named = [kind for kind in kinds if kind]
-        if named and not set(named) & set(STOPPING_TYPES):
-            continue
+        if not named or set(named) & set(STOPPING_TYPES):
+            yield point
+
+
+def _stops(path: NetPath, root: Node) -> Iterator[float]:
+    for point in _stopping(root):
         for place in point.children("spotLocation"):
             at_m = path.spot(place)
             if at_m is not None:

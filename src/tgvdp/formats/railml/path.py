@@ -75,9 +75,10 @@ class NetPath:
         return (missing, rest_m) if rest_m > SLACK_M else (frozenset(), 0.0)
 
     @property
-    def inner(self) -> set[str]:
-        """Net elements of a finer level that those of the run are made of."""
-        return self._net.parts(set(self.parts))
+    def related(self) -> set[str]:
+        """Net elements of finer levels that those of the run are made of, and of coarser ones that are made of them."""
+        own = set(self.parts)
+        return self._net.parts(own) | self._net.wholes(own)
 
     def extent(self, place: Node) -> tuple[str, float, float]:
         """Net element and the two positions on it, m, of an ``associatedNetElement``."""
@@ -90,14 +91,15 @@ class NetPath:
             ends.append(default if at_m is None else at_m)
         return ref, ends[0], ends[1]
 
-    def passes(self, node: Node) -> bool:
-        """Whether an element lies on a net element of the run."""
-        return not self.parts.keys().isdisjoint(self.refs(node))
+    def passes(self, node: Node, *locations: str) -> bool:
+        """Whether an element lies on a net element of the run, by its linear locations or others."""
+        return not self.parts.keys().isdisjoint(self.refs(node, *locations))
 
-    def refs(self, node: Node) -> list[str]:
-        """Net elements that an element lies on."""
-        places = [place for location in node.children("linearLocation") for place in location.children(PLACE)]
-        return [place.text("netElementRef") or "" for place in places]
+    def refs(self, node: Node, *locations: str) -> list[str]:
+        """Net elements that an element lies on, by its linear locations or others."""
+        boxes = node.children(*(locations or ("linearLocation",)))
+        places = [place for box in boxes for place in (*box.children(PLACE), box)]
+        return [ref for place in places for ref in [place.text("netElementRef")] if ref]
 
     def spot(self, place: Node) -> float | None:
         """Distance on the run of a ``spotLocation``, m; None when it lies elsewhere."""

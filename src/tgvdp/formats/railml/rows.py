@@ -4,6 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import NamedTuple
 
 from tgvdp.errors import InputError
@@ -48,6 +49,8 @@ class Piece:
     curves: list[tuple[Curve, int]] = field(default_factory=list)
     tunnels: list[tuple[Tunnel, int]] = field(default_factory=list)
     stops_m: list[float] = field(default_factory=list)
+    #: Ids of what lies at the start and at the end of the piece, as far as the file names it.
+    joints: tuple[frozenset[str], frozenset[str]] = (frozenset(), frozenset())
     notes: list[str] = field(default_factory=list)
 
 
@@ -125,7 +128,7 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
     for piece in pieces:
         limits += (row._replace(position_m=offset_m + row.position_m) for row in piece.limits_kmh)
         gradients += (row._replace(position_m=offset_m + row.position_m) for row in _started(piece, bool(gradients)))
-        straight = [] if piece.curves else [(Curve(0.0, float("inf"), float("inf")), piece.line)]
+        straight = [] if piece.curves else [(Curve(0.0, math.inf, math.inf), piece.line)]
         for curve, line in piece.curves or straight:
             curves.append((curve._replace(position_m=offset_m + curve.position_m), line))
         tunnels += ((t._replace(position_m=offset_m + t.position_m), line) for t, line in piece.tunnels)
@@ -133,6 +136,7 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
         offset_m += piece.length_m
     first = pieces[0]
     notes = [note for piece in pieces for note in piece.notes]
+    notes += _joint_notes(pieces)
     if not limits or limits[0].position_m > SLACK_M:
         until_m = limits[0].position_m if limits else offset_m
         if line_speed_kmh is None:
@@ -143,7 +147,7 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
     notes += end_notes
     if gradients and gradients[0].position_m > 0.0:
         gradients = filled(gradients, 0.0)
-    if all(curve[1:] == (float("inf"), float("inf")) for curve, _ in curves):
+    if all(curve[1:] == (math.inf, math.inf) for curve, _ in curves):
         curves = []
     lines = {"length_m": first.line}
     lines |= {f"speed_limits[{i}]": row.line for i, row in enumerate(limits)}
@@ -164,6 +168,21 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
     except InputError as error:
         raise node.bad(str(error)) from None
     return track, lines
+
+
+def _joint_notes(pieces: list[Piece]) -> list[str]:
+    """Say where pieces do not seem to join, and which of them say nothing of the ground that others describe."""
+    notes = []
+    for one, other in pairwise(pieces):
+        end, start = one.joints[1], other.joints[0]
+        if end and start and end.isdisjoint(start):
+            notes.append(f"{one.name} and {other.name} follow each other, but the file has no connection of their ends")
+    for piece in pieces:
+        if not piece.gradients_permil and any(other.gradients_permil for other in pieces):
+            notes.append(f"no gradients on {piece.name}: taken as level")
+        if not piece.curves and any(other.curves for other in pieces):
+            notes.append(f"no curves on {piece.name}: taken as straight")
+    return notes
 
 
 def _ended(node: Node, limits: list[Row], line_speed_kmh: float | None) -> tuple[list[Row], list[str]]:

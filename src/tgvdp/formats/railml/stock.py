@@ -61,7 +61,8 @@ def read_train(root: Node, node: Node, mode: str) -> tuple[Train, dict[str, int]
     count = _count(node, "formationCount", "formations")
     mass_t, mass_notes = _mass_t(node, vehicles)
     length_m = _length_m(node, vehicles)
-    top_mps = kmh_to_mps(_speed_kmh(node, vehicles))
+    top_kmh, speed_notes = _speed_kmh(node, vehicles)
+    top_mps = kmh_to_mps(top_kmh)
     drive = drive_of(vehicles, mode, mass_t, top_mps)
     brakes = _brakes(node)
     traction = drive.traction or _own_effort(node.children("trainEngine"), "tractiveEffort", top_mps)
@@ -72,7 +73,7 @@ def read_train(root: Node, node: Node, mode: str) -> tuple[Train, dict[str, int]
     rates, rate_notes = _braking_rates(brakes)
     acceleration_mps2 = _acceleration_mps2(node)
     name = _name(node)
-    notes = [*mass_notes, *drive.notes, *resistance.notes, *rate_notes, *_effort_notes(traction, top_mps)]
+    notes = [*mass_notes, *speed_notes, *drive.notes, *resistance.notes, *rate_notes, *_effort_notes(traction, top_mps)]
     if count > 1:
         notes.append(f"formationCount {count}: the train is {count} such formations, resistance and all")
     if not rates and not braking:
@@ -158,12 +159,15 @@ def _length_m(train: Node, vehicles: list[Vehicles]) -> float:
     return sum(one.number * one.node.required_number("length", "m", at_least=0.0) for one in vehicles)
 
 
-def _speed_kmh(train: Node, vehicles: list[Vehicles]) -> float:
-    """Top speed of the train, or else of its slowest vehicle, km/h."""
+def _speed_kmh(train: Node, vehicles: list[Vehicles]) -> tuple[float, list[str]]:
+    """Top speed of the train, or else of its slowest vehicle, km/h; a note where it is above the latter."""
     own_kmh = train.number("speed", "km/h", above=0.0)
-    if own_kmh is not None:
-        return own_kmh
-    return min(one.node.required_number("speed", "km/h", above=0.0) for one in vehicles)
+    if own_kmh is None:
+        return min(one.node.required_number("speed", "km/h", above=0.0) for one in vehicles), []
+    given_kmh = [one.node.number("speed", "km/h", above=0.0) for one in vehicles]
+    slowest_kmh = min((speed_kmh for speed_kmh in given_kmh if speed_kmh is not None), default=own_kmh)
+    note = f"speed of the formation, {own_kmh:g} km/h, is above that of a vehicle, {slowest_kmh:g} km/h"
+    return own_kmh, [note] if slowest_kmh < own_kmh else []
 
 
 def _resistance(train: Node, vehicles: list[Vehicles], mass_t: float, top_mps: float) -> Resistance:
