@@ -152,11 +152,25 @@ def test_a_section_may_be_valid_for_several_profiles(saved):
         assert limits_kmh(load_track(saved(text, f"#t1:normal:{profile}")))[0] == (0.0, 60)
 
 
+def uncovered(*profiles):
+    """Limits for all that leave the second net element without one."""
+    return sections_3(*profiles).replace('<associatedNetElement netElementRef="ne2"/>', "", 1)
+
+
+def test_the_only_profile_counts_where_limits_for_all_leave_gaps(saved):
+    one = uncovered(("freight", 60)).replace(
+        '"ne1"/></linearLocation>\n          <valid', '"ne2"/></linearLocation><valid'
+    )
+    track = load_track(saved(one))
+    assert limits_kmh(track) == [(0.0, 90), (3000.0, 120), (4000.0, 60)]
+    assert "speedSections for the trains of freight (1) count, beside those for all" in track.notes
+    covered = load_track(saved(sections_3(("freight", 60)), "#t1:normal"))  # with no gap it does not
+    assert limits_kmh(covered) == [(0.0, 90), (3000.0, 120)]
+
+
 def test_limits_that_are_given_for_profiles_alone_name_these(saved):
-    text = sections_3(("freight", 60))
-    text = text.replace('<associatedNetElement netElementRef="ne2"/>', "", 1)
-    message = refusal(load_track, saved(text, "#t1:normal"))
-    assert message.endswith(f"{LINE_SPEED_HINT}, or choose a speed profile: freight")
+    message = refusal(load_track, saved(uncovered(("freight", 60), ("tilt", 100)), "#t1:normal"))
+    assert message.endswith(f"{LINE_SPEED_HINT}, or choose a speed profile: freight, tilt")
 
 
 @pytest.mark.parametrize("kind", ["clothoide", "cosinusoide", "curveBloss", "curveWiener", "sinusoide", "doucine"])

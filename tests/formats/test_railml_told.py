@@ -198,3 +198,20 @@ def test_a_formation_that_is_faster_than_a_vehicle_is_told(saved):
     train = load_train(saved(STOCK_2.replace('<formation id="ic"', '<formation speed="200" id="ic"')))
     assert train.max_speed_mps == kmh_to_mps(200.0)
     assert "speed of the formation, 200 km/h, is above that of a vehicle, 140 km/h" in train.notes
+
+
+def test_an_engine_without_effort_beside_others_is_told(saved):
+    engine = '<engine><propulsion power="1"/></engine>'
+    bare = f'<vehicle id="helper" length="20" speed="160" bruttoWeight="80">{engine}</vehicle>'
+    text = STOCK_2.replace("<vehicles>", f"<vehicles>{bare}")
+    text = text.replace("</trainOrder>", '<vehicleRef vehicleRef="helper"/></trainOrder>')
+    assert "engines of helper give no effort: they drive nothing" in load_train(saved(text)).notes
+
+
+def test_a_name_of_several_tracks_does_not_choose_one(saved):
+    text = two_tracks("<openEnd/>", "<openEnd/>").replace('name="Branch"', 'name="Main"')
+    assert refusal(load_track, saved(text, "#Main:up")) == (
+        "holds 2 tracks of the name 'Main', choose one by its id: t1, t2"
+    )
+    named = text.replace('id="t2" name="Main"', 'id="Main" name="Main"')
+    assert load_track(saved(named, "#Main:up")).length_m == 10_000.0  # an id goes before names

@@ -65,41 +65,70 @@ def drive_of(vehicles: list[Vehicles], mode: str, mass_t: float, top_mps: float)
     InputError
         When no propulsion has that name, a table is incomplete, or the vehicles' efficiencies differ.
     """
-    traction: list[Effort] = []
-    braking: list[Effort] = []
-    rotating_t = 0.0
-    shares: list[float | None] = []
     notes: list[str] = []
-    without: list[str] = []
-    for one in vehicles:
-        propulsions = _propulsions(one.node)
-        chosen = [other for other in propulsions if other.name == mode or len(propulsions) == 1]
-        if propulsions and not chosen:
-            raise one.node.bad(f"has several propulsions, choose one: {', '.join(other.name for other in propulsions)}")
-        for other in propulsions:
-            if other not in chosen:
-                other.node.dismiss()
-                notes.append(f"propulsion {other.name} is not used")
-        for _, node in chosen:
-            traction += _scaled(effort_of(node, "tractiveEffort", top_mps, largest="maxTractEffort"), one.number)
-            shares.append(node.number("totalTractEfficiency", "-", above=0.0))
-        braking += _scaled(_brake(one.node, propulsions, chosen, top_mps), one.number)
-        alone = len(vehicles) == one.number == 1
-        own_t = _rotating_t(one.node, [node for _, node in chosen], mass_t if alone else None)
-        rotating_t += one.number * (own_t or 0.0)
-        without += [] if own_t is not None else [one.node.text("id") or one.node.name]
-    known = {share for share in shares if share is not None}
-    if len(known) > 1:
-        raise vehicles[0].node.bad("vehicles of different totalTractEfficiency cannot be one train")
-    share = known.pop() if known else 1.0
-    if share > 1.0:
-        notes.append(f"totalTractEfficiency {share:g} is read as {share:g} %")
-    if share != 1.0 and None in shares:
-        notes.append(f"totalTractEfficiency {share:g} counts for all vehicles, some of which give none")
+    kinds = [_kind(one, mode, mass_t if len(vehicles) == one.number == 1 else None, top_mps) for one in vehicles]
+    for kind in kinds:
+        notes += (f"propulsion {name} is not used" for name in kind.not_chosen)
+    traction = [effort for kind in kinds for effort in kind.traction]
+    braking = [kind.braking for kind in kinds if kind.braking is not None]
+    efficiency, efficiency_notes = _efficiency(vehicles[0].node, [share for kind in kinds for share in kind.shares])
+    notes += efficiency_notes
+    powerless = [kind.name for kind in kinds if kind.has_engine and not kind.traction]
+    if powerless and traction:
+        notes.append(f"engines of {', '.join(dict.fromkeys(powerless))} give no effort: they drive nothing")
+    without = [kind.name for kind in kinds if kind.rotating_t is None]
     if without:
         notes.append(f"no rotating mass is given for {', '.join(dict.fromkeys(without))}: taken as none")
     notes += (note for effort in (*traction, *braking) for note in effort.notes)
-    return Drive(traction, braking, rotating_t, share / 100.0 if share > 1.0 else share, notes)
+    return Drive(traction, braking, sum(kind.rotating_t or 0.0 for kind in kinds), efficiency, notes)
+
+
+class _Kind(NamedTuple):
+    """What all vehicles of one kind in a train give together; no rotating mass where they say nothing of it."""
+
+    name: str
+    has_engine: bool
+    not_chosen: list[str]
+    traction: list[Effort]
+    braking: Effort | None
+    rotating_t: float | None
+    shares: list[float | None]
+
+
+def _kind(one: Vehicles, mode: str, mass_t: float | None, top_mps: float) -> _Kind:
+    """Read the vehicles of one kind; the mass is that of the train where there are no others."""
+    propulsions = _propulsions(one.node)
+    chosen = [other for other in propulsions if other.name == mode or len(propulsions) == 1]
+    others = [other for other in propulsions if other not in chosen]
+    if propulsions and not chosen:
+        raise one.node.bad(f"has several propulsions, choose one: {', '.join(other.name for other in propulsions)}")
+    for other in others:
+        other.node.dismiss()
+    nodes = [node for _, node in chosen]
+    efforts = [effort_of(node, "tractiveEffort", top_mps, largest="maxTractEffort") for node in nodes]
+    braking = _brake(one.node, propulsions, chosen, top_mps)
+    rotating_t = _rotating_t(one.node, nodes, mass_t)
+    return _Kind(
+        name=one.node.text("id") or one.node.name,
+        has_engine=bool(one.node.children("engine")),
+        not_chosen=[other.name for other in others],
+        traction=[effort.times(one.number) for effort in efforts if effort is not None],
+        braking=None if braking is None else braking.times(one.number),
+        rotating_t=None if rotating_t is None else one.number * rotating_t,
+        shares=[node.number("totalTractEfficiency", "-", above=0.0) for node in nodes],
+    )
+
+
+def _efficiency(vehicle: Node, shares: list[float | None]) -> tuple[float, list[str]]:
+    """Efficiency of all propulsions of a train, and what must be said of it."""
+    known = {share for share in shares if share is not None}
+    if len(known) > 1:
+        raise vehicle.bad("vehicles of different totalTractEfficiency cannot be one train")
+    share = known.pop() if known else 1.0
+    notes = [f"totalTractEfficiency {share:g} is read as {share:g} %"] if share > 1.0 else []
+    if share != 1.0 and None in shares:
+        notes.append(f"totalTractEfficiency {share:g} counts for all vehicles, some of which give none")
+    return share / 100.0 if share > 1.0 else share, notes
 
 
 def _propulsions(vehicle: Node) -> list[_Propulsion]:
@@ -134,10 +163,6 @@ def _brake(vehicle: Node, propulsions: list[_Propulsion], chosen: list[_Propulsi
         if effort is not None:
             return effort
     return effort_of(vehicle, "brakeEffort", top_mps, outside=[node for _, node in propulsions])
-
-
-def _scaled(effort: Effort | None, count: int) -> list[Effort]:
-    return [] if effort is None else [effort.times(count)]
 
 
 def _rotating_t(vehicle: Node, propulsions: list[Node], mass_t: float | None) -> float | None:

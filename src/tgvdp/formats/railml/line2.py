@@ -96,7 +96,7 @@ def read_piece(root: Node, track: Node, direction: str, profile: str) -> Piece:
     for attribute in ("type", "mainDir"):
         track.text(attribute)
     joints = _joint(topology, begin), _joint(topology, end)
-    for node in (begin, end):
+    for node in (begin, end, *topology.children("connections")):
         node.dismiss()  # what lies beyond the track
     return Piece(
         name=track.text("name") or track.text("id") or "track",

@@ -42,13 +42,19 @@ def tracks(root: Node) -> list[Node]:
 
 
 def profiles(root: Node, track: Node) -> tuple[str, ...]:
-    """Return the speed profiles that sections on a track are valid for; "" are those for all trains."""
+    """Return the speed profiles that sections on a track are valid for; "" are those for all trains.
+
+    Where these leave a part of the way without a limit, and there is one profile alone, it is that of all.
+    """
     try:
-        path = NetPath(root, track, DIRECTIONS[0])
+        paths = [NetPath(root, track, direction) for direction in DIRECTIONS]
+        here = [node for node in root.below(*_SECTIONS) if paths[0].passes(node)]
+        names = {name for node in here for name in _valid_for(node) or {""}}
+        if len(names) == 2 and "" in names and any(_limits(path, root, "")[1] > SLACK_M for path in paths):
+            names.remove("")
     except InputError:
         return ("",)
-    here = [node for node in root.below(*_SECTIONS) if path.passes(node)]
-    return tuple(sorted({name for node in here for name in _valid_for(node) or {""}})) or ("",)
+    return tuple(sorted(names)) or ("",)
 
 
 def directions(root: Node, track: Node) -> tuple[str, ...]:
@@ -193,6 +199,9 @@ def _section_notes(path: NetPath, root: Node, profile: str) -> list[str]:
     sections = {id(one.node.element): one.node for one in path.stretches(mine)}
     count = sum(node.flag("isTemporary") is True for node in sections.values())
     notes = [f"temporary limits ({count}) count as any other"] if count else []
+    if profile:
+        of_profile = sum(profile in _valid_for(node) for node in mine if path.passes(node))
+        notes.append(f"speedSections for the trains of {profile} ({of_profile}) count, beside those for all")
     unclear = sum(path.passes(node) and _is_unclear(node) for node in mine)
     if unclear:
         kept = "taken along their location, which does not keep the orientation of its net element"

@@ -173,9 +173,15 @@ class _File:
     def _named(self, part: str, kind: str, nodes: list[Node], words: int) -> tuple[Node, list[str]]:
         """Element of an id or name, and the words behind it."""
         name, *given = part.split(":")
-        for node in nodes:
-            if name in (_id(node), node.text("name")):
-                return node, [*given, *[""] * (words - len(given))]
+        # Names are for people: several elements may have one, ids are unique.
+        found = [node for node in nodes if _id(node) == name] or [node for node in nodes if node.text("name") == name]
+        if len(found) > 1:
+            listed = ", ".join(_id(node) for node in found[:_MOST_NAMES])
+            raise bad(
+                self.path, f"holds {len(found)} {kind}s of the name {shown(name)}, choose one by its id: {listed}"
+            )
+        if found:
+            return found[0], [*given, *[""] * (words - len(given))]
         ids = [_id(node) for node in nodes]
         hint = suggestion(name, ids) or f"; it holds: {', '.join(ids[:_MOST_NAMES])}, …"
         raise bad(self.path, f"holds no {kind} {shown(name)}{hint}")
