@@ -78,7 +78,9 @@ def read_train(root: Node, node: Node, mode: str) -> tuple[Train, dict[str, int]
         notes.append(f"formationCount {count}: the train is {count} such formations, resistance and all")
     if not rates and not braking:
         notes.append("no brakeEffort table, no meanDeceleration nor maxDeceleration: this train has no brake")
-    read = [node, *(one.node for one in vehicles if one.node is not node)]
+    read = {one.element: one for one in (node, *(one.node for one in vehicles))}.values()
+    for designator in (designator for one in read for designator in one.children("designator")):
+        designator.dismiss()
     notes += unused_notes([unused for one in read for unused in one.unused()])
     try:
         train = Train(
