@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from tests.helpers.railml_case import LINE_2, LINE_3, SAMPLES, STOCK_2, STOCK_3
-from tgvdp.errors import InputError
+from tests.helpers.railml_case import LINE_2, LINE_3, SAMPLES, STOCK_2, STOCK_3, limits_kmh, refusal
 from tgvdp.formats import describe_file, load_scenario, load_track, load_train
 from tgvdp.formats.railml.reader import lines_of
 from tgvdp.formats.railml.rows import LINE_SPEED_HINT
@@ -29,27 +28,15 @@ def saved(tmp_path):
     return save
 
 
-def refusal(read, name):
-    with pytest.raises(InputError) as caught:
-        read(name)
-    assert str(caught.value).isprintable()
-    return str(caught.value).partition("file.xml: ")[2]
-
-
-def limits_kmh(track):
-    return [(row.position_m, pytest.approx(3.6 * row.speed_mps)) for row in track.speed_limits]
-
-
 def test_line_of_version_2_upwards(saved):
     track = load_track(saved(LINE_2, "#t1:up"))
     assert (track.name, track.length_m, track.stops_m) == ("Main", 10_000.0, (0.0, 4000.0, 10_000.0))
-    assert limits_kmh(track) == [(0.0, 90), (3000.0, 120), (9000.0, 999.9)]
+    assert limits_kmh(track) == [(0.0, 90), (3000.0, 120), (9000.0, 100)]
     assert track.gradients == ((0.0, 5.0), (2000.0, -4.0))
     straight = (math.inf, math.inf)
     assert track.curves == (Curve(0.0, *straight), Curve(1000.0, -400.0, -400.0), Curve(1500.0, *straight))
     assert track.tunnels == (Tunnel(7000.0, 1050.0, 40.0),)
     assert track.notes == (
-        "1 speed changes end a limit (vMax end or 999.9): from there the train's top speed holds",
         "limits count for headOfTrain: choose limits for head or tail of the train accordingly",
         "a tunnel of 100 m in line 33 has no crossSection: not used",
         "not used: extra, gradientChange@transitionLength, ocsElements",
@@ -59,7 +46,7 @@ def test_line_of_version_2_upwards(saved):
 def test_line_of_version_2_downwards_turns_the_ground_round(saved):
     track = load_track(saved(LINE_2, "#t1:down"))
     assert track.stops_m == (0.0, 6000.0, 10_000.0)
-    assert limits_kmh(track) == [(0.0, 80), (8000.0, 999.9)]
+    assert limits_kmh(track) == [(0.0, 80), (8000.0, 110)]
     assert track.gradients == ((0.0, 4.0), (8000.0, -5.0))  # + uphill in the direction of the run
     assert [(row.position_m, row.radius_start_m) for row in track.curves] == [
         (0.0, math.inf), (8500.0, 400.0), (9000.0, math.inf),
@@ -93,7 +80,7 @@ def test_tracks_join_one_after_the_other_and_limits_go_on(saved):
     text = LINE_2.replace("</tracks>", f"{second}</tracks>")
     track = load_track(saved(text, "#t1:up+t2:up"))
     assert (track.name, track.length_m) == ("Main + Branch", 20_000.0)
-    assert limits_kmh(track) == [(0.0, 90), (3000.0, 120), (9000.0, 999.9), (13_000.0, 120), (19_000.0, 999.9)]
+    assert limits_kmh(track) == [(0.0, 90), (3000.0, 120), (9000.0, 100), (13_000.0, 120), (19_000.0, 100)]
     assert track.gradients == ((0.0, 5.0), (2000.0, -4.0), (10_000.0, 5.0), (12_000.0, -4.0))
     assert track.stops_m == (0.0, 4000.0, 14_000.0, 20_000.0)
     assert refusal(load_track, saved(text, "#t2:up+t1:up")).endswith(
@@ -294,7 +281,7 @@ def test_errors_of_trains_name_line_element_and_attribute(saved, old, new, messa
         return
     if message == "file.xml":
         text = text.replace("</trainResistance>", "</other>")
-        message = "formation/trainResistance: missing element daviesFormula or valueTable"
+        message = "formation/trainResistance: missing element daviesFormula, valueTable or segmentTable"
     assert message in refusal(load_train, saved(text))
 
 

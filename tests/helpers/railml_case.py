@@ -1,5 +1,9 @@
 """Small railML files, made by hand from the published documentation of the schema, and how to change them."""
 
+import pytest
+
+from tgvdp.errors import InputError
+
 LINE_2 = """<?xml version="1.0" encoding="UTF-8"?>
 <railml xmlns="http://www.railml.org/schemas/2016" xmlns:x="urn:extension" version="2.3">
  <infrastructure id="inf">
@@ -17,9 +21,9 @@ LINE_2 = """<?xml version="1.0" encoding="UTF-8"?>
      <speedChanges>
       <speedChange id="s1" pos="100" dir="up" vMax="90" trainRelation="headOfTrain"/>
       <speedChange id="s2" pos="3100" dir="up" vMax="120" trainRelation="headOfTrain"/>
-      <speedChange id="s3" pos="9100" dir="up" vMax="end" trainRelation="headOfTrain"/>
+      <speedChange id="s3" pos="9100" dir="up" vMax="100" trainRelation="headOfTrain"/>
       <speedChange id="s4" pos="10100" dir="down" vMax="80"/>
-      <speedChange id="s5" pos="2100" dir="down" vMax="999.9"/>
+      <speedChange id="s5" pos="2100" dir="down" vMax="110"/>
      </speedChanges>
      <gradientChanges>
       <gradientChange id="g1" pos="100" dir="up" slope="5.0" transitionLength="20"/>
@@ -212,7 +216,73 @@ STOCK_3 = """<?xml version="1.0" encoding="UTF-8"?>
 </railML>
 """
 
-SAMPLES = {"line_2": LINE_2, "stock_2": STOCK_2, "line_3": LINE_3, "stock_3": STOCK_3}
+#: As the schema of 3.2 has it: a table for all power modes beside them, units that it does not list, polynomials.
+STOCK_32 = """<?xml version="1.0" encoding="UTF-8"?>
+<railML xmlns="https://www.railml.org/schemas/3.2" version="3.2">
+ <rollingstock id="rs">
+  <vehicles>
+   <vehicle id="loco" speed="160" bruttoWeight="80" length="20">
+    <designator register="type" entry="Loco"/>
+    <engine tractivePower="4000000">
+     <powerMode mode="electric"/>
+     <powerMode mode="battery"/>
+     <tractiveEffort>
+      <segmentTable segmentStartValueName="v" segmentStartValueUnit="km/h"
+                    functionValueName="F" functionValueUnit="other:kN">
+       <polynomialHeader exponentValue="0"/><polynomialHeader exponentValue="-1"/>
+       <segmentStartLine segmentStartValue="0">
+        <constantValue coefficientValue="300"/><constantValue coefficientValue="0"/>
+       </segmentStartLine>
+       <segmentStartLine segmentStartValue="48">
+        <constantValue coefficientValue="0"/><constantValue coefficientValue="14400"/>
+       </segmentStartLine>
+      </segmentTable>
+     </tractiveEffort>
+    </engine>
+    <brakes><brakeEffort><valueTable xValueName="v" xValueUnit="km/h" yValueName="F" yValueUnit="other:kN">
+     <valueLine xValue="0"><value yValue="150"/></valueLine>
+    </valueTable></brakeEffort></brakes>
+   </vehicle>
+   <vehicle id="coach" speed="200" bruttoWeight="50" length="26"><designator register="type" entry="Coach"/></vehicle>
+  </vehicles>
+  <formations>
+   <formation id="ic" speed="160" totalWeight="200" length="72">
+    <designator register="type" entry="IC"/>
+    <trainOrder orderNumber="1" vehicleRef="loco"/>
+    <trainOrder orderNumber="2" vehicleRef="coach"/>
+    <trainOrder orderNumber="3" vehicleRef="coach"/>
+    <trainEngine maxAcceleration="0.6"/>
+    <trainBrakes meanDeceleration="0.7"/>
+    <trainResistance>
+     <segmentTable segmentStartValueName="v" segmentStartValueUnit="km/h"
+                   functionValueName="R" functionValueUnit="N">
+      <polynomialHeader exponentValue="0"/><polynomialHeader exponentValue="1"/><polynomialHeader exponentValue="2"/>
+      <segmentStartLine segmentStartValue="0">
+       <constantValue coefficientValue="2000"/><constantValue coefficientValue="10"/>
+       <constantValue coefficientValue="0.3"/>
+      </segmentStartLine>
+     </segmentTable>
+    </trainResistance>
+   </formation>
+  </formations>
+ </rollingstock>
+</railML>
+"""
+
+
+def refusal(read, name, **options):
+    """What a reader says against a file that it refuses: one line, behind the name of the file."""
+    with pytest.raises(InputError) as caught:
+        read(name, **options)
+    assert str(caught.value).isprintable()
+    return str(caught.value).partition("file.xml: ")[2]
+
+
+def limits_kmh(track):
+    return [(row.position_m, pytest.approx(3.6 * row.speed_mps)) for row in track.speed_limits]
+
+
+SAMPLES = {"line_2": LINE_2, "stock_2": STOCK_2, "line_3": LINE_3, "stock_3": STOCK_3, "stock_32": STOCK_32}
 
 
 def _mileage(end: int, measure: int) -> str:

@@ -1,15 +1,17 @@
-"""Value tables of railML rolling stock: effort and resistance over speed."""
+"""Effort and resistance over speed of railML rolling stock, from tables, caps or Davis' formula."""
 
 from bisect import bisect_right
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 
 from tgvdp.errors import InputError
+from tgvdp.formats.railml.table import SPECIFIC, TABLES, Table, read_table
 from tgvdp.formats.syntax.xml import Node
 from tgvdp.model.effort import EffortCurve
-from tgvdp.units import per_kmh_to_per_mps, to_si
+from tgvdp.units import per_kmh_to_per_mps
 
 #: A table that Davis' formula meets to better than this needs no remark.
 _GOOD_FIT = 1e-3
@@ -26,6 +28,7 @@ class Effort(NamedTuple):
     points: list[tuple[float, float]]
     power_w: float
     line: int
+    notes: tuple[str, ...] = ()
 
     def times(self, count: int) -> "Effort":
         """Return the effort of several such vehicles."""
@@ -48,7 +51,9 @@ class Resistance(NamedTuple):
         )
 
 
-def effort_of(node: Node, element: str, largest: str) -> Effort | None:
+def effort_of(
+    node: Node, element: str, top_mps: float, *, largest: str = "", outside: Sequence[Node] = ()
+) -> Effort | None:
     """Read the effort table below a vehicle or its propulsion, or else a largest effort and a power.
 
     Parameters
@@ -56,63 +61,48 @@ def effort_of(node: Node, element: str, largest: str) -> Effort | None:
     node : Node
     element : str
         Name of the element that holds the table.
-    largest : str
-        Name of the attribute that holds the largest effort in N; empty where there is none.
+    top_mps : float
+        Speed up to which the last polynomial of a table counts.
+    largest : str, optional
+        Name of the attribute that holds the largest effort in N.
+    outside : sequence of Node, optional
+        Elements below which nothing is looked for.
     """
-    holders = _below_anywhere(node, element)
-    tables = [(holder, table) for holder in holders for table in holder.children("valueTable")]
+    holders = _below_anywhere(node, (element,), outside)
+    tables = [table for one in holders for table in one.children("valueTable") or one.children("segmentTable")]
     if len(tables) > 1:
-        raise tables[1][1].bad(f"a second {element} table; one is expected")
+        raise tables[1].bad(f"a second {element} table; one is expected")
     if tables:
-        table = tables[0][1]
-        points = _points(table, "force", "N")
+        points, _, line, notes = read_table(tables[0], "N", top_mps)
         if points[0][0] > 0.0:  # tables often start at a few km/h
             points.insert(0, (0.0, points[0][1]))
-        return Effort(points, 0.0, table.line)
+        return Effort(points, 0.0, line, notes)
     force_n = node.number(largest, "N", above=0.0) if largest else None
     if force_n is None:
         return None
     return Effort([(0.0, force_n)], node.required_number("power", "W", above=0.0), node.line)
 
 
-def _below_anywhere(node: Node, name: str) -> list[Node]:
-    """Elements of a name at any depth: versions of the schema put tables into different boxes."""
-    found, todo = [], [node]
+def holds(node: Node, name: str) -> bool:
+    """Whether an element of a name is below another one."""
+    return any(one.name == name for one in _walk(node, (name,), ()))
+
+
+def _below_anywhere(node: Node, names: tuple[str, ...], outside: Sequence[Node] = ()) -> list[Node]:
+    """Elements of some names at any depth: versions of the schema put tables into different boxes."""
+    return [one.read() for one in _walk(node, names, outside) if one.name in names]
+
+
+def _walk(node: Node, names: tuple[str, ...], outside: Sequence[Node]) -> Iterator[Node]:
+    """All elements below one, in the order of the file, but none below those of some names or those left out."""
+    closed = {one.element for one in outside}
+    todo = node.every_child()[::-1]
     while todo:
         one = todo.pop()
-        for child in one.every_child():
-            if child.name == name:
-                found.append(child.read())
-            else:
-                todo.append(child)
-    return found
-
-
-def _points(table: Node, quantity: str, unit: str) -> list[tuple[float, float]]:
-    """Rows of a table with one column, speeds in m/s and values in SI (or in N/kN), in the order of the file."""
-    x_unit = table.text("xValueUnit") or "km/h"
-    y_unit = table.text("yValueUnit") or unit
-    for attribute in ("xValueName", "yValueName", "zValueName", "zValueUnit"):
-        table.text(attribute)
-    points: list[tuple[float, float]] = []
-    for line in table.children("valueLine"):
-        values = line.children("values")
-        if len(values) != 1:
-            raise line.bad(f"must hold one element values, got {len(values)}")
-        x, y = line.required_number("xValue", x_unit, at_least=0.0), values[0].required_number("yValue", y_unit)
-        try:
-            speed_mps = to_si(x, x_unit, "speed")
-            value = y if y_unit == "N/kN" and quantity == "resistance" else to_si(y, y_unit, "force")
-        except InputError as error:
-            raise table.bad(str(error)) from None
-        if value < 0.0:
-            raise values[0].bad(f"must be at least 0 {y_unit}, got {y:g} {y_unit}", "yValue")
-        if points and speed_mps < points[-1][0]:
-            raise line.bad(f"speeds must not decrease, got {x:g} {x_unit}", "xValue")
-        points.append((speed_mps, value))
-    if not points:
-        raise table.bad("missing element valueLine")
-    return points
+        if one.element not in closed:
+            yield one
+            if one.name not in names:
+                todo += one.every_child()[::-1]
 
 
 def total_effort(efforts: list[Effort]) -> EffortCurve:
@@ -150,42 +140,48 @@ def _at(points: list[tuple[float, float]], speed_mps: float, *, after: bool) -> 
     return f0 + (f1 - f0) * (speed_mps - v0) / (v1 - v0)
 
 
-def resistance_of(node: Node, weight_kn: float) -> Resistance:
+def resistance_of(node: Node, weight_kn: float | None, top_mps: float) -> Resistance:
     """Read Davis' formula, or fit it to a table of resistance over speed.
 
     Parameters
     ----------
     node : Node
         ``trainResistance`` or ``drivingResistance``.
-    weight_kn : float
-        Weight that specific resistance in N/kN belongs to.
+    weight_kn : float or None
+        Weight that specific resistance in N/kN belongs to, where it is known.
+    top_mps : float
+        Speed up to which the last polynomial of a table counts.
 
     Raises
     ------
     InputError
-        When there is neither formula nor table, or a value is negative.
+        When there is neither formula nor table, a value is negative, or specific resistance has no weight.
     """
-    formulas, tables = _below_anywhere(node, "daviesFormula"), _below_anywhere(node, "valueTable")
+    formulas, tables = _below_anywhere(node, ("daviesFormula",)), _below_anywhere(node, TABLES)
     if formulas:
         one = formulas[0]
         a = one.required_number("constantFactorA", "N, or N/kN where massDependent", at_least=0.0)
         specific = one.flag("massDependent")
         if specific is None and _MOST_SPECIFIC < a < _LEAST_ABSOLUTE:
             raise one.bad(f"missing attribute: {a:g} may be N or N/kN", "massDependent")
-        scale = weight_kn if specific or (specific is None and a <= _MOST_SPECIFIC) else 1.0
+        scale = _scale(one, specific or (specific is None and a <= _MOST_SPECIFIC), weight_kn)
         b = one.number("speedDependentFactorB", "N/(km/h)", at_least=0.0) or 0.0
         c = one.number("squareSpeedDependentFactorC", "N/(km/h)²", at_least=0.0) or 0.0
-        for table in tables:
-            table.dismiss()
         return Resistance(scale * a, scale * per_kmh_to_per_mps(b, 1), scale * per_kmh_to_per_mps(c, 2), one.line)
     if not tables:
-        raise node.bad("missing element daviesFormula or valueTable")
-    points = _points(tables[0], "resistance", "N/kN")
-    scale = weight_kn if (tables[0].text("yValueUnit") or "N/kN") == "N/kN" else 1.0
-    return _fitted(tables[0], [(v, scale * r) for v, r in points])
+        raise node.bad("missing element daviesFormula, valueTable or segmentTable")
+    table = read_table(tables[0], SPECIFIC, top_mps)
+    scale = _scale(tables[0], table.specific, weight_kn)
+    return _fitted(table, [(v, scale * r) for v, r in table.points])
 
 
-def _fitted(table: Node, points: list[tuple[float, float]]) -> Resistance:
+def _scale(node: Node, specific: bool, weight_kn: float | None) -> float:
+    if specific and weight_kn is None:
+        raise node.bad("is in N/kN, and its vehicle has neither bruttoWeight nor tareWeight (t)")
+    return weight_kn if specific and weight_kn is not None else 1.0
+
+
+def _fitted(table: Table, points: list[tuple[float, float]]) -> Resistance:
     """Least squares of A + B·v + C·v² with no negative coefficient."""
     v, r = (np.array(column) for column in zip(*points, strict=True))
     powers = np.stack([np.ones_like(v), v, v * v], axis=1)
@@ -199,8 +195,6 @@ def _fitted(table: Node, points: list[tuple[float, float]]) -> Resistance:
                 best, best_error = np.zeros(3), error
                 best[columns] = found
     worst = float(np.max(np.abs(powers @ best - r))) / max(float(r.max()), np.finfo(float).tiny)
-    notes = (
-        f"resistance is A + B·v + C·v² fitted to a table; it is off by {100 * worst:.2g} % of the largest at worst",
-    )
+    note = f"resistance is A + B·v + C·v² fitted to a table; it is off by {100 * worst:.2g} % of the largest at worst"
     a, b, c = best.tolist()
-    return Resistance(a, b, c, table.line, notes if worst > _GOOD_FIT else ())
+    return Resistance(a, b, c, table.line, (*table.notes, note) if worst > _GOOD_FIT else table.notes)

@@ -1,10 +1,12 @@
 """Tracks of railML 2.2 to 2.5: changes along a track, each with a direction.
 
-A speed change holds from its position on in its direction. Gradients and radii describe the ground: their signs belong
-to the direction of the track, whichever way a train runs. Source: the published documentation of the schema.
+A speed change holds from its position on in its direction, for the trains of its profile and category. Gradients and
+radii describe the ground: their signs belong to the direction of the track, whichever way a train runs. Source: the
+published documentation of the schema.
 """
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
@@ -15,6 +17,7 @@ from tgvdp.formats.railml.rows import (
     Row,
     filled,
     one_at_each_place,
+    other_profiles_note,
     turned,
     uncovered_note,
     unused_notes,
@@ -25,6 +28,8 @@ from tgvdp.model.track import Curve, Tunnel
 
 DIRECTIONS = ("up", "down")
 _LAX_DIRECTIONS = (*DIRECTIONS, "both", "none", "unknown")
+#: What was written for "end" before 2.3; no train reaches it.
+_VIRTUAL_KMH = 999.9
 _TRAIN_RELATIONS = ("headOfTrain", "midOfTrain", "endOfTrain")
 #: Operational types of places where passengers' or freight trains stop on schedule.
 STOPPING_TYPES = ("station", "stoppingPoint")
@@ -52,8 +57,8 @@ def tracks(root: Node) -> list[Node]:
     return root.below("infrastructure", "tracks", "track")
 
 
-def directions(track: Node) -> tuple[str, ...]:
-    """Return the directions that a track has speed limits for; up, when it has none."""
+def directions(root: Node, track: Node) -> tuple[str, ...]:
+    """Return the directions that a track of a file has speed limits for; up, when it has none."""
     given = {change.choice("dir", _LAX_DIRECTIONS) or "none" for change in _speed_changes(track)}
     found = tuple(name for name in DIRECTIONS if name in given or (name == "up" and given - {*DIRECTIONS}))
     return found or DIRECTIONS[:1]
@@ -65,8 +70,8 @@ def profiles(root: Node, track: Node) -> tuple[str, ...]:
     return tuple(sorted({_profile(change, named) for change in _speed_changes(track)})) or ("",)
 
 
-def read_piece(root: Node, track: Node, direction: str, profile: str, line_speed_kmh: float | None = None) -> Piece:
-    """Read a track as a run in one direction meets it; the line speed holds where a limit ends without a new one.
+def read_piece(root: Node, track: Node, direction: str, profile: str) -> Piece:
+    """Read a track as a run in one direction meets it.
 
     Raises
     ------
@@ -79,7 +84,7 @@ def read_piece(root: Node, track: Node, direction: str, profile: str, line_speed
     if not end_m > begin_m:
         raise end.bad(f"must lie after trackBegin at {begin_m:.12g} m, got {end_m:.12g} m", "pos")
     way = _Way(begin_m, end_m - begin_m, direction == "up")
-    limits, notes = _limits(root, track, way, profile, line_speed_kmh)
+    limits, notes = _limits(root, track, way, profile)
     gradients, level_m = _ground(track.below("trackElements", "gradientChanges", "gradientChange"), way, _slope, 0.0)
     radii, straight_m = _ground(track.below("trackElements", "radiusChanges", "radiusChange"), way, _radius, math.inf)
     if level_m:
@@ -90,7 +95,8 @@ def read_piece(root: Node, track: Node, direction: str, profile: str, line_speed
     stops_m = _stops(root, topology, way)
     for attribute in ("type", "mainDir"):
         track.text(attribute)
-    for node in (begin, end):
+    joints = _joint(topology, begin), _joint(topology, end)
+    for node in (begin, end, *topology.children("connections")):
         node.dismiss()  # what lies beyond the track
     return Piece(
         name=track.text("name") or track.text("id") or "track",
@@ -101,8 +107,19 @@ def read_piece(root: Node, track: Node, direction: str, profile: str, line_speed
         curves=[(Curve(row.position_m, row.value, row.value), row.line) for row in radii],
         tunnels=tunnels,
         stops_m=stops_m,
+        joints=joints if way.forward else joints[::-1],
         notes=[*notes, *tunnel_notes, *unused_notes(track.unused())],
     )
+
+
+def _joint(topology: Node, end: Node) -> frozenset[str]:
+    """Ids of connections at an end of a track, its own and those of switches there, and of the place that it is at."""
+    end_m = end.required_number("pos", "m")
+    switches = topology.below("connections", "switch")
+    here = [one for one in switches if abs((one.number("pos", "m") or 0.0) - end_m) <= SLACK_M]
+    named = [one.text(name) for node in (end, *here) for one in node.children("connection") for name in ("id", "ref")]
+    named += [one.text("ocpRef") for one in end.children("macroscopicNode")]
+    return frozenset(name for name in named if name)
 
 
 def _speed_changes(track: Node) -> list[Node]:
@@ -117,37 +134,37 @@ def _named_profiles(root: Node) -> set[str] | None:
 
 
 def _profile(change: Node, named: set[str] | None) -> str:
-    """Profile of a change; a reference to something else, such as attributes of the infrastructure, is none."""
+    """Trains that a change is for: its profile and category, joined where it names several; empty means all.
+
+    A reference to something else, such as attributes of the infrastructure, is no profile.
+    """
     ref = change.text("profileRef") or ""
-    return (ref if named is None or ref in named else "") or change.text("trainCategory") or ""
+    of = [ref if named is None or ref in named else "", change.text("etcsTrainCategory"), change.text("trainCategory")]
+    return "/".join(name for name in of if name)
 
 
-def _limits(
-    root: Node, track: Node, way: _Way, profile: str, line_speed_kmh: float | None
-) -> tuple[list[Row], list[str]]:
+def _limits(root: Node, track: Node, way: _Way, profile: str) -> tuple[list[Row], list[str]]:
     """Limits of one direction and profile, km/h, and what must be said about them."""
     named_profiles = _named_profiles(root)
     rows: list[tuple[Row, Node]] = []
     relations: set[str] = set()
-    endless = 0
+    others: Counter[str] = Counter()
     for change in _speed_changes(track):
-        direction = change.choice("dir", _LAX_DIRECTIONS)
+        direction, its_profile = change.choice("dir", _LAX_DIRECTIONS), _profile(change, named_profiles)
         strict = direction in DIRECTIONS
-        if _profile(change, named_profiles) != profile or (strict and (direction == "up") != way.forward):
+        against = strict and (direction == "up") != way.forward
+        if its_profile != profile or against:
+            others[its_profile or "all trains"] += its_profile != profile and not against
             change.dismiss()
             continue
         if not strict and not way.forward:
             raise change.bad(f"must be up or down for a run against the track, got {shown(direction)}", "dir")
-        speed_kmh = _top_speed_kmh(change)
-        if speed_kmh == NO_LIMIT_KMH:
-            endless += 1
-            speed_kmh = NO_LIMIT_KMH if line_speed_kmh is None else line_speed_kmh
         relations.add(change.choice("trainRelation", _TRAIN_RELATIONS) or "")
-        rows.append((Row(way.along_m(change, way.forward), speed_kmh, change.line), change))
-    notes = []
-    if endless:
-        instead = "the train's top speed" if line_speed_kmh is None else f"the line speed, {line_speed_kmh:g} km/h,"
-        notes.append(f"{endless} speed changes end a limit (vMax end or 999.9): from there {instead} holds")
+        rows.append((Row(way.along_m(change, way.forward), _top_speed_kmh(change), change.line), change))
+    # A limit that ends where the next one begins is replaced by it.
+    begun_m = {row.position_m for row, _ in rows if row.value < NO_LIMIT_KMH}
+    rows = [both for both in rows if both[0].value < NO_LIMIT_KMH or both[0].position_m not in begun_m]
+    notes = other_profiles_note("speedChanges", +others)
     if relations - {""}:
         named = ", ".join(sorted(relation or "no trainRelation" for relation in relations))
         notes.append(f"limits count for {named}: choose limits for head or tail of the train accordingly")
@@ -157,7 +174,8 @@ def _limits(
 def _top_speed_kmh(change: Node) -> float:
     if change.required_text("vMax") == "end":
         return NO_LIMIT_KMH
-    return min(change.required_number("vMax", "km/h (or end)", above=0.0), NO_LIMIT_KMH)
+    speed_kmh = change.required_number("vMax", "km/h (or end)", above=0.0)
+    return speed_kmh if speed_kmh < _VIRTUAL_KMH else NO_LIMIT_KMH
 
 
 def _ground(nodes: list[Node], way: _Way, value: Callable[[Node], float], default: float) -> tuple[list[Row], float]:

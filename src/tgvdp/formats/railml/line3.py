@@ -1,25 +1,38 @@
 """Tracks and lines of railML 3.1 and 3.2: stretches on net elements, seen from a path over those.
 
-Where several speed sections cover a place, the least limit holds. Source: the published documentation of the schema.
+Where several speed sections cover a place that apply to a train, the least limit holds. Source: the published
+documentation of the schema.
 """
 
 import math
+from collections import Counter
 from collections.abc import Iterator
 from itertools import pairwise
 
 from tgvdp.errors import InputError
+from tgvdp.formats.railml.geometry3 import CURVES, GRADIENTS, curves_of, gradients_of, tunnel_notes
 from tgvdp.formats.railml.line2 import STOPPING_TYPES
+from tgvdp.formats.railml.net import PLACE
 from tgvdp.formats.railml.path import DIRECTIONS, NetPath, Stretch
-from tgvdp.formats.railml.rows import LINE_SPEED_HINT, SLACK_M, Piece, Row, uncovered_note, unused_notes
+from tgvdp.formats.railml.rows import (
+    LINE_SPEED_HINT,
+    SLACK_M,
+    Piece,
+    Row,
+    other_profiles_note,
+    uncovered_note,
+    unused_notes,
+)
 from tgvdp.formats.syntax.xml import Node
-from tgvdp.model.track import Curve
-from tgvdp.units import KILO
 
 _FUNCTIONAL = ("infrastructure", "functionalInfrastructure")
 _SECTIONS = (*_FUNCTIONAL, "speeds", "speedSection")
-_GRADIENTS = ("infrastructure", "geometry", "gradientCurves", "gradientCurve")
-_CURVES = ("infrastructure", "geometry", "horizontalCurves", "horizontalCurve")
-_CURVE_TYPES = ("straight", "arc", "clothoid", "cubicParabola", "doucine", "mixed", "wienerBogen")
+_POINTS = (*_FUNCTIONAL, "operationalPoints", "operationalPoint")
+#: Of the electrification neutral sections would be of use to a run, but what the schema says of them is too little.
+_UNREAD = (
+    (*_FUNCTIONAL, "electrifications", "electrificationSection"),
+    (*_FUNCTIONAL, "restrictionAreas", "restrictionArea"),
+)
 
 
 def tracks(root: Node) -> list[Node]:
@@ -28,23 +41,48 @@ def tracks(root: Node) -> list[Node]:
     return [node for node in found if node.children("linearLocation")]
 
 
+def profiles(root: Node, track: Node) -> tuple[str, ...]:
+    """Return the speed profiles that sections on a track are valid for; "" are those for all trains.
+
+    Where these leave a part of the way without a limit, and there is one profile alone, it is that of all.
+    """
+    try:
+        paths = [NetPath(root, track, direction) for direction in DIRECTIONS]
+        here = [node for node in root.below(*_SECTIONS) if paths[0].passes(node)]
+        names = {name for node in here for name in _valid_for(node) or {""}}
+        if len(names) == 2 and "" in names and any(_limits(path, root, "")[1] > SLACK_M for path in paths):
+            names.remove("")
+    except InputError:
+        return ("",)
+    return tuple(sorted(names)) or ("",)
+
+
 def directions(root: Node, track: Node) -> tuple[str, ...]:
-    """Return the directions in which limits cover the whole way, else those with any, else normal.
+    """Return the directions in which limits of some profile cover the whole way, else those with any, else normal.
 
     Normal alone, when both have the same limits. What is wrong with a track is said when it is read.
     """
     try:
-        ways = {direction: _limits(NetPath(root, track, direction), root) for direction in DIRECTIONS}
+        paths = [NetPath(root, track, direction) for direction in DIRECTIONS]
+        names = profiles(root, track)
+        found = {one for name in names for one in _covered([_limits(path, root, name) for path in paths])}
     except InputError:
-        return DIRECTIONS[:1]
-    (forth, missing_m, length_m), (back, other_m, _) = ways.values()
+        found = set()
+    return tuple(direction for direction in DIRECTIONS if direction in found) or DIRECTIONS[:1]
+
+
+def _covered(ways: list[tuple[list[Row], float, float]]) -> Iterator[str]:
+    """Directions that limits cover as well as they cover any, and normal alone where both are the same."""
+    (forth, missing_m, length_m), (back, other_m, _) = ways
     ends = [*(row.position_m for row in forth[1:]), length_m]
     turned = [(length_m - end, row.value) for row, end in zip(forth[::-1], ends[::-1], strict=True)]
     if _close(turned, [(row.position_m, row.value) for row in back]):
-        return DIRECTIONS[:1]
-    least_m = min(missing_m, other_m)
-    enough_m = SLACK_M if least_m <= SLACK_M else length_m - SLACK_M
-    return tuple(direction for direction, way in ways.items() if way[1] <= enough_m) or DIRECTIONS[:1]
+        yield DIRECTIONS[0]
+        return
+    enough_m = SLACK_M if min(missing_m, other_m) <= SLACK_M else length_m - SLACK_M
+    for direction, uncovered_m in zip(DIRECTIONS, (missing_m, other_m), strict=True):
+        if uncovered_m <= enough_m:
+            yield direction
 
 
 def _close(one: list[tuple[float, float]], other: list[tuple[float, float]]) -> bool:
@@ -53,7 +91,7 @@ def _close(one: list[tuple[float, float]], other: list[tuple[float, float]]) -> 
     )
 
 
-def read_piece(root: Node, track: Node, direction: str, line_speed_kmh: float | None = None) -> Piece:
+def read_piece(root: Node, track: Node, direction: str, profile: str, line_speed_kmh: float | None = None) -> Piece:
     """Read a track or line as a run in one direction meets it.
 
     Parameters
@@ -61,6 +99,8 @@ def read_piece(root: Node, track: Node, direction: str, line_speed_kmh: float | 
     root, track : Node
     direction : str
         One of `DIRECTIONS`.
+    profile : str
+        One of `profiles`: limits for its trains, and those for all.
     line_speed_kmh : float, optional
         Limit where no section and no ``linePerformance`` gives one.
 
@@ -70,22 +110,24 @@ def read_piece(root: Node, track: Node, direction: str, line_speed_kmh: float | 
         When an element is incomplete or off its net element, or two describe the same place; when a limit is missing.
     """
     path = NetPath(root, track, direction)
-    limits, missing_m, _ = _limits(path, root)
-    notes = [*_temporary_notes(path, root), *_inner_notes(path, root)]
+    limits, missing_m, _ = _limits(path, root, profile)
+    notes = [*_section_notes(path, root, profile), *_unplaced_notes(path, root)]
     if missing_m > SLACK_M:
         own_kmh = _own_limit_kmh(track)
         default_kmh = line_speed_kmh if own_kmh is None else own_kmh
         if default_kmh is None:
             lack = f"speed sections leave {missing_m:.12g} m of {path.length_m:.12g} m without a limit"
-            raise track.bad(f"{lack}: {LINE_SPEED_HINT}")
+            others = [name for name in profiles(root, track) if name not in ("", profile)]
+            hint = f", or choose a speed profile: {', '.join(others)}" if others else ""
+            raise track.bad(f"{lack}: {LINE_SPEED_HINT}{hint}")
         limits = [row._replace(value=min(row.value, default_kmh)) if math.isinf(row.value) else row for row in limits]
         source = "the line speed asked for" if own_kmh is None else "linePerformance@maxSpeed"
         notes.append(f"no speed section on {missing_m:.12g} m: limit is {source}, {default_kmh:g} km/h")
-    gradients, level_m = _gradients(path, root)
-    curves, straight_m = _curves(path, root)
+    gradients, level_m = gradients_of(path, root)
+    curves, straight_m = curves_of(path, root)
     notes += uncovered_note("gradientCurves", level_m, "level") if gradients and level_m > SLACK_M else []
     notes += uncovered_note("horizontalCurves", straight_m, "straight") if curves and straight_m > SLACK_M else []
-    notes += _tunnel_notes(path, root)
+    notes += tunnel_notes(path, root)
     name = _name(track)
     track.text("type")
     read = [track, *root.below("infrastructure", "geometry"), *root.below(*_FUNCTIONAL, "speeds")]
@@ -112,9 +154,20 @@ def _own_limit_kmh(line: Node) -> float | None:
     return next((speed for speed in speeds if speed is not None), None)
 
 
-def _limits(path: NetPath, root: Node) -> tuple[list[Row], float, float]:
+def _valid_for(section: Node) -> set[str]:
+    """Speed profiles that a section is valid for, none where it is for all trains."""
+    return {one.text("ref") or "" for one in section.children("validForSpeedProfile")} - {""}
+
+
+def _sections(root: Node, profile: str) -> list[Node]:
+    """Sections that are valid for the trains of a profile: those that name it, and those that name none."""
+    known = [(node, _valid_for(node)) for node in root.below(*_SECTIONS)]
+    return [node for node, valid_for in known if not valid_for or profile in valid_for]
+
+
+def _limits(path: NetPath, root: Node, profile: str) -> tuple[list[Row], float, float]:
     """Least limit of all sections at each place, km/h, infinite without any; the length without any, and of all, m."""
-    stretches = path.stretches(root.below(*_SECTIONS))
+    stretches = path.stretches(_sections(root, profile))
     speeds = {id(one.node): one.node.required_number("maxSpeed", "km/h", above=0.0) for one in stretches}
     rows: list[Row] = []
     missing_m = 0.0
@@ -134,21 +187,61 @@ def _limits(path: NetPath, root: Node) -> tuple[list[Row], float, float]:
     return rows, missing_m, path.length_m
 
 
-def _temporary_notes(path: NetPath, root: Node) -> list[str]:
-    """Temporary limits hold on days that a run does not name."""
-    sections = {id(one.node.element): one.node for one in path.stretches(root.below(*_SECTIONS))}
+def _section_notes(path: NetPath, root: Node, profile: str) -> list[str]:
+    """Temporary limits hold on days that a run does not name, those of other profiles for other trains."""
+    mine = _sections(root, profile)
+    known = {node.element for node in mine}
+    others: Counter[str] = Counter()
+    for node in root.below(*_SECTIONS):
+        if node.element not in known and path.passes(node):
+            others.update(_valid_for(node))
+            node.dismiss()
+    sections = {id(one.node.element): one.node for one in path.stretches(mine)}
     count = sum(node.flag("isTemporary") is True for node in sections.values())
-    return [f"temporary limits ({count}) count as any other"] if count else []
+    notes = [f"temporary limits ({count}) count as any other"] if count else []
+    if profile:
+        of_profile = sum(profile in _valid_for(node) for node in mine if path.passes(node))
+        notes.append(f"speedSections for the trains of {profile} ({of_profile}) count, beside those for all")
+    unclear = sum(path.passes(node) and _is_unclear(node) for node in mine)
+    if unclear:
+        kept = "taken along their location, which does not keep the orientation of its net element"
+        notes.append(f"applicationDirection of speedSections ({unclear}) is {kept}")
+    return notes + other_profiles_note("speedSections", others)
 
 
-def _inner_notes(path: NetPath, root: Node) -> list[str]:
-    """Limits and gradients that stand on the parts of a coarse net element cannot be put in order along it."""
-    inner = path.inner
-    counts = []
-    for steps in (_SECTIONS, _GRADIENTS, _CURVES):
-        count = sum(not inner.isdisjoint(path.refs(node)) for node in root.below(*steps))
-        counts += [f"{steps[-1]} ({count})"] if count else []
-    return [f"not used, as they lie on parts of the net elements: {', '.join(counts)}"] if counts else []
+def _is_unclear(section: Node) -> bool:
+    """Whether it matters for a section if a direction is that of the location or of the net element: both are read."""
+    return any(
+        location.text("applicationDirection") in DIRECTIONS
+        and any(place.flag("keepsOrientation") is False for place in location.children(PLACE))
+        for location in section.children("linearLocation")
+    )
+
+
+def _unplaced_notes(path: NetPath, root: Node) -> list[str]:
+    """What lies on the run, or may do, and cannot be put in order along it, or is of no use to a run."""
+    related = path.related
+    notes = []
+    on_related, elsewhere = Counter[str](), Counter[str]()
+    for steps in (_SECTIONS, GRADIENTS, CURVES):
+        for node in root.below(*steps):
+            if path.passes(node):
+                continue
+            on_related[steps[-1]] += not related.isdisjoint(path.refs(node))
+            elsewhere[steps[-1]] += path.passes(node, "areaLocation", "spotLocation")
+    for point in _stopping(root):
+        elsewhere[_POINTS[-1]] += not point.children("spotLocation") and path.passes(
+            point, "areaLocation", "linearLocation"
+        )
+    unread = Counter({steps[-1]: sum(map(path.passes, root.below(*steps))) for steps in _UNREAD})
+    for counts, why in (
+        (on_related, "not used, as they lie on parts of the net elements, or on what these are parts of"),
+        (elsewhere, "not used, as they have no location of a kind that places them"),
+        (unread, "not used, so that traction current is taken to be everywhere"),
+    ):
+        named = [f"{name} ({count})" for name, count in (+counts).items()]
+        notes += [f"{why}: {', '.join(named)}"] if named else []
+    return notes
 
 
 def _breaks(path: NetPath, stretches: list[Stretch]) -> list[float]:
@@ -160,92 +253,18 @@ def _breaks(path: NetPath, stretches: list[Stretch]) -> list[float]:
     return [*breaks_m, path.length_m]
 
 
-def _apart(stretches: list[Stretch]) -> Iterator[tuple[Stretch, float]]:
-    """Stretches with the gap before each; two that describe the same place are an error."""
-    end_m = 0.0
-    for one in stretches:
-        if one.from_m < end_m - SLACK_M:
-            raise one.node.bad(f"overlaps the {one.node.name} before it by {end_m - one.from_m:.6g} m of the run")
-        yield one, one.from_m - end_m
-        end_m = one.to_m
-
-
-def _gradients(path: NetPath, root: Node) -> tuple[list[Row], float]:
-    """Rows of gradient, ‰, and the length without any, which is taken as level."""
-    rows: list[Row] = []
-    gaps_m, end_m = 0.0, 0.0
-    nodes = root.below(*_GRADIENTS)
-    for one, gap_m in _apart(path.stretches(nodes)):
-        if gap_m > SLACK_M:
-            rows.append(Row(end_m, 0.0, one.node.line))
-            gaps_m += gap_m
-        # On a vertical curve the gradient changes along it: its mean keeps the height.
-        one.node.text("curveType")
-        permil = one.node.required_number("gradient", "‰") + 0.5 * (one.node.number("deltaGradient", "‰") or 0.0)
-        from_m = end_m if gap_m <= SLACK_M else one.from_m
-        rows.append(Row(from_m, permil if one.forward else 0.0 - permil, one.node.line))
-        end_m = one.to_m
-    if rows and path.length_m - end_m > SLACK_M:
-        rows.append(Row(end_m, 0.0, rows[-1].line))
-        gaps_m += path.length_m - end_m
-    return rows, gaps_m
-
-
-def _curves(path: NetPath, root: Node) -> tuple[list[tuple[Curve, int]], float]:
-    """Rows of curvature; a transition takes its ends from its neighbours. And the length without any: straight."""
-    nodes = root.below(*_CURVES)
-    arcs: list[tuple[float, float | None, int]] = []
-    gaps_m, end_m = 0.0, 0.0
-    for one, gap_m in _apart(path.stretches(nodes)):
-        if gap_m > SLACK_M:
-            arcs.append((end_m, math.inf, one.node.line))
-            gaps_m += gap_m
-        arcs.append((end_m if gap_m <= SLACK_M else one.from_m, _radius_m(one), one.node.line))
-        end_m = one.to_m
-    if arcs and path.length_m - end_m > SLACK_M:
-        arcs.append((end_m, math.inf, arcs[-1][2]))
-        gaps_m += path.length_m - end_m
-    radii = [math.inf, *(radius_m for _, radius_m, _ in arcs), math.inf]
-    curves = []
-    for index, (from_m, radius_m, line) in enumerate(arcs):
-        if radius_m is None:
-            ends_m = [math.inf if near is None else near for near in (radii[index], radii[index + 2])]
-            curves.append((Curve(from_m, *ends_m), line))
-        else:
-            curves.append((Curve(from_m, radius_m, radius_m), line))
-    return curves, gaps_m
-
-
-def _radius_m(one: Stretch) -> float | None:
-    """Signed radius of a curve as the run meets it; infinite when straight, None for a transition."""
-    kind = one.node.choice("curveType", _CURVE_TYPES)
-    radius_m = one.node.number("radius", "m")
-    if kind == "straight":
-        return math.inf
-    if kind in (None, "arc"):
-        if not radius_m:
-            raise one.node.bad("missing attribute" if radius_m is None else "must not be 0 m", "radius")
-        return radius_m if one.forward else -radius_m
-    return None
+def _stopping(root: Node) -> Iterator[Node]:
+    """Operational points where trains stop."""
+    for point in root.below(*_POINTS):
+        kinds = [kind.text("operationalType") for kind in point.below("opOperations", "opOperation")]
+        named = [kind for kind in kinds if kind]
+        if not named or set(named) & set(STOPPING_TYPES):
+            yield point
 
 
 def _stops(path: NetPath, root: Node) -> Iterator[float]:
-    for point in root.below(*_FUNCTIONAL, "operationalPoints", "operationalPoint"):
-        kinds = [kind.text("operationalType") for kind in point.below("opOperations", "opOperation")]
-        named = [kind for kind in kinds if kind]
-        if named and not set(named) & set(STOPPING_TYPES):
-            continue
+    for point in _stopping(root):
         for place in point.children("spotLocation"):
             at_m = path.spot(place)
             if at_m is not None:
                 yield at_m
-
-
-def _tunnel_notes(path: NetPath, root: Node) -> list[str]:
-    """Tunnels have no cross section in railML 3, without which a train's drag in them is not known."""
-    crossings = root.below(*_FUNCTIONAL, "overCrossings", "overCrossing")
-    tunnels = path.stretches([one for one in crossings if one.text("constructionType") == "tunnel"])
-    if not tunnels:
-        return []
-    total_m = sum(one.to_m - one.from_m for one in tunnels)
-    return [f"tunnels ({len(tunnels)}, {total_m / KILO:.4g} km) have no cross section in railML 3: not used"]

@@ -2,10 +2,14 @@
 
 Files of other tools seldom give ``netElement@length``. It follows from a ``track`` of known length: that of its one net
 element, or what the others of its net elements leave; else from the mileage of its two ends, where that is in metres.
+Mileage may jump (anchors of a positioning system, ``mileageChange``): no length and no place follows across a jump.
 Source: the published documentation of the schema, and files of RaIL-AiD and of railML.org's example.
 """
 
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from operator import itemgetter
 from typing import NamedTuple
 
 from tgvdp.formats.railml.rows import SLACK_M
@@ -18,6 +22,8 @@ PLACE = "associatedNetElement"
 _EXTENT = ("posBegin", "posEnd", "intrinsicCoordBegin", "intrinsicCoordEnd")
 _TOPOLOGY = ("infrastructure", "topology", "netElements", "netElement")
 _TRACKS = ("infrastructure", "functionalInfrastructure", "tracks", "track")
+_SYSTEMS = ("common", "positioning", "linearPositioningSystems", "linearPositioningSystem")
+_CHANGES = ("infrastructure", "functionalInfrastructure", "mileageChanges", "mileageChange")
 _COLLECTIONS = ("elementCollectionOrdered", "elementCollectionUnordered")
 
 
@@ -28,6 +34,15 @@ class _Covered(NamedTuple):
     length_m: float
 
 
+class _Jump(NamedTuple):
+    """A place where mileage is not distance: in a positioning system, on one net element where it names one."""
+
+    system: str | None
+    ref: str | None
+    measure: float
+    line: int
+
+
 class NetElements:
     """The net elements of a file by their ids."""
 
@@ -36,6 +51,7 @@ class NetElements:
         self._metric = set(_metric_systems(root))
         self._lengths_m: dict[str, float] = {}
         self._covered = list(_covered(root))
+        self._jumps = [*_anchored_jumps(root), *_changes(root)]
         self._derive()
 
     def node(self, place: Node, ref: str) -> Node:
@@ -53,27 +69,51 @@ class NetElements:
 
     def parts(self, refs: set[str]) -> set[str]:
         """Net elements of a finer level that some are made of, at any depth."""
-        found: set[str] = set()
-        todo = list(refs)
-        while todo:
-            node = self._nodes.get(todo.pop())
-            collections = [] if node is None else node.children(*_COLLECTIONS)
-            inner = {part.text("ref") or "" for one in collections for part in one.children("elementPart")} - found
-            found |= inner
-            todo += inner
-        return found - refs
+        return _reached(refs, lambda ref: _parts(self._nodes[ref]) if ref in self._nodes else set())
+
+    def wholes(self, refs: set[str]) -> set[str]:
+        """Net elements of a coarser level that some are parts of, at any depth."""
+        owners: dict[str, set[str]] = {}
+        for ref, node in self._nodes.items():
+            for part in _parts(node):
+                owners.setdefault(part, set()).add(ref)
+        return _reached(refs, lambda ref: owners.get(ref, set()))
 
     def measured_m(self, coordinate: Node, node: Node, length_m: float) -> float:
-        """Position on a net element of a measure in one of its positioning systems, m; linear between its two ends."""
+        """Position on a net element of a measure in a positioning system, m; linear between its coordinates."""
         system = coordinate.text("positioningSystemRef")
         measure = coordinate.required_number("measure", "m")
         known = _measures(node, system)
-        if not known or known[-1][1] == known[0][1]:
+        if len({measure_m for _, measure_m in known}) < 2:
             raise coordinate.bad(f"its net element has no two coordinates in the positioning system {shown(system)}")
-        (first, first_m), (last, last_m) = known[0], known[-1]
-        if first == last:  # a net element of a coarse level has the two ends of its area at one coordinate
-            first, last = 0.0, 1.0
-        return length_m * (first + (last - first) * (measure - first_m) / (last_m - first_m))
+        if (
+            known[0][0] == known[-1][0]
+        ):  # a net element of a coarse level has the two ends of its area at one coordinate
+            ends_m = [measure_m for _, measure_m in known]
+            known = [(0.0, min(ends_m)), (1.0, max(ends_m))]
+        spans = [(one, other) for one, other in pairwise(known) if one[1] != other[1]]
+        beyond = [max(min(a[1], b[1]) - measure, measure - max(a[1], b[1]), 0.0) for a, b in spans]
+        shares = []
+        for ((first, first_m), (last, last_m)), off in zip(spans, beyond, strict=True):
+            if off > min(beyond):
+                continue
+            jump = self._jump(node, system, first_m, last_m)
+            if jump is not None and first != last:
+                where = f"at {jump.measure:.12g} (line {jump.line})"
+                raise coordinate.bad(f"mileage of its net element jumps {where}: give pos or intrinsicCoord", "measure")
+            shares.append(first + (last - first) * (measure - first_m) / (last_m - first_m))
+        if length_m * (max(shares) - min(shares)) > SLACK_M:
+            raise coordinate.bad("is the mileage of two places of its net element", "measure")
+        return length_m * shares[0]
+
+    def _jump(self, node: Node, system: str | None, one_m: float, other_m: float) -> _Jump | None:
+        """Find a jump of mileage between two measures on a net element."""
+        low_m, high_m = sorted((one_m, other_m))
+        for jump in self._jumps:
+            known = jump.ref in (None, node.text("id")) and (system is None or jump.system in (None, system))
+            if known and low_m + SLACK_M < jump.measure < high_m - SLACK_M:
+                return jump
+        return None
 
     def _derive(self) -> None:
         """Lengths that follow from those of tracks; each may make another one follow."""
@@ -91,8 +131,9 @@ class NetElements:
     def _by_mileage_m(self, node: Node) -> float | None:
         for system in sorted(self._metric):
             measures_m = [measure_m for _, measure_m in _measures(node, system, named=True)]
-            if measures_m and max(measures_m) - min(measures_m) > SLACK_M and _ends(node, system):
-                return max(measures_m) - min(measures_m)
+            low_m, high_m = min(measures_m, default=0.0), max(measures_m, default=0.0)
+            if high_m - low_m > SLACK_M and _ends(node, system) and not self._jump(node, system, low_m, high_m):
+                return high_m - low_m
         return None
 
 
@@ -108,6 +149,21 @@ def is_whole(place: Node) -> bool:
     return not ends and not any(place.text(name) for name in _EXTENT)
 
 
+def _parts(node: Node) -> set[str]:
+    """Net elements that one is made of."""
+    return {part.text("ref") or "" for one in node.children(*_COLLECTIONS) for part in one.children("elementPart")}
+
+
+def _reached(refs: set[str], after: Callable[[str], set[str]]) -> set[str]:
+    """All that is reached from some, step by step, but for these."""
+    found, todo = set(refs), list(refs)
+    while todo:
+        new = after(todo.pop()) - found
+        found |= new
+        todo += new
+    return found - refs
+
+
 def _covered(root: Node) -> Iterator[_Covered]:
     for track in root.below(*_TRACKS):
         # Further locations describe the same on another level of the network.
@@ -119,13 +175,40 @@ def _covered(root: Node) -> Iterator[_Covered]:
 
 def _metric_systems(root: Node) -> Iterator[str]:
     """Ids of the mileages that are in metres; files of RaIL-AiD say Km where they mean either."""
-    for system in root.below("common", "positioning", "linearPositioningSystems", "linearPositioningSystem"):
+    for system in root.below(*_SYSTEMS):
         if system.text("units") == "m":
             yield system.text("id") or ""
 
 
+def _anchored_jumps(root: Node) -> Iterator[_Jump]:
+    """Anchors of positioning systems from which it is not as far to the next one as their measures differ."""
+    for system in root.below(*_SYSTEMS):
+        for anchor, following in pairwise(system.children("anchor")):
+            distance = anchor.number("measureToNext", "m")
+            ends = [one.number("measure", "m") for one in (anchor, following)]
+            if distance is None or None in ends:
+                continue
+            first, last = (end or 0.0 for end in ends)
+            if not math.isclose(abs(last - first), abs(distance), rel_tol=0.0, abs_tol=SLACK_M):
+                yield _Jump(system.text("id"), None, 0.5 * (first + last), anchor.line)
+
+
+def _changes(root: Node) -> Iterator[_Jump]:
+    """Mileage changes that say where they are, in the mileage before and behind them."""
+    for change in root.below(*_CHANGES):
+        for spot in change.children("spotLocation"):
+            for coordinate in spot.children("linearCoordinate"):
+                measure = coordinate.number("measure", "m")
+                if measure is not None:
+                    system = coordinate.text("positioningSystemRef")
+                    yield _Jump(system, spot.text("netElementRef"), measure, change.line)
+
+
 def _measures(node: Node, system: str | None, *, named: bool = False) -> list[tuple[float, float]]:
-    """Intrinsic coordinates of a net element and their measures in a positioning system, in order."""
+    """Intrinsic coordinates of a net element and their measures in a positioning system, in order.
+
+    Two measures of one coordinate, where mileage jumps, stay in the order of the file.
+    """
     known = []
     for intrinsic in node.below("associatedPositioningSystem", "intrinsicCoordinate"):
         for linear in intrinsic.children("linearCoordinate"):
@@ -133,7 +216,7 @@ def _measures(node: Node, system: str | None, *, named: bool = False) -> list[tu
             if system is None or given == system or (given is None and not named):
                 share = intrinsic.required_number("intrinsicCoord", "-", at_least=0.0)
                 known.append((share, linear.required_number("measure", "m")))
-    return sorted(known)
+    return sorted(known, key=itemgetter(0))
 
 
 def _ends(node: Node, system: str) -> bool:

@@ -5,7 +5,9 @@ else from ``linearCoordinate`` by the net element's own positioning system. Sour
 schema.
 """
 
+from bisect import bisect_right
 from collections.abc import Iterator
+from operator import attrgetter
 from typing import NamedTuple
 
 from tgvdp.formats.railml.net import PLACE, NetElements, is_whole, track_length_m
@@ -73,9 +75,10 @@ class NetPath:
         return (missing, rest_m) if rest_m > SLACK_M else (frozenset(), 0.0)
 
     @property
-    def inner(self) -> set[str]:
-        """Net elements of a finer level that those of the run are made of."""
-        return self._net.parts(set(self.parts))
+    def related(self) -> set[str]:
+        """Net elements of finer levels that those of the run are made of, and of coarser ones that are made of them."""
+        own = set(self.parts)
+        return self._net.parts(own) | self._net.wholes(own)
 
     def extent(self, place: Node) -> tuple[str, float, float]:
         """Net element and the two positions on it, m, of an ``associatedNetElement``."""
@@ -88,10 +91,15 @@ class NetPath:
             ends.append(default if at_m is None else at_m)
         return ref, ends[0], ends[1]
 
-    def refs(self, node: Node) -> list[str]:
-        """Net elements that an element lies on."""
-        places = [place for location in node.children("linearLocation") for place in location.children(PLACE)]
-        return [place.text("netElementRef") or "" for place in places]
+    def passes(self, node: Node, *locations: str) -> bool:
+        """Whether an element lies on a net element of the run, by its linear locations or others."""
+        return not self.parts.keys().isdisjoint(self.refs(node, *locations))
+
+    def refs(self, node: Node, *locations: str) -> list[str]:
+        """Net elements that an element lies on, by its linear locations or others."""
+        boxes = node.children(*(locations or ("linearLocation",)))
+        places = [place for box in boxes for place in (*box.children(PLACE), box)]
+        return [ref for place in places for ref in [place.text("netElementRef")] if ref]
 
     def spot(self, place: Node) -> float | None:
         """Distance on the run of a ``spotLocation``, m; None when it lies elsewhere."""
@@ -107,16 +115,31 @@ class NetPath:
         return _on_run(part, min(max(at_m, part.from_m), part.to_m)) if inside else None
 
     def stretches(self, nodes: list[Node]) -> list[Stretch]:
-        """Parts of the run that elements describe, in its direction, in the order of the run."""
+        """Parts of the run on which elements apply in its direction, in the order of the run."""
         found: list[Stretch] = []
         for node in nodes:
-            here = list(self._stretches(node))
+            here = [one for one, applies in self._stretches(node) if applies]
             if not here:
                 node.dismiss()
             found += here
-        return sorted(found, key=lambda stretch: (stretch.from_m, stretch.to_m))
+        return sorted(found, key=_order)
 
-    def _stretches(self, node: Node) -> Iterator[Stretch]:
+    def ground(self, nodes: list[Node]) -> list[Stretch]:
+        """Parts of the run that elements describe, in the order of the run, whichever direction they apply to.
+
+        Ground is there in both directions. Where each has a description of its own, that of the run's counts.
+        """
+        found = [both for node in nodes for both in self._stretches(node)]
+        own = sorted((one for one, applies in found if applies), key=_order)
+        rest = [part for one, applies in found if not applies for part in _outside(one, own)]
+        used = {part.node.element for part in (*own, *rest)}
+        for node in nodes:
+            if node.element not in used:
+                node.dismiss()
+        return sorted([*own, *rest], key=_order)
+
+    def _stretches(self, node: Node) -> Iterator[tuple[Stretch, bool]]:
+        """Parts of the run that an element lies on, and whether it applies in the run's direction there."""
         for location in node.children("linearLocation"):
             application = location.choice("applicationDirection", _APPLICATIONS) or "both"
             for place in _associated(location):
@@ -126,12 +149,11 @@ class NetPath:
                 _, first_m, last_m = self.extent(place)
                 # A location looks along its net element, or against it; where its two ends are swapped as well.
                 forward = (place.flag("keepsOrientation") is not False) == part.forward
-                if application != "both" and (application == DIRECTIONS[0]) != forward:
-                    continue
+                applies = application == "both" or (application == DIRECTIONS[0]) == forward
                 low_m, high_m = max(min(first_m, last_m), part.from_m), min(max(first_m, last_m), part.to_m)
                 if high_m - low_m > SLACK_M:
                     one_m, other_m = _on_run(part, low_m), _on_run(part, high_m)
-                    yield Stretch(min(one_m, other_m), max(one_m, other_m), node, forward)
+                    yield Stretch(min(one_m, other_m), max(one_m, other_m), node, forward), applies
 
     def _element(self, place: Node, ref: str) -> tuple[Node, float]:
         element = self._net.node(place, ref)
@@ -155,6 +177,22 @@ class NetPath:
         if at_m is not None and not -SLACK_M <= at_m <= length_m + SLACK_M:
             raise place.bad(f"must lie on the net element of {length_m:.12g} m, got {at_m:.12g} m", name)
         return None if at_m is None else min(max(at_m, 0.0), length_m)
+
+
+def _order(one: Stretch) -> tuple[float, float]:
+    return one.from_m, one.to_m
+
+
+def _outside(one: Stretch, others: list[Stretch]) -> Iterator[Stretch]:
+    """Parts of a stretch that none of others, which do not overlap, covers."""
+    at_m = one.from_m
+    for other in others[bisect_right(others, one.from_m, key=attrgetter("to_m")) :]:
+        if other.from_m - at_m > SLACK_M:
+            yield one._replace(from_m=at_m, to_m=min(other.from_m, one.to_m))
+        at_m = max(at_m, other.to_m)
+        if one.to_m - at_m <= SLACK_M:
+            return
+    yield one._replace(from_m=at_m)
 
 
 def _on_run(part: _Part, at_m: float) -> float:

@@ -147,18 +147,12 @@ class _File:
 
     def _piece(self, track: Node, direction: str, profile: str) -> Piece:
         if self._old:
-            return line2.read_piece(self.root, track, direction, profile, self._line_speed_kmh)
-        return line3.read_piece(self.root, track, direction, self._line_speed_kmh)
-
-    def _directions(self, track: Node) -> tuple[str, ...]:
-        return line2.directions(track) if self._old else line3.directions(self.root, track)
-
-    def _profiles(self, track: Node) -> tuple[str, ...]:
-        return line2.profiles(self.root, track) if self._old else ("",)
+            return line2.read_piece(self.root, track, direction, profile)
+        return line3.read_piece(self.root, track, direction, profile, self._line_speed_kmh)
 
     def _ways(self, track: Node) -> Iterator[str]:
         """Names of the ways to run over a track, as short as they are unique."""
-        directions, profiles = self._directions(track), self._profiles(track)
+        directions, profiles = self._line.directions(self.root, track), self._line.profiles(self.root, track)
         for direction in directions:
             for profile in profiles:
                 short = len(directions) == 1 and not profile
@@ -167,7 +161,7 @@ class _File:
     def _chosen_way(self, part: str) -> tuple[Node, str, str]:
         """Track, direction and profile that one name means."""
         track, words = self._named(part, "track", self._line.tracks(self.root), 2)
-        directions, profiles = self._directions(track), self._profiles(track)
+        directions, profiles = self._line.directions(self.root, track), self._line.profiles(self.root, track)
         direction = next((word for word in words if word in self._line.DIRECTIONS), "")
         given = [word for word in words if word and word != direction]
         profile = given[0] if given else ("" if "" in profiles else profiles[0])
@@ -179,9 +173,15 @@ class _File:
     def _named(self, part: str, kind: str, nodes: list[Node], words: int) -> tuple[Node, list[str]]:
         """Element of an id or name, and the words behind it."""
         name, *given = part.split(":")
-        for node in nodes:
-            if name in (_id(node), node.text("name")):
-                return node, [*given, *[""] * (words - len(given))]
+        # Names are for people: several elements may have one, ids are unique.
+        found = [node for node in nodes if _id(node) == name] or [node for node in nodes if node.text("name") == name]
+        if len(found) > 1:
+            listed = ", ".join(_id(node) for node in found[:_MOST_NAMES])
+            raise bad(
+                self.path, f"holds {len(found)} {kind}s of the name {shown(name)}, choose one by its id: {listed}"
+            )
+        if found:
+            return found[0], [*given, *[""] * (words - len(given))]
         ids = [_id(node) for node in nodes]
         hint = suggestion(name, ids) or f"; it holds: {', '.join(ids[:_MOST_NAMES])}, …"
         raise bad(self.path, f"holds no {kind} {shown(name)}{hint}")

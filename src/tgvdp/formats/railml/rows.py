@@ -1,7 +1,10 @@
 """What railML 2.x and 3.x tracks have in common: rows along a run, pieces of line, and how pieces join."""
 
+import math
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import NamedTuple
 
 from tgvdp.errors import InputError
@@ -9,8 +12,8 @@ from tgvdp.formats.syntax.xml import Node
 from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track, Tunnel
 from tgvdp.units import KILO, kmh_to_mps
 
-#: What railML 2 wrote for "no limit" before it had ``vMax="end"``; no train reaches it.
-NO_LIMIT_KMH = 999.9
+#: Value of a row at which a limit ends without a new one.
+NO_LIMIT_KMH = math.inf
 
 #: Positions are written with millimetres at best.
 SLACK_M = 1e-3
@@ -34,8 +37,8 @@ class Row(NamedTuple):
 class Piece:
     """A stretch of line as one track or path of net elements describes it; positions count from its start.
 
-    Rows of limits are in km/h and need not start at 0 m; those of gradients (‰, + uphill in the direction of the run)
-    do, unless there are none.
+    Rows of limits are in km/h and need not start at 0 m; one of `NO_LIMIT_KMH` ends the limit before it. Those of
+    gradients (‰, + uphill in the direction of the run) do start there, unless there are none.
     """
 
     name: str
@@ -46,6 +49,8 @@ class Piece:
     curves: list[tuple[Curve, int]] = field(default_factory=list)
     tunnels: list[tuple[Tunnel, int]] = field(default_factory=list)
     stops_m: list[float] = field(default_factory=list)
+    #: Ids of what lies at the start and at the end of the piece, as far as the file names it.
+    joints: tuple[frozenset[str], frozenset[str]] = (frozenset(), frozenset())
     notes: list[str] = field(default_factory=list)
 
 
@@ -91,11 +96,17 @@ def unused_notes(names: list[str]) -> list[str]:
     return notes
 
 
+def other_profiles_note(what: str, counts: Counter[str]) -> list[str]:
+    """Say that there are limits for other trains, by the names of their profiles."""
+    named = ", ".join(f"{name} ({count})" for name, count in sorted(counts.items()))
+    return [f"{what} of other profiles or train categories are not used: {named}"[:_LONGEST_NOTE]] if counts else []
+
+
 def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -> tuple[Track, dict[str, int]]:
     """Put pieces one after the other and make a track of them.
 
     Limits and gradients go on from piece to piece where a piece does not start with its own; where the first one does
-    not, the line speed is the limit.
+    not, and where a limit ends that lowered none, the line speed is the limit.
 
     Returns
     -------
@@ -117,7 +128,7 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
     for piece in pieces:
         limits += (row._replace(position_m=offset_m + row.position_m) for row in piece.limits_kmh)
         gradients += (row._replace(position_m=offset_m + row.position_m) for row in _started(piece, bool(gradients)))
-        straight = [] if piece.curves else [(Curve(0.0, float("inf"), float("inf")), piece.line)]
+        straight = [] if piece.curves else [(Curve(0.0, math.inf, math.inf), piece.line)]
         for curve, line in piece.curves or straight:
             curves.append((curve._replace(position_m=offset_m + curve.position_m), line))
         tunnels += ((t._replace(position_m=offset_m + t.position_m), line) for t, line in piece.tunnels)
@@ -125,15 +136,18 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
         offset_m += piece.length_m
     first = pieces[0]
     notes = [note for piece in pieces for note in piece.notes]
+    notes += _joint_notes(pieces)
     if not limits or limits[0].position_m > SLACK_M:
         until_m = limits[0].position_m if limits else offset_m
         if line_speed_kmh is None:
             raise node.bad(f"no speed limit from 0 m to {until_m:.12g} m of {first.name}: {LINE_SPEED_HINT}")
         limits.insert(0, Row(0.0, line_speed_kmh, first.line))
         notes.append(f"no limit before {until_m:.12g} m: limit is the line speed asked for, {line_speed_kmh:g} km/h")
+    limits, end_notes = _ended(node, limits, line_speed_kmh)
+    notes += end_notes
     if gradients and gradients[0].position_m > 0.0:
         gradients = filled(gradients, 0.0)
-    if all(curve[1:] == (float("inf"), float("inf")) for curve, _ in curves):
+    if all(curve[1:] == (math.inf, math.inf) for curve, _ in curves):
         curves = []
     lines = {"length_m": first.line}
     lines |= {f"speed_limits[{i}]": row.line for i, row in enumerate(limits)}
@@ -154,6 +168,53 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
     except InputError as error:
         raise node.bad(str(error)) from None
     return track, lines
+
+
+def _joint_notes(pieces: list[Piece]) -> list[str]:
+    """Say where pieces do not seem to join, and which of them say nothing of the ground that others describe."""
+    notes = []
+    for one, other in pairwise(pieces):
+        end, start = one.joints[1], other.joints[0]
+        if end and start and end.isdisjoint(start):
+            notes.append(f"{one.name} and {other.name} follow each other, but the file has no connection of their ends")
+    for piece in pieces:
+        if not piece.gradients_permil and any(other.gradients_permil for other in pieces):
+            notes.append(f"no gradients on {piece.name}: taken as level")
+        if not piece.curves and any(other.curves for other in pieces):
+            notes.append(f"no curves on {piece.name}: taken as straight")
+    return notes
+
+
+def _ended(node: Node, limits: list[Row], line_speed_kmh: float | None) -> tuple[list[Row], list[str]]:
+    """Put what holds again where a limit ends: the limit that it had lowered; else the line speed.
+
+    What ends without a new limit is a restriction (``vMax="end"``, 999.9 before railML 2.3), so that a limit that had
+    lowered none does not say what holds behind it.
+    """
+    rows: list[Row] = []
+    open_kmh: list[float] = []  # limits in force, each of which lowers the one before it
+    restored = at_line_speed = 0
+    for row in limits:
+        if row.value < NO_LIMIT_KMH:
+            while open_kmh and open_kmh[-1] <= row.value:
+                open_kmh.pop()
+            open_kmh.append(row.value)
+            rows.append(row)
+            continue
+        open_kmh = open_kmh[:-1]
+        if not open_kmh and line_speed_kmh is None:
+            ended = f"speedChange in line {row.line} ends a limit that lowered none before it, and does not say"
+            raise node.bad(f"{ended} what holds from there: {LINE_SPEED_HINT}")
+        restored += bool(open_kmh)
+        at_line_speed += not open_kmh
+        rows.append(row._replace(value=open_kmh[-1] if open_kmh else line_speed_kmh or 0.0))
+    notes = []
+    if restored:
+        notes.append(f"{restored} speed changes end a limit (vMax end or 999.9): the one that it lowered holds again")
+    if at_line_speed:
+        ended = f"{at_line_speed} speed changes end a limit that lowered none (vMax end or 999.9)"
+        notes.append(f"{ended}: from there the line speed, {line_speed_kmh:g} km/h, holds")
+    return rows, notes
 
 
 def _started(piece: Piece, after_another: bool) -> list[Row]:

@@ -5,11 +5,10 @@ schema leaves open; specific resistance is in N per kN of weight. Source: the pu
 """
 
 import math
-from itertools import chain
-from typing import NamedTuple
 
 from tgvdp.constants import GRAVITY_MPS2
 from tgvdp.errors import InputError
+from tgvdp.formats.railml.drive import Vehicles, drive_of, mass_of, modes_of
 from tgvdp.formats.railml.effort import Effort, Resistance, effort_of, resistance_of, total_effort
 from tgvdp.formats.railml.rows import unused_notes
 from tgvdp.formats.syntax.reading import shown
@@ -20,13 +19,6 @@ from tgvdp.units import KILO, kmh_to_mps, mps_to_kmh
 
 _MOST_VEHICLES = 1000
 _STOCK = ("rollingstock", "rollingStock")  # 2.x and 3.x
-
-
-class _Vehicles(NamedTuple):
-    """Vehicles of one kind in a train."""
-
-    node: Node
-    number: int
 
 
 def trains(root: Node) -> list[Node]:
@@ -42,10 +34,7 @@ def trains(root: Node) -> list[Node]:
 
 def modes(root: Node, train: Node) -> tuple[str, ...]:
     """Names of the propulsions among which a train can choose: those of its one powered kind of vehicle."""
-    vehicles = [one.node for one in _vehicles(root, train)]
-    powered = {vehicle.line: vehicle for vehicle in vehicles if _propulsions(vehicle)}
-    named = [name for vehicle in powered.values() for name, _ in _propulsions(vehicle)] if len(powered) == 1 else []
-    return tuple(named) if len(named) > 1 else ()
+    return modes_of(_vehicles(root, train))
 
 
 def read_train(root: Node, node: Node, mode: str) -> tuple[Train, dict[str, int]]:
@@ -69,43 +58,49 @@ def read_train(root: Node, node: Node, mode: str) -> tuple[Train, dict[str, int]
         When a mass, a speed, an effort table or the resistance is missing, or a value is out of range.
     """
     vehicles = _vehicles(root, node)
-    mass_t = _mass_t(node, vehicles)
+    count = _count(node, "formationCount", "formations")
+    mass_t, mass_notes = _mass_t(node, vehicles)
     length_m = _length_m(node, vehicles)
-    top_mps = kmh_to_mps(_speed_kmh(node, vehicles))
-    traction, braking, extra_t, (efficiency, notes) = _propulsion(vehicles, mode, mass_t)
+    top_kmh, speed_notes = _speed_kmh(node, vehicles)
+    top_mps = kmh_to_mps(top_kmh)
+    drive = drive_of(vehicles, mode, mass_t, top_mps)
+    brakes = _brakes(node)
+    traction = drive.traction or _own_effort(node.children("trainEngine"), "tractiveEffort", top_mps)
+    braking = drive.braking or _own_effort(node.children("trainBrakes"), "brakeEffort", top_mps)
     if not traction:
         raise node.bad("no vehicle has a tractiveEffort table, nor maxTractEffort and power")
-    resistance = _resistance(node, vehicles, mass_t)
-    rates, rate_notes = _braking_rates(node)
-    acceleration_mps2 = _first(node, ("trainEngine",), "maxAcceleration", "m/s²")
+    resistance = _resistance(node, vehicles, mass_t, top_mps)
+    rates, rate_notes = _braking_rates(brakes)
+    acceleration_mps2 = _acceleration_mps2(node)
     name = _name(node)
-    notes += [*resistance.notes, *rate_notes, *_effort_notes(traction, top_mps)]
-    if not extra_t:
-        notes.append("no rotationMassFactor nor rotationMass: taken as 1")
+    notes = [*mass_notes, *speed_notes, *drive.notes, *resistance.notes, *rate_notes, *_effort_notes(traction, top_mps)]
+    if count > 1:
+        notes.append(f"formationCount {count}: the train is {count} such formations, resistance and all")
     if not rates and not braking:
         notes.append("no brakeEffort table, no meanDeceleration nor maxDeceleration: this train has no brake")
-    read = [node, *(one.node for one in vehicles if one.node is not node)]
+    read = {one.element: one for one in (node, *(one.node for one in vehicles))}.values()
+    for designator in (designator for one in read for designator in one.children("designator")):
+        designator.dismiss()
     notes += unused_notes([unused for one in read for unused in one.unused()])
     try:
         train = Train(
             name=name,
-            mass_kg=mass_t * KILO,
-            rotating_mass_factor=1.0 + extra_t / mass_t,
-            length_m=length_m,
-            traction=total_effort(traction),
-            braking=total_effort(braking) if braking else EffortCurve.from_caps(0.0),
+            mass_kg=count * mass_t * KILO,
+            rotating_mass_factor=1.0 + drive.rotating_t / mass_t,
+            length_m=count * length_m,
+            traction=total_effort([one.times(count) for one in traction]),
+            braking=total_effort([one.times(count) for one in braking]) if braking else EffortCurve.from_caps(0.0),
             braking_rates=rates,
-            davis_a_n=resistance.a_n,
-            davis_b_n_per_mps=resistance.b_n_per_mps,
-            davis_c_n_per_mps2=resistance.c_n_per_mps2,
+            davis_a_n=count * resistance.a_n,
+            davis_b_n_per_mps=count * resistance.b_n_per_mps,
+            davis_c_n_per_mps2=count * resistance.c_n_per_mps2,
             max_speed_mps=top_mps,
-            max_acceleration_mps2=math.inf if acceleration_mps2 is None else acceleration_mps2,
-            traction_efficiency=efficiency,
+            max_acceleration_mps2=acceleration_mps2,
+            traction_efficiency=drive.efficiency,
             notes=tuple(dict.fromkeys(notes)),
         )
     except InputError as error:
         raise node.bad(str(error)) from None
-    brakes = node.children("trainBrakes", "brakes")
     lines = dict.fromkeys(("mass_kg", "max_speed_mps", "length_m", "rotating_mass_factor"), node.line)
     lines |= dict.fromkeys(("davis_a_n", "davis_c_n_per_mps2", "resistance"), resistance.line)
     lines |= dict.fromkeys(("traction", "traction_efficiency"), traction[0].line)
@@ -113,130 +108,82 @@ def read_train(root: Node, node: Node, mode: str) -> tuple[Train, dict[str, int]
 
 
 def _name(node: Node) -> str:
-    names = [one.text("name") for one in node.children("name")]
-    return node.text("name") or next((name for name in names if name), None) or node.text("id") or node.name
+    names = [node.text("name"), *(one.text("name") for one in node.children("name"))]
+    names += [one.text("entry") for one in node.children("designator")]
+    return next((name for name in names if name), None) or node.text("id") or node.name
 
 
-def _vehicles(root: Node, train: Node) -> list[_Vehicles]:
+def _vehicles(root: Node, train: Node) -> list[Vehicles]:
     """Vehicles of a formation with their numbers; a vehicle is its own only one."""
     if train.name == "vehicle":
-        return [_Vehicles(train, 1)]
+        return [Vehicles(train, 1)]
     stock = [node for name in _STOCK for node in root.children(name)]
     known = {one.text("id"): one for node in stock for one in node.below("vehicles", "vehicle")}
-    orders = train.children("trainOrder")
-    refs = [*chain.from_iterable(order.children("vehicleRef") for order in orders)] or orders
+    # A vehicle is named by an element below trainOrder in 2.x, by an attribute of it in 3.x.
+    refs = [ref for order in train.children("trainOrder") for ref in order.children("vehicleRef") or [order]]
     found = []
     for ref in refs:
         name = ref.required_text("vehicleRef")
-        count = ref.number("vehicleCount", "vehicles", at_least=1.0) or 1.0
-        if count != int(count) or count > _MOST_VEHICLES:
-            raise ref.bad(f"must be a whole number of 1 to {_MOST_VEHICLES} vehicles, got {count:g}", "vehicleCount")
         if name not in known:
             raise ref.bad(f"no vehicle {shown(name)} in this file", "vehicleRef")
-        found.append(_Vehicles(known[name], int(count)))
+        found.append(Vehicles(known[name], _count(ref, "vehicleCount", "vehicles")))
     if not found:
         raise train.bad("missing element trainOrder with a vehicleRef")
     return found
 
 
-def _mass_t(train: Node, vehicles: list[_Vehicles]) -> float:
-    """Gross mass, of the train or else the sum of its vehicles; a tare mass where there is no gross mass, t."""
-    own_t = _own_mass_t(train)
-    if own_t is not None:
-        return own_t
-    total_t = 0.0
-    for one in vehicles:
-        mass_t = _own_mass_t(one.node)
-        if mass_t is None:
+def _count(node: Node, attribute: str, what: str) -> int:
+    """How many there are of something, one where nothing is said."""
+    count = node.number(attribute, what, at_least=1.0) or 1.0
+    if count != int(count) or count > _MOST_VEHICLES:
+        raise node.bad(f"must be a whole number of 1 to {_MOST_VEHICLES} {what}, got {count:g}", attribute)
+    return int(count)
+
+
+def _mass_t(train: Node, vehicles: list[Vehicles]) -> tuple[float, list[str]]:
+    """Gross mass, of the train or else the sum of its vehicles, t; an empty one where there is no other, and a note."""
+    own = mass_of(train)
+    masses = [] if own is None else [own]
+    for one in vehicles if own is None else ():
+        mass = mass_of(one.node)
+        if mass is None:
             raise one.node.bad("missing attribute (t), and so is tareWeight", "bruttoWeight")
-        total_t += one.number * mass_t
-    return total_t
+        masses.append(mass._replace(mass_t=one.number * mass.mass_t))
+    empty = any(mass.empty for mass in masses)
+    note = "tareWeight counts where there is no bruttoWeight: the train, or a part of it, is without load"
+    return sum(mass.mass_t for mass in masses), [note] if empty else []
 
 
-def _own_mass_t(node: Node) -> float | None:
-    gross_t = node.number("bruttoWeight", "t", above=0.0)
-    return node.number("tareWeight", "t", above=0.0) if gross_t is None else gross_t
-
-
-def _length_m(train: Node, vehicles: list[_Vehicles]) -> float:
+def _length_m(train: Node, vehicles: list[Vehicles]) -> float:
     own_m = train.number("length", "m", at_least=0.0)
     if own_m is not None:
         return own_m
     return sum(one.number * one.node.required_number("length", "m", at_least=0.0) for one in vehicles)
 
 
-def _speed_kmh(train: Node, vehicles: list[_Vehicles]) -> float:
-    """Top speed of the train, or else of its slowest vehicle, km/h."""
+def _speed_kmh(train: Node, vehicles: list[Vehicles]) -> tuple[float, list[str]]:
+    """Top speed of the train, or else of its slowest vehicle, km/h; a note where it is above the latter."""
     own_kmh = train.number("speed", "km/h", above=0.0)
-    if own_kmh is not None:
-        return own_kmh
-    return min(one.node.required_number("speed", "km/h", above=0.0) for one in vehicles)
+    if own_kmh is None:
+        return min(one.node.required_number("speed", "km/h", above=0.0) for one in vehicles), []
+    given_kmh = [one.node.number("speed", "km/h", above=0.0) for one in vehicles]
+    slowest_kmh = min((speed_kmh for speed_kmh in given_kmh if speed_kmh is not None), default=own_kmh)
+    note = f"speed of the formation, {own_kmh:g} km/h, is above that of a vehicle, {slowest_kmh:g} km/h"
+    return own_kmh, [note] if slowest_kmh < own_kmh else []
 
 
-def _propulsions(vehicle: Node) -> list[tuple[str, Node]]:
-    """Propulsions (2.x) or power modes (3.x) of a vehicle by their id or number."""
-    nodes = [*vehicle.below("engine", "propulsion"), *vehicle.below("engine", "powerMode")]
-    return [(node.text("id") or node.text("mode") or str(index + 1), node) for index, node in enumerate(nodes)]
-
-
-def _propulsion(
-    vehicles: list[_Vehicles], mode: str, mass_t: float
-) -> tuple[list[Effort], list[Effort], float, tuple[float, list[str]]]:
-    """Tables of traction and of the dynamic brake, rotating mass as additional t, efficiency and what to say of it."""
-    traction: list[Effort] = []
-    braking: list[Effort] = []
-    extra_t = 0.0
-    shares: set[float] = set()
-    for one in vehicles:
-        propulsions = _propulsions(one.node)
-        chosen = [node for name, node in propulsions if name == mode or len(propulsions) == 1]
-        for other in (node for _, node in propulsions if node not in chosen):
-            other.dismiss()
-        if propulsions and not chosen:
-            raise one.node.bad(f"has several propulsions, choose one: {', '.join(name for name, _ in propulsions)}")
-        for node in chosen:
-            traction += _scaled(effort_of(node, "tractiveEffort", "maxTractEffort"), one.number)
-            shares |= {share for share in [node.number("totalTractEfficiency", "-", above=0.0)] if share}
-        braking += _scaled(effort_of(one.node, "brakeEffort", ""), one.number)
-        extra_t += one.number * _rotating_t(one.node, chosen, mass_t if len(vehicles) == one.number == 1 else None)
-    if len(shares) > 1:
-        raise vehicles[0].node.bad("vehicles of different totalTractEfficiency cannot be one train")
-    share = shares.pop() if shares else 1.0
-    notes = [f"totalTractEfficiency {share:g} is read as {share:g} %"] if share > 1.0 else []
-    return traction, braking, extra_t, (share / 100.0 if share > 1.0 else share, notes)
-
-
-def _scaled(effort: Effort | None, count: int) -> list[Effort]:
-    return [] if effort is None else [effort.times(count)]
-
-
-def _rotating_t(vehicle: Node, propulsions: list[Node], mass_t: float | None) -> float:
-    """Rotating masses of a vehicle as additional mass, t, from a factor of its mass or from a mass."""
-    extra_t = 0.0
-    for node in [vehicle, *vehicle.children("wagon"), *propulsions]:
-        factor = node.number("rotationMassFactor", "-", at_least=1.0)
-        if factor is not None:
-            own_t = mass_t if mass_t is not None else _own_mass_t(vehicle)
-            if own_t is None:
-                raise vehicle.bad("missing attribute (t), to which rotationMassFactor belongs", "bruttoWeight")
-            extra_t += (factor - 1.0) * own_t
-        extra_t += node.number("rotationMass", "t", at_least=0.0) or 0.0
-    return extra_t
-
-
-def _resistance(train: Node, vehicles: list[_Vehicles], mass_t: float) -> Resistance:
+def _resistance(train: Node, vehicles: list[Vehicles], mass_t: float, top_mps: float) -> Resistance:
     """Resistance of the train, or else the sum of its vehicles'."""
-    weight_kn = mass_t * GRAVITY_MPS2
     own = train.child("trainResistance", "drivingResistance")
     if own is not None:
-        return resistance_of(own, weight_kn)
+        return resistance_of(own, mass_t * GRAVITY_MPS2, top_mps)
     parts = []
     for one in vehicles:
         given = one.node.child("drivingResistance")
         if given is None:
             raise train.bad("missing element trainResistance, and not every vehicle has a drivingResistance")
-        own_t = _own_mass_t(one.node)
-        part = resistance_of(given, weight_kn if own_t is None else own_t * GRAVITY_MPS2)
+        mass = mass_of(one.node)
+        part = resistance_of(given, None if mass is None else mass.mass_t * GRAVITY_MPS2, top_mps)
         parts.append(part.times(one.number))
     return Resistance(
         a_n=sum(one.a_n for one in parts),
@@ -247,19 +194,37 @@ def _resistance(train: Node, vehicles: list[_Vehicles], mass_t: float) -> Resist
     )
 
 
-def _first(node: Node, names: tuple[str, ...], attribute: str, unit: str) -> float | None:
-    """Return an attribute, above 0, of the first child of given names that has it."""
-    values = [child.number(attribute, unit, above=0.0) for child in node.children(*names)]
-    return next((value for value in values if value is not None), None)
+def _own_effort(boxes: list[Node], element: str, top_mps: float) -> list[Effort]:
+    """Effort of a formation as a whole, which counts where its vehicles have none."""
+    found = [effort for box in boxes for effort in [effort_of(box, element, top_mps)] if effort is not None]
+    if len(found) > 1:
+        raise boxes[-1].bad(f"a second {element} table; one is expected")
+    return found
 
 
-def _braking_rates(train: Node) -> tuple[tuple[BrakingRate, ...], list[str]]:
-    """Deceleration of full braking: the mean one, or else the largest."""
+def _brakes(train: Node) -> list[Node]:
+    """Elements that say how a train brakes; those of a vehicle are in boxes."""
+    boxes = train.children("trainBrakes", "brakes", "vehicleBrakes")
+    return [*boxes, *(one for box in boxes for one in box.children("vehicleBrakes", "vehicleBrake"))]
+
+
+def _braking_rates(brakes: list[Node]) -> tuple[tuple[BrakingRate, ...], list[str]]:
+    """Deceleration of full braking: the mean one, or else the largest; of several the least."""
     for attribute in ("meanDeceleration", "maxDeceleration"):
-        rate_mps2 = _first(train, ("trainBrakes", "brakes"), attribute, "m/s²")
-        if rate_mps2 is not None:
-            return (BrakingRate(0.0, rate_mps2),), [f"full braking is trainBrakes@{attribute}, {rate_mps2:g} m/s²"]
+        rates_mps2 = {one.number(attribute, "m/s²", above=0.0): one.name for one in brakes}
+        known_mps2 = sorted(rate_mps2 for rate_mps2 in rates_mps2 if rate_mps2 is not None)
+        if known_mps2:
+            others = f", the least of {len(known_mps2)}" if len(known_mps2) > 1 else ""
+            name = rates_mps2[known_mps2[0]]
+            note = f"full braking is {name}@{attribute}, {known_mps2[0]:g} m/s²{others}"
+            return (BrakingRate(0.0, known_mps2[0]),), [note]
     return (), []
+
+
+def _acceleration_mps2(train: Node) -> float:
+    """Largest acceleration; the least of several, without limit where there is none."""
+    given_mps2 = [one.number("maxAcceleration", "m/s²", above=0.0) for one in train.children("trainEngine")]
+    return min((value_mps2 for value_mps2 in given_mps2 if value_mps2 is not None), default=math.inf)
 
 
 def _effort_notes(efforts: list[Effort], top_mps: float) -> list[str]:
