@@ -109,7 +109,7 @@ def warnings_of(found: OptimalRuns | GridPaths) -> tuple[str, ...]:
         if len(found.missed_s) > _SHOWN:
             times += f" and {len(found.missed_s) - _SHOWN} more times"
         warnings.append(
-            f"no run takes {times} to the tolerance: running times jump there, and a faster run stands for it"
+            f"no run was found that takes {times}: running times jump there, and a faster run stands for it"
         )
     if found.exhausted:
         warnings.append(

@@ -106,7 +106,7 @@ def search(
         Whether each point is rebuilt as an extremal of few commands, as a driver would run (method ``front``; energies
         by a map and neutral sections keep their runs). It takes ten times as long; docs/extremals.md.
     min_phase_s : float
-        Phases of driving that are shorter, s, are left out where that costs no more than 10⁻⁵ of the energy; 0 leaves
+        Phases of driving that are shorter, s, are left out where that costs no more than 5·10⁻⁵ of the energy; 0 leaves
         all (method ``front``; energies by a map keep theirs). See docs/phases.md.
     paths, heuristic, dominance, bounds
         Of method ``best-first``; see `tgvdp.methods.grid.best_first`.

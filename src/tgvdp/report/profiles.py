@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 #: Significant digits of the largest number, so that neighbouring rows are exact enough to be replayed.
 PROFILE_DIGITS = {
-    "position_m": 14, "speed_mps": 12, "limit_mps": 7, "gradient_permil": 5, "time_s": 12, "force_n": 9, "energy_j": 12,
+    "position_m": 14, "speed_mps": 12, "limit_mps": 12, "gradient_permil": 5, "time_s": 12, "force_n": 9,
+    "energy_j": 12,
 }  # fmt: skip
 #: Id of the fastest run; the points of the front have integer ids from 0.
 FASTEST_ID = "fastest"

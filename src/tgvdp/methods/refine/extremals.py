@@ -21,7 +21,7 @@ from tgvdp.runs.profile import Profile
 _HALF = 2
 #: The first step between those speeds, after which starts are compared, and the last one, as shares of the largest v².
 _FIRST_STEP = 1e-3
-_LAST_STEP = 1e-5
+_LAST_STEP = 1e-7
 #: Two multipliers within this factor are neighbours: the run between them starts from their blend, too. Runs further
 #: apart may differ in where they coast, which sweeps cannot mend (0.15 % on a line with 150 gradients).
 _NEAR = 2.0

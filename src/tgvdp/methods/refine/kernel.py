@@ -28,7 +28,7 @@ from tgvdp.physics.motion import land
 _NUDGE = 1e-14
 _NUDGES = 16
 #: Gain of a sweep, as a share of E + λT, above which the next one keeps its step.
-_GAIN = 1e-5
+_GAIN = 1e-6
 
 
 @kernel
