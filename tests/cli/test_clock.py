@@ -45,7 +45,7 @@ def test_a_line_of_many_transitions_ends_by_the_time_limit():
     radius_m = [math.inf if index % 2 else 500.0 + index % 7 for index in range(20_001)]
     curves = tuple((5.0 * index, *ends) for index, ends in enumerate(pairwise(radius_m)))
     track = Track(length_m=1e5, speed_limits=((0.0, 40.0),), curves=curves)
-    case = Case(load_train("tgv"), track, None, {}, {}, {})
+    case = Case(load_train("tgv"), track, None, {}, {}, {}, ())
     with pytest.raises(BudgetExceededError, match="leaves no time to search"):
         resolved(case, SearchOptions(curves="roeckl", time_limit_s=1.0), elapsed_s=1.0)
 

@@ -31,7 +31,7 @@ def run(tmp_path, monkeypatch):
 def test_the_object_that_scripts_read(run, capsys):
     assert run("journey", "--points", "3", "--json", "--no-pictures") == 0
     content = json.loads(capsys.readouterr().out)
-    assert list(content) == ["schema", "sections", "front", "practices", "complete"]
+    assert list(content) == ["schema", "sections", "fastest", "front", "practices", "complete"]
     assert content["complete"] is True
     assert content["schema"] == "tgvdp.journey/1"
     assert [list(section) for section in content["sections"]] == [["from_m", "to_m", "fastest_time_s"]] * 2
@@ -205,7 +205,7 @@ def test_margins_side_by_side(run, tmp_path, capsys):
         ("5km:5%", 2, "must be 5%, 4.5min/100km or 90s"),
         ("0:5km:5%,3km::1%", 3, "margins: two ranges hold 3000 m"),
         ("0:50km:5%", 3, "margins: to must lie within the line's"),
-        ("3000:3001:900s", 4, "margins: no run takes"),
+        ("3000:3001:900s", 4, "margins: one of them has no run that takes"),
     ],
 )
 def test_margins_that_cannot_be_taken(run, capsys, text, code, message):

@@ -14,6 +14,7 @@ JOURNEY = {
         {"from_m": 0.0, "to_m": 2000.0, "fastest_time_s": 100.0},
         {"from_m": 2000.0, "to_m": 5000.0, "fastest_time_s": 150.0},
     ],
+    "fastest": {"time_s": 250.0, "energy_kwh": 40.0},
     "front": [
         {
             "time_s": 250.0 + 2 * part,

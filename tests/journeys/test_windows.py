@@ -10,7 +10,7 @@ import tgvdp
 from tests.helpers.journey_case import LINE, METRO, method, sections_of
 from tgvdp.errors import InfeasibleError
 from tgvdp.journeys.multiplier import Demand
-from tgvdp.journeys.windows import Timetable, Windows
+from tgvdp.journeys.windows import Timetable, Windows, windows_of
 from tgvdp.model.journey import Journey, TimingPoint
 
 THREE = replace(LINE, stops_m=LINE.stops_m[:4])
@@ -172,3 +172,27 @@ def test_schedules_in_closed_form():
     found = Timetable(windows, [1.0, 1.0], [demand, demand], 0.0).at(np.array([4.0, 5.0, 9.0]))
     assert found.supplement_s == pytest.approx(np.array([[2.0, 0.0], [2.0, 1.0], [3.5, 3.5]]), abs=0.1)
     assert found.departure_s[:, 1] == pytest.approx([3.0, 3.0, 4.5], abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("arrival", "departure", "dwell_s"),
+    [
+        ((140.0, 140.0), (160.0, 160.0), 20.0),
+        ((140.0, 150.0), (150.0, 160.0), 20.0),
+        ((140.0, 140.0), (200.0, 200.0), 30.0),
+        (FREE, (160.0, 160.0), 30.0),
+        ((140.0, 140.0), FREE, 30.0),
+        (FREE, FREE, 30.0),
+    ],
+)
+def test_a_timetable_says_how_long_a_train_stands_at_least(arrival, departure, dwell_s):
+    """A stop of 20 s was "missed by 10 s", for 30 s are the default."""
+    windows = windows_of(timetable((arrival, FREE, FREE), ((0.0, 0.0), departure, FREE)), 30.0)
+    assert windows.dwells_s == (dwell_s, 30.0)
+
+
+def test_a_shorter_stop_than_asked_for_is_told():
+    arrival_s = math.ceil(FASTEST_S[0]) + 5.0
+    times = timetable(((arrival_s, arrival_s), FREE, FREE), ((0.0, 0.0), (arrival_s + 12.0,) * 2, FREE))
+    result = tgvdp.journey(METRO, THREE, times, points=3)
+    assert any("12 s of its timetable, not 30 s" in warning for warning in result.warnings)

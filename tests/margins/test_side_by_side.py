@@ -150,7 +150,7 @@ def test_what_is_refused():
         journey.margins("5%", within=1.5)
     with pytest.raises(InputError, match="share must be at least 0"):
         journey.margins([MarginRange(0.0, math.inf, Supplement(-0.1))])
-    with pytest.raises(InfeasibleError, match=r"margins: no run takes .* s from 1100 m to 1110 m"):
+    with pytest.raises(InfeasibleError, match=r"margins: one of them has no run that takes .* s from 1100 m to 1110 m"):
         journey.margins("1100:1110:900s")
     stops = [TimingPoint(at_m, 0.0, 900.0, 0.0, 0.0) for at_m in (0.0, 6000.0)]
     timed = tgvdp.journey(METRO, replace(LINE, stops_m=(0.0, 6000.0)), Journey(points=tuple(stops)), points=2)

@@ -133,6 +133,23 @@ def test_a_train_departs_and_arrives_between_rows_of_positions(driven):
     assert motion.time_s[[0, -1]] == pytest.approx([0.0, profile.duration_s], abs=1.0)
 
 
+@pytest.mark.parametrize("given", ["xvt", "vt"])
+@pytest.mark.parametrize("every_s", [1.0, 2.0, 5.0])
+def test_a_train_departs_and_arrives_between_rows_of_speeds(driven, given, every_s):
+    """Stands between two rows counted as running time: up to two intervals, which the optimum used."""
+    trip, profile, *_ = driven
+    t = np.arange(-0.6 * every_s - 30.0, profile.duration_s + 40.0, every_s)
+    x, v = at_times(profile, np.clip(t, 0.0, profile.duration_s))
+    v[(t < 0.0) | (t > profile.duration_s)] = 0.0
+    columns = {"x": x, "v": v, "t": t}
+    (motion,) = sections_of(*(columns[key] if key in given else None for key in "xvt"))
+    assert motion.time_s[[0, -1]] == pytest.approx([0.0, profile.duration_s], abs=0.2 * every_s)
+    assert motion.position_m[-1] - motion.position_m[0] == pytest.approx(20_000.0, rel=1e-3)
+    back = recorded_profile(trip, placed(motion, 0.0, 20_000.0))
+    assert back.duration_s == pytest.approx(motion.time_s[-1] - motion.time_s[0], rel=2e-3)
+    assert back.total_energy_j == pytest.approx(profile.total_energy_j, rel=0.01)
+
+
 @pytest.mark.parametrize("every_s", [1.0, 10.0])
 def test_means_cost_no_energy_on_slopes(every_s):
     """Where gradients begin is known: rounded with the speeds they were driven up and braked down (1.9 to 3.5 %)."""

@@ -155,7 +155,7 @@ def journey(
         options={**options.as_dict(), **filled},
         elapsed_s=time.perf_counter() - started,
         found=found,
-        warnings=(*_foreign(line.track, timetable), *_warnings(found)),
+        warnings=(*_foreign(line.track, timetable), *_shortened(windows, dwell_s), *_warnings(found)),
     )
 
 
@@ -178,6 +178,13 @@ def _foreign(track: Track, timetable: Journey | None) -> Iterator[str]:
     """Say where a timetable names another track than the one it is run on."""
     if timetable is not None and timetable.track != track.name:
         yield f"journey {timetable.name} belongs to track {timetable.track}, not to {track.name}"
+
+
+def _shortened(windows: Windows, dwell_s: float) -> Iterator[str]:
+    """Say where the windows of a timetable leave less time to stand than is asked for."""
+    for departure, own_s in zip(windows.departures[1:], windows.dwells_s, strict=True):
+        if own_s is not None and own_s < dwell_s:
+            yield f"stop at {departure.position_m:.6g} m: {own_s:.6g} s of its timetable, not {dwell_s:.6g} s"
 
 
 def _windows(track: Track, timetable: Journey | None, dwell_s: float) -> Windows:

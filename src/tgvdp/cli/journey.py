@@ -81,7 +81,7 @@ _OPTIONS = [
         default="30",
         show_default=True,
         type=number("s", at_least=0.0),
-        help="Standstill at each stop on the way.",
+        help="Standstill at each stop on the way; less where a timetable leaves less.",
     ),
     _trip("--line-speed", "line_speed_kmh", **LINE_SPEED),
     _trip("--set", "changes", metavar="FIELD=VALUE", multiple=True, shell_complete=complete_fields, help=SET_HELP),

@@ -15,6 +15,8 @@ from tgvdp.cli.search_case import read_case
 from tgvdp.cli.search_options import DEFAULT_TRACK, DEFAULT_TRAIN, complete
 from tgvdp.constants import CONVENTION_NAMES
 
+#: A saving below which nothing is said of where it lies, %.
+_LITTLE_PCT = 0.5
 _EXAMPLES = """
 \b
 Examples:
@@ -140,6 +142,8 @@ def _table(content: Mapping[str, Any]) -> str:
     if content["earlier_s"] is not None:
         lines.append(f"with the recorded energy it arrives {content['earlier_s']:.4g} s earlier")
     worst = max(content["parts"], key=lambda part: part["recorded_kwh"] - part["optimum_kwh"])
+    if content["saving_pct"] < _LITTLE_PCT:  # differences of parts say more of the record than of the driver
+        return "\n".join(lines)
     lines.append(
         f"most of it between {worst['from_m']:.0f} m and {worst['to_m']:.0f} m:"
         f" {worst['recorded_kwh']:.4g} kWh against {worst['optimum_kwh']:.4g} kWh"

@@ -100,7 +100,7 @@ def _rows(path: Path) -> list[dict[str, str]]:
 
 
 def _journey(home: Path, content: dict[str, Any]) -> Exhibit:
-    _require(home / "journey.json", content, JOURNEY_SCHEMA, ("sections", "front", "practices"))
+    _require(home / "journey.json", content, JOURNEY_SCHEMA, ("sections", "fastest", "front", "practices"))
     return _plain("journey", home, content=content)
 
 

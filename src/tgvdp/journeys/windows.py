@@ -88,7 +88,7 @@ def windows_of(journey: Journey, dwell_s: float) -> Windows:
     for point in journey.points[1:]:
         if point.is_stop and len(arrivals) == len(departures):  # it was here that it arrived
             departures.append(point)
-            dwells_s.append(dwell_s)
+            dwells_s.append(_dwell_s(arrivals[-1], point, dwell_s))
         elif point.is_stop:
             arrivals.append(point)
         elif not point.is_free:
@@ -96,6 +96,12 @@ def windows_of(journey: Journey, dwell_s: float) -> Windows:
             departures.append(TimingPoint(point.position_m))
             dwells_s.append(None)
     return Windows(tuple(departures), tuple(arrivals), tuple(dwells_s))
+
+
+def _dwell_s(arrival: TimingPoint, departure: TimingPoint, dwell_s: float) -> float:
+    """Least standstill at a stop: no more than windows leave from the earliest arrival to the latest departure."""
+    left_s = departure.latest_s - arrival.earliest_s
+    return min(dwell_s, left_s) if left_s >= 0.0 else dwell_s  # where they contradict, that is said elsewhere
 
 
 class Miss(NamedTuple):

@@ -199,8 +199,8 @@ def met(part: Part, run: Callable[[float], Curve], fast: float, slow: float, *mi
             return runs[at]
     if over_s[slow] < 0.0:
         raise InfeasibleError(
-            f"margins: no run takes {part.time_s:.6g} s from {part.trip.origin_m:.6g} m to"
-            f" {part.trip.destination_m:.6g} m: the slowest that was sought takes {runs[slow].duration_s:.6g} s"
+            f"margins: one of them has no run that takes {part.time_s:.6g} s from {part.trip.origin_m:.6g} m to"
+            f" {part.trip.destination_m:.6g} m: the slowest of its kind takes {runs[slow].duration_s:.6g} s"
         )
     if over_s[fast] > 0.0:
         raise InfeasibleError(

@@ -81,6 +81,7 @@ def journey_object(
             }
             for section in result.sections
         ],
+        "fastest": _figures(result.fastest_time_s, result.fastest_energy_j),
         "front": [
             {**_figures(time_s, energy_j), "price_kwh_per_min": price, "sections": list(map(_figures, own_s, own_j))}
             for time_s, energy_j, price, own_s, own_j in points

@@ -15,7 +15,7 @@ from tgvdp.line.resolved import resolve
 from tgvdp.model.trip import Trip
 from tgvdp.physics.codes import COASTING, HOLDING
 from tgvdp.runs.profile import Profile, profile_of
-from tgvdp.runs.recorded_ends import STAND_MPS, departure_s, end_speed
+from tgvdp.runs.recorded_ends import STAND_MPS, departure_by_speed_s, departure_s, end_speed
 from tgvdp.runs.recorded_means import Motion, averaged, with_slopes
 
 Floats = NDArray[np.float64]
@@ -68,6 +68,8 @@ def sections_of(
         known = (has_speeds or start > 0, has_speeds or end < t.size - 1)
         stands = (bool(standing[start]) and known[0], bool(standing[end]) and known[1])
         if part.position_m[-1] - part.position_m[0] >= _LEAST_SECTION_M:
+            if has_speeds and time_s is not None:  # else times follow from speeds: it leaves at a row
+                part = _between_stands(part, stands, position_m is None)
             found.append(_standing(averaged(part), stands) if has_speeds else _with_ends(part, stands))
     if not found:
         raise InputError(f"recorded run: the train never moves {_LEAST_SECTION_M:g} m faster than {STAND_MPS:g} m/s")
@@ -118,6 +120,25 @@ def _standing(motion: Motion, stands: tuple[bool, bool]) -> Motion:
         if is_stand:
             motion.speed_mps[row] = 0.0
     return motion
+
+
+def _between_stands(motion: Motion, stands: tuple[bool, bool], is_integrated: bool) -> Motion:
+    """A section of recorded speeds without the time that it stands between two rows, at either end."""
+    if stands[0]:
+        motion = _left_at(motion, is_integrated)
+    return _backward(_left_at(_backward(motion), is_integrated)) if stands[1] else motion
+
+
+def _left_at(motion: Motion, is_integrated: bool) -> Motion:
+    """The same from when it leaves its first row, which is where it stood, or where positions are integrals before it.
+
+    There the way up to the second row is shorter, too.
+    """
+    x, v, t = (column.copy() for column in motion[:3])
+    t[0] = departure_by_speed_s(t, v)
+    if is_integrated:
+        x[0] = x[1] - 0.5 * (v[0] + v[1]) * (t[1] - t[0])
+    return motion._replace(position_m=x, time_s=t)
 
 
 def _with_ends(motion: Motion, stands: tuple[bool, bool]) -> Motion:

@@ -257,14 +257,21 @@ def report_object(savings: Savings) -> dict[str, Any]:
 
 
 def _warning(savings: Savings) -> dict[str, str]:
-    """Say where fronts have no point near the margin."""
+    """Say where fronts have no point near the margin, and which axes have values with unlike scenarios."""
+    warnings = []
     above_pct = savings.at_most_above_pct
     told = int((above_pct > TELLING_PCT).sum())
-    if not told:
-        return {}
-    which = f"{told} of {len(above_pct)} fronts have too few points around {savings.margin_pct:g} %"
-    how = f"energies are read off a straight line there, which may be {above_pct.max():.2g} % too dear"
-    return {"warning": f"{which}: {how}"}
+    if told:
+        which = f"{told} of {len(above_pct)} fronts have too few points around {savings.margin_pct:g} %"
+        how = f"energies are read off a straight line there, which may be {above_pct.max():.2g} % too dear"
+        warnings.append(f"{which}: {how}")
+    missing = sum(savings.counts.values()) - len(savings.number)
+    if missing:
+        unlike = [axis for axis in savings.axes if len({level.scenarios for level in levels(savings, axis)}) > 1]
+        if unlike:
+            names = ", ".join(unlike)
+            warnings.append(f"scenarios that are not done ({missing}) leave values of {names} with unlike others")
+    return {"warning": "; ".join(warnings)} if warnings else {}
 
 
 def savings_columns(savings: Savings) -> dict[str, Any]:

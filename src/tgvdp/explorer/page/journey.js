@@ -13,8 +13,7 @@ export class Journey {
     const { content } = view;
     this.sections = content.sections;
     this.points = content.front;
-    const [first] = this.points;
-    const fastest = { time_s: this.sections.reduce((sum, one) => sum + one.fastest_time_s, 0), energy_kwh: first.energy_kwh };
+    const { fastest } = content;
     const relative = (one) => ({ ...one, delay_s: one.time_s - fastest.time_s });
     const front = this.points.map((point, index) => ({ ...relative(point), id: index, saved_pct: fastest.energy_kwh ? (100 * (fastest.energy_kwh - point.energy_kwh)) / Math.abs(fastest.energy_kwh) : 0, lower_bound_kwh: null }));
     this.front = new Front({ fastest, front }, (index) => state.set({ point: index }));
@@ -27,7 +26,7 @@ export class Journey {
     this.tableHome = el("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Sections" });
     this.figures = el("div", { class: "figures", id: "figures", "aria-live": "polite" });
     this.element = el("div", { class: "search journey" },
-      el("div", { class: "column" }, this.front.element, this.legend(), el("section", { class: "card" }, el("h2", {}, "The chosen journey"), this.figures)),
+      el("div", { class: "column" }, content.warning ? el("p", { class: "error card" }, content.warning) : null, this.front.element, this.legend(), el("section", { class: "card" }, el("h2", {}, "The chosen journey"), this.figures)),
       el("div", { class: "column" }, el("section", { class: "card" }, el("h2", {}, "Which section gets how much?"), this.allocation.element), el("section", { class: "card" }, el("h2", {}, "Sections"), this.tableHome)));
   }
 
