@@ -8,6 +8,7 @@ import pytest
 
 import tgvdp
 from tgvdp.cli import main
+from tgvdp.model.track import NeutralSection
 from tgvdp.report.scores import plot_score, score_object
 
 TRIP = {"train": "alstom-emu", "track": "flat-100km"}
@@ -41,6 +42,21 @@ def test_the_optimum_itself_cannot_be_improved(result, tmp_path):
     assert score.time_s == pytest.approx(profile.duration_s, rel=1e-6)
     assert score.recorded.total_energy_j == pytest.approx(profile.total_energy_j, rel=1e-3)
     assert abs(score.saving_j) < 2e-3 * profile.total_energy_j
+    assert score.warnings == ()
+
+
+def test_traction_without_current_is_a_doubt(result, tmp_path):
+    """It was free where the pantograph is lowered, so that a record "beat" the optimum by 20 %."""
+    profile = result.profile(len(result.front) - 1)
+    train, track = result.trip.train, result.trip.track
+    pulls = int(np.argmax(profile.speed_mps > 0.6 * profile.speed_mps.max()))
+    neutral = (NeutralSection(float(profile.position_m[pulls]), 300.0, True),)
+    path = record(tmp_path / "run.csv", profile)
+    score = tgvdp.score_run(tgvdp.load_run(path), train, replace(track, neutral_sections=neutral))
+    assert any("where the line has no current" in warning for warning in score.warnings)
+    obeys = tgvdp.search(train, replace(track, neutral_sections=neutral), destination_m=10_000.0, at_margin=(0.1,))
+    path = record(tmp_path / "obeys.csv", obeys.profile(0))
+    score = tgvdp.score_run(tgvdp.load_run(path), train, replace(track, neutral_sections=neutral))
     assert score.warnings == ()
 
 

@@ -11,8 +11,9 @@ from tgvdp.api.trip import trip_of
 from tgvdp.errors import InputError
 from tgvdp.formats.recorded_run import RecordedRun
 from tgvdp.formats.sources import Source
+from tgvdp.line.resolved import resolve
 from tgvdp.model.checks import require_number
-from tgvdp.model.track import Track
+from tgvdp.model.track import POWERED, Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
 from tgvdp.options.search import SearchOptions
@@ -20,7 +21,7 @@ from tgvdp.runs.profile import Profile
 from tgvdp.runs.recorded import placed, recorded_profile, sections_of
 from tgvdp.runs.recorded_means import Motion
 from tgvdp.runs.samples import limit_at
-from tgvdp.units import mps_to_kmh
+from tgvdp.units import joule_to_kwh, mps_to_kmh
 
 if TYPE_CHECKING:
     from tgvdp.report.style import Picture
@@ -32,6 +33,8 @@ _BEYOND = 1.02
 #: A word is due where the traction limit is exceeded by this factor for this share of the time, where durations differ
 #: by this share, and where a speed limit is exceeded, or a speed at an end uncertain, by so much, m/s.
 _EFFORT_FACTOR, _EFFORT_SHARE, _TIME_SHARE, _OVERSPEED_MPS, _END_SPEED_MPS = 1.05, 0.05, 0.01, 0.3, 0.5
+#: ... and where so much of the work of traction is done without current.
+_DARK_SHARE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,4 +215,18 @@ def _doubts(trip: Trip, recorded: Profile, motion: Motion, fastest_s: float) -> 
             f"in {100.0 * share:.0f} % of the time the recorded speeds ask for more traction than the train has: noise,"
             " which a mean over some seconds takes away, or another train"
         )
+    dark_j = _dark_j(trip, recorded)
+    if dark_j > _DARK_SHARE * max(recorded.balance.wheel_j, dark_j):
+        found.append(
+            f"the recorded speeds ask for {joule_to_kwh(dark_j):.3g} kWh of traction at the wheel where the line has no"
+            " current: positions or neutral sections differ from what was driven"
+        )
     return tuple(found)
+
+
+def _dark_j(trip: Trip, recorded: Profile) -> float:
+    """Work of traction at the wheel where a line has no current, J."""
+    position_m = recorded.position_m - trip.origin_m
+    supply = resolve(trip).between(position_m)[2]
+    work_j = np.maximum(recorded.force_n[:-1], 0.0) * np.diff(position_m)
+    return float(work_j[supply != POWERED].sum())
