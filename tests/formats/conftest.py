@@ -13,3 +13,14 @@ def saved(tmp_path):
         return tmp_path / name
 
     return save
+
+
+@pytest.fixture
+def saved_xml(tmp_path):
+    """Writes a text and returns the name of something in it."""
+
+    def save(text, part=""):
+        (tmp_path / "file.xml").write_text(text, encoding="utf-8")
+        return f"{tmp_path / 'file.xml'}{part}"
+
+    return save

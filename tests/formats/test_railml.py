@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from tests.helpers.railml_case import LINE_2, LINE_3, SAMPLES, STOCK_2, STOCK_3, limits_kmh, refusal
+from tests.helpers.railml_case import LINE_2, LINE_3, SAMPLES, STOCK_2, STOCK_3, limits_kmh
+from tests.helpers.refusal import refusal
 from tgvdp.formats import describe_file, load_scenario, load_track, load_train
 from tgvdp.formats.railml.reader import lines_of
 from tgvdp.formats.railml.rows import LINE_SPEED_HINT
@@ -17,19 +18,8 @@ from tgvdp.units import kmh_to_mps
 pytest.importorskip("lxml")
 
 
-@pytest.fixture
-def saved(tmp_path):
-    """Writes a text and returns the name of something in it."""
-
-    def save(text, part=""):
-        (tmp_path / "file.xml").write_text(text, encoding="utf-8")
-        return f"{tmp_path / 'file.xml'}{part}"
-
-    return save
-
-
-def test_line_of_version_2_upwards(saved):
-    track = load_track(saved(LINE_2, "#t1:up"))
+def test_line_of_version_2_upwards(saved_xml):
+    track = load_track(saved_xml(LINE_2, "#t1:up"))
     assert (track.name, track.length_m, track.stops_m) == ("Main", 10_000.0, (0.0, 4000.0, 10_000.0))
     assert limits_kmh(track) == [(0.0, 90), (3000.0, 120), (9000.0, 100)]
     assert track.gradients == ((0.0, 5.0), (2000.0, -4.0))
@@ -43,8 +33,8 @@ def test_line_of_version_2_upwards(saved):
     )
 
 
-def test_line_of_version_2_downwards_turns_the_ground_round(saved):
-    track = load_track(saved(LINE_2, "#t1:down"))
+def test_line_of_version_2_downwards_turns_the_ground_round(saved_xml):
+    track = load_track(saved_xml(LINE_2, "#t1:down"))
     assert track.stops_m == (0.0, 6000.0, 10_000.0)
     assert limits_kmh(track) == [(0.0, 80), (8000.0, 110)]
     assert track.gradients == ((0.0, 4.0), (8000.0, -5.0))  # + uphill in the direction of the run
@@ -54,42 +44,42 @@ def test_line_of_version_2_downwards_turns_the_ground_round(saved):
     assert track.tunnels == (Tunnel(1950.0, 1050.0, 40.0),)
 
 
-def test_gradients_that_are_given_downwards_hold_from_there_on_downwards(saved):
+def test_gradients_that_are_given_downwards_hold_from_there_on_downwards(saved_xml):
     changes = """<gradientChange id="g3" pos="10100" dir="down" slope="-4.0"/>
                  <gradientChange id="g4" pos="2100" dir="down" slope="5.0"/></gradientChanges>"""
     both = LINE_2.replace("</gradientChanges>", changes)
-    assert load_track(saved(both, "#t1:down")).gradients == ((0.0, 4.0), (8000.0, -5.0))
-    assert load_track(saved(both, "#t1:up")).gradients == ((0.0, 5.0), (2000.0, -4.0))
+    assert load_track(saved_xml(both, "#t1:down")).gradients == ((0.0, 4.0), (8000.0, -5.0))
+    assert load_track(saved_xml(both, "#t1:up")).gradients == ((0.0, 5.0), (2000.0, -4.0))
     only = both.replace('<gradientChange id="g1" pos="100" dir="up" slope="5.0" transitionLength="20"/>', "").replace(
         '<gradientChange id="g2" pos="2100" dir="up" slope="-4.0"/>', ""
     )
-    assert load_track(saved(only, "#t1:up")).gradients == ((0.0, 5.0), (2000.0, -4.0))
+    assert load_track(saved_xml(only, "#t1:up")).gradients == ((0.0, 5.0), (2000.0, -4.0))
 
 
-def test_a_first_gradient_behind_the_start_is_level_before_and_says_so(saved):
+def test_a_first_gradient_behind_the_start_is_level_before_and_says_so(saved_xml):
     text = LINE_2.replace('pos="100" dir="up" slope="5.0"', 'pos="600" dir="up" slope="5.0"')
-    track = load_track(saved(text, "#t1:up"))
+    track = load_track(saved_xml(text, "#t1:up"))
     assert track.gradients == ((0.0, 0.0), (500.0, 5.0), (2000.0, -4.0))
     assert "gradients are not given on 500 m (0.5 km): taken as level" in track.notes
-    assert load_track(saved(text, "#t1:down")).gradients == ((0.0, 4.0), (8000.0, -5.0), (9500.0, 0.0))
+    assert load_track(saved_xml(text, "#t1:down")).gradients == ((0.0, 4.0), (8000.0, -5.0), (9500.0, 0.0))
 
 
-def test_tracks_join_one_after_the_other_and_limits_go_on(saved):
+def test_tracks_join_one_after_the_other_and_limits_go_on(saved_xml):
     second = LINE_2[LINE_2.index("<track ") : LINE_2.index("</track>") + len("</track>")]
     second = second.replace('id="t1" name="Main"', 'id="t2" name="Branch"').replace("<speedChange ", "<unknown ", 1)
     text = LINE_2.replace("</tracks>", f"{second}</tracks>")
-    track = load_track(saved(text, "#t1:up+t2:up"))
+    track = load_track(saved_xml(text, "#t1:up+t2:up"))
     assert (track.name, track.length_m) == ("Main + Branch", 20_000.0)
     assert limits_kmh(track) == [(0.0, 90), (3000.0, 120), (9000.0, 100), (13_000.0, 120), (19_000.0, 100)]
     assert track.gradients == ((0.0, 5.0), (2000.0, -4.0), (10_000.0, 5.0), (12_000.0, -4.0))
     assert track.stops_m == (0.0, 4000.0, 14_000.0, 20_000.0)
-    assert refusal(load_track, saved(text, "#t2:up+t1:up")).endswith(
+    assert refusal(load_track, saved_xml(text, "#t2:up+t1:up")).endswith(
         f"no speed limit from 0 m to 3000 m of Branch: {LINE_SPEED_HINT}"
     )
 
 
-def test_choices_are_asked_for_by_name(saved):
-    name = saved(LINE_2)
+def test_choices_are_asked_for_by_name(saved_xml):
+    name = saved_xml(LINE_2)
     assert refusal(load_track, name) == "holds 2 tracks, choose one as FILE#NAME: t1:up, t1:down"
     assert refusal(load_track, f"{name}#t1") == (
         "track 't1' can be run in several ways, choose one as FILE#NAME: t1:up, t1:down"
@@ -102,19 +92,19 @@ def test_choices_are_asked_for_by_name(saved):
     assert [figure.name for figure in described.figures] == ["t1:up", "t1:down"]
 
 
-def test_one_direction_needs_no_choice(saved):
+def test_one_direction_needs_no_choice(saved_xml):
     text = LINE_2.replace('dir="down"', 'dir="up"').replace(
         '<speedChange id="s4" pos="10100"', '<speedChange id="s4" pos="9900"'
     )
-    assert load_track(saved(text)).length_m == 10_000.0
+    assert load_track(saved_xml(text)).length_m == 10_000.0
 
 
-def test_speed_profiles_are_layers_of_their_own(saved):
+def test_speed_profiles_are_layers_of_their_own(saved_xml):
     tilting = '<speedChange id="p" pos="100" dir="up" vMax="140" profileRef="tilt"/></speedChanges>'
     text = LINE_2.replace("</speedChanges>", tilting)
-    assert limits_kmh(load_track(saved(text, "#t1:up")))[0] == (0.0, 90)
-    assert limits_kmh(load_track(saved(text, "#t1:up:tilt"))) == [(0.0, 140)]
-    assert "t1:up:tilt" in refusal(load_track, saved(text))
+    assert limits_kmh(load_track(saved_xml(text, "#t1:up")))[0] == (0.0, 90)
+    assert limits_kmh(load_track(saved_xml(text, "#t1:up:tilt"))) == [(0.0, 140)]
+    assert "t1:up:tilt" in refusal(load_track, saved_xml(text))
 
 
 @pytest.mark.parametrize(
@@ -136,19 +126,19 @@ def test_speed_profiles_are_layers_of_their_own(saved):
         ('length="1050"', 'length="5000"', "tunnel[1]@length: must end on the track, ends at 12100 m"),
     ],
 )  # fmt: skip
-def test_errors_of_version_2_name_line_element_and_attribute(saved, old, new, message):
-    assert message in refusal(load_track, saved(LINE_2.replace(old, new), "#t1:up"))
+def test_errors_of_version_2_name_line_element_and_attribute(saved_xml, old, new, message):
+    assert message in refusal(load_track, saved_xml(LINE_2.replace(old, new), "#t1:up"))
 
 
-def test_a_change_for_both_directions_is_refused_against_the_track(saved):
+def test_a_change_for_both_directions_is_refused_against_the_track(saved_xml):
     text = LINE_2.replace('id="s1" pos="100" dir="up"', 'id="s1" pos="100" dir="both"')
-    assert limits_kmh(load_track(saved(text, "#t1:up")))[0] == (0.0, 90)
-    message = refusal(load_track, saved(text, "#t1:down"))
+    assert limits_kmh(load_track(saved_xml(text, "#t1:up")))[0] == (0.0, 90)
+    message = refusal(load_track, saved_xml(text, "#t1:down"))
     assert message.endswith("speedChange[1]@dir: must be up or down for a run against the track, got 'both'")
 
 
-def test_line_of_version_3(saved):
-    track = load_track(saved(LINE_3))
+def test_line_of_version_3(saved_xml):
+    track = load_track(saved_xml(LINE_3))
     assert (track.name, track.length_m, track.stops_m) == ("Main", 10_000.0, (0.0, 4000.0, 7000.0, 10_000.0))
     assert limits_kmh(track) == [(0.0, 90), (3000.0, 120)]  # the least of those that cover a place
     assert track.gradients == ((0.0, 5.0), (2000.0, -4.0), (4000.0, -4.0))
@@ -165,19 +155,19 @@ def test_line_of_version_3(saved):
     )
 
 
-def test_line_of_version_3_in_reverse(saved):
-    track = load_track(saved(LINE_3, "#t1:reverse"))
+def test_line_of_version_3_in_reverse(saved_xml):
+    track = load_track(saved_xml(LINE_3, "#t1:reverse"))
     assert limits_kmh(track) == [(0.0, 120), (7000.0, 90)]
     assert track.gradients == ((0.0, 4.0), (6000.0, 4.0), (8000.0, -5.0))
     assert track.stops_m == (0.0, 3000.0, 6000.0, 10_000.0)
     assert track.curves[2] == Curve(9000.0, -400.0, math.inf)
 
 
-def test_sections_of_one_direction_ask_for_it(saved):
+def test_sections_of_one_direction_ask_for_it(saved_xml):
     one = LINE_3.replace('id="l5" applicationDirection="both"', 'id="l5" applicationDirection="normal"')
-    assert refusal(load_track, saved(one)) == "holds 2 tracks, choose one as FILE#NAME: t1:normal, t1:reverse"
-    assert limits_kmh(load_track(saved(one, "#t1:reverse"))) == [(0.0, 120)]
-    assert limits_kmh(load_track(saved(one, "#t1:normal"))) == [(0.0, 90), (3000.0, 120)]
+    assert refusal(load_track, saved_xml(one)) == "holds 2 tracks, choose one as FILE#NAME: t1:normal, t1:reverse"
+    assert limits_kmh(load_track(saved_xml(one, "#t1:reverse"))) == [(0.0, 120)]
+    assert limits_kmh(load_track(saved_xml(one, "#t1:normal"))) == [(0.0, 90), (3000.0, 120)]
 
 
 @pytest.mark.parametrize(
@@ -199,12 +189,12 @@ def test_sections_of_one_direction_ask_for_it(saved):
         ('keepsOrientation="false" sequence="2"/>', 'keepsOrientation="no"/>', "Orientation: must be one of true"),
     ],
 )  # fmt: skip
-def test_errors_of_version_3_name_line_element_and_attribute(saved, old, new, message):
-    assert message in refusal(load_track, saved(LINE_3.replace(old, new), "#t1:normal"))
+def test_errors_of_version_3_name_line_element_and_attribute(saved_xml, old, new, message):
+    assert message in refusal(load_track, saved_xml(LINE_3.replace(old, new), "#t1:normal"))
 
 
-def test_train_of_version_2(saved):
-    train = load_train(saved(STOCK_2))
+def test_train_of_version_2(saved_xml):
+    train = load_train(saved_xml(STOCK_2))
     assert (train.name, train.mass_kg, train.length_m) == ("IC", 460_000.0, 196.0)
     assert train.max_speed_mps == kmh_to_mps(140.0)  # the slowest vehicle
     assert train.traction == EffortCurve.from_points(
@@ -218,8 +208,8 @@ def test_train_of_version_2(saved):
     assert any(note.startswith("not used: trainBrakes@brakeType") for note in train.notes)
 
 
-def test_train_of_version_3_with_a_fitted_resistance(saved):
-    train = load_train(saved(STOCK_3))
+def test_train_of_version_3_with_a_fitted_resistance(saved_xml):
+    train = load_train(saved_xml(STOCK_3))
     assert (train.name, train.mass_kg, train.length_m) == ("EMU", 130_000.0, 75.0)
     assert train.traction.effort_n(kmh_to_mps(110.0)) == pytest.approx(0.5 * (150e3 + 56.25e3))
     # The table is 2000 + 10·V + 0.3·V² N at its points.
@@ -230,31 +220,31 @@ def test_train_of_version_3_with_a_fitted_resistance(saved):
     assert "no brakeEffort table, no meanDeceleration nor maxDeceleration: this train has no brake" in train.notes
 
 
-def test_a_resistance_that_davis_does_not_meet_says_so(saved):
-    train = load_train(saved(STOCK_3.replace('yValue="6"', 'yValue="5"')))
+def test_a_resistance_that_davis_does_not_meet_says_so(saved_xml):
+    train = load_train(saved_xml(STOCK_3.replace('yValue="6"', 'yValue="5"')))
     assert any("fitted to a table; it is off by" in note for note in train.notes)
     assert min(train.davis_a_n, train.davis_b_n_per_mps, train.davis_c_n_per_mps2) >= 0.0
 
 
-def test_brake_effort_and_caps(saved):
+def test_brake_effort_and_caps(saved_xml):
     brake = """<vehicleBrakes><vehicleBrake><brakeEffort><valueTable yValueUnit="kN">
         <valueLine xValue="0"><values yValue="100"/></valueLine>
         </valueTable></brakeEffort></vehicleBrake></vehicleBrakes>"""
     table = STOCK_2[STOCK_2.index("<tractiveEffort>") : STOCK_2.index("</tractiveEffort>") + 17]
     text = STOCK_2.replace(table, "").replace('power="4000000"', 'power="4000000" maxTractEffort="250000"')
-    train = load_train(saved(text.replace("</engine>", f"</engine>{brake}")))
+    train = load_train(saved_xml(text.replace("</engine>", f"</engine>{brake}")))
     assert train.traction == EffortCurve.from_caps(500e3, 8e6)
     assert train.braking == EffortCurve.from_points([(0.0, 200e3)])
 
 
-def test_several_propulsions_are_asked_for(saved):
+def test_several_propulsions_are_asked_for(saved_xml):
     propulsion = STOCK_2[STOCK_2.index("<propulsion ") : STOCK_2.index("</propulsion>") + 13]
     second = propulsion.replace('id="ac"', 'id="dc"').replace('yValue="300"', 'yValue="200"')
     text = STOCK_2.replace("</engine>", f"{second}</engine>")
-    assert refusal(load_train, saved(text)) == "holds 2 trains, choose one as FILE#NAME: ic:ac, ic:dc"
-    assert load_train(saved(text, "#ic:ac")).traction.effort_n(0.0) == 600e3
-    assert load_train(saved(text, "#ic:dc")).traction.effort_n(0.0) == 400e3
-    assert "choose one as FILE#NAME: ic:ac, ic:dc" in refusal(load_train, saved(text, "#ic"))
+    assert refusal(load_train, saved_xml(text)) == "holds 2 trains, choose one as FILE#NAME: ic:ac, ic:dc"
+    assert load_train(saved_xml(text, "#ic:ac")).traction.effort_n(0.0) == 600e3
+    assert load_train(saved_xml(text, "#ic:dc")).traction.effort_n(0.0) == 400e3
+    assert "choose one as FILE#NAME: ic:ac, ic:dc" in refusal(load_train, saved_xml(text, "#ic"))
 
 
 @pytest.mark.parametrize(
@@ -274,46 +264,46 @@ def test_several_propulsions_are_asked_for(saved):
         ('rotationMassFactor="1.2"', 'rotationMassFactor="0.2"', "rotationMassFactor: must be at least 1 -, got '0.2'"),
     ],
 )  # fmt: skip
-def test_errors_of_trains_name_line_element_and_attribute(saved, old, new, message):
+def test_errors_of_trains_name_line_element_and_attribute(saved_xml, old, new, message):
     text = STOCK_2.replace(old, new)
     if not message:
-        assert load_train(saved(text)).davis_a_n > 0.0
+        assert load_train(saved_xml(text)).davis_a_n > 0.0
         return
     if message == "file.xml":
         text = text.replace("</trainResistance>", "</other>")
         message = "formation/trainResistance: missing element daviesFormula, valueTable or segmentTable"
-    assert message in refusal(load_train, saved(text))
+    assert message in refusal(load_train, saved_xml(text))
 
 
-def test_a_resistance_that_may_be_either_is_refused(saved):
+def test_a_resistance_that_may_be_either_is_refused(saved_xml):
     either = STOCK_2.replace('massDependent="true"', "").replace('constantFactorA="1.5"', 'constantFactorA="60"')
-    assert refusal(load_train, saved(either)).endswith("massDependent: missing attribute: 60 may be N or N/kN")
+    assert refusal(load_train, saved_xml(either)).endswith("massDependent: missing attribute: 60 may be N or N/kN")
     absolute = either.replace('constantFactorA="60"', 'constantFactorA="6000"')
-    assert load_train(saved(absolute)).davis_a_n == 6000.0
+    assert load_train(saved_xml(absolute)).davis_a_n == 6000.0
 
 
-def test_a_file_with_a_line_and_a_train_is_a_scenario(saved):
+def test_a_file_with_a_line_and_a_train_is_a_scenario(saved_xml):
     stock = STOCK_2[STOCK_2.index("<rollingstock") : STOCK_2.index("</railml>")]
     one_way = LINE_2.replace('dir="down"', 'dir="up"').replace('id="s4" pos="10100"', 'id="s4" pos="9900"')
-    name = saved(one_way.replace("</railml>", f"{stock}</railml>"))
+    name = saved_xml(one_way.replace("</railml>", f"{stock}</railml>"))
     scenario = load_scenario(name)
     assert (scenario.train.name, scenario.track.name, scenario.format) == ("IC", "Main", "railML 2.3")
     assert load_scenario(f"{name}#ic").track is None
     assert load_train(name).name == "IC"
 
 
-def test_lines_of_fields_are_those_of_the_file(saved, tmp_path):
-    saved(LINE_2)
+def test_lines_of_fields_are_those_of_the_file(saved_xml, tmp_path):
+    saved_xml(LINE_2)
     lines = lines_of(read_document(tmp_path / "file.xml"), "track", "t1:up")
     rows = LINE_2.splitlines()
     assert 'vMax="120"' in rows[lines["speed_limits[1]"] - 1]
     assert 'slope="-4.0"' in rows[lines["gradients[1]"] - 1]
     assert 'radius="-400"' in rows[lines["curves[1]"] - 1]
-    saved(STOCK_2)
+    saved_xml(STOCK_2)
     lines = lines_of(read_document(tmp_path / "file.xml"), "train", None)
     assert "<valueTable" in STOCK_2.splitlines()[lines["traction"] - 1]
 
 
 @pytest.mark.parametrize("sample", SAMPLES)
-def test_samples_are_described(saved, sample):
-    assert describe_file(saved(SAMPLES[sample])).format.startswith("railML ")
+def test_samples_are_described(saved_xml, sample):
+    assert describe_file(saved_xml(SAMPLES[sample])).format.startswith("railML ")

@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from tests.helpers.railml_case import LINE_3, refusal
+from tests.helpers.railml_case import LINE_3
+from tests.helpers.refusal import refusal
 from tgvdp.formats import load_track
 from tgvdp.model.track import Curve
 
@@ -19,27 +20,16 @@ NORMAL_GROUND = (
 )
 
 
-@pytest.fixture
-def saved(tmp_path):
-    """Writes a text and returns the name of something in it."""
-
-    def save(text, part=""):
-        (tmp_path / "file.xml").write_text(text, encoding="utf-8")
-        return f"{tmp_path / 'file.xml'}{part}"
-
-    return save
-
-
 @pytest.mark.parametrize("direction", ["normal", "reverse"])
-def test_ground_of_one_direction_is_that_of_both(saved, direction):
-    given = load_track(saved(NORMAL_GROUND, f"#t1:{direction}"))
-    both = load_track(saved(LINE_3, f"#t1:{direction}"))
+def test_ground_of_one_direction_is_that_of_both(saved_xml, direction):
+    given = load_track(saved_xml(NORMAL_GROUND, f"#t1:{direction}"))
+    both = load_track(saved_xml(LINE_3, f"#t1:{direction}"))
     assert given == both
     assert given.notes == both.notes
 
 
-def test_ground_against_its_direction_is_turned_round(saved):
-    track = load_track(saved(NORMAL_GROUND, "#t1:reverse"))
+def test_ground_against_its_direction_is_turned_round(saved_xml):
+    track = load_track(saved_xml(NORMAL_GROUND, "#t1:reverse"))
     assert track.gradients == ((0.0, 4.0), (6000.0, 4.0), (8000.0, -5.0))
     assert track.curves[1] == Curve(8500.0, -400.0, -400.0)
 
@@ -51,26 +41,26 @@ def curve(name, permil, direction, begin_m, end_m):
       </linearLocation></gradientCurve>"""
 
 
-def test_a_description_of_the_direction_of_the_run_counts_before_that_of_the_other(saved):
+def test_a_description_of_the_direction_of_the_run_counts_before_that_of_the_other(saved_xml):
     curves = curve("up", 3.0, "normal", 0, 4000) + curve("down", 7.0, "reverse", 1000, 2500)
     first, last = LINE_3.index("<gradientCurve "), LINE_3.index("</gradientCurves>")
     text = LINE_3[:first] + curves + LINE_3[last:]
-    assert load_track(saved(text, "#t1:normal")).gradients == ((0.0, 3.0), (4000.0, 0.0))
+    assert load_track(saved_xml(text, "#t1:normal")).gradients == ((0.0, 3.0), (4000.0, 0.0))
     # Seen from the other end: level, then the rest of one, the other, and the rest of the first again.
-    assert load_track(saved(text, "#t1:reverse")).gradients == (
+    assert load_track(saved_xml(text, "#t1:reverse")).gradients == (
         (0.0, 0.0), (6000.0, -3.0), (7500.0, -7.0), (9000.0, -3.0),
     )  # fmt: skip
 
 
-def test_descriptions_of_one_direction_that_overlap_stay_an_error(saved):
+def test_descriptions_of_one_direction_that_overlap_stay_an_error(saved_xml):
     curves = curve("one", 3.0, "normal", 0, 3000) + curve("other", 7.0, "normal", 2000, 4000)
     first, last = LINE_3.index("<gradientCurve "), LINE_3.index("</gradientCurves>")
     text = LINE_3[:first] + curves + LINE_3[last:]
     for direction in ("normal", "reverse"):
-        message = refusal(load_track, saved(text, f"#t1:{direction}"))
+        message = refusal(load_track, saved_xml(text, f"#t1:{direction}"))
         assert message.endswith("overlaps the gradientCurve before it by 1000 m of the run")
 
 
-def test_a_transition_stays_one_between_its_neighbours_on_the_way_back(saved):
-    track = load_track(saved(NORMAL_GROUND, "#t1:reverse"))
+def test_a_transition_stays_one_between_its_neighbours_on_the_way_back(saved_xml):
+    track = load_track(saved_xml(NORMAL_GROUND, "#t1:reverse"))
     assert track.curves[2] == Curve(9000.0, -400.0, math.inf)

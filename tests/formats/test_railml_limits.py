@@ -2,23 +2,13 @@
 
 import pytest
 
-from tests.helpers.railml_case import LINE_2, LINE_3, limits_kmh, refusal
+from tests.helpers.railml_case import LINE_2, LINE_3, limits_kmh
+from tests.helpers.refusal import refusal
 from tgvdp.formats import load_track
 from tgvdp.formats.railml.rows import LINE_SPEED_HINT
 from tgvdp.units import kmh_to_mps
 
 pytest.importorskip("lxml")
-
-
-@pytest.fixture
-def saved(tmp_path):
-    """Writes a text and returns the name of something in it."""
-
-    def save(text, part=""):
-        (tmp_path / "file.xml").write_text(text, encoding="utf-8")
-        return f"{tmp_path / 'file.xml'}{part}"
-
-    return save
 
 
 def line_2(*changes):
@@ -37,33 +27,33 @@ RESTORED = "{} speed changes end a limit (vMax end or 999.9): the one that it lo
 
 
 @pytest.mark.parametrize("end", ["end", "999.9"])
-def test_where_a_restriction_ends_the_limit_before_it_holds_again(saved, end):
-    track = load_track(saved(up((0, 120), (3, 60), (5, end))))
+def test_where_a_restriction_ends_the_limit_before_it_holds_again(saved_xml, end):
+    track = load_track(saved_xml(up((0, 120), (3, 60), (5, end))))
     assert limits_kmh(track) == [(0.0, 120), (3000.0, 60), (5000.0, 120)]
     assert RESTORED.format(1) in track.notes
 
 
-def test_restrictions_within_each_other_end_one_by_one(saved):
-    track = load_track(saved(up((0, 120), (1, 80), (2, 60), (3, "end"), (4, "end"), (5, 100), (6, "end"))))
+def test_restrictions_within_each_other_end_one_by_one(saved_xml):
+    track = load_track(saved_xml(up((0, 120), (1, 80), (2, 60), (3, "end"), (4, "end"), (5, 100), (6, "end"))))
     assert limits_kmh(track) == [
         (0.0, 120), (1000.0, 80), (2000.0, 60), (3000.0, 80), (4000.0, 120), (5000.0, 100), (6000.0, 120),
     ]  # fmt: skip
     assert RESTORED.format(3) in track.notes
 
 
-def test_a_restriction_that_changes_ends_as_one(saved):
-    track = load_track(saved(up((0, 120), (1, 60), (2, 80), (3, "end"))))
+def test_a_restriction_that_changes_ends_as_one(saved_xml):
+    track = load_track(saved_xml(up((0, 120), (1, 60), (2, 80), (3, "end"))))
     assert limits_kmh(track) == [(0.0, 120), (1000.0, 60), (2000.0, 80), (3000.0, 120)]
 
 
-def test_a_limit_that_begins_where_another_ends_holds(saved):
-    track = load_track(saved(up((0, 120), (3, 60), (5, "end"), (5, 90), (7, "end"))))
+def test_a_limit_that_begins_where_another_ends_holds(saved_xml):
+    track = load_track(saved_xml(up((0, 120), (3, 60), (5, "end"), (5, 90), (7, "end"))))
     assert limits_kmh(track) == [(0.0, 120), (3000.0, 60), (5000.0, 90), (7000.0, 120)]
 
 
 @pytest.mark.parametrize("limits", [((0, 90), (3, 120), (9, "end")), ((0, 90), (9, "end")), ((0, "end"),)])
-def test_a_limit_that_ends_and_lowered_none_is_refused_unless_there_is_a_line_speed(saved, limits):
-    name = saved(up(*limits))
+def test_a_limit_that_ends_and_lowered_none_is_refused_unless_there_is_a_line_speed(saved_xml, limits):
+    name = saved_xml(up(*limits))
     message = refusal(load_track, name)
     assert message.endswith(
         "ends a limit that lowered none before it, and does not say what holds from there: " + LINE_SPEED_HINT
@@ -74,15 +64,15 @@ def test_a_limit_that_ends_and_lowered_none_is_refused_unless_there_is_a_line_sp
     assert any("lowered none (vMax end or 999.9): from there the line speed, 100 km/h" in note for note in track.notes)
 
 
-def test_an_end_at_the_end_of_the_track_asks_for_nothing(saved):
-    assert limits_kmh(load_track(saved(up((0, 90), (10, "end"))))) == [(0.0, 90)]
+def test_an_end_at_the_end_of_the_track_asks_for_nothing(saved_xml):
+    assert limits_kmh(load_track(saved_xml(up((0, 90), (10, "end"))))) == [(0.0, 90)]
 
 
-def test_a_restriction_may_end_on_the_next_track(saved):
+def test_a_restriction_may_end_on_the_next_track(saved_xml):
     text = up((0, 120), (8, 60))
     second = up((1, "end"))
     second = second[second.index("<track ") : second.index("</track>") + len("</track>")].replace('id="t1"', 'id="t2"')
-    track = load_track(saved(text.replace("</tracks>", f"{second}</tracks>"), "#t1:up+t2:up"))
+    track = load_track(saved_xml(text.replace("</tracks>", f"{second}</tracks>"), "#t1:up+t2:up"))
     assert limits_kmh(track) == [(0.0, 120), (8000.0, 60), (11_000.0, 120)]
 
 
@@ -96,8 +86,8 @@ def categories(attribute):
 
 
 @pytest.mark.parametrize("attribute", ["etcsTrainCategory", "trainCategory", "profileRef"])
-def test_limits_of_train_categories_are_not_mixed(saved, attribute):
-    name = saved(categories(attribute))
+def test_limits_of_train_categories_are_not_mixed(saved_xml, attribute):
+    name = saved_xml(categories(attribute))
     for_all = load_track(f"{name}#t1:up")
     assert limits_kmh(for_all) == [(0.0, 90)]
     others = "speedChanges of other profiles or train categories are not used: "
@@ -109,18 +99,18 @@ def test_limits_of_train_categories_are_not_mixed(saved, attribute):
     assert refusal(load_track, f"{name}#t1:up:3").endswith("choose one as FILE#NAME: t1, t1:up:1, t1:up:2")
 
 
-def test_categories_within_a_profile_are_not_mixed(saved):
+def test_categories_within_a_profile_are_not_mixed(saved_xml):
     text = line_2(
         'pos="100" dir="up" vMax="120" profileRef="p" etcsTrainCategory="1"',
         'pos="100" dir="up" vMax="140" profileRef="p" etcsTrainCategory="2"',
     )
-    assert refusal(load_track, saved(text)) == "holds 2 tracks, choose one as FILE#NAME: t1:up:p/1, t1:up:p/2"
-    assert limits_kmh(load_track(saved(text, "#t1:up:p/2"))) == [(0.0, 140)]
+    assert refusal(load_track, saved_xml(text)) == "holds 2 tracks, choose one as FILE#NAME: t1:up:p/1, t1:up:p/2"
+    assert limits_kmh(load_track(saved_xml(text, "#t1:up:p/2"))) == [(0.0, 140)]
 
 
-def test_notes_of_other_profiles_leave_out_the_other_direction(saved):
+def test_notes_of_other_profiles_leave_out_the_other_direction(saved_xml):
     text = LINE_2.replace("</speedChanges>", '<speedChange pos="100" dir="up" vMax="1" profileRef="p"/></speedChanges>')
-    assert not any("other profiles" in note for note in load_track(saved(text, "#t1:down")).notes)
+    assert not any("other profiles" in note for note in load_track(saved_xml(text, "#t1:down")).notes)
 
 
 def sections_3(*profiles):
@@ -134,8 +124,8 @@ def sections_3(*profiles):
     return LINE_3.replace("</speeds>", f"{made}</speeds>")
 
 
-def test_sections_of_version_3_for_some_trains_are_not_limits_for_all(saved):
-    name = saved(sections_3(("freight", 60), ("tilt", 100)))
+def test_sections_of_version_3_for_some_trains_are_not_limits_for_all(saved_xml):
+    name = saved_xml(sections_3(("freight", 60), ("tilt", 100)))
     for_all = load_track(f"{name}#t1:normal")
     assert limits_kmh(for_all) == [(0.0, 90), (3000.0, 120)]
     assert "speedSections of other profiles or train categories are not used: freight (1), tilt (1)" in for_all.notes
@@ -145,11 +135,11 @@ def test_sections_of_version_3_for_some_trains_are_not_limits_for_all(saved):
     assert "t1:normal:freight" in refusal(load_track, f"{name}#t1:normal:mail")
 
 
-def test_a_section_may_be_valid_for_several_profiles(saved):
+def test_a_section_may_be_valid_for_several_profiles(saved_xml):
     both = '<validForSpeedProfile ref="freight"/><validForSpeedProfile ref="mail"/>'
     text = sections_3(("freight", 60)).replace('<validForSpeedProfile ref="freight"/>', both)
     for profile in ("freight", "mail"):
-        assert limits_kmh(load_track(saved(text, f"#t1:normal:{profile}")))[0] == (0.0, 60)
+        assert limits_kmh(load_track(saved_xml(text, f"#t1:normal:{profile}")))[0] == (0.0, 60)
 
 
 def uncovered(*profiles):
@@ -157,25 +147,25 @@ def uncovered(*profiles):
     return sections_3(*profiles).replace('<associatedNetElement netElementRef="ne2"/>', "", 1)
 
 
-def test_the_only_profile_counts_where_limits_for_all_leave_gaps(saved):
+def test_the_only_profile_counts_where_limits_for_all_leave_gaps(saved_xml):
     one = uncovered(("freight", 60)).replace(
         '"ne1"/></linearLocation>\n          <valid', '"ne2"/></linearLocation><valid'
     )
-    track = load_track(saved(one))
+    track = load_track(saved_xml(one))
     assert limits_kmh(track) == [(0.0, 90), (3000.0, 120), (4000.0, 60)]
     assert "speedSections for the trains of freight (1) count, beside those for all" in track.notes
-    covered = load_track(saved(sections_3(("freight", 60)), "#t1:normal"))  # with no gap it does not
+    covered = load_track(saved_xml(sections_3(("freight", 60)), "#t1:normal"))  # with no gap it does not
     assert limits_kmh(covered) == [(0.0, 90), (3000.0, 120)]
 
 
-def test_limits_that_are_given_for_profiles_alone_name_these(saved):
-    message = refusal(load_track, saved(uncovered(("freight", 60), ("tilt", 100)), "#t1:normal"))
+def test_limits_that_are_given_for_profiles_alone_name_these(saved_xml):
+    message = refusal(load_track, saved_xml(uncovered(("freight", 60), ("tilt", 100)), "#t1:normal"))
     assert message.endswith(f"{LINE_SPEED_HINT}, or choose a speed profile: freight, tilt")
 
 
 @pytest.mark.parametrize("kind", ["clothoide", "cosinusoide", "curveBloss", "curveWiener", "sinusoide", "doucine"])
-def test_transitions_of_the_schema_are_known(saved, kind):
+def test_transitions_of_the_schema_are_known(saved_xml, kind):
     text = LINE_3.replace('curveType="clothoid"', f'curveType="{kind}" radius="7"')
-    track = load_track(saved(text))
-    assert track == load_track(saved(LINE_3))
+    track = load_track(saved_xml(text))
+    assert track == load_track(saved_xml(LINE_3))
     assert any("horizontalCurve@radius" in note for note in track.notes if note.startswith("not used: "))

@@ -2,7 +2,8 @@
 
 import pytest
 
-from tests.helpers.railml_case import STOCK_2, STOCK_3, STOCK_32, refusal
+from tests.helpers.railml_case import STOCK_2, STOCK_3, STOCK_32
+from tests.helpers.refusal import refusal
 from tgvdp.formats import load_train
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.train import BrakingRate
@@ -11,24 +12,13 @@ from tgvdp.units import kmh_to_mps
 pytest.importorskip("lxml")
 
 
-@pytest.fixture
-def saved(tmp_path):
-    """Writes a text and returns the name of something in it."""
-
-    def save(text, part=""):
-        (tmp_path / "file.xml").write_text(text, encoding="utf-8")
-        return f"{tmp_path / 'file.xml'}{part}"
-
-    return save
-
-
 def table(yields, element="brakeEffort"):
     return f"""<{element}><valueTable xValueUnit="km/h" yValueUnit="kN">
       <valueLine xValue="0"><values yValue="{yields}"/></valueLine></valueTable></{element}>"""
 
 
-def test_train_of_the_schema_of_version_3_2(saved):
-    train = load_train(saved(STOCK_32))
+def test_train_of_the_schema_of_version_3_2(saved_xml):
+    train = load_train(saved_xml(STOCK_32))
     assert (train.name, train.mass_kg, train.length_m) == ("IC", 200_000.0, 72.0)
     assert train.traction.effort_n(kmh_to_mps(30.0)) == 300e3
     for speed_kmh in (48.0, 70.0, 100.0, 160.0):  # constant power above 48 km/h, by chords
@@ -55,41 +45,43 @@ def test_train_of_the_schema_of_version_3_2(saved):
         ("<segmentStartLine ", "<line ", "segmentTable: missing element segmentStartLine"),
     ],
 )  # fmt: skip
-def test_errors_of_polynomials_name_line_element_and_attribute(saved, old, new, message):
+def test_errors_of_polynomials_name_line_element_and_attribute(saved_xml, old, new, message):
     text = STOCK_32.replace(old, new)
     if old.startswith("<segmentStartLine"):
         text = text.replace("</segmentStartLine>", "</line>")
-    assert message in refusal(load_train, saved(text))
+    assert message in refusal(load_train, saved_xml(text))
 
 
-def test_a_unit_that_is_missing_is_said(saved):
-    train = load_train(saved(STOCK_3.replace(' yValueUnit="N"', "")))
+def test_a_unit_that_is_missing_is_said(saved_xml):
+    train = load_train(saved_xml(STOCK_3.replace(' yValueUnit="N"', "")))
     assert "valueTable in line 12 has no yValueUnit: read as N" in train.notes
 
 
-def test_a_table_of_points_goes_before_polynomials_of_the_same_effort(saved):
+def test_a_table_of_points_goes_before_polynomials_of_the_same_effort(saved_xml):
     text = STOCK_32.replace("<tractiveEffort>", table(200, "tractiveEffort")[: -len("</tractiveEffort>")])
-    assert load_train(saved(text)).traction == EffortCurve.from_points([(0.0, 200e3)])
+    assert load_train(saved_xml(text)).traction == EffortCurve.from_points([(0.0, 200e3)])
 
 
-def test_effort_of_a_formation_as_a_whole_counts_where_its_vehicles_have_none(saved):
+def test_effort_of_a_formation_as_a_whole_counts_where_its_vehicles_have_none(saved_xml):
     engine = STOCK_32[STOCK_32.index("<tractiveEffort>") : STOCK_32.index("</tractiveEffort>") + 17]
     whole = STOCK_32.replace(engine, "").replace(
         '<trainEngine maxAcceleration="0.6"/>', f'<trainEngine maxAcceleration="0.6">{engine}</trainEngine>'
     )
-    assert load_train(saved(whole)).traction == load_train(saved(STOCK_32)).traction
+    assert load_train(saved_xml(whole)).traction == load_train(saved_xml(STOCK_32)).traction
 
 
-def test_a_train_of_several_formations_is_that_many_of_each(saved):
-    one, two = load_train(saved(STOCK_2)), load_train(
-        saved(STOCK_2.replace('<formation id="ic"', '<formation formationCount="2" id="ic"'))
+def test_a_train_of_several_formations_is_that_many_of_each(saved_xml):
+    one, two = load_train(saved_xml(STOCK_2)), load_train(
+        saved_xml(STOCK_2.replace('<formation id="ic"', '<formation formationCount="2" id="ic"'))
     )  # fmt: skip
     assert (two.mass_kg, two.length_m) == (2 * one.mass_kg, 2 * one.length_m)
     assert two.traction.effort_n(20.0) == 2 * one.traction.effort_n(20.0)
     assert two.resistance_n(20.0) == pytest.approx(2 * one.resistance_n(20.0))
     assert two.rotating_mass_factor == one.rotating_mass_factor
     assert "formationCount 2: the train is 2 such formations, resistance and all" in two.notes
-    message = refusal(load_train, saved(STOCK_2.replace('<formation id="ic"', '<formation formationCount="0" id="ic"')))
+    message = refusal(
+        load_train, saved_xml(STOCK_2.replace('<formation id="ic"', '<formation formationCount="0" id="ic"'))
+    )
     assert message.endswith("formation@formationCount: must be at least 1 formations, got '0'")
 
 
@@ -102,16 +94,16 @@ def test_a_train_of_several_formations_is_that_many_of_each(saved):
         ('rotationMassFactor="1.2" additionalRotationMass="0"', 1.0 + 2 * 0.2 * 80.0 / 460.0),
     ],
 )
-def test_rotating_masses_are_given_in_tonnes_or_by_a_factor(saved, given, factor):
+def test_rotating_masses_are_given_in_tonnes_or_by_a_factor(saved_xml, given, factor):
     text = STOCK_2.replace('rotationMassFactor="1.2"', given)
-    assert load_train(saved(text)).rotating_mass_factor == pytest.approx(factor)
+    assert load_train(saved_xml(text)).rotating_mass_factor == pytest.approx(factor)
 
 
-def test_rotating_masses_of_wagons_count_and_missing_ones_are_said(saved):
-    train = load_train(saved(STOCK_2))
+def test_rotating_masses_of_wagons_count_and_missing_ones_are_said(saved_xml):
+    train = load_train(saved_xml(STOCK_2))
     assert "no rotating mass is given for coach: taken as none" in train.notes
     wagon = 'tareWeight="40"><wagon additionalRotationMass="2"/></vehicle>'
-    train = load_train(saved(STOCK_2.replace('tareWeight="40"/>', wagon)))
+    train = load_train(saved_xml(STOCK_2.replace('tareWeight="40"/>', wagon)))
     assert train.rotating_mass_factor == pytest.approx(1.0 + (2 * 0.2 * 80.0 + 6 * 2.0) / 460.0)
     assert not any("no rotating mass" in note for note in train.notes)
 
@@ -128,53 +120,55 @@ def braking_n(train):
     return train.braking.effort_n(10.0)
 
 
-def test_the_dynamic_brake_is_that_of_the_chosen_propulsion(saved):
+def test_the_dynamic_brake_is_that_of_the_chosen_propulsion(saved_xml):
     both = bimode(table(100), table(40))
-    assert braking_n(load_train(saved(both, "#ic:ac"))) == 200e3
-    assert braking_n(load_train(saved(both, "#ic:diesel"))) == 80e3
+    assert braking_n(load_train(saved_xml(both, "#ic:ac"))) == 200e3
+    assert braking_n(load_train(saved_xml(both, "#ic:diesel"))) == 80e3
     one = bimode(electric=table(100))
-    diesel = load_train(saved(one, "#ic:diesel"))
+    diesel = load_train(saved_xml(one, "#ic:diesel"))
     assert braking_n(diesel) == 0.0
     assert "propulsion ac is not used" in diesel.notes
 
 
-def test_a_brake_of_the_vehicle_counts_where_the_propulsion_has_none(saved):
+def test_a_brake_of_the_vehicle_counts_where_the_propulsion_has_none(saved_xml):
     brakes = f"<vehicleBrakes><vehicleBrake>{table(60)}</vehicleBrake></vehicleBrakes>"
     text = bimode(electric=table(100), vehicle=brakes)
-    assert braking_n(load_train(saved(text, "#ic:diesel"))) == 120e3
-    electric = load_train(saved(text, "#ic:ac"))
+    assert braking_n(load_train(saved_xml(text, "#ic:diesel"))) == 120e3
+    electric = load_train(saved_xml(text, "#ic:ac"))
     assert braking_n(electric) == 200e3
     assert any("vehicleBrakes" in note for note in electric.notes if note.startswith("not used: "))
 
 
-def test_specific_resistance_of_a_vehicle_needs_its_own_weight(saved):
+def test_specific_resistance_of_a_vehicle_needs_its_own_weight(saved_xml):
     driving = """<drivingResistance><daviesFormula constantFactorA="2" massDependent="true"/></drivingResistance>"""
     start, end = STOCK_2.index("<trainResistance>"), STOCK_2.index("</trainResistance>") + 18
     text = (STOCK_2[:start] + STOCK_2[end:]).replace("</engine>", f"</engine>{driving}")
     text = text.replace('tareWeight="40"/>', f'tareWeight="40">{driving}</vehicle>')
-    assert load_train(saved(text, "#ic")).davis_a_n == pytest.approx(2 * 460 * 9.81)
+    assert load_train(saved_xml(text, "#ic")).davis_a_n == pytest.approx(2 * 460 * 9.81)
     bare = text.replace('bruttoWeight="50" tareWeight="40"', "").replace(
         "<formation ", '<formation bruttoWeight="460" '
     )
-    assert refusal(load_train, saved(bare, "#ic")).endswith(
+    assert refusal(load_train, saved_xml(bare, "#ic")).endswith(
         "daviesFormula: is in N/kN, and its vehicle has neither bruttoWeight nor tareWeight (t)"
     )
 
 
-def test_a_train_without_load_says_so(saved):
-    empty = load_train(saved(STOCK_2.replace('bruttoWeight="50" ', "")))
+def test_a_train_without_load_says_so(saved_xml):
+    empty = load_train(saved_xml(STOCK_2.replace('bruttoWeight="50" ', "")))
     assert empty.mass_kg == 400_000.0
     assert any(note.startswith("tareWeight counts where there is no bruttoWeight") for note in empty.notes)
-    assert not any("tareWeight counts" in note for note in load_train(saved(STOCK_2)).notes)
+    assert not any("tareWeight counts" in note for note in load_train(saved_xml(STOCK_2)).notes)
 
 
-def test_of_several_ways_to_brake_the_weakest_counts_and_says_so(saved):
+def test_of_several_ways_to_brake_the_weakest_counts_and_says_so(saved_xml):
     several = '<trainBrakes meanDeceleration="1.1"/><trainBrakes meanDeceleration="0.7"/>'
-    train = load_train(saved(STOCK_32.replace('<trainBrakes meanDeceleration="0.7"/>', several)))
+    train = load_train(saved_xml(STOCK_32.replace('<trainBrakes meanDeceleration="0.7"/>', several)))
     assert train.braking_rates == (BrakingRate(0.0, 0.7),)
     assert "full braking is trainBrakes@meanDeceleration, 0.7 m/s², the least of 2" in train.notes
 
 
-def test_a_vehicle_alone_brakes_as_its_own_brakes_say(saved):
+def test_a_vehicle_alone_brakes_as_its_own_brakes_say(saved_xml):
     boxed = '<brakes><vehicleBrakes meanDeceleration="0.9"/></brakes><drivingResistance>'
-    assert load_train(saved(STOCK_3.replace("<drivingResistance>", boxed))).braking_rates == (BrakingRate(0.0, 0.9),)
+    assert load_train(saved_xml(STOCK_3.replace("<drivingResistance>", boxed))).braking_rates == (
+        BrakingRate(0.0, 0.9),
+    )

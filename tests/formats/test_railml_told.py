@@ -2,22 +2,12 @@
 
 import pytest
 
-from tests.helpers.railml_case import LINE_2, LINE_3, STOCK_2, limits_kmh, refusal
+from tests.helpers.railml_case import LINE_2, LINE_3, STOCK_2, limits_kmh
+from tests.helpers.refusal import refusal
 from tgvdp.formats import load_track, load_train
 from tgvdp.units import kmh_to_mps
 
 pytest.importorskip("lxml")
-
-
-@pytest.fixture
-def saved(tmp_path):
-    """Writes a text and returns the name of something in it."""
-
-    def save(text, part=""):
-        (tmp_path / "file.xml").write_text(text, encoding="utf-8")
-        return f"{tmp_path / 'file.xml'}{part}"
-
-    return save
 
 
 def systems(*anchors):
@@ -33,29 +23,29 @@ def systems(*anchors):
     [((1000, 1500), (2500, 0), (2600, 2400), (5000, 0)), ((1000, 1600), (2600, 0), (2500, 2500), (5000, 0))],
     ids=["gap", "overlap"],
 )
-def test_a_place_by_a_mileage_that_jumps_is_refused(saved, anchors):
+def test_a_place_by_a_mileage_that_jumps_is_refused(saved_xml, anchors):
     text = LINE_3.replace('<common id="co"/>', systems(*anchors))
-    message = refusal(load_track, saved(text))
+    message = refusal(load_track, saved_xml(text))
     assert "linearCoordinateBegin@measure: mileage of its net element jumps at 2550 (line " in message
     assert message.endswith("give pos or intrinsicCoord")
     even = ((1000, 1000), (2000, 3000), (5000, 0))
-    assert load_track(saved(LINE_3.replace('<common id="co"/>', systems(*even)))) == load_track(saved(LINE_3))
+    assert load_track(saved_xml(LINE_3.replace('<common id="co"/>', systems(*even)))) == load_track(saved_xml(LINE_3))
 
 
-def test_a_mileage_change_on_a_net_element_is_a_jump_of_its_mileage(saved):
+def test_a_mileage_change_on_a_net_element_is_a_jump_of_its_mileage(saved_xml):
     change = """<mileageChanges><mileageChange id="mc" type="gap">
       <spotLocation netElementRef="ne1"><linearCoordinate positioningSystemRef="lps" measure="2500"/></spotLocation>
      </mileageChange></mileageChanges>"""
     text = LINE_3.replace("<operationalPoints>", f"{change}<operationalPoints>")
-    assert "jumps at 2500 (line " in refusal(load_track, saved(text))
-    assert load_track(saved(text.replace('="ne1"><linearC', '="ne2"><linearC'))) == load_track(saved(LINE_3))
+    assert "jumps at 2500 (line " in refusal(load_track, saved_xml(text))
+    assert load_track(saved_xml(text.replace('="ne1"><linearC', '="ne2"><linearC'))) == load_track(saved_xml(LINE_3))
 
 
-def test_no_length_follows_from_a_mileage_that_jumps(saved):
+def test_no_length_follows_from_a_mileage_that_jumps(saved_xml):
     text = LINE_3.replace('id="ne1" length="4000"', 'id="ne1"').replace('<common id="co"/>', systems((1000, 4000)))
-    assert load_track(saved(text)).length_m == 10_000.0
+    assert load_track(saved_xml(text)).length_m == 10_000.0
     jumping = text.replace(systems((1000, 4000)), systems((1000, 1500), (2500, 0), (2600, 2400), (5000, 0)))
-    assert "netElement[1]@length: missing attribute (m)" in refusal(load_track, saved(jumping))
+    assert "netElement[1]@length: missing attribute (m)" in refusal(load_track, saved_xml(jumping))
 
 
 def known(*points):
@@ -71,20 +61,20 @@ def with_points(*points):
     return LINE_3[:first] + known(*points) + LINE_3[last:]
 
 
-def test_places_by_mileage_lie_between_the_coordinates_next_to_them(saved):
+def test_places_by_mileage_lie_between_the_coordinates_next_to_them(saved_xml):
     # The first half of the net element has 1 km of mileage, a gap of 1 km follows, the second half has 2 km.
     text = with_points((0, 1000), (0.5, 2000), (0.5, 3000), (1, 5000))
-    assert limits_kmh(load_track(saved(text))) == [(0.0, 90), (3000.0, 120)]
+    assert limits_kmh(load_track(saved_xml(text))) == [(0.0, 90), (3000.0, 120)]
     within = text.replace('measure="4000"/>', 'measure="2400"/>')  # in the gap: where it is
-    assert limits_kmh(load_track(saved(within))) == [(0.0, 90), (2000.0, 120)]
+    assert limits_kmh(load_track(saved_xml(within))) == [(0.0, 90), (2000.0, 120)]
 
 
-def test_a_mileage_that_is_there_twice_is_refused(saved):
+def test_a_mileage_that_is_there_twice_is_refused(saved_xml):
     text = with_points((0, 1000), (0.5, 4500), (0.5, 3500), (1, 5000))
-    assert refusal(load_track, saved(text)).endswith("@measure: is the mileage of two places of its net element")
+    assert refusal(load_track, saved_xml(text)).endswith("@measure: is the mileage of two places of its net element")
 
 
-def test_ground_on_net_elements_that_those_of_the_run_are_parts_of_is_told(saved):
+def test_ground_on_net_elements_that_those_of_the_run_are_parts_of_is_told(saved_xml):
     coarse = """<netElement id="line" length="10000"><elementCollectionOrdered>
       <elementPart ref="ne1" sequence="1"/><elementPart ref="ne2" sequence="2"/>
      </elementCollectionOrdered></netElement></netElements>"""
@@ -92,14 +82,14 @@ def test_ground_on_net_elements_that_those_of_the_run_are_parts_of_is_told(saved
       <associatedNetElement netElementRef="line"/></linearLocation></gradientCurve></gradientCurves>"""
     text = LINE_3.replace("</netElements>", coarse).replace("</gradientCurves>", curve)
     told = "or on what these are parts of: gradientCurve (1)"
-    assert any(note.endswith(told) for note in load_track(saved(text)).notes)
+    assert any(note.endswith(told) for note in load_track(saved_xml(text)).notes)
     # One that is on the run as well is used, and not told.
     both = text.replace('Ref="line"/>', 'Ref="line"/></linearLocation><linearLocation><associatedNetElement '
                         'netElementRef="ne1" posBegin="0" posEnd="1"/>')  # fmt: skip
-    assert "overlaps the gradientCurve before it" in refusal(load_track, saved(both))
+    assert "overlaps the gradientCurve before it" in refusal(load_track, saved_xml(both))
 
 
-def test_what_lies_on_the_run_as_an_area_is_told(saved):
+def test_what_lies_on_the_run_as_an_area_is_told(saved_xml):
     area = """<areaLocation><associatedNetElement netElementRef="{}"/></areaLocation>"""
     section = f'<speedSection maxSpeed="10">{area.format("ne1")}</speedSection></speeds>'
     point = f'<operationalPoint id="op9">{area.format("ne2")}</operationalPoint></operationalPoints>'
@@ -108,11 +98,11 @@ def test_what_lies_on_the_run_as_an_area_is_told(saved):
     text = text.replace("</operationalPoints>", other)
     assert (
         "not used, as they have no location of a kind that places them: speedSection (1), operationalPoint (1)"
-        in load_track(saved(text)).notes
+        in load_track(saved_xml(text)).notes
     )
 
 
-def test_electrification_of_the_run_is_told(saved):
+def test_electrification_of_the_run_is_told(saved_xml):
     place = '<linearLocation><associatedNetElement netElementRef="ne1"/></linearLocation>'
     section = f'<electrificationSection contactLineType="overhead">{place}</electrificationSection>'
     area = f'<restrictionArea type="lowerPantograph">{place}</restrictionArea>'
@@ -123,21 +113,23 @@ def test_electrification_of_the_run_is_told(saved):
     told = (
         "not used, so that traction current is taken to be everywhere: electrificationSection (1), restrictionArea (1)"
     )
-    assert told in load_track(saved(text)).notes
+    assert told in load_track(saved_xml(text)).notes
     assert (
         told
-        not in load_track(saved(text.replace('Ref="ne1"/></linearLocation></', 'Ref="x"/></linearLocation></'))).notes
+        not in load_track(
+            saved_xml(text.replace('Ref="ne1"/></linearLocation></', 'Ref="x"/></linearLocation></'))
+        ).notes
     )
 
 
-def test_a_direction_that_may_be_that_of_the_location_or_of_the_net_element_is_told(saved):
+def test_a_direction_that_may_be_that_of_the_location_or_of_the_net_element_is_told(saved_xml):
     text = LINE_3.replace(
         'id="l5" applicationDirection="both">\n      <associatedNetElement netElementRef="ne1" keepsOrientation="true"',
         'id="l5" applicationDirection="normal"><associatedNetElement netElementRef="ne1" keepsOrientation="false"',
     )
     told = "applicationDirection of speedSections (1) is taken along their location"
-    assert any(note.startswith(told) for note in load_track(saved(text, "#t1:reverse")).notes)
-    assert not any(note.startswith("applicationDirection") for note in load_track(saved(LINE_3)).notes)
+    assert any(note.startswith(told) for note in load_track(saved_xml(text, "#t1:reverse")).notes)
+    assert not any(note.startswith("applicationDirection") for note in load_track(saved_xml(LINE_3)).notes)
 
 
 def two_tracks(first_end, second_begin, second=LINE_2):
@@ -161,57 +153,57 @@ APART = "Main and Branch follow each other, but the file has no connection of th
         ('<connection id="c1" ref="s1"/>', "<openEnd/>", False),
     ],
 )
-def test_tracks_that_do_not_join_are_told(saved, first_end, second_begin, told):
-    track = load_track(saved(two_tracks(first_end, second_begin), "#t1:up+t2:up"))
+def test_tracks_that_do_not_join_are_told(saved_xml, first_end, second_begin, told):
+    track = load_track(saved_xml(two_tracks(first_end, second_begin), "#t1:up+t2:up"))
     assert (APART in track.notes) == told
 
 
-def test_tracks_join_by_a_switch_at_their_ends(saved):
+def test_tracks_join_by_a_switch_at_their_ends(saved_xml):
     text = two_tracks('<connection id="c1" ref="s1"/>', '<connection id="c9" ref="c8"/>')
     switch = (
         '<connections><switch id="sw" pos="{}"><connection id="s1" ref="c1"/></switch></connections><crossSections>'
     )
     start = text.index('id="t2"')
     at_start = text[:start] + text[start:].replace("<crossSections>", switch.format(100), 1)
-    assert APART not in load_track(saved(at_start, "#t1:up+t2:up")).notes
+    assert APART not in load_track(saved_xml(at_start, "#t1:up+t2:up")).notes
     halfway = text[:start] + text[start:].replace("<crossSections>", switch.format(5000), 1)
-    assert APART in load_track(saved(halfway, "#t1:up+t2:up")).notes
+    assert APART in load_track(saved_xml(halfway, "#t1:up+t2:up")).notes
 
 
-def test_a_track_without_ground_after_one_with_is_told(saved):
+def test_a_track_without_ground_after_one_with_is_told(saved_xml):
     bare = LINE_2.replace("<gradientChange ", "<other ").replace("<radiusChange ", "<other ")
-    track = load_track(saved(two_tracks("<openEnd/>", "<openEnd/>", bare), "#t1:up+t2:up"))
+    track = load_track(saved_xml(two_tracks("<openEnd/>", "<openEnd/>", bare), "#t1:up+t2:up"))
     assert {"no gradients on Branch: taken as level", "no curves on Branch: taken as straight"} <= set(track.notes)
 
 
-def test_an_efficiency_that_some_vehicles_do_not_give_is_told(saved):
+def test_an_efficiency_that_some_vehicles_do_not_give_is_told(saved_xml):
     second = STOCK_2[STOCK_2.index('<vehicle id="loco"') : STOCK_2.index("</vehicle>") + 10]
     second = second.replace('"loco"', '"tail"').replace('totalTractEfficiency="0.85"', "")
     text = STOCK_2.replace("<vehicles>", f"<vehicles>{second}")
     text = text.replace("</trainOrder>", '<vehicleRef vehicleRef="tail"/></trainOrder>')
-    train = load_train(saved(text))
+    train = load_train(saved_xml(text))
     assert train.traction_efficiency == 0.85
     assert "totalTractEfficiency 0.85 counts for all vehicles, some of which give none" in train.notes
 
 
-def test_a_formation_that_is_faster_than_a_vehicle_is_told(saved):
-    train = load_train(saved(STOCK_2.replace('<formation id="ic"', '<formation speed="200" id="ic"')))
+def test_a_formation_that_is_faster_than_a_vehicle_is_told(saved_xml):
+    train = load_train(saved_xml(STOCK_2.replace('<formation id="ic"', '<formation speed="200" id="ic"')))
     assert train.max_speed_mps == kmh_to_mps(200.0)
     assert "speed of the formation, 200 km/h, is above that of a vehicle, 140 km/h" in train.notes
 
 
-def test_an_engine_without_effort_beside_others_is_told(saved):
+def test_an_engine_without_effort_beside_others_is_told(saved_xml):
     engine = '<engine><propulsion power="1"/></engine>'
     bare = f'<vehicle id="helper" length="20" speed="160" bruttoWeight="80">{engine}</vehicle>'
     text = STOCK_2.replace("<vehicles>", f"<vehicles>{bare}")
     text = text.replace("</trainOrder>", '<vehicleRef vehicleRef="helper"/></trainOrder>')
-    assert "engines of helper give no effort: they drive nothing" in load_train(saved(text)).notes
+    assert "engines of helper give no effort: they drive nothing" in load_train(saved_xml(text)).notes
 
 
-def test_a_name_of_several_tracks_does_not_choose_one(saved):
+def test_a_name_of_several_tracks_does_not_choose_one(saved_xml):
     text = two_tracks("<openEnd/>", "<openEnd/>").replace('name="Branch"', 'name="Main"')
-    assert refusal(load_track, saved(text, "#Main:up")) == (
+    assert refusal(load_track, saved_xml(text, "#Main:up")) == (
         "holds 2 tracks of the name 'Main', choose one by its id: t1, t2"
     )
     named = text.replace('id="t2" name="Main"', 'id="Main" name="Main"')
-    assert load_track(saved(named, "#Main:up")).length_m == 10_000.0  # an id goes before names
+    assert load_track(saved_xml(named, "#Main:up")).length_m == 10_000.0  # an id goes before names

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.helpers.table_case import refusal
+from tests.helpers.refusal import refusal
 from tgvdp.formats import load_track
 
 

@@ -2,7 +2,8 @@
 
 import pytest
 
-from tests.helpers.table_case import EFFORT_TABLE, TRAIN_WITH_TABLE, refusal
+from tests.helpers.refusal import refusal
+from tests.helpers.table_case import EFFORT_TABLE, TRAIN_WITH_TABLE
 from tgvdp.formats import load_scenario, load_train
 
 

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.helpers.table_case import TRAIN_WITH_TABLE, refusal, workbook
+from tests.helpers.refusal import refusal
+from tests.helpers.table_case import TRAIN_WITH_TABLE, workbook
 from tgvdp.errors import InputError, MissingExtraError
 from tgvdp.formats import describe_file, load_track, load_train
 from tgvdp.formats.review.plausibility import review_file

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.helpers.table_case import EFFORT_TABLE, refusal
+from tests.helpers.refusal import refusal
+from tests.helpers.table_case import EFFORT_TABLE
 from tgvdp.errors import InputError
 from tgvdp.formats import load_scenario, load_track
 from tgvdp.model.track import Curve, Gradient, SpeedLimit

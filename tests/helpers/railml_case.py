@@ -2,8 +2,6 @@
 
 import pytest
 
-from tgvdp.errors import InputError
-
 LINE_2 = """<?xml version="1.0" encoding="UTF-8"?>
 <railml xmlns="http://www.railml.org/schemas/2016" xmlns:x="urn:extension" version="2.3">
  <infrastructure id="inf">
@@ -268,14 +266,6 @@ STOCK_32 = """<?xml version="1.0" encoding="UTF-8"?>
  </rollingstock>
 </railML>
 """
-
-
-def refusal(read, name, **options):
-    """What a reader says against a file that it refuses: one line, behind the name of the file."""
-    with pytest.raises(InputError) as caught:
-        read(name, **options)
-    assert str(caught.value).isprintable()
-    return str(caught.value).partition("file.xml: ")[2]
 
 
 def limits_kmh(track):

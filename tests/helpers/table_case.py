@@ -4,8 +4,6 @@ import io
 
 import pytest
 
-from tgvdp.errors import InputError
-
 TRAIN_WITH_TABLE = """[train]
 mass_t = 200
 max_speed_kmh = 120
@@ -16,14 +14,6 @@ friction_brake_kn = 150
 traction = { file = "effort.csv" }
 """
 EFFORT_TABLE = "Speed [km/h];Effort [kN]\n0;200\n36;200\n36;150\n72,0;100,5\n"
-
-
-def refusal(read, path, **options):
-    """Error of reading a file, without the file's name, which it begins with."""
-    with pytest.raises(InputError) as caught:
-        read(path, **options)
-    assert str(caught.value).isprintable()
-    return str(caught.value).removeprefix(f"{path}: ")
 
 
 def workbook(**content):

@@ -216,7 +216,7 @@ def _doubts(trip: Trip, recorded: Profile, motion: Motion, fastest_s: float) -> 
             " which a mean over some seconds takes away, or another train"
         )
     dark_j = _dark_j(trip, recorded)
-    if dark_j > _DARK_SHARE * max(recorded.balance.wheel_j, dark_j):
+    if dark_j > _DARK_SHARE * recorded.balance.wheel_j:
         found.append(
             f"the recorded speeds ask for {joule_to_kwh(dark_j):.3g} kWh of traction at the wheel where the line has no"
             " current: positions or neutral sections differ from what was driven"

@@ -141,11 +141,10 @@ def _table(content: Mapping[str, Any]) -> str:
     )
     if content["earlier_s"] is not None:
         lines.append(f"with the recorded energy it arrives {content['earlier_s']:.4g} s earlier")
-    worst = max(content["parts"], key=lambda part: part["recorded_kwh"] - part["optimum_kwh"])
-    if content["saving_pct"] < _LITTLE_PCT:  # differences of parts say more of the record than of the driver
-        return "\n".join(lines)
-    lines.append(
-        f"most of it between {worst['from_m']:.0f} m and {worst['to_m']:.0f} m:"
-        f" {worst['recorded_kwh']:.4g} kWh against {worst['optimum_kwh']:.4g} kWh"
-    )
+    if content["saving_pct"] >= _LITTLE_PCT:  # below, differences of parts say more of the record than of the driver
+        worst = max(content["parts"], key=lambda part: part["recorded_kwh"] - part["optimum_kwh"])
+        lines.append(
+            f"most of it between {worst['from_m']:.0f} m and {worst['to_m']:.0f} m:"
+            f" {worst['recorded_kwh']:.4g} kWh against {worst['optimum_kwh']:.4g} kWh"
+        )
     return "\n".join(lines)

@@ -68,7 +68,7 @@ def departure_by_speed_s(time_s: Floats, speed_mps: Floats) -> float:
     if time_s.size < 3 or not 0.0 < speed_mps[1] < speed_mps[2]:
         return float(time_s[0])
     left_s = float(time_s[1] - speed_mps[1] * (time_s[2] - time_s[1]) / (speed_mps[2] - speed_mps[1]))
-    return left_s if left_s - time_s[0] > _LATER * (time_s[1] - time_s[0]) else float(time_s[0])
+    return _clearly_later(left_s, float(time_s[0]), float(time_s[1]))
 
 
 def departure_s(time_s: Floats, position_m: Floats) -> float:
@@ -82,4 +82,9 @@ def departure_s(time_s: Floats, position_m: Floats) -> float:
         return float(time_s[0])
     (near, far), (near_s, far_s) = np.sqrt(gone_m), time_s[first + 1 : first + 3]
     left_s = float(near_s - (far_s - near_s) * near / (far - near))
-    return left_s if left_s - time_s[0] > _LATER * (near_s - time_s[0]) else float(time_s[0])
+    return _clearly_later(left_s, float(time_s[0]), float(near_s))
+
+
+def _clearly_later(left_s: float, first_s: float, next_s: float) -> float:
+    """A departure, or the first row's time where it is not told from that."""
+    return left_s if left_s - first_s > _LATER * (next_s - first_s) else first_s

@@ -266,11 +266,10 @@ def _warning(savings: Savings) -> dict[str, str]:
         how = f"energies are read off a straight line there, which may be {above_pct.max():.2g} % too dear"
         warnings.append(f"{which}: {how}")
     missing = sum(savings.counts.values()) - len(savings.number)
-    if missing:
-        unlike = [axis for axis in savings.axes if len({level.scenarios for level in levels(savings, axis)}) > 1]
-        if unlike:
-            names = ", ".join(unlike)
-            warnings.append(f"scenarios that are not done ({missing}) leave values of {names} with unlike others")
+    unlike = [axis for axis in savings.axes if len({level.scenarios for level in levels(savings, axis)}) > 1]
+    if missing and unlike:
+        names = ", ".join(unlike)
+        warnings.append(f"scenarios that are not done ({missing}) leave values of {names} with unlike others")
     return {"warning": "; ".join(warnings)} if warnings else {}
 
 

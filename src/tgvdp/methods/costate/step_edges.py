@@ -5,7 +5,7 @@ import math
 from tgvdp._jit import part
 from tgvdp.methods.costate.brake_jumps import beyond_drop, beyond_rate, drop_above
 from tgvdp.methods.costate.characteristics import saturated_back
-from tgvdp.methods.costate.polyline import insert, make_rise
+from tgvdp.methods.costate.polyline import insert
 from tgvdp.methods.costate.step_wall import ROUNDING
 
 #: A point just above the speed of a step of the braking rates is so many times `ROUNDING` above it.
@@ -91,15 +91,12 @@ def drop_edges(train, step, images, m, w):
 
 
 @part
-def cut_above(level, images, first, m, beyond, drops):
+def cut_above(level, images, first, m, beyond):
     """Drop images after the ``first`` that lie above a level, but for an edge at the level; returns what is left.
 
-    Those from a squared speed ``beyond`` on are right. A dent does not count (`make_rise`), but where the brake
-    ``drops``.
+    Those from a squared speed ``beyond`` on are right.
     """
     x, y = images
-    if not drops:
-        make_rise(images, first, m, drops)
     i = first
     while i < m and y[i] <= level:
         i += 1

@@ -17,6 +17,7 @@ from tgvdp.methods.costate.characteristics import (
     held_back_w,
     saturated_back,
 )
+from tgvdp.methods.costate.polyline import make_rise
 from tgvdp.methods.costate.step_edges import cut_above, cut_out_edges, drop_below, drop_edges, rate_edges
 from tgvdp.methods.costate.step_held import hold
 from tgvdp.methods.costate.step_wall import (
@@ -167,7 +168,9 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
         start += 1
     # Friction may help above a drop of the dynamic brake alone.
     drop_w = drop_above(train, line.w[first] * (1.0 - 4.0 * ROUNDING)) if regime == BRAKING else math.inf
-    m = cut_above(level, images, start, m, drop_w, train.last_drop_mps > 0.0)
+    if train.last_drop_mps == 0.0:  # a dent is no place to cut
+        make_rise(images, start, m, False)
+    m = cut_above(level, images, start, m, drop_w)
     edge_w = math.inf  # where p jumps
     edge_image = helped_image = 0.0
     jump = jump_from(step, line, first, last) if regime == DYNAMIC else -1
