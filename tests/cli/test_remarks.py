@@ -66,6 +66,16 @@ def test_journeys_and_comparisons_say_it_once(line, tmp_path, capsys):
     assert capsys.readouterr().err.count(NOTE) == 1
 
 
+def test_sweeps_and_instances_say_it_once(line, tmp_path, capsys):
+    spec = tmp_path / "spec.toml"
+    spec.write_text(f'trains = ["alstom-emu", "tgv"]\nlines = ["{line.name}"]\nrun = {{ points = 3 }}\n')
+    assert main(["sweep", str(spec), "--dry-run"]) == 0
+    assert capsys.readouterr().err.count(f"tgvdp: note: {NOTE}\n") == 1
+    asked = ("--train", "alstom-emu", "--track", str(line), "--to", "instance", "-o", str(tmp_path / "i.json"))
+    assert main(["formulate", "--steps", "60", *asked]) == 0
+    assert capsys.readouterr().err.count(f"tgvdp: note: {NOTE}\n") == 1
+
+
 def test_of_many_notes_the_first_are_said(tmp_path):
     notes = [f"stock.json: {number}" for number in range(7)]
     assert list(remarked(notes)) == [*notes[:3], "4 more notes on what was read: tgvdp validate tells them"]

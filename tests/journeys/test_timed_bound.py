@@ -54,7 +54,9 @@ def test_what_time_may_cost(case, multiplier):
     fastest_s, end_s = [20.0, 30.0], 100.0
     box = box_of(case, fastest_s, end_s)
     most_j = every_cost_j(case, fastest_s, end_s, multiplier)
-    assert most_cost_j(case, box, np.array(multiplier)) == pytest.approx(most_j)
+    for waiting_w in (0.0, 0.5):  # a second of the end is worth more than that of waiting
+        waited_j = waiting_w * (end_s - (case.dwells_s[0] or 0.0))
+        assert most_cost_j(case, box, np.array(multiplier), waiting_w) == pytest.approx(most_j - waited_j)
 
 
 def test_multipliers_change_where_a_window_binds_or_the_train_waits():

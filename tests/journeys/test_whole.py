@@ -22,7 +22,8 @@ def section():
 def run_of(section, *points, margin=1.25):
     time_s = margin * section.fastest.duration_s
     end = TimingPoint(section.trip.destination_m)
-    found = whole_run(section, [*points, end], time_s, np.zeros(len(points) + 1), TOLERANCE_S)
+    multiplier = np.zeros(len(points) + 1)
+    found = whole_run(section, section.trip, [*points, end], time_s, multiplier, TOLERANCE_S)
     assert found is not None
     return found
 
@@ -82,4 +83,5 @@ def test_speeds_that_are_not_kept_are_told(section):
 def test_what_no_run_can_keep_has_none(section):
     end = TimingPoint(section.trip.destination_m)
     early = window(POINT_M, 0.0, 0.5 * section.fastest.duration_s - 40.0)
-    assert whole_run(section, [early, end], 1.2 * section.fastest.duration_s, np.zeros(2), TOLERANCE_S) is None
+    time_s = 1.2 * section.fastest.duration_s
+    assert whole_run(section, section.trip, [early, end], time_s, np.zeros(2), TOLERANCE_S) is None

@@ -67,7 +67,10 @@ class JourneyResult:
 
     @property
     def front(self) -> ParetoFront:
-        """Running times of the whole journey without dwell, s, and energies, J; the fastest journey first."""
+        """Running times of the whole journey without dwell, s, and energies, J; the fastest journey first.
+
+        With windows energies have what is drawn in waiting for them: ``found.waiting_s`` at ``found.waiting_w``.
+        """
         return self.found.front
 
     @property
@@ -166,7 +169,9 @@ class JourneyResult:
         passed = [section for section in self.sections if isinstance(section, PassedRuns)]
         if passed and self.trip.energy.map is None:
             with sensible_numbers(self.trip, self.options["max_memory_b"]):
-                return timed_bound(passed, self.windows, self.found.run, self.found.departure_s, clock)
+                return timed_bound(
+                    passed, self.windows, self.found.waiting_w, self.found.run, self.found.departure_s, clock
+                )
 
         def certificate(section: SectionRuns | PassedRuns, run: NDArray[np.int64]) -> Certificate | None:
             if clock.expired:
@@ -175,14 +180,15 @@ class JourneyResult:
             with sensible_numbers(section.trip, self.options["max_memory_b"]):
                 return certify_front(
                     section.trip, section.fastest, section.time_s[own], section.energy_j[own], section.energy_j[own],
-                    np.unique(self.found.multiplier_j_per_s), clock,
+                    np.unique(self.found.multiplier_j_per_s.clip(0.0)), clock,
                 )  # fmt: skip
 
         made = side_by_side(certificate, self.sections, self.found.run.T)
         certificates = [one for one in made if one is not None]
         if len(certificates) < len(made):
             return JourneyBound(np.full(len(self.front), np.nan), False)
-        return journey_bound(certificates, self.front.time_s)
+        # Who waits less may run longer, and waiting takes no less than nothing.
+        return journey_bound(certificates, self.front.time_s + self.found.waiting_s)
 
     def robustness(
         self, index: int | None = None, mean_delay_s: float = 20.0, delays: Delays | None = None

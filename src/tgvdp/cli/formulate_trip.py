@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from tgvdp.cli.groups import apply_all, heading
+from tgvdp.cli.notes import remarked
 from tgvdp.cli.search_options import DEFAULT_TRACK, DEFAULT_TRAIN, TRACK_HELP, TRAIN_HELP, complete
 from tgvdp.errors import InputError
 from tgvdp.options.texts import Targets, parse_quantity, parse_targets
@@ -80,13 +81,16 @@ def trip_instance(
     model: str = "kinetic",
     energy: str = "wheel",
 ) -> "TripInstance":
-    """Make the instance, its running time and top speed by the search."""
-    from tgvdp.formats import load_track, load_train
+    """Make the instance, its running time and top speed by the search; what readers noted is said on stderr."""
+    from tgvdp.formats import read_source
     from tgvdp.formulations.problem.of_trip import binary_of_trip, demand_of_trip
     from tgvdp.model.energy import EnergyModel
     from tgvdp.model.trip import Trip
 
-    the_train, the_track = load_train(train or DEFAULT_TRAIN), load_track(track or DEFAULT_TRACK)
+    read = read_source(train or DEFAULT_TRAIN, "train"), read_source(track or DEFAULT_TRACK, "track")
+    for text in remarked([*read[0].remarks, *read[1].remarks]):
+        click.echo(f"tgvdp: note: {text}", err=True)
+    the_train, the_track = read[0].value, read[1].value
     origin_m, destination_m = between or (0.0, the_track.length_m)
     trip = Trip(
         train=the_train, track=the_track, origin_m=origin_m, destination_m=destination_m,

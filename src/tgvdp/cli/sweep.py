@@ -9,6 +9,7 @@ import click
 
 from tgvdp.cli import echo_json
 from tgvdp.cli.groups import GroupedCommand, apply_all, heading
+from tgvdp.cli.notes import remarked
 from tgvdp.cli.numbers import number
 from tgvdp.cli.screen import Screen, duration
 from tgvdp.errors import BudgetExceededError, TasksFailedError
@@ -103,6 +104,8 @@ def command(
 
     spec = read_spec(path)
     with Screen(quiet=quiet) as screen:
+        for text in remarked([remark for part in (*spec.trains, *spec.lines) for remark in part.remarks]):
+            screen.note(text)
         if dry_run:
             return _estimate(spec, cluster, screen, as_json)
         from tgvdp.sweeps.run import run_sweep

@@ -60,7 +60,8 @@ class JourneyFront:
     departure_s : (n, sections) float64
         When each section begins, on the clock of the journey, s.
     multiplier_j_per_s : (n, sections) float64
-        The multiplier of each section: one for all but where windows part them; infinite for the fastest journey.
+        The multiplier of each section: one for all but where windows part them; infinite for the fastest journey, and
+        below 0 where a section runs longer than its thriftiest run in place of waiting.
     practices : dict of str to Allocations
         What today's practices make of the same running times; they know no windows.
     complete : bool
@@ -69,6 +70,10 @@ class JourneyFront:
         Whether the front ends with the thriftiest journey: running longer saves nothing.
     left : tuple of str
         Which window is left, and by how much, where runs do not meet their times, and which arrivals are too early.
+    waiting_s : (n,) float64
+        How long the train waits for windows, dwells aside, s.
+    waiting_w : float
+        What it draws then, W: the front counts it.
     """
 
     front: ParetoFront
@@ -78,6 +83,8 @@ class JourneyFront:
     practices: dict[str, Allocations]
     complete: bool
     exhausted: bool
+    waiting_s: _Floats
+    waiting_w: float = 0.0
     left: tuple[str, ...] = ()
 
 
@@ -139,6 +146,7 @@ def journey_front(
         complete=not is_ended and all(section.complete for section in sections),
         exhausted=all(section.exhausted for section in sections)
         and bool(front.time_s[-1] < last_s - _SHORT * tolerance_s),
+        waiting_s=np.zeros(len(front)),
     )
 
 

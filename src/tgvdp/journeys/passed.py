@@ -22,7 +22,7 @@ class PassedRun(NamedTuple):
     ends_s : (parts,) float64
         When each part ends after the departure, s.
     multiplier_j_per_s : (parts,) float64
-        Multiplier of each part, J/s.
+        Multiplier of each part, J/s: what a second more of running in place of waiting saves.
     spare_s : float
         By how much it is faster than planned, s: the train leaves so much later. 0 where it comes earlier on purpose.
     """
@@ -31,6 +31,10 @@ class PassedRun(NamedTuple):
     ends_s: _Floats
     multiplier_j_per_s: _Floats
     spare_s: float
+
+    def cost_j(self, waiting_w: float) -> float:
+        """Energy less what would be drawn in waiting as long, J."""
+        return self.profile.total_energy_j - waiting_w * self.profile.duration_s
 
 
 def run_of_parts(
@@ -62,16 +66,16 @@ class PassedRuns:
         As of `SectionRuns`.
     runs : sequence of PassedRun
     time_s, energy_j, multiplier_j_per_s : (n,) float64
-        Running times, s, energies, J, and multipliers of the last parts, J/s.
+        Running times, s, energies, J, and multipliers of the last parts, J/s: what a second more of running saves.
     """
 
-    def __init__(self, trip: Trip, fastest: Profile, runs: Sequence[PassedRun]) -> None:
+    def __init__(self, trip: Trip, fastest: Profile, runs: Sequence[PassedRun], waiting_w: float) -> None:
         self.trip = trip
         self.fastest = fastest
         self.runs = runs
         self.time_s = np.array([run.profile.duration_s for run in runs])
         self.energy_j = np.array([run.profile.total_energy_j for run in runs])
-        self.multiplier_j_per_s = np.array([run.multiplier_j_per_s[-1] for run in runs])
+        self.multiplier_j_per_s = np.array([run.multiplier_j_per_s[-1] for run in runs]) - waiting_w
 
     def profile(self, index: int) -> Profile:
         """Speed profile of one run."""

@@ -1,7 +1,6 @@
 """The run from one stop to the next: its trip, its fastest run, and all slower runs that were found so far."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,15 +90,14 @@ class SectionRuns:
         self._runs = [runs[index] for index in order.tolist()]
         self.front = ParetoFront.of(self.time_s, self.energy_j)
 
-    def with_credits(
-        self, credits: tuple[tuple[float, float], ...], time_s: float, tolerance_s: float
-    ) -> tuple[Profile, float] | None:
-        """Run of least energy less credits (`Trip.credits`) in a time, s, and its multiplier behind them, J/s.
+    def charged(self, trip: Trip, time_s: float, tolerance_s: float) -> tuple[Profile, float] | None:
+        """Run of least energy of a trip that differs in what it charges (`Trip.credits`) in a time, s.
 
-        None where no run takes that time, unless running so long saves nothing: then it is the thriftiest run.
+        And its multiplier where it ends, J/s. None where no run takes that time, unless running so long saves nothing:
+        then it is the thriftiest run.
         """
         try:
-            found = self.method(replace(self.trip, credits=credits), self.fastest, np.array([time_s]), tolerance_s)
+            found = self.method(trip, self.fastest, np.array([time_s]), tolerance_s)
         except NumericalError:
             return None
         self.complete &= found.complete

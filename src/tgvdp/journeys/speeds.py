@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from tgvdp.errors import InfeasibleError
 from tgvdp.journeys.section import SectionRuns
-from tgvdp.journeys.timetable import earliest, sample, timetable_of, wait
-from tgvdp.journeys.windows import Miss, WindowMissedError, Windows
+from tgvdp.journeys.timetable import Terms, earliest, sample, wait
+from tgvdp.journeys.windows import Miss, WindowMissedError
 
 _Floats = NDArray[np.float64]
 
@@ -48,21 +48,16 @@ class SpeedSearch:
     ----------
     points : sequence of Point
     parts : callable
-    windows : Windows
+    terms : Terms
     arrival_s : (n,) float64
         Arrivals at the end of the journey, s.
-    tolerance_s : float
-        How well running times are met, s.
     """
 
-    def __init__(
-        self, points: Sequence[Point], parts: Parts, windows: Windows, arrival_s: _Floats, tolerance_s: float
-    ) -> None:
+    def __init__(self, points: Sequence[Point], parts: Parts, terms: Terms, arrival_s: _Floats) -> None:
         self.points = points
         self.parts = parts
-        self.windows = windows
+        self.terms = terms
         self.arrival_s = arrival_s
-        self.tolerance_s = tolerance_s
         #: By the number of the arrival; not where those that were tried are too slow.
         self.found: dict[int, Speeds] = {}
         self._least_j = np.full(len(arrival_s), np.inf)
@@ -122,15 +117,16 @@ class SpeedSearch:
 
     def _energy_j(self, speeds: Speeds) -> _Floats:
         """Energy of the journey for each arrival, as far as the parts' fronts are sampled, J; infinite if too early."""
-        parts = self.parts(speeds)
-        earliest(parts, self.windows, self.tolerance_s)  # asked first, as nothing is solved for it
-        sample(parts, self.windows, self.arrival_s, self.tolerance_s)
-        timetable = timetable_of(parts, self.windows, self.tolerance_s)
+        parts, (windows, tolerance_s, waiting_w) = self.parts(speeds), self.terms
+        earliest(parts, windows, tolerance_s)  # asked first, as nothing is solved for it
+        sample(parts, self.terms, self.arrival_s)
+        timetable = self.terms.timetable(parts)
         first_s, last_s = timetable.arrival.first_s, float(self.arrival_s[-1])
-        if last_s < first_s - self.tolerance_s:
+        if last_s < first_s - tolerance_s:
             which = f"an arrival at {last_s:.6g} s is wanted, the first one that was found is at {first_s:.6g} s"
             raise WindowMissedError([Miss(which, first_s - last_s, "is so much later")])
         taken_s = timetable.at(self.arrival_s).supplement_s
-        wait(parts, self.windows, taken_s, self.tolerance_s)
+        wait(parts, self.terms, taken_s)
         energy_j = np.sum([one.energy_at(own_s) for one, own_s in zip(parts, taken_s.T, strict=True)], axis=0)
-        return np.where(self.arrival_s >= first_s - self.tolerance_s, energy_j, np.inf)
+        energy_j += waiting_w * np.clip(self.arrival_s, first_s, timetable.arrival.last_s)
+        return np.where(self.arrival_s >= first_s - tolerance_s, energy_j, np.inf)

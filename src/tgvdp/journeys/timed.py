@@ -18,7 +18,8 @@ from tgvdp.journeys.front import JourneyFront
 from tgvdp.journeys.passed import PassedRun, PassedRuns, run_of_parts
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.journeys.speeds import Point, Speeds, SpeedSearch
-from tgvdp.journeys.timetable import earliest, planned, sample
+from tgvdp.journeys.timetable import Terms, earliest, planned, sample
+from tgvdp.journeys.waiting import waiting_for_free, waiting_w
 from tgvdp.journeys.whole import whole_run
 from tgvdp.journeys.windows import Schedule, Windows
 from tgvdp.model.journey import TimingPoint
@@ -102,8 +103,9 @@ class TimedJourney:
     ) -> None:
         self.sections = sections
         self.windows = windows
-        self.parts = _Parts(trip, windows, solved)
-        self._planned_parts = _Parts(trip, windows, planned)
+        self.waiting_w = waiting_w(trip)
+        self.parts = _Parts(waiting_for_free(trip), windows, solved)
+        self._planned_parts = _Parts(waiting_for_free(trip), windows, planned)
         self._points = [
             point
             for section, parts in zip(sections, windows.sections, strict=True)
@@ -143,8 +145,8 @@ class TimedJourney:
             When a window cannot be met.
         """
         own_s = tolerance_s / len(self.windows.arrivals)
-        windows = self.windows.opened_later(own_s)
-        search = SpeedSearch(self._points, self._planned_parts, windows, arrival_s, own_s)
+        terms = Terms(self.windows.opened_later(own_s), own_s, self.waiting_w)
+        search = SpeedSearch(self._points, self._planned_parts, terms, arrival_s)
         search.on_grid()
         departure_s, runs, are_whole = self._solved_at(search)
         if not are_whole:  # the speeds of the grid are those of the runs
@@ -152,24 +154,28 @@ class TimedJourney:
             departure_s, runs, _ = self._solved_at(search)
         met = sorted(search.found)
         sections = tuple(
-            PassedRuns(section.trip, section.fastest, own)
+            PassedRuns(section.trip, section.fastest, own, self.waiting_w)
             for section, own in zip(self.sections, zip(*runs, strict=True), strict=True)
         )
-        front = ParetoFront.of(
-            np.sum([one.time_s for one in sections], axis=0), np.sum([one.energy_j for one in sections], axis=0)
-        )
+        first = [parts[0] for parts in self.windows.sections]
+        clocks = [_clock(self.windows, own_s, own) for own_s, own in zip(departure_s[:, first], runs, strict=True)]
+        leaving_s, coming_s = np.array(clocks).swapaxes(0, 1)
+        time_s = np.sum([one.time_s for one in sections], axis=0)
+        waiting_s = self.windows.waiting_s(coming_s[:, -1], time_s)
+        energy_j = np.sum([one.energy_j for one in sections], axis=0) + self.waiting_w * waiting_s
+        front = ParetoFront.of(time_s, energy_j)
         # Whatever is asked for behind the thriftiest journey is that journey again, but for how well its time is met.
         is_slower = np.diff(front.time_s, prepend=-np.inf) > tolerance_s
         front = ParetoFront(front.time_s[is_slower], front.energy_j[is_slower], front.source[is_slower])
         kept = front.source
-        first = [parts[0] for parts in windows.sections]
-        clocks = [_clock(self.windows, departure_s[at, first], runs[at]) for at in kept.tolist()]
-        leaving_s, coming_s = np.array(clocks).swapaxes(0, 1)
+        leaving_s, coming_s = leaving_s[kept], coming_s[kept]
         found = JourneyFront(
             front=front,
             run=np.repeat(kept[:, None], len(sections), axis=1),
             departure_s=leaving_s[:, first],
             multiplier_j_per_s=np.column_stack([one.multiplier_j_per_s[kept] for one in sections]),
+            waiting_s=waiting_s[kept],
+            waiting_w=self.waiting_w,
             practices={},
             complete=all(part.complete for part in (*self._planned_parts.known, *self.parts.known, *self.sections)),
             exhausted=bool(coming_s[-1, -1] < arrival_s[met[-1]] - tolerance_s),
@@ -194,8 +200,8 @@ class TimedJourney:
         for chosen in set(search.found.values()):
             rows = [row for row, at in enumerate(met) if search.found[at] == chosen]
             parts, arrival_s = self.parts(chosen), search.arrival_s[met][rows]
-            sample(parts, search.windows, arrival_s, search.tolerance_s)
-            own = planned(parts, search.windows, arrival_s, search.tolerance_s)
+            sample(parts, search.terms, arrival_s)
+            own = planned(parts, search.terms, arrival_s)
             for column, own_column in zip(plan, own, strict=True):
                 column[rows] = own_column
         runs, are_whole = [], True
@@ -203,7 +209,7 @@ class TimedJourney:
         for row, at in enumerate(met):
             parts, own_plan = self.parts(search.found[at]), Schedule(*(column[row] for column in plan))
             found = [
-                self._run(number, parts, own_plan, search.arrival_s[at] if number == last else None, search.tolerance_s)
+                self._run(number, parts, own_plan, search.arrival_s[at] if number == last else None, search.terms)
                 for number in range(len(self.sections))
             ]
             runs.append([run for run, _ in found])
@@ -211,12 +217,12 @@ class TimedJourney:
         return plan.departure_s, runs, are_whole
 
     def _run(
-        self, number: int, parts: Sequence[SectionRuns], plan: Schedule, until_s: float | None, tolerance_s: float
+        self, number: int, parts: Sequence[SectionRuns], plan: Schedule, until_s: float | None, terms: Terms
     ) -> tuple[PassedRun, bool]:
         """Run of one section as planned: by parts that share speeds, or in one piece where that is cheaper.
 
-        And whether it has been solved in one piece, if it has points at all. That may take until a time, s, when parts
-        of these speeds save nothing any more.
+        And whether it has been solved in one piece, if it has points at all. The last one may take until a time, s,
+        when parts of these speeds save nothing any more.
         """
         section, numbers = self.sections[number], self.windows.sections[number]
         own = slice(numbers[0], numbers[-1] + 1)
@@ -227,16 +233,19 @@ class TimedJourney:
             return run, False
         departure_s = float(plan.departure_s[own.start])
         time_s = sum(part.fastest.duration_s for part in parts[own]) + float(plan.supplement_s[own].sum())
-        if until_s is not None:
+        trip, waiting_w = waiting_for_free(section.trip), terms.waiting_w
+        if until_s is not None and run.multiplier_j_per_s[-1] > waiting_w:  # who is there has not to wait
             time_s = until_s - departure_s
+            trip, waiting_w = section.trip, 0.0
         points = [_since(self.windows.arrivals[at], departure_s) for at in numbers]
-        whole = whole_run(section, points, time_s, run.multiplier_j_per_s, tolerance_s)
+        whole = whole_run(section, trip, points, time_s, run.multiplier_j_per_s, terms.tolerance_s)
         if whole is None:
             return run, False
         one, is_met = whole
-        if is_met and one.profile.total_energy_j < run.profile.total_energy_j:
-            return one, True
-        return run._replace(multiplier_j_per_s=one.multiplier_j_per_s), is_met
+        multiplier = one.multiplier_j_per_s + (terms.waiting_w - waiting_w)
+        if is_met and one.cost_j(waiting_w) < run.cost_j(waiting_w):
+            return one._replace(multiplier_j_per_s=multiplier), True
+        return run._replace(multiplier_j_per_s=multiplier), is_met
 
 
 def _since(point: TimingPoint, departure_s: float) -> TimingPoint:

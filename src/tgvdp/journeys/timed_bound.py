@@ -4,6 +4,9 @@ For any multipliers λ of the parts, every journey that keeps its windows takes 
 E + Σ λT of a section's runs (`certificate.line`), and the largest Σ λT of all clocks within the windows follows stop by
 stop and point by point, as it is a sum of terms of one time each, but for the dwells. Good multipliers are those of the
 journey itself. They change where a window binds, and nowhere else; so they are made equal where none does.
+
+Who waits draws P. So all energies are less P·T of the time that runs take, and P times what lies between the two ends
+of the journey comes on top (`journeys.waiting`).
 """
 
 import math
@@ -19,6 +22,7 @@ from tgvdp.cores import side_by_side
 from tgvdp.errors import TgvdpError
 from tgvdp.journeys.bound import JourneyBound
 from tgvdp.journeys.passed import PassedRuns
+from tgvdp.journeys.waiting import waiting_for_free
 from tgvdp.journeys.windows import Windows
 from tgvdp.methods.budget import Clock
 
@@ -37,7 +41,12 @@ _ROUNDING = 1e-12
 
 
 def timed_bound(
-    sections: Sequence[PassedRuns], windows: Windows, run: NDArray[np.int64], departure_s: _Floats, clock: Clock
+    sections: Sequence[PassedRuns],
+    windows: Windows,
+    waiting_w: float,
+    run: NDArray[np.int64],
+    departure_s: _Floats,
+    clock: Clock,
 ) -> JourneyBound:
     """Bound the least energy of all journeys that keep the windows and end no later than each of some.
 
@@ -45,6 +54,8 @@ def timed_bound(
     ----------
     sections : sequence of PassedRuns
     windows : Windows
+    waiting_w : float
+        What is drawn in waiting, W.
     run : (n, sections) int64
         Each section's run of each journey.
     departure_s : (n, sections) float64
@@ -54,7 +65,7 @@ def timed_bound(
     """
 
     def bounded(at: int) -> float:
-        return math.nan if clock.expired else _bound_j(sections, windows, run[at], departure_s[at], clock)
+        return math.nan if clock.expired else _bound_j(sections, windows, waiting_w, run[at], departure_s[at], clock)
 
     lower_j = np.array(side_by_side(bounded, range(len(departure_s))))
     lower_j[np.isinf(lower_j)] = math.nan
@@ -62,7 +73,12 @@ def timed_bound(
 
 
 def _bound_j(
-    sections: Sequence[PassedRuns], windows: Windows, run: NDArray[np.int64], departure_s: _Floats, clock: Clock
+    sections: Sequence[PassedRuns],
+    windows: Windows,
+    waiting_w: float,
+    run: NDArray[np.int64],
+    departure_s: _Floats,
+    clock: Clock,
 ) -> float:
     """Bound for one journey, J."""
     runs = [section.runs[own] for section, own in zip(sections, run.tolist(), strict=True)]
@@ -83,7 +99,7 @@ def _bound_j(
         usable = np.clip(own, _LEAST * mean_w, most * mean_w)
         multiplier = one_where_none_binds(usable, coming_s - leaving_s, changes)
         parts_j = [
-            -most_cost_j(windows, box, multiplier),
+            -most_cost_j(windows, box, multiplier, waiting_w),
             *_least_costs_j(sections, windows, multiplier, size_j, clock),
         ]
         best_j = max(best_j, sum(parts_j) - _ROUNDING * sum(map(abs, parts_j)))
@@ -93,11 +109,12 @@ def _bound_j(
 def _least_costs_j(
     sections: Sequence[PassedRuns], windows: Windows, multiplier: _Floats, size_j: float, clock: Clock
 ) -> Iterator[float]:
-    """Lower bound of E + Σ λT of each section, J; −∞ where its costate program fails."""
+    """Lower bound of E + Σ λT of each section, less what is drawn in waiting, J; −∞ where its costate program fails."""
     for section, numbers in zip(sections, windows.sections, strict=True):
         own = multiplier[list(numbers)]
         at_m = [windows.arrivals[number].position_m for number in numbers[:-1]]
-        trip = replace(section.trip, credits=tuple(zip(at_m, np.diff(own).tolist(), strict=True)))
+        credits = tuple(zip(at_m, np.diff(own).tolist(), strict=True))
+        trip = replace(waiting_for_free(section.trip), credits=credits)
         try:
             yield least_cost_j(trip, section.fastest, float(own[-1]), size_j, clock)
         except TgvdpError:
@@ -143,10 +160,13 @@ def one_where_none_binds(multiplier_j_per_s: _Floats, time_s: _Floats, changes: 
     return np.asarray(np.exp(mean)[group])
 
 
-def most_cost_j(windows: Windows, box: Box, multiplier_j_per_s: _Floats) -> float:
-    """The largest Σ λT of all journeys within a box, J."""
+def most_cost_j(windows: Windows, box: Box, multiplier_j_per_s: _Floats, waiting_w: float) -> float:
+    """The largest Σ λT of all journeys within a box, less what is drawn in waiting all the time but for dwells, J."""
     rates = multiplier_j_per_s.tolist()
-    cost_j: float = rates[-1] * float(box.last_arrival_s[-1]) - rates[0] * float(box.first_departure_s[0])
+    ends = float(box.first_arrival_s[-1]), float(box.last_arrival_s[-1])
+    stands_s = windows.start_s + sum(dwell_s or 0.0 for dwell_s in windows.dwells_s)
+    cost_j: float = max((rates[-1] - waiting_w) * end_s for end_s in ends) + waiting_w * stands_s
+    cost_j -= rates[0] * float(box.first_departure_s[0])
     for at, dwell_s in enumerate(windows.dwells_s):
         before, after = rates[at], rates[at + 1]
         arrival_s = float(box.first_arrival_s[at]), float(box.last_arrival_s[at])

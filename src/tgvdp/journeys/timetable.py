@@ -1,6 +1,7 @@
 """From runs to a timetable: sections are sampled as far as windows let them take time, and solved as it is planned."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +24,21 @@ _ANY_TIME = Demand(np.array([0.0, 1e9]), np.array([1.0, 0.0]))
 _AT_THE_END = 0.98
 
 
-def timetable_of(sections: Sequence[SectionRuns], windows: Windows, slack_s: float) -> Timetable:
-    """The timetable of sections, as far as their runs are known."""
-    fastest_s = [section.fastest.duration_s for section in sections]
-    return Timetable(windows, fastest_s, [demand_of(section) for section in sections], slack_s)
+class Terms(NamedTuple):
+    """What a journey is planned by: its windows, how well times are met, s, and what is drawn in waiting, W.
+
+    Energies of sections are less what would be drawn in waiting for as long as they run.
+    """
+
+    windows: Windows
+    tolerance_s: float
+    waiting_w: float
+
+    def timetable(self, sections: Sequence[SectionRuns]) -> Timetable:
+        """The timetable of sections, as far as their runs are known."""
+        fastest_s = [section.fastest.duration_s for section in sections]
+        demands = [demand_of(section) for section in sections]
+        return Timetable(self.windows, fastest_s, demands, self.tolerance_s, self.waiting_w)
 
 
 def earliest(sections: Sequence[SectionRuns], windows: Windows, slack_s: float) -> Timetable:
@@ -41,35 +53,35 @@ def earliest(sections: Sequence[SectionRuns], windows: Windows, slack_s: float) 
     return Timetable(windows, fastest_s, [_ANY_TIME] * len(fastest_s), slack_s)
 
 
-def planned(sections: Sequence[SectionRuns], windows: Windows, arrival_s: _Floats, tolerance_s: float) -> Schedule:
+def planned(sections: Sequence[SectionRuns], terms: Terms, arrival_s: _Floats) -> Schedule:
     """Plan arrivals, s, in rounds: each solves the sections as the last one planned, and knows multipliers better."""
     for _ in range(ROUNDS):
-        plan = timetable_of(sections, windows, tolerance_s).at(arrival_s)
-        reach(sections, plan.supplement_s, tolerance_s)
-        wait(sections, windows, plan.supplement_s, tolerance_s)
+        plan = terms.timetable(sections).at(arrival_s)
+        reach(sections, plan.supplement_s, terms.tolerance_s)
+        wait(sections, terms, plan.supplement_s)
     return plan
 
 
-def sample(sections: Sequence[SectionRuns], windows: Windows, arrival_s: _Floats, tolerance_s: float) -> None:
+def sample(sections: Sequence[SectionRuns], terms: Terms, arrival_s: _Floats) -> None:
     """Sample the sections' fronts as far as the windows let them take time, where that is not done yet."""
     shares = np.linspace(0.0, 1.0, _SAMPLES) ** 2
     fastest_s = np.array([section.fastest.duration_s for section in sections])
     new = [section for section in sections if not len(section.front)]
     if new:
-        reach(new, np.outer(shares, [_FIRST_MARGIN * one.fastest.duration_s for one in new]), tolerance_s)
+        reach(new, np.outer(shares, [_FIRST_MARGIN * one.fastest.duration_s for one in new]), terms.tolerance_s)
     while True:
         known_s = np.array([one.supplement_s[-1] for one in sections])
         may_grow = np.array([not one.exhausted and one.complete for one in sections])
         may_grow &= known_s < _MOST_MARGIN * fastest_s
-        taken_s = timetable_of(sections, windows, tolerance_s).at(arrival_s).supplement_s.max(axis=0)
+        taken_s = terms.timetable(sections).at(arrival_s).supplement_s.max(axis=0)
         short = np.flatnonzero(may_grow & (taken_s >= _AT_THE_END * known_s)).tolist()
         if not short:
             return
         further_s = 2.0 * np.maximum(known_s, _FIRST_MARGIN * fastest_s)
-        reach([sections[at] for at in short], np.outer(shares, further_s[short]), tolerance_s)
+        reach([sections[at] for at in short], np.outer(shares, further_s[short]), terms.tolerance_s)
 
 
-def wait(sections: Sequence[SectionRuns], windows: Windows, supplement_s: _Floats, tolerance_s: float) -> None:
+def wait(sections: Sequence[SectionRuns], terms: Terms, supplement_s: _Floats) -> None:
     """Find the runs that are slower than the thriftiest ones for planned supplements, (n, sections), s.
 
     Raises
@@ -77,7 +89,8 @@ def wait(sections: Sequence[SectionRuns], windows: Windows, supplement_s: _Float
     WindowMissedError
         When a section cannot be that slow.
     """
-    for section, window, own_s in zip(sections, windows.arrivals, supplement_s.T, strict=True):
+    tolerance_s = terms.tolerance_s
+    for section, window, own_s in zip(sections, terms.windows.arrivals, supplement_s.T, strict=True):
         behind_s = own_s[own_s > section.supplement_s[-1] + tolerance_s]
         for slow_s in np.unique(behind_s).tolist():
             if section.complete and not slow_down(section, slow_s, tolerance_s):

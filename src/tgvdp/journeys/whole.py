@@ -8,6 +8,7 @@ Where that time jumps over the end of a window, the train passes a little inside
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from tgvdp.journeys.passed import PassedRun
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.model.journey import TimingPoint
+from tgvdp.model.trip import Trip
 from tgvdp.physics.roots import Bracket
 
 _Floats = NDArray[np.float64]
@@ -34,7 +36,12 @@ _SETTLED = 1e-2
 
 
 def whole_run(
-    section: SectionRuns, points: Sequence[TimingPoint], time_s: float, multiplier_j_per_s: _Floats, tolerance_s: float
+    section: SectionRuns,
+    trip: Trip,
+    points: Sequence[TimingPoint],
+    time_s: float,
+    multiplier_j_per_s: _Floats,
+    tolerance_s: float,
 ) -> tuple[PassedRun, bool] | None:
     """Least energy of a section that takes a time, s, and whether it is in its windows; None where there is no run.
 
@@ -43,6 +50,8 @@ def whole_run(
     Parameters
     ----------
     section : SectionRuns
+    trip : Trip
+        The section's, as its energy is counted here.
     points : sequence of TimingPoint
         Where it passes, and where it ends; windows of time count from its departure.
     time_s : float
@@ -52,7 +61,7 @@ def whole_run(
     tolerance_s : float
         How well times are met, s.
     """
-    search = _Search(section, points, time_s, tolerance_s)
+    search = _Search(section, trip, points, time_s, tolerance_s)
     own_w = np.abs(np.diff(np.where(np.isfinite(multiplier_j_per_s), multiplier_j_per_s, 0.0))).tolist()
     for _ in range(_ROUNDS):
         before_w = search.own_w.copy()
@@ -69,8 +78,11 @@ def whole_run(
 class _Search:
     """Runs of one section and one running time, s, by the multipliers of its timing points, J/s."""
 
-    def __init__(self, section: SectionRuns, points: Sequence[TimingPoint], time_s: float, tolerance_s: float) -> None:
+    def __init__(
+        self, section: SectionRuns, trip: Trip, points: Sequence[TimingPoint], time_s: float, tolerance_s: float
+    ) -> None:
         self.section = section
+        self.trip = trip
         self.points = points
         self.time_s = time_s
         self.tolerance_s = tolerance_s
@@ -88,9 +100,8 @@ class _Search:
 
     def _solved(self) -> PassedRun | None:
         at_m = [point.position_m for point in self.points[:-1]]
-        found = self.section.with_credits(
-            tuple(zip(at_m, (-self.own_w).tolist(), strict=True)), self.time_s, self.tolerance_s
-        )
+        credits = tuple(zip(at_m, (-self.own_w).tolist(), strict=True))
+        found = self.section.charged(replace(self.trip, credits=credits), self.time_s, self.tolerance_s)
         if found is None:
             return None
         profile, last_w = found

@@ -67,6 +67,11 @@ class Windows(NamedTuple):
         """Earliest departure of the journey, s."""
         return self.departures[0].earliest_s if math.isfinite(self.departures[0].earliest_s) else 0.0
 
+    def waiting_s(self, arrival_s: _Floats, time_s: _Floats) -> _Floats:
+        """How long a train waits, dwells aside, that ends at some times and runs so long, (n,) each, s."""
+        dwells_s = sum(dwell_s or 0.0 for dwell_s in self.dwells_s)
+        return np.maximum(arrival_s - self.start_s - dwells_s - time_s, 0.0)
+
     @property
     def sections(self) -> tuple[tuple[int, ...], ...]:
         """Numbers of the parts of each section between two stops."""
@@ -158,6 +163,11 @@ class Clock(NamedTuple):
         length_s = np.maximum(np.minimum(end_s, high_s) - np.maximum(start_s, low_s), 0.0)
         return Clock(low_s, length_s, self.multiplier_j_per_s)
 
+    def worth(self, least_w: float) -> "Clock":
+        """Cut off times whose seconds save no more than that, W."""
+        kept = self.multiplier_j_per_s > least_w
+        return Clock(self.first_s, self.length_s[kept], self.multiplier_j_per_s[kept])
+
     def after(self, dwell_s: float) -> "Clock":
         """When the train can leave again: as long after the dwell as one likes."""
         if math.isinf(self.last_s):
@@ -186,13 +196,32 @@ class Schedule(NamedTuple):
 class Timetable:
     """The least energy of a journey for each arrival, with windows at its stops.
 
+    Parameters
+    ----------
+    windows : Windows
+    fastest_s : sequence of float
+        Fastest running times of the parts, s.
+    demands : sequence of Demand
+        What each takes, of energies less what is drawn in waiting as long.
+    slack_s : float
+        By how much a window may be missed, s.
+    waiting_w : float
+        What is drawn in waiting, W.
+
     Raises
     ------
     WindowMissedError
         When the windows cannot be met.
     """
 
-    def __init__(self, windows: Windows, fastest_s: Sequence[float], demands: Sequence[Demand], slack_s: float) -> None:
+    def __init__(
+        self,
+        windows: Windows,
+        fastest_s: Sequence[float],
+        demands: Sequence[Demand],
+        slack_s: float,
+        waiting_w: float = 0.0,
+    ) -> None:
         self.windows = windows
         first = windows.departures[0]
         free_s = max(first.latest_s - windows.start_s, 0.0) if math.isfinite(first.earliest_s) else 0.0
@@ -212,6 +241,8 @@ class Timetable:
             self._runs.append(run)
         if missed := [miss for miss in misses if miss is not None]:
             raise WindowMissedError(missed)
+        # To end a second later takes what waiting for it takes.
+        self._runs[-1] = self._runs[-1]._replace(arrival=self._runs[-1].arrival.worth(waiting_w))
 
     @property
     def arrival(self) -> Clock:

@@ -172,21 +172,21 @@ def plot_price(result: "JourneyResult", index: int) -> style.Picture:
     for (name, practice), (color, mark) in zip(result.found.practices.items(), _LOOKS, strict=False):
         runs[name.replace("_", " ")] = (color, mark, practice.run[index])
     place = np.arange(len(result.sections))
-    top = 0.0
+    top = bottom = 0.0
     for name, (color, mark, run) in runs.items():
         price = per_minute * np.array(
             [section.multiplier_j_per_s[own] for section, own in zip(result.sections, run, strict=True)]
         )
         price[~np.isfinite(price)] = np.nan
         axes.plot(place, price, mark, color=color, markersize=7.0, linestyle="none", label=name)
-        top = max(top, float(np.nanmax(price, initial=0.0)))
+        top, bottom = max(top, float(np.nanmax(price, initial=0.0))), min(bottom, float(np.nanmin(price, initial=0.0)))
     multiplier = result.found.multiplier_j_per_s[index]
     axes.step(
         place, np.where(np.isfinite(multiplier), multiplier, np.nan) * per_minute, where="mid", color=palette.BLUE
     )
     _name_sections(axes, result)
     style.dress(axes, axes.get_xlabel(), f"Energy saved per minute ({energy.unit}/min)")
-    axes.set_ylim(0.0, 1.3 * top or 1.0)
+    axes.set_ylim(1.1 * bottom, 1.3 * top or 1.0)
     style.title(axes, "Where would one more minute save most?", f"{_heading(result)}, {_named(result, index)}")
     style.legend(axes, "upper left", columns=2)
     return figure

@@ -92,7 +92,10 @@ def journey_object(
         },
         "complete": result.found.complete,
     }
-    if result.windows.are_open and not expired():
+    if not result.windows.are_open:
+        for point, waiting_s in zip(content["front"], result.found.waiting_s, strict=True):
+            point["waiting"] = _figures(waiting_s, result.found.waiting_w * waiting_s)
+    elif not expired():
         content["practices"]["linear_margin"] = list(map(_figures, front.time_s, result.linear_margin_j))
     if extras.margins:
         content["margins"] = margins_object(list(extras.margins), list(extras.margins.values()))
@@ -118,6 +121,9 @@ def front_columns(
         "saved_pct": [saved_pct(float(energy_j), result.fastest_energy_j) for energy_j in result.front.energy_j],
         "price_kwh_per_min": [point["price_kwh_per_min"] for point in points],
     }
+    if not result.windows.are_open:
+        columns["waiting_s"] = [point["waiting"]["time_s"] for point in points]
+        columns["waiting_kwh"] = [point["waiting"]["energy_kwh"] for point in points]
     if bound is not None:
         columns["lower_bound_kwh"] = [joule_to_kwh(bound_j) for bound_j in bound.lower_bound_j.tolist()]
         columns["gap_pct"] = bound.gap_pct(result.front.energy_j).tolist()

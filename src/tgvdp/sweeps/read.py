@@ -106,7 +106,7 @@ def _parts(path: Path, field: str, sources: Sequence[str], role: _Role) -> Itera
                     raise InputError(f"two {field} are called {shown(found.name)}")
                 names.add(found.name)
                 read = read_source(found.source, role)
-                yield Part(found.name, read.value, read.path.name, read.sha256)
+                yield Part(found.name, read.value, read.path.name, read.sha256, tuple(read.remarks))
 
 
 def _found(spec: Path, source: str, role: _Role) -> Iterator[_Found]:

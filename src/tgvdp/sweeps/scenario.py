@@ -31,12 +31,15 @@ class Part:
     file, sha256 : str
         The file without its folder, with what was chosen in it, and the hash of its bytes; of what was built in
         memory no file and the hash of its values.
+    remarks : tuple of str
+        What the reader of the file noted.
     """
 
     name: str
     value: Any
     file: str = ""
     sha256: str = ""
+    remarks: tuple[str, ...] = ()
 
     @functools.cached_property
     def digest(self) -> str:
