@@ -33,6 +33,20 @@ def test_one_run_in_many_spellings(tmp_path, text):
     assert run.speed_mps.tolist() == pytest.approx([0.0, 10.0])
 
 
+@pytest.mark.parametrize(
+    ("text", "time_s"),
+    [
+        ("time,speed_mps\n23:59:30,0\n00:00:30,9\n00:10:00,9\n", [0.0, 60.0, 630.0]),
+        ("time,speed_mps\n47:30,0\n48:30,9\n49:00,9\n", [0.0, 60.0, 90.0]),
+        ("time [h],speed_mps\n9:59,0\n10:00,9\n10:01,9\n", [0.0, 60.0, 120.0]),
+        ("time [h],speed_mps\n23:59,0\n0:01,9\n0:02,9\n", [0.0, 120.0, 180.0]),
+        ("time [h],speed_mps\n1.5,0\n1.6,9\n1.7,9\n", [0.0, 360.0, 720.0]),
+    ],
+)
+def test_clocks_go_past_midnight_and_tell_hours_where_these_are_the_unit(tmp_path, text, time_s):
+    assert read(tmp_path, text).time_s.tolist() == pytest.approx(time_s)
+
+
 def test_positions_in_kilometres(tmp_path):
     run = read(tmp_path, "speed_mps,chainage [km],time_s\n0,12.5,0\n10,12.6,20\n")
     assert run.position_m.tolist() == [12_500.0, 12_600.0]

@@ -35,6 +35,8 @@ _UNITS = {
 }  # fmt: skip
 _HEAD = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>.*)\]|\((?P<round>.*)\)|\bin\s+(?P<word>\S+)|_(?P<tail>[^_]+))$")
 _CLOCK = re.compile(r"(?:(\d+):)?(\d{1,2}):(\d{1,2}(?:\.\d*)?)")
+#: Seconds of a day, after which times of day begin anew; who goes back by more than half of it is past midnight.
+_DAY_S = 86_400.0
 
 
 class RecordedRun(NamedTuple):
@@ -85,7 +87,10 @@ def load_run(path: str | os.PathLike[str]) -> RecordedRun:
         for kind, (index, unit) in found.items()
     }
     if "time" in read:
-        read["time"] -= read["time"][0]
+        days = np.zeros(len(rows))
+        if all(_CLOCK.fullmatch(_text(row, found["time"][0]).replace(",", ".")) for row in rows):
+            days[1:] = np.cumsum(np.diff(read["time"]) < -0.5 * _DAY_S)
+        read["time"] += _DAY_S * days - read["time"][0]
     return RecordedRun(place.name, read.get("position"), read.get("speed"), read.get("time"))
 
 
@@ -139,7 +144,7 @@ def _value(path: Path, row: Row, kind: str, unit: str, index: int, separator: st
     """Value of a cell in SI; ``mark`` is the decimal one where the numbers of the file tell it."""
     text = _text(row, index)
     if kind == "time" and ":" in text:
-        return _clock_s(path, row.number, text)
+        return _clock_s(path, row.number, text, unit)
     written = read_number(text)
     if written is None:
         raise bad(path, f"line {row.number}: {kind} must be a number{f' in {unit}' if unit else ''}, got {text!r:.40}")
@@ -155,10 +160,12 @@ def _value(path: Path, row: Row, kind: str, unit: str, index: int, separator: st
     return to_si(value, unit, _QUANTITY[kind])
 
 
-def _clock_s(path: Path, line: int, text: str) -> float:
-    """Seconds of a time of day, h:min:s or min:s, or of a date with a time."""
+def _clock_s(path: Path, line: int, text: str, unit: str) -> float:
+    """Seconds of a time of day, h:min:s or min:s (h:min where hours are the unit), or of a date with a time."""
     if match := _CLOCK.fullmatch(text.replace(",", ".")):
         hours, minutes, seconds = match.groups()
+        if hours is None and unit == "h":
+            hours, minutes, seconds = minutes, seconds, "0"
         return 3600.0 * float(hours or 0) + 60.0 * float(minutes) + float(seconds)
     try:
         return datetime.datetime.fromisoformat(text).timestamp()
