@@ -15,7 +15,8 @@ from tgvdp.line.resolved import ResolvedLine
 from tgvdp.model.train import Train
 from tgvdp.physics.forces import kernel_train
 from tgvdp.runs.effort_jumps import cut_at_jumps
-from tgvdp.runs.resistance_correction_kernel import count_parts, cut_rows, follow_rows
+from tgvdp.runs.resistance_correction_follow import follow_rows
+from tgvdp.runs.resistance_correction_kernel import count_parts, cut_rows
 
 
 def follow(train: Train, line: ResolvedLine, x_m: Floats, w: Floats) -> tuple[Floats, Floats]:

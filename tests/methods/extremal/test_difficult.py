@@ -11,7 +11,7 @@ from tgvdp.methods.costate.front import optimal_front
 from tgvdp.methods.extremal.command import AT, BOUND, COMMAND_COLUMNS, HOLDS_FROM, REGIME, TOUCH
 from tgvdp.methods.extremal.follow import follow_run
 from tgvdp.methods.extremal.solve import Solver
-from tgvdp.methods.extremal.sweep import FROZEN, PINNED
+from tgvdp.methods.extremal.switches import FROZEN, PINNED
 from tgvdp.model.energy import PANTOGRAPH
 from tgvdp.model.trip import Trip
 from tgvdp.physics.codes import COASTING

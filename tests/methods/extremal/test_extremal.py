@@ -11,7 +11,7 @@ from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate.front import optimal_front
 from tgvdp.methods.extremal.command import AT, COMMAND_COLUMNS
 from tgvdp.methods.extremal.solve import Solver
-from tgvdp.methods.extremal.sweep import ACTIVE, SLOPE
+from tgvdp.methods.extremal.switches import ACTIVE, SLOPE
 from tgvdp.model.energy import PANTOGRAPH, EnergyModel
 from tgvdp.model.trip import Trip
 from tgvdp.physics.codes import COASTING, HOLDING

@@ -7,7 +7,7 @@ does not hold up the others, and where it never comes to rest it is frozen.
 from tgvdp._jit import part
 from tgvdp.methods.extremal.command import AT, HOLDS_FROM
 from tgvdp.methods.extremal.course import account
-from tgvdp.methods.extremal.sweep import ACTIVE, FIXED, FLOW
+from tgvdp.methods.extremal.switches import ACTIVE, FIXED, FLOW
 
 #: Where w of two runs differs by a smaller share they are the same.
 _SAME_W = 1e-7

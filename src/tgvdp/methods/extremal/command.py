@@ -3,7 +3,7 @@
 from tgvdp._jit import part
 
 #: Columns of a command, (n, 5): regime, position from the origin in m, position from which it may hold, whether its
-#: switch is bound (`sweep.PINNED`, `sweep.FROZEN`, or 0), and where the run from a pinned one touches the envelope.
+#: switch is bound (`switches.PINNED`, `FROZEN` there, or 0), and where the run from a pinned one touches the envelope.
 REGIME, AT, HOLDS_FROM, BOUND, TOUCH = range(5)
 COMMAND_COLUMNS = 5
 

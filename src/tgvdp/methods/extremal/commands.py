@@ -4,7 +4,7 @@ import math
 
 from tgvdp._jit import kernel, part
 from tgvdp.methods.extremal.command import HOLDS_FROM, REGIME, write_command
-from tgvdp.methods.extremal.simulate import ENVELOPE, effort_of, is_anchor
+from tgvdp.methods.extremal.rows import ENVELOPE, effort_of, is_anchor
 from tgvdp.physics.arc import duration_and_work
 from tgvdp.physics.codes import COASTING, DYNAMIC, HELD_BACK, HOLDING, RETARDED, TRACTION
 from tgvdp.physics.forces import effort_at

@@ -8,7 +8,8 @@ import numpy as np
 
 from tgvdp._jit import kernel, part
 from tgvdp.methods.extremal.command import AT, HOLDS_FROM, REGIME, copy_command, write_command
-from tgvdp.methods.extremal.simulate import ENVELOPE, simulate
+from tgvdp.methods.extremal.rows import ENVELOPE
+from tgvdp.methods.extremal.simulate import simulate
 from tgvdp.physics.codes import COASTING, DYNAMIC, HELD_BACK, HOLDING, RETARDED, TRACTION
 
 #: Two runs are the same within this share of w, ...
@@ -117,7 +118,7 @@ def follow_run(train, course, levels, x, w, n, band, start_w, work, commands, co
     from_m = 0.0
     runs = 0
     while count < commands.shape[0] - 1 and runs < _MOST_RUNS:
-        size, _ = simulate(train, course, levels, commands, count, start_w, rows, work.starts, work.events)
+        size, _ = simulate(train, course, levels, commands, count, start_w, rows, work)
         runs += 1
         if size <= 0:
             break

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tgvdp.line.resolved import resolve
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.front import OptimalRuns, optimal_front
-from tgvdp.methods.extremal.simulate import ENVELOPE
+from tgvdp.methods.extremal.rows import ENVELOPE
 from tgvdp.methods.extremal.solve import Extremal, Floats, Solver, unbound
 from tgvdp.model.trip import Trip
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, HELD_BACK, HOLDING, RETARDED, TRACTION

@@ -14,14 +14,8 @@ from tgvdp.methods.extremal.course import held_speeds
 from tgvdp.methods.extremal.pins import fix_corners, is_short, pin, release, touches
 from tgvdp.methods.extremal.simulate import simulate
 from tgvdp.methods.extremal.step import apply_step, drop_vanishing, newton_step, without_superseded
-from tgvdp.methods.extremal.sweep import (
-    ACTIVE,
-    CURVATURE,
-    FIXED,
-    FROZEN,
-    PINNED,
-    sweep,
-)
+from tgvdp.methods.extremal.sweep import sweep
+from tgvdp.methods.extremal.switches import ACTIVE, CURVATURE, FIXED, FROZEN, PINNED
 
 #: What a step may still promise of E + λT where the run is an extremal.
 _ENOUGH = 1e-10
@@ -71,13 +65,10 @@ def _look(train, course, levels, commands, count, start_w, price, turn, work):
         As of `newton_step`.
     """
     held_speeds(train, course.air, course.returned, price, levels)
-    n, happened = simulate(train, course, levels, commands, count, start_w, work.whole, work.starts, work.events)
+    n, happened = simulate(train, course, levels, commands, count, start_w, work.whole, work)
     if n < 0:
         return n, 0, False, False, False, 0.0, 0.0, 0.0
-    by_multiplier = sweep(
-        train, course, price, count, work.whole, n, work.starts, work.pinned, work.found, work.p_at,
-        work.stepped_at,
-    )  # fmt: skip
+    by_multiplier = sweep(train, course, price, count, work.whole, n, work)
     fresh, lost, touching = pin(train, course, count, work.whole, n, work, turn)
     change, per_price, promise = newton_step(count, work, by_multiplier)
     return n, happened, fresh, lost, touching, change, per_price, promise

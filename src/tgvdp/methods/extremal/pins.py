@@ -10,18 +10,9 @@ import numpy as np
 
 from tgvdp._jit import leaf, part
 from tgvdp.methods.extremal.command import AT, HOLDS_FROM, REGIME
-from tgvdp.methods.extremal.simulate import ENVELOPE, effort_of
-from tgvdp.methods.extremal.sweep import (
-    ACTIVE,
-    CURVATURE,
-    FIXED,
-    GAIN,
-    JUMP,
-    PINNED,
-    cost_of,
-    flow_over,
-    force_balance,
-)
+from tgvdp.methods.extremal.rows import ENVELOPE, effort_of
+from tgvdp.methods.extremal.switches import ACTIVE, CURVATURE, FIXED, GAIN, JUMP, PINNED
+from tgvdp.methods.extremal.terms import cost_of, flow_over, force_balance
 from tgvdp.physics.codes import TRACTION
 from tgvdp.physics.forces import effort_at
 

@@ -11,10 +11,10 @@ from tgvdp.methods.extremal.command import AT, BOUND, COMMAND_COLUMNS, HOLDS_FRO
 from tgvdp.methods.extremal.commands import extract
 from tgvdp.methods.extremal.course import course_of, held_speeds
 from tgvdp.methods.extremal.follow import follow_run
+from tgvdp.methods.extremal.lift import lift
 from tgvdp.methods.extremal.newton import newton
-from tgvdp.methods.extremal.simulate import Rows
+from tgvdp.methods.extremal.rows import Rows
 from tgvdp.methods.extremal.structure import amend, coast_before_brakes, cross, shorten
-from tgvdp.methods.extremal.sweep import lift
 from tgvdp.methods.extremal.thin import thin
 from tgvdp.methods.extremal.work import MOST_COMMANDS, work_of
 from tgvdp.model.trip import Trip

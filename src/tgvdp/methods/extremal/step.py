@@ -2,8 +2,8 @@
 
 from tgvdp._jit import part
 from tgvdp.methods.extremal.command import AT, BOUND, HOLDS_FROM, REGIME, TOUCH, copy_command
-from tgvdp.methods.extremal.simulate import is_anchor
-from tgvdp.methods.extremal.sweep import (
+from tgvdp.methods.extremal.rows import is_anchor
+from tgvdp.methods.extremal.switches import (
     ACTIVE,
     BY_MULTIPLIER,
     CROSS,

@@ -8,7 +8,7 @@ import math
 from tgvdp._jit import kernel, part
 from tgvdp.methods.extremal.blocks import cost_at
 from tgvdp.methods.extremal.command import AT, HOLDS_FROM, REGIME, copy_command, write_command
-from tgvdp.methods.extremal.simulate import ENVELOPE, is_anchor
+from tgvdp.methods.extremal.rows import ENVELOPE, is_anchor
 from tgvdp.physics.codes import COASTING, DYNAMIC, HOLDING, TRACTION
 
 #: Two runs coincide where their w differ by a smaller share.

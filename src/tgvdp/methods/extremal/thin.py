@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from tgvdp._jit import kernel, part
-from tgvdp.methods.extremal.simulate import ENVELOPE
+from tgvdp.methods.extremal.rows import ENVELOPE
 from tgvdp.physics.arc import duration_and_work
 from tgvdp.physics.forces import effort_at, mean_brake, mean_effort, mean_resistance
 

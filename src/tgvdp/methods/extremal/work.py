@@ -6,8 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.methods.extremal.command import COMMAND_COLUMNS
-from tgvdp.methods.extremal.simulate import MOST_EVENTS, Rows, rows_of
-from tgvdp.methods.extremal.sweep import SWITCH_COLUMNS
+from tgvdp.methods.extremal.drive import MOST_EVENTS, NUMBERS
+from tgvdp.methods.extremal.rows import Rows, rows_of
+from tgvdp.methods.extremal.sweep import CARRIED
+from tgvdp.methods.extremal.switches import SWITCH_COLUMNS
 
 MOST_COMMANDS = 400
 
@@ -19,7 +21,11 @@ class Work(NamedTuple):
     ----------
     whole, kept : Rows
         The run, and the best one before.
+    place : (2,) float64
+    now : (NUMBERS,) int64
     events : (MOST_EVENTS, 3) float64
+        As of `drive`.
+    carried : (CARRIED,) float64
     p_at, stepped_at : (size,) float64
         As of `sweep`.
     starts, pinned : int64
@@ -44,7 +50,10 @@ class Work(NamedTuple):
 
     whole: Rows
     kept: Rows
+    place: NDArray[np.float64]
+    now: NDArray[np.int64]
     events: NDArray[np.float64]
+    carried: NDArray[np.float64]
     p_at: NDArray[np.float64]
     stepped_at: NDArray[np.float64]
     starts: NDArray[np.int64]
@@ -75,7 +84,8 @@ def work_of(size: int) -> Work:
     step, rate, share, shrink, push, touch, miss, flow_on, gain, meets, leaves, best_step = np.zeros((12, count))
     trial, best = np.zeros((2, count, COMMAND_COLUMNS))
     return Work(
-        rows_of(size), rows_of(size), np.zeros((MOST_EVENTS, 3)), p_at, stepped_at, starts, pinned,
+        rows_of(size), rows_of(size), np.zeros(2), np.zeros(NUMBERS, dtype=np.int64), np.zeros((MOST_EVENTS, 3)),
+        np.zeros(CARRIED), p_at, stepped_at, starts, pinned,
         np.zeros((count, SWITCH_COLUMNS)), step, rate, share, shrink, np.zeros(count, dtype=np.bool_), push, touch,
         miss, flow_on, gain, meets, leaves, trial, best, best_step,
     )  # fmt: skip
