@@ -123,6 +123,34 @@ def test_what_a_search_had_no_time_for_is_not_shown_as_nothing(watched, home):
     watched.require_clean(home)
 
 
+def test_of_two_runs_that_are_asked_for_the_last_one_is_shown(watched, home):
+    page, held = open_page(watched, home), []
+
+    def hold(route):
+        held.append(route)
+
+    page.route("**/folder-2/view", hold)
+    page.get_by_role("button", name="back", exact=True).click()
+    page.get_by_role("button", name="ended", exact=True).click()
+    sync_api.expect(page.locator("#title")).to_have_text("ended")
+    with page.expect_response("**/folder-2/view"):
+        held[0].continue_()
+    page.locator("#delay").press("End")
+    await_address(page, "point=4")
+    assert "run=folder-4" in page.url
+    assert page.locator("#title").inner_text() == "ended"
+    watched.require_clean(home)
+
+
+def test_the_name_of_a_forgotten_run_goes(watched):
+    with listening([example_exhibit()]) as home:
+        page = open_page(watched, home)
+        page.get_by_role("button", name="Forget example").click()
+        sync_api.expect(page.locator("#status")).to_contain_text("No run yet")
+        assert page.locator("#title").inner_text() == ""
+        watched.require_clean(home)
+
+
 def test_the_gradient_at_the_end_is_the_last_one(watched, home):
     page = open_page(watched, home)
     gradients = page.evaluate(f"{PROFILE} [0, 4, 5, 9].map((at_m) => profile.gradient(at_m)); }}")

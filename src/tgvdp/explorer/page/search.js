@@ -9,7 +9,7 @@ import { PANELS, Profile } from "./profile.js";
 import { source } from "./source.js";
 import * as state from "./state.js";
 import { Trace } from "./trace.js";
-import { JOULE_PER_KWH, clock, delayText, energyScale, fixed, significant } from "./units.js";
+import { JOULE_PER_KWH, clock, delayText, energyScale, fixed, powerScale, significant } from "./units.js";
 
 const OVERLAY_DASH = [4, 3];
 const OVERLAYS = ["curves", "neutral", "coasting", "cruising"];
@@ -143,7 +143,8 @@ export class Search {
     const { tariff } = this.content;
     const energy = energyScale(this.content.fastest.energy_kwh * JOULE_PER_KWH);
     const shown = (kwh) => (kwh === null ? null : `${significant(kwh * JOULE_PER_KWH * energy.factor, 4)} ${energy.unit}`);
-    const balance = point.balance;
+    const balance = point.balance, peak_w = point.peak_power_kw === null ? null : 1000 * point.peak_power_kw;
+    const power = powerScale(peak_w);
     const pairs = [
       ["Delay", `${delayText(point.delay_s)} (+${fixed(point.margin_pct, 1)} %)`],
       ["Running time", clock(point.time_s)],
@@ -151,7 +152,7 @@ export class Search {
       ["Saved", `${fixed(point.saved_pct, 1)} %`],
       ["One more minute saves", shown(point.price_kwh_per_min)],
       ["Proven within", point.gap_pct === null ? null : `${significant(point.gap_pct, 2)} %`],
-      ["Peak power", point.peak_power_kw === null ? null : `${significant(point.peak_power_kw / 1000, 3)} MW`],
+      ["Peak power", peak_w === null ? null : `${significant(peak_w * power.factor, 3)} ${power.unit}`],
       ["At the pantograph", shown(balance.pantograph_kwh)],
       ["Lost in brakes", shown(balance.braking_losses_kwh)],
       ["Costs", tariff.price_per_kwh === null ? null : `${fixed(point.cost_eur, 2)} €`],
