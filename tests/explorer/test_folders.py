@@ -28,7 +28,10 @@ JOURNEY = {
         for part in range(6)
     ],
     "practices": {
-        "all_at_the_end": [{"time_s": 250.0 + 2 * part, "energy_kwh": 30.0 - 0.5 * part} for part in range(6)]
+        "all_at_the_end": [{"time_s": 250.0 + 2 * part, "energy_kwh": 30.0 - 0.5 * part} for part in range(6)],
+        "linear_margin": [
+            {"time_s": 250.0 + 2 * part, "energy_kwh": 31.0 - 0.5 * part if part else None} for part in range(6)
+        ],
     },
     "complete": True,
 }
@@ -71,9 +74,11 @@ def test_a_journey_shows_how_its_supplement_is_split(watched, home):
     assert rows.count() == 2
     assert "5.0" in rows.nth(0).inner_text()  # 5 s of 100 s
     assert figure(page, "all before the last stop") == "27.50 kWh"
+    assert figure(page, "all speeds scaled") == "28.50 kWh"
     page.locator("#delay").press("Home")
     await_address(page, "point=0")
     assert "0.0" in rows.nth(0).inner_text()
+    assert "all speeds scaled" not in page.locator("#figures").inner_text()  # there is none in the time of that point
     watched.require_clean(home)
 
 

@@ -211,6 +211,7 @@ def test_a_run_is_cancelled(watched, home):
     sync_api.expect(counters).to_contain_text("expanded", timeout=5 * MINUTE_MS)
     page.get_by_role("button", name=re.compile("^Cancel")).click()
     sync_api.expect(page.locator("[data-state='running']")).to_have_count(0)
+    sync_api.expect(page).not_to_have_url(re.compile("awaits"))
     watched.require_clean(home)
 
 

@@ -2,18 +2,25 @@
 
 import json
 import re
+import signal
+import subprocess
+import sys
+import urllib.request
 
 import pytest
 
 from tests.helpers.browser_case import ARGUMENTS, Watched, await_address, executable, figure
+from tests.helpers.railml_case import LINE_2
 from tests.helpers.report_case import make_result, railway_trip
 from tgvdp.cli import main
 from tgvdp.errors import InputError
 from tgvdp.explorer.folder import read_folder
 from tgvdp.explorer.standalone import page
+from tgvdp.formats import load_bytes, load_track
 from tgvdp.report.results import write_results
 
 SEARCH = '"schema": "tgvdp.search/1"'
+FIELDS = '"trip": {}, "front": [], "fastest": {}, "line": {}, "energy": {}, "tariff": {}'
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +80,9 @@ def test_figures_have_the_width_of_journals_and_hold_their_fonts(folder, tmp_pat
         ({"result.json": "[]"}, "must hold an object"),
         ({"result.json": '{"schema": "tgvdp.search/2"}'}, "schema tgvdp.search/1, got 'tgvdp.search/2'"),
         ({"result.json": f'{{{SEARCH}, "trip": {{}}, "front": [], "fastest": {{}}}}'}, "holds no line"),
-        ({"result.json": f'{{{SEARCH}, "trip": {{}}, "front": [], "fastest": {{}}, "line": {{}}}}'}, "no such file"),
+        ({"result.json": f"{{{SEARCH}, {FIELDS}}}"}, "holds no provenance"),
+        ({"result.json": f'{{{SEARCH}, {FIELDS}, "provenance": {{}}}}'}, "front holds no point"),
+        ({"result.json": f'{{{SEARCH}, {FIELDS}, "provenance": {{}}}}'.replace("[]", "[{}]")}, "no such file"),
         ({"journey.json": "{}"}, "schema tgvdp.journey/1, got None"),
         ({"journey.json": '{"schema": "tgvdp.journey/1"}'}, "holds no sections"),
     ],
@@ -96,11 +105,60 @@ def test_a_broken_row_is_named(folder, tmp_path):
         read_folder(str(tmp_path))
 
 
+def test_figures_name_the_run_that_is_missing(folder, tmp_path, capsys):
+    for file in folder.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    rows = (tmp_path / "profiles.csv").read_text().splitlines(keepends=True)
+    (tmp_path / "profiles.csv").write_text("".join(row for row in rows if not row.startswith("fastest")))
+    assert main(["report", str(tmp_path), "--figures", "pdf"]) == 3
+    assert "holds no rows of run fastest" in capsys.readouterr().err
+    assert not (tmp_path / "report.html").exists()
+
+
+def test_a_folder_has_its_own_name_wherever_one_stands(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    assert read_folder(".").name == folder.name
+
+
 def test_explore_says_what_it_cannot_show(tmp_path, capsys):
     assert main(["explore", str(tmp_path / "absent"), "--no-browser"]) == 3
     assert "no such folder" in capsys.readouterr().err
     assert main(["explore", "--train", str(tmp_path / "absent.toml"), "--no-browser"]) == 3
-    assert "absent.toml: cannot be read" in capsys.readouterr().err
+    assert "absent.toml: no such file" in capsys.readouterr().err
+
+
+@pytest.fixture
+def begun(monkeypatch):
+    """What `tgvdp explore` begins with, instead of a server."""
+    pytest.importorskip("uvicorn", reason="the explorer needs the extra web")
+    found = []
+    monkeypatch.setattr(
+        "tgvdp.explorer.server.serve.serve", lambda exhibits, asked, files, **_: found.append((asked, files))
+    )
+    return found
+
+
+def test_explore_takes_the_part_of_a_file_that_is_named(begun, tmp_path, capsys):
+    line = tmp_path / "line.xml"
+    line.write_text(LINE_2)
+    assert main(["explore", "--no-browser", "--track", f"{line}#t1:down"]) == 0
+    ((asked, (file,)),) = begun
+    assert (asked.train, file.name) == ("tgv", "line.xml")
+    item = int(asked.track.removeprefix("upload:1:"))
+    assert load_bytes(file.name, file.data)[item].track == load_track(f"{line}#t1:down")
+    assert main(["explore", "--no-browser", "--track", str(line)]) == 3
+    assert "t1:up, t1:down" in capsys.readouterr().err
+
+
+def test_explore_ends_when_it_is_told_to(folder):
+    pytest.importorskip("uvicorn", reason="the explorer needs the extra web")
+    command = [sys.executable, "-m", "tgvdp", "explore", str(folder), "--no-browser", "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as explorer:
+        with urllib.request.urlopen(explorer.stdout.readline().split()[0]) as answer:
+            assert answer.status == 200
+        explorer.send_signal(signal.SIGINT)
+        _, errors = explorer.communicate(timeout=60.0)
+    assert (explorer.returncode, errors) == (0, "")
 
 
 def test_a_search_that_was_traced_is_shown_with_its_trace(tmp_path, capsys):

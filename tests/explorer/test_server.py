@@ -137,6 +137,8 @@ def test_large_requests_are_refused_before_they_are_read():
         ({"options": {"max_margin_pct": -5}}, "max_margin_pct", "must be above 0"),
         ({"options": {"at": "5 apples"}}, "at", "must be a margin"),
         ({"options": {"at": "5%", "points": 9}}, "points", "has no effect beside"),
+        ({"options": {"at": 7}}, "at", "value of another kind"),
+        ({"options": {"speed_restriction": [1, 2]}}, "speed_restriction", "value of another kind"),
         ({"options": {"speeds": 9}}, "speeds", "belongs to method"),
         ({"options": {"energy": "/etc/passwd"}}, "energy", "must be one of"),
         ({"options": {"max_memory_mb": 9e9}}, "max_memory_mb", "no option"),
@@ -164,6 +166,14 @@ def test_errors_name_their_field(client, asked, field, words):
 def test_errors_found_by_a_run_name_their_field(client, asked, field):
     run = wait_for(client, ask(client, **(SHORT | asked))["id"], "done", "failed")
     assert run["error"]["field"] == field
+
+
+@pytest.mark.parametrize("data", ["{}", "[]", '{"asked": {}, "delay_s": "x"}', "[" * 40_000 + "]" * 40_000])
+def test_a_draft_of_nothing_is_refused(client, data):
+    headers = ORIGIN | {"content-type": "application/json"}
+    answer = client.post("/api/drafts", content=data, headers=headers)
+    assert answer.status_code == 422
+    assert "must hold asked and delay_s" in answer.json()["message"]
 
 
 def upload(client, name, data):

@@ -1,7 +1,6 @@
 """``tgvdp explore``: the page to look at fronts, and to run searches from."""
 
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import click
 
@@ -69,20 +68,28 @@ def command(
 
 
 def _asked(train: str, track: str, line_speed_kmh: float | None) -> "tuple[Asked, list[File]]":
-    """A run to begin with; files are read here, and parsed where those that are uploaded are."""
+    """A run to begin with: names of the catalog, and files with the part of each that is meant."""
     from tgvdp.explorer.compute.asked import Asked, File
+    from tgvdp.formats import load_bytes, read_source
+    from tgvdp.formats.syntax.reading import read_bytes
     from tgvdp.model import catalog
+    from tgvdp.units import kmh_to_mps
 
+    line_speed_mps = None if line_speed_kmh is None else kmh_to_mps(line_speed_kmh)
     files: list[File] = []
 
-    def source(kind: catalog.Kind, given: str) -> str:
+    def source(kind: Literal["train", "track"], given: str) -> str:
         if given in catalog.names(kind):
             return given
-        try:
-            files.append(File(Path(given).name, Path(given).read_bytes()))
-        except OSError as error:
-            known = f"; built in: {', '.join(catalog.names(kind))}" if isinstance(error, FileNotFoundError) else ""
-            raise InputError(f"{given}: cannot be read: {error.strerror}{known}") from None
-        return f"upload:{len(files)}:0"
+        speed_mps = line_speed_mps if kind == "track" else None
+        read = read_source(given, kind, line_speed_mps=speed_mps)
+        file = File(read.path.name, read_bytes(read.path))
+        held = [getattr(one, kind) for one in load_bytes(file.name, file.data, line_speed_mps=speed_mps)]
+        if read.value not in held:
+            raise InputError(
+                f"{given}: the page reads a file as it is: tgvdp convert {given} {kind}.toml makes one of it"
+            )
+        files.append(file)
+        return f"upload:{len(files)}:{held.index(read.value)}"
 
     return Asked(train=source("train", train), track=source("track", track), line_speed_kmh=line_speed_kmh), files

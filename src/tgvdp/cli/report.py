@@ -58,6 +58,8 @@ def _figures(folder: str, formats: tuple[str, ...], width: str) -> dict[str, byt
     if found is None:
         raise InputError(f"{folder}: figures for papers are made of what tgvdp search wrote")
     content, profiles = found
+    if missing := next((name for name in ("fastest", str(content["front"][-1]["id"])) if name not in profiles), None):
+        raise InputError(f"{folder}: profiles.csv holds no rows of run {missing}, which a figure shows")
     about = content["provenance"]
     drawn = {
         "paper_front": plot_paper_front(content, WIDTHS_MM[width]),

@@ -66,7 +66,7 @@ def search_exhibit(
     """
     view = {
         "kind": "search", "name": name, "content": content, "regimes": REGIMES, "trace": trace, "asked": asked,
-        "editable": editable,
+        "editable": editable, "drawn": list(profiles),
     }  # fmt: skip
     return Exhibit(name, msgspec.json.encode(view), {key: profile_json(rows) for key, rows in profiles.items()})
 

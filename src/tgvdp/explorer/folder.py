@@ -56,7 +56,10 @@ def read_search(folder: str) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]
 
 
 def _checked(home: Path, content: dict[str, Any]) -> dict[str, Any]:
-    _require(home / "result.json", content, SEARCH_SCHEMA, ("trip", "front", "fastest", "line"))
+    path = home / "result.json"
+    _require(path, content, SEARCH_SCHEMA, ("trip", "front", "fastest", "line", "energy", "tariff", "provenance"))
+    if not content["front"]:
+        raise InputError(f"{path}: front holds no point")
     return content
 
 
@@ -71,7 +74,7 @@ def _search(home: Path, content: dict[str, Any]) -> Exhibit:
     _checked(home, content)
     trace = home / "trace.json"
     profiles = _profiles(home)
-    return search_exhibit(home.name, content, profiles, trace=read_object(trace) if trace.is_file() else None)
+    return search_exhibit(_name_of(home), content, profiles, trace=read_object(trace) if trace.is_file() else None)
 
 
 def _profiles(home: Path) -> dict[str, dict[str, Any]]:
@@ -128,7 +131,13 @@ def _cell(text: str) -> Any:
 def _plain(kind: str, home: Path, **held: Any) -> Exhibit:
     provenance = home / "provenance.json"
     about = {"provenance": read_object(provenance)} if provenance.is_file() else {}
-    return Exhibit(home.name, msgspec.json.encode({"kind": kind, "name": home.name, **about, **held}))
+    name = _name_of(home)
+    return Exhibit(name, msgspec.json.encode({"kind": kind, "name": name, **about, **held}))
+
+
+def _name_of(home: Path) -> str:
+    """Name of a folder, of which ``.`` and ``..`` say nothing."""
+    return home.resolve().name
 
 
 _READERS: dict[str, Callable[[Path, dict[str, Any]], Exhibit]] = {

@@ -148,7 +148,7 @@ def _checked(name: str, value: Any, uploads: Mapping[str, File]) -> dict[str, An
         for option in OPTIONS:
             if option.argument in arguments:
                 arguments[option.argument] = option.check(arguments[option.argument])
-    except (InputError, TypeError, ValueError) as error:
+    except (InputError, TypeError, ValueError, AttributeError) as error:
         message = str(error) if isinstance(error, InputError) else f"must be a value of another kind, got {value!r:.40}"
         raise FieldError(name, _without_owner(message)) from None
     return arguments

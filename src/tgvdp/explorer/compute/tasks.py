@@ -10,6 +10,7 @@ from tgvdp import api, formats
 from tgvdp.api import warm as kernels
 from tgvdp.errors import InputError
 from tgvdp.explorer.compute.asked import OFFERED, Asked, FieldError, File, is_upload, upload_of
+from tgvdp.explorer.compute.editable import editable_of
 from tgvdp.explorer.exhibit import profile_columns, profile_json, profiles_of, search_exhibit
 from tgvdp.formats.native.changes import changed
 from tgvdp.formats.review.describe import describe
@@ -21,7 +22,7 @@ from tgvdp.progress import Listener, heard_by
 from tgvdp.report.line_met import line_object
 from tgvdp.report.provenance import make_provenance
 from tgvdp.report.tables import result_object
-from tgvdp.units import KILO, joule_to_kwh, kmh_to_mps, mps_to_kmh
+from tgvdp.units import joule_to_kwh, kmh_to_mps
 
 
 class _Case(NamedTuple):
@@ -30,7 +31,7 @@ class _Case(NamedTuple):
     train: Train
     track: Track
     arguments: dict[str, Any]
-    editable: dict[str, Any]
+    mass_kg: float  # before edits
     inputs: dict[str, Any]
 
 
@@ -72,8 +73,10 @@ def run(tell: Listener, asked: Mapping[str, Any], uploads: Mapping[str, Any]) ->
         content = result_object(result, verdicts, about, certificate)
         tell("summing up")
         name = ", ".join([f"{case.train.name} on {case.track.name}", *_differences(request)])
+        reverse = case.arguments.get("reverse", False)
+        editable = editable_of(result.trip, case.track, case.mass_kg, reverse=reverse)
         exhibit = search_exhibit(
-            name, content, profiles_of(result), trace=_trace(result), asked=asked, editable=case.editable
+            name, content, profiles_of(result), trace=_trace(result), asked=asked, editable=editable
         )
     return {"name": exhibit.name, "view": exhibit.view, "profiles": exhibit.profiles}
 
@@ -120,20 +123,13 @@ def _case(asked: Asked, uploads: Mapping[str, File]) -> _Case:
     energy = str(options.get("energy"))
     if is_upload(energy):
         options["energy"] = _held("map", energy, uploads, None)
-    editable = {
-        "mass_t": train.mass_kg / KILO,
-        "limits": [{"from_m": row.position_m, "speed_kmh": mps_to_kmh(row.speed_mps)} for row in track.speed_limits],
-    }
+    mass_kg = train.mass_kg
     if edits := asked.edits:
         try:
             train, track = changed(train, track, edits)
         except InputError as error:
             raise FieldError("mass_t" if "train" in str(error) else "limits_kmh", str(error)) from None
-    now = {
-        "mass_now_t": train.mass_kg / KILO,
-        "limits_now_kmh": [mps_to_kmh(one.speed_mps) for one in track.speed_limits],
-    }
-    return _Case(train, track, arguments_of(options), editable | now, {"train": inputs, "track": track_input})
+    return _Case(train, track, arguments_of(options), mass_kg, {"train": inputs, "track": track_input})
 
 
 def _part(kind: str, source: str, uploads: Mapping[str, File], line_speed_kmh: float | None) -> tuple[Any, Any]:

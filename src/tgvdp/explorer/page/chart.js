@@ -124,17 +124,17 @@ export function around(values, room = 0.05) {
 }
 
 function trace(ctx, layer, at, from, to) {
-  const { x, y, steps } = layer;
+  const { x, y, ends } = layer;
   ctx.moveTo(at.x(x[from]), at.y(y[from]));
   for (let i = from + 1; i <= to; i += 1) {
-    if (steps) ctx.lineTo(at.x(x[i]), at.y(y[i - 1]));
+    if (ends) ctx.lineTo(at.x(x[i]), at.y(ends[i - 1]));
     ctx.lineTo(at.x(x[i]), at.y(y[i]));
   }
 }
 
 // A layer: { kind, … } in the values of the axes; colours are roles of the palette.
 const PAINTERS = {
-  /** x, y, color or colors (a role for each stretch from a point to the next), width, dash, steps. */
+  /** x, y, color or colors (a role for each stretch from a point to the next), width, dash, ends (a value just before the next point). */
   line(ctx, layer, at, ratio) {
     const last = layer.x.length - 1;
     ctx.lineWidth = (layer.width ?? 2) * ratio;

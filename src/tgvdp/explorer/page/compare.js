@@ -6,12 +6,12 @@ import { JOULE_PER_KWH, clock, delayText, energyScale, fixed, significant, signe
 
 const PLACES = 400;
 
-/** Time (s) and energy (J) of run B less those of run A over distance. */
-export function differences(a, b) {
+/** Time (s) and energy (J) of pin B less those of pin A over distance; no energy where they count different ones. */
+export function differences({ course: a, counts }, { course: b, counts: other }) {
   const [first, last] = [a.x[0], a.x[a.x.length - 1]];
   const x = Array.from({ length: PLACES + 1 }, (_, i) => first + ((last - first) * i) / PLACES);
   const apart = (column) => { const own = at(a, column, x); return at(b, column, x).map((value, i) => value - own[i]); };
-  return { x, time_s: apart("t"), energy_j: apart("E") };
+  return { x, time_s: apart("t"), energy_j: counts === other ? apart("E") : null };
 }
 
 /** The shortest stretch on which half of a difference arises: [from, to] by index; null where there is none. */
@@ -33,9 +33,13 @@ export function compareCard(pins, compared, distance) {
   const [a, b] = [pins.a, pins.b];
   const energy = energyScale(Math.max(Math.abs(a.energy_kwh), Math.abs(b.energy_kwh)) * JOULE_PER_KWH);
   const shown = (kwh) => kwh * JOULE_PER_KWH * energy.factor;
+  const text = (kwh) => `${significant(shown(kwh))} ${energy.unit}`;
+  const row = (name, of, comparable = true) => [name, text(of(a)), text(of(b)), comparable ? signedText(shown(of(b) - of(a)), 3, energy.unit) : "–"];
+  const alike = a.counts === b.counts;
   const rows = [
     ["Running time", clock(a.time_s), clock(b.time_s), delayText(b.time_s - a.time_s)],
-    ["Energy", `${significant(shown(a.energy_kwh))} ${energy.unit}`, `${significant(shown(b.energy_kwh))} ${energy.unit}`, signedText(shown(b.energy_kwh - a.energy_kwh), 3, energy.unit)],
+    row("Energy", (pin) => pin.energy_kwh, alike),
+    ...(a.pantograph_kwh === null || b.pantograph_kwh === null ? [] : [row("At the pantograph", (pin) => pin.pantograph_kwh)]),
   ];
   const where = (values, what) => {
     const half = halfOf(values);
@@ -46,5 +50,6 @@ export function compareCard(pins, compared, distance) {
   return el("section", { class: "card compare", id: "compare" },
     el("h2", {}, "A against B"),
     table("Run A, run B, and B less A", ["", `A: ${a.name}`, `B: ${b.name}`, "B − A"], rows),
-    compared ? [where(compared.time_s, "time"), where(compared.energy_j, "energy")] : el("p", {}, "These runs are on different lines: where they differ cannot be said."));
+    alike ? null : el("p", {}, `Their energies do not compare: A counts ${a.counts}, B ${b.counts}.`),
+    compared ? [where(compared.time_s, "time"), compared.energy_j ? where(compared.energy_j, "energy") : null] : el("p", {}, "These runs are on different lines: where they differ cannot be said."));
 }

@@ -2,11 +2,14 @@
 
 const FINENESS = 0.02;
 
-/** Columns over position, all of the same length: x, v, t, E, F, P (SI), and the regime from each point on. */
+/**
+ * Columns over position, all of the same length: x, v, t, E (SI); effort F, power P and the regime from each point on,
+ * and the power just before the next one, as an effort ends where its row does.
+ */
 export function courseOf(profile) {
   const { position_m: s, speed_mps: v, time_s: t, energy_j: E, force_n: F, regime } = profile;
-  const top = Math.max(...v, Number.MIN_VALUE);
-  const course = { x: [], v: [], t: [], E: [], F: [], P: [], regime: [] };
+  const top = v.reduce((most, speed) => Math.max(most, speed), Number.MIN_VALUE);
+  const course = { x: [], v: [], t: [], E: [], F: [], P: [], beforeNext: [], regime: [] };
   const add = (x, speed, time, energy, row) => {
     course.x.push(x); course.v.push(speed); course.t.push(time); course.E.push(energy);
     course.F.push(F[row]); course.P.push(F[row] * speed); course.regime.push(regime[row]);
@@ -23,6 +26,7 @@ export function courseOf(profile) {
   }
   const last = s.length - 1;
   add(s[last], v[last], t[last], E[last], Math.max(0, last - 1));
+  course.beforeNext = course.F.map((force, i) => force * (course.v[i + 1] ?? course.v[i]));
   return course;
 }
 

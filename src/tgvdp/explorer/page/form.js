@@ -8,7 +8,7 @@ const ALWAYS_OPEN = "Search";
 export class Form {
   /** @param dialog its element; onStarted(run) */
   constructor(dialog, onStarted) {
-    Object.assign(this, { dialog, onStarted, fields: {}, uploads: [] });
+    Object.assign(this, { dialog, onStarted, fields: {}, reading: 0 });
   }
 
   async open() {
@@ -47,6 +47,8 @@ export class Form {
   }
 
   async take(files) {
+    this.reading += files.length;
+    this.submit.disabled = true; // until what is being read can be chosen
     for (const file of files) {
       const line = el("li", {}, `${file.name}: reading …`);
       this.taken.append(line);
@@ -59,6 +61,8 @@ export class Form {
         line.textContent = error.message;
         line.className = "error";
       }
+      this.reading -= 1;
+      this.submit.disabled = this.reading > 0;
     }
   }
 
@@ -69,7 +73,9 @@ export class Form {
       places[kind].append(el("option", { value }, `${held.name} (${file})`));
       places[kind].value = value;
     }
-    for (const [name, given] of Object.entries(held.options)) this.fill(name, given);
+    for (const [name, given] of Object.entries(held.options)) {
+      if (!(name === "energy" && given === "map" && held.kinds.includes("map"))) this.fill(name, given); // "map" is its own one
+    }
     this.suit();
   }
 
@@ -114,12 +120,12 @@ export class Form {
     for (const field of this.form.querySelectorAll("[data-methods]")) field.hidden = !field.dataset.methods.split(" ").includes(this.fields.method.value);
   }
 
-  /** What is asked for: whatever is not as it was, and belongs to the method. */
+  /** What is asked for: whatever is not as it was, nor empty, and belongs to the method. */
   asked() {
     const { train, track, line_speed_kmh, mass_t, ...others } = this.fields;
     const options = {};
     for (const [name, input] of Object.entries(others)) {
-      if (input.value === input.dataset.initial || input.closest(".field").hidden) continue;
+      if (input.value === "" || input.value === input.dataset.initial || input.closest(".field").hidden) continue;
       options[name] = valueOf(input);
     }
     return {
@@ -132,6 +138,8 @@ export class Form {
   async send(event) {
     event.preventDefault();
     this.clearErrors();
+    const unread = Object.entries(this.fields).find(([, input]) => input.validity.badInput && !input.closest(".field").hidden);
+    if (unread) return this.showError({ field: unread[0], message: "must be a number" });
     try {
       const run = await source.start(this.asked());
       this.dialog.close();

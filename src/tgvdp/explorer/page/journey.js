@@ -19,7 +19,7 @@ export class Journey {
     this.front = new Front({ fastest, front }, (index) => state.set({ point: index }));
     this.practices = Object.entries(content.practices).map(([name, rows]) => {
       const [text, color, dash] = PRACTICES[name] ?? [name.replaceAll("_", " "), "muted", [3, 3]];
-      return { points: rows.filter((row) => row.energy_kwh !== null).map(relative), color, dash, text };
+      return { rows, points: rows.filter((row) => row.energy_kwh !== null).map(relative), color, dash, text };
     });
     this.distance = distanceScale(this.sections.at(-1).to_m - this.sections[0].from_m);
     this.allocation = new Chart({ label: "Supplement of each section over its fastest time, in per cent", xLabel: `Position on the line (${this.distance.unit})`, yLabel: "Supplement (%)", height: 260 });
@@ -56,7 +56,7 @@ export class Journey {
     });
     this.tableHome.replaceChildren(table("Time and energy of each section at the chosen point", ["Section", `From – to (${this.distance.unit})`, "Time", "Supplement", "Supplement (%)", "Energy (kWh)"], rows));
     const pairs = [["Delay", delayText(this.front.delays[chosen])], ["Running time", clock(point.time_s)], ["Energy", `${significant(point.energy_kwh, 4)} kWh`], ["One more minute saves", `${significant(point.price_kwh_per_min, 3)} kWh`],
-      ...this.practices.filter(({ points }) => points[chosen]).map(({ text, points }) => [text, `${significant(points[chosen].energy_kwh, 4)} kWh`])];
+      ...this.practices.filter(({ rows }) => Number.isFinite(rows[chosen]?.energy_kwh)).map(({ text, rows }) => [text, `${significant(rows[chosen].energy_kwh, 4)} kWh`])];
     this.figures.replaceChildren(el("dl", {}, pairs.flatMap(([name, text]) => [el("dt", {}, name), el("dd", {}, text)])));
   }
 

@@ -15,6 +15,7 @@ const KINDS = { search: Search, journey: Journey, benchmark: Benchmark };
 const POLL_MS = 150;
 let shown = null;
 let timer = null;
+let wanted = 0;
 const form = new Form(byId("form"), (run) => started(run));
 
 function applyTheme() {
@@ -45,7 +46,8 @@ function started(run) {
 
 async function drop(id) {
   await source.drop(id);
-  if (shown?.id === id) { shown.remove(); shown = null; byId("exhibit").replaceChildren(); state.set({ run: null, point: null }); }
+  if (state.get("awaits") === id) state.set({ awaits: null });
+  if (shown?.id === id) { shown.remove(); shown = null; byId("title").textContent = ""; byId("exhibit").replaceChildren(); state.set({ run: null, point: null }); }
   await refresh();
 }
 
@@ -64,8 +66,12 @@ async function refresh() {
   if (runs.some((one) => one.state === "queued" || one.state === "running")) timer = setTimeout(() => refresh().catch(fail), POLL_MS);
 }
 
+/** Show a run; of several that are asked for meanwhile the last one wins. */
 async function show(run) {
+  wanted += 1;
+  const turn = wanted;
   const view = await source.view(run.id);
+  if (turn !== wanted) return;
   shown?.remove();
   shown = new KINDS[view.kind](run.id, view, started);
   byId("title").textContent = view.name;

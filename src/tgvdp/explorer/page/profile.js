@@ -6,10 +6,10 @@ import { el } from "./dom.js";
 import { clock, delayScale, distanceScale, energyScale, fixed, forceScale, powerScale, significant, speedScale } from "./units.js";
 
 const SYNC = "distance";
-/** Panels on demand: the column of a course, its name, how its unit is found, and whether it goes in steps. */
+/** Panels on demand: the column of a course, the one it has before the next point where it goes in steps, its name, how its unit is found. */
 export const PANELS = {
-  force: { column: "F", name: "Effort", scale: forceScale, steps: true },
-  power: { column: "P", name: "Power", scale: powerScale },
+  force: { column: "F", ends: "F", name: "Effort", scale: forceScale },
+  power: { column: "P", ends: "beforeNext", name: "Power", scale: powerScale },
   energy: { column: "E", name: "Energy used", scale: energyScale },
   time: { column: "t", name: "Time", scale: delayScale },
 };
@@ -53,11 +53,13 @@ export class Profile {
    */
   show(runs, panels, compared = null, limits = null) {
     Object.assign(this, { runs, panels, compared, limits: limits ?? this.content.line.limits });
+    this.stack.hidden = !runs.length;
     if (runs.length) this.draw();
+    else this.tell(null);
   }
 
   draw() {
-    const names = ["speed", ...Object.keys(PANELS).filter((name) => this.panels.includes(name)), ...(this.compared ? ["timeApart", "energyApart"] : []), "line"];
+    const names = ["speed", ...Object.keys(PANELS).filter((name) => this.panels.includes(name)), ...(this.compared ? ["timeApart", ...(this.compared.energy_j ? ["energyApart"] : [])] : []), "line"];
     this.arrange(names);
     this.drawSpeed();
     for (const name of names) if (PANELS[name]) this.drawPanel(name);
@@ -65,19 +67,25 @@ export class Profile {
     this.drawLine();
   }
 
-  /** Keep charts that stay, in their order; the last one has the axis. */
+  yLabel(name) {
+    if (name === "line") return "Altitude (m)";
+    if (name === "speed") return `Speed (${this.speed.unit})`;
+    if (name === "timeApart") return "B − A (s)";
+    if (name === "energyApart") return `B − A (${energyScale(this.topEnergy()).unit})`;
+    return `${PANELS[name].name} (${this.panelScale(name).unit})`;
+  }
+
+  /** Keep charts as long as they are the same, units included, in their order; the last one has the axis. */
   arrange(names) {
-    if (names.join() === Object.keys(this.charts).join()) return;
+    const labels = names.map((name) => this.yLabel(name)), arranged = [...names, ...labels].join();
+    if (arranged === this.arranged) return;
+    this.arranged = arranged;
     for (const chart of Object.values(this.charts)) chart.remove();
-    const { speed } = this;
-    const labels = { speed: `Speed (${speed.unit})`, line: "Altitude (m)", timeApart: "B − A (s)", energyApart: `B − A (${energyScale(this.topEnergy()).unit})` };
     this.charts = {};
     this.stack.replaceChildren();
-    for (const name of names) {
-      const panel = PANELS[name];
-      if (panel) labels[name] = `${panel.name} (${this.panelScale(name).unit})`;
+    for (const [i, name] of names.entries()) {
       const chart = new Chart({
-        label: CHART_LABELS[name] ?? `${panel.name} over distance`, yLabel: labels[name], xLabel: `Position on the line (${this.distance.unit})`,
+        label: CHART_LABELS[name] ?? `${PANELS[name].name} over distance`, yLabel: labels[i], xLabel: `Position on the line (${this.distance.unit})`,
         height: name === "line" ? HEIGHTS.line : name === "speed" ? HEIGHTS.speed : HEIGHTS.panel,
         hidesX: name !== "line", sync: SYNC, onCursor: (index) => this.tell(index),
         onZoom: (from, to) => this.zoomTo([from / this.distance.factor, to / this.distance.factor]),
@@ -101,15 +109,18 @@ export class Profile {
     over.addEventListener("pointerdown", (event) => { this.isTaken = this.onSpeedPointer?.down(event) ?? false; }, { capture: true });
   }
 
-  topEnergy() { return Math.max(...this.runs.flatMap(({ course }) => course.E.map(Math.abs))); }
+  /** Largest size of a column. */
+  top(column) { return this.runs.reduce((most, { course }) => course[column].reduce((own, value) => Math.max(own, Math.abs(value)), most), 0); }
+
+  topEnergy() { return this.top("E"); }
 
   get speed() { return speedScale(this.topSpeed()); }
 
-  topSpeed() { return Math.max(1e-9, ...this.runs.flatMap(({ course }) => Math.max(...course.v))); }
+  topSpeed() { return Math.max(1e-9, this.top("v")); }
 
   panelScale(name) {
-    const { column, scale } = PANELS[name];
-    return scale(Math.max(...this.runs.flatMap(({ course }) => course[column].map(Math.abs))));
+    const { column, ends = column, scale } = PANELS[name];
+    return scale(Math.max(this.top(column), this.top(ends)));
   }
 
   x(values) { return values.map((value) => value * this.distance.factor); }
@@ -119,9 +130,10 @@ export class Profile {
   }
 
   /** Runs as lines of one column; the first one on top. */
-  lines(column, factor, steps) {
+  lines(column, factor, ends) {
+    const shown = (values) => values?.map((value) => value * factor);
     return this.runs.map(({ course, color, dash }, i) => ({
-      kind: "line", x: this.x(course.x), y: course[column].map((value) => value * factor), steps, dash, width: i ? 1.8 : 2.6,
+      kind: "line", x: this.x(course.x), y: shown(course[column]), ends: shown(course[ends]), dash, width: i ? 1.8 : 2.6,
       ...(color ? { color } : { colors: course.regime.map((code) => this.regimes[code]) }),
     })).reverse();
   }
@@ -131,8 +143,9 @@ export class Profile {
     const limits = this.limits.filter((row) => row.speed_mps !== null);
     const shown = limits.filter((row) => row.speed_mps <= LIMIT_SHOWN * top);
     const ceiling = Math.max(top, ...shown.map((row) => row.speed_mps));
+    const speeds = limits.map((row) => row.speed_mps * factor);
     const layers = this.spans();
-    if (shown.length) layers.push({ kind: "line", x: this.x(limits.map((row) => row.from_m)), y: limits.map((row) => row.speed_mps * factor), steps: true, color: "limit", width: 1.5 });
+    if (shown.length) layers.push({ kind: "line", x: this.x(limits.map((row) => row.from_m)), y: speeds, ends: speeds, color: "limit", width: 1.5 });
     this.put("speed", [...layers, ...this.lines("v", factor)], [0, 1.06 * ceiling * factor]);
   }
 
@@ -142,16 +155,16 @@ export class Profile {
   }
 
   drawPanel(name) {
-    const { column, steps } = PANELS[name];
+    const { column, ends } = PANELS[name];
     const { factor } = this.panelScale(name);
-    const lines = this.lines(column, factor, steps);
-    this.put(name, lines, around([0, ...lines.flatMap((line) => line.y)], 0.08));
+    const lines = this.lines(column, factor, ends);
+    this.put(name, lines, around([0, ...lines.flatMap((line) => [...line.y, ...(line.ends ?? [])])], 0.08));
   }
 
   drawCompared() {
     const { x, time_s, energy_j } = this.compared;
     const energy = energyScale(this.topEnergy());
-    for (const [name, y] of [["timeApart", time_s], ["energyApart", energy_j.map((value) => value * energy.factor)]]) {
+    for (const [name, y] of [["timeApart", time_s], ...(energy_j ? [["energyApart", energy_j.map((value) => value * energy.factor)]] : [])]) {
       const layers = [
         { kind: "line", x: this.x(this.all), y: [0, 0], color: "line", width: 1 },
         { kind: "line", x: this.x(x), y, color: name === "timeApart" ? "pin-a" : "pin-b", width: 2.2 },
@@ -194,7 +207,8 @@ export class Profile {
 
   gradient(position_m) {
     const { altitude } = this.content.line;
-    const i = Math.max(1, altitude.findIndex((row) => row.position_m > position_m));
+    const next = altitude.findIndex((row) => row.position_m > position_m);
+    const i = next < 0 ? altitude.length - 1 : Math.max(1, next);
     const [before, after] = [altitude[i - 1], altitude[i]];
     return (1000 * (after.altitude_m - before.altitude_m)) / (after.position_m - before.position_m);
   }

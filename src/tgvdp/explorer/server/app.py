@@ -141,7 +141,7 @@ class Explorer:
         try:
             wanted = msgspec.json.decode(data)
             asked, delay_s = wanted["asked"], float(wanted["delay_s"])
-        except (msgspec.DecodeError, KeyError, TypeError, ValueError):
+        except (msgspec.DecodeError, RecursionError, KeyError, TypeError, ValueError):
             raise FieldError("", "request: must hold asked and delay_s") from None
         checked = read_asked(msgspec.json.encode(asked), self.uploads)
         async with self._drafts:

@@ -1,5 +1,6 @@
 """Serving the page until Ctrl-C."""
 
+import contextlib
 import socket
 from collections.abc import Callable, Iterable, Sequence
 
@@ -57,4 +58,5 @@ def serve(
     )
     shown = f"[{host}]" if ":" in host else host
     tell(f"http://{shown}:{listener.getsockname()[1]}/")
-    uvicorn.Server(config).run(sockets=[listener])
+    with contextlib.suppress(KeyboardInterrupt):  # which is how it ends
+        uvicorn.Server(config).run(sockets=[listener])
