@@ -76,12 +76,55 @@ def test_nothing_feasible_ends_with_5_and_the_table_tells_the_reads(decoded, tmp
         ("t1_1,t2_1,t2_2,t3_1\n1,1,0\n", "line 2"),
         ("t1_1,t2_1,t2_2,t3_1\n1,1,0,2\n", "bits must be 0 and 1"),
         ("t1_1,t2_1,t2_2,t3_1,count\n1,1,0,0,-1\n", "above 0"),
+        (f"t1_1,t2_1,t2_2,t3_1,count\n1,1,0,0,{10**30}\n", "at most"),
+        (f'{{"0011": {10**30}}}', "at most"),
+        ("t1_1,t2_1,t2_2,t3_1,t1_1\n1,1,0,0,0\n", "column 't1_1' twice"),
+        ("t1_1,t2_1,t2_2,t3_1\n" + "1" * 200_000 + ",1,0,0\n", "line"),
+        ("[" * 100_000, "nested too deeply"),
     ],
 )
 def test_other_files_are_one_line(decoded, content, part):
     code, err = decoded("wrong", content)
     assert code == 3
     assert part in err and "wrong" in err and err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("values", "counts", "part"),
+    [
+        ([], [], "holds no sample"),
+        ([OPTIMUM], [-3], "above 0"),
+        ([(256, 0, 0, 0)], [1], "bits must be 0 and 1"),
+        ([(1, 0.5, 0, 0)], [1], "bits must be 0 and 1"),
+    ],
+)
+def test_a_sample_set_of_something_else_is_refused(decoded, values, counts, part):
+    dimod = pytest.importorskip("dimod")
+    samples = np.array(values).reshape(-1, len(LABELS))
+    sampleset = dimod.SampleSet.from_samples(
+        (samples, LABELS), "REAL", np.zeros(len(samples)), num_occurrences=np.array(counts, dtype=int)
+    )
+    code, err = decoded("wrong", json.dumps(sampleset.to_serializable(pack_samples=False)))
+    assert code == 3
+    assert part in err and err.count("\n") == 1
+
+
+def test_strings_of_trains_at_a_substation_are_decoded(tmp_path, capsys):
+    content = {
+        "id": "two",
+        "params": {
+            "kind": "substation", "dt_s": 1, "dv_mps": 1, "power_units": 2, "alpha": 0.5,
+            "trains": [{"N": 2, "cap_units": 1, "D_units": 1}, {"N": 2, "cap_units": 1, "D_units": 1, "start": 1}],
+        },
+    }  # fmt: skip
+    (tmp_path / "two.json").write_text(json.dumps(content))
+    qubo = encode(read_instance(tmp_path / "two.json"), "unary").qubo
+    lowest = int(qubo.all_energies().argmin())
+    (tmp_path / "counts.json").write_text(json.dumps({f"{lowest:0{qubo.n}b}": 4}))
+    assert main(["decode", str(tmp_path / "two.json"), str(tmp_path / "counts.json"), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["objective"] == 0.75  # the second train takes half of what the first one brakes away
+    assert found["speeds"] == [0, 1, 0, 0, 1, 0]
 
 
 def test_demand_instances_and_missing_files_are_refused(capsys, tmp_path):

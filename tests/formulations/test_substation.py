@@ -1,11 +1,15 @@
 """Trains at one substation: what is delivered, the limit, replay, program and QUBO."""
 
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.helpers.substation_case import all_plans, random_substation, substation
+from tgvdp.errors import InputError
+from tgvdp.formulations.problem.instances import SubstationInstance
+from tgvdp.formulations.problem.reading import parse_instance
 from tgvdp.formulations.problem.replay import replay
 from tgvdp.formulations.problem.substation import delivered, joint_speeds, substation_schedule
 from tgvdp.formulations.qubo.encodings import encode
@@ -63,3 +67,15 @@ def test_the_minimum_of_the_qubo_is_the_optimum(alpha: float, start: int, mass: 
     # A string breaks nothing exactly where its schedule obeys all constraints and its registers say what is delivered.
     clean = np.flatnonzero(encoded.violation.all_energies() < 0.5)
     assert all(encoded.decode(bits_of(z, encoded.qubo.n)).feasible for z in clean)
+
+
+def test_a_share_with_more_digits_than_sums_can_hold_is_refused() -> None:
+    """With 0.3333333333333333, q = 10¹⁶, sums overflowed and a feasible instance was proved infeasible."""
+    tree = {"id": "two", "params": {
+        "kind": "substation", "dt_s": 1, "dv_mps": 1, "power_units": 9, "alpha": 0.333333, "trains": [TRAIN, TRAIN],
+    }}  # fmt: skip
+    instance = parse_instance(Path("two"), tree)
+    assert isinstance(instance, SubstationInstance) and instance.alpha == 0.333333
+    tree["params"] |= {"alpha": 0.3333333333333333}  # type: ignore[operator]
+    with pytest.raises(InputError, match=r"params.alpha: has too many digits"):
+        parse_instance(Path("two"), tree)

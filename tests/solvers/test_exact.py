@@ -206,6 +206,15 @@ def test_demand_layers_equal_brute_force(tmp_path, capsys):
     assert solved >= 4
 
 
+@pytest.mark.parametrize(("steps", "count"), [(33, 3**33), (34, None)])
+def test_as_many_plans_are_counted_as_doubles_tell_apart(tmp_path, capsys, steps, count):
+    """A standing train may brake, or not."""
+    path = demand_file(tmp_path, N=steps, notches=2, D_m=0, tol_m=0, v_end_max_mps=0)
+    code, text = run(capsys, path, "--solver", "dp")
+    assert code == 0
+    assert json.loads(text)["n_optimal"] == count
+
+
 def binary_file(tmp_path, **changes):
     params = {
         "kind": "binary", "model": "constant", "N": 8, "dt_s": 10, "dv_mps": 0.5, "acc_units": 1, "dec_units": 1,
@@ -255,10 +264,12 @@ def test_budgets_that_a_solver_does_not_use_are_wrong_usage(tmp_path, capsys, so
 def test_command_exits_4_where_nothing_is_feasible_and_3_on_misuse(tmp_path, capsys):
     assert main(["solve", binary_file(tmp_path, D_units=1000)]) == 4
     assert main(["solve", binary_file(tmp_path, N=30), "--solver", "brute"]) == 3
+    assert main(["solve", binary_file(tmp_path, N=50_000, cap_units=50_000)]) == BudgetExceededError.exit_code
+    assert main(["solve", binary_file(tmp_path, model="efficiency", eta0=1e308, deta=1.0)]) == 3
     assert main(["solve", binary_file(tmp_path), "--solver", "dp", "--penalty", "tenfold"]) == 2
     assert main(["solve", demand_file(tmp_path), "--solver", "closed"]) == 3
     assert main(["solve", binary_file(tmp_path), "--solver", "scip", "--form", "joint"]) == 3
     assert main(["solve", binary_file(tmp_path), "--penalty", "nan", "--solver", "dp"]) == 2
     errors = capsys.readouterr().err.splitlines()
-    assert len(errors) == 6
+    assert len(errors) == 8
     assert math.prod(line.startswith("tgvdp: error: ") for line in errors)

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.helpers.instance_case import binary_instance
-from tgvdp.errors import BudgetExceededError, InputError
+from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.formulations.problem.reading import read_instance
 from tgvdp.instances import find, index
 from tgvdp.solvers.registry import solve
@@ -34,3 +34,13 @@ def test_it_finds_the_optimum_of_single_trains_and_not_of_those_that_share_a_sub
 def test_unequal_steps_are_refused():
     with pytest.raises(InputError, match="solver greedy needs equal steps"):
         solve(binary_instance(4, dec_units=2), "greedy")
+
+
+@pytest.mark.parametrize("solver", ["greedy", "multiplier"])
+@pytest.mark.parametrize("changes", [{"distance_units": 2.5}, {"acc_units": 2, "dec_units": 2, "distance_units": 3.0}])
+def test_distances_between_whole_steps_are_refused(solver, changes):
+    """Levels would go up and down around such a distance for ever."""
+    if solver == "multiplier":
+        pytest.importorskip("dwave.samplers")
+    with pytest.raises(InfeasibleError, match="no distance of whole steps"):
+        solve(binary_instance(6, **changes), solver)

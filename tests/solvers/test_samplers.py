@@ -108,9 +108,24 @@ def test_exact_qubo_and_tree_equal_the_dynamic_program(seed):
                 continue
             assert found.optimal
             assert found.objective == pytest.approx(best.objective, rel=1e-12)
-            # Slack registers of a tolerance may write one schedule several ways.
-            if solver == "exact-qubo" and encoding == "unary" and not instance.tol_units:
+            if solver == "exact-qubo":
                 assert found.n_optimal == best.n_optimal
+
+
+@pytest.mark.parametrize(
+    ("encoding", "changes"),
+    [
+        ("bits", {"model": "kinetic", "cap_units": [4, 4, 1, 3, 2], "distance_units": 5.0}),  # one above the limit
+        ("bits+slack", {"cap_units": 3, "distance_units": 3.0}),  # a limit of 2 in the middle has two codes for 1
+        ("unary", {"distance_units": 3.0, "tol_units": 1.0, "alpha": 1.0}),  # and so has a tolerance
+    ],
+)
+def test_strings_of_one_schedule_count_once_and_those_that_break_a_limit_not_at_all(encoding, changes):
+    pytest.importorskip("dimod")
+    instance = binary_instance(5, **changes)
+    found = solve(instance, "exact-qubo", encoding)
+    assert found.optimal
+    assert found.n_optimal == solve(instance, "dp").n_optimal < found.details["ground_states"]
 
 
 def test_a_ground_state_that_breaks_a_constraint_is_no_optimum():

@@ -31,14 +31,14 @@ def command(instance: str, samples: str, encoding: Any, penalty: Any, as_json: b
     the QUBO was written. The exit code is 5 when no sample satisfies all constraints.
     """
     from tgvdp import instances
-    from tgvdp.formulations.problem.instances import BinaryInstance
+    from tgvdp.formulations.problem.instances import DemandInstance
     from tgvdp.formulations.problem.reading import read_instance
     from tgvdp.formulations.qubo.encodings import default_encoding, encode
     from tgvdp.solvers.outside import samples_of_file
     from tgvdp.solvers.samplers.sampling import sampled_solution
 
     problem = read_instance(instances.find(instance))
-    if not isinstance(problem, BinaryInstance):
+    if isinstance(problem, DemandInstance):
         raise InputError(f"{problem.id}: a demand instance is no QUBO: there are no bits to decode")
     encoded = encode(problem, encoding or default_encoding(problem), penalty)
     try:

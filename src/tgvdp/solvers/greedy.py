@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.errors import BudgetExceededError, InputError
+from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.formulations.problem.binary import features_of_speeds, schedule_of_speeds
 from tgvdp.formulations.problem.instances import BinaryInstance, SubstationInstance
 from tgvdp.formulations.problem.replay import replay
@@ -28,6 +28,8 @@ def solve_greedy(instance: BinaryInstance | SubstationInstance, _: Allowance) ->
     ------
     InputError
         When the steps are not equal.
+    InfeasibleError
+        When no distance of one train lies within the tolerance.
     BudgetExceededError
         When the trains of a substation end above its limit.
     """
@@ -39,6 +41,7 @@ def solve_greedy(instance: BinaryInstance | SubstationInstance, _: Allowance) ->
 
 def _of_one_train(instance: BinaryInstance) -> Schedule:
     require_unit_steps(instance, "greedy")
+    require_distance(instance)
     limits = unit_limits(instance)
     return schedule_of_speeds(instance, instance.acc_units * repaired(instance, np.zeros_like(limits), limits))
 
@@ -59,6 +62,13 @@ def require_unit_steps(instance: BinaryInstance, solver: str) -> None:
     """Refuse an instance that brakes by other steps than it accelerates."""
     if instance.acc_units != instance.dec_units:
         raise InputError(f"{instance.id}: solver {solver} needs equal steps")
+
+
+def require_distance(instance: BinaryInstance) -> None:
+    """Refuse an instance whose tolerance holds no distance of equal steps: no plan has one, however levels move."""
+    low, high = unit_distances(instance)
+    if low > high:
+        raise InfeasibleError(f"{instance.id}: no distance of whole steps lies within the tolerance")
 
 
 def unit_distances(instance: BinaryInstance) -> tuple[int, int]:

@@ -16,10 +16,12 @@ from numpy.typing import NDArray
 from tgvdp.errors import InputError
 from tgvdp.formulations.qubo.qubo import Qubo
 from tgvdp.solvers.extras import extra
-from tgvdp.solvers.samplers.sampling import Samples, samples_of
+from tgvdp.solvers.samplers.sampling import Samples
 
 #: Column of a CSV that says how often a string was drawn.
 COUNTS = ("count", "num_occurrences")
+#: Largest count of one string; sums of millions of them still fit into 64 bits.
+MOST_COUNTED = 10**12
 
 
 def samples_of_file(content: bytes, name: str, qubo: Qubo) -> Samples:
@@ -38,6 +40,8 @@ def samples_of_file(content: bytes, name: str, qubo: Qubo) -> Samples:
         tree = json.loads(text)
     except ValueError:
         return _of_csv(text, name, qubo)
+    except RecursionError:
+        raise InputError(f"{name}: is nested too deeply") from None
     if isinstance(tree, dict) and tree.get("type") == "SampleSet":
         return _of_sampleset(tree, name, qubo)
     if isinstance(tree, dict) and tree:
@@ -50,13 +54,18 @@ def samples_of_file(content: bytes, name: str, qubo: Qubo) -> Samples:
 def _of_sampleset(tree: dict[str, Any], name: str, qubo: Qubo) -> Samples:
     try:
         sampleset = extra("dimod", "a SampleSet").SampleSet.from_serializable(tree)
-        missing = [label for label in qubo.labels if label not in sampleset.variables]
+        column = {label: i for i, label in enumerate(sampleset.variables)}
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{name}: is a damaged SampleSet: {error}") from None
-    if missing:
-        raise InputError(f"{name}: has no variable {missing[0]!r} of the QUBO of {qubo.n} bits")
-    found = samples_of(sampleset, qubo)
-    return Samples(_as_bits(found.bits, name), found.counts)
+    if missing := next((label for label in qubo.labels if label not in column), None):
+        raise InputError(f"{name}: has no variable {missing!r} of the QUBO of {qubo.n} bits")
+    if not len(sampleset):
+        raise InputError(f"{name}: holds no sample")
+    counts = sampleset.record.num_occurrences.tolist()
+    for row, count in enumerate(counts):
+        _require_count(name, f"sample {row}", count)
+    values = sampleset.record.sample[:, [column[label] for label in qubo.labels]]
+    return Samples(_as_bits(values, name), np.array(counts, dtype=np.int64))
 
 
 def _of_counts(tree: dict[str, Any], name: str, qubo: Qubo) -> Samples:
@@ -71,13 +80,18 @@ def _of_counts(tree: dict[str, Any], name: str, qubo: Qubo) -> Samples:
 
 def _of_csv(text: str, name: str, qubo: Qubo) -> Samples:
     reader = csv.DictReader(io.StringIO(text))
-    columns = reader.fieldnames or ()
+    try:
+        columns, rows = tuple(reader.fieldnames or ()), [(reader.line_num, row) for row in reader]
+    except csv.Error as error:
+        raise InputError(f"{name}: line {reader.line_num + 1}: {error}") from None
     if missing := next((label for label in qubo.labels if label not in columns), None):
         raise InputError(f"{name}: has no column {missing!r} for a bit of the QUBO of {qubo.n} bits")
+    if twice := next((column for column in columns if columns.count(column) > 1), None):
+        raise InputError(f"{name}: has the column {twice!r:.60} twice")
     counted = next((column for column in COUNTS if column in columns), None)
     bits, counts = [], []
-    for row in reader:
-        where = f"line {reader.line_num}"
+    for line, row in rows:
+        where = f"line {line}"
         try:
             bits.append([int(row[label]) for label in qubo.labels])
             counts.append(int(row[counted]) if counted else 1)
@@ -90,8 +104,10 @@ def _of_csv(text: str, name: str, qubo: Qubo) -> Samples:
 
 
 def _require_count(name: str, where: str, count: object) -> None:
-    if type(count) is not int or count < 1:
-        raise InputError(f"{name}: {where}: a count must be a whole number above 0, got {count!r:.40}")
+    if type(count) is not int or not 1 <= count <= MOST_COUNTED:
+        raise InputError(
+            f"{name}: {where}: a count must be a whole number above 0 and at most {MOST_COUNTED}, got {count!r:.40}"
+        )
 
 
 def _as_bits(values: NDArray[Any], name: str) -> NDArray[np.int8]:

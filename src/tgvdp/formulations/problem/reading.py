@@ -30,15 +30,19 @@ from tgvdp.formulations.problem.instances import (
     SharedTrip,
     Slope,
     SubstationInstance,
+    decimal,
 )
 from tgvdp.model.checks import require_text
 from tgvdp.units import kmh_to_mps
 
 _MOST_UNITS = 1_000_000
 MOST_TRAINS = 100
+#: Energies of a substation are whole multiples of 1/q, α = p/q: larger q leave too few digits for their sums.
+_LARGEST_Q = 1_000_000
 
 _Positive = Annotated[float, Meta(gt=0.0, le=1e12)]
 _NotNegative = Annotated[float, Meta(ge=0.0, le=1e12)]
+_Finite = Annotated[float, Meta(ge=-1e12, le=1e12)]
 _Ratio = Annotated[float, Meta(ge=0.0, le=1.0)]
 _Steps = Annotated[int, Meta(ge=1, le=MOST_STEPS)]
 _Units = Annotated[int, Meta(ge=1, le=_MOST_UNITS)]
@@ -59,8 +63,8 @@ class _Binary(Struct, forbid_unknown_fields=True):
     cap_units: _NotNegative | list[_NotNegative]
     D_units: _NotNegative
     alpha: _Ratio = 0.0
-    eta0: float | UnsetType = UNSET
-    deta: float | UnsetType = UNSET
+    eta0: _Finite | UnsetType = UNSET
+    deta: _Finite | UnsetType = UNSET
     tol_units: _NotNegative = 0.0
     lambda_uniform: _Positive | UnsetType = UNSET
 
@@ -188,6 +192,8 @@ def _caps(path: Path, place: str, steps: int, given: float | list[float], acc_un
 
 
 def _substation(path: Path, name: str, spec: _Substation) -> SubstationInstance:
+    if decimal(spec.alpha).denominator > _LARGEST_Q:
+        raise bad(path, f"params.alpha: has too many digits to add up energies exactly, round it: got {spec.alpha!r}")
     trains = tuple(
         SharedTrip(
             start=train.start,

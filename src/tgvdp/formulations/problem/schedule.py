@@ -69,8 +69,7 @@ class Solution:
     optimal : bool
         Whether optimality is proved. A heuristic that happens to be right says False.
     n_optimal : int or None
-        Exact number of optimal schedules (for a solver of a QUBO that counts: of its ground states); None where the
-        solver does not count.
+        Exact number of optimal schedules; None where the solver does not count.
     replay : mapping
         As the replay on the true physics reports it (`tgvdp.formulations.problem.replay`).
     elapsed_s : float

@@ -35,6 +35,8 @@ _SAME = 1e-12
 _CHUNK = 200_000
 #: Rounding that a bound may exceed the cost of a known plan by, relative.
 _PRUNING = 1e-9
+#: Doubles hold all whole numbers below: more plans are not counted.
+_MOST_COUNTED = 1 << 53
 #: A layer may be so many times too large before equal states are merged.
 _OVERFLOW = 8
 
@@ -103,12 +105,13 @@ def solve_demand_dp(instance: DemandInstance) -> Solution:
     best = int(np.argmin(cost))
     schedule = demand_schedule(instance, levels[found.plan(best)])
     same = cost <= cost[best] + _SAME * abs(cost[best])
+    count = found.last.plans[same].sum()
     elapsed_s = time.perf_counter() - started
     return Solution(
         solver="dp",
         schedule=schedule,
         optimal=exact is not None,
-        n_optimal=int(found.last.plans[same].sum()) if exact is not None else None,
+        n_optimal=int(count) if exact is not None and count < _MOST_COUNTED else None,
         replay=replay(instance, schedule),
         elapsed_s=elapsed_s,
         details={

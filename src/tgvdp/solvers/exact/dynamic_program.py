@@ -25,7 +25,7 @@ from tgvdp.formulations.problem.levels import Ladder
 from tgvdp.solvers.exact import ladder as kernels
 from tgvdp.solvers.exact import ladder_paths as paths
 from tgvdp.solvers.exact.ladder import Ints
-from tgvdp.solvers.exact.lagrange import Family, cheapest, costs, family, halves, windows
+from tgvdp.solvers.exact.lagrange import Family, cheapest, costs, family, halves, require_tables, windows
 
 #: States of one run of the dynamic program; each takes a byte.
 MOST_STATES = 500_000_000
@@ -205,6 +205,7 @@ def load_kernels() -> None:
 
 
 def _heights(ladder: Ladder) -> Ints:
+    require_tables(ladder, ladder.top, 4)
     least, most = (
         kernels.heights_of_suffixes(ladder.caps, ladder.rise, ladder.fall, ladder.top, sign) for sign in (1, -1)
     )

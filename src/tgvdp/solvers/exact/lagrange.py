@@ -98,13 +98,16 @@ def windows(ladder: Ladder, one: Family, heights: Ints, bound: float) -> tuple[I
         When the tables of prices would be too large.
     """
     multipliers = _multipliers(one)
-    if 4 * multipliers.size * ladder.caps.size * (one.top + 1) > _MOST_PRICES:
-        raise BudgetExceededError(
-            f"{ladder.instance.id}: {ladder.caps.size - 1} steps × {one.top + 1} speeds are too many"
-        )
+    require_tables(ladder, one.top, 4 * multipliers.size)
     graph = (ladder.caps, ladder.rise, ladder.fall, costs(ladder, one), one.touch, multipliers)
     prices = (kernels.prices_of_prefixes(*graph), kernels.prices_of_suffixes(*graph))
     return kernels.windows(ladder.low, ladder.high, *prices, multipliers, heights, bound)
+
+
+def require_tables(ladder: Ladder, top: int, tables: int) -> None:
+    """Refuse an instance of which so many tables over (step, level) would be too large."""
+    if tables * ladder.caps.size * (top + 1) > _MOST_PRICES:
+        raise BudgetExceededError(f"{ladder.instance.id}: {ladder.caps.size - 1} steps × {top + 1} speeds are too many")
 
 
 def costs(ladder: Ladder, one: Family) -> Ints:

@@ -22,7 +22,14 @@ from tgvdp.formulations.problem.schedule import Schedule, Solution
 from tgvdp.formulations.qubo.unary import encode_unary
 from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.extras import extra
-from tgvdp.solvers.greedy import repaired, require_unit_steps, solve_greedy, unit_distances, unit_limits
+from tgvdp.solvers.greedy import (
+    repaired,
+    require_distance,
+    require_unit_steps,
+    solve_greedy,
+    unit_distances,
+    unit_limits,
+)
 from tgvdp.solvers.samplers.bqm import bqm_of
 from tgvdp.solvers.samplers.sampling import qubo_report, samples_of
 
@@ -50,8 +57,11 @@ def solve_multiplier(instance: BinaryInstance, allowance: Allowance) -> Solution
     ------
     InputError
         When the steps are not equal.
+    InfeasibleError
+        When no distance lies within the tolerance.
     """
     require_unit_steps(instance, "multiplier")
+    require_distance(instance)
     sampler = extra("dwave.samplers", "solver multiplier").SimulatedAnnealingSampler()
     start = time.perf_counter()
     limits = unit_limits(instance)

@@ -46,6 +46,8 @@ class Best(NamedTuple):
         Of all samples, feasible or not.
     reads, feasible_reads, best_reads : int
         All reads, those that decode to a feasible schedule, and those among them that reach its objective.
+    different : int
+        Different schedules of the last: slack bits write one by several strings.
     """
 
     schedule: Schedule
@@ -53,6 +55,7 @@ class Best(NamedTuple):
     reads: int
     feasible_reads: int
     best_reads: int
+    different: int
 
 
 def samples_of(sampleset: Any, qubo: Qubo) -> Samples:
@@ -86,6 +89,7 @@ def best_of(encoded: Encoded, samples: Samples) -> Best:
         samples.total,
         int(counts[feasible].sum()),
         int(counts[equal].sum()),
+        len({schedules[i].controls for i in equal}),
     )
 
 
@@ -136,7 +140,8 @@ def ground_state_solution(
 
     In a complete encoding every feasible schedule has a string whose energy is its objective. So a ground state whose
     energy is the objective of a feasible schedule is an optimum of the constrained problem, whatever the penalty; any
-    other proves only that the penalty is too small, or that nothing is feasible.
+    other proves only that the penalty is too small, or that nothing is feasible. All ground states together hold every
+    optimal schedule, and may hold strings besides that break what the encoding leaves out.
 
     Parameters
     ----------
@@ -151,7 +156,7 @@ def ground_state_solution(
         solver=solver,
         schedule=best.schedule,
         optimal=proved,
-        n_optimal=len(ground_states) if counted and proved else None,
+        n_optimal=best.different if counted and proved else None,
         replay=replay(encoded.instance, best.schedule),
         elapsed_s=elapsed_s,
         qubo=qubo_report(encoded.qubo, best.lowest_energy),
