@@ -36,6 +36,13 @@ def test_the_thriftiest_journey_is_one_point():
     assert (np.diff(journey.front.time_s) > MET_S).all()
 
 
+def test_the_thriftiest_journey_runs_on_until_that_saves_nothing():
+    """In one piece it may run longer than its parts at the speeds that they share: these end at 170.7 s."""
+    journey = Case(335).journey()
+    assert any("the front ends with the thriftiest journey, 175.9" in text for text in journey.warnings)
+    assert journey.found.multiplier_j_per_s[-1, -1] == pytest.approx(0.0, abs=1.0)
+
+
 def test_late_windows_are_kept():
     """Nothing is saved by running so long: a second costs less than nothing."""
     rows = [judged(seed, late=True) for seed in (2, 12)]

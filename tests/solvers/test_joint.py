@@ -83,8 +83,15 @@ def test_states_of_many_trains_are_told_apart() -> None:
     assert any(key[0] != key[1] for key in keys)
 
 
+def test_more_trains_than_joint_actions_can_be_tried_of_get_a_plan_and_a_bound() -> None:
+    """Fifteen trains have 14 million joint actions in each step: the search did not end."""
+    found = joint_plan(substation([{"N": 4, "cap_units": 2, "D_units": 3} for _ in range(15)], alpha=0.5))
+    assert not found.proved
+    assert 0 < found.bound <= found.cost
+
+
 def test_trains_beyond_any_search_get_a_plan_and_a_bound() -> None:
-    trains = [{"N": 40, "cap_units": 8, "D_units": 150 + k, "start": k % 3} for k in range(5)]
+    trains = [{"N": 20, "cap_units": 6, "D_units": 50 + k, "start": k % 3} for k in range(5)]
     found = joint_plan(substation(trains, power_units=60, alpha=0.5), most_states=50)
     assert not found.proved
     assert 0 < found.bound <= found.cost

@@ -233,19 +233,22 @@ class TimedJourney:
             return run, False
         departure_s = float(plan.departure_s[own.start])
         time_s = sum(part.fastest.duration_s for part in parts[own]) + float(plan.supplement_s[own].sum())
-        trip, waiting_w = waiting_for_free(section.trip), terms.waiting_w
-        if until_s is not None and run.multiplier_j_per_s[-1] > waiting_w:  # who is there has not to wait
-            time_s = until_s - departure_s
-            trip, waiting_w = section.trip, 0.0
         points = [_since(self.windows.arrivals[at], departure_s) for at in numbers]
-        whole = whole_run(section, trip, points, time_s, run.multiplier_j_per_s, terms.tolerance_s)
-        if whole is None:
-            return run, False
-        one, is_met = whole
-        multiplier = one.multiplier_j_per_s + (terms.waiting_w - waiting_w)
-        if is_met and one.cost_j(waiting_w) < run.cost_j(waiting_w):
-            return one._replace(multiplier_j_per_s=multiplier), True
-        return run._replace(multiplier_j_per_s=multiplier), is_met
+        ways = [(waiting_for_free(section.trip), terms.waiting_w, time_s)]
+        if until_s is not None:  # who is there has not to wait, unless the last window opens later
+            ways.insert(0, (section.trip, 0.0, until_s - departure_s))
+        for trip, spared_w, own_s in ways:
+            whole = whole_run(section, trip, points, own_s, run.multiplier_j_per_s, terms.tolerance_s)
+            if whole is None:
+                break
+            one, is_met = whole
+            multiplier = one.multiplier_j_per_s + (terms.waiting_w - spared_w)
+            if is_met and one.cost_j(spared_w) < run.cost_j(spared_w):
+                return one._replace(multiplier_j_per_s=multiplier), True
+            run = run._replace(multiplier_j_per_s=multiplier)
+            if is_met or one.ends_s[-1] >= points[-1].earliest_s - terms.tolerance_s:
+                return run, is_met
+        return run, False
 
 
 def _since(point: TimingPoint, departure_s: float) -> TimingPoint:

@@ -8,6 +8,7 @@ what makes this family hard, and where a layer outgrows the budget nothing is pr
 """
 
 import itertools
+import math
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
@@ -24,6 +25,8 @@ Ints: TypeAlias = NDArray[np.int64]
 
 #: States of one layer; with their ancestors they take some hundred bytes each while they are made.
 MOST_STATES = 1_000_000
+#: Joint actions of a step, each of which is tried on all states at once: those of eight trains take a second a layer.
+_MOST_ACTIONS = 3**8
 #: Width of the beam whose plan bounds the search.
 BEAM = 2_000
 #: Passes of looking for a plan, and raising the bound towards it.
@@ -97,7 +100,8 @@ def joint_plan(instance: SubstationInstance, most_states: int = MOST_STATES) -> 
     if not complete:
         if plan is None:
             raise BudgetExceededError(
-                f"{instance.id}: a layer has more than {most_states} states, and no plan was found"
+                f"{instance.id}: a layer has more than {most_states} states or {_MOST_ACTIONS} joint actions, and no"
+                " plan was found"
             )
         return JointPlan(tuple(plan), _cost(instance, plan), None, False, 0, bound.total)
     if layers is None:
@@ -156,12 +160,16 @@ def _search(
     known : int, optional
         Cost above which nothing is looked for.
     most : int
-        States of a layer. With ``beam`` the most promising ones are kept, without it the search ends.
+        States of a layer. With ``beam`` the most promising ones are kept, without it the search ends. It ends where
+        trains have too many joint actions.
     """
     one = np.zeros(1, dtype=np.int64)
     layers = [_Layer(np.zeros((len(trains), 1), dtype=np.int64), one, one, np.ones(1))]
     for step in range(instance.steps):
-        layer = _expanded(instance, trains, bound, step, layers[-1], known)
+        moving = [_actions(one, step) for one in trains]
+        if math.prod(map(len, moving)) > _MOST_ACTIONS:
+            return None, False
+        layer = _expanded(instance, trains, bound, step, moving, layers[-1], known)
         if not layer.cost.size:
             return None, True
         if layer.cost.size > most:
@@ -174,11 +182,21 @@ def _search(
     return layers, True
 
 
+def _actions(one: Train, step: int) -> tuple[int, ...]:
+    """What a train may do in a step: change its speed where it is on its way."""
+    return (-1, 0, 1) if 0 <= step - one.train.start < one.train.trip.steps else (0,)
+
+
 def _expanded(
-    instance: SubstationInstance, trains: list[Train], bound: Bound, step: int, layer: _Layer, known: int | None
+    instance: SubstationInstance,
+    trains: list[Train],
+    bound: Bound,
+    step: int,
+    moving: list[tuple[int, ...]],
+    layer: _Layer,
+    known: int | None,
 ) -> _Layer:
-    """The next layer: all actions of all trains that are on their way."""
-    moving = [(-1, 0, 1) if 0 <= step - one.train.start < one.train.trip.steps else (0,) for one in trains]
+    """The next layer: all actions of all trains."""
     p, q = shares(instance)
     parts = []
     for actions in itertools.product(*moving):
