@@ -96,7 +96,9 @@ def test_faults_are_named(tmp_path, text, message):
 
 
 def test_files_that_are_no_text(tmp_path):
-    with pytest.raises(InputError, match="not UTF-8"):
-        read(tmp_path, "Zeit [s];Höhe [m]\n", "latin-1")
+    with pytest.raises(InputError, match="is neither UTF-8, UTF-16 nor Windows-1252"):
+        read(tmp_path, "Zeit [s];H\x81he [m]\n", "latin-1")
+    with pytest.raises(InputError, match="must be a table, as CSV or Excel, got JSON"):
+        read(tmp_path, '{"time_s": [0, 1]}')
     with pytest.raises(InputError, match="no such file"):
         load_run(tmp_path / "gone.csv")

@@ -94,7 +94,7 @@ def _effort_tables(document: Document, spec: TrainSpec) -> Iterator[tuple[str, _
                 target = locate(effort.file, folder=path.parent)
                 table = read_document(target.path)
             with errors_named(path, f"train.{field}"):
-                yield field, _EffortTable(target.path, table.digest, *read_effort(table, target.part))
+                yield field, _EffortTable(target.path, table.digest, *read_effort(table, field, target.part))
 
 
 def _remarks(tables: Mapping[str, _EffortTable]) -> Iterator[str]:

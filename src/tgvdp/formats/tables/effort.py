@@ -9,12 +9,20 @@ from tgvdp.formats.tables.table import Table, read_table
 from tgvdp.model.effort import EffortCurve
 from tgvdp.units import mps_to_kmh
 
-#: Columns that an effort curve has.
-ROLES = (SPEED, EFFORT)
+#: Columns that an effort curve has, of traction or braking.
+ROLES = {field: (SPEED, effort) for field, effort in EFFORT.items()}
 
 
-def read_effort(document: Document, part: str | None = None) -> tuple[EffortCurve, tuple[str, ...]]:
+def read_effort(document: Document, field: str, part: str | None = None) -> tuple[EffortCurve, tuple[str, ...]]:
     """Read an effort curve, of a workbook the sheet of a name or its only one with such columns; and notes on it.
+
+    Parameters
+    ----------
+    document : Document
+    field : {"traction", "braking"}
+        What it is the effort of: where a table has both, the column of that is read.
+    part : str, optional
+        Name of a sheet.
 
     Raises
     ------
@@ -25,23 +33,24 @@ def read_effort(document: Document, part: str | None = None) -> tuple[EffortCurv
     if document.syntax not in ("CSV", "XLSX"):
         raise bad(path, f"must be a table of speed and effort, as CSV or Excel, got {document.syntax}")
     with errors_named(path):
-        tables = [read_table(sheet, ROLES) for sheet in sheets_of(document) if part in (None, sheet.name)]
-        whole = [table for table in tables if table.columns.keys() == set(ROLES)] or tables
+        roles = ROLES[field]
+        tables = [read_table(sheet, roles) for sheet in sheets_of(document) if part in (None, sheet.name)]
+        whole = [table for table in tables if table.columns.keys() == set(roles)] or tables
         if len(whole) != 1:
             held = (
                 f"{len(whole)} sheets with an effort curve, choose one as FILE#SHEET" if whole else f"no sheet {part!r}"
             )
             raise InputError(f"holds {held}")
-        return make_effort(whole[0])
+        return make_effort(whole[0], roles)
 
 
-def make_effort(table: Table) -> tuple[EffortCurve, tuple[str, ...]]:
+def make_effort(table: Table, roles: tuple[Role, Role]) -> tuple[EffortCurve, tuple[str, ...]]:
     """Make an effort curve of a table, and notes on what was not used or assumed."""
-    for role in ROLES:
+    for role in roles:
         table.need(role)
     points: list[tuple[float, float]] = []
     for row in table.rows:
-        speed_mps, effort_n = (_not_negative(table, row, role) for role in ROLES)
+        speed_mps, effort_n = (_not_negative(table, row, role) for role in roles)
         if points and speed_mps < points[-1][0]:
             speeds_kmh = f"{mps_to_kmh(speed_mps):.6g} km/h after {mps_to_kmh(points[-1][0]):.6g} km/h"
             raise table.bad(row, SPEED, f"speeds must not decrease, got {speeds_kmh}")

@@ -43,7 +43,7 @@ def open_document(document: Document) -> Content | None:
 def _no_line(sheets: list[Sheet]) -> InputError:
     """Say what a file without positions is, or what it lacks."""
     for sheet in sheets:
-        if read_table(sheet, effort.ROLES).columns.keys() == set(effort.ROLES):
+        if any(read_table(sheet, roles).columns.keys() == set(roles) for roles in effort.ROLES.values()):
             return InputError('holds an effort curve; a native train takes it as traction = { file = "NAME" }')
     if not sheets:
         return InputError("holds no rows")

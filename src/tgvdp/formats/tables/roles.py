@@ -1,63 +1,87 @@
-"""What a column of a table can mean, and how its header says that and its unit."""
+"""What a column of a table can mean, and the words that name it in the languages of those who write such tables."""
 
-import re
 from typing import NamedTuple
 
 from tgvdp.errors import InputError
+from tgvdp.formats.tables.headers import split
 from tgvdp.units import to_si
 
 
 class Role(NamedTuple):
-    """What a column can mean: its quantity, words that name it, and how a header is written."""
+    """What a column can mean: its quantity, words that name it, and how a header is written.
+
+    ``weak`` are those of its words that name it only where no column has another one: a speed beside a speed limit is
+    none.
+    """
 
     name: str
     quantity: str
     words: frozenset[str]
+    weak: frozenset[str]
     example: str
 
 
-def _role(name: str, quantity: str, words: str, example: str) -> Role:
-    return Role(name, quantity, frozenset(words.split(", ")), example)
+def _role(name: str, quantity: str, words: str, example: str, weak: str = "") -> Role:
+    gives_way = frozenset(filter(None, weak.split(", ")))
+    return Role(name, quantity, frozenset(words.split(", ")) | gives_way, gives_way, example)
 
+
+#: Names of a column that need no unit, as they are one.
+_OWN_UNIT = {"km": "km", "kilometer": "km", "kilometre": "km", "streckenkilometer": "km"}
 
 POSITION = _role(
     "position", "length",
-    "position, pos, chainage, stationing, kilometrage, mileage, distance, km, kp, pk, s, from, start, begin",
+    "position, pos, chainage, stationing, kilometrage, mileage, distance, km, kp, pk, s, from, start, begin, "
+    "start position, start chainage, start distance, kilometer, kilometre, streckenkilometer, von, anfang, beginn, "
+    "weg, stationierung, kilometrierung, point kilométrique, abscisse, début, progressiva",
     "position_m or Position [km]",
 )  # fmt: skip
-END = _role("end", "length", "to, end, until", "to_m or To [km]")
+END = _role(
+    "end", "length", "to, end, until, end position, end chainage, end distance, bis, ende, fin", "to_m or To [km]"
+)
 SPEED = _role(
-    "speed", "speed", "speed limit, limit, speed, max speed, maximum speed, line speed, vmax, v max, v",
+    "speed", "speed",
+    "speed limit, limit, speedlimit, max speed, maximum speed, line speed, permitted speed, allowed speed, "
+    "permissible speed, max velocity, vmax, v max, v limit, v lim, höchstgeschwindigkeit, zulässige geschwindigkeit, "
+    "streckengeschwindigkeit, vitesse limite, vitesse max, vitesse maximale",
     "speed_kmh or Speed limit [km/h]",
+    weak="speed, velocity, v, geschwindigkeit, vitesse, velocità, velocidad",
 )  # fmt: skip
-GRADIENT = _role("gradient", "gradient", "gradient, slope, grade, inclination", "gradient_permil or Gradient [‰]")
-RADIUS = _role("radius", "length", "radius, curve radius, r", "radius_m or Radius [m]")
-STOP = _role("stop", "", "stop, stops, station, halt, stop name", "stop")
-EFFORT = _role(
-    "effort", "force", "effort, tractive effort, braking effort, force, tractive force, braking force, traction, f, z",
-    "effort_kn or Effort [kN]",
+GRADIENT = _role(
+    "gradient", "gradient",
+    # "Gefälle", "pente" and the like count downhill for some.
+    "gradient, slope, grade, inclination, neigung, längsneigung, steigung, déclivité, pendenza",
+    "gradient_permil or Gradient [‰]",
+)  # fmt: skip
+RADIUS = _role(
+    "radius", "length",
+    "radius, curve radius, r, kurvenradius, bogenradius, bogenhalbmesser, halbmesser, rayon, raggio",
+    "radius_m or Radius [m]",
+)  # fmt: skip
+STOP = _role(
+    "stop", "", "stop, stops, halt, stop name, haltestelle, arrêt, fermata", "stop",
+    weak="station, station name, bahnhof, gare, stazione, estación",
 )  # fmt: skip
 
-#: How people write a unit in a header, in small letters → as `tgvdp.units` knows it.
-_UNITS = {
-    "m": "m", "km": "km", "km/h": "km/h", "kmh": "km/h", "kph": "km/h", "kmph": "km/h", "m/s": "m/s", "mps": "m/s",
-    "n": "N", "kn": "kN", "permil": "‰", "‰": "‰", "per mille": "‰", "o/oo": "‰", "promille": "‰", "percent": "%",
-    "%": "%", "pct": "%",
-}  # fmt: skip
-_BRACKETED = re.compile(r"(.*?)\s*[\[(]\s*(?:in\s+)?(.*?)\s*[\])]\s*")
-_SEPARATED = re.compile(r"(.*?)[\s_]+(?:in[\s_]+)?(per mille|[^\s_]+)")
+_TRACTION = "tractive effort, tractive force, traction effort, traction force, traction, zugkraft, effort de traction"
+_BRAKING = "braking effort, braking force, brake effort, brake force, braking, bremskraft, effort de freinage"
+_EFFORT = "effort, force, f, z, kraft"
+#: Effort of traction or braking: the two may stand in one table, and one curve may serve for both.
+EFFORT = {
+    "traction": _role("effort", "force", _TRACTION, "effort_kn or Effort [kN]", weak=f"{_EFFORT}, {_BRAKING}"),
+    "braking": _role("effort", "force", _BRAKING, "effort_kn or Effort [kN]", weak=f"{_EFFORT}, {_TRACTION}"),
+}
+
+
+def is_weak(header: str, role: Role) -> bool:
+    """Whether a header that names a role gives way to others that do."""
+    return split(header)[0] in role.weak
 
 
 def unit_text(header: str, role: Role) -> str | None:
     """Unit text of a header that names a role, empty without one; None when it names another thing."""
-    text = re.sub(r"\s+", " ", header.strip().lower()).replace("km_h", "km/h").replace("m_s", "m/s")
-    name, unit = text, "km" if text == "km" else ""
-    for pattern in (_BRACKETED, _SEPARATED):
-        match = pattern.fullmatch(text)
-        if match and role.quantity and (pattern is _BRACKETED or match[2] in _UNITS):
-            name, unit = match[1], match[2]
-            break
-    return unit if re.sub(r"[-_ ]+", " ", name).strip() in role.words else None
+    name, unit = split(header) if role.quantity else (split(f"{header} []")[0], "")
+    return (unit or _OWN_UNIT.get(name, "")) if name in role.words else None
 
 
 def unit_of(header: str, role: Role) -> str:
@@ -70,9 +94,8 @@ def unit_of(header: str, role: Role) -> str:
     """
     if not role.quantity:
         return ""
-    text = unit_text(header, role)
-    if not text:
+    unit = unit_text(header, role)
+    if not unit:
         raise InputError(f"give its unit in the header, such as {role.example}")
-    unit = _UNITS.get(text, text)
     to_si(1.0, unit, role.quantity)
     return unit

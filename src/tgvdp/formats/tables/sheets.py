@@ -38,7 +38,7 @@ def sheets_of(document: Document) -> list[Sheet]:
 
 
 def delimiter_of(text: str) -> str:
-    """Character that cuts the header into most cells."""
+    """Character that cuts the header into most cells: the first line that any cuts, as titles are of one cell."""
 
     def cut(line: str, delimiter: str) -> tuple[str, ...]:
         return tuple(cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), []))
@@ -46,7 +46,7 @@ def delimiter_of(text: str) -> str:
     for line in text.splitlines():
         cuts = {delimiter: cut(line, delimiter) for delimiter in DELIMITERS}
         best = max(DELIMITERS, key=lambda delimiter: len(cuts[delimiter]))
-        if any(cuts[best]) and not is_comment(cuts[best]):
+        if sum(map(bool, cuts[best])) > 1 and not is_comment(cuts[best]):
             return best
     return DELIMITERS[0]
 

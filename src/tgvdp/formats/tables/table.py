@@ -1,6 +1,7 @@
 """A table: rows below a header of which some columns were recognised, and what stands in their cells."""
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,18 +12,22 @@ from tgvdp.errors import InputError
 from tgvdp.formats.syntax.numbers import Marks, is_open, marks_of, read_number
 from tgvdp.formats.syntax.reading import shown
 from tgvdp.formats.tables.cells import Fault, Number, Row, Sheet
-from tgvdp.formats.tables.roles import RADIUS, Role, unit_of, unit_text
-from tgvdp.units import to_si
+from tgvdp.formats.tables.headers import headed
+from tgvdp.formats.tables.roles import END, POSITION, RADIUS, Role, is_weak, unit_of, unit_text
+from tgvdp.units import KILO, to_si
 
 _INFINITE = ("inf", "infinity", "∞", "-", "straight")
 _SHOWN = 8
 _LONGEST_LIST = 300
 #: Units that people count by thousands: nobody can tell 1.200 m from 1200 m. In other units it is 1.2, which is said.
 _BY_THOUSANDS = ("m", "N", "kN")
+#: How positions are written on drawings: kilometres, a plus, and three digits of metres, such as 12+345.6 or K12+345.
+_STATIONED = re.compile(r"(?:[A-Z]{1,3} ?)?(\d{1,5})\+(\d{3}(?:[.,]\d+)?)", re.IGNORECASE)
+_KM_PLUS_M = "km+m"
 
 
 class Column(NamedTuple):
-    """A column of a table: where it stands, and its unit."""
+    """A column of a table: where it stands, and its unit, which is ``km+m`` where positions are written as 12+345."""
 
     at: int
     unit: str
@@ -37,10 +42,13 @@ class Table:
     sheet : Sheet
     columns : dict
         Those that were recognised, by what they mean.
+    above : tuple of str
+        Rows above the header, titles for instance.
     """
 
     sheet: Sheet
     columns: dict[Role, Column]
+    above: tuple[str, ...]
 
     @cached_property
     def rows(self) -> Sequence[Row]:
@@ -88,6 +96,8 @@ class Table:
             return None
         if isinstance(cell, str) and role is RADIUS and cell.lower() in _INFINITE:
             return math.inf
+        if self.columns[role].unit == _KM_PLUS_M:
+            return self._stationed_m(row, role, cell)
         value = self._written(row, role, cell) if isinstance(cell, str) else self._stored(row, role, cell)
         return to_si(value, self.columns[role].unit, role.quantity)
 
@@ -102,7 +112,8 @@ class Table:
         width = max(len(row.cells) for row in self.sheet.rows)
         filled = (at for at in range(width) if any(any(row.cells[at : at + 1]) for row in self.rows))
         unused = [self.sheet.heading(at) for at in filled if at not in used]
-        return (*([f"columns not used: {listed(unused)}"] if unused else []), *self._doubts())
+        above = [f"rows above the header, not used: {listed(list(map(shown, self.above)))}"] if self.above else []
+        return (*above, *([f"columns not used: {listed(unused)}"] if unused else []), *self._doubts())
 
     def _doubts(self) -> Iterator[str]:
         for role, marks in self._marks.items():
@@ -131,6 +142,12 @@ class Table:
         if unit != "%":
             raise self.bad(row, role, f"must be a number in {unit}, got {cell} by its format")
         return cell.percent
+
+    def _stationed_m(self, row: Row, role: Role, cell: str | Number) -> float:
+        match = _STATIONED.fullmatch(str(cell))
+        if match is None:
+            raise self.bad(row, role, f"must be kilometres and metres as in 12+345, got {shown(str(cell))}")
+        return KILO * int(match[1]) + float(match[2].replace(",", "."))
 
     def _written(self, row: Row, role: Role, text: str) -> float:
         """Number of a text in the unit of its column."""
@@ -185,16 +202,29 @@ def read_table(sheet: Sheet, roles: Sequence[Role]) -> Table:
     InputError
         When two columns mean the same, or a unit is missing or does not fit.
     """
+    sheet, above = headed(sheet, lambda header: _role_of(header, roles) is not None)
     columns: dict[Role, Column] = {}
     for at, header in enumerate(sheet.header):
-        role = next((role for role in roles if unit_text(header, role) is not None), None)
+        role = _role_of(header, roles)
         if role is None:
             continue
         if role in columns:
-            both = f"columns {shown(sheet.header[columns[role].at])} and {shown(header)}"
-            raise InputError(f"{both} both give the {role.name}")
+            before = sheet.header[columns[role].at]
+            if is_weak(header, role) and not is_weak(before, role):
+                continue
+            if is_weak(header, role) or not is_weak(before, role):
+                raise InputError(f"columns {shown(before)} and {shown(header)} both give the {role.name}")
         try:
-            columns[role] = Column(at, unit_of(header, role))
+            columns[role] = Column(at, _KM_PLUS_M if _is_stationed(sheet, at, role) else unit_of(header, role))
         except InputError as error:
             raise InputError(f"column {sheet.heading(at)}: {error}") from None
-    return Table(sheet, columns)
+    return Table(sheet, columns, above)
+
+
+def _is_stationed(sheet: Sheet, at: int, role: Role) -> bool:
+    cells = (row.cells[at] for row in sheet.rows[1:] if at < len(row.cells))
+    return role in (POSITION, END) and any(isinstance(cell, str) and _STATIONED.fullmatch(cell) for cell in cells)
+
+
+def _role_of(header: str, roles: Sequence[Role]) -> Role | None:
+    return next((role for role in roles if unit_text(header, role) is not None), None)
