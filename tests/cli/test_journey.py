@@ -92,6 +92,22 @@ def test_a_timetable(run, tmp_path, capsys):
     assert 270.0 <= content["front"][-1]["sections"][0]["time_s"] <= 330.0
 
 
+def test_waiting_for_a_window_is_counted_and_shown(run, tmp_path, capsys):
+    """The next section may begin at 900 s, long after the first one has to end."""
+    late = changed(JOURNEY, ("timing points", "values", 4), [4, 15, 1500, 0, 0])  # 15 min
+    late = changed(late, ("timing points", "values", 5, 2), 2500)
+    write_json(tmp_path / "journey.json", late)
+    asked = ("journey", "--journey", "journey.json", "--points", "2", "--no-pictures", "--energy", "pantograph")
+    assert run(*asked, "--out", "there") == 0
+    assert re.search(r"\bwaiting\b", capsys.readouterr().out)
+    for point in json.loads((tmp_path / "there" / "journey.json").read_text())["front"]:
+        assert point["waiting"]["time_s"] > 0.0
+        parts = [*point["sections"], point["waiting"]]
+        assert point["energy_kwh"] == pytest.approx(sum(part["energy_kwh"] for part in parts))
+    front = list(csv.DictReader((tmp_path / "there" / "front.csv").open()))
+    assert all(float(row["waiting_s"]) > 0.0 and float(row["waiting_kwh"]) >= 0.0 for row in front)
+
+
 def test_a_timetable_that_cannot_be_met(run, tmp_path, capsys):
     tight = changed(JOURNEY, ("timing points", "values", 3), [4, 0, 150, 0, 0])
     write_json(tmp_path / "journey.json", tight)

@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from tgvdp.journeys.bound import JourneyBound
     from tgvdp.journeys.delays import Robustness
 
+#: Waiting for windows is told from so many seconds on.
+_TOLD_S = 0.5
+
 
 def front_table(result: "JourneyResult", content: Mapping[str, Any], bound: "JourneyBound | None") -> str:
     """A dozen points at most: time, energy, price, what the practices take more, and the gap where it is known."""
@@ -24,6 +27,8 @@ def front_table(result: "JourneyResult", content: Mapping[str, Any], bound: "Jou
         column("energy", "kWh", 8, aligned([row["energy_kwh"] for row in rows], 5)),
         column("price", "kWh/min", 7, aligned([row["price_kwh_per_min"] for row in rows], 4)),
     ]
+    if (result.found.waiting_s > _TOLD_S).any():
+        columns.append(column("waiting", "", 9, [duration(row["waiting"]["time_s"]) for row in rows]))
     for name, practice in content["practices"].items():
         more = [practice[index]["energy_kwh"] - front[index]["energy_kwh"] for index in chosen]
         columns.append(column(name.replace("_", " "), "kWh more", 8, aligned(more, 4)))
