@@ -158,7 +158,7 @@ class TimedJourney:
             for section, own in zip(self.sections, zip(*runs, strict=True), strict=True)
         )
         first = [parts[0] for parts in self.windows.sections]
-        clocks = [_clock(self.windows, own_s, own) for own_s, own in zip(departure_s[:, first], runs, strict=True)]
+        clocks = [_clock(self.windows, begin_s, own) for begin_s, own in zip(departure_s[:, first], runs, strict=True)]
         leaving_s, coming_s = np.array(clocks).swapaxes(0, 1)
         time_s = np.sum([one.time_s for one in sections], axis=0)
         waiting_s = self.windows.waiting_s(coming_s[:, -1], time_s)
