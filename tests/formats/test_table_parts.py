@@ -60,6 +60,12 @@ def test_a_sheet_may_be_taken_alone_and_limits_may_be_absent(book):
     assert track.stops_m == (0.0, 500.0, 1000.0, 6000.0, 11_000.0)
 
 
+def test_steps_are_drawn_by_two_rows_at_one_position_in_sheets_of_their_own_too(book):
+    steps = [["Position [km]", "Gradient [‰]"], [0, 2], [4, 2], [4, -8], [11, -8]]
+    track = load_track(book(Limits=LIMITS, Gradients=steps))
+    assert [tuple(one) for one in track.gradients] == [(0.0, 2.0), (3000.0, -8.0)]
+
+
 def test_sheets_that_give_the_same_are_lines_of_their_own(book):
     path = book(Up=LIMITS, Down=LIMITS, Curves=CURVES)
     assert "holds 3 tracks, choose one as FILE#NAME: Up, Down, Curves" in refusal(load_track, path)

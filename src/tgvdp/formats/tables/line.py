@@ -139,14 +139,17 @@ def _limits(table: Table, placed: _Placed, line_speed_mps: float | None) -> tupl
 
 
 def _values(table: Table, placed: _Placed, role: Role, before: float | None) -> list[tuple[float, float]]:
-    """Where values of a column begin, m; with a value for what lies before the first one, if that is known."""
+    """Where values of a column begin, m; with a value for what lies before the first one, if that is known.
+
+    Of two values at one position the first may end a step, by repeating what holds before it.
+    """
     values: list[tuple[float, float]] = []
     last_m, last = math.nan, math.nan
     for at_m, row in placed.rows:
         value = table.number(row, role)
         if value is None:
             continue
-        if at_m == last_m and value != last:
+        if at_m == last_m and value != last and not (values and values[-1][0] < at_m):
             raise table.bad(row, role, "a second value at one position")
         last_m, last = at_m, value
         if role is SPEED and value <= 0.0 and at_m < placed.length_m:

@@ -80,18 +80,19 @@ def _part(table: Table) -> _Part:
 def _cells(part: _Part, role: Role) -> Iterator[tuple[float, Cell]]:
     """Where values of a column begin, m, and they in SI; so do those that hold in gaps."""
     table, starts, end_m = part
-    last_m, last = math.nan, math.nan
+    last_m = last = before = math.nan
     for row, (at_m, next_m) in zip(table.rows, pairwise([*starts, math.inf]), strict=True):
         if role is STOP:
             yield at_m, table.text(row, role)
             continue
         value = table.number(row, role)
         if value is not None:
-            if at_m == last_m and value != last:
+            if at_m == last_m and value != last and last != before:  # the first one may end a step
                 raise table.bad(row, role, "a second value at one position")
             if role is SPEED and value <= 0.0 and at_m < end_m:
                 unit = table.need(role).unit
                 raise table.bad(row, role, f"must be above 0 {unit}, got {table.text(row, role)} {unit}")
+            before = before if at_m == last_m else last
             last_m, last = at_m, value
             yield at_m, _cell(value)
         until_m = table.number(row, END) if END in table.columns else None
