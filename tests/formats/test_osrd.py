@@ -32,6 +32,15 @@ def test_notes_say_what_was_chosen_and_what_is_not_used(tmp_path):
     assert notes[3] == "not used: comfort_acceleration, startup_time, startup_acceleration, power_restrictions"
 
 
+@pytest.mark.parametrize(
+    ("constant", "share"), [(2.4, "0.0012"), (0.000012, "0.0012"), (0.19, "19"), (2000.0, ""), (0.01, "")]
+)
+def test_a_resistance_that_no_train_has_is_told(tmp_path, constant, share):
+    stock = OSRD_TRAIN | {"rolling_resistance": {"type": "davis", "A": constant, "B": 0.0, "C": 0.0}}
+    note = load_train(write_json(tmp_path / "stock.json", stock)).notes[0]
+    assert note.partition("; ")[2] == (f"that is {share} ‰ of the weight, not usual" if share else "")
+
+
 def test_a_mode_is_chosen_by_its_name(tmp_path):
     train = load_train(f"{write_json(tmp_path / 'stock.json', OSRD_TRAIN)}#thermal")
     assert train.traction.effort_n(0.0) == 100e3

@@ -143,3 +143,9 @@ def test_half_of_a_character_is_refused_with_its_field(refused, tmp_path, text, 
     path = tmp_path / "input"
     path.write_text(text)
     assert refused(path).startswith(f"{place}: holds half of a character, got '")
+
+
+@pytest.mark.parametrize("name", ["book.xls", "book.csv"])
+def test_workbooks_of_old_excel_are_told_by_their_first_bytes(refused, tmp_path, name):
+    (tmp_path / name).write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(500))
+    assert refused(tmp_path / name) == "is a workbook of old Excel (.xls), which is not read: save it as .xlsx"

@@ -60,6 +60,19 @@ def test_one_line_under_many_headers(saved, text):
     assert track.stops_m == (0.0, 1000.0, 2000.0)
 
 
+@pytest.mark.parametrize(
+    "rows", ["0,72\n500,72\n500,108\n900,108\n900,72\n2000,72\n", "0,72\n500,108\n900,72\n2000,\n"]
+)
+def test_steps_are_drawn_by_two_rows_at_one_position(saved, rows):
+    track = load_track(saved(f"position_m,speed_kmh\n{rows}"))
+    assert [tuple(one) for one in track.speed_limits] == [(0.0, 20.0), (500.0, 30.0), (900.0, 20.0)]
+
+
+def test_two_values_at_one_position_that_are_no_step_are_refused(saved):
+    path = saved("position_m,speed_kmh\n0,72\n500,90\n500,108\n900,\n")
+    assert "line 4, column 'speed_kmh': a second value at one position" in refusal(load_track, path)
+
+
 def test_what_gives_way_and_what_stands_above_is_noted(saved):
     track = load_track(saved("Aston to Berry\nposition_m,speed_limit_kmh,velocity_kmh\n0,72,9\n2000,,\n"))
     assert track.notes == ("rows above the header, not used: 'Aston to Berry'", "columns not used: 'velocity_kmh'")

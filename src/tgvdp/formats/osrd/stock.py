@@ -12,6 +12,7 @@ from typing import Annotated, Any
 
 from msgspec import UNSET, Meta, Struct, UnsetType
 
+from tgvdp.constants import GRAVITY_MPS2
 from tgvdp.formats.content import Content, Item
 from tgvdp.formats.syntax.reading import Document, bad, errors_named, shown
 from tgvdp.formats.syntax.typed import decode, extensions, in_unit
@@ -27,6 +28,8 @@ NotNegative = Annotated[float, Meta(ge=0.0)]
 #: (20 daN/t); what lies between is a slip.
 _LEAST_N = 1.0
 _MOST_N_PER_KG = 0.2
+#: Share of the weight that the constant part of resistance has, ‰; see `tgvdp.formats.review.figures`.
+_USUAL_PERMIL = (0.1, 15.0)
 
 
 Metre = Annotated[NotNegative, in_unit("m")]
@@ -181,7 +184,11 @@ def _resistance(path: Path, file: _File) -> tuple[tuple[float, float, float], st
     if given.A == given.B == given.C == 0.0:
         return (0.0, 0.0, 0.0), "the file gives no resistance: A, B and C are 0"
     if given.A > _LEAST_N:
-        return (given.A, given.B, given.C), "resistance is taken to be in N, as A is above 1"
+        return (
+            given.A,
+            given.B,
+            given.C,
+        ), f"resistance is taken to be in N, as A is above 1{_doubt(given.A / file.mass)}"
     if not 0.0 < given.A < _MOST_N_PER_KG:
         raise bad(
             path,
@@ -189,7 +196,16 @@ def _resistance(path: Path, file: _File) -> tuple[tuple[float, float, float], st
             f"as it is in N/kg, got {given.A:g}: give A, B and C in one of the two, or the train as a native file",
         )
     mass = file.mass
-    return (given.A * mass, given.B * mass, given.C * mass), "resistance is taken to be in N/kg, as A is below 0.2"
+    note = f"resistance is taken to be in N/kg, as A is below 0.2{_doubt(given.A)}"
+    return (given.A * mass, given.B * mass, given.C * mass), note
+
+
+def _doubt(specific_n_per_kg: float) -> str:
+    """Say how small or large a constant resistance is that no train has; some published files give a thousandth."""
+    permil = 1000.0 * specific_n_per_kg / GRAVITY_MPS2
+    return (
+        "" if _USUAL_PERMIL[0] <= permil <= _USUAL_PERMIL[1] else f"; that is {permil:.2g} ‰ of the weight, not usual"
+    )
 
 
 def _gamma(path: Path, file: _File) -> tuple[float, bool]:

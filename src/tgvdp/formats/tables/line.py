@@ -20,7 +20,7 @@ from tgvdp.units import KILO, mps_to_kmh
 ROLES = (POSITION, END, SPEED, GRADIENT, RADIUS, STOP)
 
 #: Positions that differ by less are the same: km and m are rounded differently.
-_SAME_M = 1e-6
+SAME_M = 1e-6
 
 
 class _Placed(NamedTuple):
@@ -70,20 +70,26 @@ def make_track(table: Table, name: str, line_speed_mps: float | None, notes: tup
 
 
 def _placed(table: Table) -> _Placed:
-    table.need(POSITION)
-    starts_m = [_needed_m(table, row, POSITION) for row in table.rows]
-    for (before_m, here_m), row in zip(pairwise(starts_m), table.rows[1:], strict=True):
-        if here_m < before_m:
-            message = f"positions must not decrease, got {here_m:.12g} m after {before_m:.12g} m"
-            raise table.bad(row, POSITION, message)
-    end_m = _joined_m(table, starts_m) if END in table.columns else starts_m[-1] if starts_m else 0.0
-    if not starts_m or not end_m > starts_m[0]:
+    starts = starts_m(table)
+    end_m = joined_m(table, starts) if END in table.columns else starts[-1] if starts else 0.0
+    if not starts or not end_m > starts[0]:
         raise InputError(
             f"column {table.sheet.heading(table.need(POSITION).at)}: "
             "needs two rows at different positions, the last one at the end"
         )
-    rows = [(at_m - starts_m[0], row) for at_m, row in zip(starts_m, table.rows, strict=True)]
-    return _Placed(rows, end_m - starts_m[0])
+    rows = [(at_m - starts[0], row) for at_m, row in zip(starts, table.rows, strict=True)]
+    return _Placed(rows, end_m - starts[0])
+
+
+def starts_m(table: Table) -> list[float]:
+    """Positions of the rows as they stand there, which must not decrease."""
+    table.need(POSITION)
+    starts = [_needed_m(table, row, POSITION) for row in table.rows]
+    for (before_m, here_m), row in zip(pairwise(starts), table.rows[1:], strict=True):
+        if here_m < before_m:
+            message = f"positions must not decrease, got {here_m:.12g} m after {before_m:.12g} m"
+            raise table.bad(row, POSITION, message)
+    return starts
 
 
 def _needed_m(table: Table, row: Row, role: Role) -> float:
@@ -93,11 +99,11 @@ def _needed_m(table: Table, row: Row, role: Role) -> float:
     return value_m
 
 
-def _joined_m(table: Table, starts_m: list[float]) -> float:
-    """Where the last of some rows ends, each of which begins where the one before it ends."""
-    end_m = starts_m[0] if starts_m else 0.0
-    for row, start_m in zip(table.rows, starts_m, strict=True):
-        if abs(start_m - end_m) > _SAME_M:
+def joined_m(table: Table, starts: list[float], *, may_gap: bool = False) -> float:
+    """Where the last of some rows ends, each of which begins where the one before it ends, or behind that."""
+    end_m = starts[0] if starts else 0.0
+    for row, start_m in zip(table.rows, starts, strict=True):
+        if start_m < end_m - SAME_M or (start_m > end_m + SAME_M and not may_gap):
             what = "a gap" if start_m > end_m else "an overlap"
             message = f"{what}: begins at {start_m:.12g} m, the row before ends at {end_m:.12g} m"
             raise table.bad(row, POSITION, message)
@@ -133,14 +139,17 @@ def _limits(table: Table, placed: _Placed, line_speed_mps: float | None) -> tupl
 
 
 def _values(table: Table, placed: _Placed, role: Role, before: float | None) -> list[tuple[float, float]]:
-    """Where values of a column begin, m; with a value for what lies before the first one, if that is known."""
+    """Where values of a column begin, m; with a value for what lies before the first one, if that is known.
+
+    Of two values at one position the first may end a step, by repeating what holds before it.
+    """
     values: list[tuple[float, float]] = []
     last_m, last = math.nan, math.nan
     for at_m, row in placed.rows:
         value = table.number(row, role)
         if value is None:
             continue
-        if at_m == last_m and value != last:
+        if at_m == last_m and value != last and not (values and values[-1][0] < at_m):
             raise table.bad(row, role, "a second value at one position")
         last_m, last = at_m, value
         if role is SPEED and value <= 0.0 and at_m < placed.length_m:

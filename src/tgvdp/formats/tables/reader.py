@@ -7,7 +7,8 @@ from tgvdp.formats.content import Content, Item
 from tgvdp.formats.syntax.reading import Document, errors_named, shown
 from tgvdp.formats.tables import effort, line
 from tgvdp.formats.tables.cells import Sheet
-from tgvdp.formats.tables.roles import POSITION
+from tgvdp.formats.tables.parts import are_parts, join
+from tgvdp.formats.tables.roles import POSITION, SPEED
 from tgvdp.formats.tables.sheets import sheets_of
 from tgvdp.formats.tables.table import listed, read_table
 
@@ -33,11 +34,21 @@ def open_document(document: Document) -> Content | None:
     lines = [table.sheet.name for table in tables]
     others = [shown(sheet.name) for sheet in sheets if sheet.name not in lines]
     notes = (f"sheets without positions, not used: {listed(others)}",) if others else ()
-    items = tuple(
-        Item(name, partial(line.make_track, table, name, document.line_speed_mps, notes))
+    without = [shown(table.sheet.name) for table in tables if SPEED not in table.columns]
+    alone = (f"sheets without limits, not used: {listed(without)}", *notes) if without else notes
+    items = [
+        Item(name, partial(line.make_track, table, name, document.line_speed_mps, told))
         for name, table in zip(lines, tables, strict=True)
-    )
-    return Content(format=form, items={"track": items}, takes_line_speed=True)
+        for told in [alone if SPEED in table.columns else notes]
+    ]
+    default = None
+    if are_parts(tables):
+        default = document.path.stem
+        with errors_named(document.path):
+            whole, told = join(tables, default)
+        make = partial(line.make_track, whole, default, document.line_speed_mps, (*told, *notes))
+        items.insert(0, Item(default, make))
+    return Content(format=form, items={"track": tuple(items)}, default=default, takes_line_speed=True)
 
 
 def _no_line(sheets: list[Sheet]) -> InputError:

@@ -77,7 +77,8 @@ class Table:
         """Make the error for a column that is not there."""
         cells = self.sheet.header
         got = ", ".join(map(shown, cells[:_SHOWN])) + (", …" if len(cells) > _SHOWN else "")
-        return InputError(f"no column for the {role.name} (such as {role.example}), got {got}")
+        sheet = "" if self.sheet.delimiter else f"sheet {shown(self.sheet.name)}: "
+        return InputError(f"{sheet}no column for the {role.name} (such as {role.example}), got {got}")
 
     def text(self, row: Row, role: Role) -> str:
         """Return a cell as people see it; empty where the table or the row has none."""
@@ -217,7 +218,8 @@ def read_table(sheet: Sheet, roles: Sequence[Role]) -> Table:
         try:
             columns[role] = Column(at, _KM_PLUS_M if _is_stationed(sheet, at, role) else unit_of(header, role))
         except InputError as error:
-            raise InputError(f"column {sheet.heading(at)}: {error}") from None
+            place = "" if sheet.delimiter else f"sheet {shown(sheet.name)}, "
+            raise InputError(f"{place}column {sheet.heading(at)}: {error}") from None
     return Table(sheet, columns, above)
 
 
