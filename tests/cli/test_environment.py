@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from tgvdp import cli
 from tgvdp._jit.cache import key_folder
 from tgvdp.model import catalog
 
@@ -116,6 +117,15 @@ threading.Timer({after_s}, os.kill, (os.getpid(), signal.SIGINT)).start()
 sys.argv[1:] = ["search", "--points", "1000", "--quiet", "--out", {out!r}]
 sys.exit(main())
 """
+
+
+def test_ctrl_c_while_arguments_are_parsed_prints_no_empty_line(monkeypatch, capsys):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli.cli, "parse_args", interrupted)
+    assert cli.main(["search"]) == 130
+    assert capsys.readouterr().err == "tgvdp: error: interrupted\n"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no signals")

@@ -101,7 +101,8 @@ def test_windows_hold_for_energies_by_a_map():
     rows = list(timetable(line=TWO, last_s=last_s + 10.0).points)
     rows[1] = rows[1]._replace(earliest_s=first_s - 1.0, latest_s=first_s + 1.0)
     rows[3] = rows[3]._replace(earliest_s=last_s - 2.0)
-    journey = tgvdp.journey(METRO, TWO, Journey(points=tuple(rows)), energy="map", dwell_s=20.0, points=6)
+    options = {"energy": "map", "dwell_s": 20.0, "points": 6, "time_limit_s": 600.0}
+    journey = tgvdp.journey(METRO, TWO, Journey(points=tuple(rows)), **options)
     arrival_s = journey.found.departure_s + journey.section_time_s
     assert (arrival_s[:, 0] >= first_s - 1.0).all()
     assert (arrival_s[:, 0] <= first_s + 1.0 + 1e-9).all()

@@ -83,6 +83,13 @@ class _LazyGroup(click.Group):
         command: click.Command = importlib.import_module(f"tgvdp.cli.{cmd_name}").command
         return command
 
+    def make_context(self, *arguments: Any, **options: Any) -> click.Context:
+        """Make the context in which all is done."""
+        try:
+            return super().make_context(*arguments, **options)
+        except KeyboardInterrupt:  # before click, which prints an empty line
+            raise _Interrupted("interrupted") from None
+
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse what is given, unless nothing is."""
         if not args and not ctx.resilient_parsing:
