@@ -24,6 +24,7 @@ JOURNEY = {
                 {"time_s": 100.0 + part, "energy_kwh": 12.0 - 0.5 * part},
                 {"time_s": 150.0 + part, "energy_kwh": 18.0 - 0.5 * part},
             ],
+            "waiting": {"time_s": 13.0 * part, "energy_kwh": 0.1 * part},
         }
         for part in range(6)
     ],
@@ -75,10 +76,12 @@ def test_a_journey_shows_how_its_supplement_is_split(watched, home):
     assert "5.0" in rows.nth(0).inner_text()  # 5 s of 100 s
     assert figure(page, "all before the last stop") == "27.50 kWh"
     assert figure(page, "all speeds scaled") == "28.50 kWh"
+    assert figure(page, "Waiting") == "1:05 min, 0.500 kWh"
     page.locator("#delay").press("Home")
     await_address(page, "point=0")
     assert "0.0" in rows.nth(0).inner_text()
-    assert "all speeds scaled" not in page.locator("#figures").inner_text()  # there is none in the time of that point
+    for name in ("all speeds scaled", "Waiting"):  # there is none in the time of that point
+        assert name not in page.locator("#figures").inner_text()
     watched.require_clean(home)
 
 

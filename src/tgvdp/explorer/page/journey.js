@@ -6,6 +6,8 @@ import { Front } from "./front.js";
 import * as state from "./state.js";
 import { clock, delayText, distanceScale, fixed, significant } from "./units.js";
 
+// Waiting for windows is told from so many seconds on.
+const WAITING_S = 0.5;
 const PRACTICES = { proportional_to_time: ["supplement in proportion to time", "cruising", [6, 3]], proportional_to_distance: ["in proportion to distance", "neutral", [2, 3]], all_at_the_end: ["all before the last stop", "coasting", [8, 2, 2, 2]], linear_margin: ["all speeds scaled (linear margin)", "curves", [4, 3]] };
 
 export class Journey {
@@ -55,7 +57,8 @@ export class Journey {
       return [`${i + 1}`, `${fixed(section.from_m * this.distance.factor, 1)} – ${fixed(section.to_m * this.distance.factor, 1)}`, clock(own.time_s), delayText(own.time_s - section.fastest_time_s), fixed(supplements[i], 1), significant(own.energy_kwh, 4)];
     });
     this.tableHome.replaceChildren(table("Time and energy of each section at the chosen point", ["Section", `From – to (${this.distance.unit})`, "Time", "Supplement", "Supplement (%)", "Energy (kWh)"], rows));
-    const pairs = [["Delay", delayText(this.front.delays[chosen])], ["Running time", clock(point.time_s)], ["Energy", `${significant(point.energy_kwh, 4)} kWh`], ["One more minute saves", `${significant(point.price_kwh_per_min, 3)} kWh`],
+    const pairs = [["Delay", delayText(this.front.delays[chosen])], ["Running time", clock(point.time_s)], ["Energy", `${significant(point.energy_kwh, 4)} kWh`],
+      ...(point.waiting?.time_s > WAITING_S ? [["Waiting, in it", `${clock(point.waiting.time_s)}, ${significant(point.waiting.energy_kwh, 3)} kWh`]] : []), ["One more minute saves", `${significant(point.price_kwh_per_min, 3)} kWh`],
       ...this.practices.filter(({ rows }) => Number.isFinite(rows[chosen]?.energy_kwh)).map(({ text, rows }) => [text, `${significant(rows[chosen].energy_kwh, 4)} kWh`])];
     this.figures.replaceChildren(el("dl", {}, pairs.flatMap(([name, text]) => [el("dt", {}, name), el("dd", {}, text)])));
   }
