@@ -132,7 +132,7 @@ def test_a_slot_is_filled_rather_than_waited_in(energy):
     found = []
     for latest_s in (0.0, slot_s):  # to leave at once, or to wait as long as one likes
         points = (TimingPoint(STOPS_M[0], 0.0, latest_s, **stop), *ends)
-        found.append(run(Journey(points=points, track=THREE.name), points=2, energy=energy))
+        found.append(run(Journey(points=points, track=THREE.name), points=2, energy=energy, time_limit_s=600.0))
     filled, free = found
     assert filled.found.waiting_s == pytest.approx(0.0, abs=0.1)
     assert free.front.energy_j[0] == pytest.approx(filled.front.energy_j[0], rel=2e-3)
