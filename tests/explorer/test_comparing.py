@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from tests.helpers.browser_case import ARGUMENTS, Watched, await_address, example_exhibit, executable, figure, listening
+from tests.helpers.browser_case import await_address, example_exhibit, figure, listening, open_page
 from tests.helpers.report_case import PROVENANCE, VERDICT, make_result, railway_trip
 from tgvdp.explorer.exhibit import profiles_of, search_exhibit
 from tgvdp.model.variants import reversed_track
@@ -55,27 +55,6 @@ def ended_early():
 def home():
     with listening([example_exhibit(), other_direction(), at_the_pantograph(), ended_early()]) as home:
         yield home
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=executable(), args=ARGUMENTS)
-        yield browser
-        browser.close()
-
-
-@pytest.fixture
-def watched(browser):
-    context = browser.new_context(viewport={"width": 1300, "height": 950})
-    yield Watched(context.new_page())
-    context.close()
-
-
-def open_page(watched, url):
-    watched.page.goto(url)
-    watched.page.wait_for_selector("#figures dl")
-    return watched.page
 
 
 def test_the_other_direction_is_another_line(watched, home):

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from tests.helpers.browser_case import ARGUMENTS, Watched, await_address, executable, figure, listening
+from tests.helpers.browser_case import await_address, figure, listening, open_page
 from tests.helpers.report_case import railway_trip
 from tgvdp.explorer.compute.editable import editable_of
 from tgvdp.model.variants import reversed_track
@@ -18,27 +18,6 @@ BACK = {
     "track": "lgv-100km",
     "options": {"reverse": True, "to_m": 20_000.0, "points": 8, "speed_restriction": ["10km:14km:80"]},
 }
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=executable(), args=ARGUMENTS)
-        yield browser
-        browser.close()
-
-
-@pytest.fixture
-def watched(browser):
-    context = browser.new_context(viewport={"width": 1300, "height": 950})
-    yield Watched(context.new_page())
-    context.close()
-
-
-def open_page(watched, url):
-    watched.page.goto(url)
-    watched.page.wait_for_selector("#figures dl", timeout=5 * MINUTE_MS)
-    return watched.page
 
 
 def place(page, share, kmh, ceiling_kmh):

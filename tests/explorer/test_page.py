@@ -6,14 +6,13 @@ import re
 import pytest
 
 from tests.helpers.browser_case import (
-    ARGUMENTS,
     Watched,
     await_address,
     example_exhibit,
-    executable,
     figure,
     large_exhibit,
     listening,
+    open_page,
 )
 from tests.helpers.format_case import TTOBENCH_TRACK, TTOBENCH_TRAIN
 from tgvdp.report.palette import DARK, LIGHT
@@ -23,31 +22,10 @@ MINUTE_MS = 60_000
 
 
 @pytest.fixture(scope="module")
-def browser():
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=executable(), args=ARGUMENTS)
-        yield browser
-        browser.close()
-
-
-@pytest.fixture(scope="module")
 def home():
     """A server with two exhibits that were there before."""
     with listening([example_exhibit(), example_exhibit("slow", (30.0, 26.0, 22.0))]) as home:
         yield home
-
-
-@pytest.fixture
-def watched(browser):
-    context = browser.new_context(viewport={"width": 1300, "height": 950}, color_scheme="light")
-    yield Watched(context.new_page())
-    context.close()
-
-
-def open_page(watched, url):
-    watched.page.goto(url)
-    watched.page.wait_for_selector("#figures dl", timeout=5 * MINUTE_MS)  # kernels may have to be compiled
-    return watched.page
 
 
 def click_point(page, delay_share):

@@ -1,14 +1,12 @@
 """Workbooks whose sheets are parts of one line."""
 
-import io
 import math
 
 import pytest
 
 from tests.helpers.refusal import refusal
+from tests.helpers.table_case import workbook
 from tgvdp.formats import load_track
-
-openpyxl = pytest.importorskip("openpyxl")
 
 LIMITS = [["From [km]", "To [km]", "Speed limit [km/h]"], [1, 3, 72], [3, 11, 108]]
 GRADIENTS = [["Position [m]", "Gradient [‰]"], [0, 2], [500, 5], [4000, -8]]
@@ -19,15 +17,7 @@ STATIONS = [["Chainage [km]", "Station"], [0.5, "Out"], [1, "A"], [6, "B"], [11,
 @pytest.fixture
 def book(saved):
     def save(**sheets):
-        workbook = openpyxl.Workbook()
-        workbook.remove(workbook.active)
-        for name, rows in sheets.items():
-            sheet = workbook.create_sheet(name)
-            for row in rows:
-                sheet.append(row)
-        data = io.BytesIO()
-        workbook.save(data)
-        return saved(data.getvalue(), "book.xlsx")
+        return saved(workbook(**sheets), "book.xlsx")
 
     return save
 

@@ -41,6 +41,13 @@ def executable() -> str:
     return found
 
 
+def open_page(watched, url):
+    """Go to an address, and wait until a chosen run has its figures: kernels may have to be compiled."""
+    watched.page.goto(url)
+    watched.page.wait_for_selector("#figures dl", timeout=300_000)
+    return watched.page
+
+
 @contextlib.contextmanager
 def listening(exhibits=(), asked=None) -> Iterator[str]:
     """Address of a server in a thread of its own."""

@@ -104,8 +104,9 @@ class TimedJourney:
         self.sections = sections
         self.windows = windows
         self.waiting_w = waiting_w(trip)
-        self.parts = _Parts(waiting_for_free(trip), windows, solved)
-        self._planned_parts = _Parts(waiting_for_free(trip), windows, planned)
+        free = waiting_for_free(trip)
+        self.parts = _Parts(free, windows, solved)
+        self._planned_parts = _Parts(free, windows, planned)
         self._points = [
             point
             for section, parts in zip(sections, windows.sections, strict=True)

@@ -28,7 +28,8 @@ NotNegative = Annotated[float, Meta(ge=0.0)]
 #: (20 daN/t); what lies between is a slip.
 _LEAST_N = 1.0
 _MOST_N_PER_KG = 0.2
-#: Share of the weight that the constant part of resistance has, ‰; see `tgvdp.formats.review.figures`.
+#: Share of the weight that the constant part of resistance has in any train, ‰: wider than what is usual
+#: (`tgvdp.formats.review.figures`).
 _USUAL_PERMIL = (0.1, 15.0)
 
 
@@ -184,11 +185,8 @@ def _resistance(path: Path, file: _File) -> tuple[tuple[float, float, float], st
     if given.A == given.B == given.C == 0.0:
         return (0.0, 0.0, 0.0), "the file gives no resistance: A, B and C are 0"
     if given.A > _LEAST_N:
-        return (
-            given.A,
-            given.B,
-            given.C,
-        ), f"resistance is taken to be in N, as A is above 1{_doubt(given.A / file.mass)}"
+        note = f"resistance is taken to be in N, as A is above 1{_doubt(given.A / file.mass)}"
+        return (given.A, given.B, given.C), note
     if not 0.0 < given.A < _MOST_N_PER_KG:
         raise bad(
             path,
@@ -203,9 +201,8 @@ def _resistance(path: Path, file: _File) -> tuple[tuple[float, float, float], st
 def _doubt(specific_n_per_kg: float) -> str:
     """Say how small or large a constant resistance is that no train has; some published files give a thousandth."""
     permil = 1000.0 * specific_n_per_kg / GRAVITY_MPS2
-    return (
-        "" if _USUAL_PERMIL[0] <= permil <= _USUAL_PERMIL[1] else f"; that is {permil:.2g} ‰ of the weight, not usual"
-    )
+    low, high = _USUAL_PERMIL
+    return "" if low <= permil <= high else f"; that is {permil:.2g} ‰ of the weight, not usual"
 
 
 def _gamma(path: Path, file: _File) -> tuple[float, bool]:
