@@ -10,7 +10,6 @@ from tgvdp.api.sense import sensible_numbers
 from tgvdp.errors import BudgetExceededError, InputError, NumericalError
 from tgvdp.line.cells import cells_of
 from tgvdp.memory import ask_for, limited_memory
-from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.methods.refine.mesh import Level
 from tgvdp.model.trip import Trip
@@ -77,7 +76,7 @@ def test_memory_is_asked_for():
 
 HUNGRY = {
     "a mesh of": Mesh.of,
-    "a refinement on": lambda trip, run: Level(trip, kernel_train(trip.train), cells_of(trip), SearchBudget().start()),
+    "a refinement on": lambda trip, run: Level(trip, kernel_train(trip.train), cells_of(trip)),
     "a profile of": lambda trip, run: profile_of(trip, run.position_m - trip.origin_m, run.speed_mps**2),
     "a replay of": replay,
     "the explicit steps": lambda trip, run: stepped_time_s(trip, 20.0),

@@ -27,6 +27,7 @@ from tgvdp.journeys.windows import Windows, windows_of
 from tgvdp.memory import limited_memory
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.front import OptimalRuns
+from tgvdp.methods.refine.extremals import Extremals
 from tgvdp.model.checks import require_number
 from tgvdp.model.energy import EnergyMap
 from tgvdp.model.journey import Journey, TimingPoint
@@ -236,11 +237,14 @@ def _timed(journey: TimedJourney, options: SearchOptions) -> tuple[tuple[PassedR
 def _solver(clock: Clock, max_memory_b: float | None, *, rough: bool = False) -> Callable[[Trip], SectionRuns]:
     """What makes the runs of a trip within the time and the memory that are left: by the front method."""
 
-    def method(trip: Trip, fastest: Profile, target_s: _Floats, tolerance_s: float) -> OptimalRuns:
-        with sensible_numbers(trip, max_memory_b):
-            return continuous_front(trip, fastest, target_s, SearchBudget().after(clock), tolerance_s, rough=rough)
-
     def solved(trip: Trip) -> SectionRuns:
+        known: list[Extremals] = []
+
+        def method(asked: Trip, fastest: Profile, target_s: _Floats, tolerance_s: float) -> OptimalRuns:
+            own, left = known if asked is trip else None, SearchBudget().after(clock)
+            with sensible_numbers(asked, max_memory_b):
+                return continuous_front(asked, fastest, target_s, left, tolerance_s, rough=rough, known=own)
+
         with sensible_numbers(trip, max_memory_b):
             return SectionRuns(trip, fastest_run(trip), method)
 

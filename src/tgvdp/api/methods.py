@@ -14,6 +14,7 @@ from tgvdp.methods.grid.best_first import DEFAULT_SEGMENTS, DEFAULT_SPEEDS, best
 from tgvdp.methods.grid.exact import exact_front
 from tgvdp.methods.grid.grid import build_grid
 from tgvdp.methods.grid.paths import GridPaths
+from tgvdp.methods.refine.extremals import Extremals
 from tgvdp.methods.refine.front import refine_front
 from tgvdp.model.track import POWERED
 from tgvdp.model.trip import Trip
@@ -46,15 +47,16 @@ def continuous_front(
     clean: bool = False,
     min_phase_s: float = 0.0,
     rough: bool = False,
+    known: list[Extremals] | None = None,
 ) -> OptimalRuns:
     """Method ``front``: the costate program, or for an energy by a map the generic refinement.
 
     With ``clean`` its points become extremals of few commands (`methods.extremal`), which takes much longer, where the
     line has current throughout. Phases shorter than ``min_phase_s`` are left out of the costate program's runs; a
-    ``rough`` one takes its cells as they come.
+    ``rough`` one takes its cells as they come. By a map, calls for other times of a trip hand on what is ``known``.
     """
     if trip.energy.kind == "map":
-        return refine_front(trip, fastest, target_s, budget, tolerance_s)
+        return refine_front(trip, fastest, target_s, budget, tolerance_s, known)
     powered = bool((resolve(trip).supply == POWERED).all())
     if clean and powered:
         return extremal_front(trip, fastest, target_s, budget, tolerance_s, min_phase_s)

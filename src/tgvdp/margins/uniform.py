@@ -16,7 +16,7 @@ from tgvdp.margins.curve import Curve, blended
 from tgvdp.margins.parts import Part, met
 from tgvdp.methods.budget import Clock
 from tgvdp.methods.refine.convex_map import relaxed_tables
-from tgvdp.methods.refine.mesh import Level, mesh_for
+from tgvdp.methods.refine.mesh import HALF, Level, mesh_for
 from tgvdp.physics.energy import energy_tables
 from tgvdp.runs.fastest import fastest_run
 
@@ -25,9 +25,8 @@ _Floats = NDArray[np.float64]
 #: Cells are so many times as fine as those of the front method, as the refinement's are; twice as fine where the linear
 #: run bends within them by more than this share of the corridor, this far at most.
 _FINENESS, _BEND, _FINEST = 2.5, 0.1, 5.0
-#: Speeds to choose from on each side of a run, and the first and the last step between them, as shares of the
-#: corridor's width.
-_HALF, _FIRST_STEP, _LAST_STEP = 2, 0.25, 0.01
+#: The first and the last step between the speeds to choose from, as shares of the corridor's width.
+_FIRST_STEP, _LAST_STEP = 0.25, 0.01
 #: Corridors are widened from the linear run on by so much at a time, each searched from the run of the one before: wide
 #: ones have several runs that nothing near is better than.
 _WIDENED = 0.02
@@ -56,7 +55,7 @@ def uniform_run(part: Part, linear: Curve, within: float, clock: Clock) -> Curve
     if linear is part.base:
         return linear
     try:
-        level, linear_w, multiplier = _corridor(part, linear, within, clock)
+        level, linear_w, multiplier = _corridor(part, linear, within)
     except InfeasibleError:  # rounding keeps the mesh from a speed at its end that full traction only just gives
         return linear
     tables = relaxed_tables(part.trip.train, energy_tables(part.trip.train, part.trip.energy))
@@ -77,7 +76,7 @@ def uniform_run(part: Part, linear: Curve, within: float, clock: Clock) -> Curve
         w = start.copy()
         for share, level.low, level.fast in corridors:
             step = share * width
-            level.descend(tables, multiplier, w, _HALF, _FIRST_STEP * step, _LAST_STEP * step)
+            level.descend(tables, multiplier, w, HALF, _FIRST_STEP * step, _LAST_STEP * step, clock)
         return driven(w).duration_s, w
 
     around = _around(part.time_s, multiplier, solved)
@@ -113,7 +112,7 @@ def _around(
     return (faster, slower) if low > 0.0 and high < math.inf else None
 
 
-def _corridor(part: Part, linear: Curve, within: float, clock: Clock) -> tuple[Level, _Floats, float]:
+def _corridor(part: Part, linear: Curve, within: float) -> tuple[Level, _Floats, float]:
     """A mesh whose speeds are those of the corridor, the linear run on it, v², and the usual multiplier, J/s.
 
     Between two stations runs and the linear one are both taken as straight; what that leaves out of the latter is taken
@@ -132,7 +131,7 @@ def _corridor(part: Part, linear: Curve, within: float, clock: Clock) -> tuple[L
             break
         fineness *= 2.0
     own = max((within - bend) / (1.0 + bend), 0.0)
-    level = Level(part.trip, mesh.train, mesh.cells, clock)
+    level = Level(part.trip, mesh.train, mesh.cells)
     level.low = np.minimum(np.maximum(level.low, linear_w / (1.0 + own) ** 2), linear_w)
     level.fast = np.maximum(np.minimum(level.fast, linear_w / (1.0 - own) ** 2), linear_w)
     for bound in (level.low, level.fast):

@@ -86,6 +86,40 @@ def test_runs_switch_and_meet_their_times():
     assert partial <= 60  # of about 10 000 rows: where effort switches it is none or nearly all
 
 
+def run_at_the_limit(train):
+    """The run that keeps to 14 m/s on level track for all of 3 km, and what the hull of the map draws for it, J."""
+    track = tgvdp.Track(length_m=3000.0, speed_limits=((0.0, 14.0),))
+    found = tgvdp.search(
+        train, track, energy="map", start_speed_mps=14.0, end_speed_mps=14.0, points=2, max_margin=1e-3
+    )
+    tables = energy_tables(train, EnergyModel("map", SEED_MAP))
+    row = np.array([np.interp(14.0, tables.speed_mps, column) for column in tables.power_w.T])
+    effort_n = tables.demand * train.traction.effort_n(14.0)
+    pulls = tables.demand >= 0.0
+    hull_w = hull_by_lines(effort_n[pulls], row[pulls])
+    hull_j = 3000.0 / 14.0 * (np.interp(train.resistance_n(14.0), effort_n[pulls], hull_w) + tables.auxiliary_w)
+    return found, hull_j
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {},
+        {"max_acceleration_mps2": 0.6},
+        {"braking": tgvdp.EffortCurve.from_caps(0.0), "friction_brake_n": 3e5},
+    ],
+    ids=["strong", "comfort", "friction"],
+)
+def test_who_may_not_use_all_effort_switches_too(change):
+    """Full effort passed what comfort allows, so that holding took partial effort, 60 % dearer; without a dynamic brake
+    there was no hull at all."""
+    train = replace(tgvdp.load_train("alstom-emu"), **change)
+    found, hull_j = run_at_the_limit(train)
+    slower_j = found.front.energy_j[-1]
+    assert slower_j == pytest.approx(hull_j, rel=0.03)
+    assert all(verdict.ok for verdict in found.verify())
+
+
 def grid_cost(trip, fastest, multiplier, stations, levels):
     """Least E + λT on a plain grid, the map looked up at the mean speed and the mean demand of an arc."""
     x = np.union1d(np.linspace(0.0, trip.distance_m, stations + 1), cells_of(trip).station_m)

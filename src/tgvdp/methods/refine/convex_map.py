@@ -4,6 +4,8 @@ Where the power of a map is not convex in the effort, partial effort is dearer t
 the same mean (pulse and glide), and the cheapest run switches as often as its mesh allows. The infimum over ever finer
 switching is the least energy under the lower convex hull of the map over the effort (relaxed controls; Young 1937,
 McShane 1967). That problem has one optimum near which the switching runs lie.
+
+There is no switching to an effort beyond what comfort and braking rates allow; beyond that the map stays as it is.
 """
 
 import numpy as np
@@ -32,17 +34,27 @@ def relaxed_tables(train: Train, tables: EnergyTables) -> EnergyTables:
     """
     if tables.power_w.size == 0:
         return tables
-    power_w = np.empty_like(tables.power_w)
+    power_w = tables.power_w.copy()
     for row, speed_mps in enumerate(tables.speed_mps.tolist()):
         pull_n, brake_n = train.traction.effort_n(speed_mps), train.braking.effort_n(speed_mps)
-        effort_n = np.where(tables.demand >= 0.0, tables.demand * pull_n, tables.demand * brake_n)
-        if (np.diff(effort_n) > 0.0).all():
-            power_w[row] = _hull(effort_n, tables.power_w[row])
-        else:  # without effort there is nothing to switch between
-            power_w[row] = tables.power_w[row]
+        limit_n = np.where(tables.demand >= 0.0, pull_n, brake_n)
+        effort_n = tables.demand * limit_n
+        least_n, most_n = _allowed_n(train, speed_mps)
+        # where a limit is 0 there is nothing to switch between
+        allowed = (least_n <= effort_n) & (effort_n <= most_n) & ((limit_n > 0.0) | (tables.demand == 0.0))
+        power_w[row, allowed] = _hull(effort_n[allowed], tables.power_w[row, allowed])
     if np.abs(tables.power_w - power_w).max() <= _FLAT * np.abs(power_w).max():
         return tables
     return tables._replace(power_w=power_w)
+
+
+def _allowed_n(train: Train, speed_mps: float) -> tuple[float, float]:
+    """Least and largest effort, N, that comfort and braking rates allow at a speed on level track."""
+    rates_mps2 = [one.deceleration_mps2 for one in train.braking_rates if one.from_mps <= speed_mps]
+    slowing_mps2 = min([train.max_deceleration_mps2, *rates_mps2[-1:]])
+    resistance_n = train.resistance_n(speed_mps)
+    least_n = resistance_n - train.inertia_kg * slowing_mps2
+    return min(least_n, 0.0), resistance_n + train.inertia_kg * train.max_acceleration_mps2
 
 
 def _hull(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -11,16 +11,17 @@ from tgvdp.methods.costate.extremal import Extremal, between
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.methods.refine.convex_map import relaxed_tables
 from tgvdp.methods.refine.guide import Guide
-from tgvdp.methods.refine.mesh import SHRINK, WIDEST, Level
+from tgvdp.methods.refine.mesh import HALF, SHRINK, WIDEST, Level
 from tgvdp.physics.energy import EnergyTables
 from tgvdp.physics.roots import Bracket
 from tgvdp.progress import tell
 from tgvdp.runs.profile import Profile
 
-#: Speeds above and below the incumbent in a sweep.
-_HALF = 2
-#: The first step between those speeds, after which starts are compared, and the last one, as shares of the largest v².
-_FIRST_STEP = 1e-3
+#: Starts are compared on every so-many-th station, after steps that shrink to this share of the largest v²; the best
+#: one goes on there on all stations, to the last step. One start comes from a grid on fewer stations yet.
+_COMPARED_EVERY, _GRID_EVERY = 4, 8
+_COMPARED_STEP = 1e-3
+_FIRST_STEP = _COMPARED_STEP / SHRINK**2
 _LAST_STEP = 1e-7
 #: Two multipliers within this factor are neighbours: the run between them starts from their blend, too. Runs further
 #: apart may differ in where they coast, which sweeps cannot mend (0.15 % on a line with 150 gradients).
@@ -41,54 +42,53 @@ _MOST_EXTREMALS = 250
 class Extremals:
     """Extremals of one mesh, with the envelope as the first; more are solved where a time is asked for."""
 
-    def __init__(
-        self,
-        mesh: Mesh,
-        fastest: Profile,
-        energy: EnergyTables,
-        tolerance_s: float,
-        counters: dict[str, int],
-        clock: Clock,
-    ) -> None:
-        self.mesh, self.tolerance_s, self.counters, self.clock = mesh, tolerance_s, counters, clock
+    def __init__(self, mesh: Mesh, fastest: Profile, energy: EnergyTables) -> None:
+        self.mesh = mesh
         self.energy, self.relaxed = energy, relaxed_tables(mesh.trip.train, energy)
         self.guide = Guide(mesh.trip, fastest, self.relaxed)
-        self.level = Level(mesh.trip, mesh.train, mesh.cells, clock)
-        self.coarse = self.level.coarser(energy)
+        self.level = Level(mesh.trip, mesh.train, mesh.cells)
+        self.grid, self.compared = (
+            self.level.coarser(energy, every) or self.level for every in (_GRID_EVERY, _COMPARED_EVERY)
+        )
         fast = self.level.fast
         self.extremals = [Extremal(math.inf, fast, *self.level.measured(energy, fast))]
         self.multiplier = mesh.usual_multiplier
         self.scale_j = mesh.usual_multiplier * self.extremals[0].time_s
         self.idle = 0
 
+    def asked(self, tolerance_s: float, counters: dict[str, int], clock: Clock) -> "Extremals":
+        """These extremals, for times that have to be met so closely, in the time that a clock leaves."""
+        self.tolerance_s, self.counters, self.clock = tolerance_s, counters, clock
+        return self
+
     def _solve(self, multiplier: float, *known: NDArray[np.float64]) -> Extremal:
         """Run of least E + λT: the best of those that all starts lead to, among them runs that are known."""
         self.counters["extremals"] += 1
-        best, least_j = self.level.fast, math.inf
-        for w in (*self._starts(multiplier), *known):
-            self._descend(self.level, multiplier, w, _HALF, _FIRST_STEP, _FIRST_STEP)
-            cost_j = Extremal(multiplier, w, *self.level.measured(self.relaxed, w)).cost_j(multiplier)
-            if cost_j < least_j:
-                best, least_j = w, cost_j
-        self._descend(self.level, multiplier, best, _HALF, SHRINK * _FIRST_STEP, _LAST_STEP)
-        return Extremal(multiplier, best, *self.level.measured(self.relaxed, best))
+        best, least_j = self.compared.fast, math.inf
+        for w in (*self._starts(multiplier), *(self.compared.carried(self.level, one) for one in known)):
+            self._descend(self.compared, multiplier, w, HALF, _FIRST_STEP, _COMPARED_STEP)
+            time_s, energy_j = self.compared.measured(self.relaxed, w)
+            if energy_j + multiplier * time_s < least_j:
+                best, least_j = w, energy_j + multiplier * time_s
+        w = self.level.carried(self.compared, best)
+        self._descend(self.level, multiplier, w, HALF, _COMPARED_STEP, _LAST_STEP)
+        return Extremal(multiplier, w, *self.level.measured(self.relaxed, w))
 
     def _descend(
         self, level: Level, multiplier: float, w: NDArray[np.float64], half: int, first: float, last: float
     ) -> None:
-        self.counters["sweeps"] += level.descend(self.relaxed, multiplier, w, half, first, last)
+        self.counters["sweeps"] += level.descend(self.relaxed, multiplier, w, half, first, last, self.clock)
 
     def _starts(self, multiplier: float) -> Iterator[NDArray[np.float64]]:
         """Runs that are optimal but for details, made of nothing: of the costate program, and of a coarse grid."""
-        speeds = self.guide.speeds(multiplier, self.level.cells.station_m)
+        speeds = self.guide.speeds(multiplier, self.compared.cells.station_m)
         if speeds is not None:
-            yield self._blend(speeds, speeds, 0.0)
-        level = self.level if self.coarse is None else self.coarse
-        w = level.fast.copy()
+            yield self.compared.blend(speeds, speeds, 0.0)
+        w = self.grid.fast.copy()
         step = 1.0 / WIDEST
-        self._descend(level, multiplier, w, WIDEST, step, step)
-        self._descend(level, multiplier, w, _HALF, 0.5 * step, _FIRST_STEP)
-        yield w if self.coarse is None else self.level.carried(level, w)
+        self._descend(self.grid, multiplier, w, WIDEST, step, step)
+        self._descend(self.grid, multiplier, w, HALF, 0.5 * step, _COMPARED_STEP)
+        yield self.compared.carried(self.grid, w)
 
     def reach(self, target_s: float) -> bool:
         """March λ down until an extremal takes the target time; False when running longer saves nothing."""

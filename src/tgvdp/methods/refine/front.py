@@ -27,6 +27,8 @@ _FINENESS = 6.0
 #: They are made finer, this far at most, until the mesh's own fastest run is as fast as the true one to this share.
 _MESH_ERROR = 2e-4
 _FINEST = 16.0
+_Floats = NDArray[np.float64]
+
 #: How well a point meets its running time by default: a share of the step to the next point.
 _STEP_TOL = 0.03
 #: A run that crosses a drop of traction is aimed again so often at most.
@@ -41,6 +43,7 @@ def refine_front(
     target_s: NDArray[np.float64],
     budget: SearchBudget,
     tolerance_s: float | None = None,
+    known: list[Extremals] | None = None,
 ) -> OptimalRuns:
     """Least energy, by any energy model, at given running times.
 
@@ -55,6 +58,8 @@ def refine_front(
         Its time limit is looked at between sweeps.
     tolerance_s : float, optional
         How well running times are met, s; by default a small share of the smallest step between them.
+    known : list of Extremals, optional
+        Those of this trip that calls before have solved, for other times, and left here; one call at a time.
 
     Returns
     -------
@@ -66,33 +71,27 @@ def refine_front(
     NumericalError
         When no run with one constant acceleration per cell is as fast as the envelope.
     """
-    clock, line = budget.start(), resolve(trip)
+    clock = budget.start()
     energy = energy_tables(trip.train, trip.energy)
     if tolerance_s is None:
         tolerance_s = _STEP_TOL * float(np.diff(target_s, prepend=0.0).min())
-    slower = target_s > fastest.duration_s * (1.0 + _SAME)
+    half_s = 0.5 * tolerance_s  # as of the front method, no point is later than its target
+    slower_s = target_s[target_s > fastest.duration_s * (1.0 + _SAME)]
     counters = {"extremals": 0, "sweeps": 0, "blends": 0}
     first_rows = fastest.position_m - trip.origin_m, fastest.speed_mps**2
-    found = [(fastest.duration_s, fastest.total_energy_j, math.inf)] * int(np.sum(~slower))
+    found = [(fastest.duration_s, fastest.total_energy_j, math.inf)] * (len(target_s) - len(slower_s))
     rows = [first_rows] * len(found)
     complete, saves = True, True
+    known = [] if known is None else known
     try:
-        half_s = 0.5 * tolerance_s  # as of the front method, no point is later than its target
-        if slower.any():
-            front = _front_on_fine_mesh(trip, fastest, energy, half_s, counters, clock)
-        for middle_s in (target_s[slower] - half_s).tolist():
+        if len(slower_s):
+            front = known.pop() if known else _extremals(trip, fastest, energy, clock)
+            known.append(front.asked(half_s, counters, clock))
+        for middle_s in (slower_s - half_s).tolist():
             saves = front.reach(middle_s)
-            aim_s = middle_s
-            for _ in range(_AIMS):
-                point = front.point(aim_s) if saves else front.thriftiest()
-                x_m, w = follow(trip.train, line, *front.rows(point))
-                run = profile_of(trip, x_m, w)  # across a drop of traction a train is slower than its arcs
-                late_s = run.duration_s - middle_s
-                if not saves or abs(late_s) <= half_s:
-                    break
-                aim_s -= late_s
+            x_m, w, run, multiplier = _met(front, middle_s, half_s, saves)
             rows.append((x_m, w))
-            found.append((run.duration_s, run.total_energy_j, point.multiplier))
+            found.append((run.duration_s, run.total_energy_j, multiplier))
             if not saves:
                 break
     except OutOfTime:
@@ -101,18 +100,26 @@ def refine_front(
     return OptimalRuns(duration, joules, multipliers, complete, not saves, counters, rows)
 
 
-def _front_on_fine_mesh(
-    trip: Trip,
-    fastest: Profile,
-    energy: EnergyTables,
-    tolerance_s: float,
-    counters: dict[str, int],
-    clock: Clock,
-) -> Extremals:
-    """A mesh so fine that its fastest run, with one acceleration per cell, takes the time of the true one."""
+def _met(front: Extremals, middle_s: float, half_s: float, saves: bool) -> tuple[_Floats, _Floats, Profile, float]:
+    """Rows of the run that takes a time to a tolerance, or of the thriftiest one; its profile, and its multiplier."""
+    trip = front.mesh.trip
+    aim_s = middle_s
+    for _ in range(_AIMS):
+        point = front.point(aim_s) if saves else front.thriftiest()
+        x_m, w = follow(trip.train, resolve(trip), *front.rows(point))
+        run = profile_of(trip, x_m, w)  # across a drop of traction a train is slower than its arcs
+        late_s = run.duration_s - middle_s
+        if not saves or abs(late_s) <= half_s:
+            break
+        aim_s -= late_s
+    return x_m, w, run, point.multiplier
+
+
+def _extremals(trip: Trip, fastest: Profile, energy: EnergyTables, clock: Clock) -> Extremals:
+    """Those of a mesh so fine that its fastest run, with one acceleration per cell, takes the time of the true one."""
     fineness, before_s = _FINENESS, math.inf
     while True:
-        front = Extremals(mesh_for(trip, fastest, fineness), fastest, energy, tolerance_s, counters, clock)
+        front = Extremals(mesh_for(trip, fastest, fineness), fastest, energy)
         reference = front.extremals[0]
         drivable = math.isfinite(reference.energy_j)
         nearest_s = min(abs(reference.time_s - known_s) for known_s in (fastest.duration_s, before_s))

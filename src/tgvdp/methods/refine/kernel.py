@@ -1,12 +1,10 @@
-"""Kernels of the generic refinement: discrete differential dynamic programming, blends.
+"""Kernels of the generic refinement: what a run takes and draws, the fastest and the slowest run, blends of two.
 
 Everything here works on one arc of constant acceleration per cell, so that a run is one squared speed per station and
 any run in which each arc passes the one feasibility test is a run that the train can drive.
 """
 
-import math
-
-from tgvdp._jit import kernel, leaf
+from tgvdp._jit import kernel
 from tgvdp.model.track import LOWERED, POWERED
 from tgvdp.physics.arc import arc
 from tgvdp.physics.cell import cell_at
@@ -27,8 +25,6 @@ from tgvdp.physics.motion import land
 #: time after that, so often at most.
 _NUDGE = 1e-14
 _NUDGES = 16
-#: Gain of a sweep, as a share of E + λT, above which the next one keeps its step.
-_GAIN = 1e-6
 
 
 @kernel
@@ -82,95 +78,6 @@ def envelope_kernel(train, cells, start_w, end_w, low, fast):
         here = train if cells.supply[k] == POWERED else dark
         low[k] = min(land(here, TRACTION, -1.0, cell_at(cells, k), cells.length_m[k], low[k + 1]), fast[k])
     low[0] = fast[0]
-
-
-@leaf
-def _choices(w, low, fast, step, half, choices):
-    """Speeds to choose from around w, increasing, within low..fast; returns how many, and which of them is w."""
-    below = math.ceil(min(half, (w - low) / step))
-    above = math.ceil(min(half, (fast - w) / step))
-    for j in range(-below, above + 1):
-        choices[below + j] = min(max(w + j * step, low), fast)
-    return below + above + 1, below
-
-
-@kernel
-def _sweep(train, tables, cells, low, fast, multiplier, half, step, w, choices, best, value):
-    """Replace w by the best run among all combinations of the speeds around it; returns its E + λT."""
-    count = cells.length_m.shape[0]
-    dark = unpowered(train)
-    size, now = _choices(w[count], low[count], fast[count], step, half, choices[count])
-    value[1, 0] = 0.0
-    for k in range(count - 1, -1, -1):
-        after = size
-        kept = now
-        here = train if cells.supply[k] == POWERED else dark
-        size, now = _choices(w[k], low[k], fast[k], step, half, choices[k])
-        for i in range(size):
-            w0 = choices[k, i]
-            least = math.inf
-            for j in range(after):
-                w1 = choices[k + 1, j]
-                status, duration, work = arc(here, cells.length_m[k], cells.grade_n[k], cells.air[k], w0, w1)
-                if status == OK:
-                    energy = 0.0
-                    if cells.supply[k] != LOWERED:
-                        energy = arc_energy(here, tables, cells.length_m[k], duration, work, w0, w1)
-                    cost = multiplier * duration + energy + value[1, j]
-                    if cost < least:
-                        least = cost
-                        best[k, i] = j
-                elif j > kept and (status in (OVER_TRACTION, OVER_ACCELERATION)):
-                    break  # as do the speeds above; the incumbent's own arc has been looked at
-            value[0, i] = least
-        for i in range(size):
-            value[1, i] = value[0, i]
-    i = 0
-    for k in range(count):
-        i = best[k, i]
-        w[k + 1] = choices[k + 1, i]
-    return value[1, 0]
-
-
-@kernel
-def descend(train, tables, cells, low, fast, multiplier, half, step, cost, most, w, choices, best, value):
-    """Improve a run by sweeps of one step until it is stationary, or has been swept so often.
-
-    Parameters
-    ----------
-    train : KernelTrain
-    tables : EnergyTables
-    cells : Cells
-    low, fast : (K + 1,) float64
-        Slowest and fastest feasible squared speed at each station, m²/s²; equal at both ends.
-    multiplier : float
-        Multiplier λ, J/s.
-    half : int
-        Speeds to try above and below that of the incumbent, at each station.
-    step : float
-        Step between these speeds, m²/s².
-    cost : float
-        E + λT of the run by the sweep before, J; infinite where there was none.
-    most : int
-        Sweeps at most.
-    w : (K + 1,) float64, modified in place
-        The run, which must be feasible; it stays so.
-    choices, best, value
-        Scratch: (K + 1, n) float64, (K + 1, n) int16 and (2, n) float64, with n > 2·half.
-
-    Returns
-    -------
-    sweeps : int
-    cost : float
-        E + λT of the run, J.
-    stationary : bool
-    """
-    for done in range(most):
-        before = cost
-        cost = _sweep(train, tables, cells, low, fast, multiplier, half, step, w, choices, best, value)
-        if before - cost <= _GAIN * abs(cost):
-            return done + 1, cost, True
-    return most, cost, False
 
 
 @kernel

@@ -11,8 +11,9 @@ from tgvdp.memory import ask_for
 from tgvdp.methods.budget import Clock
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.methods.costate.multipliers import OutOfTime
-from tgvdp.methods.refine.kernel import blend, descend, envelope_kernel, measure
-from tgvdp.methods.refine.pulse_and_glide import switch
+from tgvdp.methods.refine.kernel import blend, envelope_kernel, measure
+from tgvdp.methods.refine.pulse_and_glide import MOST_PULSES, switch
+from tgvdp.methods.refine.sweep import Scratch, descend
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Rows
 from tgvdp.physics.energy import EnergyTables
@@ -21,11 +22,12 @@ from tgvdp.runs.profile import Profile
 
 #: Speeds above and below the incumbent in the first program of a run, from standstill to the fastest run.
 WIDEST = 24
-#: Memory of a station, B: cost and choice of each of its speeds, and its columns.
-_STATION_B = 10.0 * (2 * WIDEST + 1) + 100.0
-#: A coarser level keeps every so many stations, and all breaks of the line.
-_COARSENING = 8
-#: Sweeps with one step at most, and from one step to the next finer one.
+#: ... and in all others.
+HALF = 2
+#: Memory of a station, B: the choice at each of its speeds, arcs between the usual ones with their names, its columns.
+_STATION_B = 2.0 * (2 * WIDEST + 1) + 16.0 * (2 * HALF + 1) ** 2 + 100.0
+#: Sweeps with one step at most, and from one step to the next finer one. Of a program of all speeds there is nothing
+#: left to improve.
 _PASSES = 60
 SHRINK = 0.4
 #: Arcs between two looks at the clock, if one sweep has no more: a quarter of a second.
@@ -60,16 +62,15 @@ class Level:
         Largest of them.
     """
 
-    def __init__(self, trip: Trip, train: KernelTrain, cells: Cells, clock: Clock) -> None:
-        self.trip, self.train, self.cells, self._clock = trip, train, cells, clock
+    def __init__(self, trip: Trip, train: KernelTrain, cells: Cells) -> None:
+        self.trip, self.train, self.cells = trip, train, cells
         n = len(cells.station_m)
         ask_for(_STATION_B * n, f"a refinement on {n:,} stations")
         self.low, self.fast = np.empty(n), np.empty(n)
         ends_w = trip.start_speed_mps**2, trip.end_speed_mps**2
         envelope_kernel(train, cells, *ends_w, self.low, self.fast)
         self.top_w = float(self.fast.max())
-        width = 2 * WIDEST + 1
-        self._scratch = (np.empty((n, width)), np.empty((n, width), np.int16), np.empty((2, width)))
+        self._scratch = Scratch.of(n, 2 * WIDEST + 1, 2 * HALF + 1)
 
     def measured(self, tables: EnergyTables, w: NDArray[np.float64]) -> tuple[float, float]:
         """Time in s and energy in J of a run; an infinite energy where it is not feasible."""
@@ -80,12 +81,19 @@ class Level:
         self, tables: EnergyTables, relaxed: EnergyTables, w: NDArray[np.float64]
     ) -> tuple[float, float, NDArray[np.float64], NDArray[np.float64]]:
         """Drive a run of the relaxed problem by the map's own efforts: time, energy, and its rows (position, v²)."""
-        rows = Rows(*np.empty((2, 2 * len(w))))
+        rows = Rows(*np.empty((2, 2 * MOST_PULSES * len(w))))
         n, time_s, energy_j = switch(self.train, tables, relaxed, self.cells, w, rows)
         return time_s, energy_j, rows.x[:n], rows.w[:n]
 
     def descend(
-        self, tables: EnergyTables, multiplier: float, w: NDArray[np.float64], half: int, first: float, last: float
+        self,
+        tables: EnergyTables,
+        multiplier: float,
+        w: NDArray[np.float64],
+        half: int,
+        first: float,
+        last: float,
+        clock: Clock,
     ) -> int:
         """Improve a run in place with steps from ``first`` to ``last``, shares of the largest v²; returns sweeps.
 
@@ -95,18 +103,19 @@ class Level:
             When the time is up; the run is feasible then, too.
         """
         sweeps, cost, step = 0, math.inf, first * self.top_w
+        passes = _PASSES if half < WIDEST else 1
         at_once = max(1, _ARCS_AT_ONCE // (len(w) * (2 * half + 1) ** 2))
         while True:
-            left, stationary = _PASSES, False
+            left, stationary = passes, False
             while left and not stationary:
-                if self._clock.expired:
+                if clock.expired:
                     raise OutOfTime
                 done, cost, stationary = descend(
                     self.train, tables, self.cells, self.low, self.fast, multiplier, half, step, cost,
-                    min(left, at_once), w, *self._scratch,
+                    min(left, at_once), w, w.copy(), self._scratch,
                 )  # fmt: skip
                 left -= done
-            sweeps += _PASSES - left
+            sweeps += passes - left
             step *= SHRINK
             if step < last * self.top_w:
                 return sweeps
@@ -122,10 +131,10 @@ class Level:
         here = np.interp(self.cells.station_m, other.cells.station_m, w)
         return self.blend(here, here, 0.0)
 
-    def coarser(self, tables: EnergyTables) -> "Level | None":
-        """The same trip in longer cells; None where the fastest run is not feasible in them."""
-        kept_m = np.union1d(breaks_of(self.trip), self.cells.station_m[::_COARSENING])
+    def coarser(self, tables: EnergyTables, every: int) -> "Level | None":
+        """The same trip on every so-many-th station and all breaks; None where its fastest run is not feasible."""
+        kept_m = np.union1d(breaks_of(self.trip), self.cells.station_m[::every])
         cells = cells_of(self.trip, kept_m)
         top_w = float(self.cells.limit_w.max())
-        level = Level(self.trip, self.train, cells._replace(limit_w=np.minimum(cells.limit_w, top_w)), self._clock)
+        level = Level(self.trip, self.train, cells._replace(limit_w=np.minimum(cells.limit_w, top_w)))
         return level if math.isfinite(level.measured(tables, level.fast)[1]) else None

@@ -11,10 +11,11 @@ import math
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.model.track import LOWERED, POWERED
 from tgvdp.physics.arc import arc, duration_and_work
-from tgvdp.physics.cell import cell_at
-from tgvdp.physics.codes import OK
+from tgvdp.physics.cell import Cell, cell_at
+from tgvdp.physics.codes import DYNAMIC, OK, TRACTION
 from tgvdp.physics.energy import arc_energy, map_power
 from tgvdp.physics.forces import mean_effort, mean_resistance, unpowered
+from tgvdp.physics.motion import net_force
 
 #: Share of the power by which a map may lie above its hull where they touch.
 _TOUCH = 1e-6
@@ -22,6 +23,9 @@ _TOUCH = 1e-6
 _SWEEPS = 5
 #: Switching points nearer to an end of their cell than this share are left out.
 _SLIVER = 1e-4
+#: A cell is switched in so often that no more than this share of its time is lost, so often at most.
+_LOST = 2e-3
+MOST_PULSES = 16
 
 
 @leaf
@@ -47,11 +51,16 @@ def _neighbours(tables, relaxed, v, demand):
     return nodes[below], nodes[above]
 
 
-@leaf
+@part
 def _gain(train, cell, demand, v0, v1):
-    """Slope of v² over distance at a demand, between two speeds."""
+    """Slope of v² over distance at a demand, or at what comfort and braking rates leave of it, between two speeds."""
     effort = demand * mean_effort(train.traction if demand >= 0.0 else train.braking, v0, v1)
-    return 2.0 * (effort - mean_resistance(train, cell.air, v0, v1) - cell.grade_n) / train.inertia_kg
+    net = effort - mean_resistance(train, cell.air, v0, v1) - cell.grade_n
+    if demand > 0.0:
+        net = min(net, net_force(train, TRACTION, cell, v0, v1))
+    elif demand < 0.0:
+        net = max(net, net_force(train, DYNAMIC, cell, v0, v1))
+    return 2.0 * net / train.inertia_kg
 
 
 @part
@@ -74,12 +83,75 @@ def _switching_point(train, cell, w0, w1, lower, upper):
 
 
 @part
-def _append(train, tables, cell, d, x, w0, w1, rows, n):
-    """Append a row; returns its duration and its energy."""
+def _drawn(train, tables, cell, d, w0, w1):
+    """Time in s and energy in J of a part of a cell."""
     duration, work, _, _ = duration_and_work(train, d, cell.grade_n, cell.air, w0, w1)
+    return duration, arc_energy(train, tables, d, duration, work, w0, w1)
+
+
+@part
+def _demands(train, tables, relaxed, cell, w0, w1):
+    """The two demands between which to switch along an arc; the same one where the map lies on its hull."""
+    d = cell.length_m
+    v0 = math.sqrt(w0)
+    v1 = math.sqrt(w1)
+    v = 0.5 * (v0 + v1)
+    work = duration_and_work(train, d, cell.grade_n, cell.air, w0, w1)[1]
+    limit = d * mean_effort(train.traction if work >= 0.0 else train.braking, v0, v1)
+    demand = min(max(work / limit, -1.0), 1.0) if limit > 0.0 else 0.0
+    return (demand, demand) if _touches(tables, relaxed, v, demand) else _neighbours(tables, relaxed, v, demand)
+
+
+@part
+def _is_drivable(train, cell, x, w0, middle, w1):
+    """Whether a cell can be driven in two parts, neither of them a sliver."""
+    d = cell.length_m
+    return (
+        _SLIVER * d < x < (1.0 - _SLIVER) * d
+        and arc(train, x, cell.grade_n, cell.air, w0, middle)[0] == OK
+        and arc(train, d - x, cell.grade_n, cell.air, middle, w1)[0] == OK
+    )
+
+
+@part
+def _pulses(train, cell, w0, w1, lower, upper):
+    """How often to switch in a cell, so that little time is lost by it: what is lost falls with their number."""
+    x, middle = _switching_point(train, cell, w0, w1, lower, upper)
+    v0 = math.sqrt(w0)
+    v1 = math.sqrt(w1)
+    v = math.sqrt(middle)
+    whole_s = 2.0 * cell.length_m / (v0 + v1)
+    lost_s = 2.0 * x / (v0 + v) + 2.0 * (cell.length_m - x) / (v + v1) - whole_s
+    return max(math.ceil(min(lost_s / (_LOST * whole_s), MOST_PULSES)), 1)
+
+
+@leaf
+def _piece(cell, i, n):
+    """One of n equal pieces of a cell."""
+    length = cell.length_m / n
+    end = cell.end_m if i + 1 == n else cell.start_m + (i + 1) * length
+    return Cell(cell.start_m + i * length, end, length, cell.grade_n, cell.air, cell.limit_w)
+
+
+@part
+def _append(train, tables, cell, x, length, w1, rows, n):
+    """Append a row in a cell, so far behind the one before; returns its duration and its energy."""
+    w0 = rows.w[n - 1]
+    duration, work, _, _ = duration_and_work(train, length, cell.grade_n, cell.air, w0, w1)
     rows.x[n] = x
     rows.w[n] = w1
-    return duration, arc_energy(train, tables, d, duration, work, w0, w1)
+    return duration, arc_energy(train, tables, length, duration, work, w0, w1)
+
+
+@part
+def _pulse(train, tables, piece, lower, upper, w1, rows, n):
+    """Append two rows, or one where two are not drivable; returns how many, their duration and their energy."""
+    x, middle = _switching_point(train, piece, rows.w[n - 1], w1, lower, upper)
+    if not _is_drivable(train, piece, x, rows.w[n - 1], middle, w1):
+        return 1, *_append(train, tables, piece, piece.end_m, piece.length_m, w1, rows, n)
+    first_s, first_j = _append(train, tables, piece, piece.start_m + x, x, middle, rows, n)
+    second_s, second_j = _append(train, tables, piece, piece.end_m, piece.length_m - x, w1, rows, n + 1)
+    return 2, first_s + second_s, first_j + second_j
 
 
 @kernel
@@ -94,7 +166,7 @@ def switch(train, tables, relaxed, cells, w, rows):
     cells : Cells
     w : (K + 1,) float64
         The relaxed run.
-    rows : Rows of 2·K + 1, modified in place
+    rows : Rows of 2·K·MOST_PULSES + 1, modified in place
         Rows of the run: positions from the origin, squared speeds.
 
     Returns
@@ -112,29 +184,15 @@ def switch(train, tables, relaxed, cells, w, rows):
     for k in range(cells.length_m.shape[0]):
         here = train if cells.supply[k] == POWERED else dark
         cell = cell_at(cells, k)
-        d = cell.length_m
-        v0 = math.sqrt(w[k])
-        v1 = math.sqrt(w[k + 1])
-        v = 0.5 * (v0 + v1)
-        work = duration_and_work(here, d, cell.grade_n, cell.air, w[k], w[k + 1])[1]
-        limit = d * mean_effort(here.traction if work >= 0.0 else here.braking, v0, v1)
-        demand = min(max(work / limit, -1.0), 1.0) if limit > 0.0 else 0.0
-        if cells.supply[k] == POWERED and not _touches(tables, relaxed, v, demand):
-            lower, upper = _neighbours(tables, relaxed, v, demand)
-            x, middle = _switching_point(train, cell, w[k], w[k + 1], lower, upper)
-            if (
-                _SLIVER * d < x < (1.0 - _SLIVER) * d
-                and arc(train, x, cell.grade_n, cell.air, w[k], middle)[0] == OK
-                and arc(train, d - x, cell.grade_n, cell.air, middle, w[k + 1])[0] == OK
-            ):
-                seconds, joules = _append(train, tables, cell, x, cell.start_m + x, w[k], middle, rows, n)
-                time += seconds
+        w0 = w[k]
+        w1 = w[k + 1]
+        lower, upper = _demands(here, tables, relaxed, cell, w0, w1)
+        pieces = _pulses(here, cell, w0, w1, lower, upper) if lower < upper else 1
+        for i in range(pieces):
+            end_w = w1 if i + 1 == pieces else w0 + (w1 - w0) * ((i + 1) / pieces)
+            added, seconds, joules = _pulse(here, tables, _piece(cell, i, pieces), lower, upper, end_w, rows, n)
+            n += added
+            time += seconds
+            if cells.supply[k] != LOWERED:
                 energy += joules
-                n += 1
-                d -= x
-        seconds, joules = _append(here, tables, cell, d, cell.end_m, rows.w[n - 1], w[k + 1], rows, n)
-        time += seconds
-        if cells.supply[k] != LOWERED:
-            energy += joules
-        n += 1
     return n, time, energy
