@@ -23,6 +23,8 @@ REPLAY_SPEED_RTOL = 0.01
 #: Names of the search methods and of the queue orders of best-first, as the command line and scenario files spell them.
 METHODS = ("front", "exact", "best-first")
 HEURISTICS = ("ratio", "time", "energy", "weighted")
+#: Time limit of a search unless the caller says otherwise, s: a search always has a budget.
+DEFAULT_TIME_S = 60.0
 
 #: What can be minimised, spelled likewise (see `tgvdp.model.energy`).
 ENERGY_KINDS = ("wheel", "pantograph", "map")

@@ -115,7 +115,7 @@ def test_figures_follow_from_the_fronts(contents):
         energy = np.interp(at_s, [one["time_s"] for one in points], [one["energy_kwh"] for one in points])
         assert margin["energy_kwh"] == pytest.approx(energy)
     first, other = (row for row in rows if row["margin_pct"] == 10.0)
-    assert first["against_first_pct"] == 0.0
+    assert str(first["against_first_pct"]) == "0.0"  # not -0.0
     assert other["against_first_pct"] == pytest.approx(100 * (other["energy_kwh"] / first["energy_kwh"] - 1))
 
 

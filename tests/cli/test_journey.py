@@ -214,6 +214,12 @@ def test_margins_side_by_side(run, tmp_path, capsys):
     assert (tmp_path / "marg" / "margins.png").exists()
 
 
+def test_a_corridor_without_margins_is_refused(run, capsys):
+    assert run("journey", "--points", "2", "--no-pictures", "--within", "5") == 2
+    assert "--within goes with --margins" in capsys.readouterr().err
+    assert not Path("journey").exists()
+
+
 @pytest.mark.parametrize(
     ("text", "code", "message"),
     [

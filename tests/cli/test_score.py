@@ -133,6 +133,13 @@ def test_command_writes_and_prints(capped, tmp_path, capsys):
     assert set(content["provenance"]["inputs"]) == {"record", "train", "track"}
 
 
+def test_an_optimum_that_saves_nothing_is_said_to_take_more(capped, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(tgvdp.api.Score, "saving_j", -3.6e5)
+    arguments = ["score", str(capped[1]), "--train", "alstom-emu", "--track", "flat-100km"]
+    assert main([*arguments, "--out", str(tmp_path / "out")]) == 0
+    assert "the optimum of that time takes 0.1 kWh more, " in capsys.readouterr().out
+
+
 def test_a_run_faster_than_the_model_is_doubted(result, tmp_path, capsys):
     profile, path = result.fastest.profile, tmp_path / "fast.csv"
     t = np.arange(0.0, profile.duration_s, 1.0)

@@ -10,6 +10,7 @@ import tgvdp
 from tgvdp import api
 from tgvdp.cli import main, search_options
 from tgvdp.constants import METHODS
+from tgvdp.methods.budget import SearchBudget
 from tgvdp.options.search import OPTIONS
 
 SHORT = ("--track", "flat-100km", "--to", "3000", "--points", "6", "--max-margin", "10")
@@ -43,6 +44,8 @@ def test_defaults_are_left_to_the_search_and_help_tells_them(capsys):
     assert f"How to search. [default: {defaults['method']}]" in text
     assert f"what orders the queue. [default: {defaults['heuristic']}]" in text
     assert f"so many complete paths, 0: find all. [default: {defaults['paths']}]" in text
+    assert f"End after so many seconds. [default: {SearchBudget().time_limit_s:g}]" in text
+    assert "--curves [none|800/R|roeckl]" in text
     assert f"[default: {search_options.DEFAULT_TRAIN}]" in text
     assert f"[default: {search_options.DEFAULT_TRACK}]" in text
     assert defaults["dominance"] is defaults["bounds"] is True
@@ -94,6 +97,17 @@ def test_every_option_reaches_the_search(tmp_path, calls):
     }
     for out in "01":
         assert json.loads((tmp_path / out / "result.json").read_text())["provenance"]["options"]["time_limit_s"] == 20.0
+
+
+@pytest.mark.parametrize("method", ["front", "exact"])
+def test_a_trace_of_a_method_without_a_queue_is_refused_before_the_search(tmp_path, calls, capsys, method):
+    scenario = tmp_path / "trip.toml"
+    scenario.write_text(f'train = "tgv"\ntrack = "flat-100km"\n[run]\nmethod = "{method}"\n')
+    for named in (("--method", method), ("--scenario", str(scenario))):
+        assert search(tmp_path / "out", *named, "--trace") == 2
+        assert f"--trace belongs to method best-first, not to {method}" in capsys.readouterr().err
+    assert search(tmp_path / "out", "--trace") == 2
+    assert not calls
 
 
 #: For each option that some methods only have a value other than its default: as a flag, in a file, in Python.

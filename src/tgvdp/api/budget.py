@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from tgvdp.methods.budget import DEFAULT_TIME_S, SearchBudget
+from tgvdp.constants import DEFAULT_TIME_S
+from tgvdp.methods.budget import SearchBudget
 
 
 def budget_of(options: Mapping[str, Any], time_limit_s: float | None = None) -> SearchBudget:

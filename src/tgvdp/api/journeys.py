@@ -90,7 +90,7 @@ def journey(
         find the points instead. Met to 0.1 s. With windows times are arrivals at the end, on the timetable's clock, and
         supplements count from the earliest arrival.
     time_limit_s : float, optional
-        Budget of the whole journey.
+        Budget of the whole journey, s; 60 by default, infinite means none.
     max_memory_b : float, optional
         As of `tgvdp.search`.
 

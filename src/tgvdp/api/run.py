@@ -113,7 +113,7 @@ def search(
     segment_m, speeds
         Grid of the methods ``exact`` and ``best-first``; see `tgvdp.methods.grid.grid`.
     max_labels, time_limit_s
-        Budget; see `tgvdp.methods.budget`.
+        Budget; see `tgvdp.methods.budget`. The time limit is 60 s by default, infinite means none.
     max_memory_b : float, optional
         Memory of the process at most, B; by default half of what the machine or its container has.
 

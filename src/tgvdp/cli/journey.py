@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
+from click.core import ParameterSource
 
 from tgvdp.cli import echo_json
 from tgvdp.cli.clock import left_s, preparing_within, search_s
@@ -108,6 +109,9 @@ def command(trains: tuple[str, ...], out: str, force: bool, as_json: bool, quiet
     allocation.csv and pictures into a folder; docs/journeys.md says what they hold. Of several trains each has a folder
     of its own in there, beside a table and a picture of who saves what.
     """
+    context = click.get_current_context()
+    if not asked["margins"] and context.get_parameter_source("within_pct") is ParameterSource.COMMANDLINE:
+        raise click.UsageError("--within goes with --margins", context)
     started_s = time.perf_counter()
     several = len(trains) > 1
     folder = OutFolder(out, _MAIN, force=force)

@@ -135,10 +135,9 @@ def _table(content: Mapping[str, Any]) -> str:
         for field, what in (("saving_in_brakes_kwh", "braked away"), ("saving_in_resistance_kwh", "against resistance"))
     ]
     reference = "the optimum of that time" if recorded["margin_pct"] >= 0.0 else "the fastest run of the model"
-    lines.append(
-        f"{reference} saves {content['saving_kwh']:.4g} kWh, {content['saving_pct']:.1f} %;"
-        f" at the wheel {' and '.join(parts)}"
-    )
+    saving = f"{abs(content['saving_kwh']):.4g} kWh"
+    does = f"saves {saving}" if content["saving_kwh"] >= 0.0 else f"takes {saving} more"
+    lines.append(f"{reference} {does}, {abs(content['saving_pct']):.1f} %; at the wheel {' and '.join(parts)}")
     if content["earlier_s"] is not None:
         lines.append(f"with the recorded energy it arrives {content['earlier_s']:.4g} s earlier")
     if content["saving_pct"] >= _LITTLE_PCT:  # below, differences of parts say more of the record than of the driver

@@ -17,6 +17,7 @@ from tgvdp.cli.screen import Screen, energy_table, front_table, power_and_cost
 from tgvdp.cli.search_case import merged, read_case, read_map, resolved, suited
 from tgvdp.cli.search_options import search_options
 from tgvdp.cli.timetable_section import read_section
+from tgvdp.constants import METHODS
 from tgvdp.errors import BudgetExceededError
 from tgvdp.options.search import arguments_of
 from tgvdp.second_process import SecondProcess
@@ -85,8 +86,6 @@ def command(
     """
     if every_m is not None and profiles == "railtoolkit":
         raise click.UsageError("--every is for profiles as csv, parquet or xlsx", click.get_current_context())
-    if trace and given["method"] not in (None, "best-first"):
-        raise click.UsageError("--trace belongs to method best-first", click.get_current_context())
     if journey is not None and track is None and scenario is None:
         raise click.UsageError("--journey needs the --track that it belongs to", click.get_current_context())
     started_s = time.perf_counter()
@@ -98,6 +97,11 @@ def command(
             case = read_case(train, track, scenario, line_speed_kmh)
             asked = {name: value for name, value in given.items() if value is not None}
             options = merged(suited(case.options, asked, scenario), asked)
+            method = options.get("method", METHODS[0])
+            if trace and method != "best-first":
+                raise click.UsageError(
+                    f"--trace belongs to method best-first, not to {method}", click.get_current_context()
+                )
             case = case.with_fields(changes)
             read_map(options, case)
             section = None if journey is None else read_section(journey, case.track, case.inputs, options, given)

@@ -80,6 +80,7 @@ def declared(one: Option) -> Decorator:
         settings["shell_complete"] = complete
     elif one.choices:
         settings["type"] = click.Choice(one.choices, case_sensitive=False)
+        settings["metavar"] = f"[{'|'.join(one.choices)}]"  # as files and Python spell them, not in lower case
     elif one.kind is int:
         low, high = (None if limit is None else int(limit) for limit in (one.at_least, one.at_most))
         settings["type"] = click.IntRange(min=low, max=high)

@@ -3,11 +3,10 @@
 from dataclasses import dataclass, replace
 
 from tgvdp._jit import working_s
+from tgvdp.constants import DEFAULT_TIME_S
 from tgvdp.errors import InputError
 from tgvdp.model.checks import require_number
 
-#: Time limit unless the caller says otherwise: a search always has a budget.
-DEFAULT_TIME_S = 60.0
 #: What is left when all the time is up, s: less than any work takes.
 _LEAST_TIME_S = 1e-9
 #: Labels are numbered by int32.

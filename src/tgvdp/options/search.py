@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from tgvdp.constants import (
     CONVENTION_NAMES,
     CURVE_FORMULAS,
+    DEFAULT_TIME_S,
     ENERGY_KINDS,
     HEURISTICS,
     LIMIT_RULES,
@@ -216,6 +217,7 @@ class SearchOptions:
         above=0.0,
         infinite_ok=True,
         metavar="S",
+        shown_default=f"{DEFAULT_TIME_S:g}",
     )
     max_memory_b: float | None = option(
         None,

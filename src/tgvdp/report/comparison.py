@@ -132,7 +132,7 @@ def compare_object(
                     "time_s": at_s,
                     "energy_kwh": energy,
                     "saved_pct": None if energy is None else saved_pct(energy, fastest["energy_kwh"]),
-                    "against_first_pct": None if energy is None else -saved_pct(energy, first[margin]),
+                    "against_first_pct": None if energy is None else 0.0 - saved_pct(energy, first[margin]),
                     "at_most_above_pct": None if read is None else read.at_most_above_pct,
                 }
             )
