@@ -14,6 +14,8 @@ from benchmarks import (
     quantum_multiplier,
     quantum_printed,
     quantum_resources,
+    quantum_short,
+    quantum_weights,
     substations,
 )
 from benchmarks.families import FAMILIES, SIZES, members, write
@@ -109,6 +111,8 @@ def main(folder: Path) -> None:
     quantum_resources.main(folder)
     quantum_greedy.main(folder)
     quantum_effort.main(folder)
+    quantum_weights.main(folder)
+    quantum_short.main(folder)
     substations.main(folder / "substations")
     replace_between(PAGE, BEGIN, END, claims(folder))
 

@@ -107,9 +107,9 @@ def effort(rows: Sequence[Row]) -> str:
         )
     return (
         f"**Beyond the tuning.** Where the tuned settings do not solve the median instance of N = {rows[0]['N']}, the "
-        f"best of {len(rows) // len(pairs)} settings with the most sweeps and larger penalties, picked on these "
-        f"instances, solves: {'; '.join(parts)}. The sizes in the next table are ends of the tuning, not always of "
-        "the solver."
+        f"best of {len(rows) // len(pairs)} settings with the most sweeps and larger penalties, one weight for "
+        f"all violations, picked on these instances, solves: {'; '.join(parts)}. The sizes in the next table are ends "
+        "of the tuning, not always of the solver."
     )
 
 

@@ -74,6 +74,7 @@ def test_nothing_feasible_ends_with_5_and_the_table_tells_the_reads(decoded, tmp
         ("t1_1,t2_1,t2_2\n1,1,0\n", "no column 't3_1'"),
         ("t1_1,t2_1,t2_2,t3_1\n", "holds no sample"),
         ("t1_1,t2_1,t2_2,t3_1\n1,1,0\n", "line 2"),
+        ("t1_1,t2_1,t2_2,t3_1\n1,1,0,0,1\n", "line 2: has more values than the 4 columns"),
         ("t1_1,t2_1,t2_2,t3_1\n1,1,0,2\n", "bits must be 0 and 1"),
         ("t1_1,t2_1,t2_2,t3_1,count\n1,1,0,0,-1\n", "above 0"),
         (f"t1_1,t2_1,t2_2,t3_1,count\n1,1,0,0,{10**30}\n", "at most"),
@@ -107,6 +108,28 @@ def test_a_sample_set_of_something_else_is_refused(decoded, values, counts, part
     code, err = decoded("wrong", json.dumps(sampleset.to_serializable(pack_samples=False)))
     assert code == 3
     assert part in err and err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (("vectors",), 5),
+        (("vectors",), []),
+        (("sample_data", "data", 0, 0), -1),
+        (("vectors", "num_occurrences", "data"), 1e400),
+    ],
+)
+def test_a_sample_set_with_a_damaged_part_is_one_line(decoded, place, value):
+    dimod = pytest.importorskip("dimod")
+    sampleset = dimod.SampleSet.from_samples((np.array([OPTIMUM]), LABELS), "BINARY", np.zeros(1))
+    tree = json.loads(json.dumps(sampleset.to_serializable()))
+    part = tree
+    for key in place[:-1]:
+        part = part[key]
+    part[place[-1]] = value
+    code, err = decoded("wrong", json.dumps(tree))
+    assert code == 3
+    assert "is a damaged SampleSet" in err and err.count("\n") == 1
 
 
 def test_strings_of_trains_at_a_substation_are_decoded(tmp_path, capsys):

@@ -4,6 +4,7 @@ import pytest
 
 from tests.helpers.instance_case import binary_instance
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
+from tgvdp.formulations.problem.instances import SharedTrip, SubstationInstance
 from tgvdp.formulations.problem.reading import read_instance
 from tgvdp.instances import find, index
 from tgvdp.solvers.registry import solve
@@ -44,3 +45,17 @@ def test_distances_between_whole_steps_are_refused(solver, changes):
         pytest.importorskip("dwave.samplers")
     with pytest.raises(InfeasibleError, match="no distance of whole steps"):
         solve(binary_instance(6, **changes), solver)
+
+
+def test_a_train_of_a_substation_that_cannot_cover_its_distance_is_named():
+    """It is no matter of the limit, which is never reached here."""
+    trips = (
+        binary_instance(6, model="kinetic", distance_units=8.0),
+        binary_instance(4, model="kinetic", distance_units=16.0),
+    )
+    shared = SubstationInstance(
+        id="far", dt_s=10.0, dv_mps=1.0, power_units=100, alpha=0.5,
+        trains=tuple(SharedTrip(start=0, mass_units=1, trip=trip) for trip in trips),
+    )  # fmt: skip
+    with pytest.raises(InfeasibleError, match="train 2 alone cannot cover its distance"):
+        solve(shared, "greedy")

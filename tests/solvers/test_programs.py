@@ -163,6 +163,14 @@ def test_files_hold_the_program(suffix, write, model, tmp_path):
         assert row.lower - 1e-6 <= total <= row.upper + 1e-6
 
 
+def test_integers_of_mps_stand_between_markers_as_the_format_has_them():
+    """SCIP also takes a marker behind a column's name; HiGHS then reads real variables, and others nothing."""
+    program = binary_program(binary_instance(6, model="kinetic", distance_units=5.0))
+    markers = [line.split() for line in mps_text(program).splitlines() if "MARKER" in line]
+    assert [line[-1] for line in markers] == ["'INTORG'", "'INTEND'"] * 2
+    assert all(line[1] == "'MARKER'" and len(line) == 3 for line in markers)
+
+
 def test_files_refuse_products():
     program = binary_program(binary_instance(4, model="kinetic"), "quadratic")
     assert program.products

@@ -64,6 +64,21 @@ def test_a_longer_tenure_makes_tabu_search_find_what_a_short_one_misses():
     assert drawn(0.5)["best_reads"] > 2 * drawn(1e-3)["best_reads"]
 
 
+@pytest.mark.parametrize("sweeps", [1, 100, 199, 200, 201, 300, 1000, 3000])
+def test_tabu_search_makes_the_sweeps_that_it_was_given(sweeps, monkeypatch):
+    """Two stages of 200 for 300 sweeps were a third more work than the other samplers got."""
+    samplers = pytest.importorskip("dwave.samplers")
+    given, search = {}, samplers.TabuSampler.sample
+    monkeypatch.setattr(
+        samplers.TabuSampler, "sample", lambda self, bqm, **budget: given.update(budget) or search(self, bqm, **budget)
+    )
+    details = solve(binary_instance(4), "tabu", "unary", allowance=Allowance(reads=1, sweeps=sweeps)).details
+    made = given["coefficient_z_first"] + given["num_restarts"] * given["coefficient_z_restart"]
+    assert details["sweeps"] == made
+    assert sweeps <= made <= sweeps + given["num_restarts"]
+    assert given["coefficient_z_first"] == given["coefficient_z_restart"] <= 200
+
+
 @pytest.mark.parametrize("solver", ["sa", "pt"])
 def test_temperatures_decide_what_annealing_finds(solver):
     """Far too hot is tossing coins."""

@@ -29,7 +29,7 @@ def solve_greedy(instance: BinaryInstance | SubstationInstance, _: Allowance) ->
     InputError
         When the steps are not equal.
     InfeasibleError
-        When no distance of one train lies within the tolerance.
+        When no distance of one train lies within the tolerance, or a train of a substation cannot cover its own.
     BudgetExceededError
         When the trains of a substation end above its limit.
     """
@@ -52,6 +52,10 @@ def _of_trains(instance: SubstationInstance) -> Schedule:
 
     trains = [train_of(train) for train in instance.trains]
     plan = settled(instance, trains, np.full(instance.steps, SCALE, dtype=np.int64))
+    for number, (train, speeds) in enumerate(zip(instance.trains, plan, strict=True), start=1):
+        # Each is driven exactly, at any cost: what does not arrive cannot.
+        if not schedule_of_speeds(train.trip, speeds).feasible:
+            raise InfeasibleError(f"{instance.id}: train {number} alone cannot cover its distance in its time")
     schedule = substation_schedule(instance, plan)
     if not schedule.feasible:
         raise BudgetExceededError(f"{instance.id}: the trains took turns, and end above the limit of the substation")

@@ -55,7 +55,7 @@ def _of_sampleset(tree: dict[str, Any], name: str, qubo: Qubo) -> Samples:
     try:
         sampleset = extra("dimod", "a SampleSet").SampleSet.from_serializable(tree)
         column = {label: i for i, label in enumerate(sampleset.variables)}
-    except (KeyError, TypeError, ValueError) as error:
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         raise InputError(f"{name}: is a damaged SampleSet: {error}") from None
     if missing := next((label for label in qubo.labels if label not in column), None):
         raise InputError(f"{name}: has no variable {missing!r} of the QUBO of {qubo.n} bits")
@@ -92,6 +92,8 @@ def _of_csv(text: str, name: str, qubo: Qubo) -> Samples:
     bits, counts = [], []
     for line, row in rows:
         where = f"line {line}"
+        if None in row:
+            raise InputError(f"{name}: {where}: has more values than the {len(columns)} columns of the header")
         try:
             bits.append([int(row[label]) for label in qubo.labels])
             counts.append(int(row[counted]) if counted else 1)

@@ -100,9 +100,9 @@ def _columns(program: Program) -> Iterable[str]:
     integer = False
     for variable, column in zip(program.variables, entries, strict=True):
         if variable.integer != integer:
-            yield f" MARKER MARKER 'MARKER' '{'INTORG' if variable.integer else 'INTEND'}'"
+            yield f" MARKER 'MARKER' '{'INTORG' if variable.integer else 'INTEND'}'"
             integer = variable.integer
         # A column without entries would be forgotten: give it a cost of nothing.
         yield from (f" {variable.name} {entry}" for entry in column or ["obj 0.0"])
     if integer:
-        yield " MARKER MARKER 'MARKER' 'INTEND'"
+        yield " MARKER 'MARKER' 'INTEND'"

@@ -18,7 +18,7 @@ from tgvdp.solvers.samplers.sampling import ground_state_solution, lowest, sampl
 #: Most bits that dimod enumerates, in a second or two.
 MAX_EXACT_BITS = 20
 
-#: Sweeps of tabu search between restarts: each looks at every bit once and flips the best that is allowed.
+#: Most sweeps of tabu search between restarts: each looks at every bit once and flips the best that is allowed.
 TABU_STAGE = 200
 
 #: Widest tree decomposition: a table of 2²² doubles.
@@ -43,25 +43,26 @@ def solve_sa(encoded: Encoded, allowance: Allowance) -> Solution:
 
 
 def solve_tabu(encoded: Encoded, allowance: Allowance) -> Solution:
-    """Tabu search, restarted every `TABU_STAGE` sweeps; uses ``reads``, ``sweeps``, ``tenure`` and ``seed``.
+    """Tabu search in equal stages of at most `TABU_STAGE` sweeps; uses ``reads``, ``sweeps``, ``tenure`` and ``seed``.
 
-    There is no limit of time, because results would depend on the machine.
+    The stages together have the sweeps that were asked for, rounded up to whole ones of each, so that they mean the
+    same work as elsewhere. There is no limit of time, because results would depend on the machine.
     """
     sampler = extra("dwave.samplers", "solver tabu").TabuSampler()
     tenure = max(1, min(encoded.qubo.n - 1, int(allowance.tenure * encoded.qubo.n)))
-    restarts = max(0, ceil(allowance.sweeps / TABU_STAGE) - 1)
-    stage = min(allowance.sweeps, TABU_STAGE)
+    stages = max(1, ceil(allowance.sweeps / TABU_STAGE))
+    stage = ceil(allowance.sweeps / stages)
     budget = {
         "num_reads": allowance.reads,
         "seed": allowance.seed,
         "tenure": tenure,
         "timeout": None,
-        "num_restarts": restarts,
+        "num_restarts": stages - 1,
         "coefficient_z_first": stage,
         "coefficient_z_restart": stage,
         "lower_bound_z": 1,
     }
-    details = {"sweeps": allowance.sweeps, "tenure": tenure, "restarts": restarts, "seed": allowance.seed}
+    details = {"sweeps": stages * stage, "tenure": tenure, "restarts": stages - 1, "seed": allowance.seed}
     return _sampled("tabu", sampler, encoded, budget, details)
 
 
