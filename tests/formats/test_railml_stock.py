@@ -172,3 +172,18 @@ def test_a_vehicle_alone_brakes_as_its_own_brakes_say(saved_xml):
     assert load_train(saved_xml(STOCK_3.replace("<drivingResistance>", boxed))).braking_rates == (
         BrakingRate(0.0, 0.9),
     )
+
+
+def test_davis_formula_and_acceleration_as_the_schema_of_2_4_has_them(saved_xml):
+    start, end = STOCK_2.index("<trainResistance>"), STOCK_2.index("</trainResistance>") + 18
+    given = """<trainResistance tunnelFactor="1.1" daviesFactorA="1.5" daviesFactorB="0.005" daviesFactorC="0.0002"
+                 daviesMassDependent="true"/>"""
+    text = (STOCK_2[:start] + given + STOCK_2[end:]).replace("maxAcceleration", "trainMaxAcceleration")
+    train = load_train(saved_xml(text))
+    assert train == load_train(saved_xml(STOCK_2))
+    assert train.max_acceleration_mps2 == 0.6
+    assert "not used: trainBrakes@brakeType, trainResistance@tunnelFactor" in train.notes[-1]
+    either = text.replace('daviesMassDependent="true"', "").replace('"1.5"', '"60"')
+    assert refusal(load_train, saved_xml(either)).endswith(
+        "trainResistance@daviesMassDependent: missing attribute: 60 may be N or N/kN"
+    )

@@ -20,6 +20,8 @@ _SAME = 1e-9
 #: The constant of Davis' formula: no train has more than this in N/kN, or less than that in N.
 _MOST_SPECIFIC = 30.0
 _LEAST_ABSOLUTE = 90.0
+#: Elements that hold Davis' formula, until 3.2 and since 3.3.
+_FORMULAS = ("daviesFormula", "daviesFormulaFactors")
 
 
 class Effort(NamedTuple):
@@ -143,6 +145,8 @@ def _at(points: list[tuple[float, float]], speed_mps: float, *, after: bool) -> 
 def resistance_of(node: Node, weight_kn: float | None, top_mps: float) -> Resistance:
     """Read Davis' formula, or fit it to a table of resistance over speed.
 
+    The formula is an element of its own, or attributes of the resistance, as in the schema of 2.4.
+
     Parameters
     ----------
     node : Node
@@ -157,22 +161,29 @@ def resistance_of(node: Node, weight_kn: float | None, top_mps: float) -> Resist
     InputError
         When there is neither formula nor table, a value is negative, or specific resistance has no weight.
     """
-    formulas, tables = _below_anywhere(node, ("daviesFormula",)), _below_anywhere(node, TABLES)
+    formulas, tables = _below_anywhere(node, _FORMULAS), _below_anywhere(node, TABLES)
     if formulas:
-        one = formulas[0]
-        a = one.required_number("constantFactorA", "N, or N/kN where massDependent", at_least=0.0)
-        specific = one.flag("massDependent")
-        if specific is None and _MOST_SPECIFIC < a < _LEAST_ABSOLUTE:
-            raise one.bad(f"missing attribute: {a:g} may be N or N/kN", "massDependent")
-        scale = _scale(one, specific or (specific is None and a <= _MOST_SPECIFIC), weight_kn)
-        b = one.number("speedDependentFactorB", "N/(km/h)", at_least=0.0) or 0.0
-        c = one.number("squareSpeedDependentFactorC", "N/(km/h)²", at_least=0.0) or 0.0
-        return Resistance(scale * a, scale * per_kmh_to_per_mps(b, 1), scale * per_kmh_to_per_mps(c, 2), one.line)
+        names = ("constantFactorA", "speedDependentFactorB", "squareSpeedDependentFactorC", "massDependent")
+        return _davis(formulas[0], names, weight_kn)
+    if node.text("daviesFactorA") is not None:
+        return _davis(node, ("daviesFactorA", "daviesFactorB", "daviesFactorC", "daviesMassDependent"), weight_kn)
     if not tables:
         raise node.bad("missing element daviesFormula, valueTable or segmentTable")
     table = read_table(tables[0], SPECIFIC, top_mps)
     scale = _scale(tables[0], table.specific, weight_kn)
     return _fitted(table, [(v, scale * r) for v, r in table.points])
+
+
+def _davis(node: Node, names: tuple[str, str, str, str], weight_kn: float | None) -> Resistance:
+    """Davis' formula of four attributes: three coefficients, and whether they are per weight."""
+    a = node.required_number(names[0], "N, or N/kN where massDependent", at_least=0.0)
+    b = node.number(names[1], "N/(km/h)", at_least=0.0) or 0.0
+    c = node.number(names[2], "N/(km/h)²", at_least=0.0) or 0.0
+    specific = node.flag(names[3])
+    if specific is None and _MOST_SPECIFIC < a < _LEAST_ABSOLUTE:
+        raise node.bad(f"missing attribute: {a:g} may be N or N/kN", names[3])
+    scale = _scale(node, specific or (specific is None and a <= _MOST_SPECIFIC), weight_kn)
+    return Resistance(scale * a, scale * per_kmh_to_per_mps(b, 1), scale * per_kmh_to_per_mps(c, 2), node.line)
 
 
 def _scale(node: Node, specific: bool, weight_kn: float | None) -> float:

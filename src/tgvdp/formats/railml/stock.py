@@ -222,8 +222,10 @@ def _braking_rates(brakes: list[Node]) -> tuple[tuple[BrakingRate, ...], list[st
 
 
 def _acceleration_mps2(train: Node) -> float:
-    """Largest acceleration; the least of several, without limit where there is none."""
-    given_mps2 = [one.number("maxAcceleration", "m/s²", above=0.0) for one in train.children("trainEngine")]
+    """Largest acceleration (``train…`` in 2.x); the least of several, without limit where there is none."""
+    names = ("maxAcceleration", "trainMaxAcceleration")
+    engines = train.children("trainEngine")
+    given_mps2 = [one.number(name, "m/s²", above=0.0) for one in engines for name in names]
     return min((value_mps2 for value_mps2 in given_mps2 if value_mps2 is not None), default=math.inf)
 
 
