@@ -169,3 +169,15 @@ def test_transitions_of_the_schema_are_known(saved_xml, kind):
     track = load_track(saved_xml(text))
     assert track == load_track(saved_xml(LINE_3))
     assert any("horizontalCurve@radius" in note for note in track.notes if note.startswith("not used: "))
+
+
+def test_where_limits_of_3_x_end_for_head_or_tail_is_told(saved_xml):
+    text = LINE_3.replace("<speedSection ", '<speedSection endPointValidity="noTrainLengthDelay" ', 1)
+    told = "limits end with no endPointValidity, noTrainLengthDelay: choose limits for head or tail"
+    assert any(note.startswith(told) for note in load_track(saved_xml(text)).notes)
+    assert not any("limits end with" in note for note in load_track(saved_xml(LINE_3)).notes)
+
+
+def test_limits_of_drafts_of_3_1_have_the_name_that_they_have_in_2_x(saved_xml):
+    draft = load_track(saved_xml(LINE_3.replace(" maxSpeed=", " vMax=")))
+    assert draft == load_track(saved_xml(LINE_3))
