@@ -37,8 +37,9 @@ class Row(NamedTuple):
 class Piece:
     """A stretch of line as one track or path of net elements describes it; positions count from its start.
 
-    Rows of limits are in km/h and need not start at 0 m; one of `NO_LIMIT_KMH` ends the limit before it. Those of
-    gradients (‰, + uphill in the direction of the run) do start there, unless there are none.
+    Rows of limits are in km/h and need not start at 0 m; one of `NO_LIMIT_KMH` ends the limit before it, and one at the
+    end of the piece holds on the next one. Those of gradients (‰, + uphill in the direction of the run) do start there,
+    unless there are none.
     """
 
     name: str
@@ -67,8 +68,8 @@ def turned(rows: list[Row], length_m: float) -> list[Row]:
     return [Row(length_m - end_m, row.value, row.line) for row, end_m in zip(rows[::-1], ends_m[::-1], strict=True)]
 
 
-def one_at_each_place(rows: Iterable[tuple[Row, Node]], length_m: float) -> list[Row]:
-    """Rows in the order of the run, without those at its very end; of several at one place that agree, the first.
+def one_at_each_place(rows: Iterable[tuple[Row, Node]]) -> list[Row]:
+    """Rows in the order of the run; of several at one place that agree, the first.
 
     Raises
     ------
@@ -82,7 +83,12 @@ def one_at_each_place(rows: Iterable[tuple[Row, Node]], length_m: float) -> list
             raise node.bad(f"a second {node.name} at the position of line {kept[-1].line}, and another value", "pos")
         if not again:
             kept.append(row)
-    return [row for row in kept if row.position_m < length_m - SLACK_M]
+    return kept
+
+
+def before(rows: list[Row], length_m: float) -> list[Row]:
+    """Rows without those at the very end of a run."""
+    return [row for row in rows if row.position_m < length_m - SLACK_M]
 
 
 def unused_notes(names: list[str]) -> list[str]:
@@ -126,6 +132,8 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
     stops_m: set[float] = set()
     offset_m = 0.0
     for piece in pieces:
+        if piece.limits_kmh and piece.limits_kmh[0].position_m <= SLACK_M:
+            limits = before(limits, offset_m)
         limits += (row._replace(position_m=offset_m + row.position_m) for row in piece.limits_kmh)
         gradients += (row._replace(position_m=offset_m + row.position_m) for row in _started(piece, bool(gradients)))
         straight = [] if piece.curves else [(Curve(0.0, math.inf, math.inf), piece.line)]
@@ -134,6 +142,7 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
         tunnels += ((t._replace(position_m=offset_m + t.position_m), line) for t, line in piece.tunnels)
         stops_m |= {offset_m + stop_m for stop_m in piece.stops_m}
         offset_m += piece.length_m
+    limits = before(limits, offset_m)
     first = pieces[0]
     notes = [note for piece in pieces for note in piece.notes]
     notes += _joint_notes(pieces)
