@@ -187,3 +187,30 @@ def test_davis_formula_and_acceleration_as_the_schema_of_2_4_has_them(saved_xml)
     assert refusal(load_train, saved_xml(either)).endswith(
         "trainResistance@daviesMassDependent: missing attribute: 60 may be N or N/kN"
     )
+
+
+FAMILY = STOCK_2.replace(
+    '<vehicle id="coach"', '<vehicle id="two" name="Two" vehicleFamilyRef="loco" bruttoWeight="84"/><vehicle id="coach"'
+).replace('vehicleRef="loco" vehicleCount="2"', 'vehicleRef="two" vehicleCount="2"')
+
+
+def test_a_vehicle_is_as_its_family_in_what_it_does_not_say(saved_xml):
+    one, two = load_train(saved_xml(STOCK_2, "#ic")), load_train(saved_xml(FAMILY, "#ic"))
+    assert (two.traction, two.length_m, two.max_speed_mps) == (one.traction, one.length_m, one.max_speed_mps)
+    assert two.mass_kg == one.mass_kg + 8e3
+    assert two.rotating_mass_factor == pytest.approx(1.0 + 2 * 0.2 * 84.0 / 468.0)
+    assert "vehicle two is as loco in what it does not say" in two.notes
+    newer = load_train(saved_xml(FAMILY.replace("vehicleFamilyRef", "basedOnTemplate"), "#ic"))
+    assert newer == two
+
+
+@pytest.mark.parametrize(
+    ("family", "message"),
+    [
+        ("gone", "vehicle[2]@vehicleFamilyRef: no vehicle 'gone' in this file"),
+        ("two", "vehicle[2]@vehicleFamilyRef: is its own family, by way of others or not: 'two'"),
+    ],
+)
+def test_a_family_that_is_none_is_refused(saved_xml, family, message):
+    text = FAMILY.replace('vehicleFamilyRef="loco"', f'vehicleFamilyRef="{family}"')
+    assert refusal(load_train, saved_xml(text, "#ic")).endswith(message)

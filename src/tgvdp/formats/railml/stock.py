@@ -11,6 +11,7 @@ from tgvdp.errors import InputError
 from tgvdp.formats.railml.braking import brakes_of, braking_rates
 from tgvdp.formats.railml.drive import Vehicles, drive_of, mass_of, modes_of
 from tgvdp.formats.railml.effort import Effort, Resistance, effort_of, resistance_of, total_effort
+from tgvdp.formats.railml.family import family_of, whole
 from tgvdp.formats.railml.rows import unused_notes
 from tgvdp.formats.syntax.reading import shown
 from tgvdp.formats.syntax.xml import Node
@@ -60,6 +61,7 @@ def read_train(root: Node, node: Node, mode: str) -> tuple[Train, dict[str, int]
         When a mass, a speed, an effort table or the resistance is missing, or a value is out of range.
     """
     vehicles = _vehicles(root, node)
+    node = vehicles[0].node if node.name == "vehicle" else node
     count = _count(node, "formationCount", "formations")
     mass_t, mass_notes = _mass_t(node, vehicles)
     length_m, length_notes = _length_m(node, vehicles)
@@ -75,7 +77,9 @@ def read_train(root: Node, node: Node, mode: str) -> tuple[Train, dict[str, int]
     rates, rate_notes = braking_rates(node, brakes, top_mps)
     acceleration_mps2 = _acceleration_mps2(node)
     name = _name(node)
-    notes = [*mass_notes, *length_notes, *speed_notes, *drive.notes, *resistance.notes, *rate_notes]
+    families = {one.node.text("id"): family_of(one.node) for one in vehicles}
+    family_notes = [f"vehicle {one} is as {other} in what it does not say" for one, other in families.items() if other]
+    notes = [*family_notes, *mass_notes, *length_notes, *speed_notes, *drive.notes, *resistance.notes, *rate_notes]
     notes += _effort_notes(traction, top_mps)
     if count > 1:
         notes.append(f"formationCount {count}: the train is {count} such formations, resistance and all")
@@ -120,18 +124,21 @@ def _name(node: Node) -> str:
 
 def _vehicles(root: Node, train: Node) -> list[Vehicles]:
     """Vehicles of a formation with their numbers, none where it describes itself; a vehicle is its own only one."""
-    if train.name == "vehicle":
-        return [Vehicles(train, 1)]
     stock = [node for name in _STOCK for node in root.children(name)]
     known = {one.text("id"): one for node in stock for one in node.below("vehicles", "vehicle")}
+    if train.name == "vehicle":
+        return [Vehicles(whole(train, known), 1)]
     # A vehicle is named by an element below trainOrder in 2.x, by an attribute of it in 3.x.
     refs = [ref for order in train.children("trainOrder") for ref in order.children("vehicleRef") or [order]]
     found = []
+    made: dict[str, Node] = {}
     for ref in refs:
         name = ref.required_text("vehicleRef")
         if name not in known:
             raise ref.bad(f"no vehicle {shown(name)} in this file", "vehicleRef")
-        found.append(Vehicles(known[name], _count(ref, "vehicleCount", "vehicles")))
+        if name not in made:
+            made[name] = whole(known[name], known)
+        found.append(Vehicles(made[name], _count(ref, "vehicleCount", "vehicles")))
     return found
 
 
