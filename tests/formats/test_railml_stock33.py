@@ -85,6 +85,14 @@ def test_largest_effort_and_power_of_the_brake_make_a_dynamic_brake(saved_xml):
     train = load_train(saved_xml(with_caps('maxBrakeEffort="100000" maxBrakePower="3e6" totalBrakeEfficiency="0.8"')))
     assert train.braking == EffortCurve.from_caps(200e3, 6e6)
     assert (train.traction_efficiency, train.regeneration_efficiency) == (0.85, 0.8)
+    caps = (
+        'power="1e6" totalTractEfficiency="0.85" maxBrakeEffort="50000" maxBrakePower="1e6" totalBrakeEfficiency="0.7"'
+    )
+    coach = f'tareWeight="40"><engine><propulsion {caps}/></engine></vehicle>'
+    both = with_caps('maxBrakeEffort="1e5" maxBrakePower="3e6" totalBrakeEfficiency="0.8"')
+    mixed = load_train(saved_xml(both.replace('tareWeight="40"/>', coach)))
+    assert mixed.regeneration_efficiency == 0.7
+    assert "totalBrakeEfficiency 0.7 is the least of 2" in mixed.notes
     half = load_train(saved_xml(with_caps('maxBrakeEffort="100000" totalBrakeEfficiency="0.8"')))
     assert half.braking == EffortCurve.from_caps(0.0)
     assert half.regeneration_efficiency == 0.0

@@ -10,6 +10,8 @@ from typing import NamedTuple
 from tgvdp.formats.railml.effort import Effort, effort_of, has_caps, holds
 from tgvdp.formats.syntax.xml import Node
 
+_TRACTION_EFFICIENCY = "totalTractEfficiency"
+
 
 class Vehicles(NamedTuple):
     """Vehicles of one kind in a train."""
@@ -76,7 +78,7 @@ def drive_of(vehicles: list[Vehicles], mode: str, mass_t: float, top_mps: float)
         notes += (f"propulsion {name} is not used" for name in kind.not_chosen)
     traction = [effort for kind in kinds for effort in kind.traction]
     braking = [kind.braking for kind in kinds if kind.braking is not None]
-    efficiency, efficiency_notes = _efficiency(vehicles, "totalTractEfficiency", [one.shares for one in kinds])
+    efficiency, efficiency_notes = _efficiency(vehicles, _TRACTION_EFFICIENCY, [one.shares for one in kinds])
     regeneration, brake_notes = _efficiency(vehicles, "totalBrakeEfficiency", [one.brake_shares for one in kinds])
     notes += [*efficiency_notes, *brake_notes]
     powerless = [kind.name for kind in kinds if kind.has_engine and not kind.traction]
@@ -132,7 +134,7 @@ def _kind(one: Vehicles, mode: str, mass_t: float | None, top_mps: float) -> _Ki
         braking=None if braking is None else braking.times(one.number),
         rotating_t=None if rotating_t is None else one.number * rotating_t,
         auxiliary_w=one.number * _auxiliary_w(one.node, nodes),
-        shares=[node.number("totalTractEfficiency", "-", above=0.0) for node in nodes],
+        shares=[node.number(_TRACTION_EFFICIENCY, "-", above=0.0) for node in nodes],
         brake_shares=[node.number("totalBrakeEfficiency", "-", at_least=0.0) for node in nodes],
     )
 
@@ -152,12 +154,13 @@ def _efficiency(
     """Efficiency of all propulsions of a train, None where none is given, and what must be said of it."""
     shares = [share for shares in shares_of_kinds for share in shares]
     known = {share for share in shares if share is not None}
-    if len(known) > 1:
+    if len(known) > 1 and name == _TRACTION_EFFICIENCY:
         raise vehicles[0].node.bad(f"vehicles of different {name} cannot be one train")
-    share = known.pop() if known else None
-    if share is None:
+    if not known:
         return None, []
-    notes = [f"{name} {share:g} is read as {share:g} %"] if share > 1.0 else []
+    share = min(known)  # what is given back by several brakes is at least that
+    notes = [f"{name} {share:g} is the least of {len(known)}"] if len(known) > 1 else []
+    notes += [f"{name} {share:g} is read as {share:g} %"] if share > 1.0 else []
     if share != 1.0 and None in shares:
         notes.append(f"{name} {share:g} counts for all vehicles, some of which give none")
     return share / 100.0 if share > 1.0 else share, notes
