@@ -7,7 +7,7 @@ import pytest
 from tests.helpers.railml_case import LINE_3
 from tests.helpers.refusal import refusal
 from tgvdp.formats import load_track
-from tgvdp.model.track import Curve
+from tgvdp.model.track import Curve, NeutralSection
 
 pytest.importorskip("lxml")
 
@@ -121,3 +121,33 @@ def test_tunnels_of_3_3_have_a_cross_section(saved_xml):
     assert bare.tunnels == ()
     (turned,) = load_track(saved_xml(text, "#t1:reverse")).tunnels
     assert turned.position_m == pytest.approx(10_000.0 - 200.0 - made.position_m)
+
+
+def separation(attributes, insulated="true"):
+    section = f"""<electrifications><electrificationSection isInsulatedSection="{insulated}" contactLineType="overhead">
+      <linearLocation applicationDirection="both">
+       <associatedNetElement netElementRef="ne1" posBegin="1500" posEnd="1620"/></linearLocation>
+      <phaseSeparationSection lengthPhaseSeparation="100" {attributes}/>
+     </electrificationSection></electrifications></functionalInfrastructure>"""
+    return LINE_3.replace("</functionalInfrastructure>", section)
+
+
+UNREAD = "traction current is taken to be everywhere: electrificationSection (1)"
+
+
+@pytest.mark.parametrize(
+    ("attributes", "lowered"), [('switchOffBreaker="true"', False), ('switchOffBreaker="1" lowerPantograph="1"', True)]
+)
+def test_insulated_sections_passed_without_current_are_neutral(saved_xml, attributes, lowered):
+    name = saved_xml(separation(attributes))
+    track = load_track(f"{name}#t1:normal")
+    assert track.neutral_sections == (NeutralSection(1500.0, 120.0, lowered),)
+    assert load_track(f"{name}#t1:reverse").neutral_sections == (NeutralSection(8380.0, 120.0, lowered),)
+    assert not any(UNREAD in note for note in track.notes)
+
+
+@pytest.mark.parametrize(("attributes", "insulated"), [("", "true"), ('switchOffBreaker="true"', "false")])
+def test_separations_without_a_place_or_an_order_are_told(saved_xml, attributes, insulated):
+    track = load_track(saved_xml(separation(attributes, insulated), "#t1:normal"))
+    assert track.neutral_sections == ()
+    assert any(UNREAD in note for note in track.notes)

@@ -23,16 +23,14 @@ from tgvdp.formats.railml.rows import (
     uncovered_note,
     unused_notes,
 )
+from tgvdp.formats.railml.supply3 import ELECTRIFIED, is_neutral, neutral_sections
 from tgvdp.formats.syntax.xml import Node
 
 _FUNCTIONAL = ("infrastructure", "functionalInfrastructure")
 _SECTIONS = (*_FUNCTIONAL, "speeds", "speedSection")
 _POINTS = (*_FUNCTIONAL, "operationalPoints", "operationalPoint")
-#: Of the electrification neutral sections would be of use to a run, but what the schema says of them is too little.
-_UNREAD = (
-    (*_FUNCTIONAL, "electrifications", "electrificationSection"),
-    (*_FUNCTIONAL, "restrictionAreas", "restrictionArea"),
-)
+#: Of the electrification only neutral sections are of use to a run.
+_UNREAD = (ELECTRIFIED, (*_FUNCTIONAL, "restrictionAreas", "restrictionArea"))
 
 
 def tracks(root: Node) -> list[Node]:
@@ -140,6 +138,7 @@ def read_piece(root: Node, track: Node, direction: str, profile: str, line_speed
         gradients_permil=gradients,
         curves=curves,
         tunnels=tunnels,
+        neutral_sections=neutral_sections(path, root),
         stops_m=list(_stops(path, root)),
         notes=notes + unused_notes([unused for part in read for unused in part.unused()]),
     )
@@ -245,7 +244,9 @@ def _unplaced_notes(path: NetPath, root: Node) -> list[str]:
         elsewhere[_POINTS[-1]] += not point.children("spotLocation") and path.passes(
             point, "areaLocation", "linearLocation"
         )
-    unread = Counter({steps[-1]: sum(map(path.passes, root.below(*steps))) for steps in _UNREAD})
+    unread = Counter(
+        node.name for steps in _UNREAD for node in root.below(*steps) if path.passes(node) and not is_neutral(node)
+    )
     for counts, why in (
         (on_related, "not used, as they lie on parts of the net elements, or on what these are parts of"),
         (elsewhere, "not used, as they have no location of a kind that places them"),

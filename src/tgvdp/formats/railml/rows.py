@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from tgvdp.errors import InputError
 from tgvdp.formats.syntax.xml import Node
-from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track, Tunnel
+from tgvdp.model.track import Curve, Gradient, NeutralSection, SpeedLimit, Track, Tunnel
 from tgvdp.units import KILO, kmh_to_mps
 
 #: Value of a row at which a limit ends without a new one.
@@ -49,6 +49,7 @@ class Piece:
     gradients_permil: list[Row] = field(default_factory=list)
     curves: list[tuple[Curve, int]] = field(default_factory=list)
     tunnels: list[tuple[Tunnel, int]] = field(default_factory=list)
+    neutral_sections: list[tuple[NeutralSection, int]] = field(default_factory=list)
     stops_m: list[float] = field(default_factory=list)
     #: Ids of what lies at the start and at the end of the piece, as far as the file names it.
     joints: tuple[frozenset[str], frozenset[str]] = (frozenset(), frozenset())
@@ -129,6 +130,7 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
     gradients: list[Row] = []
     curves: list[tuple[Curve, int]] = []
     tunnels: list[tuple[Tunnel, int]] = []
+    neutral: list[tuple[NeutralSection, int]] = []
     stops_m: set[float] = set()
     offset_m = 0.0
     for piece in pieces:
@@ -140,6 +142,7 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
         for curve, line in piece.curves or straight:
             curves.append((curve._replace(position_m=offset_m + curve.position_m), line))
         tunnels += ((t._replace(position_m=offset_m + t.position_m), line) for t, line in piece.tunnels)
+        neutral += ((n._replace(position_m=offset_m + n.position_m), line) for n, line in piece.neutral_sections)
         stops_m |= {offset_m + stop_m for stop_m in piece.stops_m}
         offset_m += piece.length_m
     limits = before(limits, offset_m)
@@ -163,6 +166,7 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
     lines |= {f"gradients[{i}]": row.line for i, row in enumerate(gradients)}
     lines |= {f"curves[{i}]": line for i, (_, line) in enumerate(curves)}
     lines |= {f"tunnels[{i}]": line for i, (_, line) in enumerate(tunnels)}
+    lines |= {f"neutral_sections[{i}]": line for i, (_, line) in enumerate(neutral)}
     try:
         track = Track(
             name=" + ".join(piece.name for piece in pieces),
@@ -172,6 +176,7 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
             stops_m=_stops(stops_m, offset_m),
             curves=tuple(curve for curve, _ in curves),
             tunnels=tuple(tunnel for tunnel, _ in tunnels),
+            neutral_sections=tuple(section for section, _ in neutral),
             notes=tuple(dict.fromkeys(notes)),
         )
     except InputError as error:
