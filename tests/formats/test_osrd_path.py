@@ -104,7 +104,7 @@ def test_it_is_described_and_reviewed_as_a_line_and_is_no_train(tmp_path):
     described = describe_file(file)
     assert (described.kind, described.format) == ("track", "OSRD path")
     assert "speed limits 3, 72 to 144 km/h" in described.headline
-    assert "neutral sections 2, together 500 m" in described.headline
+    assert "neutral 2, together 500 m" in described.headline
     assert [review.kind for review in review_file(file)] == ["track"]
     with pytest.raises(InputError, match="holds an OSRD path track, not a train"):
         load_train(file)

@@ -212,7 +212,7 @@ def track_figures(track: Track) -> Iterator[Figure]:
     for name in ("tunnels", "neutral_sections"):
         lengths_m = [one.length_m for one in getattr(track, name)]
         if lengths_m:
-            yield Figure(name.replace("_", " "), f"{len(lengths_m)}, together {sum(lengths_m):.6g}", "m")
+            yield Figure(name.removesuffix("_sections"), f"{len(lengths_m)}, together {sum(lengths_m):.6g}", "m")
     yield from _tunnels(track)
 
 
