@@ -77,6 +77,18 @@ def test_without_limits_a_line_speed_runs(tmp_path):
         (("path_properties", "slopes", "values", 1), "steep",
          "path_properties.slopes.values[1]: must be a number in ‰, got 'steep'"),
         (("simulation",), {"status": "pathfinding_failed"}, "simulation.status: must be 'success', got 'pathfinding_f"),
+        (("simulation",), {"mrsp": {"boundaries": [], "values": [{"speed": 9}]}},
+         "mrsp and simulation.mrsp differ: keep one of the two"),
+        (("pathfinding",), {"length": 9_000_000},
+         "length is 10000000 mm, and pathfinding.length 9000000 mm: answers about different paths?"),
+        (("simulation",), {"final_output": {"positions": [0, 9]}},
+         "length is 10000000 mm, and the end of simulation.final_output.positions 9 mm: answers about"),
+        (("path_properties", "electrifications", "values", 1, "type"), "neutral",
+         "path_properties.electrifications: type must be one of electrification, neutral_section, non_electr"),
+        (("path_properties", "electrifications", "values", 1), {"type": "neutral_section", "lower_pantographs": True},
+         "path_properties.electrifications.values[1]: unknown field 'lower_pantographs', did you mean"),
+        (("path_properties",), {"slope": {"boundaries": [], "values": [5.0]}},
+         "path_properties: unknown field 'slope', did you mean 'slopes'?"),
     ],
     ids=lambda value: str(value)[:40],
 )  # fmt: skip
@@ -92,6 +104,13 @@ def test_it_is_described_and_reviewed_as_a_line_and_is_no_train(tmp_path):
     described = describe_file(file)
     assert (described.kind, described.format) == ("track", "OSRD path")
     assert "speed limits 3, 72 to 144 km/h" in described.headline
+    assert "neutral 2, together 500 m" in described.headline
     assert [review.kind for review in review_file(file)] == ["track"]
     with pytest.raises(InputError, match="holds an OSRD path track, not a train"):
         load_train(file)
+
+
+def test_an_infrastructure_is_named_as_such(tmp_path):
+    file = write_json(tmp_path / "infra.json", {"version": "3.4", "track_sections": [], "routes": [], "switches": []})
+    with pytest.raises(InputError, match=r"infra\.json: is an OSRD infrastructure, of which no line is read: ask OSRD"):
+        load_track(file)

@@ -150,7 +150,7 @@ def test_line_of_version_3(saved_xml):
     )
     assert track.notes == (
         "horizontalCurves are not given on 9400 m (9.4 km): taken as straight",
-        "tunnels (1, 0.2 km) have no cross section in railML 3: not used",
+        "tunnels (1, 0.2 km) have no cross section: not used",
         "not used: name@language",
     )
 

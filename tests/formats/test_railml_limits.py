@@ -169,3 +169,29 @@ def test_transitions_of_the_schema_are_known(saved_xml, kind):
     track = load_track(saved_xml(text))
     assert track == load_track(saved_xml(LINE_3))
     assert any("horizontalCurve@radius" in note for note in track.notes if note.startswith("not used: "))
+
+
+def test_where_limits_of_3_x_end_for_head_or_tail_is_told(saved_xml):
+    text = LINE_3.replace("<speedSection ", '<speedSection endPointValidity="noTrainLengthDelay" ', 1)
+    told = "limits end with no endPointValidity, noTrainLengthDelay: choose limits for head or tail"
+    assert any(note.startswith(told) for note in load_track(saved_xml(text)).notes)
+    assert not any("limits end with" in note for note in load_track(saved_xml(LINE_3)).notes)
+
+
+def test_limits_of_drafts_of_3_1_have_the_name_that_they_have_in_2_x(saved_xml):
+    draft = load_track(saved_xml(LINE_3.replace(" maxSpeed=", " vMax=")))
+    assert draft == load_track(saved_xml(LINE_3))
+
+
+def test_a_limit_that_begins_at_the_end_of_a_track_holds_on_the_next_one(saved_xml):
+    first = up((0, 120), (10, 60))
+    bare = first[first.index("<track ") : first.index("</track>") + 8].replace('id="t1"', 'id="t2"')
+    bare = bare[: bare.index("<speedChanges>")] + bare[bare.index("</speedChanges>") + 15 :]
+    track = load_track(saved_xml(first.replace("</tracks>", f"{bare}</tracks>"), "#t1:up+t2:up"))
+    assert limits_kmh(track) == [(0.0, 120), (10_000.0, 60)]
+    own = bare.replace(
+        "<gradientChanges>", '<speedChanges><speedChange pos="100" vMax="80"/></speedChanges><gradientChanges>'
+    )
+    track = load_track(saved_xml(first.replace("</tracks>", f"{own}</tracks>"), "#t1:up+t2:up"))
+    assert limits_kmh(track) == [(0.0, 120), (10_000.0, 80)]
+    assert limits_kmh(load_track(saved_xml(first))) == [(0.0, 120)]

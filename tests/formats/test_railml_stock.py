@@ -172,3 +172,45 @@ def test_a_vehicle_alone_brakes_as_its_own_brakes_say(saved_xml):
     assert load_train(saved_xml(STOCK_3.replace("<drivingResistance>", boxed))).braking_rates == (
         BrakingRate(0.0, 0.9),
     )
+
+
+def test_davis_formula_and_acceleration_as_the_schema_of_2_4_has_them(saved_xml):
+    start, end = STOCK_2.index("<trainResistance>"), STOCK_2.index("</trainResistance>") + 18
+    given = """<trainResistance tunnelFactor="1.1" daviesFactorA="1.5" daviesFactorB="0.005" daviesFactorC="0.0002"
+                 daviesMassDependent="true"/>"""
+    text = (STOCK_2[:start] + given + STOCK_2[end:]).replace("maxAcceleration", "trainMaxAcceleration")
+    train = load_train(saved_xml(text))
+    assert train == load_train(saved_xml(STOCK_2))
+    assert train.max_acceleration_mps2 == 0.6
+    assert "not used: trainBrakes@brakeType, trainResistance@tunnelFactor" in train.notes[-1]
+    either = text.replace('daviesMassDependent="true"', "").replace('"1.5"', '"60"')
+    assert refusal(load_train, saved_xml(either)).endswith(
+        "trainResistance@daviesMassDependent: missing attribute: 60 may be N or N/kN"
+    )
+
+
+FAMILY = STOCK_2.replace(
+    '<vehicle id="coach"', '<vehicle id="two" name="Two" vehicleFamilyRef="loco" bruttoWeight="84"/><vehicle id="coach"'
+).replace('vehicleRef="loco" vehicleCount="2"', 'vehicleRef="two" vehicleCount="2"')
+
+
+def test_a_vehicle_is_as_its_family_in_what_it_does_not_say(saved_xml):
+    one, two = load_train(saved_xml(STOCK_2, "#ic")), load_train(saved_xml(FAMILY, "#ic"))
+    assert (two.traction, two.length_m, two.max_speed_mps) == (one.traction, one.length_m, one.max_speed_mps)
+    assert two.mass_kg == one.mass_kg + 8e3
+    assert two.rotating_mass_factor == pytest.approx(1.0 + 2 * 0.2 * 84.0 / 468.0)
+    assert "vehicle two is as loco in what it does not say" in two.notes
+    newer = load_train(saved_xml(FAMILY.replace("vehicleFamilyRef", "basedOnTemplate"), "#ic"))
+    assert newer == two
+
+
+@pytest.mark.parametrize(
+    ("family", "message"),
+    [
+        ("gone", "vehicle[2]@vehicleFamilyRef: no vehicle 'gone' in this file"),
+        ("two", "vehicle[2]@vehicleFamilyRef: is its own family, by way of others or not: 'two'"),
+    ],
+)
+def test_a_family_that_is_none_is_refused(saved_xml, family, message):
+    text = FAMILY.replace('vehicleFamilyRef="loco"', f'vehicleFamilyRef="{family}"')
+    assert refusal(load_train, saved_xml(text, "#ic")).endswith(message)

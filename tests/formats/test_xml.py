@@ -46,7 +46,10 @@ def refused(path, data):
         ("<railml", "line 1: is not well-formed XML: "),
         ("<html/>", "holds XML, but no railML: its root is 'html'"),
         ("<railml/>", "line 1, railml@version: missing attribute"),
-        ('<railml version="1.0"/>', "line 1, railml@version: must be one of 2.2, 2.3, 2.4, 2.5, 3.1, 3.2, got '1.0'"),
+        (
+            '<railml version="1.0"/>',
+            "line 1, railml@version: must be one of 2.0, 2.1, 2.2, 2.3, 2.4, 2.5, 3.1, 3.2, 3.3, got '1.0'",
+        ),
         ('<railml version="2.33"/>', "line 1, railml@version: must be one of"),
         ('<railml version="2.3"/>', "holds no track and no train"),
         (b"<?xml version='1.0' encoding='utf-7'?><railml/>", "line 1: unknown encoding 'utf-7'"),

@@ -267,12 +267,56 @@ STOCK_32 = """<?xml version="1.0" encoding="UTF-8"?>
 </railML>
 """
 
+#: As the schema of 3.3 has it, with a prefix before each name.
+STOCK_33 = """<?xml version="1.0" encoding="UTF-8"?>
+<rail3:railML xmlns:rail3="https://www.railml.org/schemas/3.3" version="3.3">
+ <rail3:rollingstock>
+  <rail3:vehicles>
+   <rail3:vehicle id="loco" speed="140" bruttoWeight="130" tareWeight="130" length="20" adhesionWeight="130"
+                  rotatingMassFactor="1.15">
+    <rail3:engine><rail3:powerMode mode="diesel" isPrimaryMode="true"><rail3:tractionData>
+     <rail3:info maxTractiveEffort="250000" tractivePower="2400000"/>
+     <rail3:details><rail3:tractiveEffort>
+      <rail3:valueTable xValueName="speed" xValueUnit="km/h" yValueName="effort" yValueUnit="N">
+       <rail3:valueLine xValue="0"><rail3:value yValue="270000"/></rail3:valueLine>
+       <rail3:valueLine xValue="40"><rail3:value yValue="200000"/></rail3:valueLine>
+       <rail3:valueLine xValue="120"><rail3:value yValue="66000"/></rail3:valueLine>
+      </rail3:valueTable></rail3:tractiveEffort></rail3:details>
+    </rail3:tractionData></rail3:powerMode></rail3:engine>
+   </rail3:vehicle>
+   <rail3:vehicle id="coach" speed="200" bruttoWeight="50" tareWeight="40" length="26"/>
+  </rail3:vehicles>
+  <rail3:formations>
+   <rail3:formation id="ic" speed="140" bruttoWeight="180" length="46" numberOfWagons="1">
+    <rail3:designator register="operator" entry="IC"/>
+    <rail3:trainOrder orderNumber="1" vehicleRef="loco"/><rail3:trainOrder orderNumber="2" vehicleRef="coach"/>
+    <rail3:trainEngine maxAcceleration="0.4"><rail3:tractionMode mode="diesel" isPrimaryMode="true">
+     <rail3:tractionData><rail3:info maxTractiveEffort="270000" tractivePower="2420000"/></rail3:tractionData>
+    </rail3:tractionMode></rail3:trainEngine>
+    <rail3:trainBrakes meanDeceleration="0.8"/>
+    <rail3:trainResistance tunnelFactor="1.8">
+     <rail3:daviesFormulaFactors constantFactorA="3800" speedDependentFactorB="45"
+                                 squareSpeedDependentFactorC="2.5" massDependent="false"/>
+    </rail3:trainResistance>
+   </rail3:formation>
+  </rail3:formations>
+ </rail3:rollingstock>
+</rail3:railML>
+"""
+
 
 def limits_kmh(track):
     return [(row.position_m, pytest.approx(3.6 * row.speed_mps)) for row in track.speed_limits]
 
 
-SAMPLES = {"line_2": LINE_2, "stock_2": STOCK_2, "line_3": LINE_3, "stock_3": STOCK_3, "stock_32": STOCK_32}
+SAMPLES = {
+    "line_2": LINE_2,
+    "stock_2": STOCK_2,
+    "line_3": LINE_3,
+    "stock_3": STOCK_3,
+    "stock_32": STOCK_32,
+    "stock_33": STOCK_33,
+}
 
 
 def _mileage(end: int, measure: int) -> str:

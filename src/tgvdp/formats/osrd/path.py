@@ -16,7 +16,7 @@ from msgspec import Meta, Struct
 
 from tgvdp.formats.content import Content, Item
 from tgvdp.formats.syntax.reading import Document, bad, shown
-from tgvdp.formats.syntax.typed import decode, in_unit
+from tgvdp.formats.syntax.typed import decode, extensions, in_unit
 from tgvdp.model.track import Curve, Gradient, NeutralSection, SpeedLimit, Track
 from tgvdp.units import KILO, mps_to_kmh
 
@@ -27,6 +27,9 @@ NotNegative = Annotated[float, Meta(ge=0.0)]
 
 #: Fields by which a file of this kind, or an answer that should be part of one, is known.
 _KNOWN_BY = ("path_properties", "mrsp", "slopes")
+#: Fields by which an infrastructure is known, from which OSRD makes paths.
+_INFRASTRUCTURE = {"track_sections", "routes", "switches"}
+_SUPPLIES = ("electrification", "neutral_section", "non_electrified")
 #: Ends of a path that agree to this are the same: positions are whole millimetres.
 _SLACK_MM = 1.0
 
@@ -70,6 +73,11 @@ class _Speeds(Struct):
 class _Point(Struct):
     position: Millimetre
     is_passenger_station: bool = True  # not said by versions before 2026
+    # What does not act on a run.
+    id: Any = None
+    part: Any = None
+    extensions: Any = None
+    weight: Any = None
 
 
 class _Properties(Struct):
@@ -77,6 +85,8 @@ class _Properties(Struct):
     curves: _Radii | None = None
     electrifications: _Supplies | None = None
     operational_points: list[_Point] | None = None
+    geometry: Any = None
+    zones: Any = None
 
 
 class _Report(Struct):
@@ -112,6 +122,8 @@ def open_document(document: Document) -> Content | None:
         When a field is missing, mistyped or out of range.
     """
     tree, path = document.tree, document.path
+    if tree.keys() >= _INFRASTRUCTURE:
+        raise bad(path, "is an OSRD infrastructure, of which no line is read: ask OSRD for the properties of a path")
     if not any(field in tree for field in _KNOWN_BY):
         return None
     if "path_properties" not in tree:
@@ -119,11 +131,12 @@ def open_document(document: Document) -> Content | None:
             path, "missing field 'path_properties': a line takes OSRD's path_properties, mrsp and length together"
         )
     file = decode(path, tree, _File)
-    make = partial(_track, path, file, document.line_speed_mps)
+    told = extensions(path, {"path_properties": tree["path_properties"]}, _File)
+    make = partial(_track, path, file, document.line_speed_mps, told)
     return Content(format=FORMAT, items={"track": (Item(file.name or path.stem, make),)}, takes_line_speed=True)
 
 
-def _track(path: Path, file: _File, line_speed_mps: float | None) -> Track:
+def _track(path: Path, file: _File, line_speed_mps: float | None, told: tuple[str, ...]) -> Track:
     for place, answer in (("simulation", file.simulation), ("pathfinding", file.pathfinding)):
         if answer is not None and answer.status != "success":
             raise bad(path, f"{place}.status: must be 'success', got {shown(answer.status)}")
@@ -133,6 +146,11 @@ def _track(path: Path, file: _File, line_speed_mps: float | None) -> Track:
     slopes = _rows(path, "path_properties.slopes", properties.slopes, length_mm)
     curves = _rows(path, "path_properties.curves", properties.curves, length_mm)
     supplies = _rows(path, "path_properties.electrifications", properties.electrifications, length_mm)
+    for _, supply in supplies:
+        if supply.type not in _SUPPLIES:
+            known = ", ".join(_SUPPLIES)
+            place = "path_properties.electrifications: type"
+            raise bad(path, f"{place} must be one of {known}, got {shown(supply.type)}")
     stops_m = {point.position / KILO for point in properties.operational_points or [] if point.is_passenger_station}
     return Track(
         name=file.name or path.stem,
@@ -142,20 +160,27 @@ def _track(path: Path, file: _File, line_speed_mps: float | None) -> Track:
         curves=_curves(curves),
         stops_m=tuple(sorted(stops_m | {0.0, length_mm / KILO})),
         neutral_sections=tuple(_neutral_sections(supplies, length_mm / KILO)),
-        notes=(*notes, *_notes(properties, [supply for _, supply in supplies])),
+        notes=(*notes, *_notes(properties, [supply for _, supply in supplies]), *told),
     )
 
 
 def _length_mm(path: Path, file: _File) -> float:
-    """Length of the path: said, or that of the pathfinding, or where the simulation ends."""
-    if file.length is not None:
-        return file.length
-    if file.pathfinding is not None and file.pathfinding.length is not None:
-        return file.pathfinding.length
+    """Length of the path: said, or that of the pathfinding, or where the simulation ends; these must agree."""
     report = None if file.simulation is None else file.simulation.final_output
-    if report is not None and report.positions and report.positions[-1] > 0.0:
-        return report.positions[-1]
-    raise bad(path, "missing field 'length' (mm), and neither pathfinding nor simulation gives it")
+    end_mm = report.positions[-1] if report is not None and report.positions else 0.0
+    found = {
+        "length": file.length,
+        "pathfinding.length": None if file.pathfinding is None else file.pathfinding.length,
+        "the end of simulation.final_output.positions": end_mm or None,
+    }
+    given = [(name, length_mm) for name, length_mm in found.items() if length_mm is not None]
+    if not given:
+        raise bad(path, "missing field 'length' (mm), and neither pathfinding nor simulation gives it")
+    for name, length_mm in given[1:]:
+        if abs(length_mm - given[0][1]) > _SLACK_MM:
+            one = f"{given[0][0]} is {given[0][1]:.12g} mm"
+            raise bad(path, f"{one}, and {name} {length_mm:.12g} mm: answers about different paths?")
+    return given[0][1]
 
 
 def _limits(
@@ -163,6 +188,8 @@ def _limits(
 ) -> tuple[tuple[SpeedLimit, ...], tuple[str, ...]]:
     inner = None if file.simulation is None else file.simulation.mrsp
     place, speeds = ("mrsp", file.mrsp) if inner is None else ("simulation.mrsp", inner)
+    if inner is not None and file.mrsp is not None and inner != file.mrsp:
+        raise bad(path, "mrsp and simulation.mrsp differ: keep one of the two")
     if speeds is not None:
         rows = _rows(path, place, speeds, length_mm)
         note = "limits are OSRD's most restrictive speed profile: the simulated train's top speed and length are in it"

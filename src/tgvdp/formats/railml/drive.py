@@ -7,8 +7,10 @@ below one of these, or beside them where it is that of all.
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from tgvdp.formats.railml.effort import Effort, effort_of, holds
+from tgvdp.formats.railml.effort import Effort, effort_of, has_caps, holds
 from tgvdp.formats.syntax.xml import Node
+
+_TRACTION_EFFICIENCY = "totalTractEfficiency"
 
 
 class Vehicles(NamedTuple):
@@ -26,12 +28,17 @@ class Mass(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """Tables of traction and of the dynamic brake, rotating mass as additional t, efficiency and what to say of it."""
+    """Efforts of traction and dynamic brake, rotating mass as additional t, what is drawn, and what to say of it.
+
+    The efficiency of the brake, from the wheel to the pantograph, is 0 where it is not given.
+    """
 
     traction: list[Effort]
     braking: list[Effort]
     rotating_t: float
     efficiency: float
+    regeneration: float
+    auxiliary_w: float
     notes: list[str]
 
 
@@ -71,8 +78,9 @@ def drive_of(vehicles: list[Vehicles], mode: str, mass_t: float, top_mps: float)
         notes += (f"propulsion {name} is not used" for name in kind.not_chosen)
     traction = [effort for kind in kinds for effort in kind.traction]
     braking = [kind.braking for kind in kinds if kind.braking is not None]
-    efficiency, efficiency_notes = _efficiency(vehicles[0].node, [share for kind in kinds for share in kind.shares])
-    notes += efficiency_notes
+    efficiency, efficiency_notes = _efficiency(vehicles, _TRACTION_EFFICIENCY, [one.shares for one in kinds])
+    regeneration, brake_notes = _efficiency(vehicles, "totalBrakeEfficiency", [one.brake_shares for one in kinds])
+    notes += [*efficiency_notes, *brake_notes]
     powerless = [kind.name for kind in kinds if kind.has_engine and not kind.traction]
     if powerless and traction:
         notes.append(f"engines of {', '.join(dict.fromkeys(powerless))} give no effort: they drive nothing")
@@ -80,7 +88,15 @@ def drive_of(vehicles: list[Vehicles], mode: str, mass_t: float, top_mps: float)
     if without:
         notes.append(f"no rotating mass is given for {', '.join(dict.fromkeys(without))}: taken as none")
     notes += (note for effort in (*traction, *braking) for note in effort.notes)
-    return Drive(traction, braking, sum(kind.rotating_t or 0.0 for kind in kinds), efficiency, notes)
+    return Drive(
+        traction=traction,
+        braking=braking,
+        rotating_t=sum(kind.rotating_t or 0.0 for kind in kinds),
+        efficiency=1.0 if efficiency is None else efficiency,
+        regeneration=regeneration or 0.0,
+        auxiliary_w=sum(kind.auxiliary_w for kind in kinds),
+        notes=notes,
+    )
 
 
 class _Kind(NamedTuple):
@@ -92,7 +108,9 @@ class _Kind(NamedTuple):
     traction: list[Effort]
     braking: Effort | None
     rotating_t: float | None
+    auxiliary_w: float
     shares: list[float | None]
+    brake_shares: list[float | None]
 
 
 def _kind(one: Vehicles, mode: str, mass_t: float | None, top_mps: float) -> _Kind:
@@ -105,7 +123,7 @@ def _kind(one: Vehicles, mode: str, mass_t: float | None, top_mps: float) -> _Ki
     for other in others:
         other.node.dismiss()
     nodes = [node for _, node in chosen]
-    efforts = [effort_of(node, "tractiveEffort", top_mps, largest="maxTractEffort") for node in nodes]
+    efforts = [effort_of(node, "tractiveEffort", top_mps) for node in nodes]
     braking = _brake(one.node, propulsions, chosen, top_mps)
     rotating_t = _rotating_t(one.node, nodes, mass_t)
     return _Kind(
@@ -115,19 +133,36 @@ def _kind(one: Vehicles, mode: str, mass_t: float | None, top_mps: float) -> _Ki
         traction=[effort.times(one.number) for effort in efforts if effort is not None],
         braking=None if braking is None else braking.times(one.number),
         rotating_t=None if rotating_t is None else one.number * rotating_t,
-        shares=[node.number("totalTractEfficiency", "-", above=0.0) for node in nodes],
+        auxiliary_w=one.number * _auxiliary_w(one.node, nodes),
+        shares=[node.number(_TRACTION_EFFICIENCY, "-", above=0.0) for node in nodes],
+        brake_shares=[node.number("totalBrakeEfficiency", "-", at_least=0.0) for node in nodes],
     )
 
 
-def _efficiency(vehicle: Node, shares: list[float | None]) -> tuple[float, list[str]]:
-    """Efficiency of all propulsions of a train, and what must be said of it."""
+def _auxiliary_w(vehicle: Node, propulsions: list[Node]) -> float:
+    """Power that the auxiliaries of a vehicle draw at any time, W: of its drive, and of its body."""
+    drives = [
+        supply.number("power", "W", at_least=0.0) for one in propulsions for supply in one.children("auxiliarySupply")
+    ]
+    bodies = [one.number("auxiliaryPowerConsumption", "W", at_least=0.0) for one in vehicle.children("wagon")]
+    return sum(power_w or 0.0 for power_w in (*drives, *bodies))
+
+
+def _efficiency(
+    vehicles: list[Vehicles], name: str, shares_of_kinds: list[list[float | None]]
+) -> tuple[float | None, list[str]]:
+    """Efficiency of all propulsions of a train, None where none is given, and what must be said of it."""
+    shares = [share for shares in shares_of_kinds for share in shares]
     known = {share for share in shares if share is not None}
-    if len(known) > 1:
-        raise vehicle.bad("vehicles of different totalTractEfficiency cannot be one train")
-    share = known.pop() if known else 1.0
-    notes = [f"totalTractEfficiency {share:g} is read as {share:g} %"] if share > 1.0 else []
+    if len(known) > 1 and name == _TRACTION_EFFICIENCY:
+        raise vehicles[0].node.bad(f"vehicles of different {name} cannot be one train")
+    if not known:
+        return None, []
+    share = min(known)  # what is given back by several brakes is at least that
+    notes = [f"{name} {share:g} is the least of {len(known)}"] if len(known) > 1 else []
+    notes += [f"{name} {share:g} is read as {share:g} %"] if share > 1.0 else []
     if share != 1.0 and None in shares:
-        notes.append(f"totalTractEfficiency {share:g} counts for all vehicles, some of which give none")
+        notes.append(f"{name} {share:g} counts for all vehicles, some of which give none")
     return share / 100.0 if share > 1.0 else share, notes
 
 
@@ -148,7 +183,7 @@ def _sources(vehicle: Node) -> Iterator[Node]:
     """Elements that hold the efforts to choose among; power modes that hold none are no choice."""
     for engine in vehicle.children("engine"):
         several = engine.children("propulsion", "powerMode")
-        own = [one for one in several if one.name == "propulsion" or one.text("maxTractEffort") or _has_table(one)]
+        own = [one for one in several if one.name == "propulsion" or has_caps(one, "tractiveEffort") or _has_table(one)]
         yield from own or ([engine] if _has_table(engine) else [])
 
 
@@ -174,12 +209,18 @@ def _rotating_t(vehicle: Node, propulsions: list[Node], mass_t: float | None) ->
     for node in [vehicle, *vehicle.children("wagon"), *propulsions]:
         masses_t = [node.number(name, "t", at_least=0.0) for name in ("additionalRotationMass", "rotationMass")]
         given_t = next((given_t for given_t in masses_t if given_t is not None), None)
-        factor = None if given_t else node.number("rotationMassFactor", "-", at_least=1.0)
+        factor = None if given_t else _factor(node)
         if factor is not None:
             own = mass_of(vehicle)
             own_t = mass_t if mass_t is not None or own is None else own.mass_t
             if own_t is None:
-                raise vehicle.bad("missing attribute (t), to which rotationMassFactor belongs", "bruttoWeight")
+                raise vehicle.bad("missing attribute (t), to which its factor of rotating mass belongs", "bruttoWeight")
             given_t = (factor - 1.0) * own_t
         found_t += [] if given_t is None else [given_t]
     return sum(found_t) if found_t else None
+
+
+def _factor(node: Node) -> float | None:
+    """Inertia over mass, which has another name since 3.3."""
+    factors = [node.number(name, "-", at_least=1.0) for name in ("rotationMassFactor", "rotatingMassFactor")]
+    return next((factor for factor in factors if factor is not None), None)

@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tgvdp.errors import InputError
-from tgvdp.formats.railml.table import SPECIFIC, TABLES, Table, read_table
+from tgvdp.formats.railml.table import SPECIFIC, TABLES, Table, read_table, stations
 from tgvdp.formats.syntax.xml import Node
 from tgvdp.model.effort import EffortCurve
 from tgvdp.units import per_kmh_to_per_mps
@@ -20,6 +19,13 @@ _SAME = 1e-9
 #: The constant of Davis' formula: no train has more than this in N/kN, or less than that in N.
 _MOST_SPECIFIC = 30.0
 _LEAST_ABSOLUTE = 90.0
+#: By effort: attributes of the largest one (N) and of the power that limits it (W), in 2.x and in ``info`` of 3.x.
+_CAPS = {
+    "tractiveEffort": (("maxTractEffort", "power"), ("maxTractiveEffort", "tractivePower")),
+    "brakeEffort": (("maxBrakeEffort", "maxBrakePower"),),
+}
+#: Elements that hold Davis' formula, until 3.2 and since 3.3.
+_FORMULAS = ("daviesFormula", "daviesFormulaFactors")
 
 
 class Effort(NamedTuple):
@@ -51,9 +57,7 @@ class Resistance(NamedTuple):
         )
 
 
-def effort_of(
-    node: Node, element: str, top_mps: float, *, largest: str = "", outside: Sequence[Node] = ()
-) -> Effort | None:
+def effort_of(node: Node, element: str, top_mps: float, *, outside: Sequence[Node] = ()) -> Effort | None:
     """Read the effort table below a vehicle or its propulsion, or else a largest effort and a power.
 
     Parameters
@@ -63,8 +67,6 @@ def effort_of(
         Name of the element that holds the table.
     top_mps : float
         Speed up to which the last polynomial of a table counts.
-    largest : str, optional
-        Name of the attribute that holds the largest effort in N.
     outside : sequence of Node, optional
         Elements below which nothing is looked for.
     """
@@ -77,10 +79,26 @@ def effort_of(
         if points[0][0] > 0.0:  # tables often start at a few km/h
             points.insert(0, (0.0, points[0][1]))
         return Effort(points, 0.0, line, notes)
-    force_n = node.number(largest, "N", above=0.0) if largest else None
-    if force_n is None:
-        return None
-    return Effort([(0.0, force_n)], node.required_number("power", "W", above=0.0), node.line)
+    return _caps(node, element)
+
+
+def has_caps(node: Node, element: str) -> bool:
+    """Whether a vehicle or its propulsion gives a largest effort."""
+    return any(one.has(force) for one in _capped(node) for force, _ in _CAPS[element])
+
+
+def _caps(node: Node, element: str) -> Effort | None:
+    """Read a largest effort and the power that limits it; a brake without the latter is told as not used."""
+    for one in _capped(node):
+        for force, power in _CAPS[element]:
+            if one.has(force) and (one.has(power) or element == "tractiveEffort"):
+                force_n = one.required_number(force, "N", above=0.0)
+                return Effort([(0.0, force_n)], one.required_number(power, "W", above=0.0), one.line)
+    return None
+
+
+def _capped(node: Node) -> list[Node]:
+    return [node, *node.below("tractionData", "info")]
 
 
 def holds(node: Node, name: str) -> bool:
@@ -105,26 +123,32 @@ def _walk(node: Node, names: tuple[str, ...], outside: Sequence[Node]) -> Iterat
                 todo += one.every_child()[::-1]
 
 
-def total_effort(efforts: list[Effort]) -> EffortCurve:
+def total_effort(efforts: list[Effort], top_mps: float) -> EffortCurve:
     """Sum of the efforts of all powered vehicles, linear between the points of all their tables.
 
-    Raises
-    ------
-    InputError
-        When caps of force and power stand beside tables, or caps of different shape beside each other.
+    Caps of force and power are summed as they are where all have one shape, else as chords up to the top speed.
     """
     capped = [effort for effort in efforts if effort.power_w]
-    if capped:
+    if len(capped) == len(efforts):
         break_mps = {effort.power_w / effort.points[0][1] for effort in capped}
-        if len(capped) < len(efforts) or max(break_mps) - min(break_mps) > _SAME * max(break_mps):
-            raise InputError("vehicles with maxTractEffort and power beside others: give each a tractiveEffort table")
-        return EffortCurve.from_caps(sum(e.points[0][1] for e in capped), sum(e.power_w for e in capped))
+        if max(break_mps) - min(break_mps) <= _SAME * max(break_mps):
+            return EffortCurve.from_caps(sum(e.points[0][1] for e in capped), sum(e.power_w for e in capped))
+    curves = [_chords(effort, top_mps) if effort.power_w else effort.points for effort in efforts]
     points = []
-    for speed_mps in sorted({speed_mps for effort in efforts for speed_mps, _ in effort.points}):
-        before = sum(_at(effort.points, speed_mps, after=False) for effort in efforts)
-        after = sum(_at(effort.points, speed_mps, after=True) for effort in efforts)
+    for speed_mps in sorted({speed_mps for curve in curves for speed_mps, _ in curve}):
+        before = sum(_at(curve, speed_mps, after=False) for curve in curves)
+        after = sum(_at(curve, speed_mps, after=True) for curve in curves)
         points += [(speed_mps, before), (speed_mps, after)] if before != after else [(speed_mps, after)]
     return EffortCurve.from_points(points)
+
+
+def _chords(effort: Effort, top_mps: float) -> list[tuple[float, float]]:
+    """Points of an effort that a power limits, up to the top speed."""
+    ((_, force_n),) = effort.points
+    break_mps = effort.power_w / force_n
+    if break_mps >= top_mps:
+        return effort.points
+    return [(0.0, force_n), *((v, effort.power_w / v) for v in stations([(effort.power_w, -1.0)], break_mps, top_mps))]
 
 
 def _at(points: list[tuple[float, float]], speed_mps: float, *, after: bool) -> float:
@@ -143,6 +167,8 @@ def _at(points: list[tuple[float, float]], speed_mps: float, *, after: bool) -> 
 def resistance_of(node: Node, weight_kn: float | None, top_mps: float) -> Resistance:
     """Read Davis' formula, or fit it to a table of resistance over speed.
 
+    The formula is an element of its own, or attributes of the resistance, as in the schema of 2.4.
+
     Parameters
     ----------
     node : Node
@@ -157,22 +183,29 @@ def resistance_of(node: Node, weight_kn: float | None, top_mps: float) -> Resist
     InputError
         When there is neither formula nor table, a value is negative, or specific resistance has no weight.
     """
-    formulas, tables = _below_anywhere(node, ("daviesFormula",)), _below_anywhere(node, TABLES)
+    formulas, tables = _below_anywhere(node, _FORMULAS), _below_anywhere(node, TABLES)
     if formulas:
-        one = formulas[0]
-        a = one.required_number("constantFactorA", "N, or N/kN where massDependent", at_least=0.0)
-        specific = one.flag("massDependent")
-        if specific is None and _MOST_SPECIFIC < a < _LEAST_ABSOLUTE:
-            raise one.bad(f"missing attribute: {a:g} may be N or N/kN", "massDependent")
-        scale = _scale(one, specific or (specific is None and a <= _MOST_SPECIFIC), weight_kn)
-        b = one.number("speedDependentFactorB", "N/(km/h)", at_least=0.0) or 0.0
-        c = one.number("squareSpeedDependentFactorC", "N/(km/h)²", at_least=0.0) or 0.0
-        return Resistance(scale * a, scale * per_kmh_to_per_mps(b, 1), scale * per_kmh_to_per_mps(c, 2), one.line)
+        names = ("constantFactorA", "speedDependentFactorB", "squareSpeedDependentFactorC", "massDependent")
+        return _davis(formulas[0], names, weight_kn)
+    if node.text("daviesFactorA") is not None:
+        return _davis(node, ("daviesFactorA", "daviesFactorB", "daviesFactorC", "daviesMassDependent"), weight_kn)
     if not tables:
         raise node.bad("missing element daviesFormula, valueTable or segmentTable")
     table = read_table(tables[0], SPECIFIC, top_mps)
     scale = _scale(tables[0], table.specific, weight_kn)
     return _fitted(table, [(v, scale * r) for v, r in table.points])
+
+
+def _davis(node: Node, names: tuple[str, str, str, str], weight_kn: float | None) -> Resistance:
+    """Davis' formula of four attributes: three coefficients, and whether they are per weight."""
+    a = node.required_number(names[0], "N, or N/kN where massDependent", at_least=0.0)
+    b = node.number(names[1], "N/(km/h)", at_least=0.0) or 0.0
+    c = node.number(names[2], "N/(km/h)²", at_least=0.0) or 0.0
+    specific = node.flag(names[3])
+    if specific is None and _MOST_SPECIFIC < a < _LEAST_ABSOLUTE:
+        raise node.bad(f"missing attribute: {a:g} may be N or N/kN", names[3])
+    scale = _scale(node, specific or (specific is None and a <= _MOST_SPECIFIC), weight_kn)
+    return Resistance(scale * a, scale * per_kmh_to_per_mps(b, 1), scale * per_kmh_to_per_mps(c, 2), node.line)
 
 
 def _scale(node: Node, specific: bool, weight_kn: float | None) -> float:

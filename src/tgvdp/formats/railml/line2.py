@@ -1,4 +1,4 @@
-"""Tracks of railML 2.2 to 2.5: changes along a track, each with a direction.
+"""Tracks of railML 2.0 to 2.5: changes along a track, each with a direction.
 
 A speed change holds from its position on in its direction, for the trains of its profile and category. Gradients and
 radii describe the ground: their signs belong to the direction of the track, whichever way a train runs. Source: the
@@ -15,6 +15,7 @@ from tgvdp.formats.railml.rows import (
     SLACK_M,
     Piece,
     Row,
+    before,
     filled,
     one_at_each_place,
     other_profiles_note,
@@ -168,7 +169,7 @@ def _limits(root: Node, track: Node, way: _Way, profile: str) -> tuple[list[Row]
     if relations - {""}:
         named = ", ".join(sorted(relation or "no trainRelation" for relation in relations))
         notes.append(f"limits count for {named}: choose limits for head or tail of the train accordingly")
-    return one_at_each_place(rows, way.length_m), notes
+    return one_at_each_place(rows), notes
 
 
 def _top_speed_kmh(change: Node) -> float:
@@ -191,7 +192,7 @@ def _ground(nodes: list[Node], way: _Way, value: Callable[[Node], float], defaul
     for node in others:
         node.dismiss()
     found = ((Row(way.along_m(node, forward), _signed(value(node), way.forward), node.line), node) for node in chosen)
-    rows = one_at_each_place(found, way.length_m)
+    rows = before(one_at_each_place(found), way.length_m)
     if not rows:
         return [], 0.0
     missing_m = rows[0].position_m

@@ -1,4 +1,4 @@
-"""Tracks and lines of railML 3.1 and 3.2: stretches on net elements, seen from a path over those.
+"""Tracks and lines of railML 3.1 to 3.3: stretches on net elements, seen from a path over those.
 
 Where several speed sections cover a place that apply to a train, the least limit holds. Source: the published
 documentation of the schema.
@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from tgvdp.errors import InputError
-from tgvdp.formats.railml.geometry3 import CURVES, GRADIENTS, curves_of, gradients_of, tunnel_notes
+from tgvdp.formats.railml.geometry3 import CURVES, GRADIENTS, curves_of, gradients_of, tunnels_of
 from tgvdp.formats.railml.line2 import STOPPING_TYPES
 from tgvdp.formats.railml.net import PLACE
 from tgvdp.formats.railml.path import DIRECTIONS, NetPath, Stretch
@@ -23,16 +23,14 @@ from tgvdp.formats.railml.rows import (
     uncovered_note,
     unused_notes,
 )
+from tgvdp.formats.railml.supply3 import ELECTRIFIED, is_neutral, neutral_sections
 from tgvdp.formats.syntax.xml import Node
 
 _FUNCTIONAL = ("infrastructure", "functionalInfrastructure")
 _SECTIONS = (*_FUNCTIONAL, "speeds", "speedSection")
 _POINTS = (*_FUNCTIONAL, "operationalPoints", "operationalPoint")
-#: Of the electrification neutral sections would be of use to a run, but what the schema says of them is too little.
-_UNREAD = (
-    (*_FUNCTIONAL, "electrifications", "electrificationSection"),
-    (*_FUNCTIONAL, "restrictionAreas", "restrictionArea"),
-)
+#: Of the electrification only neutral sections are of use to a run.
+_UNREAD = (ELECTRIFIED, (*_FUNCTIONAL, "restrictionAreas", "restrictionArea"))
 
 
 def tracks(root: Node) -> list[Node]:
@@ -127,7 +125,8 @@ def read_piece(root: Node, track: Node, direction: str, profile: str, line_speed
     curves, straight_m = curves_of(path, root)
     notes += uncovered_note("gradientCurves", level_m, "level") if gradients and level_m > SLACK_M else []
     notes += uncovered_note("horizontalCurves", straight_m, "straight") if curves and straight_m > SLACK_M else []
-    notes += tunnel_notes(path, root)
+    tunnels, tunnel_notes = tunnels_of(path, root)
+    notes += tunnel_notes
     name = _name(track)
     track.text("type")
     read = [track, *root.below("infrastructure", "geometry"), *root.below(*_FUNCTIONAL, "speeds")]
@@ -138,6 +137,8 @@ def read_piece(root: Node, track: Node, direction: str, profile: str, line_speed
         limits_kmh=limits,
         gradients_permil=gradients,
         curves=curves,
+        tunnels=tunnels,
+        neutral_sections=neutral_sections(path, root),
         stops_m=list(_stops(path, root)),
         notes=notes + unused_notes([unused for part in read for unused in part.unused()]),
     )
@@ -168,7 +169,7 @@ def _sections(root: Node, profile: str) -> list[Node]:
 def _limits(path: NetPath, root: Node, profile: str) -> tuple[list[Row], float, float]:
     """Least limit of all sections at each place, km/h, infinite without any; the length without any, and of all, m."""
     stretches = path.stretches(_sections(root, profile))
-    speeds = {id(one.node): one.node.required_number("maxSpeed", "km/h", above=0.0) for one in stretches}
+    speeds = {id(one.node): _speed_kmh(one.node) for one in stretches}
     rows: list[Row] = []
     missing_m = 0.0
     active: list[Stretch] = []
@@ -187,6 +188,12 @@ def _limits(path: NetPath, root: Node, profile: str) -> tuple[list[Row], float, 
     return rows, missing_m, path.length_m
 
 
+def _speed_kmh(section: Node) -> float:
+    """Limit of a section, km/h; drafts of 3.1, such as railML.org's first example, call it as 2.x does."""
+    early_kmh = section.number("vMax", "km/h", above=0.0)
+    return early_kmh if early_kmh is not None else section.required_number("maxSpeed", "km/h", above=0.0)
+
+
 def _section_notes(path: NetPath, root: Node, profile: str) -> list[str]:
     """Temporary limits hold on days that a run does not name, those of other profiles for other trains."""
     mine = _sections(root, profile)
@@ -202,6 +209,10 @@ def _section_notes(path: NetPath, root: Node, profile: str) -> list[str]:
     if profile:
         of_profile = sum(profile in _valid_for(node) for node in mine if path.passes(node))
         notes.append(f"speedSections for the trains of {profile} ({of_profile}) count, beside those for all")
+    delays = {one.text("endPointValidity") or "" for one in sections.values()}
+    if delays - {""}:
+        named = ", ".join(sorted(delay or "no endPointValidity" for delay in delays))
+        notes.append(f"limits end with {named}: choose limits for head or tail of the train accordingly")
     unclear = sum(path.passes(node) and _is_unclear(node) for node in mine)
     if unclear:
         kept = "taken along their location, which does not keep the orientation of its net element"
@@ -233,7 +244,9 @@ def _unplaced_notes(path: NetPath, root: Node) -> list[str]:
         elsewhere[_POINTS[-1]] += not point.children("spotLocation") and path.passes(
             point, "areaLocation", "linearLocation"
         )
-    unread = Counter({steps[-1]: sum(map(path.passes, root.below(*steps))) for steps in _UNREAD})
+    unread = Counter(
+        node.name for steps in _UNREAD for node in root.below(*steps) if path.passes(node) and not is_neutral(node)
+    )
     for counts, why in (
         (on_related, "not used, as they lie on parts of the net elements, or on what these are parts of"),
         (elsewhere, "not used, as they have no location of a kind that places them"),

@@ -1,4 +1,4 @@
-"""railML 2.2 to 2.5 and 3.1 to 3.2: the infrastructure that one run needs, and rolling stock with effort tables.
+"""railML 2.0 to 2.5 and 3.1 to 3.3: the infrastructure that one run needs, and rolling stock with effort tables.
 
 A file may hold many tracks, directions, speed profiles, trains and propulsions. Names behind ``FILE#`` choose:
 ``ID``, ``ID:DIRECTION``, ``ID:DIRECTION:PROFILE`` for a track, several joined by ``+`` for a line of tracks one after
@@ -23,15 +23,18 @@ from tgvdp.model.train import Train
 from tgvdp.units import mps_to_kmh
 
 FORMAT = "railML"
-_VERSIONS = ("2.2", "2.3", "2.4", "2.5", "3.1", "3.2")
+_VERSIONS = ("2.0", "2.1", "2.2", "2.3", "2.4", "2.5", "3.1", "3.2", "3.3")
 #: What a file without a version can only be.
 _BY_NAMESPACE = {
+    "http://www.railml.org/schemas/2009": "2.0",
+    "http://www.railml.org/schemas/2011": "2.1",
     "http://www.railml.org/schemas/2013": "2.2",
     "https://www.railml.org/schemas/2016": "2.3",
     "https://www.railml.org/schemas/2018": "2.4",
     "https://www.railml.org/schemas/2021": "2.5",
     "https://www.railml.org/schemas/3.1": "3.1",
     "https://www.railml.org/schemas/3.2": "3.2",
+    "https://www.railml.org/schemas/3.3": "3.3",
 }
 _ROOTS = ("railml", "railML")  # 2.x and 3.x
 _MOST_NAMES = 12

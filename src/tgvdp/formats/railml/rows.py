@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from tgvdp.errors import InputError
 from tgvdp.formats.syntax.xml import Node
-from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track, Tunnel
+from tgvdp.model.track import Curve, Gradient, NeutralSection, SpeedLimit, Track, Tunnel
 from tgvdp.units import KILO, kmh_to_mps
 
 #: Value of a row at which a limit ends without a new one.
@@ -37,8 +37,9 @@ class Row(NamedTuple):
 class Piece:
     """A stretch of line as one track or path of net elements describes it; positions count from its start.
 
-    Rows of limits are in km/h and need not start at 0 m; one of `NO_LIMIT_KMH` ends the limit before it. Those of
-    gradients (‰, + uphill in the direction of the run) do start there, unless there are none.
+    Rows of limits are in km/h and need not start at 0 m; one of `NO_LIMIT_KMH` ends the limit before it, and one at the
+    end of the piece holds on the next one. Those of gradients (‰, + uphill in the direction of the run) do start there,
+    unless there are none.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Piece:
     gradients_permil: list[Row] = field(default_factory=list)
     curves: list[tuple[Curve, int]] = field(default_factory=list)
     tunnels: list[tuple[Tunnel, int]] = field(default_factory=list)
+    neutral_sections: list[tuple[NeutralSection, int]] = field(default_factory=list)
     stops_m: list[float] = field(default_factory=list)
     #: Ids of what lies at the start and at the end of the piece, as far as the file names it.
     joints: tuple[frozenset[str], frozenset[str]] = (frozenset(), frozenset())
@@ -67,8 +69,8 @@ def turned(rows: list[Row], length_m: float) -> list[Row]:
     return [Row(length_m - end_m, row.value, row.line) for row, end_m in zip(rows[::-1], ends_m[::-1], strict=True)]
 
 
-def one_at_each_place(rows: Iterable[tuple[Row, Node]], length_m: float) -> list[Row]:
-    """Rows in the order of the run, without those at its very end; of several at one place that agree, the first.
+def one_at_each_place(rows: Iterable[tuple[Row, Node]]) -> list[Row]:
+    """Rows in the order of the run; of several at one place that agree, the first.
 
     Raises
     ------
@@ -82,7 +84,12 @@ def one_at_each_place(rows: Iterable[tuple[Row, Node]], length_m: float) -> list
             raise node.bad(f"a second {node.name} at the position of line {kept[-1].line}, and another value", "pos")
         if not again:
             kept.append(row)
-    return [row for row in kept if row.position_m < length_m - SLACK_M]
+    return kept
+
+
+def before(rows: list[Row], length_m: float) -> list[Row]:
+    """Rows without those at the very end of a run."""
+    return [row for row in rows if row.position_m < length_m - SLACK_M]
 
 
 def unused_notes(names: list[str]) -> list[str]:
@@ -123,17 +130,22 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
     gradients: list[Row] = []
     curves: list[tuple[Curve, int]] = []
     tunnels: list[tuple[Tunnel, int]] = []
+    neutral: list[tuple[NeutralSection, int]] = []
     stops_m: set[float] = set()
     offset_m = 0.0
     for piece in pieces:
+        if piece.limits_kmh and piece.limits_kmh[0].position_m <= SLACK_M:
+            limits = before(limits, offset_m)
         limits += (row._replace(position_m=offset_m + row.position_m) for row in piece.limits_kmh)
         gradients += (row._replace(position_m=offset_m + row.position_m) for row in _started(piece, bool(gradients)))
         straight = [] if piece.curves else [(Curve(0.0, math.inf, math.inf), piece.line)]
         for curve, line in piece.curves or straight:
             curves.append((curve._replace(position_m=offset_m + curve.position_m), line))
         tunnels += ((t._replace(position_m=offset_m + t.position_m), line) for t, line in piece.tunnels)
+        neutral += ((n._replace(position_m=offset_m + n.position_m), line) for n, line in piece.neutral_sections)
         stops_m |= {offset_m + stop_m for stop_m in piece.stops_m}
         offset_m += piece.length_m
+    limits = before(limits, offset_m)
     first = pieces[0]
     notes = [note for piece in pieces for note in piece.notes]
     notes += _joint_notes(pieces)
@@ -154,6 +166,7 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
     lines |= {f"gradients[{i}]": row.line for i, row in enumerate(gradients)}
     lines |= {f"curves[{i}]": line for i, (_, line) in enumerate(curves)}
     lines |= {f"tunnels[{i}]": line for i, (_, line) in enumerate(tunnels)}
+    lines |= {f"neutral_sections[{i}]": line for i, (_, line) in enumerate(neutral)}
     try:
         track = Track(
             name=" + ".join(piece.name for piece in pieces),
@@ -163,6 +176,7 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
             stops_m=_stops(stops_m, offset_m),
             curves=tuple(curve for curve, _ in curves),
             tunnels=tuple(tunnel for tunnel, _ in tunnels),
+            neutral_sections=tuple(section for section, _ in neutral),
             notes=tuple(dict.fromkeys(notes)),
         )
     except InputError as error:

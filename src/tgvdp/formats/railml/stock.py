@@ -1,4 +1,4 @@
-"""Rolling stock of railML 2.2 to 2.5 and 3.1 to 3.2: formations, and vehicles that run alone.
+"""Rolling stock of railML 2.x and 3.x: formations, and vehicles that run alone.
 
 m, km/h and t throughout; effort tables are linear between their points and constant beyond the last one, which the
 schema leaves open; specific resistance is in N per kN of weight. Source: the published documentation of the schema.
@@ -8,16 +8,19 @@ import math
 
 from tgvdp.constants import GRAVITY_MPS2
 from tgvdp.errors import InputError
+from tgvdp.formats.railml.braking import brakes_of, braking_rates
 from tgvdp.formats.railml.drive import Vehicles, drive_of, mass_of, modes_of
 from tgvdp.formats.railml.effort import Effort, Resistance, effort_of, resistance_of, total_effort
+from tgvdp.formats.railml.family import family_of, whole
 from tgvdp.formats.railml.rows import unused_notes
 from tgvdp.formats.syntax.reading import shown
 from tgvdp.formats.syntax.xml import Node
 from tgvdp.model.effort import EffortCurve
-from tgvdp.model.train import BrakingRate, Train
+from tgvdp.model.train import Train
 from tgvdp.units import KILO, kmh_to_mps, mps_to_kmh
 
 _MOST_VEHICLES = 1000
+_NO_VEHICLES = ", and no trainOrder names vehicles"
 _STOCK = ("rollingstock", "rollingStock")  # 2.x and 3.x
 
 
@@ -58,22 +61,26 @@ def read_train(root: Node, node: Node, mode: str) -> tuple[Train, dict[str, int]
         When a mass, a speed, an effort table or the resistance is missing, or a value is out of range.
     """
     vehicles = _vehicles(root, node)
+    node = vehicles[0].node if node.name == "vehicle" else node
     count = _count(node, "formationCount", "formations")
     mass_t, mass_notes = _mass_t(node, vehicles)
-    length_m = _length_m(node, vehicles)
+    length_m, length_notes = _length_m(node, vehicles)
     top_kmh, speed_notes = _speed_kmh(node, vehicles)
     top_mps = kmh_to_mps(top_kmh)
     drive = drive_of(vehicles, mode, mass_t, top_mps)
-    brakes = _brakes(node)
+    brakes = brakes_of(node)
     traction = drive.traction or _own_effort(node.children("trainEngine"), "tractiveEffort", top_mps)
     braking = drive.braking or _own_effort(node.children("trainBrakes"), "brakeEffort", top_mps)
     if not traction:
         raise node.bad("no vehicle has a tractiveEffort table, nor maxTractEffort and power")
     resistance = _resistance(node, vehicles, mass_t, top_mps)
-    rates, rate_notes = _braking_rates(brakes)
+    rates, rate_notes = braking_rates(node, brakes, top_mps)
     acceleration_mps2 = _acceleration_mps2(node)
     name = _name(node)
-    notes = [*mass_notes, *speed_notes, *drive.notes, *resistance.notes, *rate_notes, *_effort_notes(traction, top_mps)]
+    families = {one.node.text("id"): family_of(one.node) for one in vehicles}
+    family_notes = [f"vehicle {one} is as {other} in what it does not say" for one, other in families.items() if other]
+    notes = [*family_notes, *mass_notes, *length_notes, *speed_notes, *drive.notes, *resistance.notes, *rate_notes]
+    notes += _effort_notes(traction, top_mps)
     if count > 1:
         notes.append(f"formationCount {count}: the train is {count} such formations, resistance and all")
     if not rates and not braking:
@@ -88,8 +95,8 @@ def read_train(root: Node, node: Node, mode: str) -> tuple[Train, dict[str, int]
             mass_kg=count * mass_t * KILO,
             rotating_mass_factor=1.0 + drive.rotating_t / mass_t,
             length_m=count * length_m,
-            traction=total_effort([one.times(count) for one in traction]),
-            braking=total_effort([one.times(count) for one in braking]) if braking else EffortCurve.from_caps(0.0),
+            traction=total_effort([one.times(count) for one in traction], top_mps),
+            braking=_braking([one.times(count) for one in braking], top_mps),
             braking_rates=rates,
             davis_a_n=count * resistance.a_n,
             davis_b_n_per_mps=count * resistance.b_n_per_mps,
@@ -97,6 +104,8 @@ def read_train(root: Node, node: Node, mode: str) -> tuple[Train, dict[str, int]
             max_speed_mps=top_mps,
             max_acceleration_mps2=acceleration_mps2,
             traction_efficiency=drive.efficiency,
+            regeneration_efficiency=drive.regeneration if braking else 0.0,
+            auxiliary_power_w=count * drive.auxiliary_w,
             notes=tuple(dict.fromkeys(notes)),
         )
     except InputError as error:
@@ -114,21 +123,22 @@ def _name(node: Node) -> str:
 
 
 def _vehicles(root: Node, train: Node) -> list[Vehicles]:
-    """Vehicles of a formation with their numbers; a vehicle is its own only one."""
-    if train.name == "vehicle":
-        return [Vehicles(train, 1)]
+    """Vehicles of a formation with their numbers, none where it describes itself; a vehicle is its own only one."""
     stock = [node for name in _STOCK for node in root.children(name)]
     known = {one.text("id"): one for node in stock for one in node.below("vehicles", "vehicle")}
+    if train.name == "vehicle":
+        return [Vehicles(whole(train, known), 1)]
     # A vehicle is named by an element below trainOrder in 2.x, by an attribute of it in 3.x.
     refs = [ref for order in train.children("trainOrder") for ref in order.children("vehicleRef") or [order]]
     found = []
+    made: dict[str, Node] = {}
     for ref in refs:
         name = ref.required_text("vehicleRef")
         if name not in known:
             raise ref.bad(f"no vehicle {shown(name)} in this file", "vehicleRef")
-        found.append(Vehicles(known[name], _count(ref, "vehicleCount", "vehicles")))
-    if not found:
-        raise train.bad("missing element trainOrder with a vehicleRef")
+        if name not in made:
+            made[name] = whole(known[name], known)
+        found.append(Vehicles(made[name], _count(ref, "vehicleCount", "vehicles")))
     return found
 
 
@@ -143,6 +153,8 @@ def _count(node: Node, attribute: str, what: str) -> int:
 def _mass_t(train: Node, vehicles: list[Vehicles]) -> tuple[float, list[str]]:
     """Gross mass, of the train or else the sum of its vehicles, t; an empty one where there is no other, and a note."""
     own = mass_of(train)
+    if own is None and not vehicles:
+        raise train.bad(f"missing attribute (t), and so is tareWeight{_NO_VEHICLES}", "bruttoWeight")
     masses = [] if own is None else [own]
     for one in vehicles if own is None else ():
         mass = mass_of(one.node)
@@ -154,16 +166,20 @@ def _mass_t(train: Node, vehicles: list[Vehicles]) -> tuple[float, list[str]]:
     return sum(mass.mass_t for mass in masses), [note] if empty else []
 
 
-def _length_m(train: Node, vehicles: list[Vehicles]) -> float:
+def _length_m(train: Node, vehicles: list[Vehicles]) -> tuple[float, list[str]]:
+    """Length of the train, or else of its vehicles, m; a note where there are none of these either."""
     own_m = train.number("length", "m", at_least=0.0)
     if own_m is not None:
-        return own_m
-    return sum(one.number * one.node.required_number("length", "m", at_least=0.0) for one in vehicles)
+        return own_m, []
+    length_m = sum(one.number * one.node.required_number("length", "m", at_least=0.0) for one in vehicles)
+    return length_m, [] if vehicles else [f"no length{_NO_VEHICLES}: taken as 0 m"]
 
 
 def _speed_kmh(train: Node, vehicles: list[Vehicles]) -> tuple[float, list[str]]:
     """Top speed of the train, or else of its slowest vehicle, km/h; a note where it is above the latter."""
     own_kmh = train.number("speed", "km/h", above=0.0)
+    if own_kmh is None and not vehicles:
+        raise train.bad(f"missing attribute (km/h){_NO_VEHICLES}", "speed")
     if own_kmh is None:
         return min(one.node.required_number("speed", "km/h", above=0.0) for one in vehicles), []
     given_kmh = [one.node.number("speed", "km/h", above=0.0) for one in vehicles]
@@ -177,6 +193,8 @@ def _resistance(train: Node, vehicles: list[Vehicles], mass_t: float, top_mps: f
     own = train.child("trainResistance", "drivingResistance")
     if own is not None:
         return resistance_of(own, mass_t * GRAVITY_MPS2, top_mps)
+    if not vehicles:
+        raise train.bad(f"missing element trainResistance{_NO_VEHICLES}")
     parts = []
     for one in vehicles:
         given = one.node.child("drivingResistance")
@@ -194,36 +212,24 @@ def _resistance(train: Node, vehicles: list[Vehicles], mass_t: float, top_mps: f
     )
 
 
+def _braking(efforts: list[Effort], top_mps: float) -> EffortCurve:
+    return total_effort(efforts, top_mps) if efforts else EffortCurve.from_caps(0.0)
+
+
 def _own_effort(boxes: list[Node], element: str, top_mps: float) -> list[Effort]:
     """Effort of a formation as a whole, which counts where its vehicles have none."""
-    found = [effort for box in boxes for effort in [effort_of(box, element, top_mps)] if effort is not None]
+    holders = [one for box in boxes for one in box.children("tractionMode") or [box]]
+    found = [effort for one in holders for effort in [effort_of(one, element, top_mps)] if effort is not None]
     if len(found) > 1:
         raise boxes[-1].bad(f"a second {element} table; one is expected")
     return found
 
 
-def _brakes(train: Node) -> list[Node]:
-    """Elements that say how a train brakes; those of a vehicle are in boxes."""
-    boxes = train.children("trainBrakes", "brakes", "vehicleBrakes")
-    return [*boxes, *(one for box in boxes for one in box.children("vehicleBrakes", "vehicleBrake"))]
-
-
-def _braking_rates(brakes: list[Node]) -> tuple[tuple[BrakingRate, ...], list[str]]:
-    """Deceleration of full braking: the mean one, or else the largest; of several the least."""
-    for attribute in ("meanDeceleration", "maxDeceleration"):
-        rates_mps2 = {one.number(attribute, "m/s²", above=0.0): one.name for one in brakes}
-        known_mps2 = sorted(rate_mps2 for rate_mps2 in rates_mps2 if rate_mps2 is not None)
-        if known_mps2:
-            others = f", the least of {len(known_mps2)}" if len(known_mps2) > 1 else ""
-            name = rates_mps2[known_mps2[0]]
-            note = f"full braking is {name}@{attribute}, {known_mps2[0]:g} m/s²{others}"
-            return (BrakingRate(0.0, known_mps2[0]),), [note]
-    return (), []
-
-
 def _acceleration_mps2(train: Node) -> float:
-    """Largest acceleration; the least of several, without limit where there is none."""
-    given_mps2 = [one.number("maxAcceleration", "m/s²", above=0.0) for one in train.children("trainEngine")]
+    """Largest acceleration (``train…`` in 2.x); the least of several, without limit where there is none."""
+    names = ("maxAcceleration", "trainMaxAcceleration")
+    engines = train.children("trainEngine")
+    given_mps2 = [one.number(name, "m/s²", above=0.0) for one in engines for name in names]
     return min((value_mps2 for value_mps2 in given_mps2 if value_mps2 is not None), default=math.inf)
 
 

@@ -1,6 +1,7 @@
 """Curves over speed of railML rolling stock: tables of points (``valueTable``) and of polynomials (``segmentTable``).
 
-A unit that the schema does not list is written ``other:kN``. Source: the published documentation of the schema.
+A unit that the schema does not list is written ``other:kN``; an acceleration is in ``m/s/s``. Source: the published
+documentation of the schema.
 """
 
 import math
@@ -14,6 +15,7 @@ from tgvdp.units import from_si, to_si
 
 TABLES = ("valueTable", "segmentTable")
 SPECIFIC = "N/kN"
+ACCELERATION = "m/s²"
 
 #: Chords that stand for a polynomial are this close to it, as a share of its largest value; no more than so many.
 _CHORD_ERROR = 1e-4
@@ -21,7 +23,7 @@ _MOST_CHORDS = 256
 
 
 class Table(NamedTuple):
-    """Points of a curve: speeds in m/s that do not decrease, and values in N, or in N/kN where ``specific``."""
+    """Points of a curve: speeds in m/s that do not decrease, and values in SI, or in N/kN where ``specific``."""
 
     points: list[tuple[float, float]]
     specific: bool
@@ -35,6 +37,7 @@ class _Units:
     def __init__(self, table: Node, speed: str, value: str, default: str) -> None:
         self._table = table
         self._may_be_specific = default == SPECIFIC
+        self._quantity = "acceleration" if default == ACCELERATION else "force"
         self.notes: list[str] = []
         self.speed = self._unit(speed, "km/h")
         self.value = self._unit(value, default)
@@ -43,7 +46,7 @@ class _Units:
         given = self._table.text(attribute)
         if not given:
             self.notes.append(f"{self._table.name} in line {self._table.line} has no {attribute}: read as {default}")
-        return (given or default).removeprefix("other:")
+        return (given or default).removeprefix("other:").replace("m/s/s", ACCELERATION)
 
     @property
     def specific(self) -> bool:
@@ -54,7 +57,7 @@ class _Units:
         """Speed and value in SI; a value in N/kN stays as it is."""
         try:
             speed_mps = to_si(x, self.speed, "speed")
-            value = y if self.specific else to_si(y, self.value, "force")
+            value = y if self.specific else to_si(y, self.value, self._quantity)
         except InputError as error:
             raise self._table.bad(str(error)) from None
         if not 0.0 <= value < math.inf:
@@ -64,7 +67,7 @@ class _Units:
 
 
 def read_table(table: Node, default_unit: str, top_mps: float) -> Table:
-    """Read a table of force over speed.
+    """Read a table of force or acceleration over speed.
 
     Parameters
     ----------
@@ -125,7 +128,7 @@ def _chords(table: Node, units: _Units, top_mps: float) -> list[tuple[float, flo
         if len(values) != len(exponents):
             raise line.bad(f"must hold {len(exponents)} constantValue, as there are exponents, got {len(values)}")
         terms = list(zip(values, exponents, strict=True))
-        points += [units.point(line, "", x, _sum(terms, x)) for x in _stations(terms, start, max(start, end))]
+        points += [units.point(line, "", x, _sum(terms, x)) for x in stations(terms, start, max(start, end))]
     return points
 
 
@@ -137,8 +140,8 @@ def _sum(terms: list[tuple[float, float]], x: float) -> float:
         return math.inf
 
 
-def _stations(terms: list[tuple[float, float]], start: float, end: float) -> list[float]:
-    """Places between which chords are close enough to a polynomial."""
+def stations(terms: list[tuple[float, float]], start: float, end: float) -> list[float]:
+    """Places between which chords are close enough to a polynomial of terms (coefficient, exponent)."""
     function = partial(_sum, terms)
     count = 1
     while True:

@@ -209,10 +209,11 @@ def track_figures(track: Track) -> Iterator[Figure]:
         radii_m = [abs(radius_m) for row in track.curves for radius_m in row[1:]]
         yield Figure("curves", f"{len(track.curves)}, tightest {min(radii_m):.6g}", "m")
         yield from _curves(track)
-    if track.tunnels:
-        total_m = sum(tunnel.length_m for tunnel in track.tunnels)
-        yield Figure("tunnels", f"{len(track.tunnels)}, together {total_m:.6g}", "m")
-        yield from _tunnels(track)
+    for name in ("tunnels", "neutral_sections"):
+        lengths_m = [one.length_m for one in getattr(track, name)]
+        if lengths_m:
+            yield Figure(name.removesuffix("_sections"), f"{len(lengths_m)}, together {sum(lengths_m):.6g}", "m")
+    yield from _tunnels(track)
 
 
 def _telling(values: Sequence[float], usual: tuple[float, float], extreme: Callable[[float], float] = abs) -> list[int]:

@@ -182,6 +182,10 @@ class Node:
         value = self.element.get(attribute)
         return None if value is None else str(value).strip()
 
+    def has(self, attribute: str) -> bool:
+        """Whether an attribute is there, without counting it as read."""
+        return attribute in self.element.attrib
+
     def required_text(self, attribute: str) -> str:
         """Return an attribute; an error when it is absent or empty."""
         value = self.text(attribute)
