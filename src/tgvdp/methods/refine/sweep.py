@@ -19,7 +19,7 @@ from tgvdp.physics.energy import arc_energy
 from tgvdp.physics.forces import unpowered
 
 #: Gain of a sweep, as a share of E + λT, above which the next one keeps its step.
-_GAIN = 1e-6
+_GAIN = 1e-7
 #: What an arc costs that no train drives, and one that asks for more traction or acceleration than there is.
 _NO_ARC = math.inf
 _TOO_FAST = -math.inf
