@@ -1,7 +1,9 @@
 """Shortcuts through numba's analyses find what numba finds, and numba is left as it was."""
 
 import pytest
-from numba.core import compiler, ir, postproc, ssa
+from numba.core import compiler, ir, postproc, ssa, types
+from numba.core.registry import cpu_target
+from numba.core.typing import signature
 
 from tgvdp._jit.steps import shortened
 from tgvdp._jit.watch import is_compiled
@@ -51,3 +53,18 @@ def test_numba_is_left_as_it_was():
     with pytest.raises(Exception, match="unknown"):
         pipeline.quick_compilation(pipeline.compiled_and_linked(lambda x: unknown)[0])(1)  # noqa: F821
     assert [getattr(owner, name) for owner, name in parts] == before
+
+
+def test_what_is_declared_later_is_found():
+    """Numba compiles in copies of a context, which come and go: one with the number of another found no intrinsics."""
+    from tgvdp._jit import shortcuts
+
+    context = cpu_target.target_context
+    with shortcuts.taken():
+        context.refresh()
+
+        def marker(): ...
+
+        next(iter(context._registries)).lower(marker, types.int64)(lambda *_: None)
+        context.refresh()
+        assert context.get_function(marker, signature(types.int64, types.int64), _firstcall=False)

@@ -64,12 +64,20 @@ def _without_log(states: Any, block: Any, handler: Any) -> Iterator[Any]:
 
 
 def _once(load: Callable[[Any], None]) -> Callable[[Any], None]:
-    """Load numba's declarations once, not before each function that a kernel calls; new ones are still looked for."""
-    done = set()
+    """Load numba's declarations once, not before each function that a kernel calls; new ones are still looked for.
+
+    Numba puts those of intrinsics, as of the least of some numbers, into the first registry that it has loaded. It
+    compiles in copies of a context, which share their registries.
+    """
+    known: dict[int, Any] = {}  # which keeps them, so that no others get their numbers
 
     def loaded(context: Any) -> None:
-        if id(context) not in done:
-            done.add(id(context))
+        registries = context._registries
+        if id(registries) in known:
+            for registry in list(registries):
+                context.install_registry(registry)
+        else:
+            known[id(registries)] = registries
             load(context)
 
     return loaded
