@@ -16,6 +16,7 @@ from benchmarks import (
     quantum_resources,
     quantum_short,
     quantum_weights,
+    substation_weights,
     substations,
 )
 from benchmarks.families import FAMILIES, SIZES, members, write
@@ -114,6 +115,7 @@ def main(folder: Path) -> None:
     quantum_weights.main(folder)
     quantum_short.main(folder)
     substations.main(folder / "substations")
+    substation_weights.main(folder / "substations")
     replace_between(PAGE, BEGIN, END, claims(folder))
 
 

@@ -29,7 +29,7 @@ BEGIN, END = "<!-- claims: begin (python -m benchmarks quantum) -->", "<!-- clai
 
 def claims(folder: Path) -> str:
     """All statements, from the rows below a folder."""
-    shared = [_read(folder / "substations" / name) for name in ("benchmark.csv", "large/benchmark.csv")]
+    shared = [_read(folder / "substations" / name) for name in ("benchmark.csv", "large/benchmark.csv", "weights.csv")]
     statements = [
         *_exact(_read(folder / "exact" / "benchmark.csv")),
         *_greedy(_read(folder / "greedy.csv")),
@@ -52,7 +52,7 @@ def claims(folder: Path) -> str:
         _embeddings(_read(folder / "embeddings" / "embeddings.csv")),
         fineness(_read(folder / "embeddings" / "embeddings.csv")),
         resources(_read(folder / "resources.csv")),
-        compared_table(shared[0]),
+        compared_table(shared[0], shared[2]),
         large_table(shared[1]),
     ]
     return "\n".join(["".join(f"- {statement}\n" for statement in statements), *tables])

@@ -60,6 +60,7 @@ def test_sentences_count_medians_and_compare_growth():
     sets.append({"solver": "qaoa:bits:angles=ramp", "family": "easy", "N": "8"})
     text = weights([one | arm(name, median) for one in sets for name, median in (("each", "0.5"), ("one", "0.0"))])
     assert "of 1 of 1 sets of bits" in text and "of 0 with one for all" in text
+    assert "`zones` was not tried" in text and "zones" not in {row["family"] for row in rows("weights.csv")}
     assert "`sa:unary` on easy 50 % (one weight: 0 %)" in text
     assert "by a factor of 4 " in text
     reached = [

@@ -8,9 +8,11 @@ import pytest
 from tests.helpers.instance_case import binary_instance
 from tgvdp.errors import InputError
 from tgvdp.formulations.problem.binary import FormulationWarning
+from tgvdp.formulations.problem.reading import read_instance
 from tgvdp.formulations.qubo.bits import encode_bits
 from tgvdp.formulations.qubo.encodings import encode
 from tgvdp.formulations.qubo.names import BitsForm, bits_form, parse_encoding, parse_penalty, penalty_word
+from tgvdp.instances import find
 
 
 @pytest.mark.parametrize(
@@ -66,6 +68,23 @@ def test_each_kind_of_violation_has_its_own_weight():
     assert penalty() == 3.0 * 3**2 + 3 * 7.0
     with pytest.raises(InputError, match=r"2 kinds of violations \(logic, distance\), got 4 weights"):
         encode(one, "unary", (1.0, 1.0, 1.0, 1.0))
+
+
+@pytest.mark.filterwarnings("ignore::tgvdp.formulations.problem.binary.FormulationWarning")
+def test_power_of_a_substation_has_a_weight_of_its_own():
+    shared = read_instance(find("substation-k2-n006"))
+    encoded = encode(shared, "unary", (2.0, 3.0, 7.0))
+    labels = encoded.qubo.labels
+
+    def penalty(*ones):
+        return float(encoded.violation.energy(np.array([[int(label in ones) for label in labels]]))[0])
+
+    distances = sum(train.trip.distance_range[0] ** 2 for train in shared.trains)
+    assert penalty() == 3.0 * distances
+    assert penalty("n0_0") == 3.0 * distances + 7.0
+    assert penalty(next(label for label in labels if label.startswith("r"))) >= 3.0 * distances + 2.0
+    with pytest.raises(InputError, match=r"3 kinds of violations \(logic, distance, limit\), got 2 weights"):
+        encode(shared, "unary", (1.0, 1.0))
 
 
 def test_the_cubic_objective_is_of_one_model_and_proves_nothing_of_it():

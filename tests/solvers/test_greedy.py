@@ -1,5 +1,7 @@
 """The plan without search: feasible where it says so, and never better than the optimum."""
 
+import time
+
 import pytest
 
 from tests.helpers.instance_case import binary_instance
@@ -7,6 +9,7 @@ from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.formulations.problem.instances import SharedTrip, SubstationInstance
 from tgvdp.formulations.problem.reading import read_instance
 from tgvdp.instances import find, index
+from tgvdp.solvers.allowance import Allowance
 from tgvdp.solvers.registry import solve
 
 NAMES = [n for n, row in index().items() if row["objective"] and row["family"] in ("easy", "zones", "substation")]
@@ -59,3 +62,20 @@ def test_a_train_of_a_substation_that_cannot_cover_its_distance_is_named():
     )  # fmt: skip
     with pytest.raises(InfeasibleError, match="train 2 alone cannot cover its distance"):
         solve(shared, "greedy")
+
+
+@pytest.mark.parametrize("solver", ["greedy", "milp"])
+def test_a_long_trip_ends_at_the_time_limit(solver):
+    """Greedy once kept a table of N × N speeds, and the program was written before any clock was looked at."""
+    if solver == "milp":
+        pytest.importorskip("scipy.optimize")
+    trip = binary_instance(100_000, cap_units=30, distance_units=2_000_000.0)
+    start = time.perf_counter()
+    with pytest.raises(BudgetExceededError, match="the time limit ended"):
+        solve(trip, solver, allowance=Allowance(time_limit_s=0.5))
+    assert time.perf_counter() - start < 10.0
+
+
+def test_trains_of_a_substation_end_at_the_time_limit():
+    with pytest.raises(BudgetExceededError, match="the time limit ended before all trains had their turns"):
+        solve(read_instance(find("substation-k2-n012")), "greedy", allowance=Allowance(time_limit_s=1e-9))

@@ -98,7 +98,7 @@ ITEMS = (
     Item("chain_strength", "chain-strength", float, "dwave: coupling of a chain over the largest coefficient."),
     Item("anneal_us", "anneal-time", float, "dwave: duration of an anneal.", unit="µs"),
     Item("form", "form", str, "scip, cqm, leap: approximation of a demand instance.", choices=FORMS),
-    Item("time_limit_s", "time-limit", float, "milp, scip, cqm, leap: end then.", unit="s"),
+    Item("time_limit_s", "time-limit", float, "greedy, milp, scip, cqm, leap: end then.", unit="s"),
 )
 
 
@@ -142,7 +142,7 @@ class Allowance:
         Of the program that approximates a demand instance (`tgvdp.formulations.program.demand`); ``split`` where
         absent. Binary instances have none.
     time_limit_s : float or None
-        For solvers that prove optimality (milp, scip, cqm); none by default.
+        For solvers that prove optimality (milp, scip, cqm) and for greedy; none by default.
 
     Raises
     ------
@@ -174,3 +174,7 @@ class Allowance:
             raise InputError("solver: step is that of a ramp, so it needs angles ramp")
         if self.mixer == "walls" and (self.angles != "ramp" or self.backend is not None):
             raise InputError("solver: mixer walls needs angles ramp and no backend: its angles are not searched for")
+
+    def deadline_s(self, start_s: float) -> float:
+        """When the time limit of a solver that began at ``start_s`` ends, infinite where there is none."""
+        return math.inf if self.time_limit_s is None else start_s + self.time_limit_s

@@ -50,7 +50,7 @@ SOLVERS: dict[str, Solver] = {
     "dp": Solver("exact.solve", "solve_dp", _ALL),
     "brute": Solver("exact.solve", "solve_brute", _BOTH),
     "closed": Solver("exact.solve", "solve_closed"),
-    "greedy": Solver("greedy", "solve_greedy", _SHARED),
+    "greedy": Solver("greedy", "solve_greedy", _SHARED, uses=("time_limit_s",)),
     "milp": Solver("programs.milp", "solve_milp", _SHARED, uses=("time_limit_s",)),
     "scip": Solver("programs.scip", "solve_scip", _ALL, uses=_PROGRAM),
     "cqm": Solver("programs.cqm", "solve_cqm", _BOTH, uses=_PROGRAM),

@@ -13,6 +13,7 @@ kinetic optimum of N = 40 within a second; with McCormick products of bits and s
 Objectives are scaled to whole numbers, so that a bound less than 1 below an objective proves it.
 """
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -22,7 +23,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.errors import InfeasibleError
+from tgvdp.errors import BudgetExceededError, InfeasibleError
 from tgvdp.formulations.problem.binary import features, in_model_units, schedule_of
 from tgvdp.formulations.problem.instances import BinaryInstance
 from tgvdp.formulations.problem.schedule import Schedule
@@ -104,9 +105,16 @@ class Written(NamedTuple):
 
 
 class ProgramBuilder:
-    """Collects variables, rows and the objective."""
+    """Collects variables, rows and the objective.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    deadline_s : float
+        By `time.perf_counter`; a row that is added later raises `BudgetExceededError`.
+    """
+
+    def __init__(self, deadline_s: float = inf) -> None:
+        self._deadline_s = deadline_s
         self.variables: list[Variable] = []
         self.rows: list[Row] = []
         self.linear: dict[int, Fraction] = {}
@@ -121,6 +129,8 @@ class ProgramBuilder:
         self, name: str, linear: Terms, lower: float = -inf, upper: float = inf, products: Products | None = None
     ) -> None:
         """Append lower ≤ Σ linear + Σ products ≤ upper; terms of weight 0 are left out."""
+        if time.perf_counter() > self._deadline_s:
+            raise BudgetExceededError(f"program: the time limit ended after {len(self.rows)} rows were written")
         kept = {variable: weight for variable, weight in linear.items() if weight}
         self.rows.append(Row(name, kept, dict(products or {}), lower, upper))
 
@@ -156,7 +166,7 @@ class _Run(NamedTuple):
     v: dict[int, int]
 
 
-def binary_program(instance: BinaryInstance, form: Form = "linear") -> Program:
+def binary_program(instance: BinaryInstance, form: Form = "linear", deadline_s: float = inf) -> Program:
     """Write the binary model as a program; its first 2N variables are x_0..x_{N−1}, y_0..y_{N−1}.
 
     Parameters
@@ -164,6 +174,8 @@ def binary_program(instance: BinaryInstance, form: Form = "linear") -> Program:
     instance : BinaryInstance
     form : {"linear", "quadratic"}
         How products in the objective are written.
+    deadline_s : float
+        As of `ProgramBuilder`.
 
     Raises
     ------
@@ -174,7 +186,7 @@ def binary_program(instance: BinaryInstance, form: Form = "linear") -> Program:
     low, high = instance.distance_range
     if low > high:
         raise InfeasibleError(f"{instance.id}: no whole distance lies within the tolerance")
-    builder = ProgramBuilder()
+    builder = ProgramBuilder(deadline_s)
     for name in ("x", "y"):
         for i in range(n):
             builder.add_variable(f"{name}_{i}", 1.0, integer=True)
@@ -193,14 +205,14 @@ def binary_program(instance: BinaryInstance, form: Form = "linear") -> Program:
     return builder.build(instance.id, lambda exact: in_model_units(instance, exact))
 
 
-def binary_form(instance: BinaryInstance, form: Form) -> Written:
+def binary_form(instance: BinaryInstance, form: Form, deadline_s: float = inf) -> Written:
     """The program of `binary_program`, and how to read it."""
 
     def schedule(values: NDArray[np.float64]) -> Schedule:
         bits = np.rint(values[: 2 * instance.steps]).astype(np.int8)
         return schedule_of(instance, bits[: instance.steps], bits[instance.steps :])
 
-    return Written(binary_program(instance, form), schedule)
+    return Written(binary_program(instance, form, deadline_s), schedule)
 
 
 def _add_objective(builder: ProgramBuilder, instance: BinaryInstance, run: _Run, form: Form) -> None:

@@ -10,6 +10,7 @@ and the objective is Σ n_i. As 1 − α ≥ 0, rises are never larger than they
 """
 
 from fractions import Fraction
+from math import inf
 from typing import TypeAlias
 
 import numpy as np
@@ -24,16 +25,16 @@ from tgvdp.formulations.program.binary import ProgramBuilder, Written, binary_fo
 _Levels: TypeAlias = dict[tuple[int, int], int]
 
 
-def linear_program(instance: BinaryInstance | SubstationInstance) -> Written:
-    """The linear program of one train, or of those of a substation."""
+def linear_program(instance: BinaryInstance | SubstationInstance, deadline_s: float = inf) -> Written:
+    """The linear program of one train, or of those of a substation; ``deadline_s`` as of `ProgramBuilder`."""
     if isinstance(instance, SubstationInstance):
-        return substation_program(instance)
-    return binary_form(instance, "linear")
+        return substation_program(instance, deadline_s)
+    return binary_form(instance, "linear", deadline_s)
 
 
-def substation_program(instance: SubstationInstance) -> Written:
-    """Write the trains of a substation as a linear program."""
-    builder = ProgramBuilder()
+def substation_program(instance: SubstationInstance, deadline_s: float = inf) -> Written:
+    """Write the trains of a substation as a linear program; ``deadline_s`` as of `ProgramBuilder`."""
+    builder = ProgramBuilder(deadline_s)
     all_levels = [_add_train(builder, number, train) for number, train in enumerate(instance.trains)]
     net = [builder.add_variable(f"n_{i}", float(instance.power_units)) for i in range(instance.steps)]
     alpha = decimal(instance.alpha)

@@ -64,7 +64,7 @@ def encode(
     rule: PenaltyRule = own or "sufficient" if penalty is None else penalty
     weights = Weights()
     if isinstance(rule, tuple):
-        weights = _own_weights(encoding, rule)
+        weights = _own_weights(instance, encoding, rule)
     elif rule == "tenfold" and isinstance(instance, BinaryInstance):
         weights = si_weights(instance, encoding)
     draft = _with_weights(instance, encoding, weights)
@@ -73,7 +73,7 @@ def encode(
         weight = tenfold_penalty(draft.objective)
     else:
         weight = 1.0 if isinstance(rule, tuple) else enough if rule == "sufficient" else float(rule)
-    least = weight * min(weights[: len(kinds_of(encoding))])
+    least = weight * min(getattr(weights, kind) for kind in _kinds(instance, encoding))
     if least < enough / 1.05:
         warnings.warn(
             f"{instance.id}: a penalty of {least:.4g} {instance.objective_unit} per unit of violation may be too "
@@ -84,13 +84,19 @@ def encode(
     return replace(draft, qubo=joined(draft.objective, draft.violation, weight), penalty=weight)
 
 
-def _own_weights(encoding: Encoding, given: tuple[float, ...]) -> Weights:
-    kinds = kinds_of(encoding)
+def _kinds(instance: BinaryInstance | SubstationInstance, encoding: Encoding) -> tuple[str, ...]:
+    return kinds_of(encoding, shared=isinstance(instance, SubstationInstance))
+
+
+def _own_weights(
+    instance: BinaryInstance | SubstationInstance, encoding: Encoding, given: tuple[float, ...]
+) -> Weights:
+    kinds = _kinds(instance, encoding)
     if len(given) != len(kinds):
         raise InputError(
             f"penalty: {encoding} has {len(kinds)} kinds of violations ({', '.join(kinds)}), got {len(given)} weights"
         )
-    return Weights(*given)
+    return Weights(**dict(zip(kinds, given, strict=True)))
 
 
 def _sufficient(draft: Encoded) -> float:

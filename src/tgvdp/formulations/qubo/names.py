@@ -88,7 +88,8 @@ class Weights(NamedTuple):
     logic : float
         Of what bits may not be at once: both accelerate and brake, unary bits out of order.
     distance, stop, limit : float
-        Of distances in Δv·Δt, of the speed at the end and of speed limits, both in Δv.
+        Of distances in Δv·Δt, of the speed at the end and of speed limits, both in Δv. Of trains at one substation the
+        limit is that of its power, in the whole units of the equation of a step.
     """
 
     logic: float = 1.0
@@ -97,8 +98,10 @@ class Weights(NamedTuple):
     limit: float = 1.0
 
 
-def kinds_of(encoding: Encoding) -> tuple[str, ...]:
-    """Kinds of violations that an encoding can have: the first fields of `Weights`."""
+def kinds_of(encoding: Encoding, *, shared: bool = False) -> tuple[str, ...]:
+    """Kinds of violations that an encoding can have, fields of `Weights`; ``shared`` is of trains at a substation."""
+    if shared:
+        return ("logic", "distance", "limit")
     if encoding in (UNARY, MULTIPLIER):
         return Weights._fields[: 2 if encoding == UNARY else 1]
     return Weights._fields[: 3 if bits_form(encoding).limits == "none" else 4]

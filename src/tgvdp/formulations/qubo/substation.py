@@ -50,7 +50,7 @@ def encode_substation(instance: SubstationInstance, penalty: float, weights: Wei
     penalty : float
         λ, in J/kg per squared unit of violation.
     weights : Weights, optional
-        Relative weights of violations; those of a step's power count as logic. Equal by default.
+        Relative weights of violations; that of a step's power counts as limit. Equal by default.
     """
     parts = Builder(weights or Weights())
     trains = [add_registers(parts, train.trip, f"t{number}_") for number, train in enumerate(instance.trains, start=1)]
@@ -136,7 +136,7 @@ def _add_delivery(parts: Builder, instance: SubstationInstance, step: _Step, num
     for register, sign in ((net, -1.0), (lost, 1.0)):
         for bit, coefficient in register:
             terms[bit] = sign * coefficient
-    parts.require(terms, 0.0, parts.weights.logic)
+    parts.require(terms, 0.0, parts.weights.limit)
 
 
 def _add(terms: dict[int, float], bit: int, weight: float) -> None:

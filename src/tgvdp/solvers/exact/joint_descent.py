@@ -5,11 +5,14 @@ that each of its steps costs what it adds to what the substation delivers, and m
 Starting from plans under random prices, the trains take turns until none of them can save. It proves nothing.
 """
 
+import math
+import time
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.errors import BudgetExceededError
 from tgvdp.formulations.problem.instances import SubstationInstance
 from tgvdp.formulations.problem.substation import delivered, joint_speeds, shares
 from tgvdp.solvers.exact.joint_prices import NEVER, SCALE, Ints, Train, cheapest_speeds, costs_to_go, priced
@@ -45,12 +48,22 @@ def descend(instance: SubstationInstance, trains: Sequence[Train], prices: Ints)
     return best
 
 
-def settled(instance: SubstationInstance, trains: Sequence[Train], prices: Ints) -> list[Ints]:
-    """Trains take turns until a whole round saves nothing."""
+def settled(
+    instance: SubstationInstance, trains: Sequence[Train], prices: Ints, deadline_s: float = math.inf
+) -> list[Ints]:
+    """Trains take turns until a whole round saves nothing.
+
+    Raises
+    ------
+    BudgetExceededError
+        When it is later than ``deadline_s`` by `time.perf_counter`.
+    """
     plan = [_alone(one, priced(instance, one, prices)) for one in trains]
     best = int(NEVER)
     while True:
         for k, one in enumerate(trains):
+            if time.perf_counter() > deadline_s:
+                raise BudgetExceededError(f"{instance.id}: the time limit ended before all trains had their turns")
             rest = [np.zeros_like(v) if i == k else v for i, v in enumerate(plan)]
             plan[k] = _alone(one, _added(instance, one, rest))
         cost = int(_charged(instance, delivered(instance, joint_speeds(instance, plan))).sum())

@@ -22,6 +22,9 @@ from tgvdp.solvers.extras import extra
 #: Part of a unit of the objective (whose values are whole) that rounding may take from a bound.
 _BOUND_SLACK = 1e-3
 
+#: What HiGHS has left at least, because none is no limit to it.
+_LEAST_TIME_S = 1e-3
+
 #: Status of scipy.optimize.milp.
 _LIMIT, _INFEASIBLE = 1, 2
 
@@ -38,11 +41,11 @@ def solve_milp(instance: BinaryInstance | SubstationInstance, allowance: Allowan
     """
     scipy_optimize = extra("scipy.optimize", "solver milp")
     start = time.perf_counter()
-    written = linear_program(instance)
+    written = linear_program(instance, allowance.deadline_s(start))
     program = written.program
     limits = {"mip_rel_gap": 0.0, "presolve": True}
     if allowance.time_limit_s is not None:
-        limits["time_limit"] = allowance.time_limit_s
+        limits["time_limit"] = max(_LEAST_TIME_S, allowance.deadline_s(start) - time.perf_counter())
     with _stdout_kept():
         result = scipy_optimize.milp(
             c=_dense(program.linear, len(program.variables)),
