@@ -55,6 +55,7 @@ class Extremals:
         self.multiplier = mesh.usual_multiplier
         self.scale_j = mesh.usual_multiplier * self.extremals[0].time_s
         self.idle = 0
+        self.closed: set[tuple[float, float]] = set()
 
     def asked(self, tolerance_s: float, counters: dict[str, int], clock: Clock) -> "Extremals":
         """These extremals, for times that have to be met so closely, in the time that a clock leaves."""
@@ -138,11 +139,7 @@ class Extremals:
             second = len(self.extremals) - 1 if second is None else second
             before, after = self.extremals[second - 1], self.extremals[second]
             found = self._meet(before, after, target_s)
-            least_j = max(
-                extremal.energy_j + extremal.multiplier * (extremal.time_s - found.time_s)
-                for extremal in (before, after)
-                if math.isfinite(extremal.multiplier)
-            )
+            least_j = _tangents_j(before, after, found.time_s)
             enough_j = _GAP * max(abs(found.energy_j), 0.1 * self.scale_j)
             if found.energy_j - least_j <= enough_j or not self._split(second):
                 return found
@@ -150,16 +147,21 @@ class Extremals:
     def _split(self, second: int) -> bool:
         """Solve the multiplier of the chord between two neighbouring extremals; False when the chord is the front."""
         before, after = self.extremals[second - 1], self.extremals[second]
-        chord = (before.energy_j - after.energy_j) / (after.time_s - before.time_s)
-        if len(self.extremals) >= _MOST_EXTREMALS or not before.multiplier > chord > after.multiplier * (1.0 + _SAME):
+        chord = _chord(before, after)
+        pair = before.time_s, after.time_s
+        if len(self.extremals) >= _MOST_EXTREMALS or pair in self.closed or chord <= 0.0:
             return False
-        known = (self._blend(before.switch, after.switch, 0.5),) if before.multiplier < _NEAR * after.multiplier else ()
+        near = before.multiplier < _NEAR * after.multiplier
+        known = [self._blend(before.switch, after.switch, 0.5)] if near else []
+        if not before.multiplier > chord > after.multiplier:  # one of them is beaten by the other at its own multiplier
+            known += [before.switch, after.switch]
         middle = self._solve(chord, *known)
         saved = before.cost_j(chord) - middle.cost_j(chord)
         inside = before.time_s < middle.time_s < after.time_s and after.energy_j < middle.energy_j < before.energy_j
         if inside and saved > _SAME * self.scale_j:
             self.extremals.insert(second, middle)
         else:  # no run is below the chord, which then is the tangent of both
+            self.closed.add(pair)
             self.extremals[second - 1], self.extremals[second] = (
                 before._replace(multiplier=chord),
                 after._replace(multiplier=chord),
@@ -195,3 +197,22 @@ class Extremals:
                 break
             bracket = bracket.narrowed(share, f)
         return run._replace(multiplier=between(before, after, run.time_s).multiplier)
+
+
+def _chord(before: Extremal, after: Extremal) -> float:
+    """Energy saved per second more between two extremals, J/s."""
+    return (before.energy_j - after.energy_j) / (after.time_s - before.time_s)
+
+
+def _tangents_j(before: Extremal, after: Extremal, time_s: float) -> float:
+    """Energy below which no run of a time between two extremals is known to be, by the tangents of both.
+
+    One that is beaten by the other at its own multiplier is no optimum there: its tangent says nothing.
+    """
+    chord = _chord(before, after)
+    least_j = -math.inf
+    if chord <= before.multiplier < math.inf:
+        least_j = before.energy_j + before.multiplier * (before.time_s - time_s)
+    if after.multiplier <= chord:
+        least_j = max(least_j, after.energy_j + after.multiplier * (after.time_s - time_s))
+    return least_j

@@ -38,7 +38,7 @@ def _touches(tables, relaxed, v, demand):
 @part
 def _neighbours(tables, relaxed, v, demand):
     """The nodes of demand below and above a demand at which the map touches its hull."""
-    nodes = tables.demand
+    nodes = relaxed.demand
     last = nodes.shape[0] - 1
     below = 0
     while below < last and nodes[below + 1] <= demand:
