@@ -6,7 +6,6 @@ size, the most sweeps and penalties up to eight times as large are tried here, o
 the solvers.
 """
 
-import csv
 import sys
 import warnings
 from collections.abc import Iterator
@@ -14,7 +13,8 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from benchmarks.families import FAMILIES, OPTIMA, SIZES, members
+from benchmarks.families import FAMILIES, SIZES, members
+from benchmarks.quantum_draws import optima, solved_medians, successes
 from benchmarks.quantum_tuning import TUNABLES, Tunable
 from benchmarks.timing import ROOT
 from tgvdp.formulations.problem.binary import FormulationWarning
@@ -32,11 +32,7 @@ PENALTIES = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4)
 def effort_rows(reached: Path) -> Iterator[dict[str, Any]]:
     """One row per setting, of each solver and family whose median instance the published runs do not solve."""
     warnings.simplefilter("ignore", FormulationWarning)
-    with reached.open(encoding="utf-8", newline="") as file:
-        solved = {
-            (row["solver"], row["family"]) for row in csv.DictReader(file)
-            if int(row["N"]) == STEPS and float(row["p median"]) > 0.0
-        }  # fmt: skip
+    solved = solved_medians(reached, STEPS)
     for tunable in TUNABLES:
         for family in FAMILIES:
             if tunable.most_steps >= STEPS and tunable.encoding == "unary" and (tunable.word, family) not in solved:
@@ -45,13 +41,10 @@ def effort_rows(reached: Path) -> Iterator[dict[str, Any]]:
 
 def _row(tunable: Tunable, family: str, penalty: float, setting: str) -> dict[str, Any]:
     spec = parse_spec(f"{tunable.word}:penalty={penalty}:{setting}:{tunable.efforts[-1]}:reads={READS}")
-    with OPTIMA.open(encoding="utf-8", newline="") as file:
-        optima = {row["id"]: float(row["objective"]) for row in csv.DictReader(file)}
     chances = []
     for member in members(family, STEPS, "sample")[:INSTANCES]:
         found = solve(member.entry.instance, spec.solver, spec.encoding, spec.penalty, spec.allowance(1))
-        is_best = found.feasible and found.objective <= optima[member.name] * (1.0 + 1e-12)
-        chances.append(found.details["best_reads"] / READS if is_best else 0.0)
+        chances.append(successes(found, optima()[member.name]) / READS)
     print(family, spec.label, sorted(chances), flush=True)
     return {
         "solver": tunable.word, "family": family, "N": STEPS, "setting": spec.label, "instances": INSTANCES,

@@ -4,7 +4,6 @@ Of the library and of all reported instances of the random families: where the g
 finds one has not shown that it was needed.
 """
 
-import csv
 import sys
 import warnings
 from collections.abc import Iterator
@@ -12,8 +11,9 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from benchmarks.families import FAMILIES, OPTIMA, SIZES, members
+from benchmarks.families import FAMILIES, SIZES, members
 from benchmarks.library import entries
+from benchmarks.quantum_draws import optima
 from benchmarks.timing import ROOT
 from tgvdp.errors import BudgetExceededError, InputError
 from tgvdp.formulations.problem.binary import FormulationWarning
@@ -32,12 +32,10 @@ def greedy_rows() -> Iterator[dict[str, Any]]:
         above = [_above(one.instance, published[one.name]) for one in found]
         if None not in above:
             yield _row("library", family, "", above)
-    with OPTIMA.open(encoding="utf-8", newline="") as file:
-        optima = {row["id"]: float(row["objective"]) for row in csv.DictReader(file)}
     for family in FAMILIES:
         for steps in SIZES:
             drawn = members(family, steps, "sample")
-            yield _row("random", family, steps, [_above(one.entry.instance, optima[one.name]) for one in drawn])
+            yield _row("random", family, steps, [_above(one.entry.instance, optima()[one.name]) for one in drawn])
 
 
 def _above(instance: Instance, optimum: float) -> float | None:

@@ -8,17 +8,16 @@ reported ones: bits at the sizes that tuning did not reach, unary where the tune
 instance of the largest reported size, and circuits.
 """
 
-import csv
 import statistics
 import sys
 import warnings
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from benchmarks.entry import Draw
-from benchmarks.families import FAMILIES, OPTIMA, SIZES, members
+from benchmarks.families import FAMILIES, SIZES, members
+from benchmarks.quantum_draws import drawn_words, optima, solved_medians, successes
 from benchmarks.quantum_tuning import effort_of
 from benchmarks.timing import ROOT
 from tgvdp.formulations.problem.binary import FormulationWarning
@@ -59,27 +58,18 @@ class Trial(NamedTuple):
     def settings(self, weights: str) -> list[str]:
         """Words that are tried, with ``one`` weight for all or one ``each``."""
         draw = Draw(f"{self.word} {self.family} {self.steps} {weights}")
-        return [self._setting(draw, weights) for _ in range(DRAWN)]
-
-    def _setting(self, draw: Draw, weights: str) -> str:
         solver, encoding = self.word.split(":")[:2]
         ranges = [_DISTANCE if kind == "distance" else _OTHER for kind in kinds_of(encoding)]
         if weights == "one":
             ranges = [(_DISTANCE[0], _OTHER[1])]
-        penalty = "/".join(f"{10.0 ** (draw.whole(*one) / 10.0):.2g}" for one in ranges)
-        chosen = (f"{key}={values[draw.whole(0, len(values) - 1)]}" for key, values in _OWN[solver].items())
-        sweeps = () if solver == "qaoa" else (f"sweeps={_SWEEPS}",)
-        return ":".join((self.word, f"penalty={penalty}", *chosen, *sweeps))
+        words = drawn_words(draw, self.word, ranges, _OWN[solver], DRAWN)
+        return words if solver == "qaoa" else [f"{word}:sweeps={_SWEEPS}" for word in words]
 
 
 def trials(reached: Path) -> Iterator[Trial]:
     """What is tried: ``reached`` is the table that says which median instances the published runs solve."""
     steps = SIZES[-2]
-    with reached.open(encoding="utf-8", newline="") as file:
-        solved = {
-            (row["solver"], row["family"]) for row in csv.DictReader(file)
-            if int(row["N"]) == steps and float(row["p median"]) > 0.0
-        }  # fmt: skip
+    solved = solved_medians(reached, steps)
     for family in _FAMILIES:
         for solver in ("sa", "pt", "tabu"):
             if (f"{solver}:unary", family) not in solved:
@@ -130,15 +120,8 @@ def chances(trial: Trial, word: str, kind: str, reads: int) -> list[float]:
         if "success_probability" in details:
             found.append(details["success_probability"])
             continue
-        is_best = solution.feasible and solution.objective <= _optima()[member.name] * (1.0 + 1e-12)
-        found.append(details["best_reads"] / reads if is_best else 0.0)
+        found.append(successes(solution, optima()[member.name]) / reads)
     return found
-
-
-@cache
-def _optima() -> dict[str, float]:
-    with OPTIMA.open(encoding="utf-8", newline="") as file:
-        return {row["id"]: float(row["objective"]) for row in csv.DictReader(file)}
 
 
 def main(folder: Path) -> None:

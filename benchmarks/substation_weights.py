@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from benchmarks.entry import Draw
+from benchmarks.quantum_draws import drawn_words, successes
 from benchmarks.substations import COMPARED, LIMITS, names
 from benchmarks.timing import ROOT
 from tgvdp.formulations.problem.binary import FormulationWarning
@@ -54,13 +55,8 @@ class Trial(NamedTuple):
     def settings(self, weights: str) -> list[str]:
         """Words that are tried, with ``one`` weight for all or one ``each``."""
         draw = Draw(f"{self.name} {self.word} {weights}")
-        return [self._setting(draw, weights) for _ in range(DRAWN)]
-
-    def _setting(self, draw: Draw, weights: str) -> str:
         ranges = [_WHOLE] if weights == "one" else [_RANGES[kind] for kind in kinds_of("unary", shared=True)]
-        penalty = "/".join(f"{10.0 ** (draw.whole(*one) / 10.0):.2g}" for one in ranges)
-        chosen = (f"{key}={values[draw.whole(0, len(values) - 1)]}" for key, values in _OWN[self.word].items())
-        return ":".join((self.word, f"penalty={penalty}", *chosen))
+        return drawn_words(draw, self.word, ranges, _OWN[self.word], DRAWN)
 
 
 class Outcome(NamedTuple):
@@ -82,8 +78,8 @@ def outcome(trial: Trial, setting: str, reads: int, seed: int) -> Outcome:
     spec = parse_spec(f"{setting}:reads={reads}")
     instance = read_instance(find(trial.name))
     found = solve(instance, spec.solver, spec.encoding, spec.penalty, spec.allowance(seed))
-    is_best = found.feasible and found.objective <= float(index()[trial.name]["objective"]) * (1.0 + 1e-12)
-    return Outcome(found.details["best_reads"] if is_best else 0, found.details["feasible_reads"])
+    reached = successes(found, float(index()[trial.name]["objective"]))
+    return Outcome(reached, found.details["feasible_reads"])
 
 
 def row(trial: Trial, weights: str) -> dict[str, Any]:

@@ -83,7 +83,7 @@ class Level:
         """Drive a run of the relaxed problem by the map's own efforts: time, energy, and its rows (position, v²)."""
         rows = Rows(*np.empty((2, 2 * MOST_PULSES * len(w))))
         n, time_s, energy_j = switch(self.train, tables, relaxed, self.cells, w, rows)
-        return time_s, energy_j, rows.x[:n], rows.w[:n]
+        return time_s, energy_j, rows.x[:n].copy(), rows.w[:n].copy()  # runs do not keep the room for all pulses
 
     def descend(
         self,

@@ -83,13 +83,6 @@ def _switching_point(train, cell, w0, w1, lower, upper):
 
 
 @part
-def _drawn(train, tables, cell, d, w0, w1):
-    """Time in s and energy in J of a part of a cell."""
-    duration, work, _, _ = duration_and_work(train, d, cell.grade_n, cell.air, w0, w1)
-    return duration, arc_energy(train, tables, d, duration, work, w0, w1)
-
-
-@part
 def _demands(train, tables, relaxed, cell, w0, w1):
     """The two demands between which to switch along an arc; the same one where the map lies on its hull."""
     d = cell.length_m
