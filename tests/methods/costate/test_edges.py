@@ -158,3 +158,12 @@ def test_a_train_for_which_no_slower_run_saves_has_its_fastest_run_alone():
     result = tgvdp.search(replace(train, max_speed_mps=1e-6 * train.max_speed_mps), "lgv-100km", points=4)
     assert result.complete
     assert len(result.front) == 1
+
+
+def test_runs_that_coast_nearly_to_a_stand_meet_their_line_of_switching():
+    """On a long climb they would stand soon behind it, from where on coasting looks alike everywhere."""
+    margins = [3.0, 10.0, 40.0]
+    result = tgvdp.search("tgv", "lgv-100km", at_margin=margins)
+    assert result.front.time_s == pytest.approx(result.fastest.time_s * (1.0 + np.array(margins)), rel=1e-5)
+    assert all(verdict.ok for verdict in result.verify())
+    assert (np.diff(result.front.energy_j) < 0.0).all()

@@ -5,7 +5,16 @@ from typing import NamedTuple
 
 from tgvdp._jit import leaf, part
 from tgvdp.methods.costate.brake_jumps import drop_above, is_drop
-from tgvdp.methods.costate.forward_rows import ON_CURVE, brake_late, coast, ended, evenly, rows_needed, saturated
+from tgvdp.methods.costate.forward_rows import (
+    ON_CURVE,
+    brake_late,
+    coast,
+    coast_on,
+    ended,
+    evenly,
+    rows_needed,
+    saturated,
+)
 from tgvdp.methods.costate.step_held import HELD
 from tgvdp.physics.arc import arc
 from tgvdp.physics.cell import Cell, append, rest_of
@@ -111,11 +120,13 @@ def _brake_fully(train, regime, cell, w, lines, scratch, rows, n):
 def meeting_place(train, cell, w, line, slope, landed):
     """Where in a cell coasting from w, which leads to ``landed``, meets a line that it crosses, from either side."""
     sense = 1.0 if w > line else -1.0
+    if landed == 0.0:  # beyond its standstill a train is as slow everywhere, which no secant can tell apart
+        landed = coast_on(train, cell, cell.length_m, w)
     bracket = Bracket(0.0, cell.length_m, sense * (line - w), sense * (line + slope * cell.length_m - landed), 0)
     x = 0.0
     for _ in range(_MEETING_STEPS):
         x = secant(bracket)
-        below = line + slope * x - coast(train, cell, x, w)
+        below = line + slope * x - coast_on(train, cell, x, w)
         if abs(below) <= ON_CURVE * line:
             break
         bracket = narrowed(bracket, x, sense * below)

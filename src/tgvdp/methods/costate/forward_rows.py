@@ -65,20 +65,29 @@ def _slope(train, air, v):
 
 
 @part
-def coast(train, cell, length, w):
-    """`land` under coasting, without its generality: the resistance is nearly linear in w1, two sweeps solve it."""
+def coast_on(train, cell, length, w):
+    """`land` under coasting, without its generality: the resistance is nearly linear in w1, two sweeps solve it.
+
+    Where the train comes to a stand on the way it is below 0, by as much as the load would still take.
+    """
     v = math.sqrt(w)
     factor = 2.0 * length / train.inertia_kg
     damping = 1.0 / (1.0 + factor * _slope(train, cell.air, v))
-    x = max(w - factor * damping * (resistance_at(train, cell.air, v) + cell.grade_n), 0.0)
+    x = w - factor * damping * (resistance_at(train, cell.air, v) + cell.grade_n)
     if train.davis_b > 0.0:
         for _ in range(_COAST_SWEEPS):
-            load = mean_resistance(train, cell.air, v, math.sqrt(x)) + cell.grade_n
+            load = mean_resistance(train, cell.air, v, math.sqrt(max(x, 0.0))) + cell.grade_n
             step = damping * (w - factor * load - x)
-            x = max(x + step, 0.0)
+            x += step
             if abs(step) <= _COAST_RTOL * x:
                 break
     return x
+
+
+@leaf
+def coast(train, cell, length, w):
+    """Squared speed to which coasting leads over a length; 0 where the train comes to a stand."""
+    return max(coast_on(train, cell, length, w), 0.0)
 
 
 @leaf

@@ -248,7 +248,7 @@ class Mesh:
         if math.isinf(multipliers[0]):
             policies[0] = self.flat_out
             first = 1
-        costates = self.switching_speeds(np.array(multipliers[first:]), policies[first:])
+        costates = self.switching_speeds(np.array(multipliers[first:], dtype=np.float64), policies[first:])
         runs, passed, count = self._driven(policies)
         found = []
         for multiplier, switch, run, at in zip(multipliers, policies, runs.tolist(), passed, strict=True):
@@ -261,7 +261,7 @@ class Mesh:
         """The optimal run of a finite multiplier, J/s, in rows that the next one overwrites."""
         policies = np.empty((1, *self.flat_out.shape))
         counters["extremals"] += 1
-        counters["costates"] += self.switching_speeds(np.array([multiplier]), policies)
+        counters["costates"] += self.switching_speeds(np.array([multiplier], dtype=np.float64), policies)
         run = self.drive(policies[0], counters)
         _require_arrival(multiplier, run.time_s)
         return run._replace(multiplier=multiplier)
