@@ -177,7 +177,7 @@ def _fastest(
 
 def _foreign(track: Track, timetable: Journey | None) -> Iterator[str]:
     """Say where a timetable names another track than the one it is run on."""
-    if timetable is not None and timetable.track != track.name:
+    if timetable is not None and timetable.track not in (None, track.name):
         yield f"journey {timetable.name} belongs to track {timetable.track}, not to {track.name}"
 
 

@@ -39,12 +39,15 @@ _EXAMPLES = """
 Examples:
   tgvdp journey --track line.json --train train.json
   tgvdp journey --track line.json --train train.json --dwell 45 --at "5%,8%"
-  tgvdp journey --track line.json --train train.json --journey journey.json --out timetable
+  tgvdp journey --track line.json --train train.json --journey timetable.csv --out timetable
   tgvdp journey --track line.json --train train.json --train other.json --out trains
   tgvdp journey --track line.json --train train.json --margins 5% --margins "0:10km:5%,10km::4.5min/100km"
   tgvdp journey --track line.json --train train.json --points 100 --json --no-pictures > journey.json
 """
-_JOURNEY_HELP = "A timetable: its stops count in place of the line's, its windows are kept."
+_JOURNEY_HELP = (
+    "A timetable, such as a table of arrivals and departures: its stops count in place of the line's, its windows are"
+    " kept."
+)
 _DELAY_HELP = "Mean delay of departures: simulates how late and how dear the splits of the middle point are."
 _MARGINS_HELP = (
     "Take this supplement as a linear, economy and uniform margin, beside the optimum: 5%, 4.5min/100km, 90s, or by"
@@ -192,10 +195,8 @@ def _run(
         read_map(options, case)
         stops = None
         if timetable is not None:
-            from tgvdp.formats import read_source
-
-            read = read_source(timetable, "journey")
-            stops, case.inputs["journey"] = read.value, read.fingerprint
+            case, read = case.with_timetable(timetable)
+            stops = read.value
     if not quiet:
         for text in (*remarked(case.remarks), *unusual(case.train, case.track)):
             screen.note(text)

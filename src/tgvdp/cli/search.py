@@ -16,7 +16,7 @@ from tgvdp.cli.notes import idle, idle_restrictions, large_gaps, remarked, unuse
 from tgvdp.cli.screen import Screen, energy_table, front_table, power_and_cost
 from tgvdp.cli.search_case import merged, read_case, read_map, resolved, suited
 from tgvdp.cli.search_options import search_options
-from tgvdp.cli.timetable_section import read_section
+from tgvdp.cli.timetable_section import section_on
 from tgvdp.constants import METHODS
 from tgvdp.errors import BudgetExceededError
 from tgvdp.options.search import arguments_of
@@ -104,7 +104,10 @@ def command(
                 )
             case = case.with_fields(changes)
             read_map(options, case)
-            section = None if journey is None else read_section(journey, case.track, case.inputs, options, given)
+            section = None
+            if journey is not None:
+                case, read = case.with_timetable(journey)
+                section = section_on(read, case.track, options, given)
         screen.progress(f"searching: {case.train.name} on {case.track.name}")
         # These bring numba: neither --help nor an error in the input waits for it.
         from tgvdp import api

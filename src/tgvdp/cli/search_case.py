@@ -15,6 +15,7 @@ from tgvdp.options.search import BY_FIELD, excluded_by
 from tgvdp.units import kmh_to_mps
 
 if TYPE_CHECKING:
+    from tgvdp.formats.detect import Read
     from tgvdp.model.energy import EnergyMap
     from tgvdp.model.track import Track
     from tgvdp.model.train import Train
@@ -42,6 +43,14 @@ class Case(NamedTuple):
             return self
         train, track = changed(self.train, self.track, assignments)
         return self._replace(train=train, track=track, changed=self.changed | {"set": list(assignments)})
+
+    def with_timetable(self, timetable: str) -> tuple["Case", "Read"]:
+        """Read a timetable, which is one more thing that was read."""
+        from tgvdp.formats import read_source
+
+        read = read_source(timetable, "journey")
+        remarks = dict.fromkeys((*self.remarks, *read.remarks))  # it may stand in the file of the line
+        return self._replace(inputs=self.inputs | {"journey": read.fingerprint}, remarks=tuple(remarks)), read
 
 
 def read_case(train: str | None, track: str | None, scenario: str | None, line_speed_kmh: float | None = None) -> Case:

@@ -11,9 +11,9 @@ from tgvdp.options.search import BY_FIELD
 from tgvdp.units import mps_to_kmh
 
 if TYPE_CHECKING:
+    from tgvdp.formats.detect import Read
     from tgvdp.model.journey import Section, TimingPoint
     from tgvdp.model.track import Track
-    from tgvdp.report.provenance import Input
 
 #: What a journey decides instead.
 _DECIDED = ("from_m", "to_m", "start_speed_kmh", "end_speed_kmh", "max_margin_pct", "reverse")
@@ -44,29 +44,21 @@ class TimetableSection(NamedTuple):
             yield f"{name}: the search does not keep what is asked of passing: {texts}{more}; tgvdp journey does"
 
 
-def read_section(
-    journey: str,
-    track: "Track",
-    inputs: "dict[str, Input]",
-    options: dict[str, Any],
-    given: Mapping[str, Any],
-) -> TimetableSection:
-    """Read a section of a journey and put what it decides into the options.
+def section_on(read: "Read", track: "Track", options: dict[str, Any], given: Mapping[str, Any]) -> TimetableSection:
+    """Choose a section of a journey that was read, and put what it decides into the options.
 
     Raises
     ------
     InputError
-        When the file is wrong, or the section does not lie on the track.
+        When there is no such section, or it does not lie on the track.
     """
-    from tgvdp.formats import read_source, section_of
+    from tgvdp.formats import section_of
 
     for name in _DECIDED:
         if given[name] is not None:
             flag = BY_FIELD[name].flag
             raise click.UsageError(f"--journey and {flag} exclude each other", click.get_current_context())
-    read = read_source(journey, "journey")
     timetable, section = read.value, section_of(read)
-    inputs["journey"] = read.fingerprint
     if section.destination_m > track.length_m:
         raise InputError(
             f"journey {timetable.name}: section {section.number} ends at {section.destination_m:.12g} m, "
@@ -77,7 +69,8 @@ def read_section(
     options |= {"from_m": section.origin_m, "to_m": section.destination_m}
     if math.isfinite(section.longest_s):
         options["max_time_s"] = section.longest_s
-    other = "" if track.name == timetable.track else f"it belongs to track {timetable.track}, not to {track.name}"
+    foreign = timetable.track not in (None, track.name)
+    other = f"it belongs to track {timetable.track}, not to {track.name}" if foreign else ""
     return TimetableSection(timetable.name, section, other)
 
 

@@ -36,7 +36,7 @@ class Content:
     items : dict
         By kind, in the order of the file; kinds that it does not hold are absent.
     default : str, optional
-        Identifier of the item that the file itself prefers where it holds several.
+        Identifier of the item that the file itself prefers where it holds several of its kind.
     takes_line_speed : bool
         Whether its tracks may lack speed limits, in place of which ``Document.line_speed_mps`` can stand.
     """
@@ -49,11 +49,16 @@ class Content:
     @property
     def is_one(self) -> bool:
         """Whether nothing has to be chosen."""
-        return self.default is not None or all(len(items) == 1 for items in self.items.values())
+        return all(len(self.each(kind)) == 1 for kind in self.items)
 
     def has(self, kind: Kind, part: str) -> bool:
         """Whether there is an item of that kind and name."""
-        return any(part in (item.id, item.name) for item in self.items[kind])
+        return any(part in (item.id, item.name) for item in self.items.get(kind, ()))
+
+    def each(self, kind: Kind) -> tuple[Item, ...]:
+        """The items of a kind, or only the one that the file prefers."""
+        preferred = tuple(item for item in self.items[kind] if item.id == self.default)
+        return preferred or self.items[kind]
 
     def choose(self, path: Path, kind: Kind, part: str | None) -> Item:
         """Return the item that a user means by the text behind ``#``, or by none.
@@ -63,17 +68,16 @@ class Content:
         InputError
             When there is none of that name, or several and no name.
         """
-        items = self.items[kind]
-        wanted = self.default if part is None else part
-        if wanted is None and len(items) == 1:
+        items = self.items[kind] if part is not None else self.each(kind)
+        if part is None and len(items) == 1:
             return items[0]
         for item in items:
-            if wanted in (item.id, item.name):
+            if part in (item.id, item.name):
                 return item
         known = [item.id for item in items]
         names = ", ".join(known[:_MOST_NAMES]) + (", …" if len(known) > _MOST_NAMES else "")
-        if wanted is None:
+        if part is None:
             raise bad(path, f"holds {len(items)} {kind}s, choose one as FILE#NAME: {names}")
-        near = get_close_matches(wanted, [name for item in items for name in (item.id, item.name)], n=1)
+        near = get_close_matches(part, [name for item in items for name in (item.id, item.name)], n=1)
         hint = f", did you mean {near[0]!r}?" if near else f"; it holds: {names}"
-        raise bad(path, f"holds no {kind} {shown(wanted)}{hint}")
+        raise bad(path, f"holds no {kind} {shown(part)}{hint}")

@@ -115,8 +115,10 @@ def read_source(source: Source, kind: Kind | None = None, *, line_speed_mps: flo
     """
     target = locate(source, None if kind == "journey" else kind)
     document = read_target(target, line_speed_mps)
-    part = None if kind == "journey" else target.part  # there it chooses a section
-    scenario = _scenario(document, _open(document), part, KINDS if kind is None else (kind,))
+    content, part = _open(document), target.part
+    if kind == "journey" and part is not None and not (content and content.has(kind, part)):
+        part = None  # there it chooses a section
+    scenario = _scenario(document, content, part, KINDS if kind is None else (kind,))
     value = scenario if kind is None else getattr(scenario, kind)
     remarks = tuple(remark for one in scenario.remarks.values() for remark in one)
     return Read(value, target.path, target.part, document.digest, remarks)
@@ -172,8 +174,8 @@ def _each(document: Document, part: str | None) -> tuple[Scenario, ...]:
     # Named as they are chosen: names for people need not be unique.
     return tuple(
         replace(_held(document, content, {kind: item.id}), name=item.id)
-        for kind, items in content.items.items()
-        for item in items
+        for kind in content.items
+        for item in content.each(kind)
     )
 
 

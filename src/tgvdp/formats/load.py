@@ -90,7 +90,7 @@ def section_of(read: Read) -> Section:
     """
     sections = read.value.sections
     known = {str(section.number): section for section in sections}
-    part = "1" if read.part is None else read.part
+    part = "1" if read.part in (None, read.value.name) else read.part
     if part not in known:
         raise bad(read.path, f"has sections 1 to {len(sections)}, got {part!r:.40}")
     section: Section = known[part]

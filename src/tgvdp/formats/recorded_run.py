@@ -1,8 +1,6 @@
 """Recorded runs: tables with two or three of position, speed and time, units in the head; other columns are ignored."""
 
-import datetime
 import os
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -11,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import InputError
+from tgvdp.formats.syntax.clocks import DAY_S, clock_s, is_time_of_day
 from tgvdp.formats.syntax.numbers import Marks, marks_of, read_number
 from tgvdp.formats.syntax.reading import bad, errors_named, read_document
 from tgvdp.formats.tables.cells import Number, Row, Sheet
@@ -33,11 +32,6 @@ _WEAK = {
 #: Names of columns behind which something else than a unit may stand: a zone, or how it is written.
 _CLOCKS = {"timestamp", "utc", "clock", "uhrzeit", "zeitstempel", "datetime", "date time", "date/time"}
 _QUANTITY = {"position": "length", "speed": "speed", "time": "time"}
-_CLOCK = re.compile(r"(?:(\d+):)?(\d{1,2}):(\d{1,2}(?:\.\d*)?)")
-#: A date as it is written in much of Europe; month and day cannot be told apart where slashes stand between.
-_POINTED_DATE = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})[ T]+(.*)")
-#: Seconds of a day, after which times of day begin anew; who goes back by more than half of it is past midnight.
-_DAY_S = 86_400.0
 
 
 class RecordedRun(NamedTuple):
@@ -80,9 +74,9 @@ def load_run(path: str | os.PathLike[str]) -> RecordedRun:
     }
     if "time" in read:
         days = np.zeros(len(rows))
-        if all(_CLOCK.fullmatch(_text(row, found["time"][0]).replace(",", ".")) for row in rows):
-            days[1:] = np.cumsum(np.diff(read["time"]) < -0.5 * _DAY_S)
-        read["time"] += _DAY_S * days - read["time"][0]
+        if all(is_time_of_day(_text(row, found["time"][0])) for row in rows):
+            days[1:] = np.cumsum(np.diff(read["time"]) < -0.5 * DAY_S)
+        read["time"] += DAY_S * days - read["time"][0]
     return RecordedRun(place.name, read.get("position"), read.get("speed"), read.get("time"))
 
 
@@ -154,7 +148,10 @@ def _value(path: Path, sheet: Sheet, row: Row, kind: str, unit: str, index: int,
     text = _text(row, index)
     place = f"line {row.number}" if sheet.delimiter else f"sheet {sheet.name!r:.40}, row {row.number}"
     if kind == "time" and ":" in text:
-        return _clock_s(path, place, text, unit)
+        try:
+            return clock_s(text, with_hours=unit == "h")
+        except InputError as error:
+            raise bad(path, f"{place}: time {error}") from None
     written = read_number(text)
     if written is None:
         raise bad(path, f"{place}: {kind} must be a number{f' in {unit}' if unit else ''}, got {text!r:.40}")
@@ -171,22 +168,3 @@ def _value(path: Path, sheet: Sheet, row: Row, kind: str, unit: str, index: int,
             raise bad(path, f"{place}: {kind} may be {either}, got {text!r}: write it with other decimals")
         value = value if mark == written.decimal_mark else written.in_thousands
     return to_si(value, unit, _QUANTITY[kind])
-
-
-def _clock_s(path: Path, place: str, text: str, unit: str) -> float:
-    """Seconds of a time of day, h:min:s or min:s (h:min where hours are the unit), or of a date with a time."""
-    if match := _CLOCK.fullmatch(text.replace(",", ".")):
-        hours, minutes, seconds = match.groups()
-        if hours is None and unit == "h":
-            hours, minutes, seconds = minutes, seconds, "0"
-        return 3600.0 * float(hours or 0) + 60.0 * float(minutes) + float(seconds)
-    plain = text.removesuffix("UTC").rstrip()
-    if match := _POINTED_DATE.fullmatch(plain):
-        day, month, year, clock = match.groups()
-        plain = f"{year}-{month:0>2}-{day:0>2} {clock}"
-    try:
-        moment = datetime.datetime.fromisoformat(plain)
-        # Without a zone clocks go on evenly, whatever the zone of this machine does in that night.
-        return (moment if moment.tzinfo else moment.replace(tzinfo=datetime.UTC)).timestamp()
-    except ValueError:
-        raise bad(path, f"{place}: time must be seconds, h:min:s or a date with a time, got {text!r:.40}") from None

@@ -68,8 +68,8 @@ class Journey:
     ----------
     points : tuple of TimingPoint
         In order of running; the first and the last are stops, each stop in between is two rows at its position.
-    track : str
-        Name of the line that it belongs to.
+    track : str, optional
+        Name of the line that it belongs to, where that is said.
     name : str
         For people.
     notes : tuple of str
@@ -83,13 +83,14 @@ class Journey:
     """
 
     points: tuple[TimingPoint, ...]
-    track: str = "track"
+    track: str | None = None
     name: str = "journey"
     notes: tuple[str, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         owner = f"journey {require_text('journey', 'name', self.name)}"
-        require_text(owner, "track", self.track)
+        if self.track is not None:
+            require_text(owner, "track", self.track)
         object.__setattr__(self, "notes", require_notes(owner, self.notes))
         rows = require_rows(owner, "points", self.points, TimingPoint)
         if len(rows) < _FEWEST_POINTS:

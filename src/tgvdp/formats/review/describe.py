@@ -108,7 +108,8 @@ def _map_figures(energy_map: EnergyMap) -> Iterator[Figure]:
 
 
 def _journey_figures(journey: Journey) -> Iterator[Figure]:
-    yield Figure("line", journey.track, "")
+    if journey.track is not None:
+        yield Figure("line", journey.track, "")
     for section in journey.sections:
         yield Figure(f"section {section.number}", _section_text(section), "")
 

@@ -31,6 +31,11 @@ class _Part(NamedTuple):
     end_m: float
 
 
+def gives(table: Table) -> bool:
+    """Whether a table gives anything of a line."""
+    return any(role in table.columns for role in _GIVEN)
+
+
 def are_parts(tables: Sequence[Table]) -> bool:
     """Whether each of several tables gives something of a line that none of the others does."""
     given = [set(_GIVEN) & table.columns.keys() for table in tables]

@@ -63,6 +63,20 @@ STOP = _role(
     weak="station, station name, bahnhof, gare, stazione, estación",
 )  # fmt: skip
 
+#: Where a train stops, and when: a table with one of these is a timetable.
+ARRIVAL = _role(
+    "arrival", "time",
+    "arrival, arrival time, arr, arrives, scheduled arrival, ankunft, ankunftszeit, arrivée, heure d'arrivée, arrivo, "
+    "llegada",
+    "arrival",
+)  # fmt: skip
+DEPARTURE = _role(
+    "departure", "time",
+    "departure, departure time, dep, departs, scheduled departure, abfahrt, abfahrtszeit, départ, heure de départ, "
+    "partenza, salida",
+    "departure",
+)  # fmt: skip
+
 _TRACTION = "tractive effort, tractive force, traction effort, traction force, traction, zugkraft, effort de traction"
 _BRAKING = "braking effort, braking force, brake effort, brake force, braking, bremskraft, effort de freinage"
 _EFFORT = "effort, force, f, z, kraft"
@@ -85,7 +99,7 @@ def unit_text(header: str, role: Role) -> str | None:
 
 
 def unit_of(header: str, role: Role) -> str:
-    """Unit of a column as its header gives it; empty where it needs none.
+    """Unit of a column as its header gives it; empty where it needs none, as marks and times of day do.
 
     Raises
     ------
@@ -95,6 +109,8 @@ def unit_of(header: str, role: Role) -> str:
     if not role.quantity:
         return ""
     unit = unit_text(header, role)
+    if not unit and role.quantity == "time":
+        return ""
     if not unit:
         raise InputError(f"give its unit in the header, such as {role.example}")
     to_si(1.0, unit, role.quantity)

@@ -142,9 +142,14 @@ def _track(track: Track) -> dict[str, Any]:
 
 def journey_identifier(journey: Journey) -> str:
     """Identifier of a journey: it begins with that of its track."""
-    prefix = f"{identifier(journey.track)}_"
+    prefix = f"{_track_of(journey)}_"
     name = identifier(journey.name)
     return name if name.startswith(prefix) else prefix + name
+
+
+def _track_of(journey: Journey) -> str:
+    """Identifier of the track of a journey, of one that names none of any."""
+    return identifier(journey.track or "track")
 
 
 def _journey(journey: Journey) -> dict[str, Any]:
@@ -159,6 +164,6 @@ def _journey(journey: Journey) -> dict[str, Any]:
 
     names = ("lower time constraint", "upper time constraint", "lower speed constraint", "upper speed constraint")
     units = {"position": "m", **dict(zip(names, ("s", "s", unit, unit), strict=True))}
-    about = _metadata(journey, journey_identifier(journey)) | {"associated track": identifier(journey.track)}
+    about = _metadata(journey, journey_identifier(journey)) | {"associated track": _track_of(journey)}
     values = [row(point, is_stop=point.is_stop) for point in journey.points]
     return {"metadata": about, "timing points": {"units": units, "values": values}}
