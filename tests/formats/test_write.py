@@ -15,7 +15,7 @@ from tests.helpers.settings import fuzz
 from tgvdp.cli import main
 from tgvdp.errors import InputError
 from tgvdp.formats import load_scenario
-from tgvdp.formats.detect import Scenario
+from tgvdp.formats.scenario import Scenario
 from tgvdp.formats.syntax.decimals import decimal, in_unit, tidy
 from tgvdp.formats.write import TARGETS, scenario_of, write_bytes
 from tgvdp.model import catalog

@@ -15,7 +15,7 @@ from tgvdp.options.search import BY_FIELD, excluded_by
 from tgvdp.units import kmh_to_mps
 
 if TYPE_CHECKING:
-    from tgvdp.formats.detect import Read
+    from tgvdp.formats.scenario import Read
     from tgvdp.model.energy import EnergyMap
     from tgvdp.model.track import Track
     from tgvdp.model.train import Train

@@ -11,7 +11,7 @@ from tgvdp.options.search import BY_FIELD
 from tgvdp.units import mps_to_kmh
 
 if TYPE_CHECKING:
-    from tgvdp.formats.detect import Read
+    from tgvdp.formats.scenario import Read
     from tgvdp.model.journey import Section, TimingPoint
     from tgvdp.model.track import Track
 

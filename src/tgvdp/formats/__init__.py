@@ -1,6 +1,6 @@
 """Files in: native, TTOBench, railtoolkit, OSRD, railML and tables; told apart by content, SI from here on."""
 
-from tgvdp.formats.detect import Scenario, load_bytes, read_source
+from tgvdp.formats.detect import load_bytes, read_source
 from tgvdp.formats.load import (
     input_digest,
     load_energy_map,
@@ -13,6 +13,7 @@ from tgvdp.formats.load import (
 )
 from tgvdp.formats.recorded_run import RecordedRun, load_run
 from tgvdp.formats.review.describe import Description, describe_file
+from tgvdp.formats.scenario import Scenario
 
 __all__ = [
     "Description",

@@ -4,7 +4,8 @@ import functools
 from hashlib import sha256
 from typing import Any, cast
 
-from tgvdp.formats.detect import Read, Scenario, read_source
+from tgvdp.formats.detect import read_source
+from tgvdp.formats.scenario import Read, Scenario
 from tgvdp.formats.sources import Source, source_path
 from tgvdp.formats.syntax.reading import bad, read_bytes
 from tgvdp.model import catalog

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from tgvdp.errors import InputError
-from tgvdp.formats.detect import Scenario, read_scenario
+from tgvdp.formats.detect import read_scenario
 from tgvdp.formats.native.write import SYNTAXES, as_json, native_tree, same_effort
+from tgvdp.formats.scenario import Scenario
 from tgvdp.formats.syntax.reading import parse_document, shown
 from tgvdp.formats.ttobench.write import ttobench_tree
 from tgvdp.model.effort import EffortCurve

@@ -15,9 +15,10 @@ from typing import Any
 from msgspec import Struct, structs
 
 from tgvdp.errors import InputError
-from tgvdp.formats.detect import Scenario, read_scenario
+from tgvdp.formats.detect import read_scenario
 from tgvdp.formats.native.specs import TrackSpec, TrainSpec
 from tgvdp.formats.native.write import native_tree
+from tgvdp.formats.scenario import Scenario
 from tgvdp.formats.syntax.reading import Document, shown
 from tgvdp.formats.syntax.typed import suggestion
 from tgvdp.model.track import Track

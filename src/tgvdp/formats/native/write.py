@@ -10,9 +10,9 @@ import tomli_w
 from msgspec import convert
 
 from tgvdp.errors import InputError
-from tgvdp.formats.detect import Scenario
 from tgvdp.formats.native.reader import effort_of
 from tgvdp.formats.native.specs import EffortSpec
+from tgvdp.formats.scenario import Scenario
 from tgvdp.formats.syntax.decimals import decimal, tidy
 from tgvdp.model.effort import EffortCurve, EffortPiece
 from tgvdp.model.energy import EnergyMap

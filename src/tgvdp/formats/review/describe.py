@@ -5,8 +5,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from tgvdp.formats.detect import KINDS, Scenario, load_all
+from tgvdp.formats.detect import KINDS, load_all
 from tgvdp.formats.review.figures import Figure, track_figures, train_figures, value_range
+from tgvdp.formats.scenario import Scenario
 from tgvdp.formats.sources import Source
 from tgvdp.model.energy import EnergyMap
 from tgvdp.model.journey import Journey, Section

@@ -1,0 +1,69 @@
+"""What was read from a file, with what it was made of."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from tgvdp.model.energy import EnergyMap
+from tgvdp.model.journey import Journey
+from tgvdp.model.track import Track
+from tgvdp.model.train import Train
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scenario:
+    """What a file holds, references resolved.
+
+    Attributes
+    ----------
+    name : str
+    format : str
+        "native", "TTOBench", "railtoolkit", "OSRD", "OSRD path", "CSV table", "Excel table", or "railML" with its
+        version.
+    train : Train or None
+    track : Track or None
+    map : EnergyMap or None
+    journey : Journey or None
+    options : dict
+        Search options by their names on the command line, with ``_`` for ``-`` and the unit at the end (``from_m``,
+        ``start_speed_kmh``, ``max_margin_pct``, ...); those that the file does not give are absent.
+    kept : dict
+        By kind: fields of a TTOBench file that no run uses, as they stand there, for a file that is written again.
+    inputs : dict
+        SHA-256 of every file that was read, by its path or as ``catalog:name``.
+    remarks : dict
+        By kind: what the readers of foreign files and tables noted, each begun with the file's name.
+    """
+
+    name: str
+    format: str
+    train: Train | None = None
+    track: Track | None = None
+    map: EnergyMap | None = None
+    journey: Journey | None = None
+    options: dict[str, Any] = field(default_factory=dict)
+    kept: dict[str, Mapping[str, Any]] = field(default_factory=dict)
+    inputs: dict[str, str] = field(default_factory=dict)
+    remarks: dict[str, tuple[str, ...]] = field(default_factory=dict)
+
+
+class Read(NamedTuple):
+    """What was read from a file: a train, a track, a map, a journey or a whole scenario, and the bytes it was made of.
+
+    ``part`` is what was chosen in the file, ``sha256`` that of its bytes, in hexadecimal, ``remarks`` what readers
+    noted, as in `Scenario`.
+    """
+
+    value: Any
+    path: Path
+    part: str | None
+    sha256: str
+    remarks: tuple[str, ...]
+
+    @property
+    def fingerprint(self) -> dict[str, Any]:
+        """The file without its folder, what was chosen in it, the hash of what was read, and what the reader noted."""
+        chosen = {} if self.part is None else {"part": self.part}
+        notes = {"notes": list(self.remarks)} if self.remarks else {}
+        return {"file": self.path.name, **chosen, "sha256": self.sha256, **notes}
