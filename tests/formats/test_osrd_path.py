@@ -7,13 +7,20 @@ from tests.helpers.osrd_case import OSRD_PATH
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file, load_track, load_train
 from tgvdp.formats.review.plausibility import review_file
-from tgvdp.model.track import Curve, Gradient, NeutralSection, SpeedLimit
+from tgvdp.model.track import Curve, Gradient, NeutralSection, Place, SpeedLimit
 
 INF = float("inf")
 
 
 def track_of(tmp_path, tree, **options):
     return load_track(write_json(tmp_path / "path.json", tree), **options)
+
+
+def test_operational_points_that_have_names_are_places(tmp_path):
+    points = [{"id": "a", "position": 0, "extensions": {"identifier": {"name": "Aston", "uic": 1}}},
+              {"id": "b", "position": 5_000_000, "extensions": {"sncf": None}}]  # fmt: skip
+    track = track_of(tmp_path, changed(OSRD_PATH, ["path_properties", "operational_points"], points))
+    assert track.places == (Place(0.0, "Aston"),)
 
 
 def test_line_in_si(tmp_path):

@@ -11,7 +11,7 @@ from tgvdp.formats.railml.reader import lines_of
 from tgvdp.formats.railml.rows import LINE_SPEED_HINT
 from tgvdp.formats.syntax.reading import read_document
 from tgvdp.model.effort import EffortCurve
-from tgvdp.model.track import Curve, Tunnel
+from tgvdp.model.track import Curve, Place, Tunnel
 from tgvdp.model.train import BrakingRate
 from tgvdp.units import kmh_to_mps
 
@@ -153,6 +153,16 @@ def test_line_of_version_3(saved_xml):
         "tunnels (1, 0.2 km) have no cross section: not used",
         "not used: name@language",
     )
+
+
+def test_stops_have_the_names_of_their_operational_points(saved_xml):
+    second = LINE_2.replace('<ocp id="halt">', '<ocp id="halt" name="Old\nTown">')
+    assert load_track(saved_xml(second, "#t1:up")).places == (Place(4000.0, "Old Town"),)
+    assert load_track(saved_xml(second, "#t1:down")).places == (Place(6000.0, "Old Town"),)
+    third = LINE_3.replace('<operationalPoint id="op1">', '<operationalPoint id="op1"><name name="New" language="en"/>')
+    (place,) = load_track(saved_xml(third)).places
+    assert place.name == "New"
+    assert place.position_m in load_track(saved_xml(third)).stops_m
 
 
 def test_line_of_version_3_in_reverse(saved_xml):

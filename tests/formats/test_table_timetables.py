@@ -2,6 +2,7 @@
 
 import datetime
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -10,6 +11,8 @@ from tests.helpers.refusal import refusal
 from tests.helpers.table_case import workbook
 from tgvdp.formats import load_journey, load_section, load_track
 from tgvdp.formats.detect import load_all, read_source
+from tgvdp.model.track import Place
+from tgvdp.model.variants import reversed_track
 
 INF = math.inf
 PLAIN = "Station,km,Arrival,Departure\nAston,0,,10:00\nMid,2.25,10:02:30,10:03\nBerry,5,10:07,\n"
@@ -127,3 +130,28 @@ def test_a_journey_keeps_a_timetable_and_none_belongs_to_another_track(saved):
     result = tgvdp.journey("alstom-emu", path, path, points=3)
     assert (result.found.departure_s[:, 1] >= 240.0 - 1e-9).all()
     assert not [text for text in result.warnings if "belongs" in text]
+
+
+NAMES = "Station,Arrival,Departure\nASTON,,10:00\nDepot,,\nMid,10:03,10:04\nBerry,10:08,\n"
+
+
+def test_names_tell_where_a_timetable_stops_on_its_line(saved):
+    track = load_track(saved(LINE, "line.csv"))
+    assert [tuple(place) for place in track.places] == [(0.0, "Aston"), (2000.0, "Mid"), (5000.0, "Berry")]
+    journey = load_journey(saved(NAMES, "names.csv"), track)
+    assert [point.position_m for point in journey.points] == [0.0, 2000.0, 2000.0, 5000.0]
+    backwards = NAMES.replace("ASTON", "berry").replace("Berry", "aston")
+    journey = load_journey(saved(backwards, "back.csv"), reversed_track(track))
+    assert [point.position_m for point in journey.points] == [0.0, 3000.0, 3000.0, 5000.0]
+
+
+def test_names_that_the_line_does_not_have_once_are_refused(saved):
+    track = load_track(saved(LINE, "line.csv"))
+    path = saved(NAMES.replace("Mid", "Middle"), "names.csv")
+    said = "line 4, column 'Station': the line has no place of that name, got 'Middle' (it has 'Aston', 'Mid', 'Berry')"
+    assert refusal(load_journey, path, track=track) == said
+    twice = replace(track, places=(*track.places[:2], Place(3000.0, "mid"), track.places[2]))
+    path = saved(NAMES, "names.csv")
+    assert "the line has 2 places of that name, got 'Mid'" in refusal(load_journey, path, track=twice)
+    assert "is the line to be reversed?" in refusal(load_journey, path, track=reversed_track(track))
+    assert "no column for the position" in refusal(load_journey, path)

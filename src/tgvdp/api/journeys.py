@@ -128,7 +128,7 @@ def journey(
         max_memory_b=max_memory_b,
     )
     line = trip_of(train, track, options)
-    timetable = load_journey(journey) if isinstance(journey, str | os.PathLike) else journey
+    timetable = load_journey(journey, line.track) if isinstance(journey, str | os.PathLike) else journey
     windows = _windows(line.track, timetable, dwell_s)
     stops_m = (
         *(windows.departures[parts[0]].position_m for parts in windows.sections),

@@ -195,7 +195,7 @@ def _run(
         read_map(options, case)
         stops = None
         if timetable is not None:
-            case, read = case.with_timetable(timetable)
+            case, read = case.with_timetable(timetable, reverse=options.get("reverse", False))
             stops = read.value
     if not quiet:
         for text in (*remarked(case.remarks), *unusual(case.train, case.track)):

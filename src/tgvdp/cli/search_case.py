@@ -44,11 +44,12 @@ class Case(NamedTuple):
         train, track = changed(self.train, self.track, assignments)
         return self._replace(train=train, track=track, changed=self.changed | {"set": list(assignments)})
 
-    def with_timetable(self, timetable: str) -> tuple["Case", "Read"]:
+    def with_timetable(self, timetable: str, *, reverse: bool = False) -> tuple["Case", "Read"]:
         """Read a timetable, which is one more thing that was read."""
         from tgvdp.formats import read_source
+        from tgvdp.model.variants import reversed_track
 
-        read = read_source(timetable, "journey")
+        read = read_source(timetable, "journey", track=reversed_track(self.track) if reverse else self.track)
         remarks = dict.fromkeys((*self.remarks, *read.remarks))  # it may stand in the file of the line
         return self._replace(inputs=self.inputs | {"journey": read.fingerprint}, remarks=tuple(remarks)), read
 

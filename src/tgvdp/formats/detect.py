@@ -37,7 +37,9 @@ _FOREIGN = (
 )
 
 
-def read_source(source: Source, kind: Kind | None = None, *, line_speed_mps: float | None = None) -> Read:
+def read_source(
+    source: Source, kind: Kind | None = None, *, line_speed_mps: float | None = None, track: Track | None = None
+) -> Read:
     """Locate and read a train, track, map or journey, or everything that a file holds, ONCE: value and fingerprint.
 
     Parameters
@@ -47,6 +49,8 @@ def read_source(source: Source, kind: Kind | None = None, *, line_speed_mps: flo
         All that it holds, when absent.
     line_speed_mps : float, optional
         See `tgvdp.formats.load.load_track`.
+    track : Track, optional
+        See `tgvdp.formats.load.load_journey`.
 
     Raises
     ------
@@ -54,7 +58,7 @@ def read_source(source: Source, kind: Kind | None = None, *, line_speed_mps: flo
         When there is no such name or file, or when it holds nothing valid of that kind.
     """
     target = locate(source, None if kind == "journey" else kind)
-    document = read_target(target, line_speed_mps)
+    document = replace(read_target(target, line_speed_mps), places=() if track is None else track.places)
     content, part = _open(document), target.part
     if kind == "journey" and part is not None and not (content and content.has(kind, part)):
         part = None  # there it chooses a section

@@ -64,15 +64,21 @@ def load_track(path_or_name: Source, *, line_speed_mps: float | None = None) -> 
     return cast(Track, _value(path_or_name, "track", line_speed_mps))
 
 
-def load_journey(path: Source) -> Journey:
+def load_journey(path: Source, track: Track | None = None) -> Journey:
     """Load a journey from a file.
+
+    Parameters
+    ----------
+    path : str or path
+    track : Track, optional
+        The line, whose named places tell where a timetable of names alone stops.
 
     Raises
     ------
     InputError
         When there is no such file, or when it holds no valid journey.
     """
-    return cast(Journey, read_source(path, "journey").value)
+    return cast(Journey, read_source(path, "journey", track=track).value)
 
 
 def load_section(path: Source) -> tuple[Journey, Section]:

@@ -65,6 +65,12 @@ def require_text(owner: str, field: str, value: Any) -> str:
     return value
 
 
+def plain_text(text: str) -> str:
+    """Return a text on one line, as `require_text` takes it; empty where it cannot be one."""
+    line = " ".join(text.split())
+    return line if line.isprintable() and len(line) <= _LONGEST_TEXT else ""
+
+
 def require_notes(owner: str, notes: Any) -> tuple[str, ...]:
     """Return notes as a tuple of single lines; raise `InputError` for anything else."""
     if isinstance(notes, str) or not isinstance(notes, Iterable):

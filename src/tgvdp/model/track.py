@@ -56,6 +56,13 @@ class NeutralSection(NamedTuple):
     lowered_pantograph: bool = False
 
 
+class Place(NamedTuple):
+    """A place that has a name, such as a station."""
+
+    position_m: float
+    name: str
+
+
 class SpeedRestriction(NamedTuple):
     """A speed that is not exceeded from one position to another, whatever the limit there."""
 
@@ -84,6 +91,8 @@ class Track:
         Empty means none; they may not overlap.
     neutral_sections : tuple of NeutralSection
         Empty means none; they may not overlap.
+    places : tuple of Place
+        Named places, in order: for people, and for timetables that give names alone.
     altitude_m : float
         Altitude at 0 m, for plots only.
     name : str
@@ -104,6 +113,7 @@ class Track:
     curves: tuple[Curve, ...] = ()
     tunnels: tuple[Tunnel, ...] = ()
     neutral_sections: tuple[NeutralSection, ...] = ()
+    places: tuple[Place, ...] = ()
     altitude_m: float = 0.0
     name: str = "track"
     notes: tuple[str, ...] = field(default=(), compare=False)
@@ -120,6 +130,12 @@ class Track:
         store("tunnels", self._tunnels(owner))
         store("neutral_sections", self._neutral_sections(owner))
         store("stops_m", self._stops(owner))
+        store("places", self._places(owner))
+
+    def name_at(self, position_m: float) -> str:
+        """Name of the place at a position, m; empty where there is none."""
+        slack_m = SUM_RTOL * self.length_m
+        return next((place.name for place in self.places if abs(place.position_m - position_m) <= slack_m), "")
 
     def _speed_limits(self, owner: str) -> tuple[SpeedLimit, ...]:
         rows = require_rows(owner, "speed_limits", self.speed_limits, SpeedLimit)
@@ -218,3 +234,16 @@ class Track:
                 )
             stops_m.append(stop_m)
         return tuple(stops_m) or (0.0, self.length_m)
+
+    def _places(self, owner: str) -> tuple[Place, ...]:
+        made: list[Place] = []
+        for index, row in enumerate(require_rows(owner, "places", self.places, Place)):
+            label = f"places[{index}]"
+            position_m = require_number(owner, f"{label}.position", row.position_m, "m", at_least=0.0)
+            got = f"got {position_m:.12g} m"
+            if made and not position_m > made[-1].position_m:
+                raise InputError(f"{owner}: {label}.position must increase, {got} after {made[-1].position_m:.12g} m")
+            if position_m > self.length_m * (1.0 + SUM_RTOL):
+                raise InputError(f"{owner}: {label}.position must be within the line's {self.length_m:.12g} m, {got}")
+            made.append(Place(position_m, require_text(owner, f"{label}.name", row.name)))
+        return tuple(made)

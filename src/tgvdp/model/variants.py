@@ -13,7 +13,7 @@ from typing import TypeVar
 
 from tgvdp.errors import InputError
 from tgvdp.model.checks import require_number, require_rows
-from tgvdp.model.track import Curve, Gradient, NeutralSection, SpeedLimit, SpeedRestriction, Track, Tunnel
+from tgvdp.model.track import Curve, Gradient, NeutralSection, Place, SpeedLimit, SpeedRestriction, Track, Tunnel
 from tgvdp.model.train import Train
 from tgvdp.units import KILO, mps_to_kmh
 
@@ -46,6 +46,9 @@ def reversed_track(track: Track) -> Track:
         ),
         stops_m=tuple(dict.fromkeys(length_m - stop_m for stop_m in reversed(track.stops_m))),
         tunnels=tuple(Tunnel(_far_end(row, length_m), *row[1:]) for row in reversed(track.tunnels)),
+        places=tuple(
+            Place(*row) for row in {max(length_m - at_m, 0.0): name for at_m, name in reversed(track.places)}.items()
+        ),
         neutral_sections=tuple(
             NeutralSection(_far_end(row, length_m), *row[1:]) for row in reversed(track.neutral_sections)
         ),

@@ -21,7 +21,7 @@ from tgvdp.model.adhesion import Adhesion
 from tgvdp.model.checks import require_text
 from tgvdp.model.effort import EffortCurve, EffortPiece
 from tgvdp.model.energy import EnergyMap
-from tgvdp.model.track import Curve, Gradient, NeutralSection, SpeedLimit, Track, Tunnel
+from tgvdp.model.track import Curve, Gradient, NeutralSection, Place, SpeedLimit, Track, Tunnel
 from tgvdp.model.train import BrakingRate, Train, TunnelDrag
 from tgvdp.options.option import Option
 from tgvdp.options.search import BY_FIELD, excluded_by
@@ -177,6 +177,7 @@ def _track(path: Path, spec: TrackSpec, name: str) -> Track:
         curves=tuple(_curves(path, spec.curves)),
         tunnels=tuple(Tunnel(*structs.astuple(row)) for row in spec.tunnels),
         neutral_sections=tuple(NeutralSection(*structs.astuple(row)) for row in spec.neutral_sections),
+        places=tuple(Place(*structs.astuple(row)) for row in spec.places),
         altitude_m=spec.altitude_m,
         notes=tuple(spec.notes),
     )

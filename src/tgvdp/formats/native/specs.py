@@ -120,6 +120,13 @@ class NeutralSectionSpec(Struct, forbid_unknown_fields=True):
     lowered_pantograph: bool = False
 
 
+class PlaceSpec(Struct, forbid_unknown_fields=True):
+    """A place that has a name."""
+
+    at_m: float
+    name: str
+
+
 class TrackSpec(Struct, forbid_unknown_fields=True):
     """A line."""
 
@@ -130,6 +137,7 @@ class TrackSpec(Struct, forbid_unknown_fields=True):
     curves: list[CurveSpec] = []
     tunnels: list[TunnelSpec] = []
     neutral_sections: list[NeutralSectionSpec] = []
+    places: list[PlaceSpec] = []
     altitude_m: float = 0.0
     name: str | UnsetType = UNSET
     notes: list[str] = []

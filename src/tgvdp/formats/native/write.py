@@ -208,6 +208,7 @@ def _track(track: Track) -> dict[str, Any]:
             {"from_m": row.position_m, "length_m": row.length_m, "lowered_pantograph": row.lowered_pantograph}
             for row in track.neutral_sections
         ],
+        "places": [{"at_m": row.position_m, "name": row.name} for row in track.places],
         "notes": list(track.notes),
     }
     return {field: value for field, value in tree.items() if value != []}

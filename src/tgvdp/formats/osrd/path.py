@@ -17,7 +17,8 @@ from msgspec import Meta, Struct
 from tgvdp.formats.content import Content, Item
 from tgvdp.formats.syntax.reading import Document, bad, shown
 from tgvdp.formats.syntax.typed import decode, extensions, in_unit
-from tgvdp.model.track import Curve, Gradient, NeutralSection, SpeedLimit, Track
+from tgvdp.model.checks import plain_text
+from tgvdp.model.track import Curve, Gradient, NeutralSection, Place, SpeedLimit, Track
 from tgvdp.units import KILO, mps_to_kmh
 
 FORMAT = "OSRD path"
@@ -78,6 +79,13 @@ class _Point(Struct):
     part: Any = None
     extensions: Any = None
     weight: Any = None
+
+    @property
+    def name(self) -> str:
+        """Its name, where it has one."""
+        identifier = self.extensions.get("identifier") if isinstance(self.extensions, dict) else None
+        name = identifier.get("name") if isinstance(identifier, dict) else None
+        return plain_text(name) if isinstance(name, str) else ""
 
 
 class _Properties(Struct):
@@ -159,9 +167,16 @@ def _track(path: Path, file: _File, line_speed_mps: float | None, told: tuple[st
         gradients=tuple(Gradient(from_m, permil) for from_m, permil in slopes),
         curves=_curves(curves),
         stops_m=tuple(sorted(stops_m | {0.0, length_mm / KILO})),
+        places=tuple(Place(*place) for place in sorted(_names(properties, length_mm).items())),
         neutral_sections=tuple(_neutral_sections(supplies, length_mm / KILO)),
         notes=(*notes, *_notes(properties, [supply for _, supply in supplies]), *told),
     )
+
+
+def _names(properties: _Properties, length_mm: float) -> dict[float, str]:
+    """Names of operational points by their positions, m."""
+    points = [point for point in properties.operational_points or [] if 0.0 <= point.position <= length_mm]
+    return {point.position / KILO: point.name for point in points if point.name}
 
 
 def _length_mm(path: Path, file: _File) -> float:

@@ -25,10 +25,12 @@ from tgvdp.formats.railml.rows import (
 )
 from tgvdp.formats.syntax.reading import shown
 from tgvdp.formats.syntax.xml import Node
-from tgvdp.model.track import Curve, Tunnel
+from tgvdp.model.checks import plain_text
+from tgvdp.model.track import Curve, Place, Tunnel
 
 DIRECTIONS = ("up", "down")
 _LAX_DIRECTIONS = (*DIRECTIONS, "both", "none", "unknown")
+_POINTS = ("infrastructure", "operationControlPoints", "ocp")
 #: What was written for "end" before 2.3; no train reaches it.
 _VIRTUAL_KMH = 999.9
 _TRAIN_RELATIONS = ("headOfTrain", "midOfTrain", "endOfTrain")
@@ -93,7 +95,7 @@ def read_piece(root: Node, track: Node, direction: str, profile: str) -> Piece:
     if straight_m:
         notes += uncovered_note("radii", straight_m, "straight")
     tunnels, tunnel_notes = _tunnels(track, way)
-    stops_m = _stops(root, topology, way)
+    stops = _stops(root, topology, way)
     for attribute in ("type", "mainDir"):
         track.text(attribute)
     joints = _joint(topology, begin), _joint(topology, end)
@@ -107,7 +109,7 @@ def read_piece(root: Node, track: Node, direction: str, profile: str) -> Piece:
         gradients_permil=gradients,
         curves=[(Curve(row.position_m, row.value, row.value), row.line) for row in radii],
         tunnels=tunnels,
-        stops_m=stops_m,
+        stops=stops,
         joints=joints if way.forward else joints[::-1],
         notes=[*notes, *tunnel_notes, *unused_notes(track.unused())],
     )
@@ -231,21 +233,22 @@ def _tunnels(track: Node, way: _Way) -> tuple[list[tuple[Tunnel, int]], list[str
     return sorted(made), notes
 
 
-def _stops(root: Node, topology: Node, way: _Way) -> list[float]:
-    """Positions of the operational points of a track where trains stop."""
+def _stops(root: Node, topology: Node, way: _Way) -> list[Place]:
+    """The operational points of a track where trains stop, by the names that they have."""
     passing = set(_passed(root))
-    stops_m = []
+    names = {point.text("id"): point.text("name") for point in root.below(*_POINTS)}
+    stops = []
     for place in topology.below("crossSections", "crossSection"):
         ref = place.text("ocpRef")
         if ref and ref not in passing:
-            stops_m.append(way.along_m(place, way.forward))
+            stops.append(Place(way.along_m(place, way.forward), plain_text(names.get(ref) or "")))
         place.dismiss()
-    return stops_m
+    return stops
 
 
 def _passed(root: Node) -> Iterable[str]:
     """Ids of operational points that are said to be of a kind where no train stops."""
-    for point in root.below("infrastructure", "operationControlPoints", "ocp"):
+    for point in root.below(*_POINTS):
         kinds = [kind.text("operationalType") for kind in point.children("propOperational")]
         if any(kind and kind not in STOPPING_TYPES for kind in kinds):
             yield point.text("id") or ""

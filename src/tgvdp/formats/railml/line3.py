@@ -25,6 +25,8 @@ from tgvdp.formats.railml.rows import (
 )
 from tgvdp.formats.railml.supply3 import ELECTRIFIED, is_neutral, neutral_sections
 from tgvdp.formats.syntax.xml import Node
+from tgvdp.model.checks import plain_text
+from tgvdp.model.track import Place
 
 _FUNCTIONAL = ("infrastructure", "functionalInfrastructure")
 _SECTIONS = (*_FUNCTIONAL, "speeds", "speedSection")
@@ -139,14 +141,18 @@ def read_piece(root: Node, track: Node, direction: str, profile: str, line_speed
         curves=curves,
         tunnels=tunnels,
         neutral_sections=neutral_sections(path, root),
-        stops_m=list(_stops(path, root)),
+        stops=list(_stops(path, root)),
         notes=notes + unused_notes([unused for part in read for unused in part.unused()]),
     )
 
 
 def _name(node: Node) -> str:
+    return _own_name(node) or node.text("id") or node.name
+
+
+def _own_name(node: Node) -> str:
     names = [one.text("name") for one in node.children("name")]
-    return next((name for name in names if name), None) or node.text("id") or node.name
+    return next((name for name in names if name), "")
 
 
 def _own_limit_kmh(line: Node) -> float | None:
@@ -275,9 +281,9 @@ def _stopping(root: Node) -> Iterator[Node]:
             yield point
 
 
-def _stops(path: NetPath, root: Node) -> Iterator[float]:
+def _stops(path: NetPath, root: Node) -> Iterator[Place]:
     for point in _stopping(root):
         for place in point.children("spotLocation"):
             at_m = path.spot(place)
             if at_m is not None:
-                yield at_m
+                yield Place(at_m, plain_text(_own_name(point)))

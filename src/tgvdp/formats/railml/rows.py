@@ -2,14 +2,14 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import NamedTuple
 
 from tgvdp.errors import InputError
 from tgvdp.formats.syntax.xml import Node
-from tgvdp.model.track import Curve, Gradient, NeutralSection, SpeedLimit, Track, Tunnel
+from tgvdp.model.track import Curve, Gradient, NeutralSection, Place, SpeedLimit, Track, Tunnel
 from tgvdp.units import KILO, kmh_to_mps
 
 #: Value of a row at which a limit ends without a new one.
@@ -50,7 +50,7 @@ class Piece:
     curves: list[tuple[Curve, int]] = field(default_factory=list)
     tunnels: list[tuple[Tunnel, int]] = field(default_factory=list)
     neutral_sections: list[tuple[NeutralSection, int]] = field(default_factory=list)
-    stops_m: list[float] = field(default_factory=list)
+    stops: list[Place] = field(default_factory=list)
     #: Ids of what lies at the start and at the end of the piece, as far as the file names it.
     joints: tuple[frozenset[str], frozenset[str]] = (frozenset(), frozenset())
     notes: list[str] = field(default_factory=list)
@@ -131,7 +131,7 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
     curves: list[tuple[Curve, int]] = []
     tunnels: list[tuple[Tunnel, int]] = []
     neutral: list[tuple[NeutralSection, int]] = []
-    stops_m: set[float] = set()
+    names: dict[float, str] = {}  # of stops
     offset_m = 0.0
     for piece in pieces:
         if piece.limits_kmh and piece.limits_kmh[0].position_m <= SLACK_M:
@@ -143,7 +143,7 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
             curves.append((curve._replace(position_m=offset_m + curve.position_m), line))
         tunnels += ((t._replace(position_m=offset_m + t.position_m), line) for t, line in piece.tunnels)
         neutral += ((n._replace(position_m=offset_m + n.position_m), line) for n, line in piece.neutral_sections)
-        stops_m |= {offset_m + stop_m for stop_m in piece.stops_m}
+        names |= {offset_m + stop.position_m: stop.name for stop in piece.stops}
         offset_m += piece.length_m
     limits = before(limits, offset_m)
     first = pieces[0]
@@ -167,13 +167,15 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
     lines |= {f"curves[{i}]": line for i, (_, line) in enumerate(curves)}
     lines |= {f"tunnels[{i}]": line for i, (_, line) in enumerate(tunnels)}
     lines |= {f"neutral_sections[{i}]": line for i, (_, line) in enumerate(neutral)}
+    stops_m = _stops(set(names), offset_m)
     try:
         track = Track(
             name=" + ".join(piece.name for piece in pieces),
             length_m=offset_m,
             speed_limits=tuple(SpeedLimit(max(row.position_m, 0.0), kmh_to_mps(row.value)) for row in limits),
             gradients=tuple(Gradient(row.position_m, row.value) for row in gradients),
-            stops_m=_stops(stops_m, offset_m),
+            stops_m=stops_m,
+            places=tuple(_named(stops_m, names)),
             curves=tuple(curve for curve, _ in curves),
             tunnels=tuple(tunnel for tunnel, _ in tunnels),
             neutral_sections=tuple(section for section, _ in neutral),
@@ -241,6 +243,14 @@ def _stops(given_m: set[float], length_m: float) -> tuple[float, ...]:
     inner = sorted(stop_m for stop_m in given_m if SLACK_M < stop_m < length_m - SLACK_M)
     apart = [stop_m for i, stop_m in enumerate(inner) if i == 0 or stop_m - inner[i - 1] > SLACK_M]
     return (0.0, *apart, length_m)
+
+
+def _named(stops_m: tuple[float, ...], names: dict[float, str]) -> Iterator[Place]:
+    """Stops that have a name, where they are taken to be."""
+    for stop_m in stops_m:
+        name = next((name for at_m, name in names.items() if name and abs(at_m - stop_m) <= SLACK_M), "")
+        if name:
+            yield Place(stop_m, name)
 
 
 def uncovered_note(what: str, uncovered_m: float, instead: str) -> list[str]:

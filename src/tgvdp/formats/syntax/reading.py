@@ -58,6 +58,8 @@ class Document:
         As they are in the file.
     line_speed_mps : float, optional
         Speed limit of a track wherever the file gives none, m/s; not part of the file.
+    places : tuple of (float, str)
+        Named places of the line that a timetable is for, with their positions, m; not part of the file.
     is_alone : bool
         Whether it came from elsewhere, without the files that it references: these are not looked for.
     """
@@ -68,6 +70,7 @@ class Document:
     tree: dict[str, Any]
     data: bytes
     line_speed_mps: float | None = None
+    places: tuple[tuple[float, str], ...] = ()
     is_alone: bool = False
 
 

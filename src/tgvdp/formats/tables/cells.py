@@ -17,6 +17,13 @@ _NO = frozenset((
 ))  # fmt: skip
 
 
+#: Marks that say yes, and are no names.
+_YES = frozenset((
+    *("x", "1", "1.0", "1,0", "y", "yes", "true", "+", "*", "✓", "stop", "stops", "halt", "hält"),
+    *("ja", "j", "oui", "o", "sì", "sí", "si", "wahr", "vrai"),
+))  # fmt: skip
+
+
 class Number(NamedTuple):
     """A number of a workbook, as it is stored, and whether its format shows it as per cent: 0.012 is 1.2 %."""
 
@@ -107,3 +114,8 @@ def is_comment(cells: tuple[Cell, ...]) -> bool:
 def is_no(text: str) -> bool:
     """Whether a cell of a column of marks says no."""
     return text.casefold() in _NO
+
+
+def name_in(text: str) -> str:
+    """The name that a cell of a column of marks gives; empty where it is but a mark."""
+    return "" if is_no(text) or text.casefold() in _YES else text

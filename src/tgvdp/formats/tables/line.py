@@ -10,10 +10,11 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from tgvdp.errors import InputError
-from tgvdp.formats.tables.cells import Row, is_no
+from tgvdp.formats.tables.cells import Row, is_no, name_in
 from tgvdp.formats.tables.roles import END, GRADIENT, POSITION, RADIUS, SPEED, STOP, Role
 from tgvdp.formats.tables.table import Table
-from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track
+from tgvdp.model.checks import plain_text
+from tgvdp.model.track import Curve, Gradient, Place, SpeedLimit, Track
 from tgvdp.units import KILO, mps_to_kmh
 
 #: Columns that a line can have.
@@ -55,6 +56,7 @@ def make_track(table: Table, name: str, line_speed_mps: float | None, notes: tup
     stops_m = {at_m for at_m, row in rows if not is_no(table.text(row, STOP))}
     if STOP in table.columns:
         stops_m |= {0.0, length_m}
+    names = {at_m: text for at_m, row in rows if (text := plain_text(name_in(table.text(row, STOP))))}
     start_m = table.number(rows[0][1], POSITION) or 0.0
     if start_m:
         remarks.append(f"positions count from the first row, which is at {start_m / KILO:.9g} km")
@@ -65,6 +67,7 @@ def make_track(table: Table, name: str, line_speed_mps: float | None, notes: tup
         gradients=tuple(Gradient(*row) for row in gradients),
         curves=tuple(Curve(at_m, radius_m, radius_m) for at_m, radius_m in radii),
         stops_m=tuple(sorted(stops_m)),
+        places=tuple(Place(*place) for place in sorted(names.items())),
         notes=(*remarks, *_idle(table, placed), *table.notes, *notes),
     )
 

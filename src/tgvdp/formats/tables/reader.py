@@ -8,7 +8,7 @@ from tgvdp.formats.syntax.reading import Document, errors_named, shown
 from tgvdp.formats.tables import effort, line, timetable
 from tgvdp.formats.tables.cells import Sheet
 from tgvdp.formats.tables.parts import are_parts, gives, join
-from tgvdp.formats.tables.roles import POSITION, SPEED
+from tgvdp.formats.tables.roles import POSITION, SPEED, STOP
 from tgvdp.formats.tables.sheets import sheets_of
 from tgvdp.formats.tables.table import Table, listed, read_table
 
@@ -29,25 +29,39 @@ def open_document(document: Document) -> Content | None:
         return None
     with errors_named(document.path):
         sheets = sheets_of(document)
-        tables = [table for sheet in sheets if POSITION in (table := read_table(sheet, _ROLES)).columns]
+        tables = [table for sheet in sheets if _is_placed(table := read_table(sheet, _ROLES))]
         if not tables:
             raise _no_line(sheets)
         timetables = [table for table in tables if timetable.is_timetable(table)]
-        timed = [table.sheet.name for table in timetables]
-        lines = [table for table in tables if gives(table) or table.sheet.name not in timed]
-        if len(timed) == len(tables):  # without limits they are a line by a line speed only
-            has_limits = [table for table in lines if SPEED in table.columns]
-            lines = has_limits if document.line_speed_mps is None else lines or tables
-        others = [shown(sheet.name) for sheet in sheets if sheet.name not in [table.sheet.name for table in tables]]
+        used = [table.sheet.name for table in tables]
+        others = [shown(sheet.name) for sheet in sheets if sheet.name not in used]
         notes = (f"sheets without positions, not used: {listed(others)}",) if others else ()
-        default, items, start_m = _lines(document, lines, notes)
+        default, items, start_m = _lines(document, _lines_among(document, tables, timetables), notes)
     journeys = [
-        Item(table.sheet.name, partial(timetable.make_journey, table, table.sheet.name, start_m, notes))
+        Item(name, partial(timetable.make_journey, table, name, start_m, document.places, notes))
         for table in timetables
+        for name in [table.sheet.name]
     ]
     held: dict[Kind, tuple[Item, ...]] = {"track": tuple(items), "journey": tuple(journeys)}
     kinds = {kind: items for kind, items in held.items() if items}
     return Content(format=form, items=kinds, default=default, takes_line_speed=True)
+
+
+def _is_placed(table: Table) -> bool:
+    """Whether rows of a table have a place: a position, or for times a name."""
+    return POSITION in table.columns or (STOP in table.columns and timetable.is_timetable(table))
+
+
+def _lines_among(document: Document, tables: list[Table], timetables: list[Table]) -> list[Table]:
+    """Tables that are lines, or parts of one."""
+    timed = [table.sheet.name for table in timetables]
+    placed = [table for table in tables if POSITION in table.columns]
+    lines = [table for table in placed if gives(table) or table.sheet.name not in timed]
+    if len(timed) < len(tables):
+        return lines
+    if document.line_speed_mps is None:  # stops and times are a line by a line speed only
+        return [table for table in lines if SPEED in table.columns]
+    return lines or placed
 
 
 def _lines(document: Document, tables: list[Table], notes: tuple[str, ...]) -> tuple[str | None, list[Item], float]:

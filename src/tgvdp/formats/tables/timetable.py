@@ -1,12 +1,14 @@
 """A timetable from a table: where a train stops, and when it arrives and departs there.
 
+Where that is, positions tell, or names of places that the line has.
+
 A train arrives no later than its time, and departs no earlier; its clock starts with the first departure. Where a stop
 has but a departure, as in timetables for passengers, it leaves at that time. What has a time and no stop is passed no
 later.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import NamedTuple
 
@@ -15,8 +17,9 @@ from tgvdp.formats.syntax.clocks import DAY_S, clock_s, is_time_of_day
 from tgvdp.formats.syntax.reading import shown
 from tgvdp.formats.tables.cells import Row, is_no
 from tgvdp.formats.tables.line import starts_m
-from tgvdp.formats.tables.roles import ARRIVAL, DEPARTURE, SPEED, STOP, Role
-from tgvdp.formats.tables.table import Table
+from tgvdp.formats.tables.roles import ARRIVAL, DEPARTURE, POSITION, SPEED, STOP, Role
+from tgvdp.formats.tables.table import Table, listed
+from tgvdp.model.checks import plain_text
 from tgvdp.model.journey import Journey, TimingPoint
 from tgvdp.units import KILO
 
@@ -43,7 +46,9 @@ def is_timetable(table: Table) -> bool:
     return any(text for _, text in texts)
 
 
-def make_journey(table: Table, name: str, start_m: float, notes: tuple[str, ...] = ()) -> Journey:
+def make_journey(
+    table: Table, name: str, start_m: float, places: Sequence[tuple[float, str]], notes: tuple[str, ...] = ()
+) -> Journey:
     """Make a journey of a table.
 
     Parameters
@@ -52,15 +57,20 @@ def make_journey(table: Table, name: str, start_m: float, notes: tuple[str, ...]
     name : str
     start_m : float
         Where the line begins, by the positions of the table, m.
+    places : sequence of (float, str)
+        Named places of the line, with their positions on it, m: where the table gives none.
     notes : tuple of str
         On the file that the table stands in.
 
     Raises
     ------
     InputError
-        When a cell is no time or position, times or positions decrease, or fewer than two stops have times.
+        When a cell is no time, position or known place, times or positions decrease, or fewer than two stops have
+        times.
     """
-    calls = list(_calls(table, start_m))
+    is_placed = POSITION in table.columns
+    starts = starts_m(table) if is_placed else list(_named_m(table, places))
+    calls = list(_calls(table, starts, start_m if is_placed else 0.0))
     stops = [at for at, call in enumerate(calls) if call.stops]
     if len(stops) < 2:
         raise InputError("a timetable needs two stops with times")
@@ -68,7 +78,7 @@ def make_journey(table: Table, name: str, start_m: float, notes: tuple[str, ...]
     start_s = calls[0].departure_s if calls[0].departure_s is not None else calls[0].arrival_s
     assert start_s is not None
     told = [*table.notes, *notes]
-    if start_m == 0.0 and calls[0].position_m > 0.0:
+    if is_placed and start_m == 0.0 and calls[0].position_m > 0.0:
         first = f"{calls[0].position_m / KILO:.9g} km"
         told.append(f"positions count from where the line begins: the journey does at {first}")
     points = (
@@ -97,9 +107,31 @@ def _latest_s(call: _Call, start_s: float) -> float:
     return time_s - start_s
 
 
-def _calls(table: Table, start_m: float) -> Iterator[_Call]:
+def _named_m(table: Table, places: Sequence[tuple[float, str]]) -> Iterator[float]:
+    """Positions of rows by their names, m; those of rows without times are those of the rows before them."""
+    known: dict[str, list[float]] = {}
+    for at_m, name in places:
+        known.setdefault(name.casefold(), []).append(at_m)
+    if not known:
+        raise table.lacks(POSITION)
+    last_m = 0.0
+    for row in table.rows:
+        name = plain_text(table.text(row, STOP))
+        found = known.get(name.casefold(), [])
+        if any(table.text(row, role) not in _BLANK for role in ROLES):
+            if len(found) != 1:
+                names = [shown(one) for _, one in places]
+                why = f"{len(found)} places of that name" if found else "no place of that name"
+                raise table.bad(row, STOP, f"the line has {why}, got {shown(name)} (it has {listed(names)})")
+            if found[0] < last_m:
+                raise table.bad(row, STOP, f"{shown(name)} lies before the place above it: is the line to be reversed?")
+            last_m = found[0]
+        yield last_m
+
+
+def _calls(table: Table, starts: Sequence[float], start_m: float) -> Iterator[_Call]:
     """Places with times in the order of running; arrival and departure may stand in a row each."""
-    rows = zip(starts_m(table), table.rows, _times(table), strict=True)
+    rows = zip(starts, table.rows, _times(table), strict=True)
     for position_m, group in groupby(rows, lambda row: row[0]):
         given = list(group)
         arrivals = [arrival_s for _, _, (arrival_s, _) in given if arrival_s is not None]
