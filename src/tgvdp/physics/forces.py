@@ -218,6 +218,20 @@ def _mean_of_pieces(table, i, lo, hi):
 
 
 @leaf
+def least_effort(table, v0, v1):
+    """Least effort in N of a curve between two speeds, of those at both and at its breaks: curves may dip between."""
+    lo = min(v0, v1)
+    hi = max(v0, v1)
+    i = piece_at(table, lo)
+    least = min(piece_effort(table, i, lo), effort_at(table, hi))
+    while i + 1 < table.shape[0] and table[i + 1, 0] < hi:
+        v = table[i + 1, 0]
+        least = min(least, piece_effort(table, i, v), piece_effort(table, i + 1, v))
+        i += 1
+    return least
+
+
+@leaf
 def resistance_at(train, air, v):
     """Running resistance A + B·v + C·v² in N; ``air`` is the cell's C."""
     return train.davis_a_n + v * (train.davis_b + v * air)

@@ -205,3 +205,22 @@ def test_a_rough_front_takes_cells_as_they_come():
     assert rough.counters["cells"] < fine.counters["cells"]
     assert rough.energy_j == pytest.approx(fine.energy_j, rel=1e-3)
     assert ((rough.duration_s <= targets_s) & (rough.duration_s >= targets_s - 0.1)).all()
+
+
+def test_cells_are_asked_where_traction_turns_to_braking_within_them():
+    """A cell and its halves alike missed where the dynamic brake begins: 0.3 % next to the fastest run."""
+    efforts_n = (90677, 87956, 85236, 82516, 79795, 77075, 74355, 67101, 58940, 52592, 47152, 42618)
+    train = Train(
+        mass_kg=249108.0, rotating_mass_factor=1.08, davis_a_n=2444.0, davis_c_n_per_mps2=8.9186, max_speed_mps=72.1,
+        traction=EffortCurve.from_points([(6.33 * i, effort_n) for i, effort_n in enumerate(efforts_n)]),
+        braking=EffortCurve.from_caps(164691.0, 1809476.0), friction_brake_n=121208.5,
+        traction_efficiency=0.9, regeneration_efficiency=1.0,
+    )  # fmt: skip
+    limits_kmh = {
+        0: 190, 811: 260, 4177: 240, 5748: 195, 8176: 220, 8994: 210, 9468: 200, 17974: 195, 19405: 145, 20638: 70,
+        24434: 260,
+    }  # fmt: skip
+    limits = tuple(tgvdp.SpeedLimit(float(x_m), kmh / 3.6) for x_m, kmh in limits_kmh.items())
+    track = Track(length_m=29813.35, speed_limits=limits)
+    result = tgvdp.search(train, track, energy="pantograph", max_margin=0.001, points=12)
+    assert result.certify().gap_pct.max() < 0.15

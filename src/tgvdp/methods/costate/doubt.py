@@ -240,13 +240,19 @@ def _brakes_within(mesh: Mesh, run: Extremal) -> NDArray[np.bool_]:
     A run that does not brake at the start of a cell comes to the line of braking at its end, wherever that line is
     between. On the way the costate rises, by all that lies between coasting and friction within L = η·m·v³/λ. What it
     is too high at the start, of which half is lost on average, is known of no run: two meshes may be wrong alike, where
-    a cell is as long as a large share of L.
+    a cell is as long as a large share of L. So they may where a run that drives at the start has passed that line at
+    the end: it may miss all that the dynamic brake returns along the cell.
     """
-    b, w = run.switch[:, 2], run.passed[:, 0]
-    lands = (b[1:] < mesh.fast[1:]) & (w[1:] < w[:-1]) & (np.abs(w[1:] - b[1:]) <= _ON_LINE * b[1:])
+    a, b, w, regeneration = run.switch[:, 0], run.switch[:, 2], run.passed[:, 0], mesh.tables.regeneration
+    is_line = b[1:] < mesh.fast[1:]
+    lands = is_line & (w[1:] < w[:-1]) & (np.abs(w[1:] - b[1:]) <= _ON_LINE * b[1:])
     lands &= w[:-1] < b[:-1] * (1.0 + _ON_LINE)
+    passes = is_line & (w[:-1] <= a[:-1] * (1.0 + _ON_LINE)) & (w[1:] >= b[1:] * (1.0 - _ON_LINE))
     least_j = _UNKNOWN_LOSS * max(run.energy_j, mesh.least_drawn_j)
     returned_j = np.maximum(-np.diff(run.passed[:, 2]), 0.0)
-    rise = mesh.tables.regeneration * mesh.train.inertia_kg * np.maximum(w[1:], mesh.floor_w) ** 1.5
+    brake = mesh.trip.train.dynamic_brake_limit
+    for k in np.flatnonzero(passes):
+        returned_j[k] = regeneration * brake.effort_n(math.sqrt(w[k + 1])) * mesh.cells.length_m[k]
+    rise = regeneration * mesh.train.inertia_kg * np.maximum(w[1:], mesh.floor_w) ** 1.5
     asked = run.multiplier * mesh.cells.length_m
-    return np.asarray(lands & (asked > _LONG * rise) & (0.5 * asked * returned_j > least_j * rise))
+    return np.asarray((lands | passes) & (asked > _LONG * rise) & (0.5 * asked * returned_j > least_j * rise))

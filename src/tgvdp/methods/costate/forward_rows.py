@@ -8,7 +8,7 @@ from tgvdp.physics.arc import arc, duration_and_work
 from tgvdp.physics.cell import Cell, append
 from tgvdp.physics.codes import BRAKING, COASTING, OK, TRACTION
 from tgvdp.physics.energy import FULL_EFFORT
-from tgvdp.physics.forces import brake_at, effort_at, mean_brake, mean_effort, mean_resistance, resistance_at
+from tgvdp.physics.forces import brake_at, least_effort, mean_brake, mean_effort, mean_resistance, resistance_at
 from tgvdp.physics.motion import march
 from tgvdp.runs.braking_point import braked_w, drive_then_brake
 from tgvdp.runs.resistance_correction_kernel import NEARLY_FULL, cut_row, even_speeds, part_end
@@ -91,16 +91,20 @@ def coast(train, cell, length, w):
 
 
 @leaf
-def _gives(train, cell, effort, v):
-    """Whether a train gives an effort at a speed, within its comfort limits."""
-    load = resistance_at(train, cell.air, v) + cell.grade_n
-    net = effort - load
+def _gives(train, cell, effort, v0, v1):
+    """Whether a train gives an effort at all speeds between two, within its comfort limits."""
+    lo = min(v0, v1)
+    hi = max(v0, v1)
+    least = resistance_at(train, cell.air, lo) + cell.grade_n
+    most = resistance_at(train, cell.air, hi) + cell.grade_n
     if effort >= 0.0:
-        comfortable = effort == 0.0 or net <= train.inertia_kg * train.max_acceleration
-        return effort <= effort_at(train.traction, v) and comfortable
-    # braking rates leave less to the brakes the more the load slows down
-    most = brake_at(train, load, v)
-    return -effort <= most and net >= -train.inertia_kg * train.max_deceleration
+        comfortable = effort == 0.0 or effort - least <= train.inertia_kg * train.max_acceleration
+        return comfortable and effort <= least_effort(train.traction, lo, hi)
+    if effort - most < -train.inertia_kg * train.max_deceleration:
+        return False
+    if train.rates.shape[0] > 0:  # rates leave less to the brakes the more the load slows down
+        return -effort <= max(least_effort(train.rates, lo, hi) - most, 0.0)
+    return -effort <= least_effort(train.braking, lo, hi) + train.friction_n
 
 
 @part
@@ -178,7 +182,7 @@ def _in_parts(train, cell, effort, w, target, rows, n):
 @leaf
 def _gives_share(train, cell, share, v):
     """Whether a train gives a share, below 0, of the limit of its brakes at a speed, within its comfort limits."""
-    return _gives(train, cell, share * brake_at(train, 0.0, v), v)
+    return _gives(train, cell, share * brake_at(train, 0.0, v), v, v)
 
 
 @part
@@ -236,9 +240,9 @@ def evenly(train, cell, w, target, scratch, rows, n):
     """
     effort = duration_and_work(train, cell.length_m, cell.grade_n, cell.air, w, target)[1] / cell.length_m
     v0, v1 = math.sqrt(w), math.sqrt(target)
-    if _gives(train, cell, effort, v0) and _gives(train, cell, effort, v1):
+    if _gives(train, cell, effort, v0, v1):
         driven, last = _in_parts(train, cell, effort, w, target, rows, n)
-        if last < 0 or (_gives(train, cell, driven, v0) and _gives(train, cell, driven, v1)):
+        if last < 0 or _gives(train, cell, driven, v0, v1):
             return last
     if effort > 0.0:
         first = n

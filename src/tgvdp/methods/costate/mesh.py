@@ -21,6 +21,7 @@ from tgvdp.methods.costate.forward import Course
 from tgvdp.methods.costate.interpolate import RUN_COLUMNS, Scratch, drive
 from tgvdp.methods.costate.room import Room, room_for
 from tgvdp.methods.costate.stations import graded_stations
+from tgvdp.methods.costate.trend import train_of_trends
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Rows, overrun
 from tgvdp.physics.codes import OK
@@ -84,7 +85,7 @@ class Mesh:
     Energies are without auxiliaries, multipliers with them: their power only adds to the price of time, and what they
     do not draw where the pantograph is lowered is taken off the energy. The usual multiplier is the energy for
     traction over the running time of the fastest run, J/s: the scale of multipliers. ``unit_train`` is the train per
-    unit of inertia.
+    unit of inertia, with the trends of its effort curves.
 
     Net energies may be 0: what is a share of an energy is one of ``least_energy_j`` at least, or of ``least_drawn_j``
     where cells are judged, which are dear.
@@ -134,8 +135,8 @@ class Mesh:
         cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip)))
         envelope = _envelope(trip, cells, train)
         mesh = cls(
-            trip, train, per_kilogram(train), tables, cells, envelope, cell_m, scale_j / fastest.duration_s,
-            _LEAST_SHARE * min(scale_j, kinetic_j), _LEAST_SHARE * scale_j,
+            trip, train, per_kilogram(train_of_trends(train, cell_m)), tables, cells, envelope, cell_m,
+            scale_j / fastest.duration_s, _LEAST_SHARE * min(scale_j, kinetic_j), _LEAST_SHARE * scale_j,
         )  # fmt: skip
         return mesh.cut(parts_on_descents(train, cells, mesh.fast)) if tables.regeneration > 0.0 else mesh
 
