@@ -78,6 +78,11 @@ def test_the_files_and_the_table(run, tmp_path, capsys):
     rows = list(csv.DictReader((tmp_path / "there" / "allocation.csv").open()))
     assert [(row["point"], row["section"]) for row in rows] == [("1", "1"), ("1", "2"), ("2", "1"), ("2", "2")]
     front = list(csv.DictReader((tmp_path / "there" / "front.csv").open()))
+    points = json.loads((tmp_path / "there" / "journey.json").read_text())["front"]
+    for row, point in zip(front, points, strict=True):
+        assert point["lower_bound_kwh"] <= point["energy_kwh"]
+        for name in ("lower_bound_kwh", "gap_pct"):
+            assert float(row[name]) == pytest.approx(point[name], rel=1e-6)
     assert [float(row["margin_pct"]) for row in front] == pytest.approx([5.0, 10.0], abs=0.01)
     assert all(0.0 <= float(row["gap_pct"]) < 1.0 for row in front)
     assert all(float(row["all_at_the_end_kwh"]) > float(row["energy_kwh"]) for row in front)
@@ -154,9 +159,15 @@ def test_delays(run, tmp_path, capsys):
     assert run("journey", "--at", "5%,10%", "--delay", "15", "--out", "late") == 0
     shown = capsys.readouterr().out
     assert "cheapest as planned on the second front" in shown
+    assert "_" not in shown.partition("with delays")[2]
+    content = json.loads((tmp_path / "late" / "journey.json").read_text())["robustness"]
     rows = list(csv.DictReader((tmp_path / "late" / "robustness.csv").open()))
     assert rows[0]["allocation"] == "optimum"
     assert float(rows[0]["expected_kwh"]) > float(rows[0]["planned_kwh"])
+    assert [list(row) for row in content] == [list(rows[0])] * len(rows)
+    for row, held in zip(rows, content, strict=True):
+        assert float(row["expected_delay_s"]) == pytest.approx(held["expected_delay_s"], abs=1e-6)
+        assert row["on_the_second_front"] == str(held["on_the_second_front"]).lower()
     assert (tmp_path / "late" / "robustness.png").exists()
 
 

@@ -45,6 +45,15 @@ def test_the_optimum_itself_cannot_be_improved(result, tmp_path):
     assert score.warnings == ()
 
 
+def test_regimes_of_both_runs_are_told_in_the_same_way(tmp_path):
+    """On hills an optimum lets its speed rise a little while it pulls in part: of the record that was traction."""
+    profile = tgvdp.search("tgv", "lgv-100km", at_margin=(0.05,)).profile(0)
+    content = score_object(
+        tgvdp.score_run(tgvdp.load_run(record(tmp_path / "run.csv", profile, every_m=500.0)), "tgv", "lgv-100km")
+    )
+    assert content["recorded"]["distance_pct"] == pytest.approx(content["optimum"]["distance_pct"], abs=1.0)
+
+
 def test_traction_without_current_is_a_doubt(result, tmp_path):
     """It was free where the pantograph is lowered, so that a record "beat" the optimum by 20 %."""
     profile = result.profile(len(result.front) - 1)

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from tests.helpers.browser_case import ARGUMENTS, Watched, await_address, executable, figure, listening
+from tests.helpers.browser_case import ARGUMENTS, Watched, await_address, example_exhibit, executable, figure, listening
 from tgvdp.explorer.folder import read_folder
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="the tests of the page need playwright")
@@ -20,6 +20,8 @@ JOURNEY = {
             "time_s": 250.0 + 2 * part,
             "energy_kwh": 30.0 - part,
             "price_kwh_per_min": 30.0 / (1 + part),
+            "lower_bound_kwh": 29.9 - part,
+            "gap_pct": 10.0 / (30.0 - part),
             "sections": [
                 {"time_s": 100.0 + part, "energy_kwh": 12.0 - 0.5 * part},
                 {"time_s": 150.0 + part, "energy_kwh": 18.0 - 0.5 * part},
@@ -55,7 +57,7 @@ def home(tmp_path_factory):
     (bench / "benchmark.json").write_text('{"schema": "tgvdp.bench/2"}')
     (bench / "ensembles.csv").write_text(ENSEMBLES)
     (bench / "benchmark.csv").write_text(SIZES)
-    with listening([read_folder(str(journey)), read_folder(str(bench))]) as home:
+    with listening([read_folder(str(journey)), read_folder(str(bench)), example_exhibit()]) as home:
         yield home
 
 
@@ -77,11 +79,35 @@ def test_a_journey_shows_how_its_supplement_is_split(watched, home):
     assert figure(page, "all before the last stop") == "27.50 kWh"
     assert figure(page, "all speeds scaled") == "28.50 kWh"
     assert figure(page, "Waiting") == "1:05 min, 0.500 kWh"
+    assert figure(page, "Proven within") == "0.40 %"
     page.locator("#delay").press("Home")
     await_address(page, "point=0")
     assert "0.0" in rows.nth(0).inner_text()
     for name in ("all speeds scaled", "Waiting"):  # there is none in the time of that point
         assert name not in page.locator("#figures").inner_text()
+    watched.require_clean(home)
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_lines_of_a_journey_are_told_apart_by_colour(watched, home, theme):
+    page = watched.page
+    page.goto(f"{home}/#run=folder-1&theme={theme}")
+    page.reload()
+    swatches = page.locator(".legend .swatch")
+    swatches.first.wait_for()
+    colors = swatches.evaluate_all("all => all.map((one) => getComputedStyle(one).backgroundColor)")
+    assert len(set(colors)) == len(colors) == 1 + len(JOURNEY["practices"])
+    watched.require_clean(home)
+
+
+@pytest.mark.parametrize("shown", ["folder-1", "folder-2", "folder-3"])
+def test_the_shown_one_is_marked_and_only_searches_are_laid_over_searches(watched, home, shown):
+    page = watched.page
+    page.goto(f"{home}/#run={shown}")
+    page.reload()
+    page.locator(f'[data-run={shown}] [aria-pressed="true"]').wait_for()
+    laid_over = page.locator(".over").evaluate_all("all => all.map((one) => one.closest('li').dataset.run)")
+    assert laid_over == (["folder-3"] if shown == "folder-3" else [])
     watched.require_clean(home)
 
 

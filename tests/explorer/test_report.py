@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import urllib.request
+from dataclasses import replace
 
 import pytest
 
@@ -51,7 +52,7 @@ def test_one_file_holds_the_page_and_nothing_else_is_fetched(folder, tmp_path):
 def test_nothing_in_a_result_ends_its_element(folder):
     exhibit = read_folder(str(folder))
     evil = exhibit.view.replace(b'"Test train"', b'"</script><script>alert(1)</script>"')
-    html = page([type(exhibit)(exhibit.name, evil, exhibit.profiles)]).decode()
+    html = page([replace(exhibit, view=evil)]).decode()
     assert evil != exhibit.view
     assert "<script>alert" not in html
     assert html.count("</script>") == html.count("<script")

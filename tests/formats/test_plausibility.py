@@ -1,6 +1,7 @@
 """Slips of unit stand out, real trains and lines do not; nothing is refused."""
 
 import json
+import math
 import re
 from dataclasses import replace
 
@@ -10,7 +11,7 @@ from tests.helpers.format_case import SCENARIO, TTOBENCH_TRACK, TTOBENCH_TRAIN, 
 from tests.helpers.railml_case import LINE_2, STOCK_2
 from tgvdp.cli import main
 from tgvdp.formats import load_track, load_train
-from tgvdp.formats.review.figures import balancing_speed_mps
+from tgvdp.formats.review.figures import balancing_speed_mps, track_figures
 from tgvdp.formats.review.plausibility import check_track, check_train, review_file
 from tgvdp.model import catalog
 from tgvdp.model.effort import EffortCurve
@@ -110,6 +111,13 @@ def test_slips_in_lines_stand_out(slip, expected):
 
 def test_length_in_the_wrong_unit():
     assert warnings(check_track(Track(length_m=12.5, speed_limits=(SpeedLimit(0.0, 30.0),)))) == {"length"}
+
+
+@pytest.mark.parametrize(("radius_m", "told"), [(math.inf, "1, straight"), (-400.0, "1, tightest 400 m")])
+def test_a_line_without_a_bend_has_no_tightest_curve(radius_m, told):
+    line = replace(TRACK, curves=(Curve(0.0, math.inf, radius_m),))
+    (shown,) = (str(figure) for figure in track_figures(line) if figure.name == "curves")
+    assert shown == told
 
 
 def test_only_the_first_of_many_odd_rows_are_named():

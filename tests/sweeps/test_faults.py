@@ -277,6 +277,7 @@ def test_no_scheduler_there(case, tmp_path, address):
     assert done.returncode == 3
     assert done.stderr.startswith(f"tgvdp: error: no scheduler answers at {address}: ")
     assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "out").exists()  # nothing is there that the same command would have to resume
 
 
 def test_two_sweeps_at_once(case, tmp_path):

@@ -5,9 +5,11 @@ import json
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from tests.helpers.sweep_case import run
 from tgvdp import InputError
+from tgvdp.report.sweep_plots import Effect, plot_tornado
 from tgvdp.sweeps.summary import Savings, by_effect, grid, read_savings, report_object, told_apart
 from tgvdp.sweeps.tables import SCHEMAS
 
@@ -116,6 +118,30 @@ def test_command_writes_page_tables_and_pictures(folder):
     with open(home / "savings.csv", encoding="utf-8", newline="") as file:
         assert [float(row["saved_kwh"]) for row in csv.DictReader(file)] == pytest.approx([1.5, 2.25, 2.0, 2.25])
     assert "7.5 % more running time saves 9.09 %: 8 of 88 kWh" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        [
+            Effect("section", 21.5, 30.7, "flat-100km 20000-60000", "lgv-100km 0-20000"),
+            Effect("wind", 26.7, 28.1, 30, 0),
+        ],
+        [
+            Effect("line", 20.0, 27.4, "a line with a long name", "b"),
+            Effect("train", 27.3, 40.0, "a", "a long name, too"),
+        ],
+        [Effect("wind", 27.4, 27.4, 0, 30)],
+    ],
+)
+def test_values_beside_bars_keep_clear_of_the_names_of_axes(effects):
+    figure = plot_tornado(effects, 27.4, 5.0, "72 scenarios")
+    FigureCanvasAgg(figure).draw()
+    (axes,) = figure.axes
+    inside = axes.get_window_extent()
+    for text in axes.texts[: 2 * len(effects)]:
+        extent = text.get_window_extent()
+        assert inside.x0 <= extent.x0 < extent.x1 <= inside.x1, text.get_text()
 
 
 @pytest.mark.parametrize(

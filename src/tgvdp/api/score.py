@@ -1,9 +1,10 @@
 """A recorded run against the front: what it cost, what the optimum at the same time costs, and where they differ."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tgvdp.api.result import SearchResult
 from tgvdp.api.run import search
@@ -17,7 +18,7 @@ from tgvdp.model.track import POWERED, Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
 from tgvdp.options.search import SearchOptions
-from tgvdp.runs.profile import Profile
+from tgvdp.runs.profile import Profile, profile_of
 from tgvdp.runs.recorded import placed, recorded_profile, sections_of
 from tgvdp.runs.recorded_means import Motion
 from tgvdp.runs.samples import limit_at
@@ -52,7 +53,8 @@ class Score:
     recorded : Profile
         The run with the recorded speeds; its efforts and energy are the model's.
     optimum : Profile
-        The thriftiest run that takes no longer than recorded, or the fastest one where that takes longer.
+        The thriftiest run that takes no longer than recorded, or the fastest one where that takes longer. Its regimes
+        are told by its efforts, as those of a record are, not by what its search meant them to be.
     warnings : tuple of str
         Where record and model do not fit.
     """
@@ -161,7 +163,13 @@ def score_run(
         at_time = search(train, track, **ends, at_s=(time_s,), **options)
         optimum = at_time.profile(len(at_time.front) - 1)
     recorded = recorded_profile(result.trip, motion)
+    optimum = replace(optimum, regime=_told_regime(result.trip, optimum))
     return Score(run.name, result, time_s, recorded, optimum, _doubts(result.trip, recorded, motion, fastest_s))
+
+
+def _told_regime(trip: Trip, profile: Profile) -> NDArray[np.int8]:
+    """Regime of each row of a run by its effort, whatever is known of it."""
+    return profile_of(trip, profile.position_m - trip.origin_m, profile.speed_mps**2).regime
 
 
 def _chosen(sections: list[Motion], section: int | None) -> Motion:

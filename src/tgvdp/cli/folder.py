@@ -49,7 +49,9 @@ class OutFolder:
             return
         if self._earlier is None:
             if self._path.is_dir() and not all(is_draft(file.name) for file in self._path.iterdir()):
-                raise InputError(f"{path}: is not empty, and no results of tgvdp are in it (--force writes there)")
+                raise InputError(
+                    f"{self._path}: is not empty, and no results of tgvdp are in it (--force writes there)"
+                )
             return
         names = {PurePosixPath(name).name for name in self._earlier}
         owner = next((name for name in _MAIN if name in names), main)

@@ -53,15 +53,16 @@ def robustness_table(robustness: "Robustness") -> str:
     """The optimum, today's practices, and the allocation on both fronts."""
     named = [at for at, name in enumerate(robustness.names) if "%" not in name]
     rows = dict.fromkeys([*named, robustness.on_both])
+    names = [name.replace("_", " ") for name in robustness.names]
     columns = [
-        column("", "with delays", 11, [robustness.names[at].replace("_", " ") for at in rows]),
+        column("", "with delays", 11, [names[at] for at in rows]),
         column("planned", "kWh", 8, aligned([joule_to_kwh(float(robustness.planned_j[at])) for at in rows], 5)),
         column("expected", "kWh", 8, aligned([joule_to_kwh(float(robustness.energy_j[at])) for at in rows], 5)),
         column("delay", "s", 7, aligned([float(robustness.delay_s[at]) for at in rows], 4)),
         column("punctual", "%", 8, [f"{100.0 * robustness.punctual[at]:.1f}" for at in rows]),
     ]
     lines = ["  ".join(cells) for cells in zip(*columns, strict=True)]
-    return "\n".join([*lines, f"cheapest as planned on the second front: {robustness.names[robustness.on_both]}"])
+    return "\n".join([*lines, f"cheapest as planned on the second front: {names[robustness.on_both]}"])
 
 
 def margins_table(content: Mapping[str, Any]) -> str:

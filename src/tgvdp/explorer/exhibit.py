@@ -28,14 +28,17 @@ class Exhibit:
 
     Attributes
     ----------
+    kind : str
+        "search", "journey" or "benchmark".
     name : str
         For people.
     view : bytes
-        JSON object: ``kind`` ("search", "journey" or "benchmark"), ``name``, and what that kind has.
+        JSON object: ``kind``, ``name``, and what that kind has.
     profiles : dict of str to bytes
         JSON objects of columns, by id: ``fastest`` and the indices of the front.
     """
 
+    kind: str
     name: str
     view: bytes
     profiles: Mapping[str, bytes] = field(default_factory=dict)
@@ -68,7 +71,9 @@ def search_exhibit(
         "kind": "search", "name": name, "content": content, "regimes": REGIMES, "trace": trace, "asked": asked,
         "editable": editable, "drawn": list(profiles),
     }  # fmt: skip
-    return Exhibit(name, msgspec.json.encode(view), {key: profile_json(rows) for key, rows in profiles.items()})
+    return Exhibit(
+        "search", name, msgspec.json.encode(view), {key: profile_json(rows) for key, rows in profiles.items()}
+    )
 
 
 def profile_json(columns: Mapping[str, Any]) -> bytes:

@@ -132,7 +132,7 @@ def _plain(kind: str, home: Path, **held: Any) -> Exhibit:
     provenance = home / "provenance.json"
     about = {"provenance": read_object(provenance)} if provenance.is_file() else {}
     name = _name_of(home)
-    return Exhibit(name, msgspec.json.encode({"kind": kind, "name": name, **about, **held}))
+    return Exhibit(kind, name, msgspec.json.encode({"kind": kind, "name": name, **about, **held}))
 
 
 def _name_of(home: Path) -> str:

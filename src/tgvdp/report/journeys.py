@@ -33,9 +33,9 @@ class Extras(NamedTuple):
     Attributes
     ----------
     bound : JourneyBound, optional
-        Of ``result.certify()``: adds bounds to front.csv.
+        Of ``result.certify()``: adds bounds to front.csv and journey.json.
     robustness : Robustness, optional
-        Of ``result.robustness()``: adds robustness.csv and its picture.
+        Of ``result.robustness()``: adds robustness.csv, its picture, and robustness to journey.json.
     margins : mapping of str to Margins
         Of ``result.margins()``, as they were asked for: adds margins.csv, its picture, and margins to journey.json.
     ended : tuple of str
@@ -97,6 +97,14 @@ def journey_object(
             point["waiting"] = _figures(waiting_s, result.found.waiting_w * waiting_s)
     elif not expired():
         content["practices"]["linear_margin"] = list(map(_figures, front.time_s, result.linear_margin_j))
+    if extras.bound is not None:
+        gaps_pct = extras.bound.gap_pct(front.energy_j).tolist()
+        for point, bound_j, gap_pct in zip(
+            content["front"], extras.bound.lower_bound_j.tolist(), gaps_pct, strict=True
+        ):
+            point |= {"lower_bound_kwh": joule_to_kwh(bound_j), "gap_pct": gap_pct}
+    if extras.robustness is not None:
+        content["robustness"] = _robustness_rows(extras.robustness)
     if extras.margins:
         content["margins"] = margins_object(list(extras.margins), list(extras.margins.values()))
     if warnings := (*result.warnings, *extras.ended):
@@ -109,9 +117,7 @@ def _figures(time_s: float, energy_j: float) -> dict[str, float]:
     return {"time_s": float(time_s), "energy_kwh": joule_to_kwh(float(energy_j))}
 
 
-def front_columns(
-    result: "JourneyResult", content: Mapping[str, Any], bound: "JourneyBound | None" = None
-) -> "Columns":
+def front_columns(result: "JourneyResult", content: Mapping[str, Any]) -> "Columns":
     """Columns of ``front.csv``: each point, its bound where there is one, and what the practices take at its time."""
     points = content["front"]
     columns: dict[str, list[Any]] = {
@@ -124,9 +130,9 @@ def front_columns(
     if not result.windows.are_open:
         columns["waiting_s"] = [point["waiting"]["time_s"] for point in points]
         columns["waiting_kwh"] = [point["waiting"]["energy_kwh"] for point in points]
-    if bound is not None:
-        columns["lower_bound_kwh"] = [joule_to_kwh(bound_j) for bound_j in bound.lower_bound_j.tolist()]
-        columns["gap_pct"] = bound.gap_pct(result.front.energy_j).tolist()
+    for name in ("lower_bound_kwh", "gap_pct"):
+        if name in points[0]:
+            columns[name] = [point[name] for point in points]
     for name, practice in content["practices"].items():
         columns[f"{name}_kwh"] = [row["energy_kwh"] for row in practice]
     return columns
@@ -142,16 +148,25 @@ def allocation_columns(content: Mapping[str, Any]) -> "Columns":
     return {name: [row[name] for row in rows] for name in rows[0]}
 
 
-def robustness_columns(robustness: "Robustness") -> "Columns":
+def _robustness_rows(robustness: "Robustness") -> list[dict[str, Any]]:
+    """What each allocation is planned and expected to take."""
+    return [
+        {
+            "allocation": name,
+            "planned_kwh": joule_to_kwh(float(robustness.planned_j[at])),
+            "expected_kwh": joule_to_kwh(float(robustness.energy_j[at])),
+            "expected_delay_s": float(robustness.delay_s[at]),
+            "punctual_pct": 100.0 * float(robustness.punctual[at]),
+            "on_the_second_front": at in robustness.front.source,
+        }
+        for at, name in enumerate(robustness.names)
+    ]
+
+
+def robustness_columns(rows: Sequence[Mapping[str, Any]]) -> "Columns":
     """Columns of ``robustness.csv``: an allocation per row."""
-    return {
-        "allocation": list(robustness.names),
-        "planned_kwh": list(map(joule_to_kwh, robustness.planned_j.tolist())),
-        "expected_kwh": list(map(joule_to_kwh, robustness.energy_j.tolist())),
-        "expected_delay_s": robustness.delay_s.tolist(),
-        "punctual_pct": (100.0 * robustness.punctual).tolist(),
-        "on_the_second_front": [str(at in robustness.front.source).lower() for at in range(len(robustness.names))],
-    }
+    columns = {name: [row[name] for row in rows] for name in rows[0]}
+    return columns | {"on_the_second_front": [str(on).lower() for on in columns["on_the_second_front"]]}
 
 
 def write_journey(
@@ -192,11 +207,11 @@ def write_journey(
     content = journey_object(result, extras, expired)
     files = {
         "journey.json": to_json(content),
-        "front.csv": to_csv(front_columns(result, content, extras.bound)),
+        "front.csv": to_csv(front_columns(result, content)),
         "allocation.csv": to_csv(allocation_columns(content)),
     }
     if extras.robustness is not None:
-        files["robustness.csv"] = to_csv(robustness_columns(extras.robustness))
+        files["robustness.csv"] = to_csv(robustness_columns(content["robustness"]))
     if extras.margins:
         files["margins.csv"] = to_csv(margins_columns(content["margins"]))
     files |= {name: picture for name, picture in drawn.items() if picture is not None}

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import text_to_path
 from numpy.typing import NDArray
 
 from tgvdp.report import palette, style
@@ -14,8 +16,9 @@ _BAR_IN, _HEAD_IN = 0.42, 1.7
 _WRITTEN = 150
 #: Characters of a name that labels of a map show.
 _LONGEST = 24
-#: Share of a tornado's width that a value beside a bar takes, and what is free around it.
-_PER_CHARACTER, _ROOM = 0.011, 0.01
+#: Of a tornado: its sides as shares of the figure, what is free around the value beside a bar, points, and the share of
+#: the width that bars keep.
+_LEFT, _RIGHT, _FREE_PT, _BARS = 0.24, 0.93, 8.0, 0.15
 #: Characters of names that stand side by side below a map.
 _BESIDE = 50
 
@@ -53,7 +56,7 @@ def plot_tornado(effects: Sequence[Effect], mean_pct: float, margin_pct: float, 
     """Draw on what the saving depends: a bar per axis, the widest on top."""
     height_in = _HEAD_IN + _BAR_IN * len(effects)
     figure = style.new_figure(height_in)
-    figure.subplots_adjust(left=0.24, right=0.93, bottom=0.62 / height_in)
+    figure.subplots_adjust(left=_LEFT, right=_RIGHT, bottom=0.62 / height_in)
     axes = figure.subplots()
     for row, one in enumerate(reversed(effects)):
         axes.barh(row, one.low_pct - mean_pct, left=mean_pct, color=palette.ORANGE, height=0.6)
@@ -65,13 +68,31 @@ def plot_tornado(effects: Sequence[Effect], mean_pct: float, margin_pct: float, 
                 parse_math=False,
             )  # fmt: skip
     axes.axvline(mean_pct, color=palette.INK, linewidth=1.0)
-    longest = max(len(_short(value)) for one in effects for value in (one.low_value, one.high_value))
-    share = _ROOM + _PER_CHARACTER * longest
-    axes.margins(x=share / (1.0 - 2.0 * share))  # room for the values beside the bars
+    axes.set_xlim(*_room_beside(effects, mean_pct))
     style.dress(axes, "Energy saved / % of the fastest runs'")
     axes.set_yticks(range(len(effects)), [_short(one.axis) for one in reversed(effects)], parse_math=False)
     style.title(axes, f"On what the saving at {margin_pct:g} % depends", detail)
     return figure
+
+
+def _room_beside(effects: Sequence[Effect], mean_pct: float) -> tuple[float, float]:
+    """Ends of the axis of a tornado, in percent, between which each bar and the values beside it lie.
+
+    A value takes a share of the axis, whatever its scale, so that the span is the least at which all of them fit.
+    """
+    low = [(mean_pct - one.low_pct, _share(one.low_value)) for one in effects]
+    high = [(one.high_pct - mean_pct, _share(one.high_value)) for one in effects]
+    span = max((own + other) / max(1.0 - room - across, _BARS) for own, room in low for other, across in high)
+    span = span or 1.0  # nothing that varies matters
+    left, right = (max(length + room * span for length, room in side) for side in (low, high))
+    return mean_pct - left, mean_pct + right
+
+
+def _share(value: Any) -> float:
+    """Share of a tornado's width that a value beside a bar takes."""
+    font = FontProperties(family=style.FONT, size=style.SMALL_PT)
+    width_pt, _, _ = text_to_path.get_text_width_height_descent(_short(value), font, False)
+    return float((width_pt + _FREE_PT) / (72.0 * style.WIDTH_IN * (_RIGHT - _LEFT)))
 
 
 def plot_map(

@@ -9,6 +9,7 @@ from tgvdp.sweeps.scenario import task_of
 from tgvdp.sweeps.spec import SweepSpec
 from tgvdp.sweeps.work import solve
 
+SCHEMA = "tgvdp.sweep-estimate/1"
 #: Scenarios that are solved for an estimate, evenly spread.
 _SAMPLED = 8
 
@@ -19,8 +20,9 @@ def estimate(spec: SweepSpec, cluster: Cluster) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``scenarios``, ``trains``, ``lines``, ``sections``, ``axes`` (values by names), ``sampled``, ``failed``,
-        ``error``, ``seconds_each``, ``workers``, ``elapsed_s``; the last of a cluster elsewhere as of one worker.
+        ``schema``, ``scenarios``, ``trains``, ``lines``, ``sections``, ``axes`` (values by names), ``sampled``,
+        ``failed``, ``error``, ``seconds_each``, ``workers``, ``elapsed_s``; the last of a cluster
+        elsewhere as of one worker.
     """
     numbers = sorted(set(np.linspace(0, len(spec) - 1, _SAMPLED).round().astype(int).tolist()))
     records = [solve(task_of(spec[number], number)) for number in numbers]
@@ -29,6 +31,7 @@ def estimate(spec: SweepSpec, cluster: Cluster) -> dict[str, Any]:
     each_s = float(np.mean(solved_s)) if solved_s else None
     workers = cluster.size or 1
     return {
+        "schema": SCHEMA,
         "scenarios": len(spec),
         "trains": len(spec.trains),
         "lines": len(spec.lines),

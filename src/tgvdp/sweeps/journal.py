@@ -177,6 +177,10 @@ class Journal:
         query = "SELECT status, count(*) FROM scenario WHERE number IS NOT NULL GROUP BY status"
         return dict(self._database.execute(query).fetchall())
 
+    def is_blank(self) -> bool:
+        """Whether no scenario has come to an end yet, of this plan or another one."""
+        return self._database.execute("SELECT 1 FROM scenario WHERE status IS NOT NULL").fetchone() is None
+
     def errors(self, most: int) -> list[tuple[int, str, str]]:
         """Numbers, states and errors of the first scenarios of the plan that have one."""
         query = "SELECT number, status, error FROM scenario WHERE number IS NOT NULL AND error IS NOT NULL"

@@ -1,5 +1,6 @@
 """A sweep with files: what is done is kept, what is not is solved, and at the end the tables are made."""
 
+import contextlib
 import hashlib
 import sqlite3
 import time
@@ -138,11 +139,22 @@ def run_sweep(
             write_files(out, {"provenance.json": to_json(_provenance(spec, outcome, progress))})
             return outcome
         finally:
+            is_blank = journal.is_blank()
             journal.close()
+            if is_blank:
+                _leave(out)
     except OSError as error:
         raise InputError(f"{out}: cannot be written: {error.strerror or error}") from error
     except sqlite3.Error as error:
         raise InputError(f"{out}: cannot be written: {error}") from error
+
+
+def _leave(out: Path) -> None:
+    """Take away what holds nothing yet, as where no scheduler answers: the same command begins anew."""
+    with contextlib.suppress(OSError):  # there are other files
+        (out / WORK / JOURNAL).unlink()
+        (out / WORK).rmdir()
+        out.rmdir()
 
 
 def _plan(spec: SweepSpec, engine: str) -> str:

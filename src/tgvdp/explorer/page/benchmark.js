@@ -10,6 +10,7 @@ const SHAPES = ["circle", "square", "diamond", "star"];
 
 export class Benchmark {
   constructor(id, view) {
+    this.id = id;
     this.tables = view.tables;
     const families = [...new Set(this.tables["ensembles.csv"].map((row) => row.family))];
     this.family = el("select", { id: "family", onChange: () => state.set({ family: this.family.value }) }, families.map((name) => el("option", { value: name }, name)));

@@ -8,16 +8,17 @@ import { clock, delayText, distanceScale, fixed, significant } from "./units.js"
 
 // Waiting for windows is told from so many seconds on.
 const WAITING_S = 0.5;
-const PRACTICES = { proportional_to_time: ["supplement in proportion to time", "cruising", [6, 3]], proportional_to_distance: ["in proportion to distance", "neutral", [2, 3]], all_at_the_end: ["all before the last stop", "coasting", [8, 2, 2, 2]], linear_margin: ["all speeds scaled (linear margin)", "curves", [4, 3]] };
+const PRACTICES = { proportional_to_time: ["supplement in proportion to time", "cruising", [6, 3]], proportional_to_distance: ["in proportion to distance", "neutral", [2, 3]], all_at_the_end: ["all before the last stop", "coasting", [8, 2, 2, 2]], linear_margin: ["all speeds scaled (linear margin)", "fastest", [4, 3]] };
 
 export class Journey {
   constructor(id, view) {
+    this.id = id;
     const { content } = view;
     this.sections = content.sections;
     this.points = content.front;
     const { fastest } = content;
     const relative = (one) => ({ ...one, delay_s: one.time_s - fastest.time_s });
-    const front = this.points.map((point, index) => ({ ...relative(point), id: index, saved_pct: fastest.energy_kwh ? (100 * (fastest.energy_kwh - point.energy_kwh)) / Math.abs(fastest.energy_kwh) : 0, lower_bound_kwh: null }));
+    const front = this.points.map((point, index) => ({ ...relative(point), id: index, saved_pct: fastest.energy_kwh ? (100 * (fastest.energy_kwh - point.energy_kwh)) / Math.abs(fastest.energy_kwh) : 0, lower_bound_kwh: point.lower_bound_kwh ?? null }));
     this.front = new Front({ fastest, front }, (index) => state.set({ point: index }));
     this.practices = Object.entries(content.practices).map(([name, rows]) => {
       const [text, color, dash] = PRACTICES[name] ?? [name.replaceAll("_", " "), "muted", [3, 3]];
@@ -59,6 +60,7 @@ export class Journey {
     this.tableHome.replaceChildren(table("Time and energy of each section at the chosen point", ["Section", `From – to (${this.distance.unit})`, "Time", "Supplement", "Supplement (%)", "Energy (kWh)"], rows));
     const pairs = [["Delay", delayText(this.front.delays[chosen])], ["Running time", clock(point.time_s)], ["Energy", `${significant(point.energy_kwh, 4)} kWh`],
       ...(point.waiting?.time_s > WAITING_S ? [["Waiting, in it", `${clock(point.waiting.time_s)}, ${significant(point.waiting.energy_kwh, 3)} kWh`]] : []), ["One more minute saves", `${significant(point.price_kwh_per_min, 3)} kWh`],
+      ...(Number.isFinite(point.gap_pct) ? [["Proven within", `${significant(point.gap_pct, 2)} %`]] : []),
       ...this.practices.filter(({ rows }) => Number.isFinite(rows[chosen]?.energy_kwh)).map(({ text, rows }) => [text, `${significant(rows[chosen].energy_kwh, 4)} kWh`])];
     this.figures.replaceChildren(el("dl", {}, pairs.flatMap(([name, text]) => [el("dt", {}, name), el("dd", {}, text)])));
   }

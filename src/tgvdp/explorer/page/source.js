@@ -58,7 +58,7 @@ class Embedded {
     this.held = held;
   }
 
-  async runs() { return this.held.map(({ id, view }) => ({ id, name: view.name, state: "done", progress: {}, error: null })); }
+  async runs() { return this.held.map(({ id, view }) => ({ id, name: view.name, kind: view.kind, state: "done", progress: {}, error: null })); }
   async run(id) { return (await this.runs()).find((run) => run.id === id); }
   async view(id) { return this.find(id).view; }
   async profile(id, point) { return this.find(id).profiles[point]; }

@@ -38,7 +38,8 @@ class Run:
     def summary(self) -> dict[str, Any]:
         """What the page lists of it."""
         return {
-            "id": self.id, "name": self.name, "state": self.state, "progress": self.progress, "error": self.error,
+            "id": self.id, "name": self.name, "kind": self.exhibit.kind if self.exhibit else "search",
+            "state": self.state, "progress": self.progress, "error": self.error,
         }  # fmt: skip
 
 
@@ -90,7 +91,7 @@ class Runs:
             except TgvdpError as error:
                 run.state, run.error = "failed", _as_error(error)
             else:
-                run.exhibit = Exhibit(found["name"], found["view"], found["profiles"])
+                run.exhibit = Exhibit("search", found["name"], found["view"], found["profiles"])
                 run.state, run.name = "done", found["name"]
 
     def _drop_old(self) -> None:

@@ -207,7 +207,8 @@ def track_figures(track: Track) -> Iterator[Figure]:
         yield from _gradients(track)
     if track.curves:
         radii_m = [abs(radius_m) for row in track.curves for radius_m in row[1:]]
-        yield Figure("curves", f"{len(track.curves)}, tightest {min(radii_m):.6g}", "m")
+        tightest = (f"tightest {min(radii_m):.6g}", "m") if min(radii_m) < math.inf else ("straight", "")
+        yield Figure("curves", f"{len(track.curves)}, {tightest[0]}", tightest[1])
         yield from _curves(track)
     for name in ("tunnels", "neutral_sections"):
         lengths_m = [one.length_m for one in getattr(track, name)]
