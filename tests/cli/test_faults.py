@@ -153,7 +153,13 @@ def test_two_processes_share_a_folder_and_a_cold_cache(tmp_path):
         assert one.communicate(timeout=600)[1] == b""
         assert one.returncode == 0
     assert json.loads((out / "result.json").read_text())["complete"]
-    assert {path.name for path in out.iterdir()} == {"front.csv", "profiles.csv", "provenance.json", "result.json"}
+    assert {path.name for path in out.iterdir()} == {
+        "advice.csv",
+        "front.csv",
+        "profiles.csv",
+        "provenance.json",
+        "result.json",
+    }
 
 
 @pytest.mark.parametrize("schema", ["tgvdp.search/0", "tgvdp.search/2", None, 7])

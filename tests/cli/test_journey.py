@@ -31,7 +31,9 @@ def run(tmp_path, monkeypatch):
 def test_the_object_that_scripts_read(run, capsys):
     assert run("journey", "--points", "3", "--json", "--no-pictures") == 0
     content = json.loads(capsys.readouterr().out)
-    assert list(content) == ["schema", "sections", "fastest", "front", "practices", "complete"]
+    assert list(content) == ["schema", "sections", "fastest", "front", "practices", "complete", "advice"]
+    assert content["advice"]["point"] == 2
+    assert [one["steps"][-1]["to_m"] for one in content["advice"]["sections"]] == [4000.0, 10_000.0]
     assert content["complete"] is True
     assert content["schema"] == "tgvdp.journey/1"
     assert [list(section) for section in content["sections"]] == [["from_m", "to_m", "fastest_time_s"]] * 2
@@ -74,7 +76,7 @@ def test_the_files_and_the_table(run, tmp_path, capsys):
     assert re.search(r"^2 sections, fastest [0-9:.]+ without 1 dwell of 30 s$", shown, re.MULTILINE)
     names = {file.name for file in (tmp_path / "there").iterdir()}
     pictures = {f"{name}.png" for name in ("front", "time_distance", "profile", "allocation", "price")}
-    assert names == {"journey.json", "front.csv", "allocation.csv", "provenance.json"} | pictures
+    assert names == {"journey.json", "front.csv", "allocation.csv", "advice.csv", "provenance.json"} | pictures
     rows = list(csv.DictReader((tmp_path / "there" / "allocation.csv").open()))
     assert [(row["point"], row["section"]) for row in rows] == [("1", "1"), ("1", "2"), ("2", "1"), ("2", "2")]
     front = list(csv.DictReader((tmp_path / "there" / "front.csv").open()))
@@ -189,7 +191,7 @@ def test_folders_of_trains_that_are_no_longer_run_go(run, tmp_path):
     assert {file.name for file in (tmp_path / "both" / "train-3").iterdir()} == {"mine.txt"}
     assert run("journey", *options) == 0
     names = {file.name for file in (tmp_path / "both").iterdir()}
-    assert names == {"journey.json", "front.csv", "allocation.csv", "provenance.json", "train-3"}
+    assert names == {"journey.json", "front.csv", "allocation.csv", "advice.csv", "provenance.json", "train-3"}
 
 
 def test_trains_with_a_timetable_count_from_their_earliest_journey(run, tmp_path, capsys):

@@ -33,6 +33,9 @@ def test_table_and_files(tmp_path, capsys):
     decimals = [[cell.partition(".")[2] for cell in line.split()] for line in out.splitlines()[3:9]]
     assert all(len({len(cell) for cell in column if cell != ""}) <= 1 for column in zip(*decimals, strict=True))
     assert "fastest run" in out
+    told = " ".join(out.split("how to drive at ")[1].split())
+    assert "Accelerate to " in told
+    assert "then brake to stop at km 3.00." in told
     assert str(tmp_path / "out") in out
     assert FILES <= {path.name for path in (tmp_path / "out").iterdir()}
 
@@ -61,7 +64,8 @@ def test_json_is_one_object_on_stdout(tmp_path, capsys):
     content = json.loads(out)
     assert content["schema"] == "tgvdp.search/1"
     assert {"fastest", "front", "counters", "provenance"} <= set(content)
-    assert set(content["fastest"]) == {"time_s", "energy_kwh", "stepped_time_s", "peak_power_kw", "balance", "ride"}
+    figures = {"peak_power_kw", "balance", "ride", "advice", "steps"}
+    assert set(content["fastest"]) == {"time_s", "energy_kwh", "stepped_time_s"} | figures
     for point in content["front"]:
         assert point["replay"]["ok"]
         assert {"id", "time_s", "delay_s", "margin_pct", "energy_kwh", "saved_pct"} <= set(point)

@@ -23,6 +23,7 @@ from tgvdp.report.profiles import choose_runs
 NAMES = {
     "result.json",
     "front.csv",
+    "advice.csv",
     "profiles.csv",
     "front.png",
     "profile.png",

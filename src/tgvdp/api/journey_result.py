@@ -28,6 +28,7 @@ from tgvdp.model.trip import Trip
 from tgvdp.options.texts import parse_margins
 from tgvdp.pareto import ParetoFront
 from tgvdp.referee.replay import NOT_REPLAYED, Verdict, replay
+from tgvdp.runs.instructions import instructions_of
 from tgvdp.runs.profile import Profile, joined
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
 
@@ -127,6 +128,12 @@ class JourneyResult:
         return [
             section.profile(run) for section, run in zip(self.sections, self.found.run[index].tolist(), strict=True)
         ]
+
+    def advice(self, index: int) -> list[str]:
+        """What a driver does in each section at one point of the front, a sentence each."""
+        from tgvdp.report.advice import sentence
+
+        return [sentence(self.trip.track, instructions_of(profile)) for profile in self.section_profiles(index)]
 
     def profile(self, index: int) -> Profile:
         """Speed profile of the whole journey at one point of the front.

@@ -23,6 +23,7 @@ from tgvdp.model.trip import Trip
 from tgvdp.pareto import ParetoFront
 from tgvdp.progress import tell
 from tgvdp.referee.replay import NOT_REPLAYED, Verdict, replay
+from tgvdp.runs.instructions import Instruction, instructions_of
 from tgvdp.runs.profile import Profile, drawn_energy_j, profile_of
 from tgvdp.runs.samples import rows_of, sampled
 from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
@@ -89,6 +90,16 @@ class SearchResult:
         """Speed profile of one point of the front."""
         with self._computing():
             return self._profile(index)
+
+    def instructions(self, index: int) -> tuple[Instruction, ...]:
+        """Steps that a driver takes at one point of the front; shorter ones than 3 s are left out."""
+        return instructions_of(self.profile(index))
+
+    def advice(self, index: int) -> str:
+        """The same as a sentence."""
+        from tgvdp.report.advice import sentence
+
+        return sentence(self.trip.track, self.instructions(index))
 
     def row_count(self, index: int) -> int:
         """Rows of `profile` of one point of the front."""

@@ -15,7 +15,7 @@ from tgvdp.cli.clock import left_s, preparing_within, search_s
 from tgvdp.cli.compare import compare_table
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand, apply_all, heading
-from tgvdp.cli.journey_tables import front_table, margins_table, robustness_table
+from tgvdp.cli.journey_tables import front_table, journey_advice_lines, margins_table, robustness_table
 from tgvdp.cli.notes import remarked, unusual
 from tgvdp.cli.numbers import LINE_SPEED, number
 from tgvdp.cli.screen import Screen
@@ -264,7 +264,9 @@ def _front(done: _Done) -> str:
 
 
 def _more_tables(done: _Done) -> Iterator[str]:
-    """Tables of what was asked for beside a front."""
+    """What stands beside a front."""
+    if "advice" in done.content:
+        yield journey_advice_lines(done.content)
     if done.extras.robustness is not None:
         yield robustness_table(done.extras.robustness)
     yield from map(margins_table, done.content.get("margins", ()))

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from tgvdp.cli.screen import ROWS, aligned, column, duration, spread
+from tgvdp.cli.screen import ROWS, aligned, column, duration, spread, wrapped
 from tgvdp.units import joule_to_kwh
 
 if TYPE_CHECKING:
@@ -77,3 +77,13 @@ def margins_table(content: Mapping[str, Any]) -> str:
     ]
     lines = ["  ".join(cells) for cells in zip(*columns, strict=True)]
     return "\n".join([f"{content['margin']} more time:", *lines])
+
+
+def journey_advice_lines(content: Mapping[str, Any]) -> str:
+    """What a driver does in each section at the middle point."""
+    advice = content["advice"]
+    lines = [f"how to drive point {advice['point']} of {len(content['front'])}:"]
+    for number, (section, own) in enumerate(zip(content["sections"], advice["sections"], strict=True), start=1):
+        ends = " – ".join(section[end] for end in ("from", "to") if end in section)
+        lines.append(wrapped(f"{number}{f' {ends}' if ends else ''}: {own['advice']}", "  "))
+    return "\n".join(lines)

@@ -3,6 +3,7 @@
 import contextlib
 import math
 import sys
+import textwrap
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,6 +16,8 @@ ROWS = 12
 _MOST_DECIMALS = 4
 #: Time between two looks at the clock while kernels are compiled, s.
 _TICK_S = 1.0
+#: Columns of a terminal that text takes.
+_WIDTH = 80
 _CLEAR_LINE = "\r\x1b[K"
 
 
@@ -205,6 +208,20 @@ def energy_table(content: Mapping[str, Any]) -> str:
             f" where the wheel leaves no less than {worst['at_least_kw']:.4g} kW"
         )
     return "\n".join(lines)
+
+
+def advice_line(content: Mapping[str, Any]) -> str:
+    """What a driver does in the middle run of an object of schema tgvdp.search/1."""
+    told = [run for run in content["front"] if run["advice"] is not None]
+    if not told:
+        return wrapped(f"how to drive the fastest run: {content['fastest']['advice']}")
+    run = told[len(told) // 2]
+    return wrapped(f"how to drive at {run['margin_pct']:.2f} %: {run['advice']}")
+
+
+def wrapped(text: str, indent: str = "") -> str:
+    """A text in lines of a terminal, indented but for the first."""
+    return textwrap.fill(text, _WIDTH, initial_indent=indent, subsequent_indent=f"{indent}  ")
 
 
 def spread(count: int, most: int) -> Sequence[int]:

@@ -13,7 +13,7 @@ from tgvdp.cli.clock import left_s, preparing_within, search_s
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand
 from tgvdp.cli.notes import idle, idle_restrictions, large_gaps, remarked, unused_line_speed, unusual
-from tgvdp.cli.screen import Screen, energy_table, front_table, power_and_cost
+from tgvdp.cli.screen import Screen, advice_line, energy_table, front_table, power_and_cost
 from tgvdp.cli.search_case import merged, read_case, read_map, resolved, suited
 from tgvdp.cli.search_options import search_options
 from tgvdp.cli.timetable_section import section_on
@@ -157,6 +157,7 @@ def command(
         if where := energy_table(content):
             click.echo(where, err=as_json)
         click.echo(power_and_cost(content), err=as_json)
+        click.echo(advice_line(content), err=as_json)
         click.echo(f"in {out}: {', '.join(file.name for file in files)}", err=as_json)
         for text in large_gaps(content):
             click.echo(f"tgvdp: note: {text}", err=True)

@@ -52,10 +52,15 @@ def _texts(values: "Sequence[Any] | NDArray[Any]", digits: int) -> list[str]:
     listed = values.tolist() if isinstance(values, np.ndarray) else list(values)
     numbers = [value for value in listed if isinstance(value, float)]
     if not numbers:
-        return ["" if value is None else str(value) for value in listed]
+        return ["" if value is None else _quoted(str(value)) for value in listed]
     form = f"%.{decimals(numbers, digits)}f"
     # Adding 0 turns −0 into 0.
     return ["" if value is None or not math.isfinite(value) else form % (value + 0.0) for value in listed]
+
+
+def _quoted(text: str) -> str:
+    """A text as a cell: in quotes where it would be taken for several."""
+    return '"' + text.replace('"', '""') + '"' if any(mark in text for mark in ',"\n') else text
 
 
 def to_parquet(columns: Columns) -> bytes:

@@ -8,11 +8,13 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from tgvdp.report.advice import journey_advice, names_of, step_columns
 from tgvdp.report.columns import to_csv
+from tgvdp.report.journey_columns import allocation_columns, front_columns, robustness_columns
 from tgvdp.report.margins import margins_columns, margins_object
 from tgvdp.report.plain import plain, to_json
 from tgvdp.report.provenance import Input, make_provenance, write_ledger
-from tgvdp.report.tables import margin_pct, saved_pct
+from tgvdp.report.tables import margin_pct
 from tgvdp.units import joule_to_kwh
 
 if TYPE_CHECKING:
@@ -20,7 +22,6 @@ if TYPE_CHECKING:
     from tgvdp.api.margins import Margins
     from tgvdp.journeys.bound import JourneyBound
     from tgvdp.journeys.delays import Robustness
-    from tgvdp.report.columns import Columns
 
 SCHEMA = "tgvdp.journey/1"
 #: A front may end a hundredth of a second before the margin that was asked for.
@@ -64,7 +65,7 @@ def journey_object(
 ) -> dict[str, Any]:
     """Build the object of schema tgvdp.journey/1; docs/journeys.md says what each field means.
 
-    Without ``practices.linear_margin`` where the time for it is up.
+    Without ``practices.linear_margin`` and ``advice`` where the time for them is up.
     """
     front = result.front
     points = zip(
@@ -77,6 +78,7 @@ def journey_object(
             {
                 "from_m": section.trip.origin_m,
                 "to_m": section.trip.destination_m,
+                **names_of(section.trip),
                 "fastest_time_s": section.fastest.duration_s,
             }
             for section in result.sections
@@ -103,6 +105,8 @@ def journey_object(
             content["front"], extras.bound.lower_bound_j.tolist(), gaps_pct, strict=True
         ):
             point |= {"lower_bound_kwh": joule_to_kwh(bound_j), "gap_pct": gap_pct}
+    if not expired():
+        content["advice"] = journey_advice(result)
     if extras.robustness is not None:
         content["robustness"] = _robustness_rows(extras.robustness)
     if extras.margins:
@@ -115,37 +119,6 @@ def journey_object(
 
 def _figures(time_s: float, energy_j: float) -> dict[str, float]:
     return {"time_s": float(time_s), "energy_kwh": joule_to_kwh(float(energy_j))}
-
-
-def front_columns(result: "JourneyResult", content: Mapping[str, Any]) -> "Columns":
-    """Columns of ``front.csv``: each point, its bound where there is one, and what the practices take at its time."""
-    points = content["front"]
-    columns: dict[str, list[Any]] = {
-        "margin_pct": [margin_pct(point["time_s"], result.fastest_time_s) for point in points],
-        "time_s": [point["time_s"] for point in points],
-        "energy_kwh": [point["energy_kwh"] for point in points],
-        "saved_pct": [saved_pct(float(energy_j), result.fastest_energy_j) for energy_j in result.front.energy_j],
-        "price_kwh_per_min": [point["price_kwh_per_min"] for point in points],
-    }
-    if not result.windows.are_open:
-        columns["waiting_s"] = [point["waiting"]["time_s"] for point in points]
-        columns["waiting_kwh"] = [point["waiting"]["energy_kwh"] for point in points]
-    for name in ("lower_bound_kwh", "gap_pct"):
-        if name in points[0]:
-            columns[name] = [point[name] for point in points]
-    for name, practice in content["practices"].items():
-        columns[f"{name}_kwh"] = [row["energy_kwh"] for row in practice]
-    return columns
-
-
-def allocation_columns(content: Mapping[str, Any]) -> "Columns":
-    """Columns of ``allocation.csv``: what each section gets at each point."""
-    rows = [
-        {"point": number, "section": place, **section, **own}
-        for number, point in enumerate(content["front"], start=1)
-        for place, (section, own) in enumerate(zip(content["sections"], point["sections"], strict=True), start=1)
-    ]
-    return {name: [row[name] for row in rows] for name in rows[0]}
 
 
 def _robustness_rows(robustness: "Robustness") -> list[dict[str, Any]]:
@@ -161,12 +134,6 @@ def _robustness_rows(robustness: "Robustness") -> list[dict[str, Any]]:
         }
         for at, name in enumerate(robustness.names)
     ]
-
-
-def robustness_columns(rows: Sequence[Mapping[str, Any]]) -> "Columns":
-    """Columns of ``robustness.csv``: an allocation per row."""
-    columns = {name: [row[name] for row in rows] for name in rows[0]}
-    return columns | {"on_the_second_front": [str(on).lower() for on in columns["on_the_second_front"]]}
 
 
 def write_journey(
@@ -210,6 +177,10 @@ def write_journey(
         "front.csv": to_csv(front_columns(result, content)),
         "allocation.csv": to_csv(allocation_columns(content)),
     }
+    if "advice" in content:
+        sections = content["advice"]["sections"]
+        steps = ((str(number), one["steps"]) for number, one in enumerate(sections, 1))
+        files["advice.csv"] = to_csv(step_columns(steps, "section"))
     if extras.robustness is not None:
         files["robustness.csv"] = to_csv(robustness_columns(content["robustness"]))
     if extras.margins:

@@ -9,11 +9,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tgvdp.errors import InputError
+from tgvdp.report.advice import step_columns
 from tgvdp.report.columns import to_csv, to_parquet, to_xlsx
 from tgvdp.report.courses import driving_course_csv
 from tgvdp.report.pictures import check_formats, pictures_of
 from tgvdp.report.plain import to_json
-from tgvdp.report.profiles import PROFILE_DIGITS, Progress, Written, choose_runs, most_rows_in, profile_columns
+from tgvdp.report.profiles import (
+    FASTEST_ID,
+    PROFILE_DIGITS,
+    Progress,
+    Written,
+    choose_runs,
+    most_rows_in,
+    profile_columns,
+)
 from tgvdp.report.provenance import Input, make_provenance, write_ledger
 from tgvdp.report.tables import Tariff, front_columns, result_object
 
@@ -130,15 +139,18 @@ def _tables(
     result: "SearchResult", content: Mapping[str, Any], written: Written, format: str, progress: Progress | None
 ) -> dict[str, bytes]:
     front = front_columns(content)
+    runs = {FASTEST_ID: content["fastest"], **{str(point["id"]): point for point in content["front"]}}
+    advice = step_columns((name, run["steps"] or ()) for name, run in runs.items())
     if format == "railtoolkit":
         course = driving_course_csv(result, written, progress)
-        return {"front.csv": to_csv(front), "driving_course.csv": course.encode()}
+        return {"front.csv": to_csv(front), "advice.csv": to_csv(advice), "driving_course.csv": course.encode()}
     rows = profile_columns(result, written, progress)
     if format == "parquet":
-        return {"front.parquet": to_parquet(front), "profiles.parquet": to_parquet(rows)}
+        tables = {"front": front, "advice": advice, "profiles": rows}
+        return {f"{name}.parquet": to_parquet(table) for name, table in tables.items()}
     if format == "xlsx":
-        return {"result.xlsx": to_xlsx({"front": front, "profiles": rows})}
-    return {"front.csv": to_csv(front), "profiles.csv": to_csv(rows, PROFILE_DIGITS)}
+        return {"result.xlsx": to_xlsx({"front": front, "advice": advice, "profiles": rows})}
+    return {"front.csv": to_csv(front), "advice.csv": to_csv(advice), "profiles.csv": to_csv(rows, PROFILE_DIGITS)}
 
 
 def _trace(trace: "Trace", provenance: Mapping[str, Any], formats: Sequence[str]) -> dict[str, bytes]:

@@ -6,16 +6,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tgvdp.model.checks import require_number
 from tgvdp.model.energy import violations
+from tgvdp.report.advice import sentence, step_object
 from tgvdp.report.line_met import line_object
 from tgvdp.report.plain import plain
 from tgvdp.runs.comfort import ride_of
+from tgvdp.runs.instructions import instructions_of
 from tgvdp.runs.peak_power import peak_power_w
 from tgvdp.units import KILO, joule_to_kwh, mps_to_kmh
 
 if TYPE_CHECKING:
     from tgvdp.api import SearchResult
     from tgvdp.certificate.front import Certificate
-    from tgvdp.model.train import Train
+    from tgvdp.model.trip import Trip
     from tgvdp.referee.replay import Verdict
     from tgvdp.report.columns import Columns
     from tgvdp.runs.profile import Profile
@@ -119,9 +121,9 @@ def result_object(
         Schema ``tgvdp.search/1``, in plain types; docs/results.md says what each field means. A figure that is not
         finite or not known is None. ``warning`` is present only where something is less than was asked for.
     """
-    fastest, train = result.fastest, result.trip.train
+    fastest, trip = result.fastest, result.trip
     tariff = tariff or Tariff()
-    known = _figures(fastest.profile, train, tariff)
+    known = _figures(fastest.profile, trip, tariff)
     not_known = {name: dict.fromkeys(figure) if isinstance(figure, dict) else None for name, figure in known.items()}
     front = []
     unknown = [None] * len(result.front)
@@ -144,7 +146,7 @@ def result_object(
                 "price_kwh_per_min": plain(price),
                 "lower_bound_kwh": plain(bound),
                 "gap_pct": plain(gap),
-                **(not_known if expired() else _figures(result.profile(index), train, tariff)),
+                **(not_known if expired() else _figures(result.profile(index), trip, tariff)),
                 "replay": {name: plain(getattr(verdict, name)) for name in VERDICT_FIELDS},
             }
         )
@@ -191,13 +193,16 @@ def _trip_of(result: "SearchResult") -> dict[str, Any]:
     return {"train": trip.train.name, "track": trip.track.name, **{name: getattr(trip, name) for name in ends}}
 
 
-def _figures(profile: "Profile", train: "Train", tariff: Tariff) -> dict[str, Any]:
+def _figures(profile: "Profile", trip: "Trip", tariff: Tariff) -> dict[str, Any]:
     """What the rows of a run say."""
+    steps = instructions_of(profile)
     return {
-        "peak_power_kw": peak_power_w(profile, train) / KILO,
+        "peak_power_kw": peak_power_w(profile, trip.train) / KILO,
         **tariff.of(profile),
         "balance": _balance(profile),
         "ride": ride_of(profile)._asdict(),
+        "advice": sentence(trip.track, steps),
+        "steps": [step_object(step) for step in steps],
     }
 
 

@@ -30,7 +30,14 @@ export class Journey {
     this.figures = el("div", { class: "figures", id: "figures", "aria-live": "polite" });
     this.element = el("div", { class: "search journey" },
       el("div", { class: "column" }, content.warning ? el("p", { class: "error card" }, content.warning) : null, this.front.element, this.legend(), el("section", { class: "card" }, el("h2", {}, "The chosen journey"), this.figures)),
-      el("div", { class: "column" }, el("section", { class: "card" }, el("h2", {}, "Which section gets how much?"), this.allocation.element), el("section", { class: "card" }, el("h2", {}, "Sections"), this.tableHome)));
+      el("div", { class: "column" }, el("section", { class: "card" }, el("h2", {}, "Which section gets how much?"), this.allocation.element), el("section", { class: "card" }, el("h2", {}, "Sections"), this.tableHome), this.advice(content)));
+  }
+
+  advice({ advice, front }) {
+    if (!advice) return null;
+    const named = ({ from, to }) => [from, to].filter(Boolean).join(" – ");
+    const steps = advice.sections.map((own, i) => el("li", {}, named(this.sections[i]) ? el("strong", {}, `${named(this.sections[i])}: `) : null, own.advice));
+    return el("section", { class: "card" }, el("h2", {}, `How to drive point ${advice.point} of ${front.length}`), el("ol", {}, steps));
   }
 
   legend() {
@@ -55,7 +62,8 @@ export class Journey {
     this.allocation.show({ layers: [{ kind: "area", x, low: y.map(() => 0), high: y, color: "bound", alpha: 0.5 }, { kind: "line", x, y, color: "front", width: 2 }], x, xRange: [x[0], x.at(-1)], yRange: [Math.min(0, ...y), high] });
     const rows = this.sections.map((section, i) => {
       const own = point.sections[i];
-      return [`${i + 1}`, `${fixed(section.from_m * this.distance.factor, 1)} – ${fixed(section.to_m * this.distance.factor, 1)}`, clock(own.time_s), delayText(own.time_s - section.fastest_time_s), fixed(supplements[i], 1), significant(own.energy_kwh, 4)];
+      const end = (name, at_m) => `${name ? `${name}, ` : ""}${fixed(at_m * this.distance.factor, 1)}`;
+      return [`${i + 1}`, `${end(section.from, section.from_m)} – ${end(section.to, section.to_m)}`, clock(own.time_s), delayText(own.time_s - section.fastest_time_s), fixed(supplements[i], 1), significant(own.energy_kwh, 4)];
     });
     this.tableHome.replaceChildren(table("Time and energy of each section at the chosen point", ["Section", `From – to (${this.distance.unit})`, "Time", "Supplement", "Supplement (%)", "Energy (kWh)"], rows));
     const pairs = [["Delay", delayText(this.front.delays[chosen])], ["Running time", clock(point.time_s)], ["Energy", `${significant(point.energy_kwh, 4)} kWh`],

@@ -158,7 +158,8 @@ export class Search {
       ["Costs", tariff.price_per_kwh === null ? null : `${fixed(point.cost_eur, 2)} €`],
       ["Replayed", point.replay.ok === null ? null : point.replay.ok ? "confirmed" : "NOT confirmed"],
     ].filter(([, text]) => text !== null);
-    this.figures.replaceChildren(el("dl", {}, pairs.flatMap(([name, text]) => [el("dt", {}, name), el("dd", {}, text)])));
+    const advice = point.advice ? el("p", { class: "advice" }, el("strong", {}, "How to drive it: "), point.advice) : null;
+    this.figures.replaceChildren(el("dl", {}, pairs.flatMap(([name, text]) => [el("dt", {}, name), el("dd", {}, text)])), ...(advice ? [advice] : []));
   }
 
   offerPins(pins) {
