@@ -58,9 +58,12 @@ class Extremals:
         self.closed: set[tuple[float, float]] = set()
         self.dents: dict[tuple[float, float], list[Extremal]] = {}
 
-    def asked(self, tolerance_s: float, counters: dict[str, int], clock: Clock) -> "Extremals":
-        """These extremals, for times that have to be met so closely, in the time that a clock leaves."""
-        self.tolerance_s, self.counters, self.clock = tolerance_s, counters, clock
+    def asked(self, tolerance_s: float, counters: dict[str, int], clock: Clock, holds: bool) -> "Extremals":
+        """These extremals, for times that have to be met so closely, in the time that a clock leaves.
+
+        Where T jumps, runs that hold a time are sought, or blends are taken, which is several times as fast.
+        """
+        self.tolerance_s, self.counters, self.clock, self.holds = tolerance_s, counters, clock, holds
         return self
 
     def _solve(self, multiplier: float, *known: NDArray[np.float64]) -> Extremal:
@@ -145,7 +148,7 @@ class Extremals:
             if found.energy_j - least_j <= enough_j:
                 return found
             if not self._split(second):
-                held = self._held(second, target_s, enough_j)
+                held = self._held(second, target_s, enough_j) if self.holds else found
                 if held is not None:
                     return held
 
