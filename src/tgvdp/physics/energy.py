@@ -121,14 +121,18 @@ def follows_dynamic(train, length, effort, v0, v1):
     if not min(limit0, limit1) < effort < max(limit0, limit1):
         return False
     dynamic = mean_effort(train.braking, v0, v1)
-    if abs(limit0 - limit1) > FOLLOWED * dynamic:
-        return False
+    return abs(limit0 - limit1) <= FOLLOWED * dynamic and not _brakes_fully(train, length, effort, dynamic, v0, v1)
+
+
+@leaf
+def _brakes_fully(train, length, effort, dynamic, v0, v1):
+    """Whether a braking effort is all that brakes, a braking rate or a comfort limit allow along an arc."""
     most = train.inertia_kg * train.max_deceleration
     if train.rates.shape[0] > 0:
         most = min(most, mean_rate(train.rates, v0, v1))
     elif effort >= FULL_EFFORT * (dynamic + train.friction_n):
-        return False
-    return 0.5 * train.inertia_kg * (v0 * v0 - v1 * v1) < FULL_EFFORT * most * length
+        return True
+    return 0.5 * train.inertia_kg * (v0 * v0 - v1 * v1) >= FULL_EFFORT * most * length
 
 
 @kernel
@@ -159,15 +163,27 @@ def regenerated(train, length, effort, v0, v1):
     return (limited + effort * abs(short * short - other * other)) / abs(v1 * v1 - v0 * v0)
 
 
+@leaf
+def _holds_effort(train, length, effort, v0, v1):
+    """Whether a braking ``effort``, N, is held along an arc, friction taking what passes the dynamic brake's limit.
+
+    A dynamic brake that suffices holds its demand, unless a braking rate or a comfort limit gives the effort.
+    """
+    if train.friction_n == 0.0 or follows_dynamic(train, length, effort, v0, v1):
+        return False
+    dynamic = mean_effort(train.braking, v0, v1)
+    short = effort > min(effort_at(train.braking, v0), effort_at(train.braking, v1))
+    return short or _brakes_fully(train, length, effort, dynamic, v0, v1)
+
+
 @kernel
 def _map_energy(train, tables, length, duration, effort, v0, v1):
     """Energy of an arc by the map: Simpson's rule in time, in which the speed is linear.
 
     Traction counts at its mean demand: to hold the effort constant instead would make effort free where it passes the
-    limit at one end of an arc. Braking is held constant, for the friction brake takes what passes the limit, or follows
-    the limit of the dynamic brake.
+    limit at one end of an arc, and let arcs pass a kink of the map between the three speeds. So does the dynamic brake.
     """
-    if effort < 0.0 and train.friction_n > 0.0 and not follows_dynamic(train, length, -effort, v0, v1):
+    if effort < 0.0 and _holds_effort(train, length, -effort, v0, v1):
         middle = 0.5 * (v0 + v1)
         ends = _braking_power(train, tables, -effort, v0) + _braking_power(train, tables, -effort, v1)
         return duration / 6.0 * (ends + 4.0 * _braking_power(train, tables, -effort, middle))

@@ -182,6 +182,7 @@ def replay_rows(train, tables, line, supply, x, speed, force, time, energy, firs
     excess = -1.0
     speed_error = 0.0
     dark = unpowered(train)
+    by_map = tables.speed_mps.shape[0] > 0
     if first == 0:
         time[0] = 0.0
         energy[0] = 0.0
@@ -217,8 +218,10 @@ def replay_rows(train, tables, line, supply, x, speed, force, time, energy, firs
         else:
             command = commanded(here, line, force[i], limit, x[i], d, w0, w1)
             if force[i] < 0.0 and lever < FULL_EFFORT and acceleration > FULL_EFFORT * bound:
-                dynamic, friction = dynamic_share(here, -force[i], w0, w1)
+                dynamic, friction = dynamic_share(here, -force[i], by_map, w0, w1)
                 command = -friction if dynamic > 0.0 else command
+            if lever < FULL_EFFORT and not (force[i] > 0.0 and by_map):
+                lever = 0.0
         rule = (here, command, lever, dynamic)
         w, seconds, drawn, count = _drive_row(rule, tables, line, parts_at(line, x[i]), x[i], d, w0, w1)
         time[i + 1] = time[i] + seconds

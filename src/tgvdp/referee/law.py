@@ -1,10 +1,11 @@
 """The force law of the referee: what a train does along a row of a profile, given the row's mean effort.
 
-A row at full effort follows the effort limit: F(v) = θ·F_limit(v), with the θ that gives the row's mean effort. A row
-at a comfort limit keeps its acceleration: F(v) = m·a + R(v) + G. Where the limit D of the dynamic brake passes the
-effort within a row but changes by little, the brake follows it, and friction is constant: F(v) = θ·D(v) + c, with θ ≤ 1
-and c = 0 if θ < 1. Any other row holds a commanded force, as far as the limit allows: F(v) = min(c, F_limit(v)), c
-being the mean effort but where the limit falls below it.
+A row at full effort follows the effort limit: F(v) = θ·F_limit(v), with the θ that gives the row's mean effort. Where
+energy is by a map, so does a row of any traction, and one of braking for which the dynamic brake suffices: θ is its
+demand. A row at a comfort limit keeps its acceleration: F(v) = m·a + R(v) + G. Where the limit D of the dynamic brake
+passes the effort within a row but changes by little, the brake follows it, and friction is constant: F(v) = θ·D(v) + c,
+with θ ≤ 1 and c = 0 if θ < 1. Any other row holds a commanded force, as far as the limit allows: F(v) =
+min(c, F_limit(v)), c being the mean effort but where the limit falls below it.
 """
 
 import numpy as np
@@ -102,18 +103,20 @@ def commanded(train, line, force, limit, x, d, w0, w1):
 
 
 @kernel
-def dynamic_share(train, effort, w0, w1):
+def dynamic_share(train, effort, by_map, w0, w1):
     """Share θ of its limit that the dynamic brake follows along a row, and the constant effort of friction, N.
 
-    The share is 0 where it follows nothing, as its limit does not pass the effort, or changes by too much.
+    The share is 0 where it follows nothing, as its limit does not pass the effort, or changes by too much. By a map
+    a brake that suffices keeps its share, too, which is its demand.
     """
     limit0 = effort_at(train.braking, np.sqrt(w0))
     limit1 = effort_at(train.braking, np.sqrt(w1))
     mean = 0.0
     for j in range(16):
         mean += effort_at(train.braking, np.sqrt(w0 + (j + 0.5) / 16.0 * (w1 - w0))) / 16.0
-    passes = min(limit0, limit1) < effort < max(limit0, limit1)
-    if passes and abs(limit0 - limit1) <= FOLLOWED * mean:
+    suffices = effort <= min(limit0, limit1)
+    passes = effort < max(limit0, limit1) and abs(limit0 - limit1) <= FOLLOWED * mean
+    if by_map if suffices else passes:
         return min(effort / mean, 1.0), max(effort - mean, 0.0)
     return 0.0, 0.0
 
@@ -122,7 +125,8 @@ def dynamic_share(train, effort, w0, w1):
 def force_at(train, force, lever, dynamic, lo, hi, load, v):
     """Effort at the wheel; the effort curve is looked up within the row's speeds lo..hi, not beyond a jump there.
 
-    It follows a share of the dynamic brake's limit, if that is above 0, and the force is that of friction.
+    It follows a share of the limit where the ``lever`` is above 0; a share of the dynamic brake's limit, if that is
+    above 0, and the force is that of friction.
     """
     inside = min(max(v, lo), hi)
     effort = force + load if lever == KEPT else force
@@ -131,7 +135,7 @@ def force_at(train, force, lever, dynamic, lo, hi, load, v):
         amount = dynamic * effort_at(train.braking, inside) - force
     else:
         limit = limit_at(train, braking, load, inside)
-        amount = lever * limit if lever >= FULL_EFFORT else min(abs(effort), limit)
+        amount = lever * limit if lever > 0.0 else min(abs(effort), limit)
     return -amount if braking else amount
 
 

@@ -55,7 +55,7 @@ def test_runs_that_are_beaten_at_their_own_multiplier_are_no_bound():
 
     def found(spoilt):
         front = Extremals(mesh_for(HILLS, fastest, 6.0), fastest, energy_tables(HILLS.train, HILLS.energy))
-        front.asked(0.05, {"extremals": 0, "sweeps": 0, "blends": 0}, SearchBudget().start())
+        front.asked(0.05, {"extremals": 0, "sweeps": 0, "blends": 0}, SearchBudget().start(), holds=True)
         front.reach(2.0 * fastest.duration_s)
         if spoilt:
             last = front.extremals[-1]

@@ -228,3 +228,24 @@ def test_short_hilly_trips_replay_by_the_map(seed):
     track = tgvdp.Track(length_m=length_m, speed_limits=tuple(limits), gradients=tuple(gradients))
     result = tgvdp.search(tgvdp.load_train("alstom-emu"), track, energy="map", points=8)
     assert all(verdict.ok for verdict in result.verify())
+
+
+def kinked(train):
+    """Map that loses least at nine tenths of full effort, as the hull over the effort has a sharp kink there."""
+    speeds = np.linspace(0.0, 1.05 * train.max_speed_mps, 61)
+    demand, loss = (-1.0, -0.9, 0.0, 0.9, 1.0), (0.3, 0.02, 0.0, 0.02, 0.3)
+    rows = []
+    for v in speeds.tolist():
+        most_w = v * train.traction.effort_n(v), v * train.braking.effort_n(v)
+        rows.append(tuple(d * most_w[d < 0.0] + one * most_w[d < 0.0] for d, one in zip(demand, loss, strict=True)))
+    return EnergyMap(speed_mps=tuple(speeds.tolist()), demand=demand, power_w=tuple(rows))
+
+
+def test_a_demand_at_a_kink_of_the_map_is_held_along_a_row():
+    """A constant effort passes the kink within each row, where the limit falls with speed: 0.2 % were off."""
+    train = replace(tgvdp.load_train("alstom-emu"), auxiliary_power_w=0.0)
+    track = tgvdp.Track(length_m=3000.0, speed_limits=((0.0, 30.0),))
+    found = tgvdp.search(train, track, energy=kinked(train), points=4)
+    verdicts = found.verify()
+    assert all(verdict.ok for verdict in verdicts)
+    assert max(abs(verdict.energy_error_pct) for verdict in verdicts) < 0.02

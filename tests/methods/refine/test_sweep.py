@@ -9,6 +9,7 @@ import pytest
 import tgvdp
 from tests.helpers.trips import commuter, trip_on
 from tgvdp.line.cells import cells_of
+from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.refine.mesh import Level
 from tgvdp.methods.refine.sweep import Scratch, descend
 from tgvdp.model.energy import EnergyModel
@@ -100,3 +101,22 @@ def test_sweeps_that_remember_find_what_others_find(half, sweeps, cells):
         expected[0] = start_w[0]
         assert w == pytest.approx(expected, rel=1e-12)
         assert level.measured(tables, w)[1] < math.inf
+
+
+def test_a_run_that_holds_its_time_is_cheaper_and_as_late():
+    """A run of the time of a blend, which sweeps at any multiplier would leave."""
+    rng = np.random.default_rng(5)
+    for _ in range(6):
+        level = random_level(rng, 40)
+        tables = energy_tables(level.trip.train, level.trip.energy)
+        clock = SearchBudget().start()
+        slow = level.fast.copy()
+        level.descend(tables, 3e5, slow, 2, 0.01, 1e-6, clock)
+        blended = level.blend(level.fast, slow, 0.5)
+        time_s, energy_j = level.measured(tables, blended)
+        held = blended.copy()
+        sweeps, multiplier = level.hold(tables, 1e6, held, time_s, 0.01, 1e-7, clock)
+        held_s, held_j = level.measured(tables, held)
+        assert sweeps > 0 and multiplier > 0.0
+        assert held_s == pytest.approx(time_s, rel=1e-6)
+        assert held_j <= energy_j * (1.0 + 1e-6)

@@ -56,10 +56,14 @@ class Extremals:
         self.scale_j = mesh.usual_multiplier * self.extremals[0].time_s
         self.idle = 0
         self.closed: set[tuple[float, float]] = set()
+        self.dents: dict[tuple[float, float], list[Extremal]] = {}
 
-    def asked(self, tolerance_s: float, counters: dict[str, int], clock: Clock) -> "Extremals":
-        """These extremals, for times that have to be met so closely, in the time that a clock leaves."""
-        self.tolerance_s, self.counters, self.clock = tolerance_s, counters, clock
+    def asked(self, tolerance_s: float, counters: dict[str, int], clock: Clock, holds: bool) -> "Extremals":
+        """These extremals, for times that have to be met so closely, in the time that a clock leaves.
+
+        Where T jumps, runs that hold a time are sought, or blends are taken, which is several times as fast.
+        """
+        self.tolerance_s, self.counters, self.clock, self.holds = tolerance_s, counters, clock, holds
         return self
 
     def _solve(self, multiplier: float, *known: NDArray[np.float64]) -> Extremal:
@@ -141,8 +145,75 @@ class Extremals:
             found = self._meet(before, after, target_s)
             least_j = _tangents_j(before, after, found.time_s)
             enough_j = _GAP * max(abs(found.energy_j), 0.1 * self.scale_j)
-            if found.energy_j - least_j <= enough_j or not self._split(second):
+            if found.energy_j - least_j <= enough_j:
                 return found
+            if not self._split(second):
+                held = self._held(second, target_s, enough_j) if self.holds else found
+                if held is not None:
+                    return held
+
+    def _held(self, second: int, target_s: float, enough_j: float) -> Extremal | None:
+        """Run for a time over which T jumps; None where it leads to a run below the chord, which is one more extremal.
+
+        Blends of two runs of different structure may be a quarter dearer than a run that is improved at its own time.
+        Runs that are known of such times are blended where they are near enough.
+        """
+        before, after = self.extremals[second - 1], self.extremals[second]
+        dent = self.dents.setdefault((before.time_s, after.time_s), [before, after])
+        at = next((i for i in range(1, len(dent)) if dent[i].time_s >= target_s), len(dent) - 1)
+        found = self._meet(dent[at - 1], dent[at], target_s)
+        if found.energy_j - _chord_j(dent[at - 1], dent[at], found.time_s) <= enough_j:
+            return found
+        run = self._hold(dent[at - 1], dent[at], found)
+        if not dent[at - 1].time_s < run.time_s < dent[at].time_s or run.energy_j >= found.energy_j:
+            return found
+        if len(self.extremals) < _MOST_EXTREMALS and run.energy_j < _chord_j(before, after, run.time_s):
+            chord, w = _chord(before, after), run.switch.copy()
+            self._descend(self.level, chord, w, HALF, _COMPARED_STEP, _LAST_STEP)
+            if self._insert(second, Extremal(chord, w, *self.level.measured(self.relaxed, w))):
+                return None
+        dent.insert(at, run)
+        return (
+            self._meet(dent[at - 1], run, target_s)
+            if run.time_s >= target_s
+            else self._meet(run, dent[at + 1], target_s)
+        )
+
+    def _hold(self, quick: Extremal, late: Extremal, blended: Extremal) -> Extremal:
+        """The best run of the time of a blend, from that and from runs that go from one to the other on the way."""
+        self.counters["extremals"] += 1
+        time_s, best, least_j, price = blended.time_s, blended.switch, math.inf, _chord(quick, late)
+        for start in (blended.switch, self._changed(quick, late, time_s), self._changed(late, quick, time_s)):
+            w = self.compared.carried(self.level, start)
+            if math.isinf(self.compared.measured(self.relaxed, w)[1]):
+                continue
+            sweeps, multiplier = self.compared.hold(
+                self.relaxed, price, w, time_s, _FIRST_STEP, _COMPARED_STEP, self.clock
+            )
+            self.counters["sweeps"] += sweeps
+            own_s, energy_j = self.compared.measured(self.relaxed, w)
+            energy_j += multiplier * (own_s - time_s)
+            if energy_j < least_j:
+                best, least_j = self.level.carried(self.compared, w), energy_j
+        self.counters["sweeps"] += self.level.hold(
+            self.relaxed, price, best, time_s, _COMPARED_STEP, _LAST_STEP, self.clock
+        )[0]
+        return Extremal(blended.multiplier, best, *self.level.measured(self.relaxed, best))
+
+    def _changed(self, first: Extremal, second: Extremal, time_s: float) -> NDArray[np.float64]:
+        """Run that is one up to a station and another from there, as near to a time as the stations allow."""
+        low, high = 0, len(first.switch)
+        while True:
+            middle = (low + high) // 2
+            w = np.concatenate((first.switch[:middle], second.switch[middle:]))
+            w = self._blend(w, w, 0.0)
+            if high - low <= 1:
+                return w
+            is_late = self.level.measured(self.relaxed, w)[0] > time_s
+            if is_late == (first.time_s > second.time_s):
+                high = middle
+            else:
+                low = middle
 
     def _split(self, second: int) -> bool:
         """Solve the multiplier of the chord between two neighbouring extremals; False when the chord is the front."""
@@ -156,17 +227,23 @@ class Extremals:
         if not before.multiplier > chord > after.multiplier:  # one of them is beaten by the other at its own multiplier
             known += [before.switch, after.switch]
         middle = self._solve(chord, *known)
-        saved = before.cost_j(chord) - middle.cost_j(chord)
-        inside = before.time_s < middle.time_s < after.time_s and after.energy_j < middle.energy_j < before.energy_j
-        if inside and saved > _SAME * self.scale_j:
-            self.extremals.insert(second, middle)
-        else:  # no run is below the chord, which then is the tangent of both
+        if not self._insert(second, middle):  # no run is below the chord, which then is the tangent of both
             self.closed.add(pair)
             self.extremals[second - 1], self.extremals[second] = (
                 before._replace(multiplier=chord),
                 after._replace(multiplier=chord),
             )
         return True
+
+    def _insert(self, second: int, middle: Extremal) -> bool:
+        """Take a run in between two neighbours if it is below their chord."""
+        before, after = self.extremals[second - 1], self.extremals[second]
+        saved = before.cost_j(middle.multiplier) - middle.cost_j(middle.multiplier)
+        inside = before.time_s < middle.time_s < after.time_s and after.energy_j < middle.energy_j < before.energy_j
+        if inside and saved > _SAME * self.scale_j:
+            self.extremals.insert(second, middle)
+            return True
+        return False
 
     def _blend(self, first: NDArray[np.float64], second: NDArray[np.float64], share: float) -> NDArray[np.float64]:
         self.counters["blends"] += 1
@@ -202,6 +279,11 @@ class Extremals:
 def _chord(before: Extremal, after: Extremal) -> float:
     """Energy saved per second more between two extremals, J/s."""
     return (before.energy_j - after.energy_j) / (after.time_s - before.time_s)
+
+
+def _chord_j(before: Extremal, after: Extremal, time_s: float) -> float:
+    """Energy at a time on the chord of two extremals, J."""
+    return before.energy_j + _chord(before, after) * (before.time_s - time_s)
 
 
 def _tangents_j(before: Extremal, after: Extremal, time_s: float) -> float:

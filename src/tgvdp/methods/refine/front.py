@@ -82,11 +82,12 @@ def refine_front(
     found = [(fastest.duration_s, fastest.total_energy_j, math.inf)] * (len(target_s) - len(slower_s))
     rows = [first_rows] * len(found)
     complete, saves = True, True
+    holds = known is None  # a journey asks for many times between which it then chooses
     known = [] if known is None else known
     try:
         if len(slower_s):
             front = known.pop() if known else _extremals(trip, fastest, energy, clock)
-            known.append(front.asked(half_s, counters, clock))
+            known.append(front.asked(half_s, counters, clock, holds))
         for middle_s in (slower_s - half_s).tolist():
             saves = front.reach(middle_s)
             x_m, w, run, multiplier = _met(front, middle_s, half_s, saves)

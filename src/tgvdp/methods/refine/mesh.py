@@ -11,6 +11,7 @@ from tgvdp.memory import ask_for
 from tgvdp.methods.budget import Clock
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.methods.costate.multipliers import OutOfTime
+from tgvdp.methods.refine.hold import hold
 from tgvdp.methods.refine.kernel import blend, envelope_kernel, measure
 from tgvdp.methods.refine.pulse_and_glide import MOST_PULSES, switch
 from tgvdp.methods.refine.sweep import Scratch, descend
@@ -32,6 +33,8 @@ _PASSES = 60
 SHRINK = 0.4
 #: Arcs between two looks at the clock, if one sweep has no more: a quarter of a second.
 _ARCS_AT_ONCE = 2_000_000
+#: Programs of a sweep that holds a time, about.
+_TRIALS = 5
 #: Rows nearer to a station than this share of its cell make no station.
 _SLIVER = 1e-3
 
@@ -119,6 +122,33 @@ class Level:
             step *= SHRINK
             if step < last * self.top_w:
                 return sweeps
+
+    def hold(
+        self,
+        tables: EnergyTables,
+        multiplier: float,
+        w: NDArray[np.float64],
+        target_s: float,
+        first: float,
+        last: float,
+        clock: Clock,
+    ) -> tuple[int, float]:
+        """Improve a run that keeps its time in place, as `descend`; returns sweeps, and the multiplier of that time."""
+        sweeps, step = 0, first * self.top_w
+        at_once = max(1, _ARCS_AT_ONCE // (_TRIALS * len(w) * (2 * HALF + 1) ** 2))
+        while step >= last * self.top_w:
+            left, stationary, cost = _PASSES, False, math.inf
+            while left and not stationary:
+                if clock.expired:
+                    raise OutOfTime
+                done, multiplier, cost, stationary = hold(
+                    self.train, tables, self.cells, self.low, self.fast, multiplier, HALF, step, target_s, cost,
+                    min(left, at_once), w, w.copy(), self._scratch,
+                )  # fmt: skip
+                left -= done
+            sweeps += _PASSES - left
+            step *= SHRINK
+        return sweeps, multiplier
 
     def blend(self, first: NDArray[np.float64], second: NDArray[np.float64], share: float) -> NDArray[np.float64]:
         """Run between two runs, cut to what is feasible."""

@@ -19,14 +19,14 @@ from tgvdp.physics.energy import arc_energy
 from tgvdp.physics.forces import unpowered
 
 #: Gain of a sweep, as a share of E + λT, above which the next one keeps its step.
-_GAIN = 1e-7
+GAIN = 1e-7
 #: What an arc costs that no train drives, and one that asks for more traction or acceleration than there is.
 _NO_ARC = math.inf
 _TOO_FAST = -math.inf
 #: An arc is known by its cell and by its speeds at both ends, in steps from the run at first: the number of the cell,
 #: and two of less than half of this.
 _FEWER_STEPS = 1 << 16
-_NOBODY = -1 << 62
+NOBODY = -1 << 62
 
 
 class Scratch(NamedTuple):
@@ -42,8 +42,10 @@ class Scratch(NamedTuple):
         What the rest of the way costs, J, from this station and from the next one.
     known : (m,) int64
         Names of arcs.
-    cost_j : (m,) float64
-        E + λT of these, J.
+    joules, seconds : (m,) float64
+        What these draw, J, and how long they take, s.
+    around : (3, K + 1) int64
+        Steps of the runs among which `hold` looks for one of a given time.
     """
 
     steps: NDArray[np.int64]
@@ -51,7 +53,9 @@ class Scratch(NamedTuple):
     best: NDArray[np.int16]
     value: NDArray[np.float64]
     known: NDArray[np.int64]
-    cost_j: NDArray[np.float64]
+    joules: NDArray[np.float64]
+    seconds: NDArray[np.float64]
+    around: NDArray[np.int64]
 
     @classmethod
     def of(cls, stations: int, most: int, usual: int) -> "Scratch":
@@ -59,11 +63,12 @@ class Scratch(NamedTuple):
         arcs = max(stations * usual**2, most**2)
         steps, lowest = np.empty((2, stations), dtype=np.int64)
         best, value = np.empty((stations, most), dtype=np.int16), np.empty((2, most))
-        return cls(steps, lowest, best, value, np.empty(arcs, dtype=np.int64), np.empty(arcs))
+        known, around = np.empty(arcs, dtype=np.int64), np.empty((3, stations), dtype=np.int64)
+        return cls(steps, lowest, best, value, known, np.empty(arcs), np.empty(arcs), around)
 
 
 @leaf
-def _speed(start_w, steps, step, low, fast):
+def speed(start_w, steps, step, low, fast):
     """Squared speed so many steps above the one at first."""
     return min(max(start_w + steps * step, low), fast)
 
@@ -75,20 +80,20 @@ def _wrapped(place, width):
 
 
 @part
-def _arc_cost(train, tables, cells, k, multiplier, w0, w1):
-    """E + λT of an arc of cell k, J."""
+def _drawn(train, tables, cells, k, w0, w1):
+    """Energy in J and duration in s of an arc of cell k."""
     status, duration, work = arc(train, cells.length_m[k], cells.grade_n[k], cells.air[k], w0, w1)
     if status != OK:
-        return _TOO_FAST if status in (OVER_TRACTION, OVER_ACCELERATION) else _NO_ARC
+        return _TOO_FAST if status in (OVER_TRACTION, OVER_ACCELERATION) else _NO_ARC, 0.0
     energy = 0.0
     if cells.supply[k] != LOWERED:
         energy = arc_energy(train, tables, cells.length_m[k], duration, work, w0, w1)
-    return multiplier * duration + energy
+    return energy, duration
 
 
 @kernel
-def _sweep(train, tables, cells, low, fast, multiplier, half, step, start_w, w, scratch):
-    """Replace w by the best run among all combinations of the speeds around it; returns its E + λT."""
+def program(train, tables, cells, low, fast, multiplier, half, step, start_w, w, scratch):
+    """Find the best run among all combinations of the speeds around w; returns its E + λT."""
     steps, lowest, best, value = scratch.steps, scratch.lowest, scratch.best, scratch.value
     count = cells.length_m.shape[0]
     width = 2 * half + 1
@@ -105,7 +110,7 @@ def _sweep(train, tables, cells, low, fast, multiplier, half, step, start_w, w, 
         row, column = lowest[k] % width, lowest[k + 1] % width
         for i in range(size):
             at = lowest[k] + i
-            w0 = _speed(start_w[k], at, step, low[k], fast[k])
+            w0 = speed(start_w[k], at, step, low[k], fast[k])
             slots = (k % rows * width + _wrapped(row + i, width)) * width
             least = math.inf
             for j in range(after):
@@ -113,10 +118,10 @@ def _sweep(train, tables, cells, low, fast, multiplier, half, step, start_w, w, 
                 name = (k * _FEWER_STEPS + at) * _FEWER_STEPS + to
                 slot = slots + _wrapped(column + j, width)
                 if scratch.known[slot] != name:
-                    w1 = _speed(start_w[k + 1], to, step, low[k + 1], fast[k + 1])
+                    w1 = speed(start_w[k + 1], to, step, low[k + 1], fast[k + 1])
                     scratch.known[slot] = name
-                    scratch.cost_j[slot] = _arc_cost(here, tables, cells, k, multiplier, w0, w1)
-                cost = scratch.cost_j[slot]
+                    scratch.joules[slot], scratch.seconds[slot] = _drawn(here, tables, cells, k, w0, w1)
+                cost = multiplier * scratch.seconds[slot] + scratch.joules[slot]
                 if cost == _TOO_FAST:
                     if to > steps[k + 1]:
                         break  # as are the speeds above; the run's own arc has been looked at
@@ -126,12 +131,18 @@ def _sweep(train, tables, cells, low, fast, multiplier, half, step, start_w, w, 
             value[0, i] = least
         for i in range(size):
             value[1, i] = value[0, i]
-    i = 0
-    for k in range(count):
-        i = best[k, i]
-        steps[k + 1] = lowest[k + 1] + i
-        w[k + 1] = _speed(start_w[k + 1], steps[k + 1], step, low[k + 1], fast[k + 1])
     return value[1, 0]
+
+
+@part
+def _take(low, fast, step, start_w, w, scratch):
+    """Replace w by the run that a program has found."""
+    steps, lowest = scratch.steps, scratch.lowest
+    i = 0
+    for k in range(w.shape[0] - 1):
+        i = scratch.best[k, i]
+        steps[k + 1] = lowest[k + 1] + i
+        w[k + 1] = speed(start_w[k + 1], steps[k + 1], step, low[k + 1], fast[k + 1])
 
 
 @kernel
@@ -169,10 +180,11 @@ def descend(train, tables, cells, low, fast, multiplier, half, step, cost, most,
     stationary : bool
     """
     scratch.steps[:] = 0
-    scratch.known[:] = _NOBODY
+    scratch.known[:] = NOBODY
     for done in range(most):
         before = cost
-        cost = _sweep(train, tables, cells, low, fast, multiplier, half, step, start_w, w, scratch)
-        if before - cost <= _GAIN * abs(cost):
+        cost = program(train, tables, cells, low, fast, multiplier, half, step, start_w, w, scratch)
+        _take(low, fast, step, start_w, w, scratch)
+        if before - cost <= GAIN * abs(cost):
             return done + 1, cost, True
     return most, cost, False
