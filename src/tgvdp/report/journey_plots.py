@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tgvdp.errors import InputError
 from tgvdp.report import palette, style
+from tgvdp.report.advice import names_of
 from tgvdp.report.front_plots import energy_name, heading
 from tgvdp.report.profile_plots import Run, plot_speeds
 from tgvdp.report.tables import margin_pct, saved_pct
@@ -31,6 +32,8 @@ _TALL_IN, _NAMES_IN = 7.2, 1.0
 _LEGEND_SHARE = 0.22
 #: Share of a section's room that its bars take, and bars below which each has its stop's position.
 _BARS, _MOST_NAMES = 0.8, 24
+#: Sections that are called by the names of their stops, and letters of these, at most.
+_MOST_STATIONS, _LONGEST_STATION = 8, 14
 
 
 def draw(result: "JourneyResult", picture: str, index: int | None = None) -> style.Picture:
@@ -272,3 +275,12 @@ def _name_sections(axes: Axes, result: "JourneyResult") -> None:
     names = [f"{first:.3g}–{last:.3g}" for first, last in ends[::every]]
     axes.set_xticks(range(0, len(ends), every), names, rotation=45 if len(names) > 8 else 0, ha="center")
     axes.set_xlabel(f"Section, from and to ({along.unit})")
+    stops = [names_of(one.trip) for one in result.sections[::every]]
+    if all(len(stop) == 2 for stop in stops) and len(stops) <= _MOST_STATIONS:
+        names = [f"{_short(stop['from'])} –\n{_short(stop['to'])}" for stop in stops]
+        axes.set_xticks(axes.get_xticks(), names, rotation=0, parse_math=False)
+        axes.set_xlabel("Section")
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= _LONGEST_STATION else f"{name[: _LONGEST_STATION - 1]}…"
