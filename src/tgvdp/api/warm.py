@@ -4,7 +4,6 @@ A kernel is compiled for the types that it is called with, and each has one set 
 the energy and the convention are; tests count them.
 """
 
-import math
 from dataclasses import replace
 from typing import Any
 
@@ -24,14 +23,11 @@ from tgvdp.certificate.line import BoundingProblem
 from tgvdp.certificate.speed_bound import Caps
 from tgvdp.cores import on_one_core
 from tgvdp.formats import load_train
-from tgvdp.line.cells import Cells, cells_of
-from tgvdp.methods.budget import SearchBudget
+from tgvdp.line.cells import Cells
 from tgvdp.methods.costate.bridge import most_effort_n
-from tgvdp.methods.refine.mesh import Level
+from tgvdp.methods.refine.mesh import hold_fastest
 from tgvdp.model.train import BrakingRate
 from tgvdp.options.search import SearchOptions
-from tgvdp.physics.energy import energy_tables
-from tgvdp.physics.forces import kernel_train
 from tgvdp.referee.drive import replay_rows
 from tgvdp.referee.replay import replay
 from tgvdp.runs.profile import profile_of
@@ -70,17 +66,8 @@ def tour(name: str) -> list[Compiled]:
         search(train, TRACK, **TOURS[name]).verify()
         most_effort_n(train, np.array([1.0, 2.0]))  # asked between extremals that lie far apart: none here
         if name == "map":
-            _hold()
+            hold_fastest(some_run()[0])
     return compiled
-
-
-def _hold() -> None:
-    """Improve a run at its time, as maps do where times jump: they do not here."""
-    trip, _, _ = some_run()
-    level = Level(trip, kernel_train(trip.train), cells_of(trip))
-    level.hold(
-        energy_tables(trip.train, trip.energy), 1e4, level.fast.copy(), math.inf, 1.0, 1.0, SearchBudget().start()
-    )
 
 
 def margins() -> list[Compiled]:

@@ -116,7 +116,24 @@ def test_a_run_that_holds_its_time_is_cheaper_and_as_late():
         time_s, energy_j = level.measured(tables, blended)
         held = blended.copy()
         sweeps, multiplier = level.hold(tables, 1e6, held, time_s, 0.01, 1e-7, clock)
+        if np.isinf(energy_j):  # nothing around it is feasible
+            assert (held == blended).all()
+            continue
         held_s, held_j = level.measured(tables, held)
         assert sweeps > 0 and multiplier > 0.0
         assert held_s == pytest.approx(time_s, rel=1e-6)
         assert held_j <= energy_j * (1.0 + 1e-6)
+
+
+def test_a_run_with_nothing_feasible_around_it_stays_as_it_is():
+    """Which of its speeds are best is not known then, and must not be looked up."""
+    level = random_level(np.random.default_rng(3), 40)
+    tables = energy_tables(level.trip.train, level.trip.energy)
+    w = level.fast.copy()
+    w[1:-1:2] = level.low[1:-1:2]  # from the envelope to the slowest speed and back, cell by cell
+    level._scratch.best[:] = 2**14
+    given = w.copy()
+    level.descend(tables, 1e6, w, 2, 1e-6, 1e-7, SearchBudget().start())
+    assert (w == given).all()
+    level.hold(tables, 1e6, w, 100.0, 1e-6, 1e-7, SearchBudget().start())
+    assert (w == given).all()

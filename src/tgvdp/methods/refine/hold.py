@@ -21,8 +21,12 @@ _ON_CHORD = 1e-12
 
 @part
 def _tried(train, tables, cells, low, fast, multiplier, half, step, start_w, w, scratch, into):
-    """Put the steps of the best run around w into a row of ``scratch.around``; returns its time and energy."""
-    program(train, tables, cells, low, fast, multiplier, half, step, start_w, w, scratch)
+    """Put the steps of the best run around w into a row of ``scratch.around``; returns its time and energy.
+
+    Both are infinite where no run around w is feasible.
+    """
+    if program(train, tables, cells, low, fast, multiplier, half, step, start_w, w, scratch) == math.inf:
+        return math.inf, math.inf
     width = 2 * half + 1
     rows = scratch.known.shape[0] // width**2
     at = scratch.lowest[0]
@@ -45,7 +49,7 @@ def _tried(train, tables, cells, low, fast, multiplier, half, step, start_w, w, 
 def _tied(train, tables, cells, low, fast, multiplier, half, step, target_s, start_w, w, scratch):
     """Multiplier at which a run on each side of a time costs the same; what that is, J, and the row of the nearer one.
 
-    The cost is infinite where all runs around w are on one side.
+    The cost is infinite where all runs around w are on one side, and the row −1 where none is feasible.
     """
     quick, late, free = 0, 1, 2
     quick_s = -math.inf
@@ -54,6 +58,8 @@ def _tied(train, tables, cells, low, fast, multiplier, half, step, target_s, sta
     late_j = 0.0
     for _ in range(_FACTORS):
         seconds, joules = _tried(train, tables, cells, low, fast, multiplier, half, step, start_w, w, scratch, free)
+        if joules == math.inf:
+            return multiplier, math.inf, -1
         if seconds > target_s:
             late, free, late_s, late_j = free, late, seconds, joules
             multiplier *= _FACTOR
@@ -103,7 +109,8 @@ def hold(train, tables, cells, low, fast, multiplier, half, step, target_s, cost
     multiplier : float
         What the time costs, J/s.
     cost : float
-        Energy at that time, J: between those of two runs, each a few steps away.
+        Energy at that time, J: between those of two runs, each a few steps away. Infinite where there are none; a run
+        that is not feasible, and has no feasible ones around, stays.
     stationary : bool
     """
     scratch.steps[:] = 0
@@ -113,7 +120,7 @@ def hold(train, tables, cells, low, fast, multiplier, half, step, target_s, cost
         multiplier, cost, row = _tied(
             train, tables, cells, low, fast, multiplier, half, step, target_s, start_w, w, scratch
         )
-        for k in range(1, w.shape[0]):
+        for k in range(1, w.shape[0] if row >= 0 else 0):
             scratch.steps[k] = scratch.around[row, k]
             w[k] = speed(start_w[k], scratch.steps[k], step, low[k], fast[k])
         if cost == math.inf or before - cost <= GAIN * abs(cost):

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tgvdp.line.cells import Cells, breaks_of, cells_of
 from tgvdp.memory import ask_for
-from tgvdp.methods.budget import Clock
+from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.methods.costate.multipliers import OutOfTime
 from tgvdp.methods.refine.hold import hold
@@ -17,8 +17,8 @@ from tgvdp.methods.refine.pulse_and_glide import MOST_PULSES, switch
 from tgvdp.methods.refine.sweep import Scratch, descend
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Rows
-from tgvdp.physics.energy import EnergyTables
-from tgvdp.physics.forces import KernelTrain
+from tgvdp.physics.energy import EnergyTables, energy_tables
+from tgvdp.physics.forces import KernelTrain, kernel_train
 from tgvdp.runs.profile import Profile
 
 #: Speeds above and below the incumbent in the first program of a run, from standstill to the fastest run.
@@ -168,3 +168,10 @@ class Level:
         top_w = float(self.cells.limit_w.max())
         level = Level(self.trip, self.train, cells._replace(limit_w=np.minimum(cells.limit_w, top_w)))
         return level if math.isfinite(level.measured(tables, level.fast)[1]) else None
+
+
+def hold_fastest(trip: Trip) -> None:
+    """Improve a run at its own time, in vain: all kernels are called, as where times jump, and no search is needed."""
+    level = Level(trip, kernel_train(trip.train), cells_of(trip))
+    tables, clock = energy_tables(trip.train, trip.energy), SearchBudget().start()
+    level.hold(tables, 1.0, level.fast.copy(), math.inf, 1.0, 1.0, clock)

@@ -167,7 +167,7 @@ def descend(train, tables, cells, low, fast, multiplier, half, step, cost, most,
     most : int
         Sweeps at most.
     w : (K + 1,) float64, modified in place
-        The run, which must be feasible; it stays so.
+        The run; a feasible one stays so, and one that is not stays as it is where nothing around it is feasible.
     start_w : (K + 1,) float64
         The run at first.
     scratch : Scratch
@@ -176,7 +176,7 @@ def descend(train, tables, cells, low, fast, multiplier, half, step, cost, most,
     -------
     sweeps : int
     cost : float
-        E + λT of the run, J.
+        E + λT of the run, J; infinite where it is not feasible.
     stationary : bool
     """
     scratch.steps[:] = 0
@@ -184,6 +184,8 @@ def descend(train, tables, cells, low, fast, multiplier, half, step, cost, most,
     for done in range(most):
         before = cost
         cost = program(train, tables, cells, low, fast, multiplier, half, step, start_w, w, scratch)
+        if cost == math.inf:
+            return done + 1, cost, True
         _take(low, fast, step, start_w, w, scratch)
         if before - cost <= GAIN * abs(cost):
             return done + 1, cost, True
