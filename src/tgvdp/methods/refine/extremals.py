@@ -66,6 +66,18 @@ class Extremals:
         self.tolerance_s, self.counters, self.clock, self.holds = tolerance_s, counters, clock, holds
         return self
 
+    def mesh_error(self) -> float:
+        """What one acceleration per cell adds to the cost of the guide's run, as a share of energy."""
+        run = self.guide.run(self.multiplier)
+        if run is None:
+            return 0.0
+        tables = self.guide.tables
+        time_s, energy_j = self.level.measured(tables, self.level.followed(run.x_m, run.w))
+        if math.isinf(energy_j):  # cut to what is feasible it still is not: no run to compare with
+            return 0.0
+        late_j = (self.multiplier + tables.auxiliary_w) * run.time_s - self.multiplier * time_s
+        return abs(energy_j - run.energy_j - late_j) / max(abs(energy_j), 0.1 * self.scale_j)
+
     def _solve(self, multiplier: float, *known: NDArray[np.float64]) -> Extremal:
         """Run of least E + λT: the best of those that all starts lead to, among them runs that are known."""
         self.counters["extremals"] += 1
@@ -86,9 +98,9 @@ class Extremals:
 
     def _starts(self, multiplier: float) -> Iterator[NDArray[np.float64]]:
         """Runs that are optimal but for details, made of nothing: of the costate program, and of a coarse grid."""
-        speeds = self.guide.speeds(multiplier, self.compared.cells.station_m)
-        if speeds is not None:
-            yield self.compared.blend(speeds, speeds, 0.0)
+        run = self.guide.run(multiplier)
+        if run is not None:
+            yield self.compared.followed(run.x_m, run.w)
         w = self.grid.fast.copy()
         step = 1.0 / WIDEST
         self._descend(self.grid, multiplier, w, WIDEST, step, step)

@@ -24,9 +24,13 @@ from tgvdp.runs.resistance_correction import follow
 
 #: Cells are so many times as fine as those of the front method, whose cells hold more than one arc.
 _FINENESS = 6.0
-#: They are made finer, this far at most, until the mesh's own fastest run is as fast as the true one to this share.
+#: They are made finer, this far at most, until the mesh's own fastest run is as fast as the true one to this share, and
+#: a run of the costate program costs as much on the mesh as it does. What is lost goes with the square of the cells,
+#: which are taken so much finer than that says; where it no longer falls to this share, it is not the cells'.
 _MESH_ERROR = 2e-4
 _FINEST = 16.0
+_MARGIN = 1.1
+_FALLS = 0.7
 _Floats = NDArray[np.float64]
 
 #: How well a point meets its running time by default: a share of the step to the next point.
@@ -117,17 +121,20 @@ def _met(front: Extremals, middle_s: float, half_s: float, saves: bool) -> tuple
 
 
 def _extremals(trip: Trip, fastest: Profile, energy: EnergyTables, clock: Clock) -> Extremals:
-    """Those of a mesh so fine that its fastest run, with one acceleration per cell, takes the time of the true one."""
-    fineness, before_s = _FINENESS, math.inf
+    """Those of a mesh so fine that with one acceleration per cell next to nothing is lost."""
+    fineness, before_s, before = _FINENESS, math.inf, math.inf
     while True:
         front = Extremals(mesh_for(trip, fastest, fineness), fastest, energy)
-        reference = front.extremals[0]
+        reference, lost = front.extremals[0], front.mesh_error()
         drivable = math.isfinite(reference.energy_j)
         nearest_s = min(abs(reference.time_s - known_s) for known_s in (fastest.duration_s, before_s))
-        if drivable and (nearest_s <= _MESH_ERROR * fastest.duration_s or fineness >= _FINEST):
+        is_fast = nearest_s <= _MESH_ERROR * fastest.duration_s
+        is_cheap = lost <= _MESH_ERROR or lost > _FALLS * before
+        if drivable and ((is_fast and is_cheap) or fineness >= _FINEST):
             return front
         if fineness >= _FINEST:
             raise NumericalError("the refinement finds no fastest run with one acceleration per cell")
         if clock.expired:
             raise OutOfTime
-        fineness, before_s = 2.0 * fineness, reference.time_s
+        enough = _MARGIN * math.sqrt(lost / _MESH_ERROR) if drivable and is_fast else math.inf
+        fineness, before_s, before = fineness * min(enough, 2.0), reference.time_s, lost

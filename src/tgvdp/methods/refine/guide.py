@@ -8,10 +8,9 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tgvdp.errors import TgvdpError
-from tgvdp.methods.costate.mesh import Mesh
+from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.model.energy import WHEEL
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
@@ -60,20 +59,24 @@ class Guide:
         Its fastest run.
     tables : EnergyTables
         What it shall draw; a map is fitted.
+
+    Attributes
+    ----------
+    tables : EnergyTables
+        What its runs draw.
     """
 
     def __init__(self, trip: Trip, fastest: Profile, tables: EnergyTables) -> None:
-        fitted = fitted_tables(trip.train, tables, float(fastest.speed_mps.max()))
+        self.tables = fitted = fitted_tables(trip.train, tables, float(fastest.speed_mps.max()))
         self._mesh = replace(Mesh.of(trip, fastest), tables=fitted) if fitted.traction > 0.0 else None
         self._counters = {"extremals": 0, "runs": 0, "costates": 0}
 
-    def speeds(self, multiplier: float, station_m: NDArray[np.float64]) -> NDArray[np.float64] | None:
-        """Squared speeds at stations of its optimal run for λ in J/s; none where it finds none."""
+    def run(self, multiplier: float) -> Run | None:
+        """Its optimal run for λ in J/s, energy without auxiliaries; none where it finds none."""
         mesh = self._mesh
         if mesh is None or not math.isfinite(total := multiplier + mesh.tables.auxiliary_w) or total <= 0.0:
             return None
         try:
-            run = mesh.optimal_run(total, self._counters)
+            return mesh.optimal_run(total, self._counters)
         except (TgvdpError, ArithmeticError):  # a start less: the grid has one, too
             return None
-        return np.interp(station_m, run.x_m, run.w)

@@ -158,7 +158,11 @@ class Level:
 
     def carried(self, other: "Level", w: NDArray[np.float64]) -> NDArray[np.float64]:
         """A run of another level on the stations of this one: v² is linear along an arc."""
-        here = np.interp(self.cells.station_m, other.cells.station_m, w)
+        return self.followed(other.cells.station_m, w)
+
+    def followed(self, x_m: NDArray[np.float64], w: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Run nearest to rows: positions from the origin, m, and squared speeds, m²/s²."""
+        here = np.interp(self.cells.station_m, x_m, w)
         return self.blend(here, here, 0.0)
 
     def coarser(self, tables: EnergyTables, every: int) -> "Level | None":
