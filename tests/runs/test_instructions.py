@@ -39,10 +39,19 @@ def told(*phases, **options):
         ([(POWER, 5), (COAST, 1), (POWER, 5), (BRAKE, 3)], [("power", 11), ("brake", 14)]),
         ([(HOLD, 1), (POWER, 5), (BRAKE, 2)], [("power", 8)]),
         ([(HOLD, 1), (BRAKE, 1)], [("brake", 2)]),
+        # Many in a row hold a speed by switching.
+        ([(POWER, 9), *[(COAST, 1), (POWER, 2)] * 3, (BRAKE, 4)], [("power", 9), ("hold", 18), ("brake", 22)]),
     ],
 )
 def test_phases_become_steps(phases, steps):
     assert told(*phases) == steps
+
+
+def test_many_phases_take_little_time():
+    """Energies by a map may switch thousands of times."""
+    phases = [(POWER, 4), *[(COAST, 1), (POWER, 2), (HOLD, 5)] * 4000]
+    assert len(told(*phases)) == 2
+    assert len(told(*[(COAST, 1), (POWER, 2)] * 20_000)) == 1
 
 
 def test_all_phases_are_steps_where_that_is_asked_for():

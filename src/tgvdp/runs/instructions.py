@@ -1,13 +1,17 @@
 """What a driver does along a run: a few steps, from one place to the next."""
 
+from itertools import groupby, zip_longest
 from typing import NamedTuple
 
 import numpy as np
 
+from tgvdp.physics.codes import HOLDING
 from tgvdp.runs.profile import REGIMES, Profile
 
 #: Steps that last shorter than this, s, are no step of their own: nobody could follow them.
 LEAST_STEP_S = 3.0
+#: So many short phases in a row are partial effort, by switching.
+_PULSES = 4
 #: What is done in each regime, in their order.
 ACTIONS = ("power", "hold", "coast", "brake")
 
@@ -43,42 +47,62 @@ def instructions_of(profile: Profile, least_s: float = LEAST_STEP_S) -> tuple[In
     ----------
     profile : Profile
     least_s : float
-        Shorter phases, s, become part of the ones beside them.
+        Shorter phases, s, become part of the ones beside them; many in a row are a speed that is held.
 
     Returns
     -------
     tuple of Instruction
         In order; each begins where the one before it ends, and no two neighbours have the same action.
     """
-    changes = np.flatnonzero(np.diff(profile.regime[:-1])) + 1
-    begins = [0, *changes.tolist()]
-    steps = [(int(profile.regime[row]), row) for row in begins]
-    end = len(profile.time_s) - 1
-    while len(steps) > 1:
-        lasts_s = np.diff([profile.time_s[row] for _, row in steps], append=profile.time_s[end])
-        shortest = int(np.argmin(lasts_s))
-        if lasts_s[shortest] >= least_s:
-            break
-        steps = _without(steps, shortest, lasts_s.tolist())
-    rows = [*(row for _, row in steps), end]
+    rows, end = [0, *(np.flatnonzero(np.diff(profile.regime[:-1])) + 1).tolist()], len(profile.time_s) - 1
+    lasts_s = np.diff(profile.time_s[[*rows, end]]).tolist()
+    phases = list(map(_Phase, profile.regime[rows].tolist(), rows, lasts_s))
+    steps = _without_short(_without_pulses(phases, least_s), least_s)
+    ends = [*(step.row for step in steps[1:]), end]
+    columns = (profile.position_m, profile.time_s, profile.speed_mps)
     return tuple(
-        Instruction(
-            ACTIONS[regime], *(float(column[row]) for column in (profile.position_m, profile.time_s, profile.speed_mps)
-                               for row in (first, last)),
-        )
-        for (regime, _), first, last in zip(steps, rows[:-1], rows[1:], strict=True)
-    )  # fmt: skip
+        Instruction(ACTIONS[step.regime], *(float(column[row]) for column in columns for row in (step.row, last)))
+        for step, last in zip(steps, ends, strict=True)
+    )
 
 
-def _without(steps: list[tuple[int, int]], at: int, lasts_s: list[float]) -> list[tuple[int, int]]:
-    """Steps, (regime, first row), without one, which becomes part of the longer of its neighbours."""
-    before = lasts_s[at - 1] if at > 0 else -1.0
-    after = lasts_s[at + 1] if at + 1 < len(steps) else -1.0
-    kept = list(steps)
-    if after > before:
-        kept[at + 1] = (steps[at + 1][0], steps[at][1])
-    del kept[at]
-    return [step for index, step in enumerate(kept) if index == 0 or step[0] != kept[index - 1][0]]
+class _Phase(NamedTuple):
+    """A regime, the row with which it begins, and how long it lasts, s."""
+
+    regime: int
+    row: int
+    lasts_s: float
+
+
+def _without_pulses(phases: list[_Phase], least_s: float) -> list[_Phase]:
+    """Phases with one that holds in place of many short ones: partial effort by switching."""
+    made: list[_Phase] = []
+    for is_short, group in groupby(phases, lambda phase: phase.lasts_s < least_s):
+        found = list(group)
+        if is_short and len(found) >= _PULSES:
+            found = [_Phase(HOLDING, found[0].row, sum(phase.lasts_s for phase in found))]
+        made += found
+    return made
+
+
+def _without_short(phases: list[_Phase], least_s: float) -> list[_Phase]:
+    """Phases with each short one in the longer of its neighbours, and those of one kind that then meet in one."""
+    steps: list[_Phase] = []
+    left_row, left_s = 0, 0.0  # what goes to the next phase
+    for phase, after in zip_longest(phases, phases[1:]):
+        lasts_s = left_s + phase.lasts_s
+        row, left_s = left_row if left_s else phase.row, 0.0
+        joins = bool(steps) and steps[-1].regime == phase.regime
+        if lasts_s < least_s and not joins:
+            joins = bool(steps) and (after is None or steps[-1].lasts_s >= after.lasts_s)
+            if not joins and after is not None:
+                left_row, left_s = row, lasts_s
+                continue
+        if joins:
+            steps[-1] = steps[-1]._replace(lasts_s=steps[-1].lasts_s + lasts_s)
+        else:
+            steps.append(_Phase(phase.regime, row, lasts_s))
+    return steps
 
 
 assert len(ACTIONS) == len(REGIMES)
