@@ -64,7 +64,7 @@ def test_json_is_one_object_on_stdout(tmp_path, capsys):
     content = json.loads(out)
     assert content["schema"] == "tgvdp.search/1"
     assert {"fastest", "front", "counters", "provenance"} <= set(content)
-    figures = {"peak_power_kw", "balance", "ride", "advice", "steps"}
+    figures = {"peak_power_kw", "balance", "ride", "advice"}
     assert set(content["fastest"]) == {"time_s", "energy_kwh", "stepped_time_s"} | figures
     for point in content["front"]:
         assert point["replay"]["ok"]

@@ -12,7 +12,7 @@ from tgvdp.cli import main
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "results.md"
 SHORT = ("--track", "flat-100km", "--to", "3km", "--quiet")
 #: Groups whose entries differ from case to case, or are documented once for all.
-OPEN = ("counters", "features", "options", "inputs", "files", "provenance", "balance", "ride", "distance_pct", "steps")
+OPEN = ("counters", "features", "options", "inputs", "files", "provenance", "balance", "ride", "distance_pct")
 
 
 def documented(section):
@@ -77,15 +77,14 @@ def head(path):
 
 
 def test_result_json(written):
-    closed = ("front[].balance", "front[].ride", "front[].steps")
+    closed = ("front[].balance", "front[].ride")
     contents = [read(written / name / "result.json") for name in ("wheel", "map")]
     assert {path for content in contents for path in paths(content, closed=closed)} == documented("result.json")
 
 
 def test_tables(written):
     assert head(written / "wheel" / "front.csv") == documented("front.csv")
-    shared = {name.rpartition(".")[2] for name in documented("result.json") if name.startswith("front[].steps[]")}
-    assert head(written / "wheel" / "advice.csv") == documented("advice.csv") == {"id", "step"} | shared
+    assert head(written / "wheel" / "advice.csv") == documented("advice.csv")
     assert head(written / "wheel" / "profiles.csv") == documented("profiles.csv")
     assert head(written / "course" / "driving_course.csv") == documented("driving_course.csv")
 

@@ -43,11 +43,11 @@ def test_object_has_the_published_schema(result):
     content = content_of(result)
     assert content["schema"] == "tgvdp.search/1"
     assert set(content["fastest"]) == {
-        *("time_s", "energy_kwh", "stepped_time_s", "peak_power_kw", "balance", "ride", "advice", "steps"),
+        *("time_s", "energy_kwh", "stepped_time_s", "peak_power_kw", "balance", "ride", "advice"),
     }
     assert content["energy"] == {"model": "wheel"}
     for point in content["front"]:
-        assert list(point) == [*FRONT_COLUMNS, "balance", "ride", "advice", "steps", "replay"]
+        assert list(point) == [*FRONT_COLUMNS, "balance", "ride", "advice", "replay"]
         assert list(point["balance"]) == list(BALANCE_FIELDS)
         assert point["balance"]["wheel_kwh"] == pytest.approx(point["energy_kwh"])
         assert list(point)[:6] == ["id", "time_s", "delay_s", "margin_pct", "energy_kwh", "saved_pct"]

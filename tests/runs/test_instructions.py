@@ -86,5 +86,6 @@ def test_a_sentence_says_where_and_how_fast():
         "Accelerate to 80 km/h, hold 80 km/h to Mid (km 5.00), full power to km 6.00 (70 km/h), brake to 40 km/h by km"
         " 7.00, coast to km 8.50 (30 km/h), then brake to stop at End (km 9.00)."
     )
+    assert sentence(track, [step("hold", 0.0, 9e3, 60, 56)]) == "Partial effort to End (km 9.00) (56 km/h)."
     assert sentence(track, steps[:1]) == "Full power to km 1.00 (80 km/h)."
     assert sentence(track, [step("coast", 0.0, 90e3, 50, 40)]) == "Coast to km 90.0 (40 km/h)."

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 _SHORT_M = 20_000.0
 #: Full traction that gains less than this, km/h, is no acceleration: it climbs.
 _GAINS_KMH = 1.0
+#: A speed that changes by more than this, km/h, is not held.
+_DRIFTS_KMH = 3
 
 
 def sentence(track: "Track", steps: Sequence[Instruction]) -> str:
@@ -76,7 +78,8 @@ def _parts(track: "Track", steps: Sequence[Instruction]) -> Iterator[str]:
             gains = after - before >= _GAINS_KMH
             yield f"accelerate to {after} km/h" if gains and index < last else f"full power to {until} ({after} km/h)"
         elif step.action == "hold":
-            yield f"hold {after} km/h to {until}"
+            holds = abs(after - before) <= _DRIFTS_KMH
+            yield f"hold {after} km/h to {until}" if holds else f"partial effort to {until} ({after} km/h)"
         elif step.action == "coast":
             yield f"coast to {until} ({after} km/h)"
         else:

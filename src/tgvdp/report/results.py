@@ -9,22 +9,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tgvdp.errors import InputError
-from tgvdp.report.advice import step_columns
+from tgvdp.report.advice import step_columns, step_object
 from tgvdp.report.columns import to_csv, to_parquet, to_xlsx
 from tgvdp.report.courses import driving_course_csv
 from tgvdp.report.pictures import check_formats, pictures_of
 from tgvdp.report.plain import to_json
 from tgvdp.report.profiles import (
-    FASTEST_ID,
     PROFILE_DIGITS,
     Progress,
     Written,
     choose_runs,
     most_rows_in,
     profile_columns,
+    runs_of,
 )
 from tgvdp.report.provenance import Input, make_provenance, write_ledger
 from tgvdp.report.tables import Tariff, front_columns, result_object
+from tgvdp.runs.instructions import instructions_of
 
 if TYPE_CHECKING:
     from tgvdp.api import SearchResult
@@ -139,8 +140,8 @@ def _tables(
     result: "SearchResult", content: Mapping[str, Any], written: Written, format: str, progress: Progress | None
 ) -> dict[str, bytes]:
     front = front_columns(content)
-    runs = {FASTEST_ID: content["fastest"], **{str(point["id"]): point for point in content["front"]}}
-    advice = step_columns((name, run["steps"] or ()) for name, run in runs.items())
+    told = ((name, instructions_of(profile)) for name, profile in runs_of(result, written))
+    advice = step_columns((name, list(map(step_object, steps))) for name, steps in told)
     if format == "railtoolkit":
         course = driving_course_csv(result, written, progress)
         return {"front.csv": to_csv(front), "advice.csv": to_csv(advice), "driving_course.csv": course.encode()}

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tgvdp.model.checks import require_number
 from tgvdp.model.energy import violations
-from tgvdp.report.advice import sentence, step_object
+from tgvdp.report.advice import sentence
 from tgvdp.report.line_met import line_object
 from tgvdp.report.plain import plain
 from tgvdp.runs.comfort import ride_of
@@ -195,14 +195,12 @@ def _trip_of(result: "SearchResult") -> dict[str, Any]:
 
 def _figures(profile: "Profile", trip: "Trip", tariff: Tariff) -> dict[str, Any]:
     """What the rows of a run say."""
-    steps = instructions_of(profile)
     return {
         "peak_power_kw": peak_power_w(profile, trip.train) / KILO,
         **tariff.of(profile),
         "balance": _balance(profile),
         "ride": ride_of(profile)._asdict(),
-        "advice": sentence(trip.track, steps),
-        "steps": [step_object(step) for step in steps],
+        "advice": sentence(trip.track, instructions_of(profile)),
     }
 
 
