@@ -12,8 +12,8 @@ from tgvdp.runs.profile import REGIMES, Profile
 LEAST_STEP_S = 3.0
 #: So many short phases in a row are partial effort, by switching.
 _PULSES = 4
-#: What is done in each regime, in their order.
-ACTIONS = ("power", "hold", "coast", "brake")
+#: What is done in each regime.
+_ACTIONS = {"traction": "power", "cruising": "hold", "coasting": "coast", "braking": "brake"}
 
 
 class Instruction(NamedTuple):
@@ -61,7 +61,9 @@ def instructions_of(profile: Profile, least_s: float = LEAST_STEP_S) -> tuple[In
     ends = [*(step.row for step in steps[1:]), end]
     columns = (profile.position_m, profile.time_s, profile.speed_mps)
     return tuple(
-        Instruction(ACTIONS[step.regime], *(float(column[row]) for column in columns for row in (step.row, last)))
+        Instruction(
+            _ACTIONS[REGIMES[step.regime]], *(float(column[row]) for column in columns for row in (step.row, last))
+        )
         for step, last in zip(steps, ends, strict=True)
     )
 
@@ -103,6 +105,3 @@ def _without_short(phases: list[_Phase], least_s: float) -> list[_Phase]:
         else:
             steps.append(_Phase(phase.regime, row, lasts_s))
     return steps
-
-
-assert len(ACTIONS) == len(REGIMES)
