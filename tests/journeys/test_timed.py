@@ -197,6 +197,14 @@ def test_two_windows_that_need_two_other_speeds_are_kept():
     assert 341.9 <= passed(journey, 0, 2800.0)[0] <= 347.1
 
 
+@pytest.mark.parametrize("opens_s", [95.0, 100.7, 113.3, 120.1])
+def test_the_earliest_arrival_behind_a_window_that_opens_late_is_a_point(opens_s):
+    """The train is there as it opens, as fast as can be, and goes on at full effort: it was missed by rounding."""
+    journey = run(TimingPoint(HALF_M, opens_s, opens_s + 9.0), points=3, max_margin=0.3)
+    assert not any("missing" in text for text in journey.warnings)
+    assert passed(journey, 0)[0] == pytest.approx(opens_s, abs=3e-3)
+
+
 def test_where_running_longer_saves_nothing_is_said():
     """Behind the point the train rolls down to its stop."""
     down = replace(ONE, gradients=(tgvdp.Gradient(0.0, 0.0), tgvdp.Gradient(HALF_M, -10.0)))

@@ -23,6 +23,9 @@ Parts = Callable[[Speeds], list[SectionRuns]]
 _SPEEDS, _FINER = 8, 4
 #: Lowest speed of the grid, as a share of the highest possible.
 _LOWEST = 0.25
+#: An arrival is too early where it is so by more than this multiple of the tolerance: windows open later by that, and so
+#: is the earliest arrival of all, but for rounding.
+_TOO_EARLY = 1.001
 
 
 class Point(NamedTuple):
@@ -100,8 +103,8 @@ class SpeedSearch:
         """Say for which arrivals no run was found."""
         if missing := [time_s for at, time_s in enumerate(self.arrival_s.tolist()) if at not in self.found]:
             yield (
-                f"no journey was found that keeps all windows and ends by {missing[-1]:.6g} s: {len(missing)} points"
-                " are missing"
+                f"no journey was found that keeps all windows and ends by {missing[-1]:.6g} s: missing points:"
+                f" {len(missing)}"
             )
 
     def _attempt(self, speeds: Speeds) -> None:
@@ -118,15 +121,16 @@ class SpeedSearch:
     def _energy_j(self, speeds: Speeds) -> _Floats:
         """Energy of the journey for each arrival, as far as the parts' fronts are sampled, J; infinite if too early."""
         parts, (windows, tolerance_s, waiting_w) = self.parts(speeds), self.terms
+        early_s = _TOO_EARLY * tolerance_s
         earliest(parts, windows, tolerance_s)  # asked first, as nothing is solved for it
         sample(parts, self.terms, self.arrival_s)
         timetable = self.terms.timetable(parts)
         first_s, last_s = timetable.arrival.first_s, float(self.arrival_s[-1])
-        if last_s < first_s - tolerance_s:
+        if last_s < first_s - early_s:
             which = f"an arrival at {last_s:.6g} s is wanted, the first one that was found is at {first_s:.6g} s"
             raise WindowMissedError([Miss(which, first_s - last_s, "is so much later")])
         taken_s = timetable.at(self.arrival_s).supplement_s
         wait(parts, self.terms, taken_s)
         energy_j = np.sum([one.energy_at(own_s) for one, own_s in zip(parts, taken_s.T, strict=True)], axis=0)
         energy_j += waiting_w * np.clip(self.arrival_s, first_s, timetable.arrival.last_s)
-        return np.where(self.arrival_s >= first_s - tolerance_s, energy_j, np.inf)
+        return np.where(self.arrival_s >= first_s - early_s, energy_j, np.inf)
