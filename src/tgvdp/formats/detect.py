@@ -164,6 +164,8 @@ def _scenario(
             raise bad(document.path, f"is a native file, of which {part!r:.40} chooses nothing")
         return _native(document, kinds, chain)
     article = "an" if content.format.startswith(tuple("AEIO")) else "a"
+    if len(kinds) == 1 and kinds[0] in content.lacks:
+        raise bad(document.path, content.lacks[kinds[0]])
     held_text = f"{article} {content.format} {' and a '.join(content.items)}"
     _require_kind(document.path, held_text, kinds, tuple(content.items))
     held = {kind: part for kind in kinds if kind in content.items}

@@ -23,8 +23,8 @@ Parts = Callable[[Speeds], list[SectionRuns]]
 _SPEEDS, _FINER = 8, 4
 #: Lowest speed of the grid, as a share of the highest possible.
 _LOWEST = 0.25
-#: An arrival is too early where it is so by more than this multiple of the tolerance: windows open later by that, and so
-#: is the earliest arrival of all, but for rounding.
+#: An arrival is too early where it is so by more than this multiple of the tolerance: windows open later by that, and
+#: so is the earliest arrival of all, but for rounding.
 _TOO_EARLY = 1.001
 
 

@@ -30,7 +30,8 @@ from tgvdp.model.track import Curve, Place, Tunnel
 
 DIRECTIONS = ("up", "down")
 _LAX_DIRECTIONS = (*DIRECTIONS, "both", "none", "unknown")
-_POINTS = ("infrastructure", "operationControlPoints", "ocp")
+#: Operational points of a file.
+POINTS = ("infrastructure", "operationControlPoints", "ocp")
 #: What was written for "end" before 2.3; no train reaches it.
 _VIRTUAL_KMH = 999.9
 _TRAIN_RELATIONS = ("headOfTrain", "midOfTrain", "endOfTrain")
@@ -95,7 +96,7 @@ def read_piece(root: Node, track: Node, direction: str, profile: str) -> Piece:
     if straight_m:
         notes += uncovered_note("radii", straight_m, "straight")
     tunnels, tunnel_notes = _tunnels(track, way)
-    stops = _stops(root, topology, way)
+    stops, others = _places(root, topology, way)
     for attribute in ("type", "mainDir"):
         track.text(attribute)
     joints = _joint(topology, begin), _joint(topology, end)
@@ -110,6 +111,7 @@ def read_piece(root: Node, track: Node, direction: str, profile: str) -> Piece:
         curves=[(Curve(row.position_m, row.value, row.value), row.line) for row in radii],
         tunnels=tunnels,
         stops=stops,
+        others=others,
         joints=joints if way.forward else joints[::-1],
         notes=[*notes, *tunnel_notes, *unused_notes(track.unused())],
     )
@@ -233,22 +235,29 @@ def _tunnels(track: Node, way: _Way) -> tuple[list[tuple[Tunnel, int]], list[str
     return sorted(made), notes
 
 
-def _stops(root: Node, topology: Node, way: _Way) -> list[Place]:
-    """The operational points of a track where trains stop, by the names that they have."""
+def _places(root: Node, topology: Node, way: _Way) -> tuple[list[Place], list[Place]]:
+    """The operational points of a track where trains stop, and others, by the names or codes that they have."""
     passing = set(_passed(root))
-    names = {point.text("id"): point.text("name") for point in root.below(*_POINTS)}
-    stops = []
+    names = {point.text("id"): point.text("name") or point.text("code") or "" for point in root.below(*POINTS)}
+    stops: list[Place] = []
+    others: list[Place] = []
     for place in topology.below("crossSections", "crossSection"):
         ref = place.text("ocpRef")
-        if ref and ref not in passing:
-            stops.append(Place(way.along_m(place, way.forward), plain_text(names.get(ref) or "")))
+        if ref:
+            at = Place(way.along_m(place, way.forward), plain_text(names.get(ref, "")))
+            (others if ref in passing else stops).append(at)
         place.dismiss()
-    return stops
+    for at_m, end in ((0.0, "trackBegin"), (way.length_m, "trackEnd")):
+        refs = [one.text("ocpRef") for one in topology.below(end, "macroscopicNode")]
+        others += [
+            Place(at_m if way.forward else way.length_m - at_m, plain_text(names.get(ref, ""))) for ref in refs if ref
+        ]
+    return stops, others
 
 
 def _passed(root: Node) -> Iterable[str]:
     """Ids of operational points that are said to be of a kind where no train stops."""
-    for point in root.below(*_POINTS):
+    for point in root.below(*POINTS):
         kinds = [kind.text("operationalType") for kind in point.children("propOperational")]
         if any(kind and kind not in STOPPING_TYPES for kind in kinds):
             yield point.text("id") or ""

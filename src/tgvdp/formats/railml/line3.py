@@ -117,8 +117,8 @@ def read_piece(root: Node, track: Node, direction: str, profile: str, line_speed
         default_kmh = line_speed_kmh if own_kmh is None else own_kmh
         if default_kmh is None:
             lack = f"speed sections leave {missing_m:.12g} m of {path.length_m:.12g} m without a limit"
-            others = [name for name in profiles(root, track) if name not in ("", profile)]
-            hint = f", or choose a speed profile: {', '.join(others)}" if others else ""
+            named = [name for name in profiles(root, track) if name not in ("", profile)]
+            hint = f", or choose a speed profile: {', '.join(named)}" if named else ""
             raise track.bad(f"{lack}: {LINE_SPEED_HINT}{hint}")
         limits = [row._replace(value=min(row.value, default_kmh)) if math.isinf(row.value) else row for row in limits]
         source = "the line speed asked for" if own_kmh is None else "linePerformance@maxSpeed"
@@ -129,6 +129,7 @@ def read_piece(root: Node, track: Node, direction: str, profile: str, line_speed
     notes += uncovered_note("horizontalCurves", straight_m, "straight") if curves and straight_m > SLACK_M else []
     tunnels, tunnel_notes = tunnels_of(path, root)
     notes += tunnel_notes
+    stops, others = _places(path, root)
     name = _name(track)
     track.text("type")
     read = [track, *root.below("infrastructure", "geometry"), *root.below(*_FUNCTIONAL, "speeds")]
@@ -141,7 +142,8 @@ def read_piece(root: Node, track: Node, direction: str, profile: str, line_speed
         curves=curves,
         tunnels=tunnels,
         neutral_sections=neutral_sections(path, root),
-        stops=list(_stops(path, root)),
+        stops=stops,
+        others=others,
         notes=notes + unused_notes([unused for part in read for unused in part.unused()]),
     )
 
@@ -246,7 +248,7 @@ def _unplaced_notes(path: NetPath, root: Node) -> list[str]:
                 continue
             on_related[steps[-1]] += not related.isdisjoint(path.refs(node))
             elsewhere[steps[-1]] += path.passes(node, "areaLocation", "spotLocation")
-    for point in _stopping(root):
+    for point in filter(_is_stopping, root.below(*_POINTS)):
         elsewhere[_POINTS[-1]] += not point.children("spotLocation") and path.passes(
             point, "areaLocation", "linearLocation"
         )
@@ -272,18 +274,19 @@ def _breaks(path: NetPath, stretches: list[Stretch]) -> list[float]:
     return [*breaks_m, path.length_m]
 
 
-def _stopping(root: Node) -> Iterator[Node]:
-    """Operational points where trains stop."""
+def _is_stopping(point: Node) -> bool:
+    """Whether trains stop at an operational point, as far as that is said."""
+    kinds = [kind.text("operationalType") for kind in point.below("opOperations", "opOperation")]
+    named = [kind for kind in kinds if kind]
+    return not named or bool(set(named) & set(STOPPING_TYPES))
+
+
+def _places(path: NetPath, root: Node) -> tuple[list[Place], list[Place]]:
+    """Operational points on the run where trains stop, and others."""
+    stops: list[Place] = []
+    others: list[Place] = []
     for point in root.below(*_POINTS):
-        kinds = [kind.text("operationalType") for kind in point.below("opOperations", "opOperation")]
-        named = [kind for kind in kinds if kind]
-        if not named or set(named) & set(STOPPING_TYPES):
-            yield point
-
-
-def _stops(path: NetPath, root: Node) -> Iterator[Place]:
-    for point in _stopping(root):
-        for place in point.children("spotLocation"):
-            at_m = path.spot(place)
-            if at_m is not None:
-                yield Place(at_m, plain_text(_own_name(point)))
+        found = [path.spot(place) for place in point.children("spotLocation")]
+        made = [Place(at_m, plain_text(_own_name(point))) for at_m in found if at_m is not None]
+        (stops if _is_stopping(point) else others).extend(made)
+    return stops, others

@@ -1,8 +1,9 @@
 """railML 2.0 to 2.5 and 3.1 to 3.3: the infrastructure that one run needs, and rolling stock with effort tables.
 
-A file may hold many tracks, directions, speed profiles, trains and propulsions. Names behind ``FILE#`` choose:
-``ID``, ``ID:DIRECTION``, ``ID:DIRECTION:PROFILE`` for a track, several joined by ``+`` for a line of tracks one after
-the other; ``ID`` or ``ID:PROPULSION`` for a train. What is not said must be unique. See docs/formats.md.
+A file may hold many tracks, directions, speed profiles, trains, propulsions, and, of 2.x, timetables. Names behind
+``FILE#`` choose: ``ID``, ``ID:DIRECTION``, ``ID:DIRECTION:PROFILE`` for a track, several joined by ``+`` for a line of
+tracks one after the other; ``ID`` or ``ID:PROPULSION`` for a train, ``ID`` or its number for the journey of one. What
+is not said must be unique. See docs/formats.md.
 """
 
 import re
@@ -13,7 +14,7 @@ from pathlib import Path
 
 from tgvdp.errors import InputError
 from tgvdp.formats.content import Content, Item, Kind
-from tgvdp.formats.railml import line2, line3, stock
+from tgvdp.formats.railml import line2, line3, stock, timetable2
 from tgvdp.formats.railml.rows import Piece, join
 from tgvdp.formats.syntax.reading import Document, bad, shown
 from tgvdp.formats.syntax.typed import suggestion
@@ -42,17 +43,19 @@ _MOST_NAMES = 12
 
 @dataclass(frozen=True, kw_only=True)
 class RailmlContent(Content):
-    """Tracks and trains of a railML file; a track may be several that join."""
+    """Tracks, trains and journeys of a railML file; a track may be several that join."""
 
     file: "_File"
 
     def has(self, kind: Kind, part: str) -> bool:
         """Whether the first of the joined names is one of that kind."""
+        if kind == "journey":
+            return super().has(kind, part)
         return self.file.knows(kind, _owner(part.partition("+")[0]))
 
     def choose(self, path: Path, kind: Kind, part: str | None) -> Item:
         """Return the item that the text behind ``#`` means, or the only one."""
-        if part is None:
+        if part is None or kind == "journey":
             return super().choose(path, kind, part)
         make = self.file.make_track if kind == "track" else self.file.make_train
         return Item(part, lambda: make(part)[0])
@@ -73,10 +76,15 @@ def open_document(document: Document) -> Content | None:
         "train": tuple(Item(name, partial(_first, file.make_train, name)) for name in file.train_names()),
         "track": tuple(Item(name, partial(_first, file.make_track, name)) for name in file.track_names()),
     }
+    lacks: dict[Kind, str] = {}
+    if document.places:
+        items["journey"] = file.journeys(document.places)
+    elif file.journeys(()):
+        lacks["journey"] = "its timetable names places alone, and no line is given that has names"
     items = {kind: some for kind, some in items.items() if some}
     if not items:
-        raise bad(document.path, f"holds no track and no train: {file.wanted}")
-    return RailmlContent(format=f"{FORMAT} {file.version}", items=items, takes_line_speed=True, file=file)
+        raise bad(document.path, lacks.get("journey") or f"holds no track and no train: {file.wanted}")
+    return RailmlContent(format=f"{FORMAT} {file.version}", items=items, takes_line_speed=True, lacks=lacks, file=file)
 
 
 def lines_of(document: Document, kind: Kind, part: str | None) -> dict[str, int]:
@@ -126,6 +134,13 @@ class _File:
             modes = stock.modes(self.root, train)
             names += [f"{_id(train)}:{mode}" for mode in modes] if modes else [_id(train)]
         return names
+
+    def journeys(self, places: tuple[tuple[float, str], ...]) -> tuple[Item, ...]:
+        """Journeys of trains over a line with named places; only 2.x has such timetables."""
+        trains = timetable2.timed_trains(self.root) if self._old else []
+        return tuple(
+            Item(train.id, partial(timetable2.make_journey, self.root, train, places), train.number) for train in trains
+        )
 
     def knows(self, kind: Kind, name: str) -> bool:
         """Whether there is a track or train of that id or name."""

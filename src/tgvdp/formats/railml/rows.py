@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import NamedTuple
@@ -51,6 +51,8 @@ class Piece:
     tunnels: list[tuple[Tunnel, int]] = field(default_factory=list)
     neutral_sections: list[tuple[NeutralSection, int]] = field(default_factory=list)
     stops: list[Place] = field(default_factory=list)
+    #: Places where no train stops, and those at the ends.
+    others: list[Place] = field(default_factory=list)
     #: Ids of what lies at the start and at the end of the piece, as far as the file names it.
     joints: tuple[frozenset[str], frozenset[str]] = (frozenset(), frozenset())
     notes: list[str] = field(default_factory=list)
@@ -132,6 +134,7 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
     tunnels: list[tuple[Tunnel, int]] = []
     neutral: list[tuple[NeutralSection, int]] = []
     names: dict[float, str] = {}  # of stops
+    others: list[Place] = []
     offset_m = 0.0
     for piece in pieces:
         if piece.limits_kmh and piece.limits_kmh[0].position_m <= SLACK_M:
@@ -144,6 +147,7 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
         tunnels += ((t._replace(position_m=offset_m + t.position_m), line) for t, line in piece.tunnels)
         neutral += ((n._replace(position_m=offset_m + n.position_m), line) for n, line in piece.neutral_sections)
         names |= {offset_m + stop.position_m: stop.name for stop in piece.stops}
+        others += (Place(offset_m + place.position_m, place.name) for place in piece.others)
         offset_m += piece.length_m
     limits = before(limits, offset_m)
     first = pieces[0]
@@ -175,7 +179,7 @@ def join(node: Node, pieces: list[Piece], line_speed_kmh: float | None = None) -
             speed_limits=tuple(SpeedLimit(max(row.position_m, 0.0), kmh_to_mps(row.value)) for row in limits),
             gradients=tuple(Gradient(row.position_m, row.value) for row in gradients),
             stops_m=stops_m,
-            places=tuple(_named(stops_m, names)),
+            places=tuple(_named(stops_m, names, others)),
             curves=tuple(curve for curve, _ in curves),
             tunnels=tuple(tunnel for tunnel, _ in tunnels),
             neutral_sections=tuple(section for section, _ in neutral),
@@ -245,12 +249,16 @@ def _stops(given_m: set[float], length_m: float) -> tuple[float, ...]:
     return (0.0, *apart, length_m)
 
 
-def _named(stops_m: tuple[float, ...], names: dict[float, str]) -> Iterator[Place]:
-    """Stops that have a name, where they are taken to be."""
+def _named(stops_m: tuple[float, ...], names: dict[float, str], others: list[Place]) -> list[Place]:
+    """Stops that have a name, where they are taken to be, and other places with names; one at each place."""
+    found: list[Place] = []
     for stop_m in stops_m:
         name = next((name for at_m, name in names.items() if name and abs(at_m - stop_m) <= SLACK_M), "")
-        if name:
-            yield Place(stop_m, name)
+        found += [Place(stop_m, name)] if name else []
+    for place in others:
+        if place.name and all(abs(place.position_m - one.position_m) > SLACK_M for one in found):
+            found.append(place)
+    return sorted(found)
 
 
 def uncovered_note(what: str, uncovered_m: float, instead: str) -> list[str]:

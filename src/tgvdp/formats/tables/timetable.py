@@ -1,41 +1,28 @@
 """A timetable from a table: where a train stops, and when it arrives and departs there.
 
 Where that is, positions tell, or names of places that the line has.
-
-A train arrives no later than its time, and departs no earlier; its clock starts with the first departure. Where a stop
-has but a departure, as in timetables for passengers, it leaves at that time. What has a time and no stop is passed no
-later.
 """
 
-import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import groupby
-from typing import NamedTuple
 
 from tgvdp.errors import InputError
-from tgvdp.formats.syntax.clocks import DAY_S, clock_s, is_time_of_day
+from tgvdp.formats.calls import Call, RunningClock, by_name, journey_of
+from tgvdp.formats.syntax.clocks import clock_s, is_time_of_day
 from tgvdp.formats.syntax.reading import shown
 from tgvdp.formats.tables.cells import Row, is_no
 from tgvdp.formats.tables.line import starts_m
 from tgvdp.formats.tables.roles import ARRIVAL, DEPARTURE, POSITION, SPEED, STOP, Role
 from tgvdp.formats.tables.table import Table, listed
 from tgvdp.model.checks import plain_text
-from tgvdp.model.journey import Journey, TimingPoint
+from tgvdp.model.journey import Journey
 from tgvdp.units import KILO
 
 #: Columns that make a table a timetable.
 ROLES = (ARRIVAL, DEPARTURE)
 
 _BLANK = frozenset(("", "-", "–", "—", "|"))
-
-
-class _Call(NamedTuple):
-    """A place with times: its position, m, whether the train stops there, and when it arrives and departs, s."""
-
-    position_m: float
-    stops: bool
-    arrival_s: float | None
-    departure_s: float | None
 
 
 def is_timetable(table: Table) -> bool:
@@ -71,47 +58,17 @@ def make_journey(
     is_placed = POSITION in table.columns
     starts = starts_m(table) if is_placed else list(_named_m(table, places))
     calls = list(_calls(table, starts, start_m if is_placed else 0.0))
-    stops = [at for at, call in enumerate(calls) if call.stops]
-    if len(stops) < 2:
-        raise InputError("a timetable needs two stops with times")
-    calls = calls[stops[0] : stops[-1] + 1]
-    start_s = calls[0].departure_s if calls[0].departure_s is not None else calls[0].arrival_s
-    assert start_s is not None
-    told = [*table.notes, *notes]
-    if is_placed and start_m == 0.0 and calls[0].position_m > 0.0:
-        first = f"{calls[0].position_m / KILO:.9g} km"
-        told.append(f"positions count from where the line begins: the journey does at {first}")
-    points = (
-        TimingPoint(calls[0].position_m, 0.0, math.inf, 0.0, 0.0),
-        *(point for call in calls[1:-1] for point in _points(call, start_s)),
-        TimingPoint(calls[-1].position_m, -math.inf, _latest_s(calls[-1], start_s), 0.0, 0.0),
-    )
-    return Journey(name=name, track=None, points=points, notes=tuple(told))
-
-
-def _points(call: _Call, start_s: float) -> Iterator[TimingPoint]:
-    if not call.stops:
-        yield TimingPoint(call.position_m, -math.inf, _latest_s(call, start_s))
-        return
-    arrives_s = math.inf if call.arrival_s is None else call.arrival_s - start_s
-    departs_s = arrives_s if call.departure_s is None else call.departure_s - start_s
-    leaves_by_s = math.inf if call.arrival_s is not None else departs_s
-    yield TimingPoint(call.position_m, -math.inf, min(arrives_s, departs_s), 0.0, 0.0)
-    yield TimingPoint(call.position_m, departs_s, leaves_by_s, 0.0, 0.0)
-
-
-def _latest_s(call: _Call, start_s: float) -> float:
-    """When a train arrives at the end, or passes, at the latest."""
-    time_s = call.arrival_s if call.arrival_s is not None else call.departure_s
-    assert time_s is not None
-    return time_s - start_s
+    journey = journey_of(name, calls, (*table.notes, *notes))
+    first_m = journey.points[0].position_m
+    if is_placed and start_m == 0.0 and first_m > 0.0:
+        told = f"positions count from where the line begins: the journey does at {first_m / KILO:.9g} km"
+        journey = replace(journey, notes=(*journey.notes, told))
+    return journey
 
 
 def _named_m(table: Table, places: Sequence[tuple[float, str]]) -> Iterator[float]:
     """Positions of rows by their names, m; those of rows without times are those of the rows before them."""
-    known: dict[str, list[float]] = {}
-    for at_m, name in places:
-        known.setdefault(name.casefold(), []).append(at_m)
+    known = by_name(places)
     if not known:
         raise table.lacks(POSITION)
     last_m = 0.0
@@ -129,7 +86,7 @@ def _named_m(table: Table, places: Sequence[tuple[float, str]]) -> Iterator[floa
         yield last_m
 
 
-def _calls(table: Table, starts: Sequence[float], start_m: float) -> Iterator[_Call]:
+def _calls(table: Table, starts: Sequence[float], start_m: float) -> Iterator[Call]:
     """Places with times in the order of running; arrival and departure may stand in a row each."""
     rows = zip(starts, table.rows, _times(table), strict=True)
     for position_m, group in groupby(rows, lambda row: row[0]):
@@ -142,26 +99,23 @@ def _calls(table: Table, starts: Sequence[float], start_m: float) -> Iterator[_C
         if position_m < start_m:
             raise table.bad(given[0][1], ARRIVAL if arrivals else DEPARTURE,
                             f"lies before the line, which begins at {start_m / KILO:.9g} km")  # fmt: skip
-        yield _Call(
+        yield Call(
             position_m - start_m, stops, arrivals[0] if arrivals else None, departures[-1] if departures else None
         )
 
 
 def _times(table: Table) -> Iterator[tuple[float | None, float | None]]:
     """Arrival and departure of each row, s, on a clock that goes on past midnight."""
-    last_s, days = -math.inf, 0
+    clock = RunningClock()
     for row in table.rows:
         times: list[float | None] = []
         for role in ROLES:
             time_s = _time_s(table, row, role)
             if time_s is not None:
-                is_next_day = is_time_of_day(table.text(row, role)) and time_s + days * DAY_S < last_s - 0.5 * DAY_S
-                days += is_next_day
-                time_s += days * DAY_S
-                if time_s < last_s:
-                    message = f"times must not decrease, got {table.text(row, role)} after a later one"
-                    raise table.bad(row, role, message)
-                last_s = time_s
+                text = table.text(row, role)
+                time_s = clock.after(time_s, is_time_of_day=is_time_of_day(text))
+                if time_s is None:
+                    raise table.bad(row, role, f"times must not decrease, got {text} after a later one")
             times.append(time_s)
         yield times[0], times[1]
 

@@ -1,0 +1,96 @@
+"""From places with times to a journey, as timetables of several formats give them.
+
+A train arrives no later than its time, and departs no earlier; its clock starts with the first departure. Where a stop
+has but a departure, as in timetables for passengers, it leaves at that time. What has a time and no stop is passed no
+later.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from tgvdp.errors import InputError
+from tgvdp.formats.syntax.clocks import DAY_S
+from tgvdp.model.journey import Journey, TimingPoint
+
+
+class Call(NamedTuple):
+    """A place with times: its position, m, whether the train stops there, and when it arrives and departs, s."""
+
+    position_m: float
+    stops: bool
+    arrival_s: float | None
+    departure_s: float | None
+
+
+class RunningClock:
+    """Times of one train in the order of running, on a clock that goes on past midnight."""
+
+    def __init__(self) -> None:
+        self._last_s = -math.inf
+        self._day_s = 0.0
+
+    def after(self, time_s: float, *, is_time_of_day: bool) -> float | None:
+        """The next time, s, of the next day where it is a time of day and lies far back; None when it is earlier."""
+        if is_time_of_day and time_s + self._day_s < self._last_s - 0.5 * DAY_S:
+            self._day_s += DAY_S
+        time_s += self._day_s
+        if time_s < self._last_s:
+            return None
+        self._last_s = time_s
+        return time_s
+
+
+def by_name(places: Sequence[tuple[float, str]]) -> dict[str, list[float]]:
+    """Positions of named places, m, by their names, whatever the case."""
+    known: dict[str, list[float]] = {}
+    for at_m, name in places:
+        known.setdefault(name.casefold(), []).append(at_m)
+    return known
+
+
+def journey_of(name: str, calls: Sequence[Call], notes: tuple[str, ...]) -> Journey:
+    """Make a journey from the first stop to the last one.
+
+    Parameters
+    ----------
+    name : str
+    calls : sequence of Call
+        In the order of running, each with a time at least.
+    notes : tuple of str
+
+    Raises
+    ------
+    InputError
+        When fewer than two are stops, or positions decrease.
+    """
+    stops = [at for at, call in enumerate(calls) if call.stops]
+    if len(stops) < 2:
+        raise InputError("a timetable needs two stops with times")
+    first, *between, last = calls[stops[0] : stops[-1] + 1]
+    start_s = first.departure_s if first.departure_s is not None else first.arrival_s
+    assert start_s is not None
+    points = (
+        TimingPoint(first.position_m, 0.0, math.inf, 0.0, 0.0),
+        *(point for call in between for point in _points(call, start_s)),
+        TimingPoint(last.position_m, -math.inf, _latest_s(last, start_s), 0.0, 0.0),
+    )
+    return Journey(name=name, track=None, points=points, notes=notes)
+
+
+def _points(call: Call, start_s: float) -> Iterator[TimingPoint]:
+    if not call.stops:
+        yield TimingPoint(call.position_m, -math.inf, _latest_s(call, start_s))
+        return
+    arrives_s = math.inf if call.arrival_s is None else call.arrival_s - start_s
+    departs_s = arrives_s if call.departure_s is None else call.departure_s - start_s
+    leaves_by_s = math.inf if call.arrival_s is not None else departs_s
+    yield TimingPoint(call.position_m, -math.inf, min(arrives_s, departs_s), 0.0, 0.0)
+    yield TimingPoint(call.position_m, departs_s, leaves_by_s, 0.0, 0.0)
+
+
+def _latest_s(call: Call, start_s: float) -> float:
+    """When a train arrives at the end, or passes, at the latest."""
+    time_s = call.arrival_s if call.arrival_s is not None else call.departure_s
+    assert time_s is not None
+    return time_s - start_s

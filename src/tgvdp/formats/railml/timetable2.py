@@ -1,0 +1,179 @@
+"""Timetables of railML 2.0 to 2.5: trains, and train parts with their times at operational points.
+
+Where an operational point lies, its name or its code tells, as the line has them. Source: the published documentation
+of the schema.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from tgvdp.errors import InputError
+from tgvdp.formats.calls import Call, RunningClock, by_name, journey_of
+from tgvdp.formats.railml.line2 import POINTS
+from tgvdp.formats.syntax.clocks import DAY_S, clock_s
+from tgvdp.formats.syntax.reading import shown
+from tgvdp.formats.syntax.xml import Node
+from tgvdp.model.checks import plain_text
+from tgvdp.model.journey import Journey
+
+#: Which times count, the first of them that a place has; those that were run ("actual") are no timetable.
+_SCOPES = ("scheduled", "calculated", "published")
+_DEFAULT_SCOPE = "scheduled"
+#: Type of places that are passed.
+_PASS = "pass"
+_MOST_NAMES = 12
+
+
+class TimedTrain(NamedTuple):
+    """A train with its parts in the order of running; ``number`` is another name of it."""
+
+    id: str
+    number: str
+    parts: tuple[Node, ...]
+
+
+class _Times(NamedTuple):
+    """Times at a place, s, its element, and whether the train stops there."""
+
+    node: Node
+    arrival_s: float | None
+    departure_s: float | None
+    stops: bool
+
+
+def timed_trains(root: Node) -> list[TimedTrain]:
+    """All trains of a timetable, and train parts that are of none; of several of the same parts the first."""
+    parts = {one.text("id") or f"line-{one.line}": one for one in root.below("timetable", "trainParts", "trainPart")}
+    parts = {name: part for name, part in parts.items() if part.below("ocpsTT", "ocpTT")}
+    found: dict[tuple[str, ...], TimedTrain] = {}
+    for train in root.below("timetable", "trains", "train"):
+        sequence = sorted(train.children("trainPartSequence"), key=lambda one: one.number("sequence", "-") or 0.0)
+        # Of parts side by side, as where trains run coupled, the first is the way of all.
+        refs = [one.children("trainPartRef")[:1] for one in sequence]
+        names = tuple(ref.text("ref") or "" for one in refs for ref in one)
+        if names and all(name in parts for name in names):
+            own = tuple(parts[name] for name in names)
+            number = train.text("trainNumber") or train.text("name") or ""
+            found.setdefault(names, TimedTrain(train.text("id") or "-".join(names), number, own))
+    taken = {name for names in found for name in names}
+    alone = [TimedTrain(name, part.text("name") or "", (part,)) for name, part in parts.items() if name not in taken]
+    return [*found.values(), *alone]
+
+
+def make_journey(root: Node, train: TimedTrain, places: Sequence[tuple[float, str]]) -> Journey:
+    """Make the journey of a train over a line.
+
+    Parameters
+    ----------
+    root : Node
+    train : TimedTrain
+    places : sequence of (float, str)
+        Named places of the line, with their positions on it, m.
+
+    Raises
+    ------
+    InputError
+        When a time is none, times or positions decrease, the train stops between two places of the line at one that it
+        does not have, or fewer than two of its stops are on the line.
+    """
+    scopes: dict[str, None] = {}
+    stands = [times for part in train.parts for times in _times_of(part, scopes)]
+    calls, left_out = _on_line(root, _joined(stands), places)
+    notes = []
+    if left_out:
+        notes.append(f"not on the line, left out of train {train.id}: {', '.join(left_out[:_MOST_NAMES])}"
+                     + (", …" if len(left_out) > _MOST_NAMES else ""))  # fmt: skip
+    if others := [scope for scope in scopes if scope not in _SCOPES[:1]]:
+        notes.append(f"train {train.id} has times of scope {', '.join(others)} as well, which count where it has no"
+                     " scheduled ones, and actual ones never")  # fmt: skip
+    try:
+        return journey_of(train.id, calls, tuple(notes))
+    except InputError as error:
+        raise train.parts[0].bad(str(error)) from None
+
+
+def _times_of(part: Node, scopes: dict[str, None]) -> Iterator[_Times]:
+    """Times of a train part at its places, as they stand there; adds to the scopes that were seen."""
+    for place in part.below("ocpsTT", "ocpTT"):
+        given = {times.text("scope") or _DEFAULT_SCOPE: times for times in place.children("times")}
+        scopes |= dict.fromkeys(given)
+        times = next((given[scope] for scope in _SCOPES if scope in given), None)
+        arrival_s, departure_s = (
+            (None, None) if times is None else (_time_s(times, "arrival"), _time_s(times, "departure"))
+        )
+        kind = place.text("ocpType")
+        waits = bool(place.children("stopDescription")) or arrival_s != departure_s
+        yield _Times(place, arrival_s, departure_s, kind != _PASS if kind else waits)
+
+
+def _time_s(times: Node, attribute: str) -> float | None:
+    """A time of day with its days after the train's first one, s; None where there is none."""
+    text = times.text(attribute)
+    if not text:
+        return None
+    days = times.number(f"{attribute}Day", "days") or 0.0
+    try:
+        return clock_s(text, with_hours=True) + DAY_S * days
+    except InputError as error:
+        raise times.bad(str(error), attribute) from None
+
+
+def _joined(stands: Sequence[_Times]) -> list[_Times]:
+    """Places with times that go on, where a part ends and the next one begins as one: it arrives and departs there."""
+    clock = RunningClock()
+    found: list[_Times] = []
+    for one in stands:
+        times: list[float | None] = []
+        for attribute, time_s in (("arrival", one.arrival_s), ("departure", one.departure_s)):
+            on_s = None if time_s is None else clock.after(time_s, is_time_of_day=True)
+            if time_s is not None and on_s is None:
+                raise one.node.bad(f"times must not decrease: the {attribute} lies before an earlier one")
+            times.append(on_s)
+        on = one._replace(arrival_s=times[0], departure_s=times[1])
+        if found and found[-1].node.text("ocpRef") == on.node.text("ocpRef"):
+            before = found.pop()
+            arrival_s = before.arrival_s if before.arrival_s is not None else on.arrival_s
+            departure_s = on.departure_s if on.departure_s is not None else before.departure_s
+            on = _Times(on.node, arrival_s, departure_s, before.stops or on.stops)
+        found.append(on)
+    return found
+
+
+def _on_line(root: Node, stands: Sequence[_Times], places: Sequence[tuple[float, str]]) -> tuple[list[Call], list[str]]:
+    """Calls at places of the line, and names of those that it does not have."""
+    names = {point.text("id") or "": _names(point) for point in root.below(*POINTS)}
+    known = by_name(places)
+    placed = [(one, *_place(one, names, known)) for one in stands]
+    on_line = [at for at, (_, _, position_m) in enumerate(placed) if position_m is not None]
+    calls: list[Call] = []
+    left_out: list[str] = []
+    for at, (one, name, position_m) in enumerate(placed):
+        if position_m is None:
+            if one.stops and on_line and on_line[0] < at < on_line[-1]:
+                has = ", ".join(shown(own) for _, own in places[:_MOST_NAMES])
+                raise one.node.bad(f"the line has no place of that name, got {shown(name)} (it has {has})", "ocpRef")
+            left_out.append(name)
+            continue
+        if calls and position_m < calls[-1].position_m:
+            message = f"{shown(name)} lies before the place above it: is the line to be reversed?"
+            raise one.node.bad(message, "ocpRef")
+        if one.arrival_s is not None or one.departure_s is not None:
+            calls.append(Call(position_m, one.stops, one.arrival_s, one.departure_s))
+        elif one.stops:
+            raise one.node.bad(f"is a stop without times of scope {' or '.join(_SCOPES)}")
+    return calls, left_out
+
+
+def _place(one: _Times, names: dict[str, tuple[str, ...]], known: dict[str, list[float]]) -> tuple[str, float | None]:
+    """Name of a place, and where on the line it lies, m; None where the line has none of its names."""
+    ref = one.node.required_text("ocpRef")
+    own = names.get(ref) or (ref,)
+    found = next((known[name.casefold()] for name in own if name.casefold() in known), [])
+    if len(found) > 1:
+        raise one.node.bad(f"the line has {len(found)} places of that name, got {shown(own[0])}", "ocpRef")
+    return own[0], found[0] if found else None
+
+
+def _names(point: Node) -> tuple[str, ...]:
+    """Name and code of an operational point, as far as it has them."""
+    return tuple(plain_text(text) for text in (point.text("name"), point.text("code")) if text)

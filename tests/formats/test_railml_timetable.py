@@ -1,0 +1,199 @@
+"""Timetables of railML 2.x: trains and train parts with their times at operational points."""
+
+import math
+import re
+
+import pytest
+from hypothesis import given
+
+import tgvdp
+from tests.helpers.railml_case import LINE_2, LINE_3
+from tests.helpers.railml_slips import mutated
+from tests.helpers.refusal import refusal
+from tests.helpers.settings import fuzz
+from tgvdp.formats import load_journey, load_section, load_track
+from tgvdp.formats.detect import load_all
+from tgvdp.model.track import Place
+
+pytest.importorskip("lxml")
+
+INF = math.inf
+#: Where LINE_2 has its points, by name.
+PLACES = (Place(0.0, "Aston"), Place(4000.0, "Mid"), Place(6000.0, "B7"), Place(10000.0, "Berry"))
+POINTS = """<operationControlPoints>
+   <ocp id="a" name="Aston"/><ocp id="z" name="Berry"/><ocp id="far" name="Far Away"/>
+   <ocp id="halt" name="Mid"><propOperational operationalType="stoppingPoint"/></ocp>
+   <ocp id="block" code="B7"><propOperational operationalType="blockPost"/></ocp>
+  </operationControlPoints>"""
+
+
+def place(ref, times, kind="", inside=""):
+    typed = f' ocpType="{kind}"' if kind else ""
+    return f'<ocpTT ocpRef="{ref}"{typed}>{times}{inside}</ocpTT>'
+
+
+def times(arrival="", departure="", more=""):
+    given = "".join(f' {name}="{time}"' for name, time in (("arrival", arrival), ("departure", departure)) if time)
+    return f"<times{given}{more}/>"
+
+
+DAY = (
+    place("a", times("", "10:00:00")),
+    place("halt", times("10:04:00", "10:05:00"), "stop"),
+    place("block", times("10:06:30", "10:06:30"), "pass"),
+    place("z", times("10:10:00")),
+)
+
+
+TRAIN = """<train id="t" trainNumber="4711">
+  <trainPartSequence sequence="1"><trainPartRef ref="p"/></trainPartSequence>
+</train>"""
+
+
+def part(name, *places):
+    return f'<trainPart id="{name}"><ocpsTT>{"".join(places)}</ocpsTT></trainPart>'
+
+
+def timetable(*parts, trains=""):
+    return f"<timetable><trainParts>{''.join(parts)}</trainParts><trains>{trains}</trains></timetable>"
+
+
+def file(*parts, trains=""):
+    """LINE_2 with names and ends, and a timetable."""
+    text = LINE_2.replace('<openEnd id="oe1"/>', '<openEnd id="oe1"/><macroscopicNode ocpRef="a"/>')
+    text = text.replace('<openEnd id="oe2"/>', '<openEnd id="oe2"/><macroscopicNode ocpRef="z"/>')
+    first, last = text.index("<operationControlPoints>"), text.index("</operationControlPoints>")
+    text = text[:first] + POINTS + text[last + len("</operationControlPoints>") :]
+    return text.replace("</railml>", timetable(*parts, trains=trains) + "</railml>")
+
+
+@pytest.fixture
+def journey(saved_xml):
+    def read(*parts, trains="", name=None):
+        path = saved_xml(file(*parts, trains=trains))
+        return load_journey(path if name is None else f"{path}#{name}", load_track(f"{path}#t1:up"))
+
+    return read
+
+
+def points(journey):
+    return [tuple(point) for point in journey.points]
+
+
+EXPECTED = [
+    (0.0, 0.0, INF, 0.0, 0.0), (4000.0, -INF, 240.0, 0.0, 0.0), (4000.0, 300.0, INF, 0.0, 0.0),
+    (6000.0, -INF, 390.0, 0.0, INF), (10000.0, -INF, 600.0, 0.0, 0.0),
+]  # fmt: skip
+
+
+def test_places_of_a_track_have_names_or_codes_its_ends_and_those_that_are_passed_as_well(saved_xml):
+    path = saved_xml(file())
+    up, down = (load_track(f"{path}#t1:{way}") for way in ("up", "down"))
+    assert up.places == PLACES
+    assert [place.name for place in down.places] == ["Berry", "B7", "Mid", "Aston"]
+    assert up.stops_m == (0.0, 4000.0, 10000.0)
+
+
+def test_a_train_part_is_a_journey(journey):
+    assert points(journey(part("p", *DAY))) == EXPECTED
+
+
+@pytest.mark.parametrize("kind", ["", "stop"])
+def test_a_place_without_type_is_a_stop_where_it_waits(journey, kind):
+    waits = place("halt", times("10:04:00", "10:05:00"), kind)
+    passed = place("block", times("10:06:30", "10:06:30"))
+    assert points(journey(part("p", DAY[0], waits, passed, DAY[3]))) == EXPECTED
+
+
+def test_times_go_on_past_midnight_with_days_or_without(journey):
+    late = (place("a", times("", "23:58:00")), place("halt", times("00:02:00", "00:03:00"), "stop"))
+    by_day = place("halt", times("00:02:00", "00:03:00", ' arrivalDay="1" departureDay="1"'), "stop")
+    end = place("z", times("00:08:00"))
+    dated = place("z", times("00:08:00", "", ' arrivalDay="1"'))
+    assert points(journey(part("p", *late, end))) == [EXPECTED[at] for at in (0, 1, 2, 4)]
+    assert points(journey(part("p", late[0], by_day, dated))) == [EXPECTED[at] for at in (0, 1, 2, 4)]
+
+
+def test_scheduled_times_count_and_actual_ones_never(journey):
+    several = place("halt", times("10:09:00", "10:09:30", ' scope="actual"') + times("10:04:00", "10:05:00"), "stop")
+    found = journey(part("p", DAY[0], several, *DAY[2:]))
+    assert points(found) == EXPECTED
+    assert any("actual" in note for note in found.notes)
+
+
+def test_a_train_joins_its_parts_and_is_chosen_by_its_number(journey):
+    first = part("p1", DAY[0], place("halt", times("10:04:00"), "stop"))
+    second = part("p2", place("halt", times("", "10:05:00"), "stop"), *DAY[2:])
+    other = part("q", *DAY)
+    sequence = "".join(
+        f'<trainPartSequence sequence="{at}"><trainPartRef ref="p{at}"/></trainPartSequence>' for at in (2, 1)
+    )
+    trains = f'<train id="t" trainNumber="4711" type="operational">{sequence}</train>'
+    again = trains.replace('"t"', '"c"').replace("operational", "commercial")
+    for name in ("4711", "t", "q"):
+        assert points(journey(first, second, other, trains=trains + again, name=name)) == EXPECTED
+    with pytest.raises(tgvdp.InputError, match="holds 2 journeys, choose one as FILE#NAME: t, q"):
+        journey(first, second, other, trains=trains + again)
+
+
+def test_what_lies_beyond_the_line_is_left_out_and_said(journey):
+    before = place("far", times("", "09:50:00"))
+    started = place("a", times("09:59:00", "10:00:00"), "stop")
+    found = journey(part("p", before, started, *DAY[1:]))
+    assert points(found) == EXPECTED
+    assert "not on the line, left out of train p: Far Away" in found.notes
+
+
+@pytest.mark.parametrize(
+    ("places", "message"),
+    [
+        ((DAY[0], place("far", times("10:02:00"), "stop"), DAY[3]), "no place of that name, got 'Far Away'"),
+        ((DAY[3], place("a", times("10:12:00"))), "'Aston' lies before the place above it: is the line to be reversed"),
+        ((DAY[0], place("halt", times("9:00:00", "10:05:00")), DAY[3]), "the arrival lies before an earlier one"),
+        ((DAY[0], place("halt", times("10:61:00")), DAY[3]), "@arrival: minutes after hours"),
+        ((DAY[0], place("halt", times("", "soon")), DAY[3]), "got 'soon'"),
+        ((DAY[0], place("halt", "", "stop"), DAY[3]), "is a stop without times"),
+        ((DAY[0], place("far", times("10:05:00"))), "a timetable needs two stops with times"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_run_is_refused_with_its_place(journey, places, message):
+    with pytest.raises(tgvdp.InputError, match=message) as error:
+        journey(part("p", *places))
+    assert "line " in str(error.value)
+
+
+def test_a_timetable_needs_a_line_with_names_and_hinders_nothing_else(saved_xml):
+    path = saved_xml(file(part("p", *DAY), part("q", *DAY)))
+    message = "its timetable names places alone, and no line is given that has names"
+    assert refusal(load_journey, path).endswith(message)
+    assert refusal(load_section, path).endswith(message)
+    assert {kind for one in load_all(path) for kind in ("track", "journey") if getattr(one, kind)} == {"track"}
+    alone = saved_xml('<railml version="2.4">' + timetable(part("p", *DAY)) + "</railml>")
+    assert refusal(load_all, alone).endswith(message)
+    assert "not a journey" in refusal(load_journey, saved_xml(LINE_3))
+
+
+def test_a_train_keeps_its_railml_timetable(saved_xml):
+    path = saved_xml(file(part("p", *DAY)))
+    found = tgvdp.journey("alstom-emu", f"{path}#t1:up", f"{path}#p", points=3)
+    assert found.found.departure_s[:, 1].min() >= 300.0
+    assert "Mid" in found.advice(0)[0]
+
+
+def test_mutated_timetables_load_or_are_refused_in_one_line_that_names_the_place(tmp_path, saved_xml):
+    track = load_track(saved_xml(file(), "#t1:up"))
+    head, _, tail = file(part("p", *DAY), trains=TRAIN).partition("<timetable>")
+    path = tmp_path / "input.xml"
+
+    @fuzz()
+    @given(mutated(f"<timetable>{tail}"))
+    def check(text):
+        path.write_text(head + text, encoding="utf-8")
+        try:
+            assert load_journey(path, track).points[0].is_stop
+        except tgvdp.InputError as error:
+            line = str(error).removeprefix(f"{path}: ")
+            assert line.isprintable()
+            assert re.match(r"line \d+[,:] |holds ", line), line
+
+    check()
