@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.helpers.format_case import JOURNEY, SCENARIO, TTOBENCH_TRACK, TTOBENCH_TRAIN, TTOBENCH_TRAIN_14, yaml_text
-from tests.helpers.osrd_case import OSRD_PATH, OSRD_TRAIN
+from tests.helpers.osrd_case import OSRD_PATH, OSRD_SCHEDULE, OSRD_TRAIN
 from tests.helpers.railtoolkit_case import PATHS, PATHS_2024, ROLLING_STOCK
 from tests.helpers.settings import SHARED, fuzz
 from tgvdp.errors import InputError
@@ -28,6 +28,7 @@ TREES = {
     "railtoolkit paths 2024": PATHS_2024,
     "OSRD": OSRD_TRAIN,
     "OSRD path": OSRD_PATH,
+    "OSRD schedule": OSRD_SCHEDULE,
 }
 TEXTS = {kind: json.dumps(tree) for kind, tree in TREES.items()} | {
     "scenario": SCENARIO,

@@ -114,6 +114,11 @@ def test_times_go_on_past_midnight_with_days_or_without(journey):
     assert points(journey(part("p", late[0], by_day, dated))) == [EXPECTED[at] for at in (0, 1, 2, 4)]
 
 
+def test_a_stop_without_times_may_have_any(journey):
+    free = journey(part("p", DAY[0], place("halt", "", "stop"), DAY[3]))
+    assert points(free) == [EXPECTED[0], (4000.0, -INF, INF, 0.0, 0.0), (4000.0, -INF, INF, 0.0, 0.0), EXPECTED[4]]
+
+
 def test_scheduled_times_count_and_actual_ones_never(journey):
     several = place("halt", times("10:09:00", "10:09:30", ' scope="actual"') + times("10:04:00", "10:05:00"), "stop")
     found = journey(part("p", DAY[0], several, *DAY[2:]))
@@ -152,7 +157,7 @@ def test_what_lies_beyond_the_line_is_left_out_and_said(journey):
         ((DAY[0], place("halt", times("9:00:00", "10:05:00")), DAY[3]), "the arrival lies before an earlier one"),
         ((DAY[0], place("halt", times("10:61:00")), DAY[3]), "@arrival: minutes after hours"),
         ((DAY[0], place("halt", times("", "soon")), DAY[3]), "got 'soon'"),
-        ((DAY[0], place("halt", "", "stop"), DAY[3]), "is a stop without times"),
+        ((place("a", "", "stop"), *DAY[1:]), "the first stop must have a time"),
         ((DAY[0], place("far", times("10:05:00"))), "a timetable needs two stops with times"),
     ],
 )  # fmt: skip

@@ -76,3 +76,21 @@ OSRD_PATH = {
         ],
     },
 }
+
+#: The same path with the schedule of a train on it.
+OSRD_SCHEDULE = OSRD_PATH | {
+    "pathfinding": {"length": 10_000_000, "path_item_positions": [0, 2_000_000, 5_000_000, 7_000_000, 10_000_000]},
+    "train_schedule": {
+        "train_name": "T1",
+        "rolling_stock_name": "toy",
+        "start_time": "2026-01-02T08:00:00Z",
+        "path": [{"id": "a", "track": "t", "offset": 0}, {"key": "b"}, {"id": "c"}, {"id": "d"}, {"id": "e"}],
+        "schedule": [
+            {"at": "a", "stop_for": "P0D"},
+            {"at": "b", "arrival": "PT1M40S"},
+            {"at": "c", "arrival": "PT5M", "stop_for": "PT30S", "reception_signal": "OPEN"},
+            {"at": "e", "arrival": "PT10M", "stop_for": "PT0S"},
+        ],
+        "margins": None,
+    },
+}

@@ -1,8 +1,8 @@
 """From places with times to a journey, as timetables of several formats give them.
 
 A train arrives no later than its time, and departs no earlier; its clock starts with the first departure. Where a stop
-has but a departure, as in timetables for passengers, it leaves at that time. What has a time and no stop is passed no
-later.
+has but a departure, as in timetables for passengers, it leaves at that time; where it has no time, any will do. What
+has a time and no stop is passed no later.
 """
 
 import math
@@ -56,20 +56,21 @@ def journey_of(name: str, calls: Sequence[Call], notes: tuple[str, ...]) -> Jour
     ----------
     name : str
     calls : sequence of Call
-        In the order of running, each with a time at least.
+        In the order of running. The first stop has a time, and so has what is passed.
     notes : tuple of str
 
     Raises
     ------
     InputError
-        When fewer than two are stops, or positions decrease.
+        When fewer than two are stops, the first of them has no time, or positions decrease.
     """
     stops = [at for at, call in enumerate(calls) if call.stops]
     if len(stops) < 2:
         raise InputError("a timetable needs two stops with times")
     first, *between, last = calls[stops[0] : stops[-1] + 1]
     start_s = first.departure_s if first.departure_s is not None else first.arrival_s
-    assert start_s is not None
+    if start_s is None:
+        raise InputError("the first stop must have a time")
     points = (
         TimingPoint(first.position_m, 0.0, math.inf, 0.0, 0.0),
         *(point for call in between for point in _points(call, start_s)),
@@ -86,11 +87,10 @@ def _points(call: Call, start_s: float) -> Iterator[TimingPoint]:
     departs_s = arrives_s if call.departure_s is None else call.departure_s - start_s
     leaves_by_s = math.inf if call.arrival_s is not None else departs_s
     yield TimingPoint(call.position_m, -math.inf, min(arrives_s, departs_s), 0.0, 0.0)
-    yield TimingPoint(call.position_m, departs_s, leaves_by_s, 0.0, 0.0)
+    yield TimingPoint(call.position_m, departs_s if departs_s < math.inf else -math.inf, leaves_by_s, 0.0, 0.0)
 
 
 def _latest_s(call: Call, start_s: float) -> float:
-    """When a train arrives at the end, or passes, at the latest."""
+    """When a train arrives at the end, or passes, at the latest, s."""
     time_s = call.arrival_s if call.arrival_s is not None else call.departure_s
-    assert time_s is not None
-    return time_s - start_s
+    return math.inf if time_s is None else time_s - start_s

@@ -14,7 +14,8 @@ from typing import Annotated, Any
 
 from msgspec import Meta, Struct
 
-from tgvdp.formats.content import Content, Item
+from tgvdp.formats.content import Content, Item, Kind
+from tgvdp.formats.osrd.schedule import TrainSchedule, make_journey
 from tgvdp.formats.syntax.reading import Document, bad, shown
 from tgvdp.formats.syntax.typed import decode, extensions, in_unit
 from tgvdp.model.checks import plain_text
@@ -110,6 +111,7 @@ class _Simulation(Struct):
 class _Pathfinding(Struct):
     status: str = "success"
     length: Length | None = None
+    path_item_positions: list[Millimetre] = []
 
 
 class _File(Struct, forbid_unknown_fields=True):
@@ -117,6 +119,7 @@ class _File(Struct, forbid_unknown_fields=True):
     mrsp: _Speeds | None = None
     simulation: _Simulation | None = None
     pathfinding: _Pathfinding | None = None
+    train_schedule: TrainSchedule | None = None
     length: Length | None = None
     name: str | None = None
 
@@ -139,9 +142,21 @@ def open_document(document: Document) -> Content | None:
             path, "missing field 'path_properties': a line takes OSRD's path_properties, mrsp and length together"
         )
     file = decode(path, tree, _File)
-    told = extensions(path, {"path_properties": tree["path_properties"]}, _File)
-    make = partial(_track, path, file, document.line_speed_mps, told)
-    return Content(format=FORMAT, items={"track": (Item(file.name or path.stem, make),)}, takes_line_speed=True)
+    told = _told(path, tree, "path_properties")
+    name = file.name or path.stem
+    items: dict[Kind, tuple[Item, ...]] = {
+        "track": (Item(name, partial(_track, path, file, document.line_speed_mps, told)),)
+    }
+    if file.train_schedule is not None:
+        positions_mm = [] if file.pathfinding is None else file.pathfinding.path_item_positions
+        more = _told(path, tree, "train_schedule")
+        items["journey"] = (Item(name, partial(make_journey, path, name, file.train_schedule, positions_mm, more)),)
+    return Content(format=FORMAT, items=items, takes_line_speed=True)
+
+
+def _told(path: Path, tree: dict[str, Any], field: str) -> tuple[str, ...]:
+    """What is to be said of the fields below one of the file that are not part of the format."""
+    return extensions(path, {field: tree[field]}, _File)
 
 
 def _track(path: Path, file: _File, line_speed_mps: float | None, told: tuple[str, ...]) -> Track:

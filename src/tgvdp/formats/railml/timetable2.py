@@ -157,10 +157,8 @@ def _on_line(root: Node, stands: Sequence[_Times], places: Sequence[tuple[float,
         if calls and position_m < calls[-1].position_m:
             message = f"{shown(name)} lies before the place above it: is the line to be reversed?"
             raise one.node.bad(message, "ocpRef")
-        if one.arrival_s is not None or one.departure_s is not None:
+        if one.stops or one.arrival_s is not None or one.departure_s is not None:
             calls.append(Call(position_m, one.stops, one.arrival_s, one.departure_s))
-        elif one.stops:
-            raise one.node.bad(f"is a stop without times of scope {' or '.join(_SCOPES)}")
     return calls, left_out
 
 

@@ -1,0 +1,133 @@
+"""The timetable of an OSRD train: its schedule, with the positions that the pathfinding found for its path.
+
+Times are ISO 8601 durations since the departure, positions mm from the start of the path. Source: openapi.yaml of
+OSRD's editoast (Open Rail Association).
+"""
+
+from collections.abc import Iterator, Sequence
+from datetime import timedelta
+from pathlib import Path
+from typing import Any
+
+from msgspec import Struct
+
+from tgvdp.formats.calls import Call, journey_of
+from tgvdp.formats.syntax.reading import bad, shown
+from tgvdp.formats.syntax.typed import suggestion
+from tgvdp.model.journey import Journey
+from tgvdp.units import KILO
+
+
+class _PathItem(Struct):
+    id: str | None = None  # until 2026
+    key: str | None = None  # since then
+    # Where it lies, which the pathfinding has found.
+    deleted: Any = None
+    location: Any = None
+    offset: Any = None
+    operational_point: Any = None
+    secondary_code: Any = None
+    track: Any = None
+    track_reference: Any = None
+    trigram: Any = None
+    uic: Any = None
+
+
+class _ScheduleItem(Struct):
+    at: str
+    arrival: timedelta | None = None
+    stop_for: timedelta | None = None
+    # What does not act on a run.
+    locked: Any = None
+    reception_signal: Any = None
+
+
+class TrainSchedule(Struct):
+    """A train of a timetable, as OSRD's services answer."""
+
+    path: list[_PathItem]
+    schedule: list[_ScheduleItem] = []
+    initial_speed: float = 0.0
+    margins: Any = None
+    # What does not act on a timetable.
+    category: Any = None
+    comfort: Any = None
+    constraint_distribution: Any = None
+    id: Any = None
+    labels: Any = None
+    options: Any = None
+    power_restrictions: Any = None
+    rolling_stock_name: Any = None
+    speed_limit_tag: Any = None
+    start_time: Any = None
+    timetable_id: Any = None
+    train_name: Any = None
+
+
+def make_journey(
+    path: Path, name: str, train: TrainSchedule, position_mm: Sequence[float], told: tuple[str, ...]
+) -> Journey:
+    """Make a journey of a schedule.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for errors.
+    name : str
+    train : TrainSchedule
+    position_mm : (n,) sequence of float
+        Where each item of its path lies, mm.
+    told : tuple of str
+        Notes on its fields.
+
+    Raises
+    ------
+    InputError
+        When positions are not those of the path, an item is not on it, or times decrease.
+    """
+    if len(position_mm) != len(train.path):
+        found = f"{len(position_mm)} positions for {len(train.path)} items of train_schedule.path"
+        raise bad(path, f"pathfinding.path_item_positions: must be one for each item, got {found}")
+    keys = [item.key if item.key is not None else item.id for item in train.path]
+    for index, item in enumerate(train.schedule):
+        if item.at not in keys:
+            hint = suggestion(item.at, [key for key in keys if key])
+            raise bad(path, f"train_schedule.schedule[{index}].at: no item of the path, got {shown(item.at)}{hint}")
+    items = {item.at: item for item in train.schedule}
+    calls = [
+        _call(items.get(key or ""), at_mm / KILO, is_end=index in (0, len(keys) - 1), is_first=index == 0)
+        for index, (key, at_mm) in enumerate(zip(keys, position_mm, strict=True))
+    ]
+    asked = [call for call in calls if call.stops or call.arrival_s is not None]
+    _require_order(path, asked)
+    return journey_of(name, asked, (*_notes(train, asked), *told))
+
+
+def _require_order(path: Path, calls: Sequence[Call]) -> None:
+    """No arrival lies before what is known of an earlier place."""
+    last_s = 0.0
+    for call in calls:
+        if call.arrival_s is None:
+            continue
+        if call.arrival_s < last_s:
+            where = f"arrival {call.arrival_s:g} s at {call.position_m:.9g} m"
+            raise bad(path, f"train_schedule.schedule: times must not decrease, got {where} after {last_s:g} s")
+        last_s = call.arrival_s if call.departure_s is None else call.departure_s
+
+
+def _call(item: _ScheduleItem | None, position_m: float, *, is_end: bool, is_first: bool) -> Call:
+    arrival, stop_for = (None, None) if item is None else (item.arrival, item.stop_for)
+    arrival_s = 0.0 if is_first else None if arrival is None else arrival.total_seconds()
+    stands_s = None if stop_for is None else stop_for.total_seconds()
+    departure_s = None if arrival_s is None or stands_s is None else arrival_s + stands_s
+    return Call(position_m, is_end or stands_s is not None, arrival_s, 0.0 if is_first else departure_s)
+
+
+def _notes(train: TrainSchedule, calls: Sequence[Call]) -> Iterator[str]:
+    untimed = sum(call.stops and call.arrival_s is None for call in calls[1:-1])
+    if untimed:
+        yield f"stops without arrival ({untimed}): how long the train stands there is what --dwell says"
+    if train.initial_speed > 0.0:
+        yield f"initial_speed {train.initial_speed:g} m/s is not used: the train starts from a stand"
+    if train.margins:
+        yield "margins are not used: --at and --margins take some"
