@@ -16,6 +16,8 @@ _LITTLE = 0.02
 _NEARLY_ALL = 0.9
 #: A run has crossed a held speed when w has passed it by this share.
 _CROSSED = 8e-3
+#: Shares of the starting effort beyond which a ride of the envelope takes effort.
+_EFFORT_TO_STAY = 0.004
 #: Label of a row that rides the envelope at its start and coasts off it.
 _RIDES = 9
 
@@ -131,6 +133,82 @@ def _holds_from(x, w, cell, first, last, levels, column, sign):
     return from_m
 
 
+@part
+def _add(phases, count, kind, row, from_m, duration):
+    """Let a row, or what is behind a position in it, be of a phase; returns their number, −1 when they are too many."""
+    if count == 0 or phases[count - 1, 0] != kind:
+        if count >= phases.shape[0]:
+            return -1
+        phases[count, 0] = kind
+        phases[count, 1] = row - 1
+        phases[count, 3] = 0.0
+        phases[count, 4] = from_m
+        count += 1
+    phases[count - 1, 2] = row
+    phases[count - 1, 3] += duration
+    return count
+
+
+@part
+def _phases(train, course, levels, x, w, n, cell, phases):
+    """Phases of a run, and the cells that its rows end in; returns their number, −1 when there are too many."""
+    k = 0
+    e = 0
+    count = 0
+    last_cell = course.grade.shape[0] - 1
+    cell[0] = 0
+    for j in range(1, n):
+        middle = 0.5 * (x[j - 1] + x[j])
+        while k < last_cell and course.station_m[k + 1] <= middle:
+            k += 1
+        cell[j] = k
+        label, e, effort = _label(train, course, k, e, x[j - 1], x[j], w[j - 1], w[j], levels)
+        duration = 2.0 * (x[j] - x[j - 1]) / (math.sqrt(w[j]) + math.sqrt(w[j - 1]))
+        if label == _RIDES:
+            count = _add(phases, count, TRACTION, j, x[j - 1], effort * duration)
+            if count > 0:
+                off_m = x[j - 1] + effort * (x[j] - x[j - 1])
+                count = _add(phases, count, COASTING, j, off_m, (1.0 - effort) * duration)
+        else:
+            count = _add(phases, count, label, j, x[j - 1], duration)
+        if count < 0:
+            return count
+    return count
+
+
+@part
+def _may_hold(levels, x, w, cell, label, first, last, at_m, after):
+    """From where on the regime of a phase may turn into a hold; infinite where it may not."""
+    from_m = at_m
+    if label == TRACTION and w[first] < levels[cell[first + 1], 0] * (1.0 + _CROSSED):
+        over = _holds_from(x, w, cell, first, last, levels, 0, 1.0)
+        if over >= 0.0:
+            from_m = over if after == HOLDING else math.inf
+    elif label == COASTING and after != HOLDING and after != RETARDED:
+        if w[first] > levels[cell[first + 1], 0] * (1.0 - _CROSSED):
+            under = _holds_from(x, w, cell, first, last, levels, 0, -1.0)
+            if under >= 0.0:
+                from_m = math.inf
+        if w[first] < levels[cell[first + 1], 1]:
+            over = _holds_from(x, w, cell, first, last, levels, 1, 1.0)
+            if over >= 0.0:
+                from_m = math.inf
+    return from_m
+
+
+@part
+def _off_envelope(train, course, x, w, cell, first, last):
+    """Row of a ride of the envelope from which on it takes effort; −1 if none."""
+    start = effort_at(train.traction, 0.0)
+    for j in range(first, last):
+        d = x[j + 1] - x[j]
+        k = cell[j + 1]
+        effort = duration_and_work(train, d, course.grade[k], course.air[k], w[j], w[j + 1])[1] / d
+        if effort > _EFFORT_TO_STAY * start:
+            return j
+    return -1
+
+
 @kernel
 def extract(train, course, levels, x, w, n, short_s, cell, phases, commands):
     """Commands from the rows of a run.
@@ -153,40 +231,9 @@ def extract(train, course, levels, x, w, n, short_s, cell, phases, commands):
     count : int
         Number of commands; −1 when there are too many.
     """
-    k = 0
-    e = 0
-    count = 0
-    last_cell = course.grade.shape[0] - 1
-    start = effort_at(train.traction, 0.0)
-    cell[0] = 0
-    for j in range(1, n):
-        middle = 0.5 * (x[j - 1] + x[j])
-        while k < last_cell and course.station_m[k + 1] <= middle:
-            k += 1
-        cell[j] = k
-        label, e, effort = _label(train, course, k, e, x[j - 1], x[j], w[j - 1], w[j], levels)
-        duration = 2.0 * (x[j] - x[j - 1]) / (math.sqrt(w[j]) + math.sqrt(w[j - 1]))
-        ridden = 1.0
-        for piece in range(2 if label == _RIDES else 1):
-            from_m = x[j - 1]
-            share = 1.0
-            kind = label
-            if label == _RIDES:
-                ridden = effort
-                kind = TRACTION if piece == 0 else COASTING
-                share = ridden if piece == 0 else 1.0 - ridden
-                if piece == 1:
-                    from_m += ridden * (x[j] - x[j - 1])
-            if count == 0 or phases[count - 1, 0] != kind:
-                if count >= phases.shape[0]:
-                    return -1
-                phases[count, 0] = kind
-                phases[count, 1] = j - 1
-                phases[count, 3] = 0.0
-                phases[count, 4] = from_m
-                count += 1
-            phases[count - 1, 2] = j
-            phases[count - 1, 3] += share * duration
+    count = _phases(train, course, levels, x, w, n, cell, phases)
+    if count < 0:
+        return -1
     count = _smooth(phases, count, w, cell, levels)
     count = _absorb(phases, count, short_s)
     count = _smooth(phases, count, w, cell, levels)
@@ -200,36 +247,18 @@ def extract(train, course, levels, x, w, n, short_s, cell, phases, commands):
         now = int(commands[m - 1, REGIME])
         if not is_anchor(label):
             after = int(phases[i + 1, 0]) if i + 1 < count else -1
-            at_m = phases[i, 4]
-            from_m = at_m
-            if label == TRACTION and w[first] < levels[cell[first + 1], 0] * (1.0 + _CROSSED):
-                over = _holds_from(x, w, cell, first, last, levels, 0, 1.0)
-                if over >= 0.0:
-                    from_m = over if after == HOLDING else math.inf
-            elif label == COASTING and after != HOLDING and after != RETARDED:
-                if w[first] > levels[cell[first + 1], 0] * (1.0 - _CROSSED):
-                    under = _holds_from(x, w, cell, first, last, levels, 0, -1.0)
-                    if under >= 0.0:
-                        from_m = math.inf
-                if w[first] < levels[cell[first + 1], 1]:
-                    over = _holds_from(x, w, cell, first, last, levels, 1, 1.0)
-                    if over >= 0.0:
-                        from_m = math.inf
             before = int(phases[i - 1, 0]) if i > 0 else -1
-            if label == now and (i == 0 or before in (ENVELOPE, label)):
-                if from_m != at_m:
-                    commands[m - 1, HOLDS_FROM] = from_m
-            else:
+            at_m = phases[i, 4]
+            from_m = _may_hold(levels, x, w, cell, label, first, last, at_m, after)
+            if label != now or not (i == 0 or before in (ENVELOPE, label)):
                 m = write_command(commands, m, label, at_m, from_m)
+            elif from_m != at_m:
+                commands[m - 1, HOLDS_FROM] = from_m
         elif label == ENVELOPE and now != TRACTION:
             # What coasts or brakes leaves the envelope where that needs effort: to stay takes traction.
-            for j in range(first, last):
-                d = x[j + 1] - x[j]
-                kj = cell[j + 1]
-                effort = duration_and_work(train, d, course.grade[kj], course.air[kj], w[j], w[j + 1])[1] / d
-                if effort > 0.004 * start:
-                    m = write_command(commands, m, TRACTION, x[j], x[j])
-                    break
+            row = _off_envelope(train, course, x, w, cell, first, last)
+            if row >= 0:
+                m = write_command(commands, m, TRACTION, x[row], x[row])
         elif label == HOLDING and now != TRACTION:
             # What coasts holds a speed that it falls to; to one that it has fallen below it takes traction.
             under = w[first] < levels[cell[first + 1], 0]
