@@ -71,10 +71,9 @@ def ask_for(size_b: float, what: str) -> None:
     """
     given = _most_b.get()
     most_b = usual_limit_b() if given is None else given
-    if size_b > _LITTLE * most_b and _used_b() + size_b > most_b:
-        raise BudgetExceededError(
-            f"{what} would take {size_b / 1e9:.3g} GB, more than {most_b / 1e9:.3g} GB of memory leave (--max-memory)"
-        )
+    if size_b > _LITTLE * most_b and (used_b := _used_b()) + size_b > most_b:
+        asked, used, most = (f"{one_b / 1e9:.3g} GB" for one_b in (size_b, used_b, most_b))
+        raise BudgetExceededError(f"{what} would take {asked} beside {used} in use, more than {most} (--max-memory)")
 
 
 def _used_b() -> float:

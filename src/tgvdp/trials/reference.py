@@ -59,18 +59,20 @@ def read_cases(places: Sequence[Path], most_steps: int | None = None) -> list[Ca
     """
     paths = [path for place in places for path in (sorted(place.glob("*.json")) if place.is_dir() else [place])]
     cases: dict[str, Case] = {}
+    longer: list[int] = []
     for path in paths:
         instance = read_instance(path)
         if most_steps is not None and instance.steps > most_steps:
+            longer.append(instance.steps)
             continue
         if instance.id in cases:
             raise InputError(f"{path}: the id {instance.id!r} is also that of {cases[instance.id].path}")
         cases[instance.id] = Case(instance, path, hashlib.sha256(path.read_bytes()).hexdigest())
     if not cases:
-        raise InputError(
-            f"{', '.join(map(str, places)) or 'instances'}: no instance (*.json) there"
-            + (f" of at most {most_steps} steps" if most_steps is not None else "")
-        )
+        where = ", ".join(map(str, places)) or "instances"
+        if longer:
+            raise InputError(f"{where}: no instance of at most {most_steps} steps, the shortest has {min(longer)}")
+        raise InputError(f"{where}: no instance (*.json) there")
     return sorted(cases.values(), key=lambda case: (case.instance.steps, case.instance.id))
 
 
