@@ -23,7 +23,7 @@ PLACES = (Place(0.0, "Aston"), Place(4000.0, "Mid"), Place(6000.0, "B7"), Place(
 POINTS = """<operationControlPoints>
    <ocp id="a" name="Aston"/><ocp id="z" name="Berry"/><ocp id="far" name="Far Away"/>
    <ocp id="halt" name="Mid"><propOperational operationalType="stoppingPoint"/></ocp>
-   <ocp id="block" code="B7"><propOperational operationalType="blockPost"/></ocp>
+   <ocp id="block"><designator register="DB640" entry="B7"/><propOperational operationalType="blockPost"/></ocp>
   </operationControlPoints>"""
 
 

@@ -238,21 +238,26 @@ def _tunnels(track: Node, way: _Way) -> tuple[list[tuple[Tunnel, int]], list[str
 def _places(root: Node, topology: Node, way: _Way) -> tuple[list[Place], list[Place]]:
     """The operational points of a track where trains stop, and others, by the names or codes that they have."""
     passing = set(_passed(root))
-    names = {point.text("id"): point.text("name") or point.text("code") or "" for point in root.below(*POINTS)}
+    names = {point.text("id"): (*names_of(point), "")[0] for point in root.below(*POINTS)}
     stops: list[Place] = []
     others: list[Place] = []
     for place in topology.below("crossSections", "crossSection"):
         ref = place.text("ocpRef")
         if ref:
-            at = Place(way.along_m(place, way.forward), plain_text(names.get(ref, "")))
+            at = Place(way.along_m(place, way.forward), names.get(ref, ""))
             (others if ref in passing else stops).append(at)
         place.dismiss()
     for at_m, end in ((0.0, "trackBegin"), (way.length_m, "trackEnd")):
         refs = [one.text("ocpRef") for one in topology.below(end, "macroscopicNode")]
-        others += [
-            Place(at_m if way.forward else way.length_m - at_m, plain_text(names.get(ref, ""))) for ref in refs if ref
-        ]
+        others += [Place(at_m if way.forward else way.length_m - at_m, names.get(ref, "")) for ref in refs if ref]
     return stops, others
+
+
+def names_of(point: Node) -> tuple[str, ...]:
+    """Name, code and entries in registers of an operational point, as far as it has them."""
+    entries = [one.text("entry") for one in point.children("designator")]
+    found = [plain_text(text) for text in (point.text("name"), point.text("code"), *entries) if text]
+    return tuple(name for name in found if name)
 
 
 def _passed(root: Node) -> Iterable[str]:

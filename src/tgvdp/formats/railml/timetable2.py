@@ -9,11 +9,10 @@ from typing import NamedTuple
 
 from tgvdp.errors import InputError
 from tgvdp.formats.calls import Call, RunningClock, by_name, journey_of
-from tgvdp.formats.railml.line2 import POINTS
+from tgvdp.formats.railml.line2 import POINTS, names_of
 from tgvdp.formats.syntax.clocks import DAY_S, clock_s
 from tgvdp.formats.syntax.reading import shown
 from tgvdp.formats.syntax.xml import Node
-from tgvdp.model.checks import plain_text
 from tgvdp.model.journey import Journey
 
 #: Which times count, the first of them that a place has; those that were run ("actual") are no timetable.
@@ -141,7 +140,7 @@ def _joined(stands: Sequence[_Times]) -> list[_Times]:
 
 def _on_line(root: Node, stands: Sequence[_Times], places: Sequence[tuple[float, str]]) -> tuple[list[Call], list[str]]:
     """Calls at places of the line, and names of those that it does not have."""
-    names = {point.text("id") or "": _names(point) for point in root.below(*POINTS)}
+    names = {point.text("id") or "": names_of(point) for point in root.below(*POINTS)}
     known = by_name(places)
     placed = [(one, *_place(one, names, known)) for one in stands]
     on_line = [at for at, (_, _, position_m) in enumerate(placed) if position_m is not None]
@@ -170,8 +169,3 @@ def _place(one: _Times, names: dict[str, tuple[str, ...]], known: dict[str, list
     if len(found) > 1:
         raise one.node.bad(f"the line has {len(found)} places of that name, got {shown(own[0])}", "ocpRef")
     return own[0], found[0] if found else None
-
-
-def _names(point: Node) -> tuple[str, ...]:
-    """Name and code of an operational point, as far as it has them."""
-    return tuple(plain_text(text) for text in (point.text("name"), point.text("code")) if text)
