@@ -35,9 +35,19 @@ def test_arrivals_are_the_latest_and_departures_the_earliest_times(tmp_path):
     assert "A to C" in str(describe_file(path))
 
 
+def test_times_count_from_the_departure_which_may_be_after_a_stop(tmp_path):
+    items = [item | {"stop_for": "PT20S"} if item["at"] == "a" else item for item in SCHEDULE["schedule"]]
+    later = [
+        (at_m, early_s - 20.0 * (at_m > 0.0), late_s - 20.0, *speeds) for at_m, early_s, late_s, *speeds in EXPECTED
+    ]
+    assert points(file_of(tmp_path, changed(SCHEDULE, ("schedule",), items))) == later
+
+
 def test_a_stop_without_arrival_may_have_any_and_the_end_is_a_stop(tmp_path):
     items = [{"at": "c", "stop_for": "PT30S"}]
-    path = file_of(tmp_path, changed(SCHEDULE, ("schedule",), items) | {"initial_speed": 3.0, "margins": {"values": 1}})
+    path = file_of(
+        tmp_path, changed(SCHEDULE, ("schedule",), items) | {"initial_speed": 3.0, "margins": {"values": ["0%", "5%"]}}
+    )
     any_time = (5000.0, -INF, INF, 0.0, 0.0)
     assert points(path) == [EXPECTED[0], any_time, any_time, (10_000.0, -INF, INF, 0.0, 0.0)]
     assert load_journey(path).notes == (

@@ -91,6 +91,6 @@ OSRD_SCHEDULE = OSRD_PATH | {
             {"at": "c", "arrival": "PT5M", "stop_for": "PT30S", "reception_signal": "OPEN"},
             {"at": "e", "arrival": "PT10M", "stop_for": "PT0S"},
         ],
-        "margins": None,
+        "margins": {"boundaries": [], "values": ["0%"]},
     },
 }

@@ -17,6 +17,9 @@ from tgvdp.formats.syntax.typed import suggestion
 from tgvdp.model.journey import Journey
 from tgvdp.units import KILO
 
+#: Margins that add nothing.
+_NO_MARGINS = {"none", "0%", "0min/100km"}
+
 
 class _PathItem(Struct):
     id: str | None = None  # until 2026
@@ -42,13 +45,18 @@ class _ScheduleItem(Struct):
     reception_signal: Any = None
 
 
+class _Margins(Struct):
+    values: list[str] = []
+    boundaries: Any = None
+
+
 class TrainSchedule(Struct):
     """A train of a timetable, as OSRD's services answer."""
 
     path: list[_PathItem]
     schedule: list[_ScheduleItem] = []
     initial_speed: float = 0.0
-    margins: Any = None
+    margins: _Margins | None = None
     # What does not act on a timetable.
     category: Any = None
     comfort: Any = None
@@ -95,7 +103,7 @@ def make_journey(
             raise bad(path, f"train_schedule.schedule[{index}].at: no item of the path, got {shown(item.at)}{hint}")
     items = {item.at: item for item in train.schedule}
     calls = [
-        _call(items.get(key or ""), at_mm / KILO, is_end=index in (0, len(keys) - 1), is_first=index == 0)
+        _call(items.get(key or ""), at_mm / KILO, is_first=index == 0, is_last=index == len(keys) - 1)
         for index, (key, at_mm) in enumerate(zip(keys, position_mm, strict=True))
     ]
     asked = [call for call in calls if call.stops or call.arrival_s is not None]
@@ -115,12 +123,12 @@ def _require_order(path: Path, calls: Sequence[Call]) -> None:
         last_s = call.arrival_s if call.departure_s is None else call.departure_s
 
 
-def _call(item: _ScheduleItem | None, position_m: float, *, is_end: bool, is_first: bool) -> Call:
+def _call(item: _ScheduleItem | None, position_m: float, *, is_first: bool, is_last: bool) -> Call:
     arrival, stop_for = (None, None) if item is None else (item.arrival, item.stop_for)
     arrival_s = 0.0 if is_first else None if arrival is None else arrival.total_seconds()
     stands_s = None if stop_for is None else stop_for.total_seconds()
-    departure_s = None if arrival_s is None or stands_s is None else arrival_s + stands_s
-    return Call(position_m, is_end or stands_s is not None, arrival_s, 0.0 if is_first else departure_s)
+    departure_s = None if arrival_s is None else arrival_s + (stands_s or 0.0)
+    return Call(position_m, is_first or is_last or stands_s is not None, arrival_s, departure_s)
 
 
 def _notes(train: TrainSchedule, calls: Sequence[Call]) -> Iterator[str]:
@@ -129,5 +137,5 @@ def _notes(train: TrainSchedule, calls: Sequence[Call]) -> Iterator[str]:
         yield f"stops without arrival ({untimed}): how long the train stands there is what --dwell says"
     if train.initial_speed > 0.0:
         yield f"initial_speed {train.initial_speed:g} m/s is not used: the train starts from a stand"
-    if train.margins:
+    if train.margins is not None and not _NO_MARGINS.issuperset(train.margins.values):
         yield "margins are not used: --at and --margins take some"
