@@ -1,7 +1,7 @@
 """What a file of a foreign format holds: named trains, tracks and journeys, each made when it is asked for."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -39,12 +39,18 @@ class Content:
         Identifier of the item that the file itself prefers where it holds several of its kind.
     takes_line_speed : bool
         Whether its tracks may lack speed limits, in place of which ``Document.line_speed_mps`` can stand.
+    inputs : mapping of str to str
+        SHA-256 of other files that it refers to, by their paths; they are read when its items are made.
+    lacking : mapping of str to str
+        By kind: why the file does not hold one, where that is worth saying.
     """
 
     format: str
     items: Mapping[Kind, tuple[Item, ...]]
     default: str | None = None
     takes_line_speed: bool = False
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    lacking: Mapping[Kind, str] = field(default_factory=dict)
 
     @property
     def is_one(self) -> bool:
