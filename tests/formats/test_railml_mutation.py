@@ -8,46 +8,14 @@ from hypothesis import strategies as st
 
 from tests.helpers.railml_case import SAMPLES
 from tests.helpers.settings import fuzz
+from tests.helpers.xml_slips import mutated
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file
 
 pytest.importorskip("lxml")
 
 #: Refusals of a whole file, or of what is asked of it, have no line; all others do.
-WHOLE_FILE = ("holds no track and no train", "is nested too deeply", "holds XML, but no railML", "holds no ", "is not ")
-
-JUNK = st.one_of(
-    st.sampled_from(
-        ["", " ", "-1", "0", "1e999", "NaN", "INF", "1e308", "-1e308", "1e-320", "end", "999.9", "both", "down", "true",
-         "t1", "ne1", "ne2", "loco", "coach", "kN", "N/kN", "m/s", "1e6", "up", "99999999999999999999", "&amp;"]
-    ),
-    st.floats().map(str),
-    st.integers().map(str),
-    st.text(alphabet=st.characters(codec="utf-8", exclude_characters='<>&"', min_codepoint=32), max_size=8),
-)  # fmt: skip
-
-ATTRIBUTE = re.compile(r' [A-Za-z]+="[^"]*"')
-ELEMENT = re.compile(r"<([A-Za-z]+)[^<>]*/>|<([A-Za-z]+)[^<>]*>(?:(?!</?\2[ >]).)*?</\2>", re.DOTALL)
-
-
-@st.composite
-def mutated(draw, text):
-    """Change, remove, rename or double attributes, and remove, double or rename elements, one to three times."""
-    for _ in range(draw(st.integers(1, 3))):
-        on_attribute = draw(st.booleans())
-        found = list((ATTRIBUTE if on_attribute else ELEMENT).finditer(text))
-        if not found:
-            return text
-        match = draw(st.sampled_from(found))
-        old = match[0]
-        if on_attribute:
-            name = old.partition("=")[0]
-            new = draw(st.one_of(JUNK.map(lambda junk, name=name: f'{name}="{junk}"'), st.just("")))
-        else:
-            name = match[1] or match[2]
-            new = draw(st.sampled_from(["", old + old, old.replace(name, "other"), f"<other>{old}</other>"]))
-        text = text[: match.start()] + new + text[match.end() :]
-    return text
+WHOLE_FILE = ("holds no track and no train", "is nested too deeply", "holds XML, but neither", "holds no ", "is not ")
 
 
 def loads_or_is_refused(path, data):

@@ -100,7 +100,8 @@ class _File:
         self._line_speed_kmh = None if speed_mps is None else mps_to_kmh(speed_mps)
         self.root = parse_xml(document.path, document.data)
         if self.root.name not in _ROOTS:
-            raise bad(self.path, f"holds XML, but no railML: its root is {shown(self.root.name)}")
+            root = shown(self.root.name)
+            raise bad(self.path, f"holds XML, but neither railML nor SFERA to be run: its root is {root}")
         self.version = self.root.text("version") or _BY_NAMESPACE.get(self.root.namespace) or ""
         if not self.version:
             raise self.root.bad("missing attribute, and the namespace is that of no known version", "version")

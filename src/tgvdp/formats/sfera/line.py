@@ -32,11 +32,9 @@ def read_line(messages: Messages, journey: Node, line_speed_kmh: float | None) -
     neutral, neutral_notes = neutral_sections(segments)
     gradients, gradient_notes = _gradients(segments)
     tunnels, tunnel_notes = _tunnels(segments)
-    curves = _curves(segments)
+    curves, curve_notes = _curves(segments)
     calls = calls_of(segments)
-    notes = [*train_notes, *limit_notes, *gradient_notes, *tunnel_notes, *neutral_notes]
-    if not curves:
-        notes.append("no curves: the line is taken as straight")
+    notes = [*train_notes, *limit_notes, *gradient_notes, *curve_notes, *tunnel_notes, *neutral_notes]
     notes += unused_notes(journey, segments)
     try:
         return Track(
@@ -82,12 +80,17 @@ def _gradients(segments: Sequence[Segment]) -> tuple[tuple[Gradient, ...], list[
             rows.append((segment.offset_m, 0.0))
         for owner in owners:
             rows += ((at_m, _permil(node, segment.forward)) for at_m, _, node in segment.changes(owner))
-    if len(level) == len(segments):
-        return (), ["no gradients: the line is taken as level"]
     kept = [row for at, row in enumerate(rows) if at == 0 or row[1] != rows[at - 1][1]]
-    names = ", ".join(segment.profile.required_text("SP_ID") for segment in level)
-    notes = [f"no gradients on {names}: taken as level"[:LONGEST_NOTE]] if level else []
-    return tuple(Gradient(*row) for row in kept), notes
+    made = () if len(level) == len(segments) else tuple(Gradient(*row) for row in kept)
+    return made, _absent("gradients", "level", level, segments)
+
+
+def _absent(what: str, instead: str, without: Sequence[Segment], segments: Sequence[Segment]) -> list[str]:
+    """Say which segments say nothing of something."""
+    if len(without) == len(segments):
+        return [f"no {what}: the line is taken as {instead}"]
+    names = ", ".join(segment.profile.required_text("SP_ID") for segment in without)
+    return [f"no {what} on {names}: taken as {instead}"[:LONGEST_NOTE]] if without else []
 
 
 def _permil(node: Node, forward: bool) -> float:
@@ -98,19 +101,22 @@ def _permil(node: Node, forward: bool) -> float:
     return permil if (direction == "Uphill") == forward else -permil
 
 
-def _curves(segments: Sequence[Segment]) -> tuple[Curve, ...]:
+def _curves(segments: Sequence[Segment]) -> tuple[tuple[Curve, ...], list[str]]:
     """Curves of constant radius; 0 m is straight, and so are segments that say nothing of curves."""
     made: list[Curve] = []
+    straight = []
     for segment in segments:
         owners = segment.profile.below("SP_Characteristics", "Curves")
         if not owners:
+            straight.append(segment)
             made.append(Curve(segment.offset_m, math.inf, math.inf))
         for owner in owners:
             for at_m, _, node in segment.changes(owner):
                 radius_m = node.required_number("curveRadius", "m", at_least=0.0) or math.inf
                 node.choice("curveDirection", ("Unknown", "Left", "Right"))
                 made.append(Curve(at_m, radius_m, radius_m))
-    return () if all(math.isinf(curve.radius_start_m) for curve in made) else tuple(made)
+    notes = _absent("curves", "straight", straight, segments)
+    return () if all(math.isinf(curve.radius_start_m) for curve in made) else tuple(made), notes
 
 
 def _tunnels(segments: Sequence[Segment]) -> tuple[tuple[Tunnel, ...], list[str]]:

@@ -73,8 +73,9 @@ def read_train(train: Node, reference: Node | None, variant: str | None) -> Trai
         raise features.bad(lacks_note(train, reference))
 
     def number(attribute: str, unit: str) -> float | None:
-        own = reference is not None and reference.has(attribute)
-        return (reference if own and reference is not None else features).number(attribute, unit, above=0.0)
+        value = features.number(attribute, unit, above=0.0)
+        own = None if reference is None else reference.number(attribute, unit, above=0.0)
+        return value if own is None else own
 
     curves, brakes = features.children("TractionForceCurve"), features.children("BrakingForceCurve")
     if len(brakes) > 1:
@@ -138,7 +139,10 @@ def _effort(curve: Node, kind: str) -> EffortCurve:
     for aside in ("TFC_TractionType", "BFC_TractionType", "TFC_NSPs", "BFC_NSPs"):
         for node in curve.children(aside):
             node.dismiss()
-    return EffortCurve.from_points(points)
+    try:
+        return EffortCurve.from_points(points)
+    except InputError as error:
+        raise curve.bad(str(error)) from None
 
 
 def _unused(train: Node) -> tuple[str, ...]:

@@ -40,8 +40,8 @@ def unused_notes(journey: Node, segments: Sequence[Segment]) -> Iterator[str]:
             groups.update(name for name in names if name not in GROUPS)
             point.dismiss()
         for signal in segment.profile.below("SP_Points", "Signal"):
-            if signal.child("SignalInformation") is None:
-                signal.dismiss()
+            for one in signal.children("Signal_ID", "SignalFunction", "SignalPhysicalCharacteristics"):
+                one.dismiss()
         for place in segment.profile.below("SP_Areas", "TAF_TAP_Location"):
             place.dismiss()
         for train in segment.reference.children("TrainCharacteristicsRef"):
