@@ -70,7 +70,7 @@ def read_source(
     value = scenario if kind is None else getattr(scenario, kind)
     remarks = tuple(remark for one in scenario.remarks.values() for remark in one)
     beside = {} if content is None else {Path(path).name: digest for path, digest in sorted(content.inputs.items())}
-    return Read(value, target.path, target.part, document.digest, remarks, beside)
+    return Read(value, target.path, target.part, document.digest, remarks, scenario.format, beside)
 
 
 def read_scenario(document: Document) -> Scenario:

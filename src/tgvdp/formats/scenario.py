@@ -53,7 +53,8 @@ class Read(NamedTuple):
     """What was read from a file: a train, a track, a map, a journey or a whole scenario, and the bytes it was made of.
 
     ``part`` is what was chosen in the file, ``sha256`` that of its bytes, in hexadecimal, ``remarks`` what readers
-    noted, as in `Scenario`, ``beside`` the SHA-256 of other files that a foreign one refers to, by their names.
+    noted and ``format`` what it is, as in `Scenario`, ``beside`` the SHA-256 of other files that a foreign one refers
+    to, by their names.
     """
 
     value: Any
@@ -61,6 +62,7 @@ class Read(NamedTuple):
     part: str | None
     sha256: str
     remarks: tuple[str, ...]
+    format: str
     beside: Mapping[str, str] = MappingProxyType({})
 
     @property

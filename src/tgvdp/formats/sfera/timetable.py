@@ -23,7 +23,7 @@ from tgvdp.model.journey import Journey, TimingPoint
 _MOMENT = re.compile(r"\d{4}-\d{2}-\d{2}T\d{2}:\d{2}:\d{2}Z")
 _DURATION = re.compile(r"P(?:(\d{1,6})D)?(?:T(?:(\d{1,6})H)?(?:(\d{1,6})M)?(?:(\d{1,6}(?:\.\d{1,6})?)S)?)?")
 _STOPS = ("Stopping_Point", "Skipped_Stopping_Point", "Passing_Point")
-_DEPARTURE = "StoppingPointDepartureDetails"
+DEPARTURE = "StoppingPointDepartureDetails"
 
 
 class Call(NamedTuple):
@@ -55,7 +55,7 @@ class Call(NamedTuple):
 def has_times(journey: Node) -> bool:
     """Whether a journey has any time to keep."""
     points = journey.below("SegmentProfileReference", "TimingPointConstraints")
-    return any(point.has("TP_latestArrivalTime") or point.below(_DEPARTURE) for point in points)
+    return any(point.has("TP_latestArrivalTime") or point.below(DEPARTURE) for point in points)
 
 
 def calls_of(segments: Sequence[Segment]) -> list[Call]:
@@ -66,16 +66,21 @@ def calls_of(segments: Sequence[Segment]) -> list[Call]:
     InputError
         When a point is not in its segment, points are not in the order of the run, or a time is wrong.
     """
-    calls: list[Call] = []
+    return [_one(list(group)) for _, group in groupby(calls_in(segments), lambda call: call.position_m)]
+
+
+def calls_in(segments: Sequence[Segment]) -> Iterator[Call]:
+    """Each TimingPointConstraints of a journey, in order; see `calls_of`."""
+    last_m = 0.0
     for segment in segments:
         places = _Places(segment)
         for node in segment.reference.children("TimingPointConstraints"):
             call = _call(places, node)
-            if calls and call.position_m < calls[-1].position_m:
-                got = f"got {call.position_m:.12g} m after {calls[-1].position_m:.12g} m of the journey"
+            if call.position_m < last_m:
+                got = f"got {call.position_m:.12g} m after {last_m:.12g} m of the journey"
                 raise node.bad(f"{shown(call.name)} lies before the point above it, {got}")
-            calls.append(call)
-    return [_one(list(group)) for _, group in groupby(calls, lambda call: call.position_m)]
+            last_m = call.position_m
+            yield call
 
 
 def read_journey(messages: Messages, journey: Node) -> Journey:
@@ -94,7 +99,7 @@ def read_journey(messages: Messages, journey: Node) -> Journey:
     calls = calls[stops[0] : stops[-1] + 1]
     first, last = calls[0], calls[-1]
     if first.departure_s is None:
-        raise first.node.bad(f"the first stop has no {_DEPARTURE}@departureTime, with which the clock starts")
+        raise first.node.bad(f"the first stop has no {DEPARTURE}@departureTime, with which the clock starts")
     _require_order(calls)
     start_s = first.departure_s
     points = (
@@ -102,7 +107,7 @@ def read_journey(messages: Messages, journey: Node) -> Journey:
         *(point for call in calls[1:-1] for point in _points(call, start_s)),
         TimingPoint(last.position_m, *_arrival(last, start_s), 0.0, 0.0),
     )
-    dwells = [call for call in calls for node in call.node.children(_DEPARTURE) if node.has("minimumDwellTime")]
+    dwells = [call for call in calls for node in call.node.children(DEPARTURE) if node.has("minimumDwellTime")]
     notes = (f"{len(dwells)} minimumDwellTime are not used: --dwell is the standstill",) if dwells else ()
     try:
         return Journey(name=journey_name(journey), track=journey_name(journey), points=points, notes=notes)
@@ -190,7 +195,7 @@ def _call(places: _Places, node: Node) -> Call:
     for aside in ("TP_PlannedLatestArrivalTime", "TP_Information"):
         node.text(aside)
     departure_s = None
-    details = node.child(_DEPARTURE)
+    details = node.child(DEPARTURE)
     if details is not None:
         details.text("plannedDepartureTime")
         departure_s = _moment_s(details, "departureTime")

@@ -1,0 +1,33 @@
+"""Advice in the format that a line came in: that of SFERA goes back to a driver advisory system."""
+
+from typing import TYPE_CHECKING
+
+from tgvdp.cli.search_case import Case
+
+if TYPE_CHECKING:
+    from tgvdp.api import JourneyResult
+    from tgvdp.formats.sfera.write import AdvisableJourney
+
+#: The journey with the advice of its middle point.
+_MESSAGE = "sfera.xml"
+
+
+def advisable(case: Case, *, reverse: bool) -> "AdvisableJourney | None":
+    """Read the message that a line came in, where that is a journey of SFERA which is run as it stands there."""
+    if case.line is None or case.line.format != "SFERA" or reverse:
+        return None
+    from tgvdp.formats.sfera.write import AdvisableJourney
+    from tgvdp.formats.sources import Target
+
+    return AdvisableJourney(Target(case.line.path, case.line.part))
+
+
+def advised(journey: "AdvisableJourney | None", result: "JourneyResult") -> dict[str, bytes]:
+    """Files with the advice of a journey's middle point, by name: one, or none where it stops elsewhere."""
+    if journey is None:
+        return {}
+    from tgvdp.report.advice import journey_advice, journey_passing
+
+    steps = [step for section in journey_advice(result)["sections"] for step in section["steps"]]
+    message = journey.advised(result.options["stops_m"], steps, journey_passing(result))
+    return {} if message is None else {_MESSAGE: message}
