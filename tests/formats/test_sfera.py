@@ -1,5 +1,6 @@
 """SFERA messages as lines, timetables and trains: units, directions, what lies beside, what is refused."""
 
+import os
 import re
 
 import pytest
@@ -17,14 +18,6 @@ pytest.importorskip("lxml")
 INF = float("inf")
 
 
-@pytest.fixture(scope="module")
-def schema(shared):
-    """The published schema."""
-    if not (shared / "sfera").is_dir():
-        pytest.skip("the schema of SFERA is absent")
-    return shared / "sfera" / "SFERA_4.00.xsd"
-
-
 def limits_of(track):
     return [(limit.position_m, round(3.6 * limit.speed_mps, 9)) for limit in track.speed_limits]
 
@@ -38,9 +31,9 @@ def edited(*changes, parts=PARTS):
     return text
 
 
-def test_messages_of_these_tests_are_valid(schema):
+def test_messages_of_these_tests_are_valid(sfera):
     for text in (*map(str.strip, PARTS), message()):
-        ok, log = valid_by(schema, text)
+        ok, log = valid_by(sfera / "SFERA_4.00.xsd", text)
         assert ok, log
 
 
@@ -62,8 +55,8 @@ def test_line_in_si(saved_xml):
         Place(200.0, "Aston"), Place(2500.0, "b"), Place(6500.0, "Ceeville"), Place(9700.0, "d")
     )  # fmt: skip
     assert track.notes == (
-        "2 additional speed restrictions (ASR) lower the limit",
-        "3 of 6 limits hold until the train's rear has left them (SSP_Front, ASR_Front): --limits tail",
+        "additional speed restrictions (ASR) that lower the limit: 2",
+        "limits that hold until the train's rear has left them (SSP_Front, ASR_Front; --limits tail): 3 of 6",
         "no curves on s2: taken as straight",
     )
 
@@ -114,6 +107,7 @@ def test_segments_and_train_may_lie_beside_their_journey(tmp_path, saved_xml):
     (tmp_path / "file.xml").unlink()
     (tmp_path / "other.xml").write_text("<other>")
     (tmp_path / "broken.xml").write_text('<SegmentProfile SP_ID="s9">')
+    os.mkfifo(tmp_path / "pipe.xml")
     apart = load_scenario(tmp_path / "part-0.xml")
     assert (apart.track, apart.journey, apart.train) == (whole.track, whole.journey, whole.train)
     assert set(apart.inputs) == {str(tmp_path / f"part-{number}.xml") for number in range(4)}
@@ -160,6 +154,7 @@ def test_a_journey_from_elsewhere_has_to_hold_its_segments():
         ('speed="72"', 'speed="150"', "@speed: speeds must start at 0 km/h and not decrease, got 144 km/h"),
         ('brakingForce="160000"', 'brakingForce="-1"', "@brakingForce: must be at least 0 N, got '-1'"),
         ('trainWeight="220"', 'trainWeight="0"', "TrainCharacteristicsRef@trainWeight: must be above 0 t, got '0'"),
+        (JOURNEY, 2 * JOURNEY, "JourneyProfile[2]: a second journey of train '4711': leave one"),
         ('JP_Status="Valid"', 'JP_Status="Unavailable"', "@JP_Status: must be of a journey to run, got 'Unavailable'"),
         ("<teltsi_OperationalTrainNumber>4711</teltsi_OperationalTrainNumber>", "", "missing element TrainIdentif"),
     ],
@@ -294,10 +289,8 @@ def test_swiss_line_and_curve_speeds(saved_xml):
         load_track(saved_xml(broken))
 
 
-def test_real_messages(shared):
-    samples = shared / "sfera" / "samples"
-    if not samples.is_dir():
-        pytest.skip("the messages of SFERA are absent")
+def test_real_messages(sfera):
+    samples = sfera / "samples"
     one = samples / "T24_SFERA_JP_T24.xml"
     track, journey = load_track(one), load_journey(one)
     assert limits_of(track) == [

@@ -36,7 +36,7 @@ class Category:
 
     def __str__(self) -> str:
         braked = "" if self.braked_pct is None else f"{self.braked_pct:g}"
-        return " ".join(filter(None, (self.code, braked))) or "no category"
+        return " ".join(filter(None, (self.code, braked))) or "a train of no category"
 
 
 def category_of(features: Node, name: str) -> Category:

@@ -136,14 +136,12 @@ def _notes(
         constraints = [one for segment in segments for one in segment.reference.children("TemporaryConstraints")]
         lowering = [one for one in constraints if one.child("AdditionalSpeedRestriction") is not None]
         timed = any(one.text("startTime") or one.text("endTime") for one in lowering)
-        text = f"{restrictions} additional speed restrictions (ASR) lower the limit"
-        yield f"{text}, at any time: startTime and endTime are not used" if timed else text
+        when = ", at any time (startTime and endTime are not used)" if timed else ""
+        yield f"additional speed restrictions (ASR) that lower the limit{when}: {restrictions}"
     fronts = Counter(speed.front for speed in speeds)
     if fronts[False]:
-        text = (
-            f"{fronts[False]} of {len(speeds)} limits hold until the train's rear has left them (SSP_Front, ASR_Front)"
-        )
-        yield f"{text}: --limits tail"
+        which = "limits that hold until the train's rear has left them (SSP_Front, ASR_Front; --limits tail)"
+        yield f"{which}: {fronts[False]} of {len(speeds)}"
     profiles = [segment.profile.below("SP_Characteristics", "StaticSpeedProfile") for segment in segments]
     if any(len(own) > 1 for own in profiles):
         yield "several StaticSpeedProfiles on one segment, as for train protection systems: the lowest speed counts"
@@ -153,7 +151,7 @@ def _notes(
         for row in profile.children("StaticSpeedProfileStart", "StaticSpeedProfileChange")
     )  # fmt: skip
     if specific:
-        yield f"{specific} speeds for categories of trains are taken for {category}"
+        yield f"speeds for categories of trains, taken for {category}: {specific}"
     found = {path[-1]: sum(len(segment.profile.below(*path)) for segment in segments) for path in _NOT_READ}
     if any(found.values()):
         names = ", ".join(counted(Counter({name: count for name, count in found.items() if count})))

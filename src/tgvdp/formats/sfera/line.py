@@ -126,4 +126,4 @@ def _tunnels(segments: Sequence[Segment]) -> tuple[tuple[Tunnel, ...], list[str]
     known = [(one.from_m, one.to_m, area_m2) for one, area_m2 in areas if area_m2 is not None]
     made = tuple(Tunnel(from_m, to_m - from_m, area_m2) for from_m, to_m, area_m2 in joined(known))
     unknown = len(stretches) - len(known)
-    return made, [f"{unknown} tunnels without tunnelFactor (cross section) are not used"] if unknown else []
+    return made, [f"tunnels without tunnelFactor (cross section) that are not used: {unknown}"] if unknown else []

@@ -48,6 +48,8 @@ class Messages:
         self.path, self._document = document.path, document
         self._root = parse_xml(document.path, document.data)
         self.inputs: dict[str, str] = {}
+        self._named: dict[str, dict[str, list[Node]]] = {}
+        self._parsed: dict[Path, tuple[Node, str]] = {}
 
     def each(self, kind: str) -> list[Node]:
         """All messages of a kind that stand in the file."""
@@ -61,44 +63,57 @@ class Messages:
         InputError
             When there is none, or several of that identifier and version.
         """
-        wanted = _wanted(kind, reference)
-        found = [node for node in self.each(kind) if _is(kind, node, reference)]
-        versions = [_version(kind, node) for node in self.each(kind) if node.text(wanted[0]) == wanted[1]]
+        key = KEYS[kind][0]
+        wanted = reference.required_text(key)
+        near = self._by_name(kind).get(wanted, [])
+        found = [node for node in near if _is(kind, node, reference)]
+        versions = [_version(kind, node) for node in near]
         if not found:
             with errors_named(self.path):
-                require_not_alone(self._document, f"{kind} {wanted[1]}")
-            for path, root, digest in self._beside(wanted[1]):
-                near = [node for node in _each(root, kind) if node.text(wanted[0]) == wanted[1]]
-                versions += [f"{_version(kind, node)} in {path.name}" for node in near]
+                require_not_alone(self._document, f"{kind} {wanted}")
+            for root, digest in self._beside(wanted):
+                near = [node for node in _each(root, kind) if node.text(key) == wanted]
+                versions += [f"{_version(kind, node)} in {node.path.name}" for node in near]
                 own = [node for node in near if _is(kind, node, reference)]
-                if own:
-                    self.inputs[str(path)] = digest
+                self.inputs.update({str(node.path): digest for node in own})
                 found += own
         if len(found) > 1:
             places = " and ".join(f"{node.path.name} line {node.line}" for node in found[:2])
-            raise reference.bad(f"{len(found)} {kind}s of this version, in {places}: leave one", wanted[0])
+            raise reference.bad(f"{len(found)} {kind}s of this version, in {places}: leave one", key)
         if not found:
-            which = f"{shown(wanted[1])} {_version(kind, reference)}"
             held = f"; there is {', '.join(versions)}"[:200] if versions else ", nor beside the file"
-            raise reference.bad(f"no {kind} {which} in the file{held}", wanted[0])
+            raise reference.bad(f"no {kind} {shown(wanted)} {_version(kind, reference)} in the file{held}", key)
         return found[0].fresh()
 
-    def _beside(self, identifier: str) -> Iterator[tuple[Path, Node, str]]:
-        """Other files of the folder that are messages and hold a text."""
+    def _by_name(self, kind: str) -> dict[str, list[Node]]:
+        """Messages of a kind in the file, by their identifiers."""
+        if kind not in self._named:
+            known: dict[str, list[Node]] = {}
+            for node in self.each(kind):
+                known.setdefault(node.required_text(KEYS[kind][0]), []).append(node)
+            self._named[kind] = known
+        return self._named[kind]
+
+    def _beside(self, identifier: str) -> Iterator[tuple[Node, str]]:
+        """Other messages of the folder that hold a text, with the SHA-256 of their files."""
         text = identifier.encode()
-        for path in self._others:
-            data = read_bytes(path)
+        for path, data in self._others.items():
             if text in data:
-                yield path, parse_xml(path, data), sha256(data).hexdigest()
+                if path not in self._parsed:
+                    self._parsed[path] = parse_xml(path, data), sha256(data).hexdigest()
+                yield self._parsed[path]
 
     @cached_property
-    def _others(self) -> list[Path]:
+    def _others(self) -> dict[Path, bytes]:
         """Files of the folder that begin as messages do; those that cannot be read are none."""
-        return [path for path in sorted(self.path.parent.glob("*.xml")) if path != self.path and _begins_so(path)]
+        paths = sorted(self.path.parent.glob("*.xml"))
+        return {path: read_bytes(path) for path in paths if path != self.path and _begins_so(path)}
 
 
 def _begins_so(path: Path) -> bool:
     try:
+        if not path.is_file():  # a pipe would be waited for
+            return False
         with path.open("rb") as file:
             return _BEGINNING.search(file.read(_HEAD_BYTES)) is not None
     except OSError:
@@ -110,11 +125,6 @@ def _each(root: Node, kind: str) -> list[Node]:
         return [root]
     payloads = [child.read() for child in root.every_child() if child.name.endswith("Payload")] or [root]
     return [node for payload in payloads for node in payload.children(kind)]
-
-
-def _wanted(kind: str, reference: Node) -> tuple[str, str]:
-    name = KEYS[kind][0]
-    return name, reference.required_text(name)
 
 
 def _owner(kind: str, node: Node) -> str:

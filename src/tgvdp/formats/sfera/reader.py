@@ -13,7 +13,7 @@ from tgvdp.formats.sfera.line import read_line
 from tgvdp.formats.sfera.messages import JOURNEY, TRAIN, Messages, is_message, journey_name, nothing_to_run
 from tgvdp.formats.sfera.timetable import has_times, read_journey
 from tgvdp.formats.sfera.train import NO_TRAIN, lacking, lacks_note, read_train, variants
-from tgvdp.formats.syntax.reading import Document
+from tgvdp.formats.syntax.reading import Document, shown
 from tgvdp.formats.syntax.xml import Node, root_name
 from tgvdp.units import mps_to_kmh
 
@@ -40,6 +40,8 @@ def open_document(document: Document) -> Content | None:
         if journey.text("JP_Status") in _UNUSABLE:
             raise journey.bad(f"must be of a journey to run, got {journey.text('JP_Status')!r}", "JP_Status")
         name = journey_name(journey)
+        if any(name == item.id for item in items["track"]):
+            raise journey.bad(f"a second journey of train {shown(name)}: leave one")
         items["track"].append(Item(name, partial(read_line, messages, journey, line_speed_kmh)))
         if has_times(journey):
             items["journey"].append(Item(name, partial(read_journey, messages, journey)))

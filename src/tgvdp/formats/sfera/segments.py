@@ -68,7 +68,8 @@ class Segment(NamedTuple):
         if at_m > self.length_m + SLACK_M:
             length = f"SP_Length, {self.length_m:.12g} m of {self.profile.path.name}"
             raise node.bad(f"must be within {length}, got {at_m:.12g} m", attribute)
-        return self.offset_m + (at_m if self.forward else self.length_m - min(at_m, self.length_m))
+        at_m = min(at_m, self.length_m)
+        return self.offset_m + (at_m if self.forward else self.length_m - at_m)
 
     def stretch(self, node: Node) -> Stretch:
         """Part of the run that an area takes; constraints of a journey start and end as it is run."""

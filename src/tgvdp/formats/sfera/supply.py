@@ -58,7 +58,7 @@ def neutral_sections(segments: Sequence[Segment]) -> tuple[tuple[NeutralSection,
             caps.append(Cap(begun_m, segments[-1].end_m, -state))
             notes.append(f"no {last} after {first} at {begun_m:.12g} m: it holds to the end")
     if limited:
-        notes.append(f"{limited} limits of the current above 0 A are not used")
+        notes.append(f"limits of the current above 0 A that are not used: {limited}")
     length_m = segments[-1].end_m
     ends = pairwise([*lowest(caps, length_m), (length_m, None)])
     held = [(at_m, to_m, state) for (at_m, state), (to_m, _) in ends if state is not None]

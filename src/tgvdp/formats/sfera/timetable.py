@@ -108,7 +108,7 @@ def read_journey(messages: Messages, journey: Node) -> Journey:
         TimingPoint(last.position_m, *_arrival(last, start_s), 0.0, 0.0),
     )
     dwells = [call for call in calls for node in call.node.children(DEPARTURE) if node.has("minimumDwellTime")]
-    notes = (f"{len(dwells)} minimumDwellTime are not used: --dwell is the standstill",) if dwells else ()
+    notes = (f"minimumDwellTime is not used at stops, where --dwell counts: {len(dwells)}",) if dwells else ()
     try:
         return Journey(name=journey_name(journey), track=journey_name(journey), points=points, notes=notes)
     except InputError as error:
