@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from tests.helpers.sfera_case import JOURNEY, PARTS, SEGMENT_1, TRAIN, message, swiss, valid_by
+from tests.helpers.sfera_case import JOURNEY, PARTS, SEGMENT_1, SEGMENT_2, TRAIN, edited, limits_of, message, valid_by
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file, load_bytes, load_journey, load_scenario, load_track, load_train, read_source
 from tgvdp.formats.review.plausibility import review_file
@@ -16,19 +16,6 @@ from tgvdp.model.train import BrakingRate
 pytest.importorskip("lxml")
 
 INF = float("inf")
-
-
-def limits_of(track):
-    return [(limit.position_m, round(3.6 * limit.speed_mps, 9)) for limit in track.speed_limits]
-
-
-def edited(*changes, parts=PARTS):
-    """The message with texts replaced, each of which is there once."""
-    text = message(*parts)
-    for old, new in changes:
-        assert text.count(old) == 1, old
-        text = text.replace(old, new)
-    return text
 
 
 def test_messages_of_these_tests_are_valid(sfera):
@@ -115,6 +102,13 @@ def test_segments_and_train_may_lie_beside_their_journey(tmp_path, saved_xml):
     assert set(beside) == {"part-1.xml", "part-2.xml", "part-3.xml"}
 
 
+def test_the_same_segment_may_be_there_twice(tmp_path, saved_xml):
+    (tmp_path / "again.xml").write_text(SEGMENT_1.strip())
+    assert load_track(saved_xml(message(JOURNEY, SEGMENT_1, SEGMENT_1, SEGMENT_2, TRAIN))).length_m == 10_000.0
+    (tmp_path / "more.xml").write_text(message(SEGMENT_1, SEGMENT_2, TRAIN))
+    assert load_track(saved_xml(JOURNEY.strip())).length_m == 10_000.0
+
+
 def test_a_journey_from_elsewhere_has_to_hold_its_segments():
     (scenario,) = load_bytes("upload.xml", message().encode())
     assert scenario.track.length_m == 10_000.0
@@ -129,7 +123,8 @@ def test_a_journey_from_elsewhere_has_to_hold_its_segments():
          "SegmentProfileReference[1]@SP_ID: no SegmentProfile 's1' 1.2 of 0099 in the file; there is 2 of 0099"),
         ('SP_ID="s2" SP_VersionMajor="1" SP_VersionMinor="0" SP_Length', 'SP_ID="s3" SP_VersionMajor="1" SP_Length',
          "no SegmentProfile 's2' 1.0 of 0099 in the file, nor beside the file"),
-        (SEGMENT_1, 2 * SEGMENT_1, "SegmentProfileReference[1]@SP_ID: 2 SegmentProfiles of this version, in file.xml"),
+        (SEGMENT_1, SEGMENT_1 + SEGMENT_1.replace("4000", "4100"),
+         "SegmentProfileReference[1]@SP_ID: 2 SegmentProfiles of this version that differ, in file.xml line"),
         ('SP_Length="4000"', 'SP_Length="4000" SP_Status="Invalid"', "SegmentProfile[1]@SP_Status: must be Valid"),
         ('SP_Length="4000"', 'SP_Length="0"', "SegmentProfile[1]@SP_Length: must be above 0 m, got '0'"),
         ('TP_ID="b" location="2500"', 'TP_ID="b" location="4001"',
@@ -203,90 +198,6 @@ def test_without_times_there_is_no_timetable(saved_xml):
     assert load_track(saved_xml(text)).stops_m == (200.0, 6500.0, 9700.0)
     with pytest.raises(InputError, match="not a journey: none of its points has a time"):
         load_journey(saved_xml(text))
-
-
-def test_without_limits_a_line_speed_runs(saved_xml):
-    text = re.sub(r"<StaticSpeedProfile>.*?</StaticSpeedProfile>", "", message(), flags=re.DOTALL)
-    with pytest.raises(InputError, match="no speed limit from 0 m to 10000 m of the journey: --line-speed KMH"):
-        load_track(saved_xml(text))
-    track = load_track(saved_xml(text), line_speed_mps=30.0)
-    assert limits_of(track) == [(0, 108), (3500, 50), (4500, 108)]
-    assert track.notes[0] == "no limit on 10000 m: limit is the line speed asked for, 108 km/h"
-
-
-@pytest.mark.parametrize(
-    ("train", "kmh"),
-    [
-        ("", 90),
-        ('NC_CDTrain="150mm"', 110),  # that of the highest category up to its own
-        ('NC_CDTrain="80mm"', 90),
-        ('NC_Train="Freight_Train_G_Position" NC_CDTrain="150mm"', 70),
-        ('trainCategoryCode="T" NC_CDTrain="150mm"', 130),
-        ('trainCategoryCode="T" NC_Train="Freight_Train_G_Position"', 70),
-    ],
-)
-def test_speeds_for_categories_of_trains(saved_xml, train, kmh):
-    specific = "".join(
-        f'<SpecificSSP specific_SSP_Category="{kind}" V_DIFF="{speed}">{inner}</SpecificSSP>'
-        for kind, speed, inner in (
-            ("Cant_Deficiency_SSP", 100, '<CantDeficiencySSP SSP_NC_CDDIFF="100mm"/>'),
-            ("Cant_Deficiency_SSP", 110, '<CantDeficiencySSP SSP_NC_CDDIFF="130mm"/>'),
-            ("Other_SSP_Noreplace_CDSSP", 70, '<OtherSpecificSSP SSP_NC_DIFF="Freight_Train_G_Position"/>'),
-            ("Other_SSP_Replaces_CDSSP", 130, '<OtherSpecificSSP trainCategoryCode="T"/>'),
-        )
-    )
-    text = edited(
-        ('SSP_Speed="90" SSP_Front="false"/>', f'SSP_Speed="90">{specific}</StaticSpeedProfileStart>'),
-        ('trainLength="100"', f'trainLength="100" {train}'),
-    )
-    assert limits_of(load_track(saved_xml(text)))[0] == (0, kmh)
-
-
-@pytest.mark.parametrize(
-    ("first", "second", "expected"),
-    [
-        ('startLocation="500" startEndQualifier="Starts"', 'endLocation="900" startEndQualifier="Ends"', (500, 900)),
-        ('startEndQualifier="WholeSP"', 'endLocation="900" startEndQualifier="Ends"', (0, 4000)),
-        ('startLocation="500" endLocation="900" startEndQualifier="StartsEnds"', None, (500, 900)),
-        ('endLocation="900" startEndQualifier="Ends"', None, (0, 900)),
-    ],
-)
-def test_restrictions_that_start_and_end_in_a_segment(saved_xml, first, second, expected):
-    speed = '<AdditionalSpeedRestriction ASR_Speed="30"/>'
-    one, other = (
-        f'<TemporaryConstraints {ends} temporaryConstraintType="ASR">{speed}</TemporaryConstraints>' if ends else ""
-        for ends in (first, second)
-    )
-    found = re.search(r"<TemporaryConstraints.*?</TemporaryConstraints>", JOURNEY, re.DOTALL)[0]
-    rows = limits_of(load_track(saved_xml(edited((found, one + other)))))
-    slow = [at for at, kmh in rows if kmh == 30]
-    ends = [at for (at, _), (_, before) in zip(rows[1:], rows, strict=False) if before == 30]
-    assert (slow, ends) == ([expected[0]], [expected[1]])
-
-
-def test_swiss_line_and_curve_speeds(saved_xml):
-    rows = ('trainSeries="R" brakeSeries="115" speed="75"', 'trainSeries="N" brakeSeries="115" speed="60"')
-    line = swiss("newLineSpeed", "xmlNewLineSpeed", rows)
-    station = swiss("stationSpeed", "xmlStationSpeed", ['trainSeries="R" brakeSeries="115" speed="40/30"'])
-    kind = '<NetworkSpecificParameter name="curvePointType" value="{}"/>'
-    begin = swiss("curvePoint", "xmlCurveSpeed", ['trainSeries="R" speed="45"']) + kind.format("begin")
-    end = f"<teltsi_Company>0085</teltsi_Company><NSP_GroupName>curvePoint</NSP_GroupName>{kind.format('end')}"
-    points = "".join(
-        f'<NetworkSpecificPoint location="{at}" identifier="1">{inner}</NetworkSpecificPoint>'
-        for at, inner in ((2000, line), (2200, begin), (2300, end), (2500, station))
-    )
-    up = '<PowerConstraint powerConstraintInstruction="Pantograph_Up"/></SignalInformation>\n    </Signal>\n  '
-    text = edited(
-        (f"{up}</SP_Points>", f"{up}{points}</SP_Points>"),
-        ('trainLength="100"', 'trainLength="100" trainCategoryCode="R" brakedWeightPercentage="115"'),
-    )  # fmt: skip
-    track = load_track(saved_xml(text))
-    assert limits_of(track)[:5] == [(0, 90), (1500, 120), (2000, 75), (2200, 45), (2300, 75)]
-    assert "Swiss line and curve speeds are those for R 115, as TrainCharacteristics ic says" in track.notes
-    assert any(note.endswith("how far they hold: stationSpeed") for note in track.notes)
-    broken = text.replace("&lt;/speeds>", "", 1)
-    with pytest.raises(InputError, match=r"@value: xmlNewLineSpeed: line 1: is not well-formed XML"):
-        load_track(saved_xml(broken))
 
 
 def test_real_messages(sfera):

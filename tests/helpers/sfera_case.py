@@ -1,7 +1,5 @@
 """Small messages of SFERA: a journey over two segments, of which the second is run in reverse, and its train."""
 
-from lxml import etree
-
 ZONE = "<SP_Zone><IM_ID>0099</IM_ID></SP_Zone>"
 START = '<?xml version="1.0"?>\n'
 
@@ -162,5 +160,20 @@ def swiss(group, name, rows):
 
 def valid_by(schema, text):
     """Whether a message is valid by the published schema, with what is wrong."""
+    from lxml import etree
+
     xsd = etree.XMLSchema(etree.parse(schema))
     return xsd.validate(etree.fromstring(text.encode() if isinstance(text, str) else text)), str(xsd.error_log)
+
+
+def limits_of(track):
+    return [(limit.position_m, round(3.6 * limit.speed_mps, 9)) for limit in track.speed_limits]
+
+
+def edited(*changes, parts=PARTS):
+    """The message with texts replaced, each of which is there once."""
+    text = message(*parts)
+    for old, new in changes:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    return text

@@ -8,6 +8,8 @@ import re
 from collections.abc import Iterator
 from functools import cached_property
 from hashlib import sha256
+from html import unescape
+from importlib import import_module
 from pathlib import Path
 
 from tgvdp.errors import InputError
@@ -19,8 +21,10 @@ JOURNEY, SEGMENT, TRAIN = KINDS = ("JourneyProfile", "SegmentProfile", "TrainCha
 _ENVELOPES = ("SFERA_G2B_", "G2B_")
 #: So much of a file tells what it is.
 _HEAD_BYTES = 4096
-_BEGINNING = re.compile(rb"<(?:SegmentProfile|TrainCharacteristics|SFERA_G2B_|G2B_)")
-#: Identifier and major version of what is referred to, and whose it is.
+_BEGINNING = re.compile(rb"<(?:(?:SegmentProfile|TrainCharacteristics)\b|SFERA_G2B_|G2B_)")
+#: An identifier, wherever it stands.
+_IDENTIFIER = re.compile(rb"""\b(?:SP|TC)_ID\s*=\s*(?:"([^"]*)"|'([^']*)')""")
+#: Identifier and version of what is referred to, and whose it is.
 KEYS = {
     SEGMENT: ("SP_ID", "SP_VersionMajor", "SP_VersionMinor"),
     TRAIN: ("TC_ID", "TC_VersionMajor", "TC_VersionMinor"),
@@ -61,7 +65,7 @@ class Messages:
         Raises
         ------
         InputError
-            When there is none, or several of that identifier and version.
+            When there is none, or several of that identifier and version that differ.
         """
         key = KEYS[kind][0]
         wanted = reference.required_text(key)
@@ -77,9 +81,9 @@ class Messages:
                 own = [node for node in near if _is(kind, node, reference)]
                 self.inputs.update({str(node.path): digest for node in own})
                 found += own
-        if len(found) > 1:
+        if len(found) > 1 and len(set(map(_canonical, found))) > 1:
             places = " and ".join(f"{node.path.name} line {node.line}" for node in found[:2])
-            raise reference.bad(f"{len(found)} {kind}s of this version, in {places}: leave one", key)
+            raise reference.bad(f"{len(found)} {kind}s of this version that differ, in {places}: leave one", key)
         if not found:
             held = f"; there is {', '.join(versions)}"[:200] if versions else ", nor beside the file"
             raise reference.bad(f"no {kind} {shown(wanted)} {_version(kind, reference)} in the file{held}", key)
@@ -95,19 +99,24 @@ class Messages:
         return self._named[kind]
 
     def _beside(self, identifier: str) -> Iterator[tuple[Node, str]]:
-        """Other messages of the folder that hold a text, with the SHA-256 of their files."""
-        text = identifier.encode()
-        for path, data in self._others.items():
-            if text in data:
-                if path not in self._parsed:
-                    self._parsed[path] = parse_xml(path, data), sha256(data).hexdigest()
-                yield self._parsed[path]
+        """Other messages of the folder that name an identifier, with the SHA-256 of their files."""
+        for path in self._others.get(identifier, ()):
+            if path not in self._parsed:
+                data = read_bytes(path)
+                self._parsed[path] = parse_xml(path, data), sha256(data).hexdigest()
+            yield self._parsed[path]
 
     @cached_property
-    def _others(self) -> dict[Path, bytes]:
-        """Files of the folder that begin as messages do; those that cannot be read are none."""
-        paths = sorted(self.path.parent.glob("*.xml"))
-        return {path: read_bytes(path) for path in paths if path != self.path and _begins_so(path)}
+    def _others(self) -> dict[str, list[Path]]:
+        """Files of the folder that begin as messages do, by the identifiers that they name."""
+        named: dict[str, list[Path]] = {}
+        for path in sorted(self.path.parent.glob("*.xml")):
+            if path != self.path and _begins_so(path):
+                found = {unescape((one or other).decode("utf-8", "replace"))
+                         for one, other in _IDENTIFIER.findall(read_bytes(path))}  # fmt: skip
+                for identifier in found:
+                    named.setdefault(identifier, []).append(path)
+        return named
 
 
 def _begins_so(path: Path) -> bool:
@@ -125,6 +134,11 @@ def _each(root: Node, kind: str) -> list[Node]:
         return [root]
     payloads = [child.read() for child in root.every_child() if child.name.endswith("Payload")] or [root]
     return [node for payload in payloads for node in payload.children(kind)]
+
+
+def _canonical(node: Node) -> bytes:
+    """Text of an element that is the same however its attributes are ordered and quoted."""
+    return bytes(import_module("lxml.etree").tostring(node.element, method="c14n", with_tail=False))
 
 
 def _owner(kind: str, node: Node) -> str:
