@@ -130,8 +130,15 @@ def test_a_journey_writes_its_advice(tmp_path, monkeypatch):
     assert set(told) == {f"{float(step['to_kmh']):.1f}".removesuffix(".0") for step in steps}
     ledger = json.loads((tmp_path / "timed" / "provenance.json").read_text())
     assert "sfera.xml" in ledger["files"]
+
+
+def test_a_journey_that_is_run_otherwise_says_that_it_has_no_advice(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "whole.xml").write_text(message())
+    asked = ["journey", "--track", "whole.xml", "--train", "whole.xml", "--points", "3", "--no-pictures"]
     assert main([*asked, "--reverse", "--out", "back"]) == 0
     assert not (tmp_path / "back" / "sfera.xml").exists()
+    assert "no sfera.xml: the journey that the line was read from has other stops, or" in capsys.readouterr().err
 
 
 def test_advice_for_real_journeys_is_valid(tmp_path, monkeypatch, sfera):

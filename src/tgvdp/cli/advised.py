@@ -10,11 +10,13 @@ if TYPE_CHECKING:
 
 #: The journey with the advice of its middle point.
 _MESSAGE = "sfera.xml"
+#: Why there is none.
+UNADVISED = f"no {_MESSAGE}: the journey that the line was read from has other stops, or the other direction"
 
 
-def advisable(case: Case, *, reverse: bool) -> "AdvisableJourney | None":
-    """Read the message that a line came in, where that is a journey of SFERA which is run as it stands there."""
-    if case.line is None or case.line.format != "SFERA" or reverse:
+def advisable(case: Case) -> "AdvisableJourney | None":
+    """Read the message that a line came in, where that is a journey of SFERA."""
+    if case.line is None or case.line.format != "SFERA":
         return None
     from tgvdp.formats.sfera.write import AdvisableJourney
     from tgvdp.formats.sources import Target
@@ -23,8 +25,8 @@ def advisable(case: Case, *, reverse: bool) -> "AdvisableJourney | None":
 
 
 def advised(journey: "AdvisableJourney | None", result: "JourneyResult") -> dict[str, bytes]:
-    """Files with the advice of a journey's middle point, by name: one, or none where it stops elsewhere."""
-    if journey is None:
+    """Files with the advice of a journey's middle point, by name: one, or none where it is run otherwise."""
+    if journey is None or result.options["reverse"]:
         return {}
     from tgvdp.report.advice import journey_advice, journey_passing
 
