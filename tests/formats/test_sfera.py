@@ -126,7 +126,7 @@ def test_a_journey_from_elsewhere_has_to_hold_its_segments():
         (SEGMENT_1, SEGMENT_1 + SEGMENT_1.replace("4000", "4100"),
          "SegmentProfileReference[1]@SP_ID: 2 SegmentProfiles of this version that differ, in file.xml line"),
         ('SP_Length="4000"', 'SP_Length="4000" SP_Status="Invalid"', "SegmentProfile[1]@SP_Status: must be Valid"),
-        ('SP_Length="4000"', 'SP_Length="0"', "SegmentProfile[1]@SP_Length: must be above 0 m, got '0'"),
+        ('SP_Length="4000"', 'SP_Length="0"', "SegmentProfile[1]@SP_Length: must be above 0.001 m, got '0'"),
         ('TP_ID="b" location="2500"', 'TP_ID="b" location="4001"',
          "TimingPoint[2]@location: must be within SP_Length, 4000 m of file.xml, got 4001 m"),
         ('TP_ID_Reference TP_ID="b"', 'TP_ID_Reference TP_ID="x"',

@@ -125,7 +125,7 @@ def segments_of(messages: Messages, journey: Node) -> list[Segment]:
         profile = messages.find(SEGMENT, reference)
         if profile.choice("SP_Status", ("Valid", "Invalid")) == "Invalid":
             raise profile.bad("must be Valid, got 'Invalid'", "SP_Status")
-        length_m = profile.required_number("SP_Length", "m", above=0.0)
+        length_m = profile.required_number("SP_Length", "m", above=SLACK_M)
         forward = reference.choice("SP_Direction", ("Nominal", "Reverse")) != "Reverse"
         made.append(Segment(reference, profile, made[-1].end_m if made else 0.0, length_m, forward))
     if not made:
