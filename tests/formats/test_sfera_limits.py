@@ -108,3 +108,22 @@ def test_swiss_line_and_curve_speeds(saved_xml):
     broken = text.replace("&lt;/speeds>", "", 1)
     with pytest.raises(InputError, match=r"@value: xmlNewLineSpeed: line 1: is not well-formed XML"):
         load_track(saved_xml(broken))
+
+
+def test_from_a_line_speed_that_is_not_read_on_there_is_none(saved_xml):
+    points = "".join(
+        f'<NetworkSpecificPoint location="{at}">'
+        f"{swiss('newLineSpeed', 'xmlNewLineSpeed', [row])}</NetworkSpecificPoint>"
+        for at, row in (
+            (0, 'trainSeries="R" speed="75"'), (1000, 'trainSeries="N" speed="60"'),
+            (2000, 'trainSeries="R" speed="80/70"'), (3000, 'trainSeries="R" speed="85"'),
+        )
+    )  # fmt: skip
+    bare = re.sub(r"<StaticSpeedProfile>.*?</StaticSpeedProfile>", "", message(), flags=re.DOTALL)
+    text = bare.replace("</SP_Points>", f"{points}</SP_Points>", 1)
+    text = text.replace('trainLength="100"', 'trainLength="100" trainCategoryCode="R"')
+    with pytest.raises(InputError, match="no speed limit from 1000 m to 3000 m of the journey"):
+        load_track(saved_xml(text))
+    track = load_track(saved_xml(text), line_speed_mps=10.0)
+    assert limits_of(track) == [(0, 75), (1000, 36), (3000, 85), (3500, 50), (4500, 85)]
+    assert any(note.endswith("how far they hold: newLineSpeed (2)") for note in track.notes)

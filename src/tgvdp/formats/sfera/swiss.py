@@ -64,16 +64,19 @@ def swiss_speeds(segments: Sequence[Segment], category: Category) -> SwissSpeeds
 
 
 def _line(segments: Sequence[Segment], category: Category, left: Counter[str]) -> Iterator[Cap]:
-    rows: list[tuple[float, float]] = []
+    """Speeds from their places on; from one that is not read on, and where they are for the other direction, none."""
+    rows: list[tuple[float, float | None]] = []
     for segment in segments:
-        for point in sorted(_points(segment, _LINE), key=lambda point: point.at_m):
+        points = sorted(_points(segment, _LINE), key=lambda point: point.at_m)
+        if points and not segment.forward:
+            rows.append((segment.offset_m, None))
+        for point in points:
             kmh = _kmh(point, "xmlNewLineSpeed", category) if segment.forward else None
-            if kmh is None:
-                left[_LINE] += 1
-            else:
-                rows.append((point.at_m, kmh))
-    for (from_m, kmh), (to_m, _) in pairwise([*rows, (segments[-1].end_m, 0.0)]):
-        yield Cap(from_m, to_m, kmh)
+            left[_LINE] += kmh is None
+            rows.append((point.at_m, kmh))
+    for (from_m, kmh), (to_m, _) in pairwise([*rows, (segments[-1].end_m, None)]):
+        if kmh is not None:
+            yield Cap(from_m, to_m, kmh)
 
 
 def _curves(segments: Sequence[Segment], category: Category, left: Counter[str]) -> Iterator[Cap]:
