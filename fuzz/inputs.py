@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import tomli_w
 
-from tests.helpers import format_case, osrd_case, railml_case, railtoolkit_case
+from tests.helpers import format_case, osrd_case, railml_case, railtoolkit_case, sfera_case
 from tests.helpers.settings import SHARED
 from tgvdp.formats.syntax.yaml import parse_yaml
 from tgvdp.instances import find, index
@@ -82,6 +82,7 @@ def _small() -> Iterator[Original]:
     yield Original("osrd-path.json", "track", osrd_case.OSRD_PATH, json.dumps)
     for name, text in railml_case.SAMPLES.items():
         yield Original(f"{name}.xml", "track" if "line" in name else "train", pieces(text), "".join)
+    yield Original("sfera.xml", "track", pieces(sfera_case.message()), "".join)
 
 
 def _published() -> Iterator[Original]:

@@ -24,3 +24,12 @@ def saved_xml(tmp_path):
         return f"{tmp_path / 'file.xml'}{part}"
 
     return save
+
+
+@pytest.fixture
+def sfera(shared):
+    """Folder of the published schema of SFERA and of real messages."""
+    folder = shared / "sfera"
+    if not folder.is_dir():
+        pytest.skip("the schema and messages of SFERA are absent")
+    return folder

@@ -7,15 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.helpers.railml_case import SAMPLES
-from tests.helpers.railml_slips import mutated
 from tests.helpers.settings import fuzz
+from tests.helpers.xml_slips import mutated
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file
 
 pytest.importorskip("lxml")
 
 #: Refusals of a whole file, or of what is asked of it, have no line; all others do.
-WHOLE_FILE = ("holds no track and no train", "is nested too deeply", "holds XML, but no railML", "holds no ", "is not ")
+WHOLE_FILE = ("holds no track and no train", "is nested too deeply", "holds XML, but neither", "holds no ", "is not ")
 
 
 def loads_or_is_refused(path, data):

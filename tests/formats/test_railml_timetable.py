@@ -8,9 +8,9 @@ from hypothesis import given
 
 import tgvdp
 from tests.helpers.railml_case import LINE_2, LINE_3
-from tests.helpers.railml_slips import mutated
 from tests.helpers.refusal import refusal
 from tests.helpers.settings import fuzz
+from tests.helpers.xml_slips import mutated
 from tgvdp.formats import load_journey, load_section, load_track
 from tgvdp.formats.detect import load_all
 from tgvdp.model.track import Place

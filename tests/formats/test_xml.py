@@ -44,7 +44,7 @@ def refused(path, data):
         ("<railml>", "line 1: is not well-formed XML: "),
         ("<", "line 1: is not well-formed XML: "),
         ("<railml", "line 1: is not well-formed XML: "),
-        ("<html/>", "holds XML, but no railML: its root is 'html'"),
+        ("<html/>", "holds XML, but neither railML nor SFERA to be run: its root is 'html'"),
         ("<railml/>", "line 1, railml@version: missing attribute"),
         (
             '<railml version="1.0"/>',

@@ -8,7 +8,8 @@ import pytest
 import tgvdp
 from tests.helpers.report_case import make_result, railway_trip, toy_trip
 from tgvdp.errors import InputError
-from tgvdp.runs.samples import gradient_at, limit_at, rows_of, sample_count, sampled
+from tgvdp.runs.profile import joined
+from tgvdp.runs.samples import gradient_at, limit_at, passing_s, rows_of, sample_count, sampled
 
 
 @pytest.fixture(scope="module")
@@ -33,6 +34,21 @@ def test_samples_are_exact_in_speed_and_time(case, every_m):
     d = table.position_m - profile.position_m[row]
     total = table.speed_mps + profile.speed_mps[row]
     assert table.time_s == pytest.approx(profile.time_s[row] + np.divide(2 * d, total, out=0 * d, where=total > 0))
+
+
+def test_a_position_is_passed_when_samples_are_there(case):
+    trip, profile = case
+    table = sampled(trip, profile, 7.3)
+    passed = [passing_s(profile, at_m) for at_m in table.position_m.tolist()]
+    assert all(arrival_s == departure_s for arrival_s, departure_s in passed)
+    assert [arrival_s for arrival_s, _ in passed] == pytest.approx(table.time_s.tolist(), abs=1e-9)
+
+
+def test_a_stop_is_left_later_than_it_is_reached(case):
+    _, profile = case
+    back = replace(profile, position_m=profile.position_m + profile.position_m[-1] - profile.position_m[0])
+    both = joined([profile, back], np.array([0.0, profile.duration_s + 30.0]))
+    assert passing_s(both, float(back.position_m[0])) == pytest.approx((profile.duration_s, profile.duration_s + 30.0))
 
 
 def test_energy_is_that_of_the_profile_at_its_rows_and_its_end(case):

@@ -11,6 +11,7 @@ import click
 from click.core import ParameterSource
 
 from tgvdp.cli import echo_json
+from tgvdp.cli.advised import UNADVISED, advisable, advised
 from tgvdp.cli.clock import left_s, preparing_within, search_s
 from tgvdp.cli.compare import compare_table
 from tgvdp.cli.folder import OutFolder
@@ -197,6 +198,7 @@ def _run(
         if timetable is not None:
             case, read = case.with_timetable(timetable, reverse=options.get("reverse", False))
             stops = read.value
+        message = advisable(case)
     if not quiet:
         for text in (*remarked(case.remarks), *unusual(case.train, case.track)):
             screen.note(text)
@@ -229,7 +231,9 @@ def _run(
         delays = None if mean_delay_s is None else result.robustness(mean_delay_s=mean_delay_s)
         verdicts += [own for one in taken.values() for runs in one.verify(left_s(clock)).values() for own in runs]
         ended = (*_ended(verdicts, bound), *margins_ended)
-        extras = Extras(bound, delays, taken, ended)
+        extras = Extras(bound, delays, taken, ended, advised(message, result))
+        if message is not None and not extras.beside and not quiet:
+            screen.note(UNADVISED)
         screen.progress("drawing and writing")
         written = write_journey(result, home, about, extras, pictures=pictures, expired=lambda: clock.expired)
     failed = sum(verdict.ok is False for verdict in verdicts)

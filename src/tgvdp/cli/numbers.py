@@ -33,5 +33,5 @@ def number(unit: str, *, above: float | None = None, at_least: float | None = No
 LINE_SPEED: dict[str, Any] = {
     "metavar": "KMH",
     "type": number("km/h", above=0.0),
-    "help": "Speed limit wherever the file of the line gives none (railML, OSRD paths, tables).",
+    "help": "Speed limit wherever the file of the line gives none (railML, SFERA, OSRD paths, tables).",
 }

@@ -34,6 +34,7 @@ class Case(NamedTuple):
     inputs: dict[str, "Input"]  # by role: the fingerprint of a file of its own, or the values
     changed: dict[str, Any]  # for the provenance: what was set beside the files
     remarks: tuple[str, ...]  # what the readers of foreign files noted
+    line: "Read | None" = None  # what the line was read from, where that is a file of its own
 
     def with_fields(self, assignments: Sequence[str]) -> "Case":
         """Set fields of train and line, as ``--set`` says."""
@@ -61,6 +62,7 @@ def read_case(train: str | None, track: str | None, scenario: str | None, line_s
     held = Scenario(name="", format="")
     inputs: dict[str, Input] = {}
     remarks: list[str] = []
+    reads: dict[str, Read] = {}
     line_speed_mps = None if line_speed_kmh is None else kmh_to_mps(line_speed_kmh)
     if scenario is not None:
         read = read_source(scenario, line_speed_mps=line_speed_mps if track is None else None)
@@ -74,13 +76,14 @@ def read_case(train: str | None, track: str | None, scenario: str | None, line_s
             return made
         speed_mps = line_speed_mps if kind == "track" else None
         read = read_source(default if given is None else given, kind, line_speed_mps=speed_mps)
-        inputs[kind] = read.fingerprint
+        inputs[kind], reads[kind] = read.fingerprint, read
         remarks.extend(read.remarks)
         return read.value
 
     the_train, the_track = part("train", train, DEFAULT_TRAIN), part("track", track, DEFAULT_TRACK)
     changed = {} if line_speed_kmh is None else {"line_speed_kmh": line_speed_kmh}
-    return Case(the_train, the_track, held.map, held.options, inputs, changed, tuple(dict.fromkeys(remarks)))
+    told = tuple(dict.fromkeys(remarks))
+    return Case(the_train, the_track, held.map, held.options, inputs, changed, told, reads.get("track"))
 
 
 def resolved(case: Case, options: "SearchOptions", elapsed_s: float) -> "Trip":

@@ -1,4 +1,4 @@
-"""Files in: native, TTOBench, railtoolkit, OSRD, railML and tables; told apart by content, SI from here on."""
+"""Files in: native, TTOBench, railtoolkit, OSRD, railML, SFERA and tables; told apart by content, SI from here on."""
 
 from tgvdp.formats.detect import load_bytes, read_source
 from tgvdp.formats.load import (

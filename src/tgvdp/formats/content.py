@@ -39,15 +39,18 @@ class Content:
         Identifier of the item that the file itself prefers where it holds several of its kind.
     takes_line_speed : bool
         Whether its tracks may lack speed limits, in place of which ``Document.line_speed_mps`` can stand.
-    lacks : dict
-        What things of a kind lack that the file holds as well, but that cannot be made.
+    inputs : mapping of str to str
+        SHA-256 of other files that it refers to, by their paths; they are read when its items are made.
+    lacking : mapping of str to str
+        By kind: why the file does not hold one, where that is worth saying.
     """
 
     format: str
     items: Mapping[Kind, tuple[Item, ...]]
     default: str | None = None
     takes_line_speed: bool = False
-    lacks: Mapping[Kind, str] = field(default_factory=dict)
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    lacking: Mapping[Kind, str] = field(default_factory=dict)
 
     @property
     def is_one(self) -> bool:

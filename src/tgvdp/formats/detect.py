@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, get_args
 
 from tgvdp.errors import InputError
@@ -14,6 +15,7 @@ from tgvdp.formats.osrd import stock as osrd
 from tgvdp.formats.railml import reader as railml
 from tgvdp.formats.railtoolkit import reader as railtoolkit
 from tgvdp.formats.scenario import Read, Scenario
+from tgvdp.formats.sfera import reader as sfera
 from tgvdp.formats.sources import Source, Target, label, locate
 from tgvdp.formats.syntax.reading import Document, bad, errors_named, parse_document, read_document, require_not_alone
 from tgvdp.formats.tables import reader as tables
@@ -24,10 +26,12 @@ from tgvdp.model.track import Track
 
 NATIVE = "native"
 KINDS: tuple[Kind, ...] = get_args(Kind)
+_NOTHING: Mapping[Kind, str] = MappingProxyType({})
 _LOOKED_AT = 20  # fields in which a slip of the pen is looked for
 
 #: Each returns what a document holds, or None when it is not of its format.
 _FOREIGN = (
+    sfera.open_document,
     railml.open_document,
     tables.open_document,
     osrd.open_document,
@@ -65,7 +69,8 @@ def read_source(
     scenario = _scenario(document, content, part, KINDS if kind is None else (kind,))
     value = scenario if kind is None else getattr(scenario, kind)
     remarks = tuple(remark for one in scenario.remarks.values() for remark in one)
-    return Read(value, target.path, target.part, document.digest, remarks)
+    beside = {} if content is None else {Path(path).name: digest for path, digest in sorted(content.inputs.items())}
+    return Read(value, target.path, target.part, document.digest, remarks, scenario.format, beside)
 
 
 def read_scenario(document: Document) -> Scenario:
@@ -164,10 +169,8 @@ def _scenario(
             raise bad(document.path, f"is a native file, of which {part!r:.40} chooses nothing")
         return _native(document, kinds, chain)
     article = "an" if content.format.startswith(tuple("AEIO")) else "a"
-    if len(kinds) == 1 and kinds[0] in content.lacks:
-        raise bad(document.path, content.lacks[kinds[0]])
     held_text = f"{article} {content.format} {' and a '.join(content.items)}"
-    _require_kind(document.path, held_text, kinds, tuple(content.items))
+    _require_kind(document.path, held_text, kinds, tuple(content.items), content.lacking)
     held = {kind: part for kind in kinds if kind in content.items}
     if part is not None and len(held) > 1:
         held = {kind: part for kind in held if content.has(kind, part)} or held
@@ -186,7 +189,7 @@ def _held(document: Document, content: Content, parts: dict[Kind, str | None]) -
             made[kind] = item.make()
         kept[kind] = item.kept
     name = next(iter(made.values())).name
-    inputs = {label(document.path): document.digest}
+    inputs = {label(document.path): document.digest} | dict(content.inputs)
     remarks = {kind: tuple(f"{document.path.name}: {note}" for note in one.notes) for kind, one in made.items()}
     return Scenario(name=name, format=content.format, inputs=inputs, kept=kept, remarks=remarks, **made)
 
@@ -239,9 +242,12 @@ def _same(one: Path, other: Path) -> bool:
     return one.resolve() == other.resolve()
 
 
-def _require_kind(path: Path, held: str, wanted: tuple[Kind, ...], kinds: tuple[Kind, ...]) -> None:
+def _require_kind(
+    path: Path, held: str, wanted: tuple[Kind, ...], kinds: tuple[Kind, ...], lacking: Mapping[Kind, str] = _NOTHING
+) -> None:
     if len(wanted) == 1 and wanted[0] not in kinds:
-        raise bad(path, f"holds {held}, not a {wanted[0]}")
+        why = f": {lacking[wanted[0]]}" if wanted[0] in lacking else ""
+        raise bad(path, f"holds {held}, not a {wanted[0]}{why}")
 
 
 def _require_known_content(document: Document) -> None:

@@ -53,7 +53,8 @@ def load_track(path_or_name: Source, *, line_speed_mps: float | None = None) -> 
         A name of the catalog, or a file of any format that holds or references a track. Of several, ``FILE#NAME``
         means one.
     line_speed_mps : float, optional
-        Speed limit wherever the file gives none, m/s, in formats that may lack limits: railML, OSRD paths and tables.
+        Speed limit wherever the file gives none, m/s, in formats that may lack limits: railML, SFERA, OSRD paths and
+        tables.
 
     Raises
     ------

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from tgvdp.model.energy import EnergyMap
@@ -19,8 +20,8 @@ class Scenario:
     ----------
     name : str
     format : str
-        "native", "TTOBench", "railtoolkit", "OSRD", "OSRD path", "CSV table", "Excel table", or "railML" with its
-        version.
+        "native", "TTOBench", "railtoolkit", "OSRD", "OSRD path", "CSV table", "Excel table", "SFERA", or "railML" with
+        its version.
     train : Train or None
     track : Track or None
     map : EnergyMap or None
@@ -52,7 +53,8 @@ class Read(NamedTuple):
     """What was read from a file: a train, a track, a map, a journey or a whole scenario, and the bytes it was made of.
 
     ``part`` is what was chosen in the file, ``sha256`` that of its bytes, in hexadecimal, ``remarks`` what readers
-    noted, as in `Scenario`.
+    noted and ``format`` what it is, as in `Scenario`, ``beside`` the SHA-256 of other files that a foreign one refers
+    to, by their names.
     """
 
     value: Any
@@ -60,10 +62,13 @@ class Read(NamedTuple):
     part: str | None
     sha256: str
     remarks: tuple[str, ...]
+    format: str
+    beside: Mapping[str, str] = MappingProxyType({})
 
     @property
     def fingerprint(self) -> dict[str, Any]:
         """The file without its folder, what was chosen in it, the hash of what was read, and what the reader noted."""
         chosen = {} if self.part is None else {"part": self.part}
+        beside = {"beside": dict(self.beside)} if self.beside else {}
         notes = {"notes": list(self.remarks)} if self.remarks else {}
-        return {"file": self.path.name, **chosen, "sha256": self.sha256, **notes}
+        return {"file": self.path.name, **chosen, "sha256": self.sha256, **beside, **notes}

@@ -1,9 +1,10 @@
 """A sentence for the driver: where to drive, coast and brake along a run."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from tgvdp.runs.instructions import Instruction, instructions_of
+from tgvdp.runs.samples import passing_s
 from tgvdp.units import KILO, mps_to_kmh
 
 if TYPE_CHECKING:
@@ -66,6 +67,18 @@ def journey_advice(result: "JourneyResult") -> dict[str, Any]:
     steps = [instructions_of(profile) for profile in result.section_profiles(index)]
     sections = [{"advice": sentence(result.trip.track, own), "steps": list(map(step_object, own))} for own in steps]
     return {"point": index + 1, "sections": sections}
+
+
+def journey_passing(result: "JourneyResult") -> Callable[[float], tuple[float, float]]:
+    """When the middle point of a journey arrives at a position and departs, s on the clock of its timetable."""
+    index = len(result.front) // 2
+    profile, start_s = result.profile(index), float(result.found.departure_s[index, 0])
+
+    def passing(position_m: float) -> tuple[float, float]:
+        arrival_s, departure_s = passing_s(profile, position_m)
+        return start_s + arrival_s, start_s + departure_s
+
+    return passing
 
 
 def _parts(track: "Track", steps: Sequence[Instruction]) -> Iterator[str]:

@@ -41,12 +41,15 @@ class Extras(NamedTuple):
         Of ``result.margins()``, as they were asked for: adds margins.csv, its picture, and margins to journey.json.
     ended : tuple of str
         What else the time limit ended, for people: part of ``warning`` in journey.json.
+    beside : mapping of str to bytes
+        More files, by their names, such as the advice of the run in the format that its line came in.
     """
 
     bound: "JourneyBound | None" = None
     robustness: "Robustness | None" = None
     margins: Mapping[str, "Margins"] = MappingProxyType({})
     ended: tuple[str, ...] = ()
+    beside: Mapping[str, bytes] = MappingProxyType({})
 
 
 NO_EXTRAS = Extras()
@@ -185,6 +188,7 @@ def write_journey(
         files["robustness.csv"] = to_csv(robustness_columns(content["robustness"]))
     if extras.margins:
         files["margins.csv"] = to_csv(margins_columns(content["margins"]))
+    files |= extras.beside
     files |= {name: picture for name, picture in drawn.items() if picture is not None}
     return JourneyFiles(write_ledger(out_dir, files, provenance), content, extras.ended)
 

@@ -98,6 +98,29 @@ def sampled(trip: Trip, profile: Profile, every_m: float) -> Samples:
     )  # fmt: skip
 
 
+def passing_s(profile: Profile, position_m: float) -> tuple[float, float]:
+    """When a run comes to a position and leaves it, s: the same but at a stop. v² is linear within a row.
+
+    Parameters
+    ----------
+    profile : Profile
+    position_m : float
+        Between the two ends of the run.
+    """
+    x = profile.position_m
+    at = float(_nearest(x, np.array([position_m]))[0])
+    if abs(at - position_m) > _SAME_POSITION * float(x[-1] - x[0]):
+        at = position_m
+    first, last = int(np.searchsorted(x, at)), int(np.searchsorted(x, at, side="right")) - 1
+    if last >= first:
+        return float(profile.time_s[first]), float(profile.time_s[last])
+    (from_m, to_m), (from_mps, to_mps) = x[last : last + 2], profile.speed_mps[last : last + 2]
+    share = (at - from_m) / (to_m - from_m)
+    here_mps = np.sqrt(from_mps**2 + share * (to_mps**2 - from_mps**2))
+    time_s = float(profile.time_s[last] + 2.0 * (at - from_m) / (from_mps + here_mps))
+    return time_s, time_s
+
+
 def _nearest(x: Floats, at: Floats) -> Floats:
     """Nearest of the increasing values x to each of ``at``."""
     after = np.searchsorted(x, at).clip(1, x.size - 1)

@@ -39,7 +39,7 @@ export class Form {
   dropZone() {
     const picker = el("input", { type: "file", id: "file", multiple: true, onChange: () => this.take(picker.files) });
     this.taken = el("ul", { class: "taken" });
-    const zone = el("div", { class: "drop" }, el("label", { for: "file" }, "Drop files of trains and lines here, or choose them: TTOBench, railML, OSRD, railtoolkit, tables, TOML"), picker, this.taken);
+    const zone = el("div", { class: "drop" }, el("label", { for: "file" }, "Drop files of trains and lines here, or choose them: TTOBench, railML, SFERA, OSRD, railtoolkit, tables, TOML"), picker, this.taken);
     for (const kind of ["dragover", "dragenter"]) zone.addEventListener(kind, (event) => { event.preventDefault(); zone.classList.add("over"); });
     zone.addEventListener("dragleave", () => zone.classList.remove("over"));
     zone.addEventListener("drop", (event) => { event.preventDefault(); zone.classList.remove("over"); this.take(event.dataTransfer.files); });

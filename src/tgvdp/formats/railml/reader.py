@@ -76,15 +76,17 @@ def open_document(document: Document) -> Content | None:
         "train": tuple(Item(name, partial(_first, file.make_train, name)) for name in file.train_names()),
         "track": tuple(Item(name, partial(_first, file.make_track, name)) for name in file.track_names()),
     }
-    lacks: dict[Kind, str] = {}
+    lacking: dict[Kind, str] = {}
     if document.places:
         items["journey"] = file.journeys(document.places)
     elif file.journeys(()):
-        lacks["journey"] = "its timetable names places alone, and no line is given that has names"
+        lacking["journey"] = "its timetable names places alone, and no line is given that has names"
     items = {kind: some for kind, some in items.items() if some}
     if not items:
-        raise bad(document.path, lacks.get("journey") or f"holds no track and no train: {file.wanted}")
-    return RailmlContent(format=f"{FORMAT} {file.version}", items=items, takes_line_speed=True, lacks=lacks, file=file)
+        raise bad(document.path, lacking.get("journey") or f"holds no track and no train: {file.wanted}")
+    return RailmlContent(
+        format=f"{FORMAT} {file.version}", items=items, takes_line_speed=True, lacking=lacking, file=file
+    )
 
 
 def lines_of(document: Document, kind: Kind, part: str | None) -> dict[str, int]:
@@ -108,7 +110,8 @@ class _File:
         self._line_speed_kmh = None if speed_mps is None else mps_to_kmh(speed_mps)
         self.root = parse_xml(document.path, document.data)
         if self.root.name not in _ROOTS:
-            raise bad(self.path, f"holds XML, but no railML: its root is {shown(self.root.name)}")
+            root = shown(self.root.name)
+            raise bad(self.path, f"holds XML, but neither railML nor SFERA to be run: its root is {root}")
         self.version = self.root.text("version") or _BY_NAMESPACE.get(self.root.namespace) or ""
         if not self.version:
             raise self.root.bad("missing attribute, and the namespace is that of no known version", "version")

@@ -177,8 +177,7 @@ class Places:
     """
 
     def __init__(self, document: Document, form: str, kind: Literal["train", "track"], part: str | None) -> None:
-        xml = document.syntax == "XML"
-        self._known = railml.lines_of(document, kind, part) if xml else {}
+        self._known = railml.lines_of(document, kind, part) if form.startswith(railml.FORMAT) else {}
         self._lines = lines_of(document) if document.tree else {}  # XML and tables have none
         if form == "railtoolkit":
             self._keys: Mapping[str, Sequence[str | int]] = _railtoolkit_keys(document.tree, kind, part)

@@ -26,6 +26,8 @@ DEEPEST = 64
 
 _ENCODINGS = {"utf-8", "us-ascii", "ascii", "iso-8859-1", "iso-8859-15", "windows-1252", "utf-16"}
 _DECLARED = re.compile(rb"""^\s*<\?xml[^>]{0,200}?encoding\s*=\s*["']([A-Za-z0-9._-]{1,40})["']""")
+#: What stands before the root, taken once, whatever follows, and the name of the root.
+_ROOT = re.compile(r"(?>\s+|<\?.*?\?>|<!--.*?-->)*+<(?:[\w.-]+:)?([\w.-]+)", re.DOTALL)
 _NUMBER = re.compile(r"\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*")
 _LONGEST_NUMBER = 400
 #: Attributes that identify or describe, wherever they stand: nobody misses them.
@@ -67,6 +69,18 @@ def parse_xml(path: Path, data: bytes) -> "Node":
     if root.xpath("boolean(" + "/*" * (DEEPEST + 1) + ")"):
         raise bad(path, f"is nested too deeply: more than {DEEPEST} elements in each other")
     return Node(path, root, {root: set()})
+
+
+def root_name(path: Path, data: bytes) -> str:
+    """Name of the root of a file, without its namespace, from its beginning; empty where it does not begin as XML.
+
+    Raises
+    ------
+    InputError
+        As of `parse_xml`, when it is too large or in an unknown encoding.
+    """
+    match = _ROOT.match(_decoded(path, data))
+    return match[1] if match else ""
 
 
 def _decoded(path: Path, data: bytes) -> str:
@@ -176,6 +190,11 @@ class Node:
             nodes = [child for node in nodes for child in node.children(name)]
         return nodes
 
+    @property
+    def content(self) -> str:
+        """Text between the tags of the element."""
+        return str(self.element.text or "").strip()
+
     def text(self, attribute: str) -> str | None:
         """Return an attribute as it stands there, None when absent."""
         self.seen[self.element].add(attribute)
@@ -242,12 +261,16 @@ class Node:
 
     def unused(self) -> list[str]:
         """Names of elements and attributes at or below this one that nobody has read, with their numbers."""
+        return counted(self.unused_counts())
+
+    def unused_counts(self) -> "Counter[str]":
+        """How many elements and attributes of a name at or below this one nobody has read."""
         counts: Counter[str] = Counter()
         for element in self._seen_below(counts):
             for attribute in element.attrib:
                 if attribute not in self.seen[element] and attribute not in _ADMINISTRATIVE:
                     counts[f"{_local(element)}@{attribute.rpartition('}')[2]}"] += 1
-        return [name if count == 1 else f"{name} ({count})" for name, count in sorted(counts.items())]
+        return counts
 
     def _seen_below(self, counts: "Counter[str]") -> Iterator[Any]:
         """Walk over what was read; what was not is counted by its name, as a whole."""
@@ -264,6 +287,11 @@ class Node:
     def _read(self, element: Any) -> "Node":
         self.seen.setdefault(element, set())
         return Node(self.path, element, self.seen)
+
+
+def counted(counts: "Counter[str]") -> list[str]:
+    """Names with their numbers, where these are above 1, in the order of the alphabet."""
+    return [name if count == 1 else f"{name} ({count})" for name, count in sorted(counts.items())]
 
 
 def _local(element: Any) -> str:

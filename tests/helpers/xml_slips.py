@@ -1,4 +1,4 @@
-"""What slips of the pen do to a railML file."""
+"""Slips of the pen in XML: attributes and elements that are changed, renamed, doubled or gone."""
 
 import re
 
