@@ -1,8 +1,8 @@
 """From places with times to a journey, as timetables of several formats give them.
 
 A train arrives no later than its time, and departs no earlier; its clock starts with the first departure. Where a stop
-has but a departure, as in timetables for passengers, it leaves at that time; where it has no time, any will do. What
-has a time and no stop is passed no later.
+has but a departure, as in timetables for passengers, it leaves at that time; where it has none, any will do. What has a
+time and no stop is passed no later.
 """
 
 import math
@@ -15,12 +15,24 @@ from tgvdp.model.journey import Journey, TimingPoint
 
 
 class Call(NamedTuple):
-    """A place with times: its position, m, whether the train stops there, and when it arrives and departs, s."""
+    """A place with times.
+
+    Attributes
+    ----------
+    position_m : float
+    stops : bool
+        Whether the train stops there.
+    arrival_s, departure_s : float or None
+        When it arrives, or passes, at the latest, and departs at the earliest, s.
+    window_s : float
+        By how much it may arrive or pass earlier than that, s.
+    """
 
     position_m: float
     stops: bool
     arrival_s: float | None
     departure_s: float | None
+    window_s: float = math.inf
 
 
 class RunningClock:
@@ -49,7 +61,7 @@ def by_name(places: Sequence[tuple[float, str]]) -> dict[str, list[float]]:
     return known
 
 
-def journey_of(name: str, calls: Sequence[Call], notes: tuple[str, ...]) -> Journey:
+def journey_of(name: str, calls: Sequence[Call], notes: tuple[str, ...], track: str | None = None) -> Journey:
     """Make a journey from the first stop to the last one.
 
     Parameters
@@ -58,6 +70,8 @@ def journey_of(name: str, calls: Sequence[Call], notes: tuple[str, ...]) -> Jour
     calls : sequence of Call
         In the order of running. The first stop has a time, and so has what is passed.
     notes : tuple of str
+    track : str, optional
+        Name of the line that it belongs to.
 
     Raises
     ------
@@ -74,23 +88,25 @@ def journey_of(name: str, calls: Sequence[Call], notes: tuple[str, ...]) -> Jour
     points = (
         TimingPoint(first.position_m, 0.0, math.inf, 0.0, 0.0),
         *(point for call in between for point in _points(call, start_s)),
-        TimingPoint(last.position_m, -math.inf, _latest_s(last, start_s), 0.0, 0.0),
+        TimingPoint(last.position_m, *_arrival(last, start_s), 0.0, 0.0),
     )
-    return Journey(name=name, track=None, points=points, notes=notes)
+    return Journey(name=name, track=track, points=points, notes=notes)
 
 
 def _points(call: Call, start_s: float) -> Iterator[TimingPoint]:
+    earliest_s, latest_s = _arrival(call, start_s)
     if not call.stops:
-        yield TimingPoint(call.position_m, -math.inf, _latest_s(call, start_s))
+        yield TimingPoint(call.position_m, earliest_s, latest_s)
         return
-    arrives_s = math.inf if call.arrival_s is None else call.arrival_s - start_s
-    departs_s = arrives_s if call.departure_s is None else call.departure_s - start_s
-    leaves_by_s = math.inf if call.arrival_s is not None else departs_s
-    yield TimingPoint(call.position_m, -math.inf, min(arrives_s, departs_s), 0.0, 0.0)
-    yield TimingPoint(call.position_m, departs_s if departs_s < math.inf else -math.inf, leaves_by_s, 0.0, 0.0)
+    departs_s = -math.inf if call.departure_s is None else call.departure_s - start_s
+    leaves_at_it = call.arrival_s is None and call.departure_s is not None
+    yield TimingPoint(call.position_m, earliest_s, latest_s, 0.0, 0.0)
+    yield TimingPoint(call.position_m, departs_s, departs_s if leaves_at_it else math.inf, 0.0, 0.0)
 
 
-def _latest_s(call: Call, start_s: float) -> float:
-    """When a train arrives at the end, or passes, at the latest, s."""
+def _arrival(call: Call, start_s: float) -> tuple[float, float]:
+    """Window of arrival or passing, s; what has but a departure is passed, or reached, no later than that."""
     time_s = call.arrival_s if call.arrival_s is not None else call.departure_s
-    return math.inf if time_s is None else time_s - start_s
+    if time_s is None:
+        return -math.inf, math.inf
+    return time_s - start_s - call.window_s, time_s - start_s

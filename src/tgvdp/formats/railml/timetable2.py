@@ -157,7 +157,8 @@ def _on_line(root: Node, stands: Sequence[_Times], places: Sequence[tuple[float,
             message = f"{shown(name)} lies before the place above it: is the line to be reversed?"
             raise one.node.bad(message, "ocpRef")
         if one.stops or one.arrival_s is not None or one.departure_s is not None:
-            calls.append(Call(position_m, one.stops, one.arrival_s, one.departure_s))
+            departure_s = one.arrival_s if one.departure_s is None else one.departure_s
+            calls.append(Call(position_m, one.stops, one.arrival_s, departure_s))
     return calls, left_out
 
 

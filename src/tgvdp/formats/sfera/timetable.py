@@ -12,13 +12,14 @@ from itertools import groupby
 from typing import NamedTuple
 
 from tgvdp.errors import InputError
+from tgvdp.formats.calls import Call, journey_of
 from tgvdp.formats.sfera.messages import Messages, journey_name
 from tgvdp.formats.sfera.segments import Segment, segments_of
 from tgvdp.formats.syntax.clocks import clock_s
 from tgvdp.formats.syntax.reading import shown
 from tgvdp.formats.syntax.xml import Node
 from tgvdp.model.checks import plain_text
-from tgvdp.model.journey import Journey, TimingPoint
+from tgvdp.model.journey import Journey
 
 _MOMENT = re.compile(r"\d{4}-\d{2}-\d{2}T\d{2}:\d{2}:\d{2}Z")
 _DURATION = re.compile(r"P(?:(\d{1,6})D)?(?:T(?:(\d{1,6})H)?(?:(\d{1,6})M)?(?:(\d{1,6}(?:\.\d{1,6})?)S)?)?")
@@ -26,22 +27,8 @@ _STOPS = ("Stopping_Point", "Skipped_Stopping_Point", "Passing_Point")
 DEPARTURE = "StoppingPointDepartureDetails"
 
 
-class Call(NamedTuple):
-    """A place of a timetable.
-
-    Attributes
-    ----------
-    position_m : float
-        On the run.
-    name : str
-    stops : bool
-        Whether the train stops there.
-    arrival_s, departure_s : float or None
-        Latest arrival or passing, and earliest departure, s since 1970.
-    window_s : float
-        How much earlier than that it may arrive.
-    node : Node
-    """
+class NamedCall(NamedTuple):
+    """A place of a timetable, its name and the element that says it; the others as of `Call`, times since 1970."""
 
     position_m: float
     name: str
@@ -51,6 +38,11 @@ class Call(NamedTuple):
     window_s: float
     node: Node
 
+    @property
+    def timed(self) -> Call:
+        """The place and its times alone."""
+        return Call(self.position_m, self.stops, self.arrival_s, self.departure_s, self.window_s)
+
 
 def has_times(journey: Node) -> bool:
     """Whether a journey has any time to keep."""
@@ -58,7 +50,7 @@ def has_times(journey: Node) -> bool:
     return any(point.has("TP_latestArrivalTime") or point.below(DEPARTURE) for point in points)
 
 
-def calls_of(segments: Sequence[Segment]) -> list[Call]:
+def calls_of(segments: Sequence[Segment]) -> list[NamedCall]:
     """Places where a journey stops or passes, in the order of the run, one at each position.
 
     Raises
@@ -69,7 +61,7 @@ def calls_of(segments: Sequence[Segment]) -> list[Call]:
     return [_one(list(group)) for _, group in groupby(calls_in(segments), lambda call: call.position_m)]
 
 
-def calls_in(segments: Sequence[Segment]) -> Iterator[Call]:
+def calls_in(segments: Sequence[Segment]) -> Iterator[NamedCall]:
     """Each TimingPointConstraints of a journey, in order; see `calls_of`."""
     last_m = 0.0
     for segment in segments:
@@ -97,45 +89,18 @@ def read_journey(messages: Messages, journey: Node) -> Journey:
     if len(stops) < 2:
         raise journey.bad("a timetable needs two TimingPointConstraints that are a Stopping_Point")
     calls = calls[stops[0] : stops[-1] + 1]
-    first, last = calls[0], calls[-1]
-    if first.departure_s is None:
-        raise first.node.bad(f"the first stop has no {DEPARTURE}@departureTime, with which the clock starts")
+    if calls[0].departure_s is None:
+        raise calls[0].node.bad(f"the first stop has no {DEPARTURE}@departureTime, with which the clock starts")
     _require_order(calls)
-    start_s = first.departure_s
-    points = (
-        TimingPoint(first.position_m, 0.0, math.inf, 0.0, 0.0),
-        *(point for call in calls[1:-1] for point in _points(call, start_s)),
-        TimingPoint(last.position_m, *_arrival(last, start_s), 0.0, 0.0),
-    )
     dwells = [call for call in calls for node in call.node.children(DEPARTURE) if node.has("minimumDwellTime")]
     notes = (f"minimumDwellTime is not used at stops, where --dwell counts: {len(dwells)}",) if dwells else ()
     try:
-        return Journey(name=journey_name(journey), track=journey_name(journey), points=points, notes=notes)
+        return journey_of(journey_name(journey), [call.timed for call in calls], notes, track=journey_name(journey))
     except InputError as error:
         raise journey.bad(str(error)) from None
 
 
-def _points(call: Call, start_s: float) -> Iterator[TimingPoint]:
-    if not call.stops:
-        yield TimingPoint(call.position_m, *_arrival(call, start_s))
-        return
-    departs_s = -math.inf if call.departure_s is None else call.departure_s - start_s
-    # Where it has but a departure, as in timetables for passengers, it leaves at that time.
-    leaves_by_s = math.inf if call.arrival_s is not None or call.departure_s is None else departs_s
-    earliest_s, latest_s = _arrival(call, start_s)
-    yield TimingPoint(call.position_m, earliest_s, latest_s, 0.0, 0.0)
-    yield TimingPoint(call.position_m, departs_s, leaves_by_s, 0.0, 0.0)
-
-
-def _arrival(call: Call, start_s: float) -> tuple[float, float]:
-    """Window of arrival or passing; what has but a departure is passed, or reached, no later."""
-    time_s = call.arrival_s if call.arrival_s is not None else call.departure_s
-    if time_s is None:
-        return -math.inf, math.inf
-    return time_s - start_s - call.window_s, time_s - start_s
-
-
-def _require_order(calls: Sequence[Call]) -> None:
+def _require_order(calls: Sequence[NamedCall]) -> None:
     last_s = -math.inf
     for call in calls:
         for name, time_s in (("TP_latestArrivalTime", call.arrival_s), ("departureTime", call.departure_s)):
@@ -187,7 +152,7 @@ def _primary(place: Node) -> str:
     return next((child.content for child in place.children("teltsi_PrimaryLocationName")), "")
 
 
-def _call(places: _Places, node: Node) -> Call:
+def _call(places: _Places, node: Node) -> NamedCall:
     point = places.point(node)
     kind = node.choice("TP_StopSkipPass", _STOPS)
     if kind is None:
@@ -200,13 +165,13 @@ def _call(places: _Places, node: Node) -> Call:
         details.text("plannedDepartureTime")
         departure_s = _moment_s(details, "departureTime")
     window_s = _duration_s(node, "arrivalWindow")
-    return Call(
+    return NamedCall(
         places.segment.at_m(point), places.name(point), kind == _STOPS[0], _moment_s(node, "TP_latestArrivalTime"),
         departure_s, math.inf if window_s is None else window_s, node,
     )  # fmt: skip
 
 
-def _one(calls: Sequence[Call]) -> Call:
+def _one(calls: Sequence[NamedCall]) -> NamedCall:
     """Calls at one position as one: at the end of a segment and the beginning of the next one."""
     arrivals = [call.arrival_s for call in calls if call.arrival_s is not None]
     departures = [call.departure_s for call in calls if call.departure_s is not None]

@@ -13,7 +13,7 @@ from typing import Any
 
 from tgvdp.formats.sfera.messages import JOURNEY, Messages, journey_name
 from tgvdp.formats.sfera.segments import SLACK_M, Segment, segments_of
-from tgvdp.formats.sfera.timetable import DEPARTURE, Call, calls_in
+from tgvdp.formats.sfera.timetable import DEPARTURE, NamedCall, calls_in
 from tgvdp.formats.sources import Target
 from tgvdp.formats.syntax.reading import read_document
 from tgvdp.formats.syntax.xml import Node
@@ -136,7 +136,7 @@ def _location(segment: Segment, position_m: float) -> str:
     return _decimal(at_m, 3)
 
 
-def _plan(call: Call, start_s: float, passing: Passing, ends_m: tuple[float, float]) -> None:
+def _plan(call: NamedCall, start_s: float, passing: Passing, ends_m: tuple[float, float]) -> None:
     """Put the times of the run into a timing point: an arrival but at the first stop, a departure but at the last."""
     arrival_s, departure_s = passing(call.position_m)
     arrives_s = math.ceil(start_s + arrival_s - _ROUNDING_S)

@@ -99,9 +99,8 @@ def _calls(table: Table, starts: Sequence[float], start_m: float) -> Iterator[Ca
         if position_m < start_m:
             raise table.bad(given[0][1], ARRIVAL if arrivals else DEPARTURE,
                             f"lies before the line, which begins at {start_m / KILO:.9g} km")  # fmt: skip
-        yield Call(
-            position_m - start_m, stops, arrivals[0] if arrivals else None, departures[-1] if departures else None
-        )
+        departure_s = departures[-1] if departures else arrivals[0]
+        yield Call(position_m - start_m, stops, arrivals[0] if arrivals else None, departure_s)
 
 
 def _times(table: Table) -> Iterator[tuple[float | None, float | None]]:
