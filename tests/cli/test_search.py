@@ -239,6 +239,7 @@ def test_tables_and_pictures_as_asked(tmp_path, capsys):
         (("--format", ","), "there is none"),
         (("--every", "0"), "must be above 0 m"),
         (("--every", "100", "--profiles", "railtoolkit"), "--every is for profiles as csv"),
+        (("--format", "svg", "--no-pictures"), "--format is of pictures: it and --no-pictures exclude each other"),
         (("--price-per-kwh", "-1"), "must be at least 0 €/kWh"),
     ],
 )

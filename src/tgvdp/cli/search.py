@@ -1,12 +1,13 @@
 """``tgvdp search``: the Pareto front of one trip, as files, a table or one JSON object."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from tgvdp.cli import echo_json
 from tgvdp.cli.clock import left_s, preparing_within, search_s
@@ -14,7 +15,7 @@ from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand
 from tgvdp.cli.notes import idle, idle_restrictions, large_gaps, remarked, unused_line_speed, unusual
 from tgvdp.cli.screen import Screen, advice_line, energy_table, front_table, power_and_cost
-from tgvdp.cli.search_case import merged, read_case, read_map, resolved, suited
+from tgvdp.cli.search_case import Case, merged, read_case, read_map, resolved, suited
 from tgvdp.cli.search_options import search_options
 from tgvdp.cli.timetable_section import section_on
 from tgvdp.constants import METHODS
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from tgvdp.api import SearchResult
     from tgvdp.certificate.front import Certificate
     from tgvdp.methods.budget import Clock
+    from tgvdp.model.trip import Trip
     from tgvdp.referee.replay import Verdict
 
 #: What follows a search: replay, proof, and tables.
@@ -84,10 +86,13 @@ def command(
     marked front, exact or best-first belong to these methods; the last two search a grid. A search that ends by its
     budget writes what it has, labelled as partial, and exits with code 5.
     """
+    context = click.get_current_context()
     if every_m is not None and profiles == "railtoolkit":
-        raise click.UsageError("--every is for profiles as csv, parquet or xlsx", click.get_current_context())
+        raise click.UsageError("--every is for profiles as csv, parquet or xlsx", context)
     if journey is not None and track is None and scenario is None:
-        raise click.UsageError("--journey needs the --track that it belongs to", click.get_current_context())
+        raise click.UsageError("--journey needs the --track that it belongs to", context)
+    if not pictures and context.get_parameter_source("format") is ParameterSource.COMMANDLINE:
+        raise click.UsageError("--format is of pictures: it and --no-pictures exclude each other", context)
     started_s = time.perf_counter()
     folder = OutFolder(out, "result.json", force=force)
     with Screen(quiet=quiet) as screen, SecondProcess() as second:
@@ -97,11 +102,7 @@ def command(
             case = read_case(train, track, scenario, line_speed_kmh)
             asked = {name: value for name, value in given.items() if value is not None}
             options = merged(suited(case.options, asked, scenario), asked)
-            method = options.get("method", METHODS[0])
-            if trace and method != "best-first":
-                raise click.UsageError(
-                    f"--trace belongs to method best-first, not to {method}", click.get_current_context()
-                )
+            _require_traced(trace, options)
             case = case.with_fields(changes)
             read_map(options, case)
             section = None
@@ -120,9 +121,7 @@ def command(
         declared = SearchOptions(**arguments)
         trip = resolved(case, declared, time.perf_counter() - started_s)
         if not quiet:
-            spare = () if line_speed_kmh is None else unused_line_speed(case.track, kmh_to_mps(line_speed_kmh))
-            slow = idle_restrictions(trip, arguments.get("speed_restrictions", ()))
-            for text in (*remarked(case.remarks), *unusual(case.train, case.track), *spare, *slow, *idle(trip)):
+            for text in _remarks(case, trip, line_speed_kmh, arguments):
                 screen.note(text)
         warm.compile_beside(second, screen.waiting, declared, certified=certify)
         if pictures:
@@ -152,16 +151,33 @@ def command(
     if as_json:
         echo_json(content)
     if not quiet:
-        click.echo(_title(result, changes), err=as_json)
-        click.echo(front_table(content), err=as_json)
-        if where := energy_table(content):
-            click.echo(where, err=as_json)
-        click.echo(power_and_cost(content), err=as_json)
-        click.echo(advice_line(content), err=as_json)
-        click.echo(f"in {out}: {', '.join(file.name for file in files)}", err=as_json)
-        for text in large_gaps(content):
-            click.echo(f"tgvdp: note: {text}", err=True)
+        _show(content, _title(result, changes), f"in {out}: {', '.join(file.name for file in files)}", as_json)
     return _judge(content, certificate is None or certificate.complete, undrawn, quiet)
+
+
+def _require_traced(trace: bool, options: Mapping[str, Any]) -> None:
+    method = options.get("method", METHODS[0])
+    if trace and method != "best-first":
+        raise click.UsageError(f"--trace belongs to method best-first, not to {method}", click.get_current_context())
+
+
+def _remarks(case: Case, trip: "Trip", line_speed_kmh: float | None, arguments: Mapping[str, Any]) -> Iterator[str]:
+    """What readers noted, what is unusual, and what was given and changes nothing."""
+    yield from remarked(case.remarks)
+    yield from unusual(case.train, case.track)
+    if line_speed_kmh is not None:
+        yield from unused_line_speed(case.track, kmh_to_mps(line_speed_kmh))
+    yield from idle_restrictions(trip, arguments.get("speed_restrictions", ()))
+    yield from idle(trip)
+
+
+def _show(content: Mapping[str, Any], title: str, written: str, beside: bool) -> None:
+    """Print a result for people, on stderr where stdout is taken."""
+    tables = (front_table(content), energy_table(content), power_and_cost(content), advice_line(content))
+    for text in (title, *filter(None, tables), written):
+        click.echo(text, err=beside)
+    for text in large_gaps(content):
+        click.echo(f"tgvdp: note: {text}", err=True)
 
 
 def _asked(
