@@ -40,3 +40,13 @@ def phases_s(profile):
     """Durations of the phases of one regime."""
     starts = np.concatenate(([0], np.flatnonzero(np.diff(profile.regime[:-1])) + 1, [len(profile.regime) - 1]))
     return np.diff(profile.time_s[starts])
+
+
+def surveyed(seed):
+    """A line with a gradient of its own every 10 m, as surveys have it, and limits in small steps."""
+    rng = np.random.default_rng(seed)
+    at_m = np.arange(0.0, 8e3, 10.0)
+    gradients = tuple(zip(at_m.tolist(), (4.0 * rng.standard_normal(len(at_m))).tolist(), strict=True))
+    limits_m = np.arange(0.0, 8e3, 400.0).tolist()
+    limits = tuple(zip(limits_m, rng.choice([16.0, 18.0, 20.0, 22.0], len(limits_m)).tolist(), strict=True))
+    return tgvdp.Track(length_m=8e3, speed_limits=limits, gradients=gradients)

@@ -18,7 +18,7 @@ from tgvdp.runs.batch import Batch
 from tgvdp.runs.fastest import fastest_run
 
 PRICE = 1e5
-ANY = Room(np.inf, -np.inf, np.inf)
+ANY = Room(np.inf, -np.inf, np.inf, 0.0, 0.0)
 
 
 def doubled(x_m, w):
@@ -81,7 +81,7 @@ def test_tracking_ends_whatever_the_rows_and_the_plan(fast, spoil, regime):
     plan[:count, REGIME] = regime
     for most_j in (np.inf, -np.inf):
         out = room(n + 20_000)
-        m, refused, _ = track(way, run, n, plan, count, PRICE, 0.0, Room(most_j, -np.inf, np.inf), out)
+        m, refused, _ = track(way, run, n, plan, count, PRICE, 0.0, Room(most_j, -np.inf, np.inf, 0.0, 0.0), out)
         assert -1 <= m <= len(out.x) and refused <= n
         if most_j < 0.0 and m > 0:  # all that differs is refused: the run stays as it is
             np.testing.assert_array_equal(out.x[:m], x_m)

@@ -167,7 +167,7 @@ def widened(made, most_j):
     run, plan, count = regimes(way, x_m, w)
     size = 3 * len(x_m)
     out = Rows.of(np.empty((5, size)))
-    n, left = widen(way, run, len(x_m), plan, count, 1e5, 1.0, Room(most_j, -math.inf, math.inf), out)
+    n, left = widen(way, run, len(x_m), plan, count, 1e5, 1.0, Room(most_j, -math.inf, math.inf, 0.0, 0.0), out)
     return out.x[:n], out.w[:n], out.regime[: n - 1], most_j - left.most_j
 
 
@@ -246,7 +246,7 @@ def test_a_stretch_that_leaves_phases_shorter_is_refused(made):
     run, plan, count = regimes(way, x_m, w)
     plan[3, AT] = 4001.0
     out = Rows.of(np.empty((5, 30_000)))
-    whatever = Room(math.inf, -math.inf, math.inf)
+    whatever = Room(math.inf, -math.inf, math.inf, 0.0, 0.0)
     for least_s, refused in ((0.0, 0), (1.0, 1)):
         assert track(way, run, len(x_m), plan, count, 1e5, least_s, whatever, out)[1] == refused
 
@@ -257,7 +257,7 @@ def test_a_stretch_that_takes_too_long_is_refused(made, by_s):
     run, plan, count = regimes(way, x_m, w)
     planned = leave_out(way, plan, count, 1.0)
     out = Rows.of(np.empty((5, 30_000)))
-    n, refused, left = track(way, run, len(x_m), plan, planned, 1e5, 1.0, Room(math.inf, -by_s, by_s), out)
+    n, refused, left = track(way, run, len(x_m), plan, planned, 1e5, 1.0, Room(math.inf, -by_s, by_s, 0.0, 0.0), out)
     assert refused == (by_s < math.inf)
     if refused:
         np.testing.assert_array_equal(out.x[:n], x_m)
@@ -277,7 +277,7 @@ def assert_measured(way, run, n):
 def test_rows_carry_their_times_and_energies_along(made):
     """Whatever is cut, joined, spread or left as it was on the way."""
     _, way, x_m, w = made
-    whatever = Room(math.inf, -math.inf, math.inf)
+    whatever = Room(math.inf, -math.inf, math.inf, 0.0, 0.0)
     run, plan, count = regimes(way, x_m, w)
     assert_measured(way, run, len(x_m))
     wide, tracked = Rows.of(np.empty((5, 30_000))), Rows.of(np.empty((5, 30_000)))

@@ -19,7 +19,8 @@ from tgvdp.runs.followed import Followed, are_cut, follow_all
 
 _Floats = NDArray[np.float64]
 
-#: What leaving phases out may add to E + λT, as a share of a run's energy; but of no less than `Mesh.least_energy_j`.
+#: What leaving phases out may add to E + λT, cheap ones aside (`phases.prune`), as a share of a run's energy; but of no
+#: less than `Mesh.least_energy_j`.
 _LOSS = 5e-5
 #: ... and as a share of what the next run costs less: the order of runs stays what it is.
 _OF_STEP = 0.2

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from tgvdp._jit import entry, part
 from tgvdp.line.cells import cells_of
 from tgvdp.memory import scratch
+from tgvdp.methods.phases.approach import approach
+from tgvdp.methods.phases.held import join_holds
 from tgvdp.methods.phases.plan import LASTS_S, MAY_GO, PLAN_COLUMNS, leave_out, plan_of, shortest
 from tgvdp.methods.phases.regimes import tell_regimes, without_touches
 from tgvdp.methods.phases.retime import retime
@@ -28,10 +30,25 @@ _Floats = NDArray[np.float64]
 #: What is done in turn: phases shorter than a share of the least duration are left out, or widened. First what is next
 #: to nothing, so that it does not stand or fall with longer phases beside it; last what is long enough but might be
 #: longer, with what is left to spend.
-_PASSES = ((0.05, False), (1.0, False), (1.0, True), (3.0, False), (3.0, True))
+_APPROACHED, _LEFT_OUT, _WIDENED = 0, 1, 2
+_PASSES = (
+    (0.05, _LEFT_OUT),
+    (1.0, _APPROACHED),
+    (1.0, _LEFT_OUT),
+    (1.0, _WIDENED),
+    (3.0, _APPROACHED),
+    (3.0, _LEFT_OUT),
+    (3.0, _WIDENED),
+)
+#: What leaving out a single phase that is too short may cost besides what all may, as a share of that, and all of these
+#: together.
+_EACH = 0.2
+_CHEAP = 3.0
 #: A run gets its time back after all that, or else all that keeps to it, or else the run stays as it is.
 _LATER_IN_TIME, _IN_TIME, _AS_IT_IS = _ATTEMPTS = (0, 1, 2)
 _MOST_PHASES = 4000
+#: Phases of coasting that begin earlier, or later, for a run to be in time.
+_MOST_STARTS = 16
 #: Phases of a plan that is not that of the run.
 _UNKNOWN = -1
 #: Rows that a run may gain.
@@ -71,10 +88,17 @@ def _short(plan, count, least_s):
 
 
 @part
-def _prune(way, here, there, n, plan, count, price, least_s, room, later_s, slack_s):
-    """Do all passes on the run in ``here``, with its regimes, and give it back its running time.
+def _phases(way, run, n, plan, least_s):
+    """Phases of a run whose regimes are told row by row; −1 if there is no room for them."""
+    count = plan_of(way, run, n, plan)
+    if join_holds(run, n, plan, count, _PASSES[-1][0] * least_s):
+        count = plan_of(way, run, n, plan)
+    return count
 
-    ``plan`` is that of the run, of ``count`` phases.
+
+@part
+def _prune(way, here, there, n, plan, price, least_s, room, later_s, slack_s):
+    """Do all passes on the run in ``here``, with its regimes, and give it back its running time.
 
     Returns
     -------
@@ -87,19 +111,23 @@ def _prune(way, here, there, n, plan, count, price, least_s, room, later_s, slac
     """
     before_s, before_j = total(here, 0, n - 1)
     swapped = False
-    rows = n
-    n = without_touches(way, here, rows)
-    if n < rows:
-        count = _UNKNOWN
+    count = _UNKNOWN
     for p in range(len(_PASSES)):
-        share, widened = _PASSES[p]
+        share, how = _PASSES[p]
         longest_s = share * least_s
         if count < 0:
             n = without_touches(way, here, n)
-            count = plan_of(way, here, n, plan)
+            count = _phases(way, here, n, plan, least_s)
         if shortest(plan, count, longest_s) < 0:
             continue
-        if widened:
+        if share > 1.0:  # what is long enough goes for what is left alone
+            room = Room(room.most_j, room.earliest_s, room.latest_s, 0.0, room.cheap_j)
+        if how == _APPROACHED:
+            rows, room = approach(way, here, n, plan, count, price, longest_s, room, there)
+            if rows == 0:
+                continue
+            n = rows
+        elif how == _WIDENED:
             n, room = widen(way, here, n, plan, count, price, longest_s, room, there)
         else:
             planned = leave_out(way, plan, count, longest_s)
@@ -109,18 +137,26 @@ def _prune(way, here, there, n, plan, count, price, least_s, room, later_s, slac
         here, there = there, here
         swapped = not swapped
         count = _UNKNOWN
-    now_s, now_j = total(here, 0, n - 1)
-    late_s = now_s - before_s - later_s
     if count < 0:
-        count = plan_of(way, here, n, plan)
-    if not abs(late_s) <= slack_s:  # no number is not in time
-        n = retime(way, here, n, plan, count, price, room.most_j, late_s, slack_s, there)
+        count = _phases(way, here, n, plan, least_s)
+    now_s, now_j = total(here, 0, n - 1)
+    most_j = room.most_j + room.cheap_j
+    longest_s = math.inf
+    for _ in range(_MOST_STARTS):
+        late_s = now_s - before_s - later_s
+        if abs(late_s) <= slack_s:
+            break
+        n, longest_s = retime(way, here, n, plan, count, price, most_j, late_s, slack_s, longest_s, there)
         if n < 0:
-            return -1, False, 0.0, 0.0, 0
+            break
         here, there = there, here
         swapped = not swapped
+        most_j += now_j + price * now_s
         now_s, now_j = total(here, 0, n - 1)
-        count = plan_of(way, here, n, plan)
+        most_j -= now_j + price * now_s
+        count = _phases(way, here, n, plan, least_s)
+    if not abs(now_s - before_s - later_s) <= slack_s:  # no number is not in time
+        return -1, False, 0.0, 0.0, 0
     return n, swapped, now_s - before_s, now_j - before_j, _short(plan, count, least_s)
 
 
@@ -156,13 +192,16 @@ def prune_runs(way, runs, ends, price, least_s, most_j, later_s, slack_s, here, 
                 here.w[j] = runs.w[first + j]
             tell_regimes(way, here, n)
             count = plan_of(way, here, n, plan)
-            size, run, time_s, energy_j, short = n, here, 0.0, 0.0, _short(plan, count, least_s)
-            if attempt == _AS_IT_IS or count < 0 or shortest(plan, count, _PASSES[-1][0] * least_s) < 0:
+            size, run, time_s, energy_j, short = n, here, 0.0, 0.0, 0
+            if shortest(plan, count, _PASSES[-1][0] * least_s) < 0:
+                break
+            if attempt == _AS_IT_IS:
+                short = _short(plan, _phases(way, here, n, plan, least_s), least_s)
                 break
             by_s = math.inf if attempt == _LATER_IN_TIME else slack_s
-            room = Room(most_j[r], later_s[r] - by_s, later_s[r] + by_s)
+            room = Room(most_j[r], later_s[r] - by_s, later_s[r] + by_s, _EACH * most_j[r], _CHEAP * most_j[r])
             size, swapped, time_s, energy_j, short = _prune(
-                way, here, there, n, plan, count, price[r], least_s, room, later_s[r], slack_s
+                way, here, there, n, plan, price[r], least_s, room, later_s[r], slack_s
             )
             run = there if swapped else here
             if 0 < size <= most_rows and is_sound(way, run, size, runs, first, first + n - 1):

@@ -1,4 +1,4 @@
-"""A run gets its time back: a phase of coasting begins a little earlier, or later."""
+"""A run gets its time back: phases of coasting begin a little earlier, or later."""
 
 import math
 
@@ -8,14 +8,15 @@ from tgvdp.methods.phases.track import track, track_part
 from tgvdp.methods.phases.way import Room, row_at, total
 from tgvdp.physics.codes import COASTING, HOLDING, TRACTION
 
-#: Phases of coasting that are tried, the share of one by which the first trial moves its start, and trials of each.
-_STARTS = 4
+#: The share of a phase of coasting by which the first trial moves its start, and trials of each; the most that may be
+#: left of it, or taken of the phase before, as a share.
 _FIRST_STEP = 1e-3
 _TRIES = 6
+_MOST = 0.9
 #: Phases behind the one whose start is moved, at the end of which a trial ends unless it is off the run there.
 _PHASES = 4
 #: Whatever it costs, whenever it arrives.
-_ALL = Room(math.inf, -math.inf, math.inf)
+_ALL = Room(math.inf, -math.inf, math.inf, 0.0, 0.0)
 
 
 @part
@@ -45,39 +46,45 @@ def _changed(way, run, n, first, end, plan, count, price, out):
 
 
 @part
-def _moved(way, run, n, plan, count, c, price, most_j, late_s, tolerance_s, out):
-    """Move the start of a phase of coasting until the run is no longer late, or early; whether that is done.
+def _shift_of(way, run, n, plan, count, c, price, most_j, late_s, tolerance_s, out):
+    """By how much the start of a phase of coasting is moved so that the run is in time, or as nearly as it can be, m.
 
-    The plan has the new start, be it in vain.
+    0 where that brings the run no nearer to its time. The plan is left as it was.
     """
     start_m = plan[c, AT]
     first = row_at(run.x, n, plan[c - 1, AT])
     end = row_at(run.x, n, plan[c + _PHASES, AT]) if c + _PHASES < count else n - 1
     step_m = _FIRST_STEP * (plan[c + 1, AT] - start_m)
     room_m = start_m - plan[c - 1, AT]
-    last_m = 0.0
-    last_s = late_s
+    earliest_m = -_MOST * room_m
+    latest_m = _MOST * (plan[c + 1, AT] - start_m)
+    best_m = last_m = 0.0
+    best_s = last_s = late_s
     shift_m = min(step_m if late_s > 0.0 else -step_m, 0.5 * room_m)
     for _ in range(_TRIES):
-        if not -0.9 * room_m < shift_m < 0.9 * (plan[c + 1, AT] - start_m):
-            return False
         plan[c, AT] = start_m + shift_m
         later_s, dearer_j = _changed(way, run, n, first, end, plan, count, price, out)
         now_s = late_s + later_s
         if now_s == math.inf or now_s == last_s:
-            return False
+            break
+        if abs(now_s) < abs(best_s) and dearer_j + price * later_s <= most_j:
+            best_m = shift_m
+            best_s = now_s
         if abs(now_s) <= tolerance_s:
-            return dearer_j + price * later_s <= most_j
+            break
         next_m = shift_m - now_s * (shift_m - last_m) / (now_s - last_s)
         last_m = shift_m
         last_s = now_s
-        shift_m = next_m
-    return False
+        shift_m = min(max(next_m, earliest_m), latest_m)
+        if shift_m == last_m:
+            break
+    plan[c, AT] = start_m
+    return best_m
 
 
 @kernel
-def retime(way, run, n, plan, count, price, most_j, late_s, tolerance_s, out):
-    """Move the start of a long coasting until the run is no longer late, or early.
+def retime(way, run, n, plan, count, price, most_j, late_s, tolerance_s, longest_s, out):
+    """Move the start of a long coasting until the run is no longer late, or early, or as far as that can be.
 
     Parameters
     ----------
@@ -92,22 +99,26 @@ def retime(way, run, n, plan, count, price, most_j, late_s, tolerance_s, out):
         By how much E + λT may rise, J.
     late_s, tolerance_s : float
         By how much the run is late, s, and may be at most.
+    longest_s : float
+        Shorter phases of coasting alone are moved, s.
     out : Run, modified in place
 
     Returns
     -------
     m : int
-        Rows of the new run; −1 where no start does it.
+        Rows of the new run; −1 where no start brings it nearer to its time.
+    longest_s : float
+        How long the phase lasts whose start was moved, s.
     """
-    longest_s = math.inf
-    for _ in range(_STARTS):
+    while True:  # each turn is for a shorter phase
         c = _start_of_coasting(plan, count, longest_s)
         if c < 0:
-            break
+            return -1, longest_s
         longest_s = plan[c, LASTS_S]
-        start_m = plan[c, AT]
-        if _moved(way, run, n, plan, count, c, price, most_j, late_s, tolerance_s, out):
+        shift_m = _shift_of(way, run, n, plan, count, c, price, most_j, late_s, tolerance_s, out)
+        if shift_m != 0.0:
+            plan[c, AT] += shift_m
             m, refused, _ = track(way, run, n, plan, count, price, 0.0, _ALL, out)
-            return m if refused == 0 else -1
-        plan[c, AT] = start_m
-    return -1
+            if refused == 0:
+                return m, longest_s
+            plan[c, AT] -= shift_m

@@ -52,11 +52,23 @@ class Way(NamedTuple):
 
 
 class Room(NamedTuple):
-    """By how much E + λT of a run may rise, J, and from how much less to how much more time it may take, s."""
+    """What changes of a run may cost together.
+
+    Attributes
+    ----------
+    most_j : float
+        By how much E + λT may rise, J.
+    earliest_s, latest_s : float
+        From how much less to how much more time it may take, s.
+    each_j, cheap_j : float
+        What a single change may cost besides, J, and all such changes together.
+    """
 
     most_j: float
     earliest_s: float
     latest_s: float
+    each_j: float
+    cheap_j: float
 
 
 class Run(NamedTuple):
@@ -168,15 +180,25 @@ def copy_rows(run, first, last, out, m):
 
 
 @leaf
+def _is_cheap(room, dearer_j):
+    """Whether a change is one of those that may be made besides."""
+    return 0.0 < dearer_j <= min(room.each_j, room.cheap_j)
+
+
+@leaf
 def is_within(room, dearer_j, later_s):
     """Whether a change of E + λT and of the running time is within what there is."""
-    return dearer_j <= room.most_j and room.earliest_s <= later_s <= room.latest_s
+    affordable = dearer_j <= room.most_j or _is_cheap(room, dearer_j)
+    return affordable and room.earliest_s <= later_s <= room.latest_s
 
 
 @leaf
 def left_of(room, dearer_j, later_s):
     """Room that is left after a change."""
-    return Room(room.most_j - dearer_j, room.earliest_s - later_s, room.latest_s - later_s)
+    cheap = _is_cheap(room, dearer_j)
+    most_j = room.most_j if cheap else room.most_j - dearer_j
+    cheap_j = room.cheap_j - dearer_j if cheap else room.cheap_j
+    return Room(most_j, room.earliest_s - later_s, room.latest_s - later_s, room.each_j, cheap_j)
 
 
 @part

@@ -129,7 +129,7 @@ def widen(way, run, n, plan, count, price, least_s, room, out):
         # No ramp, of this phase or a later one, begins before this.
         i, m = _copied(way, run, n, plan[c, AT] - gains_s * math.sqrt(plan[c, START_W]), i, out, m)
         best = -1
-        best_j = room.most_j
+        best_j = math.inf
         for option in range(len(_SHARES) + 1):
             final = option == len(_SHARES)
             if final and best < 0:
