@@ -43,7 +43,7 @@ _PASSES = (
 #: What leaving out a single phase that is too short may cost besides what all may, as a share of that, and all of these
 #: together.
 _EACH = 0.2
-_CHEAP = 3.0
+_CHEAP = 1.0
 #: A run gets its time back after all that, or else all that keeps to it, or else the run stays as it is.
 _LATER_IN_TIME, _IN_TIME, _AS_IT_IS = _ATTEMPTS = (0, 1, 2)
 _MOST_PHASES = 4000
