@@ -5,6 +5,7 @@ import re
 
 import pytest
 
+from tests.helpers.refusal import refusal
 from tests.helpers.sfera_case import JOURNEY, PARTS, SEGMENT_1, SEGMENT_2, TRAIN, edited, limits_of, message, valid_by
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file, load_bytes, load_journey, load_scenario, load_track, load_train, read_source
@@ -191,6 +192,20 @@ def test_a_train_that_lacks_something_says_so(saved_xml):
     assert lacks in load_track(saved_xml(text)).notes
     with pytest.raises(InputError, match=re.escape(f"holds a SFERA track and a journey, not a train: {lacks}")):
         load_train(saved_xml(text))
+
+
+def test_a_train_that_changes_on_the_way_is_told(saved_xml):
+    again = '<TrainCharacteristicsRef TC_ID="ic" TC_VersionMajor="3" trainLength="50"><TC_RU_ID>9901</TC_RU_ID>'
+    ends = JOURNEY.rindex("  </SegmentProfileReference>")
+    shorter = JOURNEY[:ends] + f"{again}</TrainCharacteristicsRef>\n" + JOURNEY[ends:]
+    notes = load_track(saved_xml(message(shorter, *PARTS[1:]))).notes
+    assert "the train changes on the way: TrainCharacteristics ic is taken all along" in notes
+
+
+def test_a_journey_of_another_train_is_not_run(saved_xml):
+    path = saved_xml(message())
+    assert load_journey(f"{path}#4711") == load_journey(path)
+    assert refusal(load_journey, f"{path}#4712").endswith("holds no journey '4712'; it holds: 4711")
 
 
 def test_without_times_there_is_no_timetable(saved_xml):

@@ -188,6 +188,8 @@ def _run(
     **given: Any,
 ) -> _Done:
     """Run one train and write its files, until a share of the time limit has passed since the command began."""
+    from tgvdp.formats import whole_of
+
     with preparing_within(given["time_limit_s"]):
         case = read_case(train, track, None, line_speed_kmh).with_fields(changes)
         for text in margins:
@@ -197,7 +199,7 @@ def _run(
         stops = None
         if timetable is not None:
             case, read = case.with_timetable(timetable, reverse=options.get("reverse", False))
-            stops = read.value
+            stops = whole_of(read)
         message = advisable(case)
     if not quiet:
         for text in (*remarked(case.remarks), *unusual(case.train, case.track)):

@@ -15,6 +15,9 @@ from tgvdp.formats.sfera.unused import LONGEST_NOTE, unused_notes
 from tgvdp.formats.syntax.xml import Node
 from tgvdp.model.track import Curve, Gradient, Place, Track, Tunnel
 
+#: What tells one train of a journey from another: which it is, and what the journey says of it.
+_OF_A_TRAIN = ("TC_ID", "TC_VersionMajor", "trainLength", "trainWeight", "trainMaxSpeed")
+
 
 def read_line(messages: Messages, journey: Node, line_speed_kmh: float | None) -> Track:
     """Make the line of a journey.
@@ -64,7 +67,7 @@ def _category(messages: Messages, journey: Node) -> tuple[Category, list[str]]:
     notes = []
     if lacking(features, reference):
         notes.append(lacks_note(train, reference))
-    if len({(one.text("TC_ID"), one.text("TC_VersionMajor")) for one in references_of(journey)}) > 1:
+    if len({tuple(map(one.text, _OF_A_TRAIN)) for one in references_of(journey)}) > 1:
         notes.append(f"the train changes on the way: {category.name} is taken all along")
     return category, notes
 
