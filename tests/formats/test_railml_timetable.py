@@ -198,7 +198,8 @@ def test_what_lies_beyond_the_line_is_left_out_and_said(journey):
         ((DAY[0], place("halt", times("10:61:00")), DAY[3]), "@arrival: minutes after hours"),
         ((DAY[0], place("halt", times("", "soon")), DAY[3]), "got 'soon'"),
         ((place("a", "", "stop"), *DAY[1:]), "the first stop must have a time"),
-        ((DAY[0], place("far", times("10:05:00"))), "a timetable needs two stops with times"),
+        ((DAY[0], place("far", times("10:05:00"))), "1 of 2 stops are places of the line .it has 'Aston', 'Mid', 'B7'"),
+        ((DAY[0], DAY[2]), "a timetable needs two stops with times"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_run_is_refused_with_its_place(journey, places, message):

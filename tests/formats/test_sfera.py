@@ -194,6 +194,14 @@ def test_a_train_that_lacks_something_says_so(saved_xml):
         load_train(saved_xml(text))
 
 
+def test_tunnels_that_are_there_twice_or_overlap_are_one(saved_xml):
+    tunnel = '<Tunnel startLocation="3000" startEndQualifier="Starts" tunnelFactor="50"/>'
+    once = load_track(saved_xml(message())).tunnels
+    across = '<Tunnel startLocation="3200" endLocation="3500" startEndQualifier="StartsEnds" tunnelFactor="50"/>'
+    unknown = tunnel.replace(' tunnelFactor="50"', "")
+    assert load_track(saved_xml(edited((tunnel, tunnel + across + unknown + tunnel)))).tunnels == once
+
+
 def test_a_train_that_changes_on_the_way_is_told(saved_xml):
     again = '<TrainCharacteristicsRef TC_ID="ic" TC_VersionMajor="3" trainLength="50"><TC_RU_ID>9901</TC_RU_ID>'
     ends = JOURNEY.rindex("  </SegmentProfileReference>")

@@ -21,6 +21,8 @@ _DEFAULT_SCOPE = "scheduled"
 _PASS = "pass"
 #: Types of places, of which one is passed.
 _TYPES = ("begin", "stop", _PASS, "end")
+#: Stops that a timetable needs.
+_FEWEST = 2
 _MOST_NAMES = 12
 
 
@@ -93,6 +95,10 @@ def make_journey(root: Node, train: TimedTrain, places: Sequence[tuple[float, st
     dwells = sum(bool(place.below("stopDescription", "stopTimes")) for part in train.parts for place in _places(part))
     if dwells:
         notes.append(f"stopTimes of train {train.id} are not used at stops, where --dwell counts: {dwells}")
+    stops, on_line = (sum(one.stops for one in some) for some in (stands, calls))
+    if stops >= _FEWEST > on_line:
+        has = ", ".join(shown(name) for _, name in places[:_MOST_NAMES])
+        raise train.parts[0].bad(f"{on_line} of {stops} stops are places of the line (it has {has})")
     try:
         return journey_of(train.id, calls, tuple(notes))
     except InputError as error:

@@ -124,7 +124,7 @@ def _curves(segments: Sequence[Segment]) -> tuple[tuple[Curve, ...], list[str]]:
 
 def _tunnels(segments: Sequence[Segment]) -> tuple[tuple[Tunnel, ...], list[str]]:
     """Tunnels whose cross section is known."""
-    stretches = sorted(one for segment in segments for one in segment.areas("Tunnel"))
+    stretches = sorted((one for segment in segments for one in segment.areas("Tunnel")), key=lambda one: one[:2])
     areas = [(one, one.node.number("tunnelFactor", "m²", above=0.0)) for one in stretches]
     known = [(one.from_m, one.to_m, area_m2) for one, area_m2 in areas if area_m2 is not None]
     made = tuple(Tunnel(from_m, to_m - from_m, area_m2) for from_m, to_m, area_m2 in joined(known))
