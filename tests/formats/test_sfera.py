@@ -210,6 +210,16 @@ def test_a_train_that_changes_on_the_way_is_told(saved_xml):
     assert "the train changes on the way: TrainCharacteristics ic is taken all along" in notes
 
 
+def test_trains_of_several_journeys_are_told_apart_by_these(saved_xml):
+    """One is lighter; a third journey is of the same train as the first."""
+    others = [JOURNEY.replace(">4711<", ">4712<").replace('"220"', '"180"'), JOURNEY.replace(">4711<", ">4713<")]
+    path = saved_xml(message(JOURNEY, *others, *PARTS[1:]))
+    for name, mass_kg in (("ic:4711", 220e3), ("ic:4712", 180e3), ("4711", 220e3), ("4712", 180e3), ("4713", 220e3)):
+        assert load_train(f"{path}#{name}").mass_kg == mass_kg
+    assert refusal(load_train, path).endswith("holds 2 trains, choose one as FILE#NAME: ic:4711, ic:4712")
+    assert load_train(f"{saved_xml(message(JOURNEY, others[1], *PARTS[1:]))}#ic").mass_kg == 220e3
+
+
 def test_a_journey_of_another_train_is_not_run(saved_xml):
     path = saved_xml(message())
     assert load_journey(f"{path}#4711") == load_journey(path)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from tgvdp.errors import InputError
-from tgvdp.formats.sfera.category import Category, category_of, references_of, train_of
+from tgvdp.formats.sfera.category import Category, category_of, identity, references_of, train_of
 from tgvdp.formats.sfera.limits import speed_limits
 from tgvdp.formats.sfera.messages import Messages, journey_name
 from tgvdp.formats.sfera.segments import Segment, joined, segments_of
@@ -14,9 +14,6 @@ from tgvdp.formats.sfera.train import NO_TRAIN, lacking, lacks_note
 from tgvdp.formats.sfera.unused import LONGEST_NOTE, unused_notes
 from tgvdp.formats.syntax.xml import Node
 from tgvdp.model.track import Curve, Gradient, Place, Track, Tunnel
-
-#: What tells one train of a journey from another: which it is, and what the journey says of it.
-_OF_A_TRAIN = ("TC_ID", "TC_VersionMajor", "trainLength", "trainWeight", "trainMaxSpeed")
 
 
 def read_line(messages: Messages, journey: Node, line_speed_kmh: float | None) -> Track:
@@ -67,7 +64,7 @@ def _category(messages: Messages, journey: Node) -> tuple[Category, list[str]]:
     notes = []
     if lacking(features, reference):
         notes.append(lacks_note(train, reference))
-    if len({tuple(map(one.text, _OF_A_TRAIN)) for one in references_of(journey)}) > 1:
+    if len(set(map(identity, references_of(journey)))) > 1:
         notes.append(f"the train changes on the way: {category.name} is taken all along")
     return category, notes
 
