@@ -82,6 +82,9 @@ def test_positions_are_in_the_order_of_the_run(tmp_path):
     back = OSRD_SCHEDULE | {"pathfinding": {"path_item_positions": [0, 9_000_000, 5_000_000, 7_000_000, 10_000_000]}}
     message = "pathfinding.path_item_positions[2]: must not decrease, got 5000000 mm after 9000000 mm"
     assert refusal(load_journey, write_json(tmp_path / "t1.json", back)) == message
+    same = OSRD_SCHEDULE | {"pathfinding": {"path_item_positions": [0, 5_000_000, 5_000_000, 7_000_000, 10_000_000]}}
+    message = "train_schedule.schedule: two items at 5000 m: leave one"
+    assert refusal(load_journey, write_json(tmp_path / "t1.json", same)) == message
 
 
 def test_a_train_keeps_its_schedule_on_the_path_of_one_file(tmp_path):

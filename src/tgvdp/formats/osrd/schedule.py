@@ -134,7 +134,10 @@ def _by_key(path: Path, train: TrainSchedule, keys: Sequence[str | None]) -> dic
 
 
 def _require_order(path: Path, calls: Sequence[Call]) -> None:
-    """No arrival lies before what is known of an earlier place."""
+    """No arrival lies before what is known of an earlier place, and no two are asked for at one."""
+    for one, other in pairwise(calls):
+        if one.position_m == other.position_m:
+            raise bad(path, f"train_schedule.schedule: two items at {one.position_m:.9g} m: leave one")
     last_s = 0.0
     for call in calls:
         if call.arrival_s is None:
