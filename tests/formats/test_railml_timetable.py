@@ -172,6 +172,13 @@ def test_a_stop_near_the_end_of_a_track_is_the_place_of_that_name(saved_xml):
     assert points(load_journey(path, track))[0] == (50.0, *EXPECTED[0][1:])
 
 
+def test_what_is_passed_before_and_behind_the_stops_is_told(journey):
+    through = place("a", times("10:00:00", "10:00:00"), "pass"), *DAY[1:]
+    found = journey(part("p", *through))
+    assert [point.position_m for point in found.points] == [4000.0, 6000.0, 10000.0]
+    assert "passed before the first stop or behind the last one, and not run, at km 0" in found.notes
+
+
 def test_shortest_stops_are_told(journey):
     halt = place("halt", times("10:04:00", "10:05:00"), "stop", "<stopDescription><stopTimes/></stopDescription>")
     assert (
@@ -195,6 +202,7 @@ def test_what_lies_beyond_the_line_is_left_out_and_said(journey):
         ((DAY[3], place("a", times("10:12:00"))), "'Aston' lies before the place above it: is the line to be reversed"),
         ((DAY[0], place("halt", times("9:00:00", "10:05:00")), DAY[3]), "@arrival: .* got 9:00:00 after a later one"),
         ((place("a", times("", "10:00:00"), "halt"), DAY[3]), "@ocpType: must be one of begin, stop, pass, end"),
+        ((DAY[0], place("halt", times("10:04:00") + times("10:05:00")), DAY[3]), "a second time of scope 'scheduled'"),
         ((DAY[0], place("halt", times("10:61:00")), DAY[3]), "@arrival: minutes after hours"),
         ((DAY[0], place("halt", times("", "soon")), DAY[3]), "got 'soon'"),
         ((place("a", "", "stop"), *DAY[1:]), "the first stop must have a time"),

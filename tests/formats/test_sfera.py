@@ -226,6 +226,14 @@ def test_a_journey_of_another_train_is_not_run(saved_xml):
     assert refusal(load_journey, f"{path}#4712").endswith("holds no journey '4712'; it holds: 4711")
 
 
+def test_points_before_the_first_stop_are_told(saved_xml):
+    clock = '<StoppingPointDepartureDetails departureTime="2026-05-04T23:58:00Z"/>'
+    text = message().replace("Stopping_Point", "Passing_Point", 1).replace(clock, "")
+    journey = load_journey(saved_xml(text))
+    assert [point.position_m for point in journey.points] == [6500.0, 9700.0]
+    assert "passed before the first stop or behind the last one, and not run, at km 0.2, 2.5" in journey.notes
+
+
 def test_without_times_there_is_no_timetable(saved_xml):
     text = re.sub(r' TP_latestArrivalTime="[^"]*"|<StoppingPointDepartureDetails[^>]*>', "", message())
     assert load_track(saved_xml(text)).stops_m == (200.0, 6500.0, 9700.0)

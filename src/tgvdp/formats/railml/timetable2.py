@@ -112,15 +112,18 @@ def _places(part: Node) -> list[Node]:
 def _times_of(part: Node, scopes: dict[str, None]) -> Iterator[_Times]:
     """Times of a train part at its places, as they stand there; adds to the scopes that were seen."""
     for place in _places(part):
-        given = {times.text("scope") or _DEFAULT_SCOPE: times for times in place.children("times")}
+        given: dict[str, Node] = {}
+        for times in place.children("times"):
+            scope = times.text("scope") or _DEFAULT_SCOPE
+            if scope in given:
+                raise times.bad(f"a second time of scope {shown(scope)} at one place: leave one")
+            given[scope] = times
         scopes |= dict.fromkeys(given)
-        times = next((given[scope] for scope in _SCOPES if scope in given), None)
-        arrival_s, departure_s = (
-            (None, None) if times is None else (_time_s(times, "arrival"), _time_s(times, "departure"))
-        )
+        own = next((given[scope] for scope in _SCOPES if scope in given), None)
+        arrival_s, departure_s = (None, None) if own is None else (_time_s(own, "arrival"), _time_s(own, "departure"))
         kind = place.choice("ocpType", _TYPES)
         waits = bool(place.children("stopDescription")) or arrival_s != departure_s
-        yield _Times(place, times or place, arrival_s, departure_s, kind != _PASS if kind else waits)
+        yield _Times(place, own or place, arrival_s, departure_s, kind != _PASS if kind else waits)
 
 
 def _time_s(times: Node, attribute: str) -> float | None:
