@@ -65,12 +65,26 @@ def test_a_stop_without_arrival_may_have_any_and_the_end_is_a_stop(tmp_path):
         (("schedule", 1), {"at": "b", "arival": "PT9M"}, "train_schedule.schedule[1]: unknown field 'arival', did you"),
         (("schedule", 1, "arrival"), "PT9M",
          "train_schedule.schedule: times must not decrease, got arrival 300 s at 5000 m after 540 s"),
+        (("schedule", 2, "stop_for"), "-PT5S", "train_schedule.schedule[2].stop_for: must be at least 0 s, got -5 s"),
+        (("schedule", 0, "arrival"), "PT5S",
+         "train_schedule.schedule[0].arrival: must be 0 s where the train starts, got 5 s"),
+        (("schedule", 2, "at"), "b", "train_schedule.schedule[2].at: 'b' is there already: leave one"),
+        (("path", 2, "id"), "b", "train_schedule.schedule[1].at: 2 items of the path, got 'b'"),
         (("path",), [{}] * 4, "pathfinding.path_item_positions: must be one for each item, got 5 positions for 4"),
     ],
     ids=lambda value: str(value)[:30],
 )  # fmt: skip
 def test_what_is_wrong_is_named(tmp_path, at, value, message):
     assert refusal(load_journey, file_of(tmp_path, changed(SCHEDULE, at, value))).startswith(message)
+
+
+def test_positions_are_in_the_order_of_the_run(tmp_path):
+    back = OSRD_SCHEDULE | {"pathfinding": {"path_item_positions": [0, 9_000_000, 5_000_000, 7_000_000, 10_000_000]}}
+    message = "pathfinding.path_item_positions[2]: must not decrease, got 5000000 mm after 9000000 mm"
+    assert refusal(load_journey, write_json(tmp_path / "t1.json", back)) == message
+    same = OSRD_SCHEDULE | {"pathfinding": {"path_item_positions": [0, 5_000_000, 5_000_000, 7_000_000, 10_000_000]}}
+    message = "train_schedule.schedule: two items at 5000 m: leave one"
+    assert refusal(load_journey, write_json(tmp_path / "t1.json", same)) == message
 
 
 def test_a_train_keeps_its_schedule_on_the_path_of_one_file(tmp_path):

@@ -11,6 +11,7 @@ from tests.helpers.railml_case import LINE_2, LINE_3
 from tests.helpers.refusal import refusal
 from tests.helpers.settings import fuzz
 from tests.helpers.xml_slips import mutated
+from tgvdp.cli import main
 from tgvdp.formats import load_journey, load_section, load_track
 from tgvdp.formats.detect import load_all
 from tgvdp.model.track import Place
@@ -141,6 +142,51 @@ def test_a_train_joins_its_parts_and_is_chosen_by_its_number(journey):
         journey(first, second, other, trains=trains + again)
 
 
+def test_a_train_is_chosen_by_each_of_its_names_and_by_no_other(journey):
+    ref = '<trainPartSequence sequence="1"><trainPartRef ref="{}"/></trainPartSequence>'
+    given = (("t", "4711", "p"), ("c", "IC 1", "p"), ("u", "4711", "q"))
+    trains = "".join(f'<train id="{id}" trainNumber="{number}">{ref.format(own)}</train>' for id, number, own in given)
+    other = (DAY[0], place("z", times("10:20:00")))
+    for name in ("t", "c", "IC 1"):
+        assert points(journey(part("p", *DAY), part("q", *other), trains=trains, name=name)) == EXPECTED
+    with pytest.raises(
+        tgvdp.InputError, match="holds 2 journeys that are called '4711', choose one as FILE#NAME: t, u"
+    ):
+        journey(part("p", *DAY), part("q", *other), trains=trains, name="4711")
+    with pytest.raises(tgvdp.InputError, match="holds no journey '4712'; it holds: p"):
+        journey(part("p", *DAY), name="4712")
+
+
+def test_a_section_is_one_of_the_train_of_a_number(saved_xml, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = saved_xml(file(part("p", *DAY), trains=TRAIN))
+    asked = ["--train", "alstom-emu", "--points", "2", "--no-pictures", "--quiet", "--out", "out"]
+    assert main(["search", "--track", f"{path}#t1:up", "--journey", f"{path}#4711", *asked]) == 0
+
+
+def test_a_stop_near_the_end_of_a_track_is_the_place_of_that_name(saved_xml):
+    stop = '<crossSection id="cs0" pos="150" ocpRef="a"/><crossSection id="cs1"'
+    path = saved_xml(file(part("p", *DAY)).replace('<crossSection id="cs1"', stop))
+    track = load_track(f"{path}#t1:up")
+    assert track.places == (Place(50.0, "Aston"), *PLACES[1:])
+    assert points(load_journey(path, track))[0] == (50.0, *EXPECTED[0][1:])
+
+
+def test_what_is_passed_before_and_behind_the_stops_is_told(journey):
+    through = place("a", times("10:00:00", "10:00:00"), "pass"), *DAY[1:]
+    found = journey(part("p", *through))
+    assert [point.position_m for point in found.points] == [4000.0, 6000.0, 10000.0]
+    assert "passed before the first stop or behind the last one, and not run, at km 0" in found.notes
+
+
+def test_shortest_stops_are_told(journey):
+    halt = place("halt", times("10:04:00", "10:05:00"), "stop", "<stopDescription><stopTimes/></stopDescription>")
+    assert (
+        "stopTimes of train p are not used at stops, where --dwell counts: 1"
+        in journey(part("p", DAY[0], halt, DAY[3])).notes
+    )
+
+
 def test_what_lies_beyond_the_line_is_left_out_and_said(journey):
     before = place("far", times("", "09:50:00"))
     started = place("a", times("09:59:00", "10:00:00"), "stop")
@@ -154,11 +200,14 @@ def test_what_lies_beyond_the_line_is_left_out_and_said(journey):
     [
         ((DAY[0], place("far", times("10:02:00"), "stop"), DAY[3]), "no place of that name, got 'Far Away'"),
         ((DAY[3], place("a", times("10:12:00"))), "'Aston' lies before the place above it: is the line to be reversed"),
-        ((DAY[0], place("halt", times("9:00:00", "10:05:00")), DAY[3]), "the arrival lies before an earlier one"),
+        ((DAY[0], place("halt", times("9:00:00", "10:05:00")), DAY[3]), "@arrival: .* got 9:00:00 after a later one"),
+        ((place("a", times("", "10:00:00"), "halt"), DAY[3]), "@ocpType: must be one of begin, stop, pass, end"),
+        ((DAY[0], place("halt", times("10:04:00") + times("10:05:00")), DAY[3]), "a second time of scope 'scheduled'"),
         ((DAY[0], place("halt", times("10:61:00")), DAY[3]), "@arrival: minutes after hours"),
         ((DAY[0], place("halt", times("", "soon")), DAY[3]), "got 'soon'"),
         ((place("a", "", "stop"), *DAY[1:]), "the first stop must have a time"),
-        ((DAY[0], place("far", times("10:05:00"))), "a timetable needs two stops with times"),
+        ((DAY[0], place("far", times("10:05:00"))), "1 of 2 stops are places of the line .it has 'Aston', 'Mid', 'B7'"),
+        ((DAY[0], DAY[2]), "a timetable needs two stops with times"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_run_is_refused_with_its_place(journey, places, message):

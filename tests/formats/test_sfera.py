@@ -5,6 +5,7 @@ import re
 
 import pytest
 
+from tests.helpers.refusal import refusal
 from tests.helpers.sfera_case import JOURNEY, PARTS, SEGMENT_1, SEGMENT_2, TRAIN, edited, limits_of, message, valid_by
 from tgvdp.errors import InputError
 from tgvdp.formats import describe_file, load_bytes, load_journey, load_scenario, load_track, load_train, read_source
@@ -191,6 +192,46 @@ def test_a_train_that_lacks_something_says_so(saved_xml):
     assert lacks in load_track(saved_xml(text)).notes
     with pytest.raises(InputError, match=re.escape(f"holds a SFERA track and a journey, not a train: {lacks}")):
         load_train(saved_xml(text))
+
+
+def test_tunnels_that_are_there_twice_or_overlap_are_one(saved_xml):
+    tunnel = '<Tunnel startLocation="3000" startEndQualifier="Starts" tunnelFactor="50"/>'
+    once = load_track(saved_xml(message())).tunnels
+    across = '<Tunnel startLocation="3200" endLocation="3500" startEndQualifier="StartsEnds" tunnelFactor="50"/>'
+    unknown = tunnel.replace(' tunnelFactor="50"', "")
+    assert load_track(saved_xml(edited((tunnel, tunnel + across + unknown + tunnel)))).tunnels == once
+
+
+def test_a_train_that_changes_on_the_way_is_told(saved_xml):
+    again = '<TrainCharacteristicsRef TC_ID="ic" TC_VersionMajor="3" trainLength="50"><TC_RU_ID>9901</TC_RU_ID>'
+    ends = JOURNEY.rindex("  </SegmentProfileReference>")
+    shorter = JOURNEY[:ends] + f"{again}</TrainCharacteristicsRef>\n" + JOURNEY[ends:]
+    notes = load_track(saved_xml(message(shorter, *PARTS[1:]))).notes
+    assert "the train changes on the way: TrainCharacteristics ic is taken all along" in notes
+
+
+def test_trains_of_several_journeys_are_told_apart_by_these(saved_xml):
+    """One is lighter; a third journey is of the same train as the first."""
+    others = [JOURNEY.replace(">4711<", ">4712<").replace('"220"', '"180"'), JOURNEY.replace(">4711<", ">4713<")]
+    path = saved_xml(message(JOURNEY, *others, *PARTS[1:]))
+    for name, mass_kg in (("ic:4711", 220e3), ("ic:4712", 180e3), ("4711", 220e3), ("4712", 180e3), ("4713", 220e3)):
+        assert load_train(f"{path}#{name}").mass_kg == mass_kg
+    assert refusal(load_train, path).endswith("holds 2 trains, choose one as FILE#NAME: ic:4711, ic:4712")
+    assert load_train(f"{saved_xml(message(JOURNEY, others[1], *PARTS[1:]))}#ic").mass_kg == 220e3
+
+
+def test_a_journey_of_another_train_is_not_run(saved_xml):
+    path = saved_xml(message())
+    assert load_journey(f"{path}#4711") == load_journey(path)
+    assert refusal(load_journey, f"{path}#4712").endswith("holds no journey '4712'; it holds: 4711")
+
+
+def test_points_before_the_first_stop_are_told(saved_xml):
+    clock = '<StoppingPointDepartureDetails departureTime="2026-05-04T23:58:00Z"/>'
+    text = message().replace("Stopping_Point", "Passing_Point", 1).replace(clock, "")
+    journey = load_journey(saved_xml(text))
+    assert [point.position_m for point in journey.points] == [6500.0, 9700.0]
+    assert "passed before the first stop or behind the last one, and not run, at km 0.2, 2.5" in journey.notes
 
 
 def test_without_times_there_is_no_timetable(saved_xml):

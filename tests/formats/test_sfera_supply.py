@@ -34,6 +34,12 @@ def transition(at_m, kind):
         ((power(100, "Main_Switch_Off"), power(300, "Main_Switch_On")), [(100, 200, False)]),
         ((transition(100, "Powerless"), transition(300, "Electrical")), [(100, 200, False)]),
         ((power(300, "Traction_On"), power(100, "Traction_Off")), [(100, 200, False)]),
+        # One ends where the next one begins.
+        (
+            (power(100, "Traction_Off"), power(300, "Traction_On"),
+             power(300, "Traction_Off"), power(450, "Traction_On")),
+            [(100, 350, False)],
+        ),
         # Within a stretch without current the pantograph is lowered.
         (
             (power(100, "Main_Switch_Off"), power(200, "Pantograph_Down"), power(250, "Pantograph_Up"),

@@ -41,13 +41,15 @@ Examples:
   tgvdp journey --track line.json --train train.json
   tgvdp journey --track line.json --train train.json --dwell 45 --at "5%,8%"
   tgvdp journey --track line.json --train train.json --journey timetable.csv --out timetable
+  tgvdp journey --track net.xml#t1:up --train stock.xml --journey times.xml#4711    railML: the train of that number
+  tgvdp journey --track das.xml --train train.json --journey das.xml    SFERA: advice goes back in sfera.xml
   tgvdp journey --track line.json --train train.json --train other.json --out trains
   tgvdp journey --track line.json --train train.json --margins 5% --margins "0:10km:5%,10km::4.5min/100km"
   tgvdp journey --track line.json --train train.json --points 100 --json --no-pictures > journey.json
 """
 _JOURNEY_HELP = (
-    "A timetable, such as a table of arrivals and departures: its stops count in place of the line's, its windows are"
-    " kept."
+    "A timetable, such as a table of arrivals and departures (or of railML 2.x, SFERA, OSRD, TTOBench): its stops count"
+    " in place of the line's, its windows are kept."
 )
 _DELAY_HELP = "Mean delay of departures: simulates how late and how dear the splits of the middle point are."
 _MARGINS_HELP = (
@@ -188,6 +190,8 @@ def _run(
     **given: Any,
 ) -> _Done:
     """Run one train and write its files, until a share of the time limit has passed since the command began."""
+    from tgvdp.formats import whole_of
+
     with preparing_within(given["time_limit_s"]):
         case = read_case(train, track, None, line_speed_kmh).with_fields(changes)
         for text in margins:
@@ -197,7 +201,7 @@ def _run(
         stops = None
         if timetable is not None:
             case, read = case.with_timetable(timetable, reverse=options.get("reverse", False))
-            stops = read.value
+            stops = whole_of(read)
         message = advisable(case)
     if not quiet:
         for text in (*remarked(case.remarks), *unusual(case.train, case.track)):

@@ -10,6 +10,7 @@ from tgvdp.formats.load import (
     load_track,
     load_train,
     section_of,
+    whole_of,
 )
 from tgvdp.formats.recorded_run import RecordedRun, load_run
 from tgvdp.formats.review.describe import Description, describe_file
@@ -31,4 +32,5 @@ __all__ = [
     "load_train",
     "read_source",
     "section_of",
+    "whole_of",
 ]

@@ -12,6 +12,10 @@ from typing import NamedTuple
 from tgvdp.errors import InputError
 from tgvdp.formats.syntax.clocks import DAY_S
 from tgvdp.model.journey import Journey, TimingPoint
+from tgvdp.units import KILO
+
+#: Longest note, so that it stays one line that can be read.
+_LONGEST = 400
 
 
 class Call(NamedTuple):
@@ -82,6 +86,11 @@ def journey_of(name: str, calls: Sequence[Call], notes: tuple[str, ...], track: 
     if len(stops) < 2:
         raise InputError("a timetable needs two stops with times")
     first, *between, last = calls[stops[0] : stops[-1] + 1]
+    beyond = [f"{call.position_m / KILO:.9g}" for call in (*calls[: stops[0]], *calls[stops[-1] + 1 :])]
+    if beyond:
+        notes += (
+            f"passed before the first stop or behind the last one, and not run, at km {', '.join(beyond)}"[:_LONGEST],
+        )
     start_s = first.departure_s if first.departure_s is not None else first.arrival_s
     if start_s is None:
         raise InputError("the first stop must have a time")

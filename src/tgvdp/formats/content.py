@@ -17,11 +17,11 @@ _MOST_NAMES = 12
 
 
 class Item(NamedTuple):
-    """One thing in a file: its identifier there, how to make it, another name, and its fields that no run uses."""
+    """One thing in a file: its identifier there, how to make it, other names, and its fields that no run uses."""
 
     id: str
     make: Callable[[], Train | Track | Journey]
-    name: str = ""
+    names: tuple[str, ...] = ()
     kept: Mapping[str, Any] = {}
 
 
@@ -59,7 +59,7 @@ class Content:
 
     def has(self, kind: Kind, part: str) -> bool:
         """Whether there is an item of that kind and name."""
-        return any(part in (item.id, item.name) for item in self.items.get(kind, ()))
+        return any(part in (item.id, *item.names) for item in self.items.get(kind, ()))
 
     def each(self, kind: Kind) -> tuple[Item, ...]:
         """The items of a kind, or only the one that the file prefers."""
@@ -72,18 +72,20 @@ class Content:
         Raises
         ------
         InputError
-            When there is none of that name, or several and no name.
+            When there is none of that name, several of it, or several and no name.
         """
         items = self.items[kind] if part is not None else self.each(kind)
         if part is None and len(items) == 1:
             return items[0]
-        for item in items:
-            if part in (item.id, item.name):
-                return item
-        known = [item.id for item in items]
+        named = [item for item in items if part in item.names]
+        chosen = [item for item in items if part == item.id] or named
+        if len(chosen) == 1 or (chosen and chosen is not named):
+            return chosen[0]
+        known = [item.id for item in chosen or items]
         names = ", ".join(known[:_MOST_NAMES]) + (", …" if len(known) > _MOST_NAMES else "")
-        if part is None:
-            raise bad(path, f"holds {len(items)} {kind}s, choose one as FILE#NAME: {names}")
-        near = get_close_matches(part, [name for item in items for name in (item.id, item.name)], n=1)
+        if part is None or chosen:
+            called = f" that are called {shown(part)}" if part is not None else ""
+            raise bad(path, f"holds {len(known)} {kind}s{called}, choose one as FILE#NAME: {names}")
+        near = get_close_matches(part, [name for item in items for name in (item.id, *item.names)], n=1)
         hint = f", did you mean {near[0]!r}?" if near else f"; it holds: {names}"
         raise bad(path, f"holds no {kind} {shown(part)}{hint}")

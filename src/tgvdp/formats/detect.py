@@ -63,14 +63,14 @@ def read_source(
     """
     target = locate(source, None if kind == "journey" else kind)
     document = replace(read_target(target, line_speed_mps), places=() if track is None else track.places)
-    content, part = _open(document), target.part
+    content, part, section = _open(document), target.part, None
     if kind == "journey" and part is not None and not (content and content.has(kind, part)):
-        part = None  # there it chooses a section
+        part, section = None, part
     scenario = _scenario(document, content, part, KINDS if kind is None else (kind,))
     value = scenario if kind is None else getattr(scenario, kind)
     remarks = tuple(remark for one in scenario.remarks.values() for remark in one)
     beside = {} if content is None else {Path(path).name: digest for path, digest in sorted(content.inputs.items())}
-    return Read(value, target.path, target.part, document.digest, remarks, scenario.format, beside)
+    return Read(value, target.path, target.part, document.digest, remarks, scenario.format, beside, section)
 
 
 def read_scenario(document: Document) -> Scenario:

@@ -7,7 +7,7 @@ from typing import Any, cast
 from tgvdp.formats.detect import read_source
 from tgvdp.formats.scenario import Read, Scenario
 from tgvdp.formats.sources import Source, source_path
-from tgvdp.formats.syntax.reading import bad, read_bytes
+from tgvdp.formats.syntax.reading import bad, read_bytes, shown
 from tgvdp.model import catalog
 from tgvdp.model.energy import EnergyMap
 from tgvdp.model.journey import Journey, Section
@@ -77,9 +77,22 @@ def load_journey(path: Source, track: Track | None = None) -> Journey:
     Raises
     ------
     InputError
-        When there is no such file, or when it holds no valid journey.
+        When there is no such file, or when it holds no valid journey, or none of the name behind ``#``.
     """
-    return cast(Journey, read_source(path, "journey", track=track).value)
+    return whole_of(read_source(path, "journey", track=track))
+
+
+def whole_of(read: Read) -> Journey:
+    """Return a journey that was read, all of it.
+
+    Raises
+    ------
+    InputError
+        When what stands behind ``#`` is no journey of the file.
+    """
+    if read.section not in (None, read.value.name):
+        raise bad(read.path, f"holds no journey {shown(read.section or '')}; it holds: {read.value.name}")
+    return cast(Journey, read.value)
 
 
 def load_section(path: Source) -> tuple[Journey, Section]:
@@ -98,7 +111,7 @@ def section_of(read: Read) -> Section:
     """
     sections = read.value.sections
     known = {str(section.number): section for section in sections}
-    part = "1" if read.part in (None, read.value.name) else read.part
+    part = "1" if read.section in (None, read.value.name) else read.section
     if part not in known:
         raise bad(read.path, f"has sections 1 to {len(sections)}, got {part!r:.40}")
     section: Section = known[part]

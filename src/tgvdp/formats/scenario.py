@@ -54,7 +54,7 @@ class Read(NamedTuple):
 
     ``part`` is what was chosen in the file, ``sha256`` that of its bytes, in hexadecimal, ``remarks`` what readers
     noted and ``format`` what it is, as in `Scenario`, ``beside`` the SHA-256 of other files that a foreign one refers
-    to, by their names.
+    to, by their names. ``section`` is the part where it chooses no journey of the file: a run from stop to stop.
     """
 
     value: Any
@@ -64,6 +64,7 @@ class Read(NamedTuple):
     remarks: tuple[str, ...]
     format: str
     beside: Mapping[str, str] = MappingProxyType({})
+    section: str | None = None
 
     @property
     def fingerprint(self) -> dict[str, Any]:

@@ -6,6 +6,7 @@ OSRD's editoast (Open Rail Association).
 
 from collections.abc import Iterator, Sequence
 from datetime import timedelta
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from tgvdp.formats.syntax.typed import suggestion
 from tgvdp.model.journey import Journey
 from tgvdp.units import KILO
 
+_NO_TIME = timedelta()
 #: Margins that add nothing.
 _NO_MARGINS = {"none", "0%", "0min/100km"}
 
@@ -96,12 +98,12 @@ def make_journey(
     if len(position_mm) != len(train.path):
         found = f"{len(position_mm)} positions for {len(train.path)} items of train_schedule.path"
         raise bad(path, f"pathfinding.path_item_positions: must be one for each item, got {found}")
+    for at, (before_mm, at_mm) in enumerate(pairwise(position_mm), 1):
+        if at_mm < before_mm:
+            got = f"got {at_mm:.12g} mm after {before_mm:.12g} mm"
+            raise bad(path, f"pathfinding.path_item_positions[{at}]: must not decrease, {got}")
     keys = [item.key if item.key is not None else item.id for item in train.path]
-    for index, item in enumerate(train.schedule):
-        if item.at not in keys:
-            hint = suggestion(item.at, [key for key in keys if key])
-            raise bad(path, f"train_schedule.schedule[{index}].at: no item of the path, got {shown(item.at)}{hint}")
-    items = {item.at: item for item in train.schedule}
+    items = _by_key(path, train, keys)
     calls = [
         _call(items.get(key or ""), at_mm / KILO, is_first=index == 0, is_last=index == len(keys) - 1)
         for index, (key, at_mm) in enumerate(zip(keys, position_mm, strict=True))
@@ -111,8 +113,31 @@ def make_journey(
     return journey_of(name, asked, (*_notes(train, asked), *told))
 
 
+def _by_key(path: Path, train: TrainSchedule, keys: Sequence[str | None]) -> dict[str, _ScheduleItem]:
+    """What is asked for at items of the path, by their keys."""
+    items: dict[str, _ScheduleItem] = {}
+    for index, item in enumerate(train.schedule):
+        field = f"train_schedule.schedule[{index}]"
+        if keys.count(item.at) != 1:
+            hint = suggestion(item.at, [key for key in keys if key])
+            which = f"{keys.count(item.at)} items of the path" if item.at in keys else "no item of the path"
+            raise bad(path, f"{field}.at: {which}, got {shown(item.at)}{'' if item.at in keys else hint}")
+        if item.at in items:
+            raise bad(path, f"{field}.at: {shown(item.at)} is there already: leave one")
+        if item.stop_for is not None and item.stop_for < _NO_TIME:
+            raise bad(path, f"{field}.stop_for: must be at least 0 s, got {item.stop_for.total_seconds():g} s")
+        if item.at == keys[0] and item.arrival:
+            got = f"got {item.arrival.total_seconds():g} s"
+            raise bad(path, f"{field}.arrival: must be 0 s where the train starts, {got}")
+        items[item.at] = item
+    return items
+
+
 def _require_order(path: Path, calls: Sequence[Call]) -> None:
-    """No arrival lies before what is known of an earlier place."""
+    """No arrival lies before what is known of an earlier place, and no two are asked for at one."""
+    for one, other in pairwise(calls):
+        if one.position_m == other.position_m:
+            raise bad(path, f"train_schedule.schedule: two items at {one.position_m:.9g} m: leave one")
     last_s = 0.0
     for call in calls:
         if call.arrival_s is None:

@@ -142,7 +142,7 @@ class _File:
         """Journeys of trains over a line with named places; only 2.x has such timetables."""
         trains = timetable2.timed_trains(self.root) if self._old else []
         return tuple(
-            Item(train.id, partial(timetable2.make_journey, self.root, train, places), train.number) for train in trains
+            Item(train.id, partial(timetable2.make_journey, self.root, train, places), train.names) for train in trains
         )
 
     def knows(self, kind: Kind, name: str) -> bool:

@@ -250,13 +250,14 @@ def _stops(given_m: set[float], length_m: float) -> tuple[float, ...]:
 
 
 def _named(stops_m: tuple[float, ...], names: dict[float, str], others: list[Place]) -> list[Place]:
-    """Stops that have a name, where they are taken to be, and other places with names; one at each place."""
+    """Stops that have a name, where they are taken to be, and other places with names that no stop has."""
     found: list[Place] = []
     for stop_m in stops_m:
         name = next((name for at_m, name in names.items() if name and abs(at_m - stop_m) <= SLACK_M), "")
         found += [Place(stop_m, name)] if name else []
+    called = {place.name for place in found}
     for place in others:
-        if place.name and all(abs(place.position_m - one.position_m) > SLACK_M for one in found):
+        if place.name not in {"", *called} and all(abs(place.position_m - one.position_m) > SLACK_M for one in found):
             found.append(place)
     return sorted(found)
 

@@ -18,45 +18,52 @@ from tgvdp.model.journey import Journey
 #: Which times count, the first of them that a place has; those that were run ("actual") are no timetable.
 _SCOPES = ("scheduled", "calculated", "published")
 _DEFAULT_SCOPE = "scheduled"
-#: Type of places that are passed.
 _PASS = "pass"
+#: Types of places, of which one is passed.
+_TYPES = ("begin", "stop", _PASS, "end")
+#: Stops that a timetable needs.
+_FEWEST = 2
 _MOST_NAMES = 12
 
 
 class TimedTrain(NamedTuple):
-    """A train with its parts in the order of running; ``number`` is another name of it."""
+    """A train with its parts in the order of running; its number and the like are other names of it."""
 
     id: str
-    number: str
+    names: tuple[str, ...]
     parts: tuple[Node, ...]
 
 
 class _Times(NamedTuple):
-    """Times at a place, s, its element, and whether the train stops there."""
+    """Times at a place, s, its element, that of the times, and whether the train stops there."""
 
     node: Node
+    times: Node
     arrival_s: float | None
     departure_s: float | None
     stops: bool
 
 
 def timed_trains(root: Node) -> list[TimedTrain]:
-    """All trains of a timetable, and train parts that are of none; of several of the same parts the first."""
+    """All trains of a timetable, and train parts that are of none; several of the same parts are one."""
     parts = {one.text("id") or f"line-{one.line}": one for one in root.below("timetable", "trainParts", "trainPart")}
-    parts = {name: part for name, part in parts.items() if part.below("ocpsTT", "ocpTT")}
+    parts = {name: part for name, part in parts.items() if _places(part)}
     found: dict[tuple[str, ...], TimedTrain] = {}
     for train in root.below("timetable", "trains", "train"):
         sequence = sorted(train.children("trainPartSequence"), key=lambda one: one.number("sequence", "-") or 0.0)
         # Of parts side by side, as where trains run coupled, the first is the way of all.
         refs = [one.children("trainPartRef")[:1] for one in sequence]
-        names = tuple(ref.text("ref") or "" for one in refs for ref in one)
-        if names and all(name in parts for name in names):
-            own = tuple(parts[name] for name in names)
-            number = train.text("trainNumber") or train.text("name") or ""
-            found.setdefault(names, TimedTrain(train.text("id") or "-".join(names), number, own))
-    taken = {name for names in found for name in names}
-    alone = [TimedTrain(name, part.text("name") or "", (part,)) for name, part in parts.items() if name not in taken]
-    return [*found.values(), *alone]
+        own = tuple(ref.text("ref") or "" for one in refs for ref in one)
+        if own and all(name in parts for name in own):
+            of_parts = tuple(parts[name] for name in own)
+            known = found.get(own) or TimedTrain(train.text("id") or "-".join(own), (), of_parts)
+            names = filter(None, map(train.text, ("id", "trainNumber", "name")))
+            found[own] = known._replace(names=tuple(dict.fromkeys((*known.names, *names))))
+    taken = {name for own in found for name in own}
+    return [
+        *found.values(),
+        *(TimedTrain(name, (part.text("name") or name,), (part,)) for name, part in parts.items() if name not in taken),
+    ]
 
 
 def make_journey(root: Node, train: TimedTrain, places: Sequence[tuple[float, str]]) -> Journey:
@@ -85,24 +92,38 @@ def make_journey(root: Node, train: TimedTrain, places: Sequence[tuple[float, st
     if others := [scope for scope in scopes if scope not in _SCOPES[:1]]:
         notes.append(f"train {train.id} has times of scope {', '.join(others)} as well, which count where it has no"
                      " scheduled ones, and actual ones never")  # fmt: skip
+    dwells = sum(bool(place.below("stopDescription", "stopTimes")) for part in train.parts for place in _places(part))
+    if dwells:
+        notes.append(f"stopTimes of train {train.id} are not used at stops, where --dwell counts: {dwells}")
+    stops, on_line = (sum(one.stops for one in some) for some in (stands, calls))
+    if stops >= _FEWEST > on_line:
+        has = ", ".join(shown(name) for _, name in places[:_MOST_NAMES])
+        raise train.parts[0].bad(f"{on_line} of {stops} stops are places of the line (it has {has})")
     try:
         return journey_of(train.id, calls, tuple(notes))
     except InputError as error:
         raise train.parts[0].bad(str(error)) from None
 
 
+def _places(part: Node) -> list[Node]:
+    return part.below("ocpsTT", "ocpTT")
+
+
 def _times_of(part: Node, scopes: dict[str, None]) -> Iterator[_Times]:
     """Times of a train part at its places, as they stand there; adds to the scopes that were seen."""
-    for place in part.below("ocpsTT", "ocpTT"):
-        given = {times.text("scope") or _DEFAULT_SCOPE: times for times in place.children("times")}
+    for place in _places(part):
+        given: dict[str, Node] = {}
+        for times in place.children("times"):
+            scope = times.text("scope") or _DEFAULT_SCOPE
+            if scope in given:
+                raise times.bad(f"a second time of scope {shown(scope)} at one place: leave one")
+            given[scope] = times
         scopes |= dict.fromkeys(given)
-        times = next((given[scope] for scope in _SCOPES if scope in given), None)
-        arrival_s, departure_s = (
-            (None, None) if times is None else (_time_s(times, "arrival"), _time_s(times, "departure"))
-        )
-        kind = place.text("ocpType")
+        own = next((given[scope] for scope in _SCOPES if scope in given), None)
+        arrival_s, departure_s = (None, None) if own is None else (_time_s(own, "arrival"), _time_s(own, "departure"))
+        kind = place.choice("ocpType", _TYPES)
         waits = bool(place.children("stopDescription")) or arrival_s != departure_s
-        yield _Times(place, arrival_s, departure_s, kind != _PASS if kind else waits)
+        yield _Times(place, own or place, arrival_s, departure_s, kind != _PASS if kind else waits)
 
 
 def _time_s(times: Node, attribute: str) -> float | None:
@@ -126,14 +147,15 @@ def _joined(stands: Sequence[_Times]) -> list[_Times]:
         for attribute, time_s in (("arrival", one.arrival_s), ("departure", one.departure_s)):
             on_s = None if time_s is None else clock.after(time_s, is_time_of_day=True)
             if time_s is not None and on_s is None:
-                raise one.node.bad(f"times must not decrease: the {attribute} lies before an earlier one")
+                got = f"got {one.times.text(attribute)} after a later one"
+                raise one.times.bad(f"times must not decrease, {got}", attribute)
             times.append(on_s)
         on = one._replace(arrival_s=times[0], departure_s=times[1])
         if found and found[-1].node.text("ocpRef") == on.node.text("ocpRef"):
             before = found.pop()
             arrival_s = before.arrival_s if before.arrival_s is not None else on.arrival_s
             departure_s = on.departure_s if on.departure_s is not None else before.departure_s
-            on = _Times(on.node, arrival_s, departure_s, before.stops or on.stops)
+            on = on._replace(arrival_s=arrival_s, departure_s=departure_s, stops=before.stops or on.stops)
         found.append(on)
     return found
 

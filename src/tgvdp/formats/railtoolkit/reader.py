@@ -69,7 +69,7 @@ def open_document(document: Document) -> Content | None:
         _require_version(path, stock.schema_version, STOCK_VERSIONS, "rolling stock")
         notes = extensions(path, tree, RollingStock)
         trains = (
-            Item(str(one.id), partial(train_of, path, stock, index, notes), _text(one.name))
+            Item(str(one.id), partial(train_of, path, stock, index, notes), (_text(one.name),))
             for index, one in enumerate(stock.trains)
         )
         return _content(path, "trains", "train", trains)
@@ -78,7 +78,7 @@ def open_document(document: Document) -> Content | None:
         _require_version(path, file.schema_version, PATH_VERSIONS, "running paths")
         notes = extensions(path, tree, _Paths)
         tracks = (
-            Item(str(one.id), partial(_track, path, index, one, notes), _text(one.name))
+            Item(str(one.id), partial(_track, path, index, one, notes), (_text(one.name),))
             for index, one in enumerate(file.paths)
         )
         return _content(path, "paths", "track", tracks)

@@ -6,6 +6,7 @@ from tgvdp.formats.sfera.messages import TRAIN, Messages
 from tgvdp.formats.syntax.xml import Node
 
 _ETCS = ("Freight_Train_P_Position", "Freight_Train_G_Position", "Passenger_Train")
+_OF_A_TRAIN = ("TC_ID", "TC_VersionMajor", "TC_VersionMinor", "trainLength", "trainWeight", "trainMaxSpeed")
 #: Largest braked weight percentage that the schema takes.
 _MOST_PCT = 500.0
 
@@ -65,6 +66,12 @@ def train_of(messages: Messages, journey: Node) -> tuple[Node, Node] | None:
     """The first TrainCharacteristics of a journey, with the reference to it; None when it refers to none."""
     references = references_of(journey)
     return (messages.find(TRAIN, references[0]), references[0]) if references else None
+
+
+def identity(reference: Node) -> tuple[str | None, ...]:
+    """What tells one train of journeys from another: which it is, and what the journey says of it."""
+    owners = reference.children("TC_RU_ID", "teltsi_KeeperShortNameVKM")
+    return *map(reference.text, _OF_A_TRAIN), *(owner.content for owner in owners)
 
 
 def references_of(journey: Node) -> list[Node]:

@@ -63,8 +63,8 @@ def speed_limits(
     asked = f"no limit on {missing_m:.6g} m: limit is the line speed asked for, {line_speed_kmh or 0.0:g} km/h"
     return limits, [
         *((asked,) if missing_m else ()),
-        *_notes(segments, category, [*static, *restricted], len(restricted)),
         *swiss.notes,
+        *_notes(segments, category, [*static, *restricted], len(restricted)),
     ]
 
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from tgvdp.errors import InputError
-from tgvdp.formats.sfera.category import Category, category_of, references_of, train_of
+from tgvdp.formats.sfera.category import Category, category_of, identity, references_of, train_of
 from tgvdp.formats.sfera.limits import speed_limits
 from tgvdp.formats.sfera.messages import Messages, journey_name
 from tgvdp.formats.sfera.segments import Segment, joined, segments_of
@@ -27,15 +27,16 @@ def read_line(messages: Messages, journey: Node, line_speed_kmh: float | None) -
     """
     journey = journey.fresh()
     segments = segments_of(messages, journey)
-    category, train_notes = _category(messages, journey)
+    category, category_notes, train_notes = _category(messages, journey)
     limits, limit_notes = speed_limits(segments, category, line_speed_kmh)
     neutral, neutral_notes = neutral_sections(segments)
     gradients, gradient_notes = _gradients(segments)
     tunnels, tunnel_notes = _tunnels(segments)
     curves, curve_notes = _curves(segments)
     calls = calls_of(segments)
-    notes = [*train_notes, *limit_notes, *gradient_notes, *curve_notes, *tunnel_notes, *neutral_notes]
-    notes += unused_notes(journey, segments)
+    # Of many notes the first ones are shown: what was assumed comes first, and last what another train makes up for.
+    notes = [*category_notes, *limit_notes, *gradient_notes, *curve_notes, *tunnel_notes, *neutral_notes]
+    notes += [*unused_notes(journey, segments), *train_notes]
     try:
         return Track(
             name=journey_name(journey),
@@ -53,20 +54,20 @@ def read_line(messages: Messages, journey: Node, line_speed_kmh: float | None) -
         raise journey.bad(str(error)) from None
 
 
-def _category(messages: Messages, journey: Node) -> tuple[Category, list[str]]:
-    """What the train of a journey is, and what its TrainCharacteristics lack to be run."""
+def _category(messages: Messages, journey: Node) -> tuple[Category, list[str], list[str]]:
+    """What the train of a journey is, what is to be said of that, and what it lacks to be run."""
     found = train_of(messages, journey)
     if found is None:
-        return Category(), [NO_TRAIN]
+        return Category(), [], [NO_TRAIN]
     train, reference = found
     features = train.required("TC_Features")
     category = category_of(features, f"TrainCharacteristics {reference.text('TC_ID')}")
-    notes = []
-    if lacking(features, reference):
-        notes.append(lacks_note(train, reference))
-    if len({(one.text("TC_ID"), one.text("TC_VersionMajor")) for one in references_of(journey)}) > 1:
-        notes.append(f"the train changes on the way: {category.name} is taken all along")
-    return category, notes
+    changes = len(set(map(identity, references_of(journey)))) > 1
+    return (
+        category,
+        [f"the train changes on the way: {category.name} is taken all along"] if changes else [],
+        [lacks_note(train, reference)] if lacking(features, reference) else [],
+    )
 
 
 def _gradients(segments: Sequence[Segment]) -> tuple[tuple[Gradient, ...], list[str]]:
@@ -121,7 +122,7 @@ def _curves(segments: Sequence[Segment]) -> tuple[tuple[Curve, ...], list[str]]:
 
 def _tunnels(segments: Sequence[Segment]) -> tuple[tuple[Tunnel, ...], list[str]]:
     """Tunnels whose cross section is known."""
-    stretches = sorted(one for segment in segments for one in segment.areas("Tunnel"))
+    stretches = sorted((one for segment in segments for one in segment.areas("Tunnel")), key=lambda one: one[:2])
     areas = [(one, one.node.number("tunnelFactor", "m²", above=0.0)) for one in stretches]
     known = [(one.from_m, one.to_m, area_m2) for one, area_m2 in areas if area_m2 is not None]
     made = tuple(Tunnel(from_m, to_m - from_m, area_m2) for from_m, to_m, area_m2 in joined(known))

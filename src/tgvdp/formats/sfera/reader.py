@@ -5,10 +5,13 @@ and trains that a journey refers to stand in the same file or beside it; see doc
 schema and its documentation; network-specific parameters as Swiss messages use them.
 """
 
+from collections import Counter
+from collections.abc import Sequence
 from functools import partial
+from typing import NamedTuple
 
 from tgvdp.formats.content import Content, Item, Kind
-from tgvdp.formats.sfera.category import train_of
+from tgvdp.formats.sfera.category import identity, train_of
 from tgvdp.formats.sfera.line import read_line
 from tgvdp.formats.sfera.messages import JOURNEY, TRAIN, Messages, is_message, journey_name, nothing_to_run
 from tgvdp.formats.sfera.timetable import has_times, read_journey
@@ -19,6 +22,14 @@ from tgvdp.units import mps_to_kmh
 
 FORMAT = "SFERA"
 _UNUSABLE = ("Invalid", "Unavailable")
+
+
+class _Run(NamedTuple):
+    """Number of a journey, its train, and how it refers to that."""
+
+    journey: str
+    train: Node
+    reference: Node
 
 
 def open_document(document: Document) -> Content | None:
@@ -36,6 +47,7 @@ def open_document(document: Document) -> Content | None:
     line_speed_kmh = None if speed_mps is None else mps_to_kmh(speed_mps)
     missing: dict[Kind, str] = {"train": NO_TRAIN, "journey": "none of its points has a time"}
     items: dict[Kind, list[Item]] = {"train": [], "track": [], "journey": []}
+    runs: list[_Run] = []
     for journey in messages.each(JOURNEY):
         if journey.text("JP_Status") in _UNUSABLE:
             raise journey.bad(f"must be of a journey to run, got {journey.text('JP_Status')!r}", "JP_Status")
@@ -47,20 +59,36 @@ def open_document(document: Document) -> Content | None:
             items["journey"].append(Item(name, partial(read_journey, messages, journey)))
         found = train_of(messages, journey)
         if found is not None and not lacking(found[0].required("TC_Features"), found[1]):
-            items["train"] += _trains(*found)
+            runs.append(_Run(name, *found))
         elif found is not None:
             missing["train"] = lacks_note(*found)
+    items["train"] = _trains_of(runs)
     if not items["track"]:
-        items["train"] = [item for train in messages.each(TRAIN) for item in _trains(train, None)]
+        items["train"] = [
+            item for train in messages.each(TRAIN) for item in _trains(train, None, train.required_text("TC_ID"))
+        ]
     held = {kind: tuple(some) for kind, some in items.items() if some}
     if not held:
         raise nothing_to_run(messages)
     return Content(format=FORMAT, items=held, takes_line_speed=True, inputs=messages.inputs, lacking=missing)
 
 
-def _trains(train: Node, reference: Node | None) -> list[Item]:
+def _trains_of(runs: Sequence[_Run]) -> list[Item]:
+    """Trains of journeys; those that the same TrainCharacteristics become are told apart by their journeys."""
+    alike: dict[tuple[str | None, ...], list[_Run]] = {}
+    for run in runs:
+        alike.setdefault(identity(run.reference), []).append(run)
+    counts = Counter(own[0].train.required_text("TC_ID") for own in alike.values())
+    items: list[Item] = []
+    for own in alike.values():
+        run, name = own[0], own[0].train.required_text("TC_ID")
+        made = _trains(run.train, run.reference, name if counts[name] == 1 else f"{name}:{run.journey}")
+        items += [one._replace(names=tuple(run.journey for run in own)) for one in made] if len(made) == 1 else made
+    return items
+
+
+def _trains(train: Node, reference: Node | None, name: str) -> list[Item]:
     """A train, with each of its tractions where there are several."""
-    name = train.required_text("TC_ID")
     names = variants(train)
     if not names:
         return [Item(name, partial(read_train, train, reference, None))]

@@ -153,11 +153,11 @@ def lowest(caps: Iterable[Cap], length_m: float) -> list[tuple[float, float | No
 
 
 def joined(stretches: Iterable[tuple[float, float, float]]) -> Iterator[tuple[float, float, float]]:
-    """Stretches with their values, those that touch and have one value as one."""
+    """Stretches with their values, those that touch or overlap and have one value as one; in order of their starts."""
     last: tuple[float, float, float] | None = None
     for from_m, to_m, value in stretches:
-        if last is not None and value == last[2] and abs(from_m - last[1]) <= SLACK_M:
-            last = (last[0], to_m, value)
+        if last is not None and value == last[2] and from_m - last[1] <= SLACK_M:
+            last = (last[0], max(last[1], to_m), value)
             continue
         if last is not None:
             yield last

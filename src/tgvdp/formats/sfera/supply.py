@@ -45,10 +45,11 @@ def neutral_sections(segments: Sequence[Segment]) -> tuple[tuple[NeutralSection,
                 limited += 0.0 < current_a != _UNLIMITED_A
                 if current_a == 0.0:
                     caps.append(Cap(from_m, to_m, -NEUTRAL))
-    orders = sorted(order for segment in segments for order in _orders(segment))
+    orders = [order for segment in segments for order in _orders(segment)]
     for first, (last, state) in _ENDS.items():
         begun_m: float | None = None
-        for order in orders:
+        # At one place what ends comes before what begins there.
+        for order in sorted(orders, key=lambda one: (one.at_m, one.instruction in _ENDS)):
             if order.instruction == first and begun_m is None:
                 begun_m = order.at_m
             elif order.instruction == last and begun_m is not None:

@@ -88,11 +88,11 @@ def read_journey(messages: Messages, journey: Node) -> Journey:
     stops = [at for at, call in enumerate(calls) if call.stops]
     if len(stops) < 2:
         raise journey.bad("a timetable needs two TimingPointConstraints that are a Stopping_Point")
-    calls = calls[stops[0] : stops[-1] + 1]
-    if calls[0].departure_s is None:
-        raise calls[0].node.bad(f"the first stop has no {DEPARTURE}@departureTime, with which the clock starts")
-    _require_order(calls)
-    dwells = [call for call in calls for node in call.node.children(DEPARTURE) if node.has("minimumDwellTime")]
+    first, run = calls[stops[0]], calls[stops[0] : stops[-1] + 1]
+    if first.departure_s is None:
+        raise first.node.bad(f"the first stop has no {DEPARTURE}@departureTime, with which the clock starts")
+    _require_order(run)
+    dwells = [call for call in run for node in call.node.children(DEPARTURE) if node.has("minimumDwellTime")]
     notes = (f"minimumDwellTime is not used at stops, where --dwell counts: {len(dwells)}",) if dwells else ()
     try:
         return journey_of(journey_name(journey), [call.timed for call in calls], notes, track=journey_name(journey))
