@@ -112,7 +112,9 @@ def test_times_go_on_past_midnight_with_days_or_without(journey):
     end = place("z", times("00:08:00"))
     dated = place("z", times("00:08:00", "", ' arrivalDay="1"'))
     assert points(journey(part("p", *late, end))) == [EXPECTED[at] for at in (0, 1, 2, 4)]
-    assert points(journey(part("p", late[0], by_day, dated))) == [EXPECTED[at] for at in (0, 1, 2, 4)]
+    half_said = place("halt", times("00:02:00Z", "00:03:00+01:00", ' departureDay="1"'), "stop")
+    for halt, last in ((by_day, dated), (half_said, end), (half_said, dated)):
+        assert points(journey(part("p", late[0], halt, last))) == [EXPECTED[at] for at in (0, 1, 2, 4)]
 
 
 def test_a_stop_without_times_may_have_any(journey):

@@ -46,9 +46,11 @@ class RunningClock:
         self._last_s = -math.inf
         self._day_s = 0.0
 
-    def after(self, time_s: float, *, is_time_of_day: bool) -> float | None:
-        """The next time, s, of the next day where it is a time of day and lies far back; None when it is earlier."""
-        if is_time_of_day and time_s + self._day_s < self._last_s - 0.5 * DAY_S:
+    def after(self, time_s: float, *, is_time_of_day: bool, day: int = 0) -> float | None:
+        """The next time, s, of a later day where it is said to be, or lies far back; None when it is earlier."""
+        if day > 0:
+            self._day_s = DAY_S * day
+        elif is_time_of_day and time_s + self._day_s < self._last_s - 0.5 * DAY_S:
             self._day_s += DAY_S
         time_s += self._day_s
         if time_s < self._last_s:

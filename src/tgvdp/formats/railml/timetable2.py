@@ -4,13 +4,14 @@ Where an operational point lies, its name or its code tells, as the line has the
 of the schema.
 """
 
+import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from tgvdp.errors import InputError
 from tgvdp.formats.calls import Call, RunningClock, by_name, journey_of
 from tgvdp.formats.railml.line2 import POINTS, names_of
-from tgvdp.formats.syntax.clocks import DAY_S, clock_s
+from tgvdp.formats.syntax.clocks import clock_s
 from tgvdp.formats.syntax.reading import shown
 from tgvdp.formats.syntax.xml import Node
 from tgvdp.model.journey import Journey
@@ -19,6 +20,8 @@ from tgvdp.model.journey import Journey
 _SCOPES = ("scheduled", "calculated", "published")
 _DEFAULT_SCOPE = "scheduled"
 _PASS = "pass"
+#: The zone behind a time of day.
+_ZONE = re.compile(r"(?:Z|[+-]\d{2}:\d{2})$")
 #: Types of places, of which one is passed.
 _TYPES = ("begin", "stop", _PASS, "end")
 #: Stops that a timetable needs.
@@ -127,13 +130,12 @@ def _times_of(part: Node, scopes: dict[str, None]) -> Iterator[_Times]:
 
 
 def _time_s(times: Node, attribute: str) -> float | None:
-    """A time of day with its days after the train's first one, s; None where there is none."""
+    """A time of day, s, in whatever zone; None where there is none."""
     text = times.text(attribute)
     if not text:
         return None
-    days = times.number(f"{attribute}Day", "days") or 0.0
     try:
-        return clock_s(text, with_hours=True) + DAY_S * days
+        return clock_s(_ZONE.sub("", text), with_hours=True)
     except InputError as error:
         raise times.bad(str(error), attribute) from None
 
@@ -145,7 +147,8 @@ def _joined(stands: Sequence[_Times]) -> list[_Times]:
     for one in stands:
         times: list[float | None] = []
         for attribute, time_s in (("arrival", one.arrival_s), ("departure", one.departure_s)):
-            on_s = None if time_s is None else clock.after(time_s, is_time_of_day=True)
+            day = int(one.times.number(f"{attribute}Day", "days") or 0.0)
+            on_s = None if time_s is None else clock.after(time_s, is_time_of_day=True, day=day)
             if time_s is not None and on_s is None:
                 got = f"got {one.times.text(attribute)} after a later one"
                 raise one.times.bad(f"times must not decrease, {got}", attribute)
