@@ -9,6 +9,7 @@ import tgvdp.referee.drive as drive
 import tgvdp.referee.replay as referee
 from tests.helpers.twins.trips import level_trip
 from tgvdp.model.effort import EffortCurve
+from tgvdp.model.energy import PANTOGRAPH
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
@@ -204,6 +205,17 @@ def test_a_row_across_a_jump_of_the_brakes_is_met_exactly():
     seconds = 8.0 / 0.3 + 7.0 / 1.2
     assert 100.0 * (whole.duration_s / seconds - 1.0) == pytest.approx(verdict.time_error_pct, abs=1e-4)
     assert not verdict.ok  # its speed is not what the row says on the way
+
+
+def test_what_the_dynamic_brake_returns_while_a_rate_is_kept_is_met_exactly():
+    """From 30 to 10 m/s at 0.8 m/s², which takes more than the dynamic brake has: 150 kN up to 20 m/s, then 3 MW."""
+    train = replace(PLAIN, braking_rates=((0.0, 0.8),), max_deceleration_mps2=np.inf, regeneration_efficiency=0.8)
+    length_m = (30.0**2 - 10.0**2) / 1.6
+    trip = replace(level_trip(train, length_m, start_speed_mps=30.0, end_speed_mps=10.0), energy=PANTOGRAPH)
+    whole = profile_of(trip, np.array([0.0, length_m]), np.array([900.0, 100.0]))
+    wheel_j = 3e6 * (30.0 - 20.0) / 0.8 + 1.5e5 * (20.0**2 - 10.0**2) / 1.6
+    assert whole.total_energy_j == pytest.approx(-0.8 * wheel_j, rel=1e-12)
+    assert replay(trip, whole).energy_error_pct == pytest.approx(0.0, abs=3e-4)
 
 
 @pytest.mark.parametrize("rises", [True, False])

@@ -44,6 +44,13 @@ def _next_break(table, v, rising, end):
 
 
 @leaf
+def _next_edge(table, other, v, rising, end):
+    """The same of two curves, which may be one."""
+    found = _next_break(table, v, rising, end)
+    return found if other is table else _next_break(other, v, rising, found)
+
+
+@leaf
 def _sub_step(law, line, parts, before, x, h, last, w):
     """One step of the Runge–Kutta scheme from x, where the train meets ``before``; ``last`` is where a row ends.
 
@@ -126,17 +133,19 @@ def _drive_row(rule, tables, line, parts, x, d, w0, w1):
     on each side of it, and of none across a jump.
     """
     train, command, lever, dynamic = rule
-    table = train.traction
+    table = other = train.traction
     if dynamic > 0.0:
-        table = train.braking
+        table = other = train.braking
     elif command < 0.0:
-        table = train.rates if train.rates.shape[0] > 0 else train.braking
+        table = other = train.braking
+        if train.rates.shape[0] > 0:  # by which it brakes, while the dynamic brake returns by its own limit
+            table = train.rates
     v0, v1 = math.sqrt(w0), math.sqrt(w1)
     nudge = _SAME_SPEED * abs(v1 - v0)
     lo, hi = min(v0, v1) + nudge, max(v0, v1) - nudge
     rising = v1 > v0
     passed, end_mps = (lo, hi) if rising else (hi, lo)
-    edge = _next_break(table, passed, rising, end_mps)
+    edge = _next_edge(table, other, passed, rising, end_mps)
     count = sub_steps(*rule, lo, hi, *met(line, parts, x + 0.5 * d), d, max(w0, w1))
     inside_m = INSIDE * d
     last = x + d - inside_m
@@ -165,7 +174,7 @@ def _drive_row(rule, tables, line, parts, x, d, w0, w1):
         if way < math.inf:
             done += h
             passed = edge
-            edge = _next_break(table, passed, rising, end_mps)
+            edge = _next_edge(table, other, passed, rising, end_mps)
             way = math.inf
         else:
             done = end
