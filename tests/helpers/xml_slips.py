@@ -1,8 +1,11 @@
-"""Slips of the pen in XML: attributes and elements that are changed, renamed, doubled or gone."""
+"""Slips of the pen in XML: attributes and elements that are changed, renamed, doubled or gone, and what follows."""
 
 import re
 
 from hypothesis import strategies as st
+
+from tgvdp.errors import InputError
+from tgvdp.formats import describe_file
 
 JUNK = st.one_of(
     st.sampled_from(
@@ -36,3 +39,19 @@ def mutated(draw, text):
             new = draw(st.sampled_from(["", old + old, old.replace(name, "other"), f"<other>{old}</other>"]))
         text = text[: match.start()] + new + text[match.end() :]
     return text
+
+
+def loads_or_is_refused(path, data, whole_file):
+    """A file of some bytes is described, or refused in one line that has its place or begins as of a whole file."""
+    path.write_bytes(data)
+    try:
+        description = describe_file(path)
+    except InputError as error:
+        line = str(error)
+        assert line.startswith(f"{path}: ")
+        assert line.isprintable()
+        assert len(line) < 800 + len(str(path))
+        rest = line.removeprefix(f"{path}: ")
+        assert re.match(r"line \d+[,:] ", rest) or rest.startswith(whole_file), rest
+    else:
+        assert str(description)

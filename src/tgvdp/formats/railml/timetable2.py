@@ -100,12 +100,16 @@ def make_journey(root: Node, train: TimedTrain, places: Sequence[tuple[float, st
         notes.append(f"stopTimes of train {train.id} are not used at stops, where --dwell counts: {dwells}")
     stops, on_line = (sum(one.stops for one in some) for some in (stands, calls))
     if stops >= _FEWEST > on_line:
-        has = ", ".join(shown(name) for _, name in places[:_MOST_NAMES])
-        raise train.parts[0].bad(f"{on_line} of {stops} stops are places of the line (it has {has})")
+        raise train.parts[0].bad(f"{on_line} of {stops} stops are places of the line ({_held(places)})")
     try:
         return journey_of(train.id, calls, tuple(notes))
     except InputError as error:
         raise train.parts[0].bad(str(error)) from None
+
+
+def _held(places: Sequence[tuple[float, str]]) -> str:
+    """What places a line has, the first ones of many."""
+    return f"it has {', '.join(shown(name) for _, name in places[:_MOST_NAMES])}"
 
 
 def _places(part: Node) -> list[Node]:
@@ -174,8 +178,8 @@ def _on_line(root: Node, stands: Sequence[_Times], places: Sequence[tuple[float,
     for at, (one, name, position_m) in enumerate(placed):
         if position_m is None:
             if one.stops and on_line and on_line[0] < at < on_line[-1]:
-                has = ", ".join(shown(own) for _, own in places[:_MOST_NAMES])
-                raise one.node.bad(f"the line has no place of that name, got {shown(name)} (it has {has})", "ocpRef")
+                message = f"the line has no place of that name, got {shown(name)} ({_held(places)})"
+                raise one.node.bad(message, "ocpRef")
             left_out.append(name)
             continue
         if calls and position_m < calls[-1].position_m:
