@@ -16,7 +16,7 @@ PLAN_COLUMNS = 6
 
 
 @part
-def _acceleration(way, k, regime, w):
+def acceleration(way, k, regime, w):
     """Acceleration in a regime, m/s²; none where a speed is held."""
     if regime == HOLDING:
         return 0.0
@@ -30,8 +30,8 @@ def _balance(way, plan, i):
     """Share of a phase's length that its first neighbour may take so that the speed after it stays what it was."""
     cells = way.cells
     k = row_at(cells.station_m, cells.station_m.shape[0], plan[i, AT])
-    before = _acceleration(way, k, int(plan[i - 1, REGIME]), plan[i, START_W])
-    after = _acceleration(way, k, int(plan[i + 1, REGIME]), plan[i + 1, START_W])
+    before = acceleration(way, k, int(plan[i - 1, REGIME]), plan[i, START_W])
+    after = acceleration(way, k, int(plan[i + 1, REGIME]), plan[i + 1, START_W])
     if plan[i + 1, AT] <= plan[i, AT] or before == after:
         return 0.5
     own = 0.5 * (plan[i + 1, START_W] - plan[i, START_W]) / (plan[i + 1, AT] - plan[i, AT])
@@ -62,14 +62,17 @@ def plan_of(way, run, n, plan):
     count = 0
     k = 0
     regime = -1
-    had_power = True
+    has_power = had_power = True
     lasts_s = 0.0
     for i in range(n - 1):
-        k = cell_from(way.cells, k, run.x[i])
-        has_power = way.cells.supply[k] == POWERED
+        if not way.has_power:
+            k = cell_from(way.cells, k, run.x[i])
+            has_power = way.cells.supply[k] == POWERED
         if run.regime[i] != regime or has_power != had_power:
             if count == plan.shape[0]:
                 return -1
+            if count > 0:
+                plan[count - 1, LASTS_S] = lasts_s
             regime = run.regime[i]
             had_power = has_power
             lasts_s = 0.0
@@ -80,6 +83,7 @@ def plan_of(way, run, n, plan):
             plan[count, FROM_ABOVE] = 1.0 if i > 0 and run.w[i - 1] > run.w[i] else 0.0
             count += 1
         lasts_s += run.time[i]
+    if count > 0:
         plan[count - 1, LASTS_S] = lasts_s
     return count
 

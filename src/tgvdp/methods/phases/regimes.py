@@ -19,7 +19,7 @@ def regime_of_row(way, k, d, w0, w1):
     return _regime_of(way, k, work / d, d, w0, w1)
 
 
-@part
+@leaf
 def _regime_of(way, k, effort, d, w0, w1):
     """Regime of a row of a mean effort."""
     train = train_in(way, k)

@@ -3,16 +3,18 @@
 import math
 
 from tgvdp._jit import kernel, part
-from tgvdp.methods.phases.plan import AT, LASTS_S, REGIME
+from tgvdp.methods.phases.plan import AT, LASTS_S, REGIME, START_W, acceleration
 from tgvdp.methods.phases.track import track, track_part
 from tgvdp.methods.phases.way import Room, row_at, total
 from tgvdp.physics.codes import COASTING, HOLDING, TRACTION
 
-#: The share of a phase of coasting by which the first trial moves its start, and trials of each; the most that may be
-#: left of it, or taken of the phase before, as a share.
-_FIRST_STEP = 1e-3
+#: Trials of each phase of coasting, and the most that may be left of it, or taken of the phase before, as a share; in
+#: the first trial so much of that.
 _TRIES = 6
 _MOST = 0.9
+_FIRST = 0.5
+#: What a phase before it gains on coasting at least, m/s²: one that holds a speed downhill gains nothing.
+_LEAST_GAIN = 1e-3
 #: Phases behind the one whose start is moved, at the end of which a trial ends unless it is off the run there.
 _PHASES = 4
 #: Whatever it costs, whenever it arrives.
@@ -29,6 +31,20 @@ def _start_of_coasting(plan, count, most_s):
         if coasts and (best < 0 or plan[c, LASTS_S] > plan[best, LASTS_S]):
             best = c
     return best
+
+
+@part
+def _gains_m_per_s(way, plan, c):
+    """How much later a phase of coasting begins for each second less that a run takes, about, m/s.
+
+    What speed it has more is the same all along the phase but for the drag: v² differs by twice the way times the
+    difference of the accelerations, and each second by half of that over v².
+    """
+    stations_m = way.cells.station_m
+    w = plan[c, START_W]
+    k = row_at(stations_m, stations_m.shape[0], plan[c, AT])
+    gained = acceleration(way, k, int(plan[c - 1, REGIME]), w) - acceleration(way, k, COASTING, w)
+    return 0.5 * (w + plan[c + 1, START_W]) / (max(gained, _LEAST_GAIN) * plan[c, LASTS_S])
 
 
 @part
@@ -54,13 +70,11 @@ def _shift_of(way, run, n, plan, count, c, price, most_j, late_s, tolerance_s, o
     start_m = plan[c, AT]
     first = row_at(run.x, n, plan[c - 1, AT])
     end = row_at(run.x, n, plan[c + _PHASES, AT]) if c + _PHASES < count else n - 1
-    step_m = _FIRST_STEP * (plan[c + 1, AT] - start_m)
-    room_m = start_m - plan[c - 1, AT]
-    earliest_m = -_MOST * room_m
+    earliest_m = -_MOST * (start_m - plan[c - 1, AT])
     latest_m = _MOST * (plan[c + 1, AT] - start_m)
     best_m = last_m = 0.0
     best_s = last_s = late_s
-    shift_m = min(step_m if late_s > 0.0 else -step_m, 0.5 * room_m)
+    shift_m = min(max(late_s * _gains_m_per_s(way, plan, c), _FIRST * earliest_m), _FIRST * latest_m)
     for _ in range(_TRIES):
         plan[c, AT] = start_m + shift_m
         later_s, dearer_j = _changed(way, run, n, first, end, plan, count, price, out)

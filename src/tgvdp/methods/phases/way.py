@@ -23,8 +23,8 @@ _SAME_PLACE = 1e-12
 _EXCESS = 5e-4
 #: An effort below this share of the starting effort is none.
 _NONE = 1e-4
-#: Rows of a march, per row of the search: those of the usual ones are right to 2e-6 in time and energy, rougher ones
-#: are cut later.
+#: Rows of a march, per row of the search under full traction: those of the usual ones are right to 2e-6 in time and
+#: energy, rougher ones are cut later.
 _ROWS_PER_DRIVEN = 2.0
 
 
@@ -35,6 +35,8 @@ class Way(NamedTuple):
     ----------
     train : KernelTrain
     cells : Cells
+    has_power : bool
+        In all of them.
     envelope : Rows
         Of the fastest run.
     traction, returned : float
@@ -45,6 +47,7 @@ class Way(NamedTuple):
 
     train: KernelTrain
     cells: Cells
+    has_power: bool
     envelope: Rows
     traction: float
     returned: float
@@ -93,10 +96,11 @@ class Run(NamedTuple):
 
 def way_of(train: KernelTrain, cells: Cells, envelope: Rows, tables: EnergyTables) -> Way:
     """What a train drives on, by a mesh and an energy model."""
-    train = train._replace(rows=_ROWS_PER_DRIVEN * train.rows)
+    train = train._replace(rows=_ROWS_PER_DRIVEN * train.rows, other_rows=1.0)
     starting_n = float(train.traction[0, 2])  # the constant of the curve that starts at a standstill
     returned = tables.regeneration / tables.traction
-    return Way(train, cells, envelope, tables.traction, returned, _NONE * starting_n)
+    has_power = bool((cells.supply == POWERED).all())
+    return Way(train, cells, has_power, envelope, tables.traction, returned, _NONE * starting_n)
 
 
 @leaf
