@@ -124,6 +124,11 @@ class Train:
         if self.traction.effort_n(0.0) <= 0.0:
             raise InputError(f"{owner}: traction must be above 0 N at standstill")
 
+    def __hash__(self) -> int:
+        """Of a few of its numbers: what is kept per train is looked up at each run, and curves may be long."""
+        davis = (self.davis_a_n, self.davis_b_n_per_mps, self.davis_c_n_per_mps2)
+        return hash((self.mass_kg, self.rotating_mass_factor, *davis, self.name))
+
     def _tunnel_drag(self, owner: str) -> tuple[TunnelDrag, ...]:
         made: dict[float, TunnelDrag] = {}
         for index, row in enumerate(require_rows(owner, "tunnel_drag", self.tunnel_drag, TunnelDrag)):

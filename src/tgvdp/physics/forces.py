@@ -9,6 +9,7 @@ Gravity acts on the static mass, acceleration on the inertia (Davis 1926; Brüng
 Railway Timetabling & Operations, 2014, ch. 4).
 """
 
+from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -56,6 +57,7 @@ _MANY_PIECES = 12
 _SKIPPED = 8
 
 
+@lru_cache(maxsize=16)
 def kernel_train(train: Train) -> KernelTrain:
     """Reduce a `Train` to what kernels need."""
     return KernelTrain(

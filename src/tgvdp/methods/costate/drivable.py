@@ -24,10 +24,8 @@ _Floats = NDArray[np.float64]
 _LOSS = 5e-5
 #: ... and as a share of what the next run costs less: the order of runs stays what it is.
 _OF_STEP = 0.2
-#: Rows that are worth a thread of its own: to hand them over takes a tenth of a millisecond, they more than a whole
-#: one. Some runs take several times as long as others.
+#: Rows that are worth a thread of its own: to hand them over takes some tenths of a millisecond, they some whole ones.
 _ROWS_OF_A_THREAD = 7000
-_PARTS_OF_A_CORE = 2
 #: Rows between two looks at the clock: a tenth of a second. Usual runs have some thousand; one of more than these stays
 #: as it is.
 _ROWS_AT_ONCE = 200_000
@@ -149,7 +147,7 @@ def _leaving(mesh: Mesh, outcome: _Floats, aims_s: _Floats, tolerance_s: float, 
 def _parts(rows: Sequence[int]) -> Iterator[slice]:
     """Neighbouring runs, of so many rows each, that are done together: few rows, or one run that has more."""
     all_rows = sum(rows)
-    most = min(_ROWS_AT_ONCE, math.ceil(all_rows / shares(all_rows, _ROWS_OF_A_THREAD, _PARTS_OF_A_CORE)))
+    most = min(_ROWS_AT_ONCE, math.ceil(all_rows / shares(all_rows, _ROWS_OF_A_THREAD)))
     first = together = 0
     for index, count in enumerate(rows):
         if index > first and together + count > most:

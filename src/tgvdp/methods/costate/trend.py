@@ -27,6 +27,8 @@ def train_of_trends(train: KernelTrain, cell_m: float) -> KernelTrain:
 
 def _trend(table: _Floats, share: float) -> _Floats:
     """The curve, (n, 6), with means over v² where it is noisy; efforts change v² by twice their ``share`` in a cell."""
+    if len(table) <= _OFTEN:  # it turns up at the start of a piece, but not of the first one
+        return table
     v = table[:, 0]
     starts_n, ends_n = _effort_n(table, v), _effort_n(table[:-1], v[1:])
     turns_w = v[_turns_up(starts_n, ends_n)] ** 2
