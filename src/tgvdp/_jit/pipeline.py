@@ -54,8 +54,7 @@ def _tuned() -> Any:
     """What numba asks of LLVM, but for what kernels run no faster for."""
     tuning = llvm.create_pipeline_tuning_options(int(config.OPT))
     tuning.loop_vectorization = bool(config.LOOP_VECTORIZE)
-    tuning.slp_vectorization = bool(config.SLP_VECTORIZE)
-    tuning.loop_unrolling = False
+    tuning.loop_unrolling = tuning.slp_vectorization = False
     tuning.inlining_threshold = _MOST_INLINED
     return tuning
 

@@ -17,7 +17,7 @@ from tgvdp.physics.codes import NO_ROOM, NOT_MET, NOT_TRIED, OK
 _Floats = NDArray[np.float64]
 
 #: Cells of runs that are worth a thread of its own, a tenth of a microsecond or two each.
-_LEAST_CELLS = 3000
+_LEAST_CELLS = 2500
 #: Groups of times for each core: next to the fastest run they take more runs, and some end early.
 _GROUPS_OF_A_CORE = 2
 #: Rows of a run, per cell, for which there is room: most take half as many.
