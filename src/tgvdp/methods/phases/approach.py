@@ -29,6 +29,8 @@ from tgvdp.physics.motion import march
 _SAME_W = 1e-9
 #: No squared speed at which a march ends.
 _NONE = -1.0
+#: How many phases before the short one the run may be left.
+_PHASES = 3
 
 
 @part
@@ -86,6 +88,55 @@ def _back(way, run, n, regime, x, w, until_m, out, free):
     return -1, 0.0, -1
 
 
+@part
+def _join(way, run, i, start, at, regime, free, behind, out, m):
+    """Append rows of a run, from its row ``i`` on, to where it is left on its row ``start``, and those of the march.
+
+    Returns their number, and the one with which it is left.
+    """
+    copy_rows(run, i, start, out, m)
+    size = m + start - i
+    first = size - 1
+    if at > run.x[start] + SAME_M:
+        out.x[size] = at
+        out.w[size] = w_on(run.x, run.w, start, at)
+        out.regime[size - 1] = run.regime[start]
+        size += 1
+    left = size - 1
+    for j in range(behind - 1, free - 1, -1):
+        if out.x[j] > out.x[size - 1] + SAME_M:
+            out.x[size] = out.x[j]
+            out.w[size] = out.w[j]
+            out.regime[size - 1] = regime
+            size += 1
+    measure(way, out, first, size - 1)
+    return size, left
+
+
+@part
+def _lasts(run, n, plan, c, start, at, least_s, out, first, left, size):
+    """Whether the phase that is left, and the one that comes to the end of phase ``c``, are long, or as they were."""
+    p = max(c - _PHASES, 0)
+    while plan[p + 1, AT] <= at:
+        p += 1
+    before_s = total(run, row_at(run.x, n, plan[p, AT]), start)[0] + total(out, first, left)[0]
+    if before_s < min(least_s, plan[p, LASTS_S]):
+        return False
+    lasts_s = total(out, left, size - 1)[0]
+    return lasts_s >= min(least_s, plan[c - 1, LASTS_S]) or plan[c + 1, REGIME] == plan[c - 1, REGIME]
+
+
+@part
+def _fits(way, run, start, out, first, left):
+    """Whether a train gives the effort of what is left of the row on which a run is left: it was right as a mean."""
+    stations_m = way.cells.station_m
+    k = row_at(stations_m, stations_m.shape[0], run.x[start] + SAME_M)
+    fits = True
+    for j in range(first, left):
+        fits = fits and is_feasible(way, k, out.x[j + 1] - out.x[j], out.w[j], out.w[j + 1])
+    return fits
+
+
 @kernel
 def approach(way, run, n, plan, count, price, least_s, room, out):
     """Leave out phases that are too short where the one before them may come to their end.
@@ -122,44 +173,20 @@ def approach(way, run, n, plan, count, price, least_s, room, out):
         if not goes or regime == HOLDING or not _worth_trying(plan, c, price, room):
             continue
         end = row_at(run.x, n, plan[c + 1, AT])
-        p = max(c - 3, 0)
-        first_m = max(run.x[i], plan[p, AT])
+        first_m = max(run.x[i], plan[max(c - _PHASES, 0), AT])
         start, at, behind = _back(way, run, n, regime, run.x[end], run.w[end], first_m, out, free)
         if behind < 0 or at <= first_m + SAME_M:
             continue
         if m + n - i + behind - free > free:
             break
-        copy_rows(run, i, start, out, m)
-        size = m + start - i
-        first = size - 1
-        if at > run.x[start] + SAME_M:
-            out.x[size] = at
-            out.w[size] = w_on(run.x, run.w, start, at)
-            out.regime[size - 1] = run.regime[start]
-            size += 1
-        joint = size - 1
-        for j in range(behind - 1, free - 1, -1):
-            if out.x[j] > out.x[size - 1] + SAME_M:
-                out.x[size] = out.x[j]
-                out.w[size] = out.w[j]
-                out.regime[size - 1] = regime
-                size += 1
-        measure(way, out, first, size - 1)
+        size, left = _join(way, run, i, start, at, regime, free, behind, out, m)
+        first = m + start - i - 1
         new_s, new_j = total(out, first, size - 1)
         old_s, old_j = total(run, start, end)
         later_s = new_s - old_s
         dearer_j = new_j - old_j + price * later_s
-        while plan[p + 1, AT] <= at:
-            p += 1
-        before_s = total(run, row_at(run.x, n, plan[p, AT]), start)[0] + total(out, first, joint)[0]
-        lasts_s = total(out, joint, size - 1)[0]
-        lasting = before_s >= min(least_s, plan[p, LASTS_S])
-        lasting = lasting and (lasts_s >= min(least_s, plan[c - 1, LASTS_S]) or plan[c + 1, REGIME] == regime)
-        k = row_at(way.cells.station_m, way.cells.station_m.shape[0], run.x[start] + SAME_M)
-        fits = True  # what is left of the row on which they meet: its effort was right as a mean alone
-        for j in range(first, min(joint, size - 1)):
-            fits = fits and is_feasible(way, k, out.x[j + 1] - out.x[j], out.w[j], out.w[j + 1])
-        if fits and lasting and is_within(room, dearer_j, later_s):
+        lasts = _lasts(run, n, plan, c, start, at, least_s, out, first, left, size)
+        if lasts and _fits(way, run, start, out, first, min(left, size - 1)) and is_within(room, dearer_j, later_s):
             room = left_of(room, dearer_j, later_s)
             m = size
             i = end

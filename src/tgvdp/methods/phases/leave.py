@@ -145,6 +145,37 @@ def drive(way, k, regime, until, target, out, m):
 
 
 @part
+def _takes_over(way, run, n, k, other, now, x, w):
+    """Whether the regime of the plan replaces the one in which a train is off its run: it brings the two together."""
+    above = w > w_on(run.x, run.w, row_at(run.x, n, x), x)
+    stronger = pull(way, k, other, w) - pull(way, k, now, w)
+    return stronger < 0 if above else stronger > 0
+
+
+@part
+def _settled(way, k, run, i, row, at, out, first, m):
+    """End rows, from ``first`` on, with the one that meets the run, if one does (`_meets`).
+
+    Returns their number; −1 where one of them, or what is left of the run's row, asks for more effort than there is.
+    """
+    if row >= 0:
+        joined = w_on(run.x, run.w, i, at)
+        m = row
+        if at - out.x[row - 1] > SAME_M:
+            out.x[row] = at
+            m = row + 1
+        out.w[m - 1] = joined
+    for j in range(first, m):
+        if not is_feasible(way, k, out.x[j] - out.x[j - 1], out.w[j - 1], out.w[j]):
+            return -1
+    if row >= 0:
+        rest_m = run.x[i + 1] - out.x[m - 1]
+        if rest_m > SAME_M and not is_feasible(way, k, rest_m, out.w[m - 1], run.w[i + 1]):
+            return -1
+    return m
+
+
+@part
 def leave(way, run, n, i, plan, planned, c, out, m):
     """Drive off a run from the end of the new rows, until the two meet again.
 
@@ -184,14 +215,11 @@ def leave(way, run, n, i, plan, planned, c, out, m):
         if changes > _MOST_CHANGES or m + _MOST_ROWS > out.x.shape[0]:
             return -1, i
         other = int(plan[c, REGIME])
-        if other != now:
-            above = w > w_on(run.x, run.w, row_at(run.x, n, x), x)
-            stronger = pull(way, k, other, w) - pull(way, k, now, w)
-            if stronger < 0 if above else stronger > 0:
-                if other == HOLDING and abs(w - plan[c, START_W]) > _NEAR_W * w:
-                    return -1, i
-                now = other
-                held = other == HOLDING and not rides
+        if other != now and _takes_over(way, run, n, k, other, now, x, w):
+            if other == HOLDING and abs(w - plan[c, START_W]) > _NEAR_W * w:
+                return -1, i
+            now = other
+            held = other == HOLDING and not rides
         until = cells.station_m[k + 1]  # a row ends wherever the line may change
         if c + 1 < planned:
             until = min(until, plan[c + 1, AT])
@@ -224,18 +252,7 @@ def leave(way, run, n, i, plan, planned, c, out, m):
                 dark = regime == TRACTION and cells.supply[k] != POWERED
                 out.regime[j - 1] = COASTING if dark else regime
         i, row, at = _meets(run, n, i, out, first, m, int(plan[c, REGIME]), moves, rode)
-        if row >= 0:
-            joined = w_on(run.x, run.w, i, at)
-            m = row
-            if at - out.x[row - 1] > SAME_M:
-                out.x[row] = at
-                m = row + 1
-            out.w[m - 1] = joined
-        for j in range(first, m):
-            if not is_feasible(way, k, out.x[j] - out.x[j - 1], out.w[j - 1], out.w[j]):
-                return -1, i
-        if row >= 0:
-            rest_m = run.x[i + 1] - out.x[m - 1]
-            joins = rest_m <= SAME_M or is_feasible(way, k, rest_m, out.w[m - 1], run.w[i + 1])
-            return m if joins else -1, i
+        m = _settled(way, k, run, i, row, at, out, first, m)
+        if m < 0 or row >= 0:
+            return m, i
     return -1, i
