@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from numba.core import config
 
 from tgvdp._jit import part
 from tgvdp._jit.steps import shortened
@@ -63,9 +64,9 @@ def swapped(one, other, n):
 def nested(longer, n):
     inner = longer.one
     total = 0.0
-    for i in range(-n, n):
+    for i in range(2 * n):
         longer.x[i] = total
-        total += inner.x[i] * weigh(inner, longer.one, i + n) + longer.one.table[i % 3, i]
+        total += inner.x[i] * weigh(inner, longer.one, i) + longer.one.table[i % 3, i % 4]
     return total
 
 
@@ -79,9 +80,9 @@ def built(one, n):
 
 
 def items(one, n):
-    one.flags[n] = not one.flags[-n]
+    one.flags[n] = not one.flags[-3]
     one.codes[-1] = n
-    one.table[-1, n - 4] = one.codes[n] / 2
+    one.table[-1, n - 2] = one.codes[n] / 2
     bounded = max(one.x[n], one.codes[2]) + min(n, one.x[1]) + min(np.nan, one.x[0])
     bounded = max(one.x[3], bounded)
     return bounded + one.codes[one.codes[n]] + one.table[one.codes[1], 2] + (7.0 if one.flags[n] else 11.0)
@@ -120,6 +121,28 @@ def arrays(value):
     if isinstance(value, np.ndarray):
         return [value]
     return [one for item in value for one in arrays(item)] if isinstance(value, tuple) else []
+
+
+def item(one, i):
+    return one.x[i]
+
+
+def stored(one, i):
+    one.x[i] = 7.0
+    return 7.0
+
+
+@pytest.mark.nojit
+@pytest.mark.skipif(not config.BOUNDSCHECK, reason="bounds are checked on demand alone")
+@pytest.mark.parametrize("function", [item, stored])
+def test_computed_indices_count_from_the_start(function):
+    from tgvdp._jit.pipeline import compiled_and_linked
+
+    kernel, _ = compiled_and_linked(function)
+    assert kernel(long(-4.0), 11) == 7.0
+    for beyond in (-1, 12):
+        with pytest.raises(IndexError):
+            kernel(long(0.0), beyond)
 
 
 def test_long_tuples_are_handed_on_as_addresses():

@@ -55,8 +55,8 @@ def braked_along(train, brakes, cell, w1, x, curve, n):
     They do not depend on where braking begins, but the last one, which is shorter.
     """
     i = count_below(curve.x, n, x)
-    if i == n:  # it ended there
-        return min(curve.w[n - 1], cell.limit_w)
+    if i == n:  # it ended there; without a row nothing counts
+        return min(curve.w[max(n - 1, 0)], cell.limit_w)
     from_x = 0.0
     from_w = w1
     if i > 0:
