@@ -249,9 +249,9 @@ def fastest_run(trip: Trip) -> Profile:
     train = kernel_train(trip.train)._replace(rows=_FINE_ROWS)
     envelope = envelope_of(trip, cells_of(trip), train)
     line = resolve(trip)
-    runs = Batch.of([follow(trip.train, line, envelope.x_m, envelope.w)])
-    speed_mps = np.sqrt(runs.w)
-    duration_s = float(np.sum(2.0 * np.diff(runs.x_m) / (speed_mps[1:] + speed_mps[:-1])))
-    if line.even and most_off_s(duration_s) > 0.0:
-        runs, _ = cut_at_bends(trip.train, line, runs)
+    rows = follow(trip.train, line, envelope.x_m, envelope.w)
+    profile = profile_of(trip, *rows)
+    if not line.even or most_off_s(profile.duration_s) == 0.0:
+        return profile
+    runs, _ = cut_at_bends(trip.train, line, Batch.of([rows]))
     return profile_of(trip, runs.x_m, runs.w)
