@@ -39,7 +39,7 @@ def long(shift):
 
 @part
 def weigh(one, other, i):
-    if i > 40:  # called by its own name elsewhere, and large enough not to be copied everywhere
+    if i > 40:
         return weigh_again(other, one, i)
     return one.number + 3.0 * other.x[i % 12] + one.table[i % 3, -1]
 
@@ -88,17 +88,84 @@ def items(one, n):
     return bounded + one.codes[one.codes[n]] + one.table[one.codes[1], 2] + (7.0 if one.flags[n] else 11.0)
 
 
+class Short(NamedTuple):
+    """Handed on word by word."""
+
+    table: np.ndarray
+    turned: np.ndarray
+    scale: float
+
+
+@part
+def counted(short, n):
+    total = 0.0
+    for i in range(n):
+        total += short.table[i % 3, i % 4] * (i + 1)
+    for i in range(n, 2 * n):
+        total -= short.scale * i
+        for k in range(i):
+            if k == n:
+                break
+            if k % 2:
+                continue
+            total += k
+    for i in range(11, n, -2):
+        total = 2.0 * total + i
+    for i in range(n, 0):
+        total = np.nan * i
+    for step in (n, 2):
+        for i in range(3, 14, step):
+            total = 3.0 * total - i
+        for i in range(10, -1, -step):
+            total = total / 2.0 + i
+    return total, i
+
+
+def counted_twice(short, n):
+    """Arrays without gaps and with them, parts of those, and what numba's own functions make of them."""
+    total, last = counted(short, n)
+    row, column = short.table[n % 3], short.table[:, n % 4]
+    total += row.sum() + column.sum() + short.table.sum() + short.turned[1].sum() + short.turned[n, 0]
+    other = Short(short.table[1:], short.turned, total)
+    return counted(Short(short.table, short.turned, 2.0 * total), n)[0] + other.table[-1, -1] + other.table.size + last
+
+
+def carried(short, n):
+    """Values that are set in one block, and used in others, or set anew there."""
+    first, other, kept = short.scale, short, 0.0
+    for i in range(n):
+        now = first + i
+        if i % 2:
+            first = now * other.scale
+            other = Short(short.table, short.turned, now)
+        elif i % 3:
+            kept = now
+        for k in range(2):
+            kept += now * k + other.table[k, 0]
+    return first + kept + other.scale
+
+
+def short():
+    table = np.arange(12.0).reshape(3, 4)
+    return Short(table, np.arange(12.0).reshape(3, 4).T, 1.5)
+
+
 CASES = {
     "swapped": (swapped, lambda: (long(1.0), long(20.5), 60)),
     "nested": (nested, lambda: (Longer(long(2.0), np.zeros(12)), 4)),
     "built": (built, lambda: (long(3.0), 5)),
     "items": (items, lambda: (long(0.0), 3)),
+    "counted": (counted_twice, lambda: (short(), 3)),
+    "carried": (carried, lambda: (short(), 7)),
 }
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_as_in_python(name):
+def test_as_in_python(name, monkeypatch):
+    from tgvdp._jit import optimise
     from tgvdp._jit.pipeline import compiled_and_linked
+
+    monkeypatch.setattr(optimise, "_SMALL", 0)  # each call is one
 
     function, arguments = CASES[name]
     kernel, _ = compiled_and_linked(function)
@@ -112,7 +179,7 @@ def test_as_in_python(name):
 def as_python(function):
     """The function, with what it calls, uncompiled."""
     names = dict(globals())
-    for name in ("weigh", "weigh_again"):
+    for name in ("weigh", "weigh_again", "counted"):
         names[name] = FunctionType(globals()[name].py_func.__code__, names)
     return FunctionType(function.__code__, names)
 

@@ -88,9 +88,12 @@ def _squared_twice(x):
 
 
 @pytest.mark.skipif(not is_compiled() or not shortened(), reason="compiled by numba's own steps alone")
-def test_what_a_leaf_calls_is_no_leaf_itself():
+def test_what_a_leaf_calls_is_no_leaf_itself(monkeypatch):
     """numba hands on what a caller is compiled with: all that leaves call was inlined, eleven times over."""
+    from tgvdp._jit import optimise
     from tgvdp._jit.pipeline import compiled_and_linked
+
+    monkeypatch.setattr(optimise, "_SMALL", 0)  # small functions are inlined as well
 
     def of_both(x):
         return _squared_twice(x) + _squared(x)

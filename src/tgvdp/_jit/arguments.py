@@ -1,10 +1,12 @@
 """How arguments go from function to function: numba's own way, with fewer words.
 
 numba hands tuples on word by word, seven words and more for each array in them, and puts every tuple together again in
-each function that gets it: half of the code of large kernels was that. Here what is long is handed on as an address.
+each function that gets it: half of the code of large kernels was that. Here what is long is handed on as an address,
+and arrays in tuples as two or three words.
 """
 
 import functools
+import itertools
 from collections import ChainMap
 from typing import Any
 
@@ -13,6 +15,7 @@ from numba.core import cgutils
 from numba.core import types as numba_types
 from numba.core.datamodel import ArgPacker, DataModelManager, default_manager, models
 from numba.core.errors import LoweringError
+from numba.np.numpy_support import as_dtype
 
 types: Any = numba_types
 #: Longer tuples are handed on as an address. A train is not: read from memory in each arc, it makes fronts up to a
@@ -57,12 +60,54 @@ class _ByAddress(models.DataModel):  # type: ignore[misc]
         return builder.load(value) if self.is_long() else super().from_argument(builder, value)
 
 
+class _ArrayModel(models.ArrayModel):  # type: ignore[misc]
+    """An array without gaps, in a tuple: handed on as where its items are and how many; all else follows from these."""
+
+    def get_argument_type(self) -> Any:
+        kinds = super().get_argument_type()
+        return kinds[DATA], kinds[SHAPE]
+
+    def as_argument(self, builder: Any, value: Any) -> Any:
+        words = super().as_argument(builder, value)
+        return words[DATA], words[SHAPE]
+
+    def from_argument(self, builder: Any, value: Any) -> Any:
+        data, shape = value
+        kinds = dict(zip(self._fields, self.get_value_type().elements, strict=True))
+        item_bytes = llvm.Constant(kinds["itemsize"], as_dtype(self._fe_type.dtype).itemsize)
+        *strides, _ = itertools.accumulate(reversed(shape), builder.mul, initial=item_bytes)
+        words = {
+            "meminfo": llvm.Constant(kinds["meminfo"], None),
+            "parent": llvm.Constant(kinds["parent"], None),
+            "nitems": functools.reduce(builder.mul, shape),
+            "itemsize": item_bytes,
+            "data": data,
+            "shape": shape,
+            "strides": tuple(reversed(strides)),
+        }
+        return super().from_argument(builder, tuple(words[name] for name in self._fields))
+
+
+def _in_tuple(model: Any) -> Any:
+    """The model of what stands in a tuple: arrays by themselves go to functions of numba's, too, in its own way."""
+    kind = model._fe_type
+    return _ArrayModel(model._dmm, kind) if isinstance(kind, types.Array) and kind.layout == "C" else model
+
+
 class _TupleModel(_ByAddress, models.TupleModel):  # type: ignore[misc]
-    pass
+    _models: Any
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+        self._models = tuple(map(_in_tuple, self._models))
 
 
 class _UniTupleModel(_ByAddress, models.UniTupleModel):  # type: ignore[misc]
-    pass
+    _elem_model: Any
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+        self._elem_model = _in_tuple(self._elem_model)
 
 
 def _still_there(builder: Any, value: Any) -> Any:
@@ -110,7 +155,7 @@ def by_address(context: Any) -> Any:
     return context if isinstance(manager, _Models) else context.subtarget(**_changes(manager))
 
 
-def call_of(fndesc: Any, libraries: list[Any]) -> Any:
+def call_of(fndesc: Any, libraries: list[Any], *, raises: bool) -> Any:
     """Return what writes the code that calls a linked function: numba's own, told an error by one number but 0."""
     if isinstance(fndesc.restype, types.Optional):
         raise LoweringError(f"{fndesc.qualname} returns None or a value: kernels call no such function")
@@ -123,8 +168,9 @@ def call_of(fndesc: Any, libraries: list[Any]) -> Any:
         handed = context.get_arg_packer(fndesc.argtypes).as_arguments(builder, args)
         error = context.call_conv._get_excinfo_argument(builder.function)
         code = builder.call(function, [result, error, *handed])
-        with cgutils.if_unlikely(builder, builder.icmp_signed("!=", code, code.type(0))):
-            builder.ret(code)
+        if raises:
+            with cgutils.if_unlikely(builder, builder.icmp_signed("!=", code, code.type(0))):
+                builder.ret(code)
         return context.get_returned_value(builder, fndesc.restype, builder.load(result))
 
     call.signature = fndesc.argtypes  # type: ignore[attr-defined]

@@ -12,9 +12,12 @@ from typing import Any
 from llvmlite import ir as llvm
 from numba.core import cgutils, ir, typing
 from numba.core import types as numba_types
+from numba.core.analysis import compute_cfg_from_blocks, compute_use_defs
 from numba.core.lowering import Lower
 
 from tgvdp._jit.arguments import DATA, SHAPE, is_long
+from tgvdp._jit.builder import Builder, drop_unused
+from tgvdp._jit.loops import ITERATOR, RANGE, iterator_of, next_of, range_of
 
 types: Any = numba_types
 #: What the second of two operands is to the first where it is the one.
@@ -26,22 +29,39 @@ class KernelLower(Lower):  # type: ignore[misc]
 
     def init(self) -> None:
         super().init()
-        if self._disable_sroa_like_opt:  # for debuggers: all variables stand in memory
-            self._singly_assigned_vars: set[str] = set()
-        #: Variables that name a long argument or a long part of one, by the fields that lead there.
-        self._parts = self._parts_of_arguments()
-        self._unpacked: Any = None
-
-    def _parts_of_arguments(self) -> dict[str, tuple[int, tuple[int, ...]]]:
         assigned = [one for block in self.blocks.values() for one in block.find_insts(ir.Assign)]
         times = Counter(one.target.name for one in assigned)
+        once = {name for name, count in times.items() if count == 1}
+        if self._disable_sroa_like_opt:  # for debuggers: all variables stand in memory
+            self._singly_assigned_vars: set[str] = set()
+        else:
+            self._singly_assigned_vars |= self._values(once)
+        #: Variables that name a long argument or a long part of one, by the fields that lead there.
+        self._parts = self._parts_of_arguments([one for one in assigned if one.target.name in once])
+        self._unpacked: Any = None
+
+    def _values(self, once: set[str]) -> set[str]:
+        """Variables that are one value of LLVM's: assigned once, in a block through which all ways to their uses lead.
+
+        numba keeps those in memory that are used outside their block, and has LLVM find out.
+        """
+        before = compute_cfg_from_blocks(self.blocks).dominators()
+        use_defs = compute_use_defs(self.blocks)
+        home = {name: place for place, names in use_defs.defmap.items() for name in names & once}
+        for place, names in use_defs.usemap.items():
+            for name in names & home.keys():
+                if home[name] not in before[place] or home[name] >= place:  # blocks are lowered in order
+                    del home[name]
+        return set(home)
+
+    def _parts_of_arguments(self, assigned: list[Any]) -> dict[str, tuple[int, tuple[int, ...]]]:
         parts: dict[str, tuple[int, tuple[int, ...]]] = {}
         found = -1
         while found < len(parts):
             found = len(parts)
             for one in assigned:
                 name = one.target.name
-                if times[name] == 1 and name not in parts and self._stays(name):
+                if name not in parts and self._stays(name):
                     part = self._part(one.value, parts)
                     if part is not None:
                         parts[name] = part
@@ -102,10 +122,17 @@ class KernelLower(Lower):  # type: ignore[misc]
     def setup_function(self, fndesc: Any) -> None:
         """Say that nobody writes where arguments stand: else LLVM reads them again after each item that is stored."""
         super().setup_function(fndesc)
+        self.builder = Builder(self.entry_block)
+        self.call_helper = self.call_conv.init_call_helper(self.builder)
         for kind, argument in zip(fndesc.argtypes, self._arguments(), strict=True):
             if self._is_long(kind):
                 argument.add_attribute("noalias")
                 argument.attributes.dereferenceable = self.context.get_abi_sizeof(argument.type.pointee)
+
+    def lower_normal_function(self, fndesc: Any) -> None:
+        super().lower_normal_function(fndesc)
+        drop_unused(self.function)
+        self.library.written(self.function)
 
     def alloca_lltype(self, name: str, lltype: Any, datamodel: Any = None) -> Any:
         with self.builder.goto_entry_block():
@@ -118,7 +145,10 @@ class KernelLower(Lower):  # type: ignore[misc]
 
     def _lower_call_normal(self, fnty: Any, expr: Any, signature: Any) -> Any:
         """Compare where `min` and `max` of two numbers are asked for, as numba's own function does: no call."""
-        compared = _COMPARED.get(getattr(fnty, "typing_key", None))
+        asked = getattr(fnty, "typing_key", None)
+        if asked is range and signature.return_type == RANGE:
+            return range_of(self.context, self.builder, *(self._cast_var(one, types.intp) for one in expr.args))
+        compared = _COMPARED.get(asked)
         if compared is None or len(expr.args) != 2 or expr.vararg or expr.kws:
             return super()._lower_call_normal(fnty, expr, signature)
         kind = signature.return_type
@@ -134,8 +164,16 @@ class KernelLower(Lower):  # type: ignore[misc]
             self.builder.store(value, self.getvar(name))
 
     def lower_expr(self, resty: Any, expr: Any) -> Any:
+        if expr.op == "getiter" and self.typeof(expr.value.name) == RANGE:
+            return iterator_of(self.context, self.builder, self.loadvar(expr.value.name))
+        if expr.op == "iternext" and self.typeof(expr.value.name) == ITERATOR:
+            return next_of(self.context, self.builder, self.loadvar(expr.value.name), resty)
+        if expr.op in ("pair_first", "pair_second"):
+            return self.builder.extract_value(self.loadvar(expr.value.name), int(expr.op == "pair_second"))
         if expr.op == "getattr":
             kind = self.typeof(expr.value.name)
+            if isinstance(kind, types.Array) and expr.attr == "shape":
+                return self._read(expr.value.name, SHAPE)
             if isinstance(kind, types.BaseNamedTuple) and expr.attr in kind.fields:
                 index = kind.fields.index(expr.attr)
                 return self.context.cast(self.builder, self._read(expr.value.name, index), kind[index], resty)

@@ -13,7 +13,6 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-import llvmlite.binding as llvm
 import numba
 from numba.core import config, typed_passes, untyped_passes
 from numba.core.codegen import CodeLibrary, JITCodeLibrary
@@ -24,12 +23,11 @@ from numba.core.types.misc import unliteral
 
 from tgvdp._jit import shortcuts
 from tgvdp._jit.arguments import by_address, call_of
+from tgvdp._jit.builder import raises
 from tgvdp._jit.lowering import KernelLower
+from tgvdp._jit.optimise import is_small, optimise
 from tgvdp._jit.shortcuts import KernelPasses
 
-#: Functions that LLVM takes to be larger than this are called, not inlined, unless they are leaves. Its own limit is
-#: some four times as much; that, and unrolled loops, take a tenth of the compilation, and kernels run no faster for it.
-_MOST_INLINED = 60
 #: Steps for closures, generators, exceptions, context managers, literals, object mode, array expressions, and inlining
 #: by numba: kernels have none of these. Each costs an analysis of the whole function.
 _NEEDLESS = {
@@ -50,15 +48,6 @@ _NEEDLESS = {
 }
 
 
-def _tuned() -> Any:
-    """What numba asks of LLVM, but for what kernels run no faster for."""
-    tuning = llvm.create_pipeline_tuning_options(int(config.OPT))
-    tuning.loop_vectorization = bool(config.LOOP_VECTORIZE)
-    tuning.loop_unrolling = tuning.slp_vectorization = False
-    tuning.inlining_threshold = _MOST_INLINED
-    return tuning
-
-
 class _KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
     """Machine code of a kernel: optimised in one go, for there are no reference counts to be removed first.
 
@@ -70,13 +59,10 @@ class _KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
         ll_module.data_layout = self._codegen._data_layout
 
     def _optimize_final_module(self) -> None:
-        for function in self._final_module.functions:
-            if function.linkage.name == "linkonce_odr":
-                function.linkage = "internal"
-        builder = llvm.create_pass_builder(self._codegen._tm, _tuned())
-        passes = builder.getModulePassManager()
-        with self._recorded_timings.record("Module passes", builder):
-            passes.run(self._final_module, builder)
+        optimise(self._final_module, self._codegen._tm)
+
+    def written(self, function: Any) -> None:
+        """Take note of a function that was written for this library, before LLVM reads it."""
 
 
 class _LinkedLibrary(_KernelLibrary):
@@ -85,6 +71,12 @@ class _LinkedLibrary(_KernelLibrary):
     def __init__(self, codegen: Any, name: str) -> None:
         super().__init__(codegen, name)
         self.calls: dict[CodeLibrary, None] = {}  # in order
+        self.raises = True
+
+    def written(self, function: Any) -> None:
+        self.raises = raises(function)
+        if is_small(function):
+            function.attributes.add("alwaysinline")
 
     def add_linking_library(self, library: CodeLibrary) -> None:
         self.calls[library] = None
@@ -121,7 +113,7 @@ class _LinkedLowering(NativeLowering):  # type: ignore[misc]
         state.flags.no_compile = True
         super().run_pass(state)
         entry_point = object()  # callers only tell it from others
-        call = call_of(state.cr.fndesc, [library, *library.calls])
+        call = call_of(state.cr.fndesc, [library, *library.calls], raises=library.raises)
         state.targetctx.insert_func_defn([(call, entry_point, call.signature)])
         state.cr = state.cr._replace(cfunc=entry_point)
         return True
