@@ -1,4 +1,4 @@
-"""How kernels count: loops over ranges of numbers, in a tenth of the code that numba writes for one.
+"""How kernels count: loops over ranges of numbers, in a fifth of the code that numba writes for one.
 
 numba counts how many numbers are left, beside the number itself, and looks whether the step is 0. Here the next number
 is compared with the end; a range is the three numbers of it, an iterator where the next one stands.
