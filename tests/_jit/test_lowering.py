@@ -176,6 +176,20 @@ def test_as_in_python(name, monkeypatch):
         np.testing.assert_array_equal(one, other)
 
 
+def test_arrays_that_come_back_to_python_are_those_that_were_given():
+    from tgvdp._jit.pipeline import compiled_and_linked
+
+    def scaled(short):
+        return Short(short.table, short.turned, 2.0 * short.scale)
+
+    given = short()
+    kernel, _ = compiled_and_linked(scaled)
+    back = kernel(given)
+    assert back.table is given.table
+    assert back.turned is given.turned
+    assert back.scale == 3.0
+
+
 def as_python(function):
     """The function, with what it calls, uncompiled."""
     names = dict(globals())

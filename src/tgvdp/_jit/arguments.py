@@ -2,7 +2,7 @@
 
 numba hands tuples on word by word, seven words and more for each array in them, and puts every tuple together again in
 each function that gets it: half of the code of large kernels was that. Here what is long is handed on as an address,
-and arrays in tuples as two or three words.
+and arrays in tuples as three or four words.
 """
 
 import functools
@@ -22,7 +22,7 @@ types: Any = numba_types
 #: tenth slower.
 _FEW_WORDS = 48
 #: Places of an array's fields.
-DATA, SHAPE = map(default_manager[types.float64[::1]].get_field_position, ("data", "shape"))
+_PARENT, DATA, SHAPE = map(default_manager[types.float64[::1]].get_field_position, ("parent", "data", "shape"))
 
 
 def _words(kind: llvm.Type) -> int:
@@ -61,24 +61,28 @@ class _ByAddress(models.DataModel):  # type: ignore[misc]
 
 
 class _ArrayModel(models.ArrayModel):  # type: ignore[misc]
-    """An array without gaps, in a tuple: handed on as where its items are and how many; all else follows from these."""
+    """An array without gaps, in a tuple: handed on as what Python knows it by, where its items are, and how many.
+
+    All else follows from these.
+    """
 
     def get_argument_type(self) -> Any:
-        kinds = super().get_argument_type()
-        return kinds[DATA], kinds[SHAPE]
+        return self._handed_on(super().get_argument_type())
 
     def as_argument(self, builder: Any, value: Any) -> Any:
-        words = super().as_argument(builder, value)
-        return words[DATA], words[SHAPE]
+        return self._handed_on(super().as_argument(builder, value))
+
+    def _handed_on(self, words: Any) -> Any:
+        return words[_PARENT], words[DATA], words[SHAPE]
 
     def from_argument(self, builder: Any, value: Any) -> Any:
-        data, shape = value
+        parent, data, shape = value
         kinds = dict(zip(self._fields, self.get_value_type().elements, strict=True))
         item_bytes = llvm.Constant(kinds["itemsize"], as_dtype(self._fe_type.dtype).itemsize)
         *strides, _ = itertools.accumulate(reversed(shape), builder.mul, initial=item_bytes)
         words = {
             "meminfo": llvm.Constant(kinds["meminfo"], None),
-            "parent": llvm.Constant(kinds["parent"], None),
+            "parent": parent,
             "nitems": functools.reduce(builder.mul, shape),
             "itemsize": item_bytes,
             "data": data,
