@@ -7,6 +7,7 @@ is compared with the end; a range is the three numbers of it, an iterator where 
 from typing import Any
 
 from llvmlite import ir as llvm
+from numba.core import cgutils
 from numba.core import types as numba_types
 
 types: Any = numba_types
@@ -14,19 +15,11 @@ types: Any = numba_types
 RANGE, ITERATOR = types.range_state64_type, types.range_iter64_type
 
 
-def put_together(builder: Any, kind: Any, *parts: Any) -> Any:
-    """Return a structure of values; what takes them out again takes them as they are."""
-    value = llvm.Constant(kind, llvm.Undefined)
-    for i, part in enumerate(parts):
-        value = builder.insert_value(value, part, i)
-    return value
-
-
 def range_of(context: Any, builder: Any, *ends: Any) -> Any:
     """Return a range: of up to three numbers, as Python's."""
     word = context.get_value_type(types.intp)
     start, stop, step = ((word(0), *ends, word(1)), (*ends, word(1)), ends)[len(ends) - 1]
-    return put_together(builder, context.get_value_type(RANGE), start, stop, step)
+    return cgutils.make_anonymous_struct(builder, (start, stop, step), context.get_value_type(RANGE))
 
 
 def iterator_of(context: Any, builder: Any, numbers: Any) -> Any:
@@ -35,7 +28,7 @@ def iterator_of(context: Any, builder: Any, numbers: Any) -> Any:
     with builder.goto_entry_block():
         place = builder.alloca(start.type)
     builder.store(start, place)
-    return put_together(builder, context.get_value_type(ITERATOR), place, stop, step)
+    return cgutils.make_anonymous_struct(builder, (place, stop, step), context.get_value_type(ITERATOR))
 
 
 def next_of(context: Any, builder: Any, iterator: Any, pair: Any) -> Any:
@@ -48,4 +41,4 @@ def next_of(context: Any, builder: Any, iterator: Any, pair: Any) -> Any:
         inside = below if step.constant > 0 else above
     else:
         inside = builder.select(builder.icmp_signed(">", step, step.type(0)), below, above)
-    return put_together(builder, context.get_value_type(pair), number, inside)
+    return cgutils.make_anonymous_struct(builder, (number, inside), context.get_value_type(pair))

@@ -144,10 +144,10 @@ class _LinkedCompiler(_KernelCompiler):
 
 
 class _QuickCompilation(contextlib.ContextDecorator):
-    """Compiles with LLVM's first level of optimisation, without garbage collections, and by `shortcuts`.
+    """Compiles without garbage collections, by `shortcuts`, and what is not `optimise`'s by LLVM's first level.
 
-    No kernel runs slower so: what they do is scalar arithmetic that the first level does not leave undone. Compilations
-    nest; numba lets one thread compile at a time.
+    That is what allocates, and functions of numba's; it runs no slower so. Compilations nest; numba lets one thread
+    compile at a time.
     """
 
     def __init__(self) -> None:
