@@ -55,7 +55,7 @@ def solving() -> list[Compiled]:
 def driving() -> list[Compiled]:
     """Drive on a mesh."""
     with watch() as compiled:
-        _ = Mesh.along(*some_run()).course
+        Mesh.along(*some_run()).share()
     return compiled
 
 

@@ -135,9 +135,9 @@ class LineMaker:
 
     def made(self, wanted: Sequence[Wanted], clock: Clock) -> list[Made]:
         """Make lines, as many at once as there are cores; what they are does not depend on that."""
-        _ = self._mesh.course  # none of the threads makes what all of them need
+        self._mesh.share()
         if any(one.care for one in wanted):
-            _ = self._fine_mesh.course
+            self._fine_mesh.share()
         if shares(len(wanted) * len(self._mesh.cells.length_m), _LEAST_CELLS) == 1:
             return [self._made(one, clock) for one in wanted]
         return side_by_side(lambda one: self._made(one, clock), wanted)

@@ -87,6 +87,7 @@ def cut_at_bends(train: Train, line: ResolvedLine, runs: Batch) -> tuple[Batch, 
     Returns
     -------
     Batch
+        The runs given where no row need be cut.
     parts : (N,) int64
         Into how many each of the rows given is cut; 1 for the last of each run.
     """
@@ -94,6 +95,8 @@ def cut_at_bends(train: Train, line: ResolvedLine, runs: Batch) -> tuple[Batch, 
     parts, first, nothing = np.empty(len(runs.x_m), dtype=np.int64), np.empty_like(runs.first), np.empty((2, 0))
     scratch = np.empty((2, len(parts)))
     count = cut_runs(known, line, *runs, _MOST_S, parts, scratch, nothing[0], nothing[1], first)
+    if count == len(runs.x_m):
+        return runs, parts
     x_m, w = np.empty((2, count))
     cut_runs(known, line, *runs, _MOST_S, parts, nothing, x_m, w, first)
     return Batch(x_m, w, first), parts

@@ -25,8 +25,9 @@ from tgvdp.physics.codes import BRAKING, NO_BRAKE, NO_ROOM, OK, STALLED, TOO_FAS
 from tgvdp.physics.forces import KernelTrain, kernel_train, read_only, unpowered
 from tgvdp.physics.motion import march, net_force_at
 from tgvdp.runs.batch import Batch
-from tgvdp.runs.bends import cut_at_bends, most_off_s
+from tgvdp.runs.bends import cut_at_bends
 from tgvdp.runs.braking_point import braked_w, drive_then_brake, driven_w, drop_slivers, emit_driven
+from tgvdp.runs.followed import are_cut
 from tgvdp.runs.profile import Profile, profile_of
 from tgvdp.runs.resistance_correction import follow
 from tgvdp.units import mps_to_kmh
@@ -249,9 +250,8 @@ def fastest_run(trip: Trip) -> Profile:
     train = kernel_train(trip.train)._replace(rows=_FINE_ROWS)
     envelope = envelope_of(trip, cells_of(trip), train)
     line = resolve(trip)
-    rows = follow(trip.train, line, envelope.x_m, envelope.w)
-    profile = profile_of(trip, *rows)
-    if not line.even or most_off_s(profile.duration_s) == 0.0:
-        return profile
-    runs, _ = cut_at_bends(trip.train, line, Batch.of([rows]))
-    return profile_of(trip, runs.x_m, runs.w)
+    x_m, w = follow(trip.train, line, envelope.x_m, envelope.w)
+    speed_mps = np.sqrt(w)
+    if are_cut(line, float((2.0 * np.diff(x_m) / (speed_mps[1:] + speed_mps[:-1])).sum())):
+        (x_m, w, _), _ = cut_at_bends(trip.train, line, Batch.of([(x_m, w)]))
+    return profile_of(trip, x_m, w)

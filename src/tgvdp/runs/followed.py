@@ -71,9 +71,10 @@ def follow_all(
     line = resolve(trip)
     true, regime = _corrected(trip, line, runs, regime)
     if bends or (line.even and true is not runs):
-        true, parts = cut_at_bends(trip.train, line, true)
-        regime = None if regime is None else regime.repeat(parts)
-    elif true is runs:
+        cut, parts = cut_at_bends(trip.train, line, true)
+        if cut is not true:
+            true, regime = cut, None if regime is None else regime.repeat(parts)
+    if true is runs:
         return Followed(runs, regime, time_s, energy_j)
     return Followed(true, regime, *totals_of(trip, true))
 

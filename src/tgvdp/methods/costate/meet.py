@@ -86,10 +86,10 @@ def meet(
     policies = np.array([one.switch for one in extremals])
     known = np.array([one.outcome for one in extremals])
     wanted = _Wanted(policies, known, losses, tolerance_s)
-    second = np.searchsorted(known[:-1, 0], target_s).clip(min(1, len(known) - 1))
+    second = np.maximum(np.searchsorted(known[:-1, 0], target_s), min(1, len(known) - 1))
     groups = list(_groups(second, shares(len(target_s) * len(mesh.cells.length_m), _LEAST_CELLS, _GROUPS_OF_A_CORE)))
     if len(groups) > 1:
-        _ = mesh.course  # none of the threads makes what all of them need
+        mesh.share()
     found = side_by_side(lambda group: _met(mesh, wanted, target_s[group], second[group]), groups)
     counters["runs"] += sum(runs for _, runs in found)
     return [met for mets, _ in found for met in mets]
@@ -129,17 +129,17 @@ def _met(mesh: Mesh, wanted: _Wanted, target_s: _Floats, second: NDArray[np.intp
             room.resumed[0] = -1.0
             continue
         rows = runs[start : start + done].tolist()
-        stored = max((int(row[1]) for row in rows if row[8] == OK), default=0)
+        stored = int(next((row[1] for row in reversed(rows) if row[8] == OK), 0))
         x_m, w = room.kept.x[:stored].copy(), room.kept.w[:stored].copy()
-        for row in rows:
-            at, how = int(row[7]), int(row[8])
+        for from_row, to_row, time_s, energy_j, multiplier, low, high, second_at, how in rows:
+            at = int(second_at)
             if how == OK:
-                of_run = slice(int(row[0]), int(row[1]))
-                found.append(Met(OK, at, Run(row[2], row[3], row[4], x_m[of_run], w[of_run])))
+                of_run = slice(int(from_row), int(to_row))
+                found.append(Met(OK, at, Run(time_s, energy_j, multiplier, x_m[of_run], w[of_run])))
             elif how == NOT_MET:
-                found.append(Met(NOT_MET, at, bracket=np.array([blend.at(share) for share in row[5:7]])))
+                found.append(Met(NOT_MET, at, bracket=np.array([blend.at(low), blend.at(high)])))
             else:
-                found.append(Met(how, at))
+                found.append(Met(int(how), at))
         if status == NOT_MET:
             rest = int(np.sum(second[len(found) :] == second[len(found) - 1]))
             found += [Met(NOT_TRIED, int(second[len(found) - 1]))] * rest

@@ -179,13 +179,16 @@ class Mesh:
 
     @cached_property
     def course(self) -> Course:
-        """What the kernel needs to drive, with the rides of the envelope, made once."""
+        """What the kernel needs to drive; whoever drives first fills in the rides of the envelope."""
         fastest = Rows(self.envelope.x_m, self.envelope.w)
         row = np.searchsorted(fastest.x, self.cells.station_m)
         count = len(self.cells.length_m)
-        course = Course(self.cells, self.low, self.fast, fastest, row, np.full(count, -1), np.empty((count, 2)))
-        self._drive_in(course, _NO_POLICIES, _NO_POLICIES, np.empty((0, RUN_COLUMNS)))
-        return course
+        return Course(self.cells, self.low, self.fast, fastest, row, np.full(count, -1), np.empty((count, 2)))
+
+    def share(self) -> None:
+        """Make what threads that drive on it side by side have in common."""
+        if self.course.stays[0] < 0:
+            self._drive_in(_NO_POLICIES, _NO_POLICIES, np.empty((0, RUN_COLUMNS)))
 
     def drive(self, policy: NDArray[np.float64], counters: dict[str, int]) -> Run:
         """Drive a policy, (K + 1, 4), in rows that the next run overwrites; its multiplier is unknown."""
@@ -204,7 +207,7 @@ class Mesh:
         room = self.room
         first = count = 0
         while first < len(policies):
-            done, status, driven = self._drive_in(self.course, policies[first:], passed[first:], runs[first:])
+            done, status, driven = self._drive_in(policies[first:], passed[first:], runs[first:])
             count += driven
             if overrun(room.march):
                 room.double_march()
@@ -215,14 +218,14 @@ class Mesh:
         return runs, passed, count
 
     def _drive_in(
-        self, course: Course, policies: NDArray[np.float64], passed: NDArray[np.float64], runs: NDArray[np.float64]
+        self, policies: NDArray[np.float64], passed: NDArray[np.float64], runs: NDArray[np.float64]
     ) -> tuple[int, int, int]:
         """Call the kernel for policies alone."""
         room = self.room
         scratch = Scratch(room.march, room.passed, _NO_BLEND, room.samples, room.resumed)
         return drive(
-            self.train, self.tables, course, self.trip.start_speed_mps**2, policies, passed, _NO_KNOWN, _NO_TIMES, 0.0,
-            _NO_TIMES, 0.0, room.rows, scratch, runs,
+            self.train, self.tables, self.course, self.trip.start_speed_mps**2, policies, passed, _NO_KNOWN, _NO_TIMES,
+            0.0, _NO_TIMES, 0.0, room.rows, scratch, runs,
         )  # fmt: skip
 
     def extremal(self, multiplier: float, counters: dict[str, int]) -> Extremal:
@@ -233,7 +236,7 @@ class Mesh:
         """Solve and drive multipliers, J/s, side by side where they are many; the first alone may be infinite."""
         parts = even_parts(multipliers, shares(len(multipliers) * len(self.cells.length_m), _LEAST_CELLS))
         if len(parts) > 1:
-            _ = self.course  # none of the threads makes what all of them need
+            self.share()
         found: list[Extremal] = []
         for extremals, costates, runs in side_by_side(self._extremals, parts):
             found += extremals
@@ -251,12 +254,9 @@ class Mesh:
             first = 1
         costates = self.switching_speeds(np.array(multipliers[first:], dtype=np.float64), policies[first:])
         runs, passed, count = self._driven(policies)
-        found = []
-        for multiplier, switch, run, at in zip(multipliers, policies, runs.tolist(), passed, strict=True):
-            _, _, time_s, energy_j, *_ = run
-            _require_arrival(multiplier, time_s)
-            found.append(Extremal(multiplier, switch, time_s, energy_j, at))
-        return found, costates, count
+        times_s, energies_j = runs[:, 2:4].T.tolist()
+        _require_arrival(multipliers, times_s)
+        return list(map(Extremal, multipliers, policies, times_s, energies_j, passed)), costates, count
 
     def optimal_run(self, multiplier: float, counters: dict[str, int]) -> Run:
         """The optimal run of a finite multiplier, J/s, in rows that the next one overwrites."""
@@ -264,12 +264,13 @@ class Mesh:
         counters["extremals"] += 1
         counters["costates"] += self.switching_speeds(np.array([multiplier], dtype=np.float64), policies)
         run = self.drive(policies[0], counters)
-        _require_arrival(multiplier, run.time_s)
+        _require_arrival([multiplier], [run.time_s])
         return run._replace(multiplier=multiplier)
 
 
-def _require_arrival(multiplier: float, time_s: float) -> None:
-    if not math.isfinite(time_s):
+def _require_arrival(multipliers: Sequence[float], times_s: Sequence[float]) -> None:
+    if not math.isfinite(sum(times_s)):
+        multiplier = next(one for one, time_s in zip(multipliers, times_s, strict=True) if not math.isfinite(time_s))
         raise NumericalError(f"the train of the costate program stalls at λ = {multiplier:g} J/s")
 
 

@@ -195,8 +195,8 @@ class ExtremalFront:
         splits: set[int] = set()
         for i, met in zip(wanted.tolist(), mets, strict=True):
             found[i] = met.run
-            before, after = self.extremals[max(met.second - 1, 0)], self.extremals[met.second]
             if met.bracket is not None:
+                before, after = self.extremals[max(met.second - 1, 0)], self.extremals[met.second]
                 fast, slow = met.bracket
                 run = bridge(self.mesh, fast, slow, float(target_s[i]), self.tolerance_s, self.counters)
                 if after.multiplier in closed or self._keeps(before, after, run):
