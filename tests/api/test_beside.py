@@ -10,9 +10,8 @@ from tgvdp._jit.watch import is_compiled
 from tgvdp.api import beside, late
 from tgvdp.methods.costate.interpolate import drive
 from tgvdp.options.search import SearchOptions
-from tgvdp.runs.batch import total_runs
 from tgvdp.runs.bends import cut_runs
-from tgvdp.runs.profile import measure_rows
+from tgvdp.runs.measure import measure_runs
 
 pytestmark = pytest.mark.skipif(not is_compiled(), reason="nothing is compiled")
 
@@ -26,10 +25,10 @@ def cold(monkeypatch):
 
 
 def left():
-    return [kernel._cache.wait_for_it for kernel in (measure_rows, cut_runs, drive, total_runs)]
+    return [kernel._cache.wait_for_it for kernel in (measure_runs, cut_runs, drive)]
 
 
-NOTHING = [None] * 4
+NOTHING = [None] * 3
 
 
 def test_half_of_what_a_search_calls_is_left_to_another_process_until_the_search_ends(cold, monkeypatch):
@@ -38,7 +37,7 @@ def test_half_of_what_a_search_calls_is_left_to_another_process_until_the_search
     for name in ("solving", "pruning"):
         monkeypatch.setattr(late, name, functools.partial(here.append, name))
     with beside.compiling_beside(SearchOptions()):
-        for wait, done in zip(left(), ([], ["solving"], ["solving", "pruning"], ["solving", "pruning"]), strict=True):
+        for wait, done in zip(left(), ([], ["solving"], ["solving", "pruning"]), strict=True):
             wait()
             assert here == done
     assert left() == NOTHING

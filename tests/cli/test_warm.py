@@ -143,9 +143,9 @@ def test_what_drives_in_a_first_search_from_python_is_compiled_by_a_second_proce
 def test_terminal_hears_of_compilation_only_where_there_is_some(first, tmp_path):
     cache, _ = first
     assert "compiling" not in at_terminal(cache, tmp_path)
-    forget(cache, "runs.profile.measure_rows")
+    forget(cache, "runs.measure.measure_runs")
     assert "\r\x1b[Kcompiling, once: 0 s …" in at_terminal(cache, tmp_path)
-    forget(cache, "runs.profile.measure_rows")
+    forget(cache, "runs.measure.measure_runs")
     assert at_terminal(cache, tmp_path, "--quiet") == ""
 
 

@@ -17,9 +17,8 @@ from tgvdp.methods.costate.backward import switching_speeds
 from tgvdp.methods.costate.interpolate import drive
 from tgvdp.methods.phases.prune import prune_runs
 from tgvdp.options.search import SearchOptions
-from tgvdp.runs.batch import total_runs
 from tgvdp.runs.bends import cut_runs
-from tgvdp.runs.profile import measure_rows
+from tgvdp.runs.measure import measure_runs
 from tgvdp.second_process import SecondProcess
 
 Waiting = Callable[[], contextlib.AbstractContextManager[None]]
@@ -48,10 +47,9 @@ def left_to_another(options: SearchOptions) -> list[Left]:
     solves = is_missing(switching_speeds)
     prunes = options.min_phase_s > 0.0 and is_missing(prune_runs)
     all_of_them = (
-        Left(measure_rows, f"{late.__name__}:measuring"),
+        Left(measure_runs, f"{late.__name__}:measuring"),
         Left(cut_runs, f"{late.__name__}:cutting", late.solving if solves else list),
         Left(drive, f"{late.__name__}:driving", late.pruning if prunes else list),
-        Left(total_runs, f"{late.__name__}:adding_up"),
     )
     return [left for left in all_of_them if is_missing(left.kernel)]
 

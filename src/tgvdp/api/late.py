@@ -14,7 +14,7 @@ from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.methods.phases.prune import prune_fastest
 from tgvdp.model.track import Gradient, SpeedLimit, Track
 from tgvdp.model.trip import Trip
-from tgvdp.runs.batch import Batch, totals_of
+from tgvdp.runs.batch import Batch
 from tgvdp.runs.bends import cut_at_bends
 from tgvdp.runs.profile import profile_of
 
@@ -63,12 +63,4 @@ def pruning() -> list[Compiled]:
     """Leave short phases out."""
     with watch() as compiled:
         prune_fastest(*some_run(), 1.0)
-    return compiled
-
-
-def adding_up() -> list[Compiled]:
-    """Tell running times and energies."""
-    trip, x_m, w = some_run()
-    with watch() as compiled:
-        totals_of(trip, Batch.of([(x_m, w)]))
     return compiled

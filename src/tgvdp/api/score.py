@@ -235,6 +235,6 @@ def _doubts(trip: Trip, recorded: Profile, motion: Motion, fastest_s: float) -> 
 def _dark_j(trip: Trip, recorded: Profile) -> float:
     """Work of traction at the wheel where a line has no current, J."""
     position_m = recorded.position_m - trip.origin_m
-    supply = resolve(trip).between(position_m)[2]
+    supply = resolve(trip).supply_between(position_m)
     work_j = np.maximum(recorded.force_n[:-1], 0.0) * np.diff(position_m)
     return float(work_j[supply != POWERED].sum())

@@ -71,13 +71,9 @@ class ResolvedLine(NamedTuple):
         """Step that holds each position, at a break the one that starts there."""
         return np.asarray(np.searchsorted(self.break_m[1:-1], x_m, side="right"))
 
-    def between(self, x_m: Floats) -> tuple[Floats, Floats, NDArray[np.int8]]:
-        """Exact means of force, N, and drag, N/(m/s)², and current, between rows at given positions, (n − 1,) each."""
-        step = self.step_at(0.5 * (x_m[:-1] + x_m[1:]))
-        if self.even:
-            return self.grade_n[step], self.air[step], self.supply[step]
-        force, drag = (np.diff(function.integral_to(x_m)) / np.diff(x_m) for function in (self.force, self.drag))
-        return force, drag, self.supply[step]
+    def supply_between(self, x_m: Floats) -> NDArray[np.int8]:
+        """Current between rows at given positions, (n − 1,)."""
+        return np.asarray(self.supply[self.step_at(0.5 * (x_m[:-1] + x_m[1:]))])
 
 
 class _Asked(NamedTuple):

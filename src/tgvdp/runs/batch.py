@@ -1,6 +1,5 @@
 """Many runs of one trip, side by side: what is asked of each of them takes one call of a kernel, not one per run."""
 
-import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
@@ -8,17 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import entry
 from tgvdp.line.piecewise import Floats
 from tgvdp.line.resolved import resolve
-from tgvdp.line.walk import piece_from, sum_to
-from tgvdp.model.energy import PANTOGRAPH
-from tgvdp.model.track import POWERED
 from tgvdp.model.trip import Trip
-from tgvdp.physics.arc import duration_and_work_of
-from tgvdp.physics.energy import energy_tables
-from tgvdp.physics.forces import kernel_train, unpowered
-from tgvdp.runs.profile import drawn_on
+from tgvdp.physics.forces import kernel_train
+from tgvdp.runs.measure import NO_COLUMNS, TOTALS, measure_runs, tables_of
 
 
 class Batch(NamedTuple):
@@ -49,44 +42,9 @@ class Batch(NamedTuple):
         return [(self.x_m[start:end], self.w[start:end]) for start, end in ends]
 
 
-@entry
-def total_runs(train, tables, at_wheel, line, x, w, first, time, energy):
-    """Fill in running time and energy of each run, as `measure_rows` has them."""
-    dark = unpowered(train)
-    for run in range(time.shape[0]):
-        start = first[run]
-        step = force = drag = 0
-        force_nm, drag_nm = sum_to(line.force, 0, x[start]), sum_to(line.drag, 0, x[start])
-        seconds = joules = 0.0
-        v1 = math.sqrt(w[start])
-        for i in range(start, first[run + 1] - 1):
-            d = x[i + 1] - x[i]
-            step = piece_from(line.break_m, step, 0.5 * (x[i] + x[i + 1]))
-            grade = line.grade_n[step]
-            air = line.air[step]
-            if not line.even:
-                force = piece_from(line.force.knot_m, force, x[i + 1])
-                drag = piece_from(line.drag.knot_m, drag, x[i + 1])
-                before_nm, force_nm = force_nm, sum_to(line.force, force, x[i + 1])
-                grade = (force_nm - before_nm) / d
-                before_nm, drag_nm = drag_nm, sum_to(line.drag, drag, x[i + 1])
-                air = (drag_nm - before_nm) / d
-            supply = line.supply[step]
-            here = train if supply == POWERED else dark
-            v0, v1 = v1, math.sqrt(w[i + 1])
-            duration, work, _, _ = duration_and_work_of(here, d, grade, air, w[i], w[i + 1], v0, v1)
-            seconds += duration
-            if at_wheel:
-                joules += max(work, 0.0)
-            else:
-                joules += drawn_on(here, tables, False, supply, d, duration, work, w[i], w[i + 1])[0]
-        time[run], energy[run] = seconds, joules
-
-
-def totals_of(trip: Trip, runs: Batch) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def totals_of(trip: Trip, runs: Batch) -> tuple[Floats, Floats]:
     """Running times, s, and energies by the trip's model, J, of runs, (n,) float64, as their `profile_of` has them."""
+    totals = np.empty((len(runs.first) - 1, TOTALS))
     at_wheel = trip.energy.kind == "wheel"
-    tables = energy_tables(trip.train, PANTOGRAPH if at_wheel else trip.energy)
-    time_s, energy_j = np.empty((2, len(runs.first) - 1))
-    total_runs(kernel_train(trip.train), tables, at_wheel, resolve(trip), *runs, time_s, energy_j)
-    return time_s, energy_j
+    measure_runs(kernel_train(trip.train), tables_of(trip), at_wheel, resolve(trip), *runs, totals, NO_COLUMNS)
+    return totals[:, 0].copy(), totals[:, 1].copy()

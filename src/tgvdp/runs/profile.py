@@ -4,6 +4,7 @@ Between two rows the acceleration is constant, so v² is linear in position; lim
 every break of the line is a row, and resistance and drag are exact means.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
@@ -11,25 +12,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel, leaf
 from tgvdp.errors import NumericalError
 from tgvdp.line.resolved import resolve
 from tgvdp.memory import ask_for
-from tgvdp.model.energy import PANTOGRAPH
-from tgvdp.model.track import LOWERED, POWERED
 from tgvdp.model.trip import Trip
-from tgvdp.physics.arc import duration_and_work
-from tgvdp.physics.codes import BRAKING, COASTING, HOLDING, TRACTION
-from tgvdp.physics.energy import arc_energy, energy_tables
-from tgvdp.physics.forces import KernelTrain, kernel_train, mean_brake, mean_effort, mean_resistance, unpowered
+from tgvdp.physics.forces import kernel_train
+from tgvdp.runs.measure import TOTALS, Columns, measure_runs, tables_of
 
 #: Driving regimes of a profile, by their number (`physics.codes`); holding by brakes is cruising, too.
 REGIMES = ("traction", "cruising", "coasting", "braking")
 
-#: An effort below this share of the starting effort counts as none (coasting).
-_COASTING_SHARE = 1e-4
-#: An acceleration below this share of what the starting effort gives counts as none (cruising).
-_CRUISING_SHARE = 0.03
 #: Memory of a row, B: its columns, and as many on the way to them.
 _ROW_B = 120.0
 
@@ -113,62 +105,6 @@ class Profile:
         return [REGIMES[code] for code in self.regime]
 
 
-@leaf
-def drawn_on(train, tables, at_wheel, supply, d, duration, work, w0, w1):
-    """Energy of a row by the trip's model, and what is drawn and returned by the tables, auxiliaries included, J."""
-    row = 0.0 if supply == LOWERED else arc_energy(train, tables, d, duration, work, w0, w1)
-    return max(work, 0.0) if at_wheel else row, row
-
-
-@kernel
-def measure_rows(train, tables, at_wheel, x, w, grade, air, supply, time, force, energy, regime):
-    """Fill time, force, energy, regime of rows (x, w); ``grade``, ``air``, ``supply`` belong to the row that starts.
-
-    Returns the traction work, the braking work, what is drawn and returned by the tables, auxiliaries aside, and what
-    these draw, J.
-    """
-    dark = unpowered(train)
-    wheel = 0.0
-    braking = 0.0
-    drawn = 0.0
-    returned = 0.0
-    auxiliary = 0.0
-    n = x.shape[0]
-    start_effort = mean_effort(train.traction, 0.0, 0.0)
-    time[0] = 0.0
-    energy[0] = 0.0
-    for i in range(n - 1):
-        d = x[i + 1] - x[i]
-        here = train if supply[i] == POWERED else dark
-        duration, work, _, _ = duration_and_work(here, d, grade[i], air[i], w[i], w[i + 1])
-        effort = work / d
-        v0 = np.sqrt(w[i])
-        v1 = np.sqrt(w[i + 1])
-        acceleration = 0.5 * (w[i + 1] - w[i]) / d
-        time[i + 1] = time[i] + duration
-        counted, row = drawn_on(here, tables, at_wheel, supply[i], d, duration, work, w[i], w[i + 1])
-        energy[i + 1] = energy[i] + counted
-        if supply[i] != LOWERED:
-            auxiliary += tables.auxiliary_w * duration
-            row -= tables.auxiliary_w * duration
-        wheel += max(work, 0.0)
-        braking += max(-work, 0.0)
-        drawn += max(row, 0.0)
-        returned += max(-row, 0.0)
-        force[i] = effort
-        load = mean_resistance(train, air[i], v0, v1) + grade[i]
-        limit = mean_effort(here.traction, v0, v1) if effort > 0.0 else mean_brake(here, load, v0, v1)
-        if abs(effort) <= _COASTING_SHARE * start_effort:
-            regime[i] = COASTING
-        elif abs(acceleration) * train.inertia_kg <= _CRUISING_SHARE * start_effort and abs(effort) < 0.95 * limit:
-            regime[i] = HOLDING
-        else:
-            regime[i] = TRACTION if effort > 0.0 else BRAKING
-    force[n - 1] = 0.0
-    regime[n - 1] = regime[n - 2]
-    return wheel, braking, drawn, returned, auxiliary
-
-
 def drawn_energy_j(trip: Trip, profile: Profile) -> float:
     """Energy of a run by the trip's model before what braking returns, J."""
     returned_j = 0.0 if trip.energy.kind == "wheel" else profile.balance.regenerated_j
@@ -199,25 +135,22 @@ def profile_of(
     NumericalError
         When time or energy are not finite.
     """
-    train: KernelTrain = kernel_train(trip.train)
-    line = resolve(trip)
-    grade_n, air, supply = line.between(x_m)
     n = len(x_m)
     ask_for(_ROW_B * n, f"a profile of {n:,} rows")
-    time, force, energy = np.empty(n), np.empty(n), np.empty(n)
-    regime = np.empty(n, dtype=np.int8)
+    rows, columns, totals = (np.ascontiguousarray(x_m), np.ascontiguousarray(w)), Columns.of(n), np.empty((1, TOTALS))
     at_wheel = trip.energy.kind == "wheel"
-    tables = energy_tables(trip.train, PANTOGRAPH if at_wheel else trip.energy)
-    wheel, braking, drawn, returned, auxiliary = measure_rows(
-        train, tables, at_wheel, x_m, w, grade_n, air, supply, time, force, energy, regime
+    measure_runs(
+        kernel_train(trip.train), tables_of(trip), at_wheel, resolve(trip), *rows, np.array([0, n]), totals, columns
     )
-    if not (np.isfinite(time[-1]) and np.isfinite(energy[-1])):
+    time_s, energy_j, wheel, braking, drawn, returned, auxiliary = totals[0].tolist()
+    if not (math.isfinite(time_s) and math.isfinite(energy_j)):
         raise NumericalError("the time or the energy of a run is no number")
+    regime = columns.regime
     if known is not None:
         regime[:-1] = np.where(known >= 0, known, regime[:-1])
         regime[-1] = regime[-2]
     balance = EnergyBalance(wheel, drawn - returned + auxiliary, returned, auxiliary, braking - returned)
-    return Profile(trip.origin_m + x_m, np.sqrt(w), time, force, energy, regime, balance)
+    return Profile(trip.origin_m + x_m, np.sqrt(w), columns.time, columns.force, columns.energy, regime, balance)
 
 
 def joined(profiles: Sequence[Profile], departure_s: NDArray[np.float64]) -> Profile:
