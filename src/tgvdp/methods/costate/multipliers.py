@@ -26,8 +26,9 @@ _BLEND_LOSS = 5e-5
 #: Step of ln λ towards slower runs, and how many steps without saving end the front.
 _MARCH = 0.5
 _IDLE_STEPS = 12
-#: Steps that are solved at once, at first and later on.
+#: Steps that are solved at once: at first, on a mesh of few cells more of them, and later on.
 _FIRST_STEPS = 4
+_FEW_CELLS, _FIRST_STEPS_ON_FEW = 128, 6
 _STEPS = 2
 #: Two multipliers whose logarithms differ by less are one.
 _SAME_MULTIPLIER = 2e-3
@@ -63,6 +64,7 @@ class ExtremalFront:
         self.multiplier = max(FIRST_MULTIPLIER * mesh.usual_multiplier, least_multiplier)
         self.idle = 0
         self.foretold: set[float] = set()
+        self.settled: set[tuple[float, float]] = set()  # neighbours' multipliers between which there is no surprise
         self.repeated: set[float] = set()  # multipliers whose extremal is one of the two around them
 
     def around(self, target_s: NDArray[np.float64]) -> list[Extremal]:
@@ -103,8 +105,11 @@ class ExtremalFront:
             if self.idle >= _IDLE_STEPS:
                 return False
             # Some at once: what is solved in vain takes less time than to ask for each on its own.
+            count = _STEPS
+            if len(self.extremals) < 2:
+                count = _FIRST_STEPS_ON_FEW if len(self.mesh.cells.length_m) < _FEW_CELLS else _FIRST_STEPS
             ahead = [self.multiplier]
-            while len(ahead) < (_FIRST_STEPS if len(self.extremals) < 2 else _STEPS):
+            while len(ahead) < count:
                 ahead.append(self._after(ahead[-1]))
             if self.extremals:
                 solved = self.solved(self.mesh, ahead)

@@ -42,8 +42,12 @@ def surprising(front: "ExtremalFront", target_s: Sequence[float]) -> list[tuple[
     faster = [0, *inner, len(target_s)]  # targets, than each of the extremals
     wanted: list[tuple[int, float]] = []
     for second, (before, after) in enumerate(pairwise(front.extremals), 1):
-        pieces = _pieces(front, before, after) if faster[second - 1] < faster[second] else 1
+        pair = before.multiplier, after.multiplier
+        if faster[second - 1] == faster[second] or pair in front.settled:
+            continue
+        pieces = _pieces(front, before, after)
         if pieces <= 1:
+            front.settled.add(pair)
             continue
         if math.isinf(before.multiplier):
             wanted += [(second, multiplier) for multiplier in _towards_fastest(front, target_s[0])]
