@@ -36,9 +36,11 @@ def test_cells_end_where_the_room_does():
 
 
 def cut_up(x_m, w, cut):
-    count = count_cells(x_m, w, cut)
+    parts = np.empty(len(x_m) - 1, dtype=np.int64)
+    count = count_cells(x_m, w, cut, parts)
+    assert count == parts.sum()
     node_m, node_w, row = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
-    assert cut_rows(x_m, w, cut, node_m, node_w, row) == count
+    assert cut_rows(x_m, w, parts, node_m, node_w, row) == count
     return node_m, node_w, row
 
 

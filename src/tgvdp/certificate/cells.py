@@ -149,17 +149,21 @@ def join_rows(x, w, effort, place, cut):
 
 
 @kernel
-def count_cells(x, w, cut):
-    """Number of cells that `cut_rows` makes."""
+def count_cells(x, w, cut, parts):
+    """Number of cells that each row is cut into, ``parts`` (n − 1,) int64 in place; returns that of all."""
     count = 0
-    for i in range(x.shape[0] - 1):
-        count += _cuts(w[i], w[i + 1], x[i + 1] - x[i], cut)
+    for i in range(parts.shape[0]):
+        parts[i] = _cuts(w[i], w[i + 1], x[i + 1] - x[i], cut)
+        count += parts[i]
     return count
 
 
 @kernel
-def cut_rows(x, w, cut, node_x, node_w, row):
-    """Cut rows into cells: equal steps of ∛v, or of position where w hardly changes; no more than there is room."""
+def cut_rows(x, w, parts, node_x, node_w, row):
+    """Cut rows into cells: equal steps of ∛v, or of position where w hardly changes; no more than there is room.
+
+    ``parts`` are those of `count_cells`.
+    """
     n = 0
     node_x[0] = x[0]
     node_w[0] = w[0]
@@ -167,16 +171,18 @@ def cut_rows(x, w, cut, node_x, node_w, row):
         d = x[i + 1] - x[i]
         w0 = w[i]
         w1 = w[i + 1]
-        parts = min(_cuts(w0, w1, d, cut), row.shape[0] - n)
+        count = min(parts[i], row.shape[0] - n)
         hi = max(w0, w1)
         uniform = hi - min(w0, w1) < _UNIFORM * hi
         bottom = _FIRST_SHARE * hi
         # a cell of a standstill comes first, or last, and steps are between the others
         stands, stops = not uniform and w0 < bottom, not uniform and w1 < bottom
-        steps = parts - 1 if stands or stops else parts
-        root0, root1 = _root(max(w0, bottom)), _root(max(w1, bottom))
-        for j in range(1, parts):
-            share = j / parts
+        steps = count - 1 if stands or stops else count
+        root0 = root1 = 0.0
+        if count > 1 and not uniform:
+            root0, root1 = _root(max(w0, bottom)), _root(max(w1, bottom))
+        for j in range(1, count):
+            share = j / count
             if not uniform:
                 root = root0 + ((j - 1 if stands else j) / steps) * (root1 - root0)
                 share = (root**6 - w0) / (w1 - w0)

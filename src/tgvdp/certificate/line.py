@@ -163,9 +163,11 @@ class BoundingProblem:
         changed[1:] |= other.right[:-1] != found.right[:-1]  # the jump at the start of a cell is part of its bound
         changed[0] |= changed[1]  # a cell of a standstill has the costate of its neighbour
         other = self.evaluate(found._replace(label=other.label), multiplier, other.left, other.right, wanted=changed)
-        first = np.flatnonzero(np.diff(changed, prepend=not changed[0]))  # phases by turns changed and not
-        better = np.add.reduceat(other.bound - found.bound, first) > 0.0
-        better = np.repeat(better, np.diff(first, append=len(changed)))
+        ends = np.append(np.flatnonzero(changed[1:] != changed[:-1]) + 1, len(changed))  # of phases by turns changed
+        first = np.append(0, ends[:-1])
+        better = (np.add.reduceat(other.bound - found.bound, first) > 0.0).repeat(ends - first)
+        if not better.any():
+            return found
         columns = ("bound", "doubt", "left", "right", "label")
         return found._replace(
             **{name: np.where(better, getattr(other, name), getattr(found, name)) for name in columns}

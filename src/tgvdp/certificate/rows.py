@@ -86,10 +86,11 @@ def cut_into_cells(
     cut = Cut(distance_m / _CELLS_PER_TRIP, distance_m / _STEADY_PER_TRIP, step)
     n = join_rows(x_m, w, effort, place, cut)
     joined = RunRows(x_m[: n + 1], w[: n + 1], effort[:n], place[:n])
-    count = count_cells(joined.x_m, joined.w, cut)
+    parts = np.empty(n, dtype=np.int64)
+    count = count_cells(joined.x_m, joined.w, cut, parts)
     ask_for(CELL_B * count, f"a bound on {count:,} cells")
     node_m, node_w, row = np.empty(count + 1), np.empty(count + 1), np.empty(count, dtype=np.int64)
-    cut_rows(joined.x_m, joined.w, cut, node_m, node_w, row)
+    cut_rows(joined.x_m, joined.w, parts, node_m, node_w, row)
     return joined, node_m, node_w, row
 
 
@@ -101,9 +102,11 @@ def _with_breaks(trip: Trip, breaks_m: _Floats, x_m: _Floats, w: _Floats) -> tup
     found = np.abs(x_m[near] - breaks_m) <= gap_m
     rows_m = x_m.copy()
     rows_m[near[found]] = breaks_m[found]
-    x_m = np.union1d(rows_m, breaks_m)
+    x_m = np.sort(np.concatenate((rows_m, breaks_m[~found])))
     w = np.interp(x_m, rows_m, w)
     w = np.maximum(w, _SLOWEST * w.max())
     w[0], w[-1] = trip.start_speed_mps**2, trip.end_speed_mps**2
-    count = thin_rows(x_m, w, np.isin(x_m, breaks_m), gap_m)
+    fixed = np.zeros(len(x_m), dtype=np.bool_)
+    fixed[np.searchsorted(x_m, breaks_m)] = True
+    count = thin_rows(x_m, w, fixed, gap_m)
     return x_m[:count], w[:count]
