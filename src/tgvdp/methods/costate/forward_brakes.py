@@ -31,7 +31,7 @@ _DRIFT = 0.01
 #: ends somewhere within the cell.
 _RISE = 5e-3
 #: A run that enters a cell nearer to the line of switching than this share of v² is on it.
-NEAR = 2e-4
+NEAR = 1e-3
 #: Coasting that ends above a limit by less than this share of v² brakes a little all the way, which takes longer by a
 #: quarter of that share: brakes for the last hand's breadth would be none that one applies.
 _TOUCH = 1e-4
