@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.line.piecewise import Floats
-from tgvdp.line.resolved import resolve
 from tgvdp.model.trip import Trip
-from tgvdp.physics.forces import kernel_train
-from tgvdp.runs.measure import NO_COLUMNS, TOTALS, measure_runs, tables_of
+from tgvdp.runs.measure import Columns, measured
+
+_NO_COLUMNS = Columns.of(0)
 
 
 class Batch(NamedTuple):
@@ -44,7 +44,5 @@ class Batch(NamedTuple):
 
 def totals_of(trip: Trip, runs: Batch) -> tuple[Floats, Floats]:
     """Running times, s, and energies by the trip's model, J, of runs, (n,) float64, as their `profile_of` has them."""
-    totals = np.empty((len(runs.first) - 1, TOTALS))
-    at_wheel = trip.energy.kind == "wheel"
-    measure_runs(kernel_train(trip.train), tables_of(trip), at_wheel, resolve(trip), *runs, totals, NO_COLUMNS)
+    totals = measured(trip, *runs, _NO_COLUMNS)
     return totals[:, 0].copy(), totals[:, 1].copy()

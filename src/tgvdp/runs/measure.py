@@ -1,4 +1,4 @@
-"""The kernel that measures runs: running time, energy, and what each row does."""
+"""Runs measured: running time, energy, and what each row does."""
 
 import math
 from typing import NamedTuple
@@ -7,14 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import entry, leaf
+from tgvdp.line.piecewise import Floats
+from tgvdp.line.resolved import resolve
 from tgvdp.line.walk import piece_from, sum_to
 from tgvdp.model.energy import PANTOGRAPH
 from tgvdp.model.track import LOWERED, POWERED
 from tgvdp.model.trip import Trip
 from tgvdp.physics.arc import duration_and_work_of
 from tgvdp.physics.codes import BRAKING, COASTING, HOLDING, TRACTION
-from tgvdp.physics.energy import EnergyTables, arc_energy, energy_tables
-from tgvdp.physics.forces import mean_brake, mean_effort, mean_resistance, unpowered
+from tgvdp.physics.energy import arc_energy, energy_tables
+from tgvdp.physics.forces import kernel_train, mean_brake, mean_effort, mean_resistance, unpowered
 
 #: An effort below this share of the starting effort counts as none (coasting).
 _COASTING_SHARE = 1e-4
@@ -24,7 +26,7 @@ _CRUISING_SHARE = 0.03
 _NOT_FULL = 0.95
 #: Columns of totals: running time, s, and energy by the trip's model, J; and work of traction and of brakes, what is
 #: drawn and returned by the tables, auxiliaries aside, and what these draw, J.
-TOTALS = 7
+_TOTALS = 7
 
 
 class Columns(NamedTuple):
@@ -40,9 +42,9 @@ class Columns(NamedTuple):
         Up to the next row; see `physics.codes`.
     """
 
-    time: NDArray[np.float64]
-    energy: NDArray[np.float64]
-    force: NDArray[np.float64]
+    time: Floats
+    energy: Floats
+    force: Floats
     regime: NDArray[np.int8]
 
     @classmethod
@@ -50,14 +52,6 @@ class Columns(NamedTuple):
         """Room for so many rows."""
         time, energy, force = np.empty((3, rows))
         return cls(time, energy, force, np.empty(rows, dtype=np.int8))
-
-
-NO_COLUMNS = Columns.of(0)
-
-
-def tables_of(trip: Trip) -> EnergyTables:
-    """Tables by which a run's energy is counted, and its balance where energy is counted at the wheel."""
-    return energy_tables(trip.train, PANTOGRAPH if trip.energy.kind == "wheel" else trip.energy)
 
 
 @leaf
@@ -78,7 +72,7 @@ def measure_runs(train, tables, at_wheel, line, x, w, first, totals, columns):
     ----------
     train : KernelTrain
     tables : EnergyTables
-        See `tables_of`.
+        By which energy is counted, and the balance where energy is counted at the wheel.
     at_wheel : bool
         Whether energy is counted at the wheel.
     line : ResolvedLine
@@ -88,7 +82,7 @@ def measure_runs(train, tables, at_wheel, line, x, w, first, totals, columns):
     first : (n + 1,) int64
         Row with which each run begins, and N.
     totals : (n, 7) float64, modified in place
-        `TOTALS` of each run, beyond the first two where its rows are asked for.
+        `_TOTALS` of each run, beyond the first two where its rows are asked for.
     columns : Columns, modified in place
         Of all rows, or of none.
     """
@@ -147,3 +141,12 @@ def measure_runs(train, tables, at_wheel, line, x, w, first, totals, columns):
         one[0], one[1], one[2], one[3], one[4], one[5], one[6] = (
             seconds, joules, wheel, braking, drawn, returned, auxiliary,
         )  # fmt: skip
+
+
+def measured(trip: Trip, x_m: Floats, w: Floats, first: NDArray[np.int64], columns: Columns) -> Floats:
+    """Totals of runs of a trip, (n, 7), with the columns of their rows where there is room for them: `measure_runs`."""
+    totals = np.empty((len(first) - 1, _TOTALS))
+    at_wheel = trip.energy.kind == "wheel"
+    tables = energy_tables(trip.train, PANTOGRAPH if at_wheel else trip.energy)
+    measure_runs(kernel_train(trip.train), tables, at_wheel, resolve(trip), x_m, w, first, totals, columns)
+    return totals

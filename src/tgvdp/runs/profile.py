@@ -13,11 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import NumericalError
-from tgvdp.line.resolved import resolve
 from tgvdp.memory import ask_for
 from tgvdp.model.trip import Trip
-from tgvdp.physics.forces import kernel_train
-from tgvdp.runs.measure import TOTALS, Columns, measure_runs, tables_of
+from tgvdp.runs.measure import Columns, measured
 
 #: Driving regimes of a profile, by their number (`physics.codes`); holding by brakes is cruising, too.
 REGIMES = ("traction", "cruising", "coasting", "braking")
@@ -137,11 +135,8 @@ def profile_of(
     """
     n = len(x_m)
     ask_for(_ROW_B * n, f"a profile of {n:,} rows")
-    rows, columns, totals = (np.ascontiguousarray(x_m), np.ascontiguousarray(w)), Columns.of(n), np.empty((1, TOTALS))
-    at_wheel = trip.energy.kind == "wheel"
-    measure_runs(
-        kernel_train(trip.train), tables_of(trip), at_wheel, resolve(trip), *rows, np.array([0, n]), totals, columns
-    )
+    columns = Columns.of(n)
+    totals = measured(trip, np.ascontiguousarray(x_m), np.ascontiguousarray(w), np.array([0, n]), columns)
     time_s, energy_j, wheel, braking, drawn, returned, auxiliary = totals[0].tolist()
     if not (math.isfinite(time_s) and math.isfinite(energy_j)):
         raise NumericalError("the time or the energy of a run is no number")
