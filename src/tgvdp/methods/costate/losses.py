@@ -73,6 +73,13 @@ def _saved_j(run, halves, k, multiplier, kinetic_kg):
     return run[k, 2] - halves[2 * k, 2] + multiplier * (run[k, 1] - halves[2 * k, 1]) - kinetic_kg * apart_w
 
 
+@leaf
+def _stiffness(run, halves, k, floor_w):
+    """What the difference in squared speed costs per metre at a station, up to a factor of all."""
+    w = max(run[k, 0], halves[2 * k, 0], floor_w)
+    return (run[k, 0] - halves[2 * k, 0]) ** 2 / (w * w * math.sqrt(w))
+
+
 @entry
 def fill_losses(length_m, passed, halves, multipliers, kinetic_kg, floor_w, drawn_j, lost, long, of_run):
     """Fill in what runs lose in each cell.
@@ -105,16 +112,14 @@ def fill_losses(length_m, passed, halves, multipliers, kinetic_kg, floor_w, draw
         run, half, multiplier = passed[i], halves[i], multipliers[i]
         all_j = _saved_j(run, half, cells, multiplier, kinetic_kg)
         sign = 1.0 if all_j >= 0.0 else -1.0
-        bends = local_j = after = 0.0
-        after_j = _saved_j(run, half, 0, multiplier, kinetic_kg)
-        for k in range(cells + 1):
-            w = max(run[k, 0], half[2 * k, 0], floor_w)
-            before, after = after, (run[k, 0] - half[2 * k, 0]) ** 2 / (w * w * math.sqrt(w))
-            before_j, after_j = after_j, _saved_j(run, half, k, multiplier, kinetic_kg)
-            if k > 0:
-                lost[i, k - 1] = length_m[k - 1] * (before + after)
-                bends += lost[i, k - 1]
-                local_j += max(sign * (after_j - before_j), 0.0)
+        bends = local_j = 0.0
+        after, after_j = _stiffness(run, half, 0, floor_w), _saved_j(run, half, 0, multiplier, kinetic_kg)
+        for k in range(cells):
+            before, after = after, _stiffness(run, half, k + 1, floor_w)
+            before_j, after_j = after_j, _saved_j(run, half, k + 1, multiplier, kinetic_kg)
+            lost[i, k] = length_m[k] * (before + after)
+            bends += lost[i, k]
+            local_j += max(sign * (after_j - before_j), 0.0)
         loss = _LOST_PER_SAVED * abs(all_j) / max(run[cells, 2], drawn_j)
         unknown = loss * (_DEARER if all_j < 0.0 else 1.0) / _FORETOLD
         after_j = _saved_j(run, half, 0, multiplier, kinetic_kg)
