@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.helpers.fronts import check_front, feasible_trip
+from tests.helpers.fronts import check_front, counters, feasible_trip
 from tests.helpers.trips import commuter, trip_on
 from tgvdp.line.cells import cells_of
 from tgvdp.methods.costate.blend import Blend, fill_blend
@@ -17,10 +17,6 @@ from tgvdp.physics.forces import kernel_train
 from tgvdp.runs.fastest import fastest_run
 
 TRAIN = commuter()
-
-
-def counters():
-    return {"extremals": 0, "runs": 0, "costates": 0}
 
 
 def blend_of(known, second, top_w, cells=None):

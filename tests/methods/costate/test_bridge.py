@@ -3,16 +3,13 @@
 import numpy as np
 import pytest
 
+from tests.helpers.fronts import counters
 from tests.helpers.trips import commuter, trip_on
 from tgvdp.methods.costate.bridge import bridge
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.runs.fastest import fastest_run
 
 TOLERANCE_S = 0.01
-
-
-def counters():
-    return {"extremals": 0, "runs": 0, "costates": 0}
 
 
 @pytest.fixture(scope="module")

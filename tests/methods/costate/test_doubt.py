@@ -7,6 +7,7 @@ import pytest
 
 import tgvdp
 from benchmarks.proof.trips import proof_trip
+from tests.helpers.fronts import counters
 from tgvdp import EffortCurve, Track, Train
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate.doubt import Doubt, _parts
@@ -25,10 +26,6 @@ def hills(seed):
     permil = np.random.default_rng(seed).uniform(-20.0, 12.0, 40)
     gradients = tuple((1e3 * km, float(value)) for km, value in enumerate(permil))
     return Track(length_m=40e3, speed_limits=((0.0, 75.0),), gradients=gradients)
-
-
-def counters():
-    return {"extremals": 0, "runs": 0, "costates": 0}
 
 
 @pytest.mark.parametrize("seed", [5, 17, 18, 20, 23])

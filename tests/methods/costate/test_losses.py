@@ -5,16 +5,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tests.helpers.fronts import counters
 from tests.helpers.trips import commuter, trip_on
 from tgvdp.methods.costate.losses import losses_of
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.runs.fastest import fastest_run
 
 HILLS = trip_on([(0, 22), (2500, 15)], [(0, 0), (900, 12), (1800, -14), (3000, 3)], length_m=6000.0, train=commuter())
-
-
-def counters():
-    return {"extremals": 0, "runs": 0, "costates": 0}
 
 
 def extremals_on(mesh, levels):
