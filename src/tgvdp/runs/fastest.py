@@ -250,8 +250,10 @@ def fastest_run(trip: Trip) -> Profile:
     train = kernel_train(trip.train)._replace(rows=_FINE_ROWS)
     envelope = envelope_of(trip, cells_of(trip), train)
     line = resolve(trip)
-    x_m, w = follow(trip.train, line, envelope.x_m, envelope.w)
-    speed_mps = np.sqrt(w)
-    if are_cut(line, float((2.0 * np.diff(x_m) / (speed_mps[1:] + speed_mps[:-1])).sum())):
-        (x_m, w, _), _ = cut_at_bends(trip.train, line, Batch.of([(x_m, w)]))
-    return profile_of(trip, x_m, w)
+    rows = follow(trip.train, line, envelope.x_m, envelope.w)
+    profile = profile_of(trip, *rows)
+    if not are_cut(line, profile.duration_s):
+        return profile
+    runs = Batch.of([rows])
+    cut, _ = cut_at_bends(trip.train, line, runs)
+    return profile if cut is runs else profile_of(trip, cut.x_m, cut.w)
