@@ -84,6 +84,19 @@ def test_running_times_of_blends_do_not_jump_where_coasting_starts_on_a_limit(me
         assert (np.abs(steps_s) <= 3.0 * np.median(steps_s)).all()
 
 
+@pytest.mark.parametrize("length_m", [1000.0, 1275.0, 1500.0])
+def test_running_times_of_blends_do_not_jump_where_traction_ends_next_to_a_station(length_m):
+    """It ended there up to 0.1 % of v² too early: three steps of time at once, for which runs were bridged."""
+    trip = trip_on([(0, 22)], length_m=length_m, train=TRAIN)
+    mesh = Mesh.of(trip, fastest_run(trip), 0.25)
+    known = [mesh.extremal(ratio * mesh.usual_multiplier, counters()) for ratio in (4.0, 3.0, 2.2, 1.6, 1.2, 0.9)]
+    for second in range(1, len(known)):
+        blend = blend_of(known, second, mesh.fast, mesh.cells)
+        time_s = np.array([mesh.drive(blend.at(share), counters()).time_s for share in np.linspace(0.0, 1.0, 401)])
+        steps_s = np.diff(time_s)
+        assert (np.abs(steps_s) <= 1.6 * np.median(steps_s)).all()
+
+
 def test_coasting_up_to_a_limit_takes_no_longer_when_it_reaches_it():
     """It braked a little all the way where it came to the limit in the last metres of a cell: 0.8 ms of 108 s."""
     train = kernel_train(commuter(davis_a_n=0.0, davis_b_n_per_mps=0.0, davis_c_n_per_mps2=0.0))

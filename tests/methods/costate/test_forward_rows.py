@@ -171,7 +171,7 @@ def test_traction_up_to_a_hand_before_the_end_of_a_cell_goes_on_to_its_end(left_
     rows.x[0], rows.w[0] = 0.0, 225.0
     line = march(train, TRACTION, 1.0, cell, 15.0 - left_m, 225.0, math.inf, scratch, 0)[1]
     lines = Lines(line, 900.0, 900.0, 900.0, line, line, 900.0, 900.0, line * (1.0 - 1e-9))
-    n = drive_cell(train, False, cell, 225.0, lines, scratch, rows, 1)
+    n = drive_cell(train, False, cell, cell, 225.0, lines, scratch, rows, 1)
     assert rows.x[n - 1] == 15.0
     assert rows.w[n - 1] <= lines.top
     assert np.diff(rows.x[:n]).min() > min(0.1, left_m)

@@ -232,7 +232,8 @@ def drive_blend(train, tables, course, blend, share, scratch, passed, rows):
                 before_c = min(switch_at(blend, share, k, 3), before_top)
                 before_a = switch_at(blend, share, k, 0)
                 lines = Lines(before_a, before_b, before_c, before_top, a, max(coasts, bottom), b, max(b, c), top)
-                n = drive_cell(train, tables.regeneration > 0.0, cell, w, lines, scratch, rows, n)
+                before = cell_at(course.cells, max(k - 1, 0))
+                n = drive_cell(train, tables.regeneration > 0.0, before, cell, w, lines, scratch, rows, n)
             else:
                 landed = coast(here, cell, cell.length_m, w)
                 c = min(max(c, bottom), top)

@@ -30,7 +30,8 @@ _DRIFT = 0.01
 #: The line of all brakes may rise by this share within a cell for a run to keep to it: where it rises faster, friction
 #: ends somewhere within the cell.
 _RISE = 5e-3
-#: A run that enters a cell nearer to the line of switching than this share of v² is on it.
+#: A run that enters a cell nearer to the line of switching than this share of v² is on it; but full traction goes on up
+#: to the line, or the running time would jump where it ends next to a station.
 NEAR = 1e-3
 #: Coasting that ends above a limit by less than this share of v² brakes a little all the way, which takes longer by a
 #: quarter of that share: brakes for the last hand's breadth would be none that one applies.

@@ -8,6 +8,7 @@ from tgvdp.methods.costate.forward_rows import (
     ON_CURVE,
     SAME_PLACE,
     coast,
+    drives_fully,
     ended,
     evenly,
     pull,
@@ -130,7 +131,16 @@ def _passes(train, cell, w, top, scratch):
 
 
 @part
-def drive_cell(train, regenerates, cell, w, lines, scratch, rows, n):
+def _comes_under_traction(train, before, rows, n):
+    """Whether a run comes out of the cell before under full traction, so that a little more of it is no new phase."""
+    if n < 2:
+        return True
+    row = rest_of(before, rows.x[n - 2], rows.x[n - 1] - rows.x[n - 2])
+    return drives_fully(train, row, rows.w[n - 2], rows.w[n - 1])
+
+
+@part
+def drive_cell(train, regenerates, before, cell, w, lines, scratch, rows, n):
     """Append the rows of one cell from w: to the line of switching, and along it or above it from there on."""
     a = lines.a
     line = _line_before(train, cell, lines)
@@ -139,7 +149,10 @@ def drive_cell(train, regenerates, cell, w, lines, scratch, rows, n):
     rest = length
     landed = math.nan
     at_limit = w >= cell.limit_w * (1.0 - ON_CURVE)  # it is held for as long as it may be, and no phase is new
-    if w < line * (1.0 - (ON_CURVE if at_limit else NEAR)):
+    below = w < line * (1.0 - (ON_CURVE if at_limit else NEAR))
+    if not below and w < line * (1.0 - ON_CURVE):
+        below = _comes_under_traction(train, before, rows, n)
+    if below:
         first, start_w = n, w
         rest, w, n = _drive_to_line(train, cell, w, line, slope, lines.top, rows, n)
         if rest <= 0.0 or n < 0:
