@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import entry, leaf, part
+from tgvdp.line.piecewise import Floats
 from tgvdp.line.resolved import ResolvedLine
 from tgvdp.line.walk import piece_from
 from tgvdp.model.train import Train
@@ -36,8 +37,11 @@ from tgvdp.runs.resistance_correction_kernel import (
     passes,
 )
 
-#: How far the time of a run may be off, s.
-_MOST_S = 5e-4
+#: How far the time of a run may be off, s; and by what is worth this share of its energy at most, as far as rows can
+#: tell: next to the fastest run, or to one that brakes from its start on, half a millisecond may be worth 0.1 %.
+MOST_S = 5e-4
+_WORTH = 3e-5
+_LEAST_S = 1e-5
 #: How many times as many rows a search drives as motion makes on its own (`KernelTrain.rows`): usual ones, cut on long
 #: runs only, and rougher ones, which are cut anyway; by at most this share of their time, over the square of it, are
 #: they off.
@@ -61,9 +65,21 @@ _TRIES = 8
 _MORE = 1.1
 
 
+def allowed_off_s(energy_j: Floats, multiplier_j_per_s: Floats) -> Floats:
+    """How far the time of runs may be off, s, (n,), by what energy they take, J, and save with a second more, J/s."""
+    with np.errstate(divide="ignore"):
+        worth_s: Floats = _WORTH * energy_j / multiplier_j_per_s
+    return np.clip(worth_s, _LEAST_S, MOST_S)
+
+
 def most_off_s(time_s: float, rows: float = USUAL_ROWS) -> float:
     """By how much a run of a search may last longer once its rows are cut, s; 0 for one that is short enough."""
     return _OFF / rows**2 * time_s if time_s > _CUT_FROM_S else 0.0
+
+
+def may_be_off(time_s: Floats, most_s: Floats) -> bool:
+    """Whether one of some runs of a search may last longer than its time, s, (n,), by more than it may, s, (n,)."""
+    return bool(((time_s > _CUT_FROM_S) | (_OFF / USUAL_ROWS**2 * time_s > most_s)).any())
 
 
 def enough_rows(line: ResolvedLine, time_s: float, tolerance_s: float) -> float:
@@ -72,8 +88,8 @@ def enough_rows(line: ResolvedLine, time_s: float, tolerance_s: float) -> float:
     return _ROUGH_ROWS if is_cut and most_off_s(time_s, _ROUGH_ROWS) <= tolerance_s else USUAL_ROWS
 
 
-def cut_at_bends(train: Train, line: ResolvedLine, runs: Batch) -> tuple[Batch, NDArray[np.int64]]:
-    """Cut rows of runs so that the time of each is right to 0.5 ms, with as few cuts as that takes.
+def cut_at_bends(train: Train, line: ResolvedLine, runs: Batch, most_s: Floats) -> tuple[Batch, NDArray[np.int64]]:
+    """Cut rows of runs so that the time of each is right to so much, with as few cuts as that takes.
 
     Along a row at nearly full effort the effort keeps its share of the limit, along any other its value, but where a
     comfort limit or a braking rate is kept.
@@ -83,6 +99,9 @@ def cut_at_bends(train: Train, line: ResolvedLine, runs: Batch) -> tuple[Batch, 
     train : Train
     line : ResolvedLine
     runs : Batch
+        n of them, of N rows in all.
+    most_s : (n,) float64
+        How far the time of each may be off, s.
 
     Returns
     -------
@@ -94,11 +113,11 @@ def cut_at_bends(train: Train, line: ResolvedLine, runs: Batch) -> tuple[Batch, 
     known = kernel_train(train)
     parts, first, nothing = np.empty(len(runs.x_m), dtype=np.int64), np.empty_like(runs.first), np.empty((2, 0))
     scratch = np.empty((2, len(parts)))
-    count = cut_runs(known, line, *runs, _MOST_S, parts, scratch, nothing[0], nothing[1], first)
+    count = cut_runs(known, line, *runs, most_s, parts, scratch, nothing[0], nothing[1], first)
     if count == len(runs.x_m):
         return runs, parts
     x_m, w = np.empty((2, count))
-    cut_runs(known, line, *runs, _MOST_S, parts, nothing, x_m, w, first)
+    cut_runs(known, line, *runs, most_s, parts, nothing, x_m, w, first)
     return Batch(x_m, w, first), parts
 
 
@@ -187,7 +206,7 @@ def _count_in_run(train, line, x, w, most_s, parts, off, size):
 
 @entry
 def cut_runs(train, line, x, w, first, most_s, parts, scratch, cut_x, cut_w, cut_first):
-    """Cut the rows of runs into parts, so that the time of each is off by ``most_s``; returns how many rows there are.
+    """Cut the rows of runs into parts, so that no time is off by more than ``most_s``; returns how many rows there are.
 
     Along a row from w₀ to w₁ the squared speed differs from a straight line by δ·4u(1 − u), and its time by
     t = d·δ/(3 v³), which n parts reduce by n². The sum of these is least, for as many parts in all, where n goes with
@@ -200,7 +219,7 @@ def cut_runs(train, line, x, w, first, most_s, parts, scratch, cut_x, cut_w, cut
     line : ResolvedLine
     x, w : (N,) float64
     first : (n + 1,) int64
-    most_s : float
+    most_s : (n,) float64
     parts : (N,) int64, modified in place
         1 for the last row of a run, which ends there.
     scratch : (2, N) float64, modified in place
@@ -217,6 +236,6 @@ def cut_runs(train, line, x, w, first, most_s, parts, scratch, cut_x, cut_w, cut
         if known:
             n += cut_rows(train, line, x[a:b], w[a:b], parts[a:b], cut_x[n:], cut_w[n:])
         else:
-            n += _count_in_run(train, line, x[a:b], w[a:b], most_s, parts[a:b], scratch[0, a:b], scratch[1, a:b])
+            n += _count_in_run(train, line, x[a:b], w[a:b], most_s[run], parts[a:b], scratch[0, a:b], scratch[1, a:b])
     cut_first[first.shape[0] - 1] = n
     return n

@@ -10,7 +10,7 @@ from tgvdp.line.piecewise import Floats
 from tgvdp.line.resolved import ResolvedLine, resolve
 from tgvdp.model.trip import Trip
 from tgvdp.runs.batch import Batch, totals_of
-from tgvdp.runs.bends import cut_at_bends, most_off_s
+from tgvdp.runs.bends import cut_at_bends, may_be_off
 from tgvdp.runs.effort_jumps import jumps_of
 from tgvdp.runs.resistance_correction import follow
 
@@ -42,16 +42,16 @@ class Followed(NamedTuple):
         return [self.regime[start : end - 1] for start, end in pairwise(self.runs.first.tolist())]
 
 
-def are_cut(line: ResolvedLine, last_s: float) -> bool:
-    """Whether rows of runs, of which the slowest takes so long, s, are cut where motion bends.
+def are_cut(line: ResolvedLine, time_s: Floats, most_s: Floats) -> bool:
+    """Whether rows of runs of some times, s, which may be off by so much, s, (n,) both, are cut where motion bends.
 
     Not where the resistance changes along a row: its effort is no law to cut it by.
     """
-    return line.even and most_off_s(last_s) > 0.0
+    return line.even and may_be_off(time_s, most_s)
 
 
 def follow_all(
-    trip: Trip, runs: Batch, regime: _Regime | None, time_s: Floats, energy_j: Floats, *, bends: bool
+    trip: Trip, runs: Batch, regime: _Regime | None, time_s: Floats, energy_j: Floats, most_s: Floats, *, bends: bool
 ) -> Followed:
     """Give runs their true resistance, and cut their rows where an effort drops or motion bends.
 
@@ -64,6 +64,8 @@ def follow_all(
         Regime of the row that starts there, if known; that of the last row of a run means nothing.
     time_s, energy_j : (n,) float64
         Running times, s, and energies by the trip's model, J, by the rows given.
+    most_s : (n,) float64
+        How far their times may be off, s (`bends.allowed_off_s`).
     bends : bool
         `are_cut` of the runs of a front that are searched for, of which these may be some; those whose efforts jump are
         cut in any case.
@@ -71,7 +73,7 @@ def follow_all(
     line = resolve(trip)
     true, regime = _corrected(trip, line, runs, regime)
     if bends or (line.even and true is not runs):
-        cut, parts = cut_at_bends(trip.train, line, true)
+        cut, parts = cut_at_bends(trip.train, line, true, most_s)
         if cut is not true:
             true, regime = cut, None if regime is None else regime.repeat(parts)
     if true is runs:

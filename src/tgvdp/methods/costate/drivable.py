@@ -15,6 +15,7 @@ from tgvdp.methods.phases.prune import Pruned, prune
 from tgvdp.methods.phases.way import Way, way_of
 from tgvdp.physics.cell import Rows
 from tgvdp.runs.batch import Batch
+from tgvdp.runs.bends import allowed_off_s
 from tgvdp.runs.followed import Followed, are_cut, follow_all
 
 _Floats = NDArray[np.float64]
@@ -100,7 +101,8 @@ def drivable(
     outcome = outcome_of(runs)
     leaving = _leaving(mesh, outcome, aims_s, tolerance_s, min_phase_s) if min_phase_s > 0.0 else None
     outcome[:, 1] += mesh.tables.auxiliary_w * outcome[:, 0]
-    bends = are_cut(resolve(mesh.trip), float(outcome[-1, 0]))
+    most_s = allowed_off_s(np.maximum(outcome[:, 1], mesh.least_drawn_j), outcome[:, 2])
+    bends = are_cut(resolve(mesh.trip), outcome[:, 0], most_s)
 
     def driven(part: slice) -> tuple[Followed, int, bool]:
         own, regime, in_time, short = Batch.of([(run.x_m, run.w) for run in runs[part]]), None, True, 0
@@ -113,7 +115,7 @@ def drivable(
                 own, regime, short = pruned.runs, pruned.regime, pruned.short
                 time_s = time_s + pruned.time_s
                 energy_j = energy_j + pruned.energy_j + mesh.tables.auxiliary_w * pruned.time_s
-        return follow_all(mesh.trip, own, regime, time_s, energy_j, bends=bends), short, in_time
+        return follow_all(mesh.trip, own, regime, time_s, energy_j, most_s[part], bends=bends), short, in_time
 
     parts = list(_parts([len(run.x_m) for run in runs]))
     true, shorts, in_times = zip(*side_by_side(driven, parts), strict=True)

@@ -133,12 +133,14 @@ def optimal_front(
         trip, fastest, rows_per_usual, meets_s, min_phase_s, counters, clock, Doubt(0) if rough else Doubt(),
         [Run(fastest.duration_s, fastest.total_energy_j, math.inf, *rows)] * met,
     )  # fmt: skip
-    points = search.points(middle_s)
+    aims_s = middle_s
+    points = search.points(aims_s)
     for _ in range(_AIMS):
         late_s = points.late_s(middle_s)
         if not points.complete or (np.abs(late_s) <= half_s * (1.0 + _SAME)).all():
             break
-        points = search.points(middle_s - late_s)
+        aims_s = aims_s - late_s
+        points = search.points(aims_s)
     duration, energy, multipliers = points.outcome.T.copy()
     return OptimalRuns(
         duration, energy, np.maximum(multipliers - search.auxiliary_w, 0.0), points.complete, not points.saves,

@@ -22,6 +22,7 @@ from tgvdp.model.trip import Trip
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, HELD_BACK, HOLDING, RETARDED, TRACTION
 from tgvdp.progress import tell
 from tgvdp.runs.batch import Batch
+from tgvdp.runs.bends import allowed_off_s
 from tgvdp.runs.followed import are_cut, follow_all
 from tgvdp.runs.profile import Profile
 
@@ -259,8 +260,10 @@ class _Cleaning:
         regime = np.concatenate([np.append(_PROFILE_REGIMES[point.regime], np.int8(-1)) for point in points])
         time_s = np.array([point.extremal.time_s for point in points])
         energy_j = np.array([point.extremal.energy_j for point in points]) + self.auxiliary_w * time_s
-        bends = are_cut(resolve(self.trip), float(time_s.max()))
-        true = follow_all(self.trip, runs, regime, time_s, energy_j, bends=bends)
+        base_j = np.maximum(energy_j, _LEAST_SHARE * self.scale_j)
+        most_s = allowed_off_s(base_j, np.array([point.extremal.price for point in points]))
+        bends = are_cut(resolve(self.trip), time_s, most_s)
+        true = follow_all(self.trip, runs, regime, time_s, energy_j, most_s, bends=bends)
         prices = [max(point.extremal.price - self.auxiliary_w, 0.0) for point in points]
         columns = true.time_s.tolist(), true.energy_j.tolist(), prices, true.runs.runs(), true.regimes()
         return list(zip(*columns, strict=True))
