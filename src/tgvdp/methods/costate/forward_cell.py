@@ -101,10 +101,10 @@ def coasted_from(train, cell, w):
 def _line_before(train, cell, lines):
     """Squared speed at which the line of switching begins a cell.
 
-    Where it begins beyond the envelope, it falls to its end as a run does that coasts, and by a' − a more than that; or
-    it is the level of a speed that is held.
+    Where it is the envelope, for it begins beyond and no blend tells where, it falls to its end as a run does that
+    coasts, and by a' − a more than that; or it is the level of a speed that is held.
     """
-    if lines.before_a < lines.before_top:
+    if lines.before_a != lines.before_top:
         return lines.before_a
     coasts = lines.coasts
     if lines.before_top <= coasts <= lines.a * (1.0 + HELD):
