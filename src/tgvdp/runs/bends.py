@@ -40,7 +40,7 @@ from tgvdp.runs.resistance_correction_kernel import (
 #: How far the time of a run may be off, s; and by what is worth this share of its energy at most, as far as rows can
 #: tell: next to the fastest run, or to one that brakes from its start on, half a millisecond may be worth 0.1 %.
 MOST_S = 5e-4
-_WORTH = 3e-5
+_WORTH = 1e-4
 _LEAST_S = 1e-5
 #: How many times as many rows a search drives as motion makes on its own (`KernelTrain.rows`): usual ones, cut on long
 #: runs only, and rougher ones, which are cut anyway; by at most this share of their time, over the square of it, are
