@@ -13,7 +13,7 @@ from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
 from tgvdp.referee.replay import replay
 from tgvdp.runs.batch import Batch
-from tgvdp.runs.bends import MOST_S, cut_at_bends
+from tgvdp.runs.bends import cut_at_bends
 from tgvdp.runs.profile import profile_of
 
 #: A brake of 2 MW above 10 m/s, and friction; no resistance: all kinetic energy goes through the brakes.
@@ -63,7 +63,7 @@ def test_rows_that_are_cut_follow_the_brake():
     heavy = replace(TRAIN, mass_kg=2e7)
     trip, profile = braked(heavy, 1.0)
     rows = profile.position_m, profile.speed_mps**2
-    runs, parts = cut_at_bends(heavy, resolve(trip), Batch.of([rows]), np.array([MOST_S]))
+    runs, parts = cut_at_bends(heavy, resolve(trip), Batch.of([rows]))
     assert parts.max() > 1
     cut = profile_of(trip, runs.x_m, runs.w)
     kinetic_j = 0.5 * heavy.inertia_kg * (FAST_MPS**2 - SLOW_MPS**2)
@@ -79,9 +79,7 @@ def test_rows_that_are_cut_keep_to_the_braking_rate():
     rate_mps2 = POWER_W / (1.0025 * SLOW_MPS) / 2e7
     heavy = replace(TRAIN, mass_kg=2e7, braking_rates=((0.0, rate_mps2),))
     trip, profile = braked(heavy, 1.0)
-    runs, parts = cut_at_bends(
-        heavy, resolve(trip), Batch.of([(profile.position_m, profile.speed_mps**2)]), np.array([MOST_S])
-    )
+    runs, parts = cut_at_bends(heavy, resolve(trip), Batch.of([(profile.position_m, profile.speed_mps**2)]))
     assert parts[-2] > 1
     assert (-np.diff(runs.w) / (2.0 * np.diff(runs.x_m))).max() <= rate_mps2 * (1.0 + 1e-6)
 

@@ -18,7 +18,7 @@ from tgvdp.model.trip import Trip
 from tgvdp.physics.forces import kernel_train, mean_resistance
 from tgvdp.referee.replay import replay
 from tgvdp.runs.batch import Batch, totals_of
-from tgvdp.runs.bends import MOST_S, cut_at_bends, most_off_s
+from tgvdp.runs.bends import cut_at_bends, most_off_s
 from tgvdp.runs.fastest import fastest_run
 from tgvdp.runs.profile import profile_of
 from tgvdp.runs.resistance_correction_kernel import cut_rows
@@ -46,7 +46,7 @@ def coasting(rows):
 def test_a_train_that_coasts_takes_the_time_of_its_motion(rows):
     x_m, w, time_s = coasting(rows)
     trip = level_trip(DRAG, start_speed_mps=40.0, end_speed_mps=math.sqrt(w[-1]))
-    runs, parts = cut_at_bends(DRAG, resolve(trip), Batch.of([(x_m, w), (x_m, w)]), np.full(2, MOST_S))
+    runs, parts = cut_at_bends(DRAG, resolve(trip), Batch.of([(x_m, w), (x_m, w)]))
     assert time_s - profile_of(trip, x_m, w).duration_s == pytest.approx(81.7 / rows**2, rel=0.01)
     assert (parts[:-1].sum() + 1 == len(runs.x_m)) and parts[rows] == parts[-1] == 1
     for cut_m, cut_w in runs.runs():
@@ -97,7 +97,7 @@ def test_a_line_that_alone_does_more_than_comfort_allows_is_cut():
         train=train, track=track, origin_m=0.0, destination_m=length_m, start_speed_mps=math.sqrt(w[0]),
         end_speed_mps=math.sqrt(w[1]),
     )  # fmt: skip
-    _, parts = cut_at_bends(train, resolve(trip), Batch.of([(np.array([0.0, length_m]), w)]), np.array([MOST_S]))
+    _, parts = cut_at_bends(train, resolve(trip), Batch.of([(np.array([0.0, length_m]), w)]))
     assert parts[0] > 1
 
 
@@ -128,7 +128,7 @@ def test_what_coasts_from_a_standstill_takes_the_time_of_its_motion():
         end_speed_mps=end_mps,
     )  # fmt: skip
     rows = np.array([0.0, length_m]), np.array([0.0, end_mps**2])
-    (cut, _) = cut_at_bends(train, resolve(trip), Batch.of([rows]), np.array([MOST_S]))
+    (cut, _) = cut_at_bends(train, resolve(trip), Batch.of([rows]))
     assert abs(profile_of(trip, *rows).duration_s - time_s) > 5e-3
     assert profile_of(trip, cut.x_m, cut.w).duration_s == pytest.approx(time_s, abs=1e-3)
     assert len(cut.x_m) < 40
@@ -142,7 +142,7 @@ def test_partial_braking_next_to_a_limit_is_cut_straight(limit):
     train = replace(DRAG, mass_kg=2e3, friction_brake_n=4e3, davis_c_n_per_mps2=3.0, **limit)
     x_m, w = np.array([0.0, 17.0]), np.array([81.0, 81.0 - 2.0 * 17.0 * 1.195])
     trip = replace(level_trip(train, start_speed_mps=9.0, end_speed_mps=math.sqrt(w[-1])), destination_m=17.0)
-    (cut, _), off_s = cut_at_bends(train, resolve(trip), Batch.of([(x_m, w)]), np.array([MOST_S])), []
+    (cut, _), off_s = cut_at_bends(train, resolve(trip), Batch.of([(x_m, w)])), []
     for rows in ((x_m, w), (cut.x_m, cut.w)):
         profile = profile_of(trip, *rows)
         off_s.append(0.01 * abs(replay(trip, profile).time_error_pct) * profile.duration_s)
@@ -163,7 +163,7 @@ def test_what_does_not_bend_is_left_as_it_is():
         (replace(DRAG, braking_rates=((0.0, 0.05),), friction_brake_n=0.0), braking_mps),
     ):
         line = resolve(level_trip(train, start_speed_mps=speeds[0], end_speed_mps=speeds[-1]))
-        runs, parts = cut_at_bends(train, line, Batch.of([(x_m, np.array(speeds) ** 2)]), np.array([MOST_S]))
+        runs, parts = cut_at_bends(train, line, Batch.of([(x_m, np.array(speeds) ** 2)]))
         assert parts.tolist() == [1, 1, 1, 1]
         assert runs.x_m.tolist() == x_m.tolist()
     assert most_off_s(59.0) == 0.0 < most_off_s(3600.0) < 0.02

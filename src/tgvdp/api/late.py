@@ -15,7 +15,7 @@ from tgvdp.methods.phases.prune import prune_fastest
 from tgvdp.model.track import Gradient, SpeedLimit, Track
 from tgvdp.model.trip import Trip
 from tgvdp.runs.batch import Batch
-from tgvdp.runs.bends import MOST_S, cut_at_bends
+from tgvdp.runs.bends import cut_at_bends
 from tgvdp.runs.profile import profile_of
 
 TRAIN = "alstom-emu"  # its effort has a drop
@@ -40,7 +40,7 @@ def cutting() -> list[Compiled]:
     """Cut rows where motion bends."""
     trip, x_m, w = some_run()
     with watch() as compiled:
-        cut_at_bends(trip.train, resolve(trip), Batch.of([(x_m, w)]), np.array([MOST_S]))
+        cut_at_bends(trip.train, resolve(trip), Batch.of([(x_m, w)]))
     return compiled
 
 

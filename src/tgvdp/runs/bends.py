@@ -77,9 +77,12 @@ def most_off_s(time_s: float, rows: float = USUAL_ROWS) -> float:
     return _OFF / rows**2 * time_s if time_s > _CUT_FROM_S else 0.0
 
 
-def may_be_off(time_s: Floats, most_s: Floats) -> bool:
-    """Whether one of some runs of a search may last longer than its time, s, (n,), by more than it may, s, (n,)."""
-    return bool(((time_s > _CUT_FROM_S) | (_OFF / USUAL_ROWS**2 * time_s > most_s)).any())
+def are_cut(line: ResolvedLine, time_s: Floats | float, most_s: Floats | float = MOST_S) -> bool:
+    """Whether rows of runs of some times, s, which may be off by so much, s, (n,) both, are cut where motion bends.
+
+    Not where the resistance changes along a row: its effort is no law to cut it by.
+    """
+    return line.even and bool(np.any((time_s > _CUT_FROM_S) | (_OFF / USUAL_ROWS**2 * time_s > most_s)))
 
 
 def enough_rows(line: ResolvedLine, time_s: float, tolerance_s: float) -> float:
@@ -88,7 +91,9 @@ def enough_rows(line: ResolvedLine, time_s: float, tolerance_s: float) -> float:
     return _ROUGH_ROWS if is_cut and most_off_s(time_s, _ROUGH_ROWS) <= tolerance_s else USUAL_ROWS
 
 
-def cut_at_bends(train: Train, line: ResolvedLine, runs: Batch, most_s: Floats) -> tuple[Batch, NDArray[np.int64]]:
+def cut_at_bends(
+    train: Train, line: ResolvedLine, runs: Batch, most_s: Floats | float = MOST_S
+) -> tuple[Batch, NDArray[np.int64]]:
     """Cut rows of runs so that the time of each is right to so much, with as few cuts as that takes.
 
     Along a row at nearly full effort the effort keeps its share of the limit, along any other its value, but where a
@@ -100,7 +105,7 @@ def cut_at_bends(train: Train, line: ResolvedLine, runs: Batch, most_s: Floats) 
     line : ResolvedLine
     runs : Batch
         n of them, of N rows in all.
-    most_s : (n,) float64
+    most_s : (n,) float64 or float
         How far the time of each may be off, s.
 
     Returns
@@ -113,6 +118,7 @@ def cut_at_bends(train: Train, line: ResolvedLine, runs: Batch, most_s: Floats) 
     known = kernel_train(train)
     parts, first, nothing = np.empty(len(runs.x_m), dtype=np.int64), np.empty_like(runs.first), np.empty((2, 0))
     scratch = np.empty((2, len(parts)))
+    most_s = np.full(len(first) - 1, most_s)
     count = cut_runs(known, line, *runs, most_s, parts, scratch, nothing[0], nothing[1], first)
     if count == len(runs.x_m):
         return runs, parts

@@ -25,9 +25,8 @@ from tgvdp.physics.codes import BRAKING, NO_BRAKE, NO_ROOM, OK, STALLED, TOO_FAS
 from tgvdp.physics.forces import KernelTrain, kernel_train, read_only, unpowered
 from tgvdp.physics.motion import march, net_force_at
 from tgvdp.runs.batch import Batch
-from tgvdp.runs.bends import MOST_S, cut_at_bends
+from tgvdp.runs.bends import are_cut, cut_at_bends
 from tgvdp.runs.braking_point import braked_w, drive_then_brake, driven_w, drop_slivers, emit_driven
-from tgvdp.runs.followed import are_cut
 from tgvdp.runs.profile import Profile, profile_of
 from tgvdp.runs.resistance_correction import follow
 from tgvdp.units import mps_to_kmh
@@ -252,9 +251,8 @@ def fastest_run(trip: Trip) -> Profile:
     line = resolve(trip)
     rows = follow(trip.train, line, envelope.x_m, envelope.w)
     profile = profile_of(trip, *rows)
-    most_s = np.array([MOST_S])
-    if not are_cut(line, np.array([profile.duration_s]), most_s):
+    if not are_cut(line, profile.duration_s):
         return profile
     runs = Batch.of([rows])
-    cut, _ = cut_at_bends(trip.train, line, runs, most_s)
+    cut, _ = cut_at_bends(trip.train, line, runs)
     return profile if cut is runs else profile_of(trip, cut.x_m, cut.w)

@@ -10,7 +10,7 @@ from tgvdp.line.piecewise import Floats
 from tgvdp.line.resolved import ResolvedLine, resolve
 from tgvdp.model.trip import Trip
 from tgvdp.runs.batch import Batch, totals_of
-from tgvdp.runs.bends import cut_at_bends, may_be_off
+from tgvdp.runs.bends import cut_at_bends
 from tgvdp.runs.effort_jumps import jumps_of
 from tgvdp.runs.resistance_correction import follow
 
@@ -42,14 +42,6 @@ class Followed(NamedTuple):
         return [self.regime[start : end - 1] for start, end in pairwise(self.runs.first.tolist())]
 
 
-def are_cut(line: ResolvedLine, time_s: Floats, most_s: Floats) -> bool:
-    """Whether rows of runs of some times, s, which may be off by so much, s, (n,) both, are cut where motion bends.
-
-    Not where the resistance changes along a row: its effort is no law to cut it by.
-    """
-    return line.even and may_be_off(time_s, most_s)
-
-
 def follow_all(
     trip: Trip, runs: Batch, regime: _Regime | None, time_s: Floats, energy_j: Floats, most_s: Floats, *, bends: bool
 ) -> Followed:
@@ -67,8 +59,8 @@ def follow_all(
     most_s : (n,) float64
         How far their times may be off, s (`bends.allowed_off_s`).
     bends : bool
-        `are_cut` of the runs of a front that are searched for, of which these may be some; those whose efforts jump are
-        cut in any case.
+        `bends.are_cut` of the runs of a front that are searched for, of which these may be some; those whose efforts
+        jump are cut in any case.
     """
     line = resolve(trip)
     true, regime = _corrected(trip, line, runs, regime)

@@ -75,8 +75,8 @@ def test_how_far_a_line_lies_beyond_the_envelope_tells_the_run_that_coasts_from_
     assert begun_w == pytest.approx(coasted_w + 2.0 * 500.0 * drag_n / TRAIN.inertia_kg, rel=1e-3)
 
 
-def steps_s(mesh, ratios):
-    """Of running times of blends of neighbouring extremals, over their median, (m − 1, 400)."""
+def relative_steps(mesh, ratios):
+    """Steps of the running times of blends of neighbouring extremals, over their median, (m − 1, 400)."""
     known = [mesh.extremal(ratio * mesh.usual_multiplier, counters()) for ratio in ratios]
     steps = []
     for second in range(1, len(known)):
@@ -86,7 +86,7 @@ def steps_s(mesh, ratios):
 
 
 def test_running_times_of_blends_do_not_jump_where_coasting_starts_on_a_limit(mesh):
-    assert steps_s(mesh, (4.0, 3.0, 2.2, 1.6)).max() <= 3.0
+    assert relative_steps(mesh, (4.0, 3.0, 2.2, 1.6)).max() <= 3.0
 
 
 @pytest.mark.parametrize("length_m", [1000.0, 1275.0, 1500.0])
@@ -94,7 +94,7 @@ def test_running_times_of_blends_do_not_jump_where_traction_ends_next_to_a_stati
     """It ended there up to 0.1 % of v² too early: three steps of time at once, for which runs were bridged."""
     trip = trip_on([(0, 22)], length_m=length_m, train=TRAIN)
     mesh = Mesh.of(trip, fastest_run(trip), 0.25)
-    assert steps_s(mesh, (4.0, 3.0, 2.2, 1.6, 1.2, 0.9)).max() <= 1.6
+    assert relative_steps(mesh, (4.0, 3.0, 2.2, 1.6, 1.2, 0.9)).max() <= 1.6
 
 
 @pytest.mark.parametrize(("permil", "length_m"), [(4.0, 4000.0), (4.0, 6000.0), (20.0, 4000.0)])
@@ -102,7 +102,7 @@ def test_running_times_of_blends_do_not_jump_where_a_line_of_switching_meets_the
     """Just below, it began where the blend said, and just above where the run at its end had begun to coast."""
     trip = trip_on([(0, 22)], [(0, 0), (0.4 * length_m, permil), (0.6 * length_m, 0)], length_m=length_m, train=TRAIN)
     mesh = Mesh.of(trip, fastest_run(trip), 0.125)
-    assert steps_s(mesh, (4.0, 2.5, 1.6)).max() <= 1.8
+    assert relative_steps(mesh, (4.0, 2.5, 1.6)).max() <= 1.8
 
 
 def test_coasting_up_to_a_limit_takes_no_longer_when_it_reaches_it():

@@ -15,8 +15,8 @@ from tgvdp.methods.phases.prune import Pruned, prune
 from tgvdp.methods.phases.way import Way, way_of
 from tgvdp.physics.cell import Rows
 from tgvdp.runs.batch import Batch
-from tgvdp.runs.bends import allowed_off_s
-from tgvdp.runs.followed import Followed, are_cut, follow_all
+from tgvdp.runs.bends import allowed_off_s, are_cut
+from tgvdp.runs.followed import Followed, follow_all
 
 _Floats = NDArray[np.float64]
 

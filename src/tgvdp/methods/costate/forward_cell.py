@@ -8,7 +8,6 @@ from tgvdp.methods.costate.forward_rows import (
     ON_CURVE,
     SAME_PLACE,
     coast,
-    drives_fully,
     ended,
     evenly,
     pull,
@@ -17,6 +16,7 @@ from tgvdp.methods.costate.forward_rows import (
 from tgvdp.methods.costate.step_held import HELD
 from tgvdp.physics.cell import Cell, append, rest_of
 from tgvdp.physics.codes import BRAKING, TRACTION
+from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import effort_at, resistance_at
 from tgvdp.runs.braking_point import braked_w, drive_then_brake
 
@@ -132,11 +132,16 @@ def _passes(train, cell, w, top, scratch):
 
 @part
 def _comes_under_traction(train, before, rows, n):
-    """Whether a run comes out of the cell before under full traction, so that a little more of it is no new phase."""
+    """Whether a run comes out of the cell before under full traction, so that a little more of it is no new phase.
+
+    Or under as much of it as its acceleration may be.
+    """
     if n < 2:
         return True
     row = rest_of(before, rows.x[n - 2], rows.x[n - 1] - rows.x[n - 2])
-    return drives_fully(train, row, rows.w[n - 2], rows.w[n - 1])
+    w0, w1 = rows.w[n - 2], rows.w[n - 1]
+    most = 2.0 * row.length_m * train.max_acceleration
+    return w1 - w0 >= FULL_EFFORT * most or FULL_EFFORT <= pull(train, row, w0, w1) < math.inf
 
 
 @part

@@ -47,13 +47,6 @@ def pull(train, cell, w0, w1):
 
 
 @leaf
-def drives_fully(train, cell, w0, w1):
-    """Whether full traction takes the train from w0 to w1, or as much of it as its acceleration may be."""
-    fastest = 2.0 * cell.length_m * train.max_acceleration
-    return w1 - w0 >= FULL_EFFORT * fastest or FULL_EFFORT <= pull(train, cell, w0, w1) < math.inf
-
-
-@leaf
 def rows_needed(train, air, length, w0, w1):
     """Rows that a change of squared speed at one effort takes over a length.
 

@@ -22,8 +22,8 @@ from tgvdp.model.trip import Trip
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, HELD_BACK, HOLDING, RETARDED, TRACTION
 from tgvdp.progress import tell
 from tgvdp.runs.batch import Batch
-from tgvdp.runs.bends import allowed_off_s
-from tgvdp.runs.followed import are_cut, follow_all
+from tgvdp.runs.bends import allowed_off_s, are_cut
+from tgvdp.runs.followed import follow_all
 from tgvdp.runs.profile import Profile
 
 #: Relative difference below which running times are the same; how well extremals meet theirs.
