@@ -32,7 +32,8 @@ def told_by_arrays(mesh, asked, finer):
     loss = 4.0 / 3.0 * np.abs(all_j) / np.maximum(passed[:, -1, 2:], mesh.least_drawn_j)
     unknown = loss * np.where(all_j < 0.0, 3.0, 1.0) / 4e-4
     long = (unknown > 1.0) & (unknown * shares * shares.shape[1] > 1.0)
-    return loss * shares, unknown[:, 0] > 1.0, long, all_j[:, 0]
+    lost = loss * shares / np.maximum(shares.sum(axis=1, keepdims=True), 1e-300)
+    return lost, unknown[:, 0] > 1.0, long, all_j[:, 0]
 
 
 @pytest.mark.parametrize("fineness", [0.03, 0.125, 1.0])

@@ -15,9 +15,10 @@ from tgvdp.methods.costate.multipliers import ExtremalFront
 
 _Floats = NDArray[np.float64]
 
-#: Cells are cut until extremals lose this share of their energy, or where that takes too many, of what they lose on the
-#: cells that were asked.
-_LOSS = 2e-5
+#: An extremal may lose this share of its energy. Where one loses more cells are cut until all lose no more than that
+#: share, or where that takes too many, of what they lose on the cells that were asked.
+_ENOUGH = 3e-5
+_LOSS = 1e-5
 _LEFT = 0.1
 #: What an extremal may cost more on the cells that answer than on some that were asked, as a share of its energy; where
 #: one costs more, all of these answer that were asked last.
@@ -150,7 +151,7 @@ def _parts(lost: _Floats) -> NDArray[np.int64]:
     count = lost.shape[1]
     total = lost.sum(axis=1)
     most = float(total.max())
-    if most <= _LOSS:  # as on most metro sections
+    if most <= _ENOUGH:  # as on most metro sections
         return np.ones(count, dtype=np.int64)
     # To halve a cell saves 3/4 of its loss; to halve both halves, in twice as many cuts, 3/4 of what is left.
     worst, levels = lost.max(axis=0), range(_LEVELS)

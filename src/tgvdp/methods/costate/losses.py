@@ -123,11 +123,15 @@ def fill_losses(length_m, passed, halves, multipliers, kinetic_kg, floor_w, draw
         loss = _LOST_PER_SAVED * abs(all_j) / max(run[cells, 2], drawn_j)
         unknown = loss * (_DEARER if all_j < 0.0 else 1.0) / _FORETOLD
         after_j = _saved_j(run, half, 0, multiplier, kinetic_kg)
+        shares = 0.0
         for k in range(cells):
             before_j, after_j = after_j, _saved_j(run, half, k + 1, multiplier, kinetic_kg)
             share = max(lost[i, k] / max(bends, _TINY), max(sign * (after_j - before_j), 0.0) / max(local_j, _TINY))
-            lost[i, k] = loss * share
+            lost[i, k] = share
             long[i, k] = unknown > 1.0 and unknown * share * cells > 1.0
+            shares += share
+        for k in range(cells):
+            lost[i, k] *= loss / max(shares, _TINY)
         of_run[i, 0] = all_j
         of_run[i, 1] = unknown
 
