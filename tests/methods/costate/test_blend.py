@@ -10,6 +10,7 @@ from tests.helpers.trips import commuter, trip_on
 from tgvdp.line.cells import cells_of
 from tgvdp.methods.costate.blend import Blend, fill_blend
 from tgvdp.methods.costate.extremal import Extremal, between, foretells
+from tgvdp.methods.costate.forward import drive_blend
 from tgvdp.methods.costate.forward_brakes import Lines, coast_through
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.physics.cell import Cell, room_for_marches, room_for_rows
@@ -68,11 +69,37 @@ def test_how_far_a_line_lies_beyond_the_envelope_tells_the_run_that_coasts_from_
     """Not the policies of slower runs, which may have another shape: the start of coasting jumped within its cell."""
     top_w, cells = np.array([400.0, 400.0]), cells_of(trip_on([(0, 22)], length_m=500.0))
     coasted_w = 396.0
-    rows = [([400.0] * 4, [390.0, coasted_w, 400.0, 400.0]), ([385.0] * 4, [375.0, 380.0, 400.0, 400.0])]
+    falls = [385.0, 386.0, 400.0, 400.0], [375.0, 380.0, 400.0, 400.0]
+    rows = [([400.0] * 4, [390.0, coasted_w, 400.0, 400.0]), falls]
     known = [Extremal(math.exp(-k), np.array(rows[min(k, 1)]), float(k), 0.0) for k in range(3)]
     begun_w = blend_of(known, 1, top_w, cells).first[0, 0]
     drag_n = TRAIN.davis_a_n + TRAIN.davis_b_n_per_mps * 20.0 + TRAIN.davis_c_n_per_mps2 * 400.0
     assert begun_w == pytest.approx(coasted_w + 2.0 * 500.0 * drag_n / TRAIN.inertia_kg, rel=1e-3)
+
+
+def time_of(mesh, blend, share):
+    """Running time of a blend itself, not of a policy that is as it."""
+    mesh.share()
+    room = mesh.room
+    room.rows.x[0], room.rows.w[0] = 0.0, mesh.trip.start_speed_mps**2
+    return drive_blend(
+        mesh.train, mesh.tables, mesh.course, blend, share, room.march, room.passed, room.rows,
+    )[1]  # fmt: skip
+
+
+@pytest.mark.parametrize("ratios", [(4.0, 3.0, 2.2), (1.4, 1.2, 1.0), (0.9, 0.7, 0.55), (0.5, 0.4, 0.3)])
+def test_a_blend_is_at_its_ends_the_extremals_that_it_is_of(ratios):
+    """Where one holds a limit, or a speed, from which lines fall to a lower one: 0.4 % of E was between the two."""
+    trip = trip_on([(0, 39), (25e3, 28), (26e3, 39)], length_m=48e3, train=TRAIN)
+    mesh = Mesh.of(trip, fastest_run(trip), 0.125)
+    known = [mesh.extremal(ratio * mesh.usual_multiplier, counters()) for ratio in ratios]
+    for second in (1, 2):
+        blend = blend_of(known, second, mesh.fast, mesh.cells)
+        span_s = known[second].time_s - known[second - 1].time_s
+        for share, extremal in enumerate(known[second - 1 : second + 1]):
+            ends_s, almost_s = (time_of(mesh, blend, at) for at in (float(share), abs(share - 1e-6)))
+            assert ends_s == pytest.approx(extremal.time_s, abs=5e-4 * span_s)
+            assert almost_s == pytest.approx(ends_s, abs=2e-3 * span_s)
 
 
 def relative_steps(mesh, ratios):
@@ -81,7 +108,7 @@ def relative_steps(mesh, ratios):
     steps = []
     for second in range(1, len(known)):
         blend = blend_of(known, second, mesh.fast, mesh.cells)
-        steps.append(np.diff([mesh.drive(blend.at(share), counters()).time_s for share in np.linspace(0.0, 1.0, 401)]))
+        steps.append(np.diff([time_of(mesh, blend, share) for share in np.linspace(0.0, 1.0, 401)]))
     return np.abs(steps) / np.median(steps, axis=1)[:, np.newaxis]
 
 
@@ -115,7 +142,7 @@ def test_coasting_up_to_a_limit_takes_no_longer_when_it_reaches_it():
         cell = Cell(0.0, length_m, length_m, -fall_n, 0.0, limit_w)
         rows, march = room_for_rows(100, "test"), room_for_marches(100, "test: march")
         rows.x[0], rows.w[0] = 0.0, start_w
-        lines = Lines(300.0, limit_w, limit_w, limit_w, 300.0, 300.0, limit_w, limit_w, limit_w)
+        lines = Lines(300.0, limit_w, limit_w, limit_w, 300.0, 300.0, limit_w, limit_w, limit_w, math.inf)
         n = coast_through(train, False, cell, start_w, start_w + gain, lines, march, rows, 1)
         speed = np.sqrt(rows.w[:n])
         time_s = (2.0 * np.diff(rows.x[:n]) / (speed[1:] + speed[:-1])).sum()

@@ -52,8 +52,8 @@ def front_on(mesh, fastest_s):
 
 
 def test_cells_in_doubt_are_few_and_extremals_on_the_rest_lose_little():
-    result = tgvdp.search(TRAIN, hills(5), points=2)
-    coarse = Mesh.of(result.trip, result.fastest.profile, 0.25)
+    result = tgvdp.search(TRAIN, hills(11), points=2)
+    coarse = Mesh.of(result.trip, result.fastest.profile, 0.03)
     question = front_on(coarse, result.fastest.time_s)
     front = Doubt().answered(question, targets(result.fastest.time_s))
     assert len(coarse.cells.length_m) < len(front.mesh.cells.length_m) < 3 * len(coarse.cells.length_m)
@@ -120,8 +120,8 @@ def test_halves_that_cost_quite_another_energy_tell_nothing_of_shorter_cells(mon
 
 def test_halves_answer_where_extremals_are_dearer_on_other_cells(monkeypatch):
     """Of stepped rates with regeneration, one was 0.15 % dearer on 150 cells more than it was on the cells asked."""
-    result = tgvdp.search(TRAIN, hills(17), points=2)
-    question = front_on(Mesh.of(result.trip, result.fastest.profile, 1.0), result.fastest.time_s)
+    result = tgvdp.search(TRAIN, hills(11), points=2)
+    question = front_on(Mesh.of(result.trip, result.fastest.profile, 0.03), result.fastest.time_s)
     target_s = targets(result.fastest.time_s)
     answer = Doubt().answered(question, target_s)
     assert answer.mesh is not question.mesh and answer.mesh is not question.mesh.finer
@@ -140,7 +140,8 @@ def test_cuts_are_the_fewest_that_leave_little():
     for extremals in (1, 2, 3) * 20:
         lost = rng.exponential(1.0, (extremals, 5)) ** 3 * 1e-5
         parts = _parts(lost)
-        target = max(2e-5, 0.1 * lost.sum(axis=1).max())
+        most = lost.sum(axis=1).max()
+        target = max(1e-5, 0.1 * most) if most > 3e-5 else most
         assert (lost / parts**2).sum(axis=1).max() <= target
         if extremals == 1:
             fewest = min(

@@ -1,7 +1,9 @@
 """Lines of switching within cells: extremals on the coarsest mesh against those on cells a sixteenth as long."""
 
+import numpy as np
 import pytest
 
+from tests.helpers.fronts import counters
 from tgvdp import EffortCurve, Track, Train
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.model.energy import EnergyModel
@@ -39,3 +41,38 @@ def test_coarse_cells_lose_little(name):
         size_j = max(other.energy_j, 0.1 * coarse.usual_multiplier * fastest.duration_s)
         losses[share] = (extremal.cost_j(multiplier) - other.cost_j(multiplier)) / size_j
     assert max(losses.values()) <= 1e-4
+
+
+METRO = Train(
+    mass_kg=200e3, rotating_mass_factor=1.1, traction=EffortCurve.from_caps(230e3, 3.1e6), friction_brake_n=200e3,
+    davis_a_n=3e3, davis_b_n_per_mps=90.0, davis_c_n_per_mps2=20.0,
+)  # fmt: skip
+FAST = Train(
+    mass_kg=400e3, traction=EffortCurve.from_caps(270e3, 8e6), friction_brake_n=300e3, davis_a_n=4e3,
+    davis_b_n_per_mps=100.0, davis_c_n_per_mps2=9.0,
+)  # fmt: skip
+#: Train, gradients, limits and length, and what extremals of the first mesh lose at most; they lost 5 to 25 times that.
+BEGINNINGS = {
+    "on a limit": (METRO, ((0, 4), (700, -4)), ((0, 22),), 1600.0, 3e-6),
+    "at a speed that is held, on the way to a limit": (
+        FAST, ((0, 0),), ((0, 39), (25e3, 28), (26e3, 39)), 48e3, 5e-6,
+    ),
+    "anywhere, on the way to a limit": (METRO, ((0, 3), (3000, -2)), ((0, 22), (4000, 14)), 5200.0, 1.6e-5),
+    "on the way to the limit of a descent": (METRO, ((0, 2), (900, -30), (1900, 8)), ((0, 22),), 2600.0, 5e-5),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BEGINNINGS)
+def test_coasting_begins_within_a_cell_where_it_should(name):
+    """Lines of switching were straight and right at stations: only shorter cells told where they come out of limits."""
+    train, gradients, limits, length_m, most = BEGINNINGS[name]
+    track = Track(length_m=length_m, gradients=gradients, speed_limits=limits)
+    trip = Trip(train=train, track=track, origin_m=0.0, destination_m=length_m)
+    fastest = fastest_run(trip)
+    coarse, fine = (Mesh.of(trip, fastest, fineness) for fineness in (0.125, 4.0))
+    losses = []
+    for share in np.geomspace(6.0, 0.2, 24):
+        multiplier = share * coarse.usual_multiplier
+        extremal, other = (mesh.extremal(multiplier, counters()) for mesh in (coarse, fine))
+        losses.append((extremal.cost_j(multiplier) - other.cost_j(multiplier)) / other.energy_j)
+    assert max(losses) <= most

@@ -55,9 +55,25 @@ def _beside(known, first, second):
 
 
 @leaf
+def _is_held(policy):
+    """Whether a line of switching has come to a station as a speed that is held, or is the envelope."""
+    return policy[0] == policy[1]
+
+
+@leaf
 def _falls(policy):
     """Whether a line of switching falls within a cell more than a run that coasts, by its policy at the end."""
     return policy[1] > policy[0] * (1.0 + HELD)
+
+
+@leaf
+def falls_from_held(blend, k):
+    """Whether the line of switching of a policy falls within cell k from a speed that is held up to there.
+
+    Of a blend, if that is so of one of its policies: or running times would jump at that one.
+    """
+    held = _is_held(blend.first[k]) or _is_held(blend.second[k])
+    return held and (_falls(blend.first[k + 1]) or _falls(blend.second[k + 1]))
 
 
 @part
@@ -95,10 +111,14 @@ def fill_blend(train, cells, known, policies, second, top, blend):
                 coasts = begins + falls if _falls(policies[second, k + 1]) else math.nan
             begins = coasted_from(train, cell_at(cells, k), coasts)
         top_w = top[k] * (1.0 - _AT_TOP)
+        is_held = _is_held(policies[first, k]) and _is_held(policies[second, k])
+        if is_held:  # from there lines fall later on
+            begins = math.nan
         for i in range(4):
-            p0 = policies[first, k, i]
-            p1 = policies[second, k, i]
-            p2 = policies[after, k, i]
+            which = 0 if is_held and i == 1 else i
+            p0 = policies[first, k, which]
+            p1 = policies[second, k, which]
+            p2 = policies[after, k, which]
             is_told = p0 < top_w
             if p0 >= top_w > p1:
                 told = begins if i == 0 else begins + falls if i == 1 else math.nan
@@ -110,8 +130,8 @@ def fill_blend(train, cells, known, policies, second, top, blend):
             step = p1 - p0
             bend = 0.0
             count = 0
-            if bent_before and policies[before, k, i] < top_w:
-                bend += (policies[before, k, i] - p0 - before_at * step) / (before_at * (before_at - 1.0))
+            if bent_before and policies[before, k, which] < top_w:
+                bend += (policies[before, k, which] - p0 - before_at * step) / (before_at * (before_at - 1.0))
                 count += 1
             if bent_after and is_told:
                 bend += (p2 - p0 - after_at * step) / (after_at * (after_at - 1.0))

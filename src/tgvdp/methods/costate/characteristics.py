@@ -20,6 +20,8 @@ from tgvdp.physics.motion import march
 
 #: An image below this share of the floor has no costate: it is taken to be there.
 LOST = 0.25
+#: Runs that gain so much speed by coasting that in the middle they had less than this share of v² are slow in any case.
+LEAST_MIDDLE = 0.25
 #: Braking curves are followed backwards to this multiple of the fastest squared speed at most.
 BEYOND = 1.01
 
@@ -87,19 +89,31 @@ def _costate_before(step, price, length, v1, w0, image_w, work_w, p1):
 
 
 @leaf
+def coasting_law(davis_b, load, air, middle, w):
+    """By how much v² falls per metre under coasting at a squared speed, and how much more it does per m²/s².
+
+    By the slope that the resistance has at another one, in the middle of the way: along that v² is exponential.
+    """
+    middle_v = math.sqrt(middle)
+    more = 2.0 * air + (davis_b / middle_v if middle_v > 0.0 else 0.0)
+    return 2.0 * load + davis_b * middle_v + more * w, more
+
+
+@leaf
 def coast_back(train, step, length, w1, p1):
     """Image of a point under coasting over a length; its p means nothing where that is below `LOST` of the bottom.
 
-    No branch and no call is in here: the loop over the polyline runs in vector registers.
+    No branch is in here: the loop over the polyline runs in vector registers.
     """
     v1 = math.sqrt(w1)
     middle = w1 + length * (step.load + train.davis_b * v1 + step.air * w1)
-    middle = middle if middle > step.bottom else step.bottom
-    middle_v = math.sqrt(middle)
-    per_v = 0.5 * train.davis_b / (v1 * middle_v)
-    middle_w = 1.0 + length * (per_v * middle_v + step.air)
-    w0 = w1 + 2.0 * length * (step.load + train.davis_b * middle_v + step.air * middle)
-    image_w = 1.0 + 2.0 * length * (per_v * v1 + step.air) * middle_w
+    least = LEAST_MIDDLE * w1
+    least = least if least > step.bottom else step.bottom
+    falls, more = coasting_law(train.davis_b, step.load, step.air, middle if middle > least else least, w1)
+    x = length * more
+    growth = 1.0 + x * (0.5 + x / 6.0)
+    w0 = w1 + length * falls * growth
+    image_w = 1.0 + x * growth
     return w0, _costate_before(step, step.multiplier, length, v1, w0, image_w, 0.0, p1)
 
 
@@ -176,9 +190,11 @@ def dynamic_before(train, length, load, air, w1, top, scratch):
 
 @leaf
 def coast_on(train, step, w0):
-    """Squared speed after coasting through a cell, by the midpoint rule."""
-    middle = max(w0 - step.length * (step.load + train.davis_b * math.sqrt(w0) + step.air * w0), 0.0)
-    return max(w0 - 2.0 * step.length * (step.load + train.davis_b * math.sqrt(middle) + step.air * middle), 0.0)
+    """Squared speed after coasting through a cell, as `coast_back` has it."""
+    middle = w0 - step.length * (step.load + train.davis_b * math.sqrt(w0) + step.air * w0)
+    falls, more = coasting_law(train.davis_b, step.load, step.air, max(middle, LEAST_MIDDLE * w0), w0)
+    x = step.length * more
+    return max(w0 - step.length * falls * (1.0 - x * (0.5 - x / 6.0)), 0.0)
 
 
 @part

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import leaf, part
 from tgvdp.line.cells import Cells
-from tgvdp.methods.costate.blend import switch_at
+from tgvdp.methods.costate.blend import falls_from_held, switch_at
 from tgvdp.methods.costate.forward_brakes import Lines, coast_through
 from tgvdp.methods.costate.forward_cell import drive_cell
 from tgvdp.methods.costate.forward_rows import ON_CURVE, coast, ended
@@ -231,7 +231,12 @@ def drive_blend(train, tables, course, blend, share, scratch, passed, rows):
                 before_b = _regenerates_before(train, course, blend, share, k, b)
                 before_c = min(switch_at(blend, share, k, 3), before_top)
                 before_a = switch_at(blend, share, k, 0)
-                lines = Lines(before_a, before_b, before_c, before_top, a, max(coasts, bottom), b, max(b, c), top)
+                held = before_a if falls_from_held(blend, k) else math.inf
+                if before_top <= held < math.inf:  # beyond the envelope nothing is
+                    before_a = before_top
+                    held = math.inf
+                coasts = max(coasts, bottom)
+                lines = Lines(before_a, before_b, before_c, before_top, a, coasts, b, max(b, c), top, held)
                 before = cell_at(course.cells, max(k - 1, 0))
                 n = drive_cell(train, tables.regeneration > 0.0, before, cell, w, lines, scratch, rows, n)
             else:
@@ -239,7 +244,7 @@ def drive_blend(train, tables, course, blend, share, scratch, passed, rows):
                 c = min(max(c, bottom), top)
                 before_top = course.fast[k]
                 before_c = min(switch_at(blend, share, k, 3), before_top)
-                lines = Lines(before_top, before_c, before_c, before_top, top, top, c, c, top)
+                lines = Lines(before_top, before_c, before_c, before_top, top, top, c, c, top, math.inf)
                 n = coast_through(here, False, cell, w, landed, lines, scratch, rows, n)
             if n > first + 1:
                 n = drop_slivers(rows, first, n, cell.length_m)

@@ -52,6 +52,8 @@ class Lines(NamedTuple):
         The same at its end.
     coasts : float
         Speed at the end of a run that coasts from the line's start on, a'.
+    held : float
+        Speed that is held up to the start of the cell, if the first line falls from there; infinite if not.
     """
 
     before_a: float
@@ -63,6 +65,24 @@ class Lines(NamedTuple):
     b: float
     c: float
     top: float
+    held: float
+
+
+class Line(NamedTuple):
+    """A line through a cell, in squared speeds, m²/s²: polynomial of the distance from its end, in metres."""
+
+    length: float
+    end_w: float
+    rise: float
+    bend: float
+    twist: float
+
+
+@leaf
+def height(line, x):
+    """Squared speed of a line some metres after the start of its cell."""
+    rest = line.length - x
+    return line.end_w + rest * (line.rise + rest * (line.bend + rest * line.twist))
 
 
 @leaf
@@ -118,17 +138,18 @@ def _brake_fully(train, regime, cell, w, lines, scratch, rows, n):
 
 
 @part
-def meeting_place(train, cell, w, line, slope, landed):
+def meeting_place(train, cell, w, line, landed):
     """Where in a cell coasting from w, which leads to ``landed``, meets a line that it crosses, from either side."""
-    sense = 1.0 if w > line else -1.0
+    begins = height(line, 0.0)
+    sense = 1.0 if w > begins else -1.0
     if landed == 0.0:  # beyond its standstill a train is as slow everywhere, which no secant can tell apart
         landed = coast_on(train, cell, cell.length_m, w)
-    bracket = Bracket(0.0, cell.length_m, sense * (line - w), sense * (line + slope * cell.length_m - landed), 0)
+    bracket = Bracket(0.0, cell.length_m, sense * (begins - w), sense * (line.end_w - landed), 0)
     x = 0.0
     for _ in range(_MEETING_STEPS):
         x = secant(bracket)
-        below = line + slope * x - coast_on(train, cell, x, w)
-        if abs(below) <= ON_CURVE * line:
+        below = height(line, x) - coast_on(train, cell, x, w)
+        if abs(below) <= ON_CURVE * begins:
             break
         bracket = narrowed(bracket, x, sense * below)
     return x
@@ -151,14 +172,14 @@ def _coast_then_regenerate(train, cell, w, lines, rows, n):
     The line is a straight one. Returns where it ends, and the number of rows.
     """
     length = cell.length_m
-    slope = (lines.b - lines.before_b) / length
-    x = meeting_place(train, cell, w, lines.before_b, slope, coast(train, cell, length, w))
-    if lines.before_b + slope * x > cell.limit_w:
-        x = (cell.limit_w - lines.before_b) / slope
+    line = Line(length, lines.b, (lines.before_b - lines.b) / length, 0.0, 0.0)
+    x = meeting_place(train, cell, w, line, coast(train, cell, length, w))
+    if height(line, x) > cell.limit_w:
+        x = (lines.before_b - cell.limit_w) / line.rise
         n = emit_driven(train, COASTING, cell, x, w, rows, n)
         w = cell.limit_w
     else:
-        w, n = coast_to(train, cell, x, w, lines.before_b + slope * x, rows, n)
+        w, n = coast_to(train, cell, x, w, height(line, x), rows, n)
     if n < 0:
         return math.inf, n
     return saturated(train, DYNAMIC, rest_of(cell, cell.start_m + x, length - x), w, 0.0, rows, n)[1:]

@@ -204,7 +204,8 @@ class ExtremalFront:
                 before, after = self.extremals[max(met.second - 1, 0)], self.extremals[met.second]
                 fast, slow = met.bracket
                 run = bridge(self.mesh, fast, slow, float(target_s[i]), self.tolerance_s, self.counters)
-                if after.multiplier in closed or self._keeps(before, after, run):
+                is_met = abs(run.time_s - float(target_s[i])) <= self.tolerance_s
+                if after.multiplier in closed or (is_met and self._keeps(before, after, run)):
                     found[i] = run._replace(multiplier=between(before, after, run.time_s).multiplier)
                 else:
                     splits.add(met.second)

@@ -14,8 +14,6 @@ from tgvdp.physics.forces import effort_at
 
 #: A switching speed beyond the wall is at most this multiple of it.
 _BEYOND = 4.0
-#: Sweeps that find where coasting from the line's start leads, by the resistance there.
-_SWEEPS = 3
 
 
 @part
@@ -49,46 +47,55 @@ def _holds_wall(train, step):
 
 
 @part
-def _coasts_from_limit(train, step, line, drives, coasts):
-    """Over which length, at the end of the cell, a run coasts that holds the limit until p = −½.
+def _coasts_from(train, step, line, drives, coasts, before_w, after_w):
+    """Over which length, at the end of the cell, a run coasts that has gone along a curve until p = −½, and its end.
 
-    It ends at one of the points ``drives`` to ``coasts``, or between two of them.
+    The curve goes from one squared speed to another, nearly straight. The run ends at one of the points ``drives`` to
+    ``coasts``, or between two of them. The length is 0 where there is no such run.
     """
     w, p = line
-    before_m = before_p = 0.0
+    length = step.length
+    rise = (after_w - before_w) / length
+    reached_m = reached_w = reached_p = 0.0
     for i in range(drives, coasts + 1):
-        middle = 0.5 * (step.top + w[i])
-        load = step.load + math.sqrt(middle) * train.davis_b + step.air * middle
-        coasted_m = step.length  # at least; on a descent slow runs may never come from the limit
-        if load > 0.0:
-            coasted_m = min(0.5 * (step.top - w[i]) / load, step.length)
+        middle = 0.5 * (after_w + w[i])
+        falls = 2.0 * (step.load + math.sqrt(middle) * train.davis_b + step.air * middle)
+        coasted_m = max(after_w - w[i], 0.0) / (falls + rise) if falls + rise > 0.0 else math.inf
+        if coasted_m > length:  # it never comes from the curve
+            continue
+        if reached_m == 0.0 and i > drives:  # one between the point before and this one comes from where that begins
+            reached_m = length
+            reached_w = max(before_w - falls * length, w[i - 1])
+            end_p = p[i - 1] + (reached_w - w[i - 1]) / (w[i] - w[i - 1]) * (p[i] - p[i - 1])
+            reached_p = coast_image(train, step, length, reached_w, end_p)[1]
+            if reached_p >= -0.5:
+                return 0.0, w[i]
         p0 = coast_image(train, step, coasted_m, w[i], p[i])[1]
         if p0 >= -0.5:
-            share = (-0.5 - before_p) / (p0 - before_p) if i > drives else 1.0
-            return before_m + share * (coasted_m - before_m)
-        before_m = coasted_m
-        before_p = p0
-    return 0.0
+            share = (-0.5 - reached_p) / (p0 - reached_p) if i > drives else 1.0
+            return reached_m + share * (coasted_m - reached_m), reached_w + share * (w[i] - reached_w)
+        reached_m = coasted_m
+        reached_w = w[i]
+        reached_p = p0
+    return 0.0, after_w
 
 
 @part
-def _from_limit(train, step, line, drives, coasts, switch):
-    """Switching speed after the cell for a line of switching that begins it beyond a speed limit, if there is one.
+def _falls_from(train, step, line, drives, coasts, held, switch):
+    """Switching speed after the cell for a line of switching that begins it beyond a curve, if there is one.
 
-    The line is straight, and at the limit where a run that holds it begins to coast.
+    That is the envelope, or a speed that is ``held``. The line is straight, and on the curve where a run that has gone
+    along it begins to coast.
     """
     a = line.w[drives]
-    top = step.top
-    if not (a < step.wall == top and step.load + math.sqrt(top) * train.davis_b + step.air * top > 0.0):
+    before_w = min(step.top, step.held_w) if held else step.top
+    after_w = min(step.wall, step.held_w) if held else step.wall
+    if a >= after_w:
         return switch
-    coasted_m = _coasts_from_limit(train, step, line, drives, coasts)
+    coasted_m, ends = _coasts_from(train, step, line, drives, coasts, before_w, after_w)
     if coasted_m == 0.0:
         return switch
-    begins = top + (top - a) * (step.length / coasted_m - 1.0)
-    ends = coast_on(train, step, begins)
-    for _ in range(_SWEEPS):
-        ends = begins - 2.0 * step.length * (step.load + math.sqrt(ends) * train.davis_b + step.air * ends)
-    return ends
+    return max(a + (ends - a) * step.length / coasted_m, a * (1.0 + 2.0 * HELD))
 
 
 @kernel
@@ -155,7 +162,10 @@ def transport(train, step, line, n, drives, coasts, brakes, images, scratch):
             m = friction_region(train, step, line, brakes, n - 1, images, first, m, scratch)
     if m == first:
         return m, switch
+    held = x[first - 1] < step.held_w < x[first]
     if y[first] >= -0.5:
+        if held or x[first] >= top:
+            switch = _falls_from(train, step, line, drives, coasts, held, switch)
         return hold(train, TRACTION, COASTING, step, step.held_w, -0.5, first, m, images), switch
     lowest = y[first]
     highest = y[m - 1]
@@ -164,8 +174,9 @@ def transport(train, step, line, n, drives, coasts, brakes, images, scratch):
         switch = min(coast_on(train, step, x[first]), wall)
         if a != step.held_w:  # where p jumps the line falls to that speed, which nobody holds
             switch = max(switch, a * (1.0 + 2.0 * HELD))
-        if x[first] >= top:
-            switch = _from_limit(train, step, line, drives, coasts, switch)
+        held = x[first - 1] < step.held_w < x[first]
+        if held or x[first] >= top:
+            switch = _falls_from(train, step, line, drives, coasts, held, switch)
         return hold(train, TRACTION, COASTING, step, step.held_w, -0.5, first, m, images), switch
     # Below −½ up to the wall: only from beyond it would a run coast throughout.
     switch = wall
@@ -173,4 +184,4 @@ def transport(train, step, line, n, drives, coasts, brakes, images, scratch):
         switch = min(a + (wall - a) * (-0.5 - lowest) / (highest - lowest), _BEYOND * wall)
     x[m] = coast_image(train, step, step.length, switch, -0.5)[0]
     y[m] = -0.5
-    return m + 1, _from_limit(train, step, line, drives, coasts, switch)
+    return m + 1, _falls_from(train, step, line, drives, coasts, False, switch)
