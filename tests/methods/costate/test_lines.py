@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+import tgvdp
+from benchmarks.proof.trips import proof_trip
 from tests.helpers.fronts import counters
 from tgvdp import EffortCurve, Track, Train
 from tgvdp.methods.costate.mesh import Mesh
@@ -76,3 +78,13 @@ def test_coasting_begins_within_a_cell_where_it_should(name):
         extremal, other = (mesh.extremal(multiplier, counters()) for mesh in (coarse, fine))
         losses.append((extremal.cost_j(multiplier) - other.cost_j(multiplier)) / other.energy_j)
     assert max(losses) <= most
+
+
+def test_a_speed_below_which_runs_drive_is_not_held():
+    """A weak train came to a limit ahead only where it drove: taken to be held at 71 km/h, it was 1.3 % dearer."""
+    freight = proof_trip(7701025)
+    result = tgvdp.search(freight.train, freight.track, points=2, **freight.options)
+    coarse = Mesh.of(result.trip, result.fastest.profile, 0.125)
+    multiplier = 0.893 * coarse.usual_multiplier
+    extremal, other = (mesh.extremal(multiplier, counters()) for mesh in (coarse, coarse.finer.finer.finer))
+    assert extremal.cost_j(multiplier) - other.cost_j(multiplier) <= 3e-4 * other.energy_j

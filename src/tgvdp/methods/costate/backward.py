@@ -32,6 +32,7 @@ from tgvdp.methods.costate.step import coast_over, transport
 from tgvdp.methods.costate.step_edges import at_rates
 from tgvdp.methods.costate.step_wall import (
     LEAST_WALL,
+    ROUNDING,
     dynamic_suffices,
     fan_region,
     frictionless_m,
@@ -136,7 +137,8 @@ def switching_speeds(
 
     Full traction below the line of switching, which ends each cell at a; coasting above it, from the cell's start on to
     a' or more; full dynamic braking above b ≥ a, all brakes above c ≥ b. In a neutral section only c means anything.
-    All forces are per unit of inertia, and energy is counted so that traction work costs 1.
+    Where a is a speed that is held in the next cell, or the envelope, a' = a, and nowhere else. All forces are per unit
+    of inertia, and energy is counted so that traction work costs 1.
 
     Parameters
     ----------
@@ -211,6 +213,7 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
     held_brake_w = math.inf
     for k in range(count - 2, -1, -1):
         before = price
+        after_w = held_w  # what is held in the cell behind
         price = multiplier - cells.saved_w[k]
         if cells.air[k] != held_air or price != before:
             held_air = cells.air[k]
@@ -249,7 +252,10 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
             brakes = min(brakes, n - 1)
         points += n
         if powered:
-            m, policy[k + 1, 1] = transport(train, step, line, n, drives, coasts, brakes, images, scratch)
+            m, switch = transport(train, step, line, n, drives, coasts, brakes, images, scratch)
+            if switch == a < wall and abs(a - after_w) > ROUNDING * a:
+                switch = a * (1.0 + 4.0 * ROUNDING)  # else a speed is held there
+            policy[k + 1, 1] = switch
         else:
             m = coast_over(dark, step, line, n, brakes, images, scratch)
         if k == 0:
