@@ -50,10 +50,13 @@ class Doubt:
         How often cells may still be halved for another question.
     excess : float
         By which share of its energy an extremal was dearer than another run on the mesh before.
+    some : bool
+        Whether some extremals stand for their neighbours: not where one was dearer than another run for all that.
     """
 
     halvings: int = _MOST_HALVINGS
     excess: float = math.inf
+    some: bool = True
 
     def answered(self, front: ExtremalFront, target_s: _Floats) -> ExtremalFront:
         """Cut cells of a front's mesh until they lose little at all extremals next to targets.
@@ -73,7 +76,7 @@ class Doubt:
         if not extremals:
             return front
         asked, others = extremals, extremals[:0]
-        if mesh.tables.regeneration == 0.0:  # else one that was not asked may brake in a cell that is too long
+        if self.some and mesh.tables.regeneration == 0.0:  # else one that is not may brake in a cell that is too long
             last = len(extremals) - 1
             is_asked = [i < _FIRST or i % _NEIGHBOURS == 0 or i == last for i in range(last + 1)]
             asked = list(itertools.compress(extremals, is_asked))
@@ -113,6 +116,7 @@ class Doubt:
         if not self.halvings or self.excess <= _EXCESS or not is_mended:
             return True
         self.halvings -= 1
+        self.some = False
         return False
 
 
