@@ -100,6 +100,14 @@ def coasting_law(davis_b, load, air, middle, w):
 
 
 @leaf
+def coasted(w, length, falls, more):
+    """Squared speed some metres before that of a `coasting_law`, or behind it if they are below 0, and its slope."""
+    x = length * more
+    growth = 1.0 + x * (0.5 + x / 6.0)
+    return w + length * falls * growth, 1.0 + x * growth
+
+
+@leaf
 def coast_back(train, step, length, w1, p1):
     """Image of a point under coasting over a length; its p means nothing where that is below `LOST` of the bottom.
 
@@ -110,10 +118,7 @@ def coast_back(train, step, length, w1, p1):
     least = LEAST_MIDDLE * w1
     least = least if least > step.bottom else step.bottom
     falls, more = coasting_law(train.davis_b, step.load, step.air, middle if middle > least else least, w1)
-    x = length * more
-    growth = 1.0 + x * (0.5 + x / 6.0)
-    w0 = w1 + length * falls * growth
-    image_w = 1.0 + x * growth
+    w0, image_w = coasted(w1, length, falls, more)
     return w0, _costate_before(step, step.multiplier, length, v1, w0, image_w, 0.0, p1)
 
 
@@ -193,8 +198,7 @@ def coast_on(train, step, w0):
     """Squared speed after coasting through a cell, as `coast_back` has it."""
     middle = w0 - step.length * (step.load + train.davis_b * math.sqrt(w0) + step.air * w0)
     falls, more = coasting_law(train.davis_b, step.load, step.air, max(middle, LEAST_MIDDLE * w0), w0)
-    x = step.length * more
-    return max(w0 - step.length * falls * (1.0 - x * (0.5 - x / 6.0)), 0.0)
+    return max(coasted(w0, -step.length, falls, more)[0], 0.0)
 
 
 @part

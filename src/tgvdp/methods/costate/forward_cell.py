@@ -3,7 +3,7 @@
 import math
 
 from tgvdp._jit import leaf, part
-from tgvdp.methods.costate.characteristics import LEAST_MIDDLE, coasting_law
+from tgvdp.methods.costate.characteristics import LEAST_MIDDLE, coasted, coasting_law
 from tgvdp.methods.costate.forward_brakes import NEAR, Line, Lines, coast_through, coast_to, height, meeting_place
 from tgvdp.methods.costate.forward_rows import (
     ON_CURVE,
@@ -135,8 +135,7 @@ def _falls_by(train, cell, w):
 def coasted_from(train, cell, w):
     """Squared speed at the start of a cell from which coasting leads to w, nearly."""
     falls, more = _falls_by(train, cell, w)
-    x = more * cell.length_m
-    return w + cell.length_m * falls * (1.0 + x * (0.5 + x / 6.0))
+    return coasted(w, cell.length_m, falls, more)[0]
 
 
 @leaf

@@ -203,8 +203,9 @@ class ExtremalFront:
             if met.bracket is not None:
                 before, after = self.extremals[max(met.second - 1, 0)], self.extremals[met.second]
                 fast, slow = met.bracket
-                run = bridge(self.mesh, fast, slow, float(target_s[i]), self.tolerance_s, self.counters)
-                is_met = abs(run.time_s - float(target_s[i])) <= self.tolerance_s
+                aim_s = float(target_s[i])
+                run = bridge(self.mesh, fast, slow, aim_s, self.tolerance_s, self.counters)
+                is_met = abs(run.time_s - aim_s) <= self.tolerance_s
                 if after.multiplier in closed or (is_met and self._keeps(before, after, run)):
                     found[i] = run._replace(multiplier=between(before, after, run.time_s).multiplier)
                 else:

@@ -81,13 +81,16 @@ def _coasts_from(train, step, line, drives, coasts, before_w, after_w):
 
 
 @part
-def _falls_from(train, step, line, drives, coasts, held, switch):
+def _falls_from(train, step, line, drives, coasts, driven_w, coasted_w, switch):
     """Switching speed after the cell for a line of switching that begins it beyond a curve, if there is one.
 
-    That is the envelope, or a speed that is ``held``. The line is straight, and on the curve where a run that has gone
-    along it begins to coast.
+    That is a speed that is held, if it lies between the last image that is driven and the first one that is coasted, or
+    the envelope. The line is straight, and on the curve where a run that has gone along it begins to coast.
     """
     a = line.w[drives]
+    held = driven_w < step.held_w < coasted_w
+    if not held and coasted_w < step.top:
+        return switch
     before_w = min(step.top, step.held_w) if held else step.top
     after_w = min(step.wall, step.held_w) if held else step.wall
     if a >= after_w:
@@ -162,10 +165,8 @@ def transport(train, step, line, n, drives, coasts, brakes, images, scratch):
             m = friction_region(train, step, line, brakes, n - 1, images, first, m, scratch)
     if m == first:
         return m, switch
-    held = x[first - 1] < step.held_w < x[first]
     if y[first] >= -0.5:
-        if held or x[first] >= top:
-            switch = _falls_from(train, step, line, drives, coasts, held, switch)
+        switch = _falls_from(train, step, line, drives, coasts, x[first - 1], x[first], switch)
         return hold(train, TRACTION, COASTING, step, step.held_w, -0.5, first, m, images), switch
     lowest = y[first]
     highest = y[m - 1]
@@ -174,9 +175,7 @@ def transport(train, step, line, n, drives, coasts, brakes, images, scratch):
         switch = min(coast_on(train, step, x[first]), wall)
         if a != step.held_w:  # where p jumps the line falls to that speed, which nobody holds
             switch = max(switch, a * (1.0 + 2.0 * HELD))
-        held = x[first - 1] < step.held_w < x[first]
-        if held or x[first] >= top:
-            switch = _falls_from(train, step, line, drives, coasts, held, switch)
+        switch = _falls_from(train, step, line, drives, coasts, x[first - 1], x[first], switch)
         return hold(train, TRACTION, COASTING, step, step.held_w, -0.5, first, m, images), switch
     # Below −½ up to the wall: only from beyond it would a run coast throughout.
     switch = wall
@@ -184,4 +183,4 @@ def transport(train, step, line, n, drives, coasts, brakes, images, scratch):
         switch = min(a + (wall - a) * (-0.5 - lowest) / (highest - lowest), _BEYOND * wall)
     x[m] = coast_image(train, step, step.length, switch, -0.5)[0]
     y[m] = -0.5
-    return m + 1, _falls_from(train, step, line, drives, coasts, False, switch)
+    return m + 1, _falls_from(train, step, line, drives, coasts, top, top, switch)
