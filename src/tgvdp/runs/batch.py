@@ -1,7 +1,6 @@
 """Many runs of one trip, side by side: what is asked of each of them takes one call of a kernel, not one per run."""
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -36,10 +35,34 @@ class Batch(NamedTuple):
         x_m, w = (np.concatenate(columns) for columns in zip(*runs, strict=True))
         return cls(x_m, w, first)
 
+    @classmethod
+    def joined(cls, batches: Sequence["Batch"]) -> "Batch":
+        """The runs of some batches, one at least, in one: itself where it is alone."""
+        if len(batches) == 1:
+            return batches[0]
+        sizes = [one.first[1:] - one.first[:-1] for one in batches]
+        first = np.concatenate(([0], *sizes)).cumsum()
+        return cls(np.concatenate([one.x_m for one in batches]), np.concatenate([one.w for one in batches]), first)
+
+    @property
+    def size(self) -> int:
+        """How many runs there are."""
+        return len(self.first) - 1
+
+    def run(self, index: int) -> tuple[Floats, Floats]:
+        """Positions and squared speeds of one run."""
+        rows = slice(self.first[index], self.first[index + 1])
+        return self.x_m[rows], self.w[rows]
+
     def runs(self) -> list[tuple[Floats, Floats]]:
         """Positions and squared speeds of each run."""
-        ends = pairwise(self.first.tolist())
-        return [(self.x_m[start:end], self.w[start:end]) for start, end in ends]
+        return [self.run(index) for index in range(self.size)]
+
+    def part(self, runs: slice) -> "Batch":
+        """Neighbouring runs, one at least."""
+        first = self.first[runs.start : runs.stop + 1]
+        rows = slice(first[0], first[-1])
+        return Batch(self.x_m[rows], self.w[rows], first - first[0])
 
 
 def totals_of(trip: Trip, runs: Batch) -> tuple[Floats, Floats]:

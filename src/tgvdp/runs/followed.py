@@ -1,6 +1,5 @@
 """From the rows in which a search drives to those of true runs: their resistance, and the bends of their motion."""
 
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -35,11 +34,16 @@ class Followed(NamedTuple):
     time_s: Floats
     energy_j: Floats
 
-    def regimes(self) -> list[_Regime | None]:
-        """Regimes of the rows of each run, but for its last one."""
-        if self.regime is None:
-            return [None] * len(self.time_s)
-        return [self.regime[start : end - 1] for start, end in pairwise(self.runs.first.tolist())]
+    def part(self, index: int) -> "Followed":
+        """One of the runs."""
+        one, first = slice(index, index + 1), self.runs.first
+        regime = None if self.regime is None else self.regime[first[index] : first[index + 1]]
+        return Followed(self.runs.part(one), regime, self.time_s[one], self.energy_j[one])
+
+    def regimes(self, index: int) -> _Regime | None:
+        """Regimes of the rows of one run, but for its last one."""
+        first = self.runs.first
+        return None if self.regime is None else self.regime[first[index] : first[index + 1] - 1]
 
 
 def follow_all(

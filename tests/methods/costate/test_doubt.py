@@ -12,7 +12,7 @@ from tgvdp import EffortCurve, Track, Train
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate.doubt import Doubt, _parts
 from tgvdp.methods.costate.front import optimal_front
-from tgvdp.methods.costate.mesh import Mesh, Run
+from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.methods.costate.multipliers import ExtremalFront
 
 TRAIN = Train(
@@ -155,26 +155,26 @@ def test_cuts_are_the_fewest_that_leave_little():
 def test_an_extremal_that_a_run_undercuts_halves_all_cells_until_they_may_not_be():
     result = tgvdp.search(TRAIN, hills(5), points=2)
     front = front_on(Mesh.of(result.trip, result.fastest.profile, 1.0), result.fastest.time_s)
-    runs = [Run(one.time_s, one.energy_j, one.multiplier, np.empty(0), np.empty(0)) for one in front.extremals]
+    outcome = np.array([one.outcome for one in front.extremals])
     doubt = Doubt(halvings=1)
-    assert doubt.is_settled(front, runs)
-    runs[2] = runs[2]._replace(energy_j=0.99 * runs[2].energy_j)
-    assert not doubt.is_settled(front, runs)
-    assert doubt.is_settled(front, runs)
+    assert doubt.is_settled(front, outcome)
+    outcome[2, 1] *= 0.99
+    assert not doubt.is_settled(front, outcome)
+    assert doubt.is_settled(front, outcome)
 
 
 def test_cells_are_halved_no_more_where_that_does_not_mend_an_extremal():
     """Next to a jump of the running time it never did: 15,944 cells where 2,120 were as good."""
     result = tgvdp.search(TRAIN, hills(5), points=2)
     front = front_on(Mesh.of(result.trip, result.fastest.profile, 1.0), result.fastest.time_s)
-    runs = [Run(one.time_s, one.energy_j, one.multiplier, np.empty(0), np.empty(0)) for one in front.extremals]
+    outcome = np.array([one.outcome for one in front.extremals])
     doubt = Doubt(halvings=6)
-    runs[2] = runs[2]._replace(energy_j=0.99 * runs[2].energy_j)
-    assert not doubt.is_settled(front, runs)
-    runs[2] = runs[2]._replace(energy_j=1.006 * runs[2].energy_j)
-    assert not doubt.is_settled(front, runs)
-    runs[2] = runs[2]._replace(energy_j=0.999 * runs[2].energy_j)
-    assert doubt.is_settled(front, runs)
+    outcome[2, 1] *= 0.99
+    assert not doubt.is_settled(front, outcome)
+    outcome[2, 1] *= 1.006
+    assert not doubt.is_settled(front, outcome)
+    outcome[2, 1] *= 0.999
+    assert doubt.is_settled(front, outcome)
 
 
 def test_extremals_that_are_solved_together_are_those_solved_one_by_one():

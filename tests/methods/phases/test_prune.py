@@ -10,8 +10,9 @@ from tests.helpers.phases_case import CASES, POINTS, phases_s
 from tests.helpers.trips import commuter, trip_on
 from tgvdp.methods.budget import SearchBudget
 from tgvdp.methods.costate.drivable import drivable
+from tgvdp.methods.costate.found import Found
 from tgvdp.methods.costate.mesh import Mesh
-from tgvdp.methods.costate.mesh import Run as Found
+from tgvdp.methods.costate.mesh import Run as Searched
 from tgvdp.methods.phases.plan import AT, PLAN_COLUMNS, REGIME, leave_out, plan_of
 from tgvdp.methods.phases.prune import prune
 from tgvdp.methods.phases.regimes import tell_regimes, without_touches
@@ -196,13 +197,13 @@ def test_what_costs_too_much_stays(made):
     assert pruned.time_s == pruned.energy_j == 0.0
     np.testing.assert_array_equal(pruned.runs.x_m, x_m)
     counters = {"short": 0}
-    kept = drivable(mesh, [found_run(x_m, w)], np.array([50.0]), 1e-9, 1e-3, counters, SearchBudget().start())
+    kept = drivable(mesh, Found.of([found_run(x_m, w)]), np.array([50.0]), 1e-9, 1e-3, counters, SearchBudget().start())
     assert kept.outcome[0, 0] == 50.0 and counters["short"] == 0
 
 
 def found_run(x_m, w, number=0):
     """A run of a search, so short that its rows are not cut; of several, each takes a second longer."""
-    return Found(50.0 + number, 1e8 - 1e6 * number, 1e5, x_m, w)
+    return Searched(50.0 + number, 1e8 - 1e6 * number, 1e5, x_m, w)
 
 
 @pytest.mark.parametrize("why", ["no time", "too many rows"])
@@ -212,9 +213,9 @@ def test_runs_stay_as_they_are_where_there_is_no_time_for_them(made, monkeypatch
     if why == "too many rows":
         monkeypatch.setattr("tgvdp.methods.costate.drivable._ROWS_AT_ONCE", len(x_m) - 1)
     clock = SearchBudget(time_limit_s=1e-9 if why == "no time" else 60.0).start()
-    kept = drivable(mesh, [found_run(x_m, w)], np.array([50.0]), 1e-9, 1.0, {"short": 0}, clock)
-    assert kept.outcome.tolist() == [[50.0, 1e8, 1e5]] and (kept.regimes[0] == -1).all()
-    np.testing.assert_array_equal(kept.rows[0][1], w)
+    kept = drivable(mesh, Found.of([found_run(x_m, w)]), np.array([50.0]), 1e-9, 1.0, {"short": 0}, clock)
+    assert kept.outcome.tolist() == [[50.0, 1e8, 1e5]] and (kept.parts[0].regime == -1).all()
+    np.testing.assert_array_equal(kept.parts[0].runs.w, w)
     assert kept.complete == (why != "no time")
 
 
@@ -227,16 +228,19 @@ def test_runs_are_pruned_some_rows_at_a_time(made, monkeypatch, cores):
 
     def pruned():
         aims_s = np.array([run.time_s for run in runs])
-        return drivable(mesh, runs, aims_s, 1e-9, 1.0, {"short": 0}, SearchBudget().start())
+        return drivable(mesh, Found.of(runs), aims_s, 1e-9, 1.0, {"short": 0}, SearchBudget().start())
 
     whole = pruned()
     monkeypatch.setattr("tgvdp.methods.costate.drivable._ROWS_AT_ONCE", 2 * len(x_m))
     some = pruned()
     assert some.complete
     np.testing.assert_array_equal(some.outcome, whole.outcome)
-    for one, other in zip(some.regimes, whole.regimes, strict=True):
-        np.testing.assert_array_equal(one, other)
-    for one, other in zip(some.rows, whole.rows, strict=True):
+    assert len(some.parts) == 3
+
+    def all_rows(kept):
+        return (*Batch.joined([part.runs for part in kept.parts]), np.concatenate([part.regime for part in kept.parts]))
+
+    for one, other in zip(all_rows(some), all_rows(whole), strict=True):
         np.testing.assert_array_equal(one, other)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tgvdp.methods.costate.extremal import Extremal
 from tgvdp.methods.costate.losses import Losses, losses_of
-from tgvdp.methods.costate.mesh import Mesh, Run
+from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.methods.costate.multipliers import ExtremalFront
 
 _Floats = NDArray[np.float64]
@@ -105,13 +105,13 @@ class Doubt:
                 return front.on(own, fastest, solved)
         return _halves_of(front, mesh, extremals, losses.finer)
 
-    def is_settled(self, front: ExtremalFront, runs: Sequence[Run]) -> bool:
-        """Whether the cells of a front with its runs need not, or may not, all be halved once more.
+    def is_settled(self, front: ExtremalFront, outcome: _Floats) -> bool:
+        """Whether the cells of a front need not, or may not, all be halved once more.
 
-        They need be where an extremal is dearer, at its own multiplier, than one of the runs; but not where that did
-        not mend it, as next to a jump of the running time.
+        They need be where an extremal is dearer, at its own multiplier, than one of the runs, of which it takes times,
+        energies and multipliers, (n, 3); but not where that did not mend it, as next to a jump of the running time.
         """
-        before, self.excess = self.excess, front.excess(runs)
+        before, self.excess = self.excess, front.excess(outcome)
         is_mended = before <= _EXCESS or self.excess <= _MENDED * before
         if not self.halvings or self.excess <= _EXCESS or not is_mended:
             return True

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from tgvdp.cores import shares, side_by_side
 from tgvdp.line.resolved import resolve
 from tgvdp.methods.budget import Clock
-from tgvdp.methods.costate.mesh import Mesh, Run, outcome_of
+from tgvdp.methods.costate.found import Found
+from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.methods.phases.prune import Pruned, prune
 from tgvdp.methods.phases.way import Way, way_of
 from tgvdp.physics.cell import Rows
@@ -39,17 +40,14 @@ class Drivable(NamedTuple):
     ----------
     outcome : (n, 3) float64
         Running times, s, energies by the trip's model, J, and multipliers, J/s, with auxiliaries.
-    rows : list of pairs
-        Positions from the origin, m, and squared speeds, m²/s², of each.
-    regimes : list of arrays or None
-        Regime of each row, as `runs.profile` numbers them; −1 in a run that stayed as it is.
+    parts : list of Followed
+        Some runs each, in order; regimes are −1 in a run that stayed as it is.
     complete : bool
         False where the time was up.
     """
 
     outcome: _Floats
-    rows: list[tuple[_Floats, _Floats]]
-    regimes: list[NDArray[np.int8] | None]
+    parts: list[Followed]
     complete: bool
 
 
@@ -72,7 +70,7 @@ class _Leaving(NamedTuple):
 
 def drivable(
     mesh: Mesh,
-    runs: Sequence[Run],
+    runs: Found,
     aims_s: _Floats,
     tolerance_s: float,
     min_phase_s: float,
@@ -85,7 +83,7 @@ def drivable(
     ----------
     mesh : Mesh
         On which they were found.
-    runs : sequence of Run
+    runs : Found
         One at least; their times, s, rise, and they are slower than the fastest run.
     aims_s : (m,) float64
         Running times that are wanted, s.
@@ -98,37 +96,32 @@ def drivable(
     clock : Clock
         Runs that it leaves no time for keep their phases.
     """
-    outcome = outcome_of(runs)
+    outcome = runs.outcome.copy()
     leaving = _leaving(mesh, outcome, aims_s, tolerance_s, min_phase_s) if min_phase_s > 0.0 else None
     outcome[:, 1] += mesh.tables.auxiliary_w * outcome[:, 0]
     most_s = allowed_off_s(np.maximum(outcome[:, 1], mesh.least_drawn_j), outcome[:, 2])
     bends = are_cut(resolve(mesh.trip), outcome[:, 0], most_s)
 
     def driven(part: slice) -> tuple[Followed, int, bool]:
-        own, regime, in_time, short = Batch.of([(run.x_m, run.w) for run in runs[part]]), None, True, 0
+        own, regime, in_time, short = runs.rows.part(part), None, True, 0
         time_s, energy_j = outcome[part, 0], outcome[part, 1]
         if leaving is not None:
-            regime = np.full(len(own.x_m), -1, dtype=np.int8)
             in_time = not clock.expired
             if in_time and len(own.x_m) <= _ROWS_AT_ONCE:
                 pruned = leaving.done(part, own)
                 own, regime, short = pruned.runs, pruned.regime, pruned.short
                 time_s = time_s + pruned.time_s
                 energy_j = energy_j + pruned.energy_j + mesh.tables.auxiliary_w * pruned.time_s
+            else:
+                regime = np.full(len(own.x_m), -1, dtype=np.int8)
         return follow_all(mesh.trip, own, regime, time_s, energy_j, most_s[part], bends=bends), short, in_time
 
-    parts = list(_parts([len(run.x_m) for run in runs]))
+    parts = list(_parts(np.diff(runs.rows.first).tolist()))
     true, shorts, in_times = zip(*side_by_side(driven, parts), strict=True)
     counters["short"] += sum(shorts)
-    outcome[:, 0], outcome[:, 1] = (
-        np.concatenate(column) for column in zip(*((one.time_s, one.energy_j) for one in true), strict=True)
-    )
-    return Drivable(
-        outcome,
-        [rows for one in true for rows in one.runs.runs()],
-        [regime for one in true for regime in one.regimes()],
-        all(in_times),
-    )
+    outcome[:, 0] = np.concatenate([one.time_s for one in true])
+    outcome[:, 1] = np.concatenate([one.energy_j for one in true])
+    return Drivable(outcome, list(true), all(in_times))
 
 
 def _leaving(mesh: Mesh, outcome: _Floats, aims_s: _Floats, tolerance_s: float, min_phase_s: float) -> _Leaving:

@@ -6,6 +6,7 @@ through the extremals' (T, E, slope −λ) promises, an extremal is added betwee
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -18,11 +19,13 @@ from tgvdp.line.resolved import resolve
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.doubt import Doubt
 from tgvdp.methods.costate.drivable import drivable
-from tgvdp.methods.costate.mesh import Mesh, Run, outcome_of
+from tgvdp.methods.costate.found import Found
+from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.costate.multipliers import ExtremalFront, OutOfTime
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
 from tgvdp.runs.bends import enough_rows, most_off_s
+from tgvdp.runs.followed import Followed
 from tgvdp.runs.profile import Profile
 
 #: How well a point meets its running time by default: a share of the step to the next point.
@@ -63,17 +66,31 @@ class OptimalRuns:
     complete: bool
     exhausted: bool
     counters: dict[str, int]
-    _rows: list[tuple[NDArray[np.float64], NDArray[np.float64]]]
+    _parts: Sequence[Followed]
     missed_s: tuple[float, ...] = ()
-    _regimes: list[NDArray[np.int8] | None] | None = None
 
     def regimes(self, index: int) -> NDArray[np.int8] | None:
         """Regime of each row of one run as `runs.profile` numbers them, where it was commanded; −1 elsewhere."""
-        return None if self._regimes is None else self._regimes[index]
+        part, at = self._at(index)
+        return part.regimes(at)
 
     def rows(self, index: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Rows of one run: positions from the origin, m, and squared speeds, m²/s²."""
-        return self._rows[index]
+        part, at = self._at(index)
+        return part.runs.run(at)
+
+    def part(self, index: int) -> Followed:
+        """One run."""
+        part, at = self._at(index)
+        return part.part(at)
+
+    def _at(self, index: int) -> tuple[Followed, int]:
+        """The part that has one of the runs, and its number there."""
+        for part in self._parts:
+            if index < part.runs.size:
+                return part, index
+            index -= part.runs.size
+        raise IndexError("there are fewer runs")
 
 
 def optimal_front(
@@ -123,6 +140,7 @@ def optimal_front(
         tolerance_s = _STEP_TOL * min((later_s - time_s for time_s, later_s in pairwise(times_s)), default=math.inf)
     rows = fastest.position_m - trip.origin_m, fastest.speed_mps**2
     met = len(target_s) - len(slower_s)
+    known = Found.of([Run(fastest.duration_s, fastest.total_energy_j, math.inf, *rows)] * met) if met else Found.none()
     # No point is later than its target: a timetable allows for no more. Cutting rows may make a run later.
     half_s = 0.5 * tolerance_s
     middle_s = slower_s - half_s
@@ -130,9 +148,8 @@ def optimal_front(
     rows_per_usual = enough_rows(resolve(trip), last_s, 0.25 * half_s)
     meets_s = max(half_s - most_off_s(last_s, rows_per_usual), 0.5 * half_s)
     search = _Search(
-        trip, fastest, rows_per_usual, meets_s, min_phase_s, counters, clock, Doubt(0) if rough else Doubt(),
-        [Run(fastest.duration_s, fastest.total_energy_j, math.inf, *rows)] * met,
-    )  # fmt: skip
+        trip, fastest, rows_per_usual, meets_s, min_phase_s, counters, clock, Doubt(0) if rough else Doubt(), known
+    )
     aims_s = middle_s
     points = search.points(aims_s)
     for _ in range(_AIMS):
@@ -144,39 +161,38 @@ def optimal_front(
     duration, energy, multipliers = points.outcome.T.copy()
     return OptimalRuns(
         duration, energy, np.maximum(multipliers - search.auxiliary_w, 0.0), points.complete, not points.saves,
-        counters, points.rows, tuple(slower_s[points.missed].tolist()), points.regimes,
+        counters, points.parts, tuple(slower_s[points.missed].tolist()),
     )  # fmt: skip
 
 
-class _Found(NamedTuple):
+class _Driven(NamedTuple):
     """Runs in the order of their times, whether that is all, and whether running longer saves until the last time."""
 
-    runs: list[Run]
+    found: Found
     complete: bool
     saves: bool
 
 
 class _Points(NamedTuple):
-    """True runs in the order of their times, with the regimes of their rows.
+    """True runs in the order of their times, first those that are known.
 
     ``outcome`` are their times, energies with auxiliaries, and multipliers, (n, 3); ``aim`` is the number of the time
-    that each meets, −1 if none; ``missed`` are those that none meets.
+    that each of the others meets, −1 if none; ``missed`` are those that none meets.
     """
 
     outcome: NDArray[np.float64]
-    rows: list[tuple[NDArray[np.float64], NDArray[np.float64]]]
-    regimes: list[NDArray[np.int8] | None]
-    aim: list[int]
-    missed: list[int]
+    parts: list[Followed]
+    aim: NDArray[np.intp]
+    missed: NDArray[np.intp]
     complete: bool
     saves: bool
 
     def late_s(self, aims_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """How much later than each aim the run is that meets it, s; 0 where none does."""
         late_s = np.zeros(len(aims_s))
-        aim = np.array(self.aim, dtype=np.int64)
-        meets = aim >= 0
-        late_s[aim[meets]] = self.outcome[meets, 0] - aims_s[aim[meets]]
+        meets = self.aim >= 0
+        aim = self.aim[meets]
+        late_s[aim] = self.outcome[len(self.outcome) - len(self.aim) :, 0][meets] - aims_s[aim]
         return late_s
 
 
@@ -192,7 +208,7 @@ class _Search:
     counters: dict[str, int]
     clock: Clock
     doubt: Doubt
-    known: list[Run]
+    known: Found
     front: ExtremalFront | None = None  # of the runs that were found
 
     @cached_property
@@ -202,51 +218,46 @@ class _Search:
 
     def points(self, aims_s: NDArray[np.float64]) -> _Points:
         """Runs that are known, and true ones for aims; a second time on the mesh of the first."""
-        driven = _Found([], True, True)
+        driven = _Driven(Found.none(), True, True)
         if len(aims_s):
             driven = self._runs(aims_s) if self.front is None else self._driven(self.front, aims_s)
         picked, aim, missed = self._picked(driven, aims_s)
-        outcome, complete = outcome_of(self.known), driven.complete
-        rows = [(run.x_m, run.w) for run in self.known]
-        regimes: list[NDArray[np.int8] | None] = [None] * len(self.known)
-        if picked and self.front is not None:
+        outcome, complete = self.known.outcome, driven.complete
+        parts = [Followed(self.known.rows, None, outcome[:, 0], outcome[:, 1])]
+        if len(aim) and self.front is not None:
             true = drivable(
                 self.front.mesh, picked, aims_s, self.tolerance_s, self.min_phase_s, self.counters, self.clock
             )
             outcome = np.concatenate((outcome, true.outcome))
             complete = complete and true.complete
-            rows += true.rows
-            regimes += true.regimes
-        return _Points(outcome, rows, regimes, [-1] * len(self.known) + aim, missed, complete, driven.saves)
+            parts += true.parts
+        return _Points(outcome, parts, aim, missed, complete, driven.saves)
 
-    def _picked(self, driven: _Found, aims_s: NDArray[np.float64]) -> tuple[list[Run], list[int], list[int]]:
+    def _picked(self, driven: _Driven, aims_s: NDArray[np.float64]) -> tuple[Found, NDArray[np.intp], NDArray[np.intp]]:
         """Runs driven that are slower than the one before; the aim that each meets, −1 if none; aims missed."""
-        found: list[Run] = []
-        aim: list[int] = []
-        missed: list[int] = []
-        last_s = self.known[-1].time_s if self.known else -math.inf
-        for i, (aim_s, run) in enumerate(zip(aims_s.tolist(), driven.runs, strict=False)):
-            late_s = run.time_s - aim_s
-            same_s = _SAME * run.time_s
-            meets = abs(late_s) <= self.tolerance_s + same_s
-            if not meets and (driven.saves or run is not driven.runs[-1]):
-                missed.append(i)
-            # A run that is no slower than the last one is among the points already.
-            if late_s <= self.tolerance_s + same_s and run.time_s > last_s + same_s:
-                found.append(run)
-                aim.append(i if meets else -1)
-                last_s = run.time_s
-        return found, aim, missed
+        time_s = driven.found.outcome[:, 0]
+        late_s = time_s - aims_s[: len(time_s)]
+        most_s = self.tolerance_s + _SAME * time_s
+        is_met = np.abs(late_s) <= most_s
+        is_missed = ~is_met
+        if len(is_missed) and not driven.saves:
+            is_missed[-1] = False  # the thriftiest run
+        in_time = np.flatnonzero(late_s <= most_s)
+        # A run that is no slower than the last one is among the points already.
+        known_s = [float(self.known.outcome[-1, 0]) if self.known.rows.size else -math.inf]
+        before_s = np.maximum.accumulate(np.concatenate((known_s, time_s[in_time])))[:-1]
+        which = in_time[time_s[in_time] * (1.0 - _SAME) > before_s]
+        return driven.found.picked(which), np.where(is_met[which], which, -1), np.flatnonzero(is_missed)
 
-    def _runs(self, aims_s: NDArray[np.float64]) -> _Found:
+    def _runs(self, aims_s: NDArray[np.float64]) -> _Driven:
         """Runs on a mesh that is fine enough.
 
         Cells are halved where that makes extremals cheaper, and once more where one is dearer, at its own multiplier,
         than another run that was found.
         """
-        found: _Found | None = None
+        found: _Driven | None = None
         if self.clock.expired:
-            return _Found([], False, True)
+            return _Driven(Found.none(), False, True)
         try:
             mesh = Mesh.of(self.trip, self.fastest, _COARSEST, self.rows)
             while True:
@@ -255,12 +266,12 @@ class _Search:
                 if found is None or driven.complete:
                     self.counters["cells"] = len(front.mesh.cells.length_m)
                     found, self.front = driven, front
-                if not driven.complete or self.doubt.is_settled(front, driven.runs):
+                if not driven.complete or self.doubt.is_settled(front, driven.found.outcome):
                     break
                 mesh = front.mesh.finer
         except OutOfTime:
             pass
-        return found or _Found([], False, True)
+        return found or _Driven(Found.none(), False, True)
 
     def _foreseen(self, mesh: Mesh, aims_s: NDArray[np.float64]) -> ExtremalFront:
         least_multiplier, saved_w = self.auxiliary_w, float(mesh.cells.saved_w.max())
@@ -271,15 +282,14 @@ class _Search:
         front.foresee(aims_s)
         return front
 
-    def _driven(self, front: ExtremalFront, aims_s: NDArray[np.float64]) -> _Found:
-        front.reach(float(aims_s[-1]))
+    def _driven(self, front: ExtremalFront, aims_s: NDArray[np.float64]) -> _Driven:
+        try:
+            front.reach(float(aims_s[-1]))
+        except OutOfTime:
+            return _Driven(Found.none(), False, True)
         reached = int(np.sum(aims_s <= front.extremals[-1].time_s + self.tolerance_s))
         saves = reached == len(aims_s)
-        runs: list[Run] = []
-        try:
-            runs.extend(front.points(aims_s[:reached]))
-            if not saves:
-                runs.append(front.thriftiest())
-        except OutOfTime:
-            return _Found(runs, False, saves)
-        return _Found(runs, True, saves)
+        found, complete = front.points(aims_s[:reached])
+        if complete and not saves:
+            found = Found.joined((found, Found.of([front.thriftiest()])))
+        return _Driven(found, complete, saves)

@@ -19,8 +19,8 @@ from tgvdp.physics.codes import NO_ROOM, NOT_KEPT, NOT_MET, NOT_TRIED, OK
 from tgvdp.physics.roots import Bracket, narrowed, secant
 
 #: Columns of the runs that `drive` returns: rows from .. to, running time, energy, multiplier, bracket of shares, and
-#: of a target the slower of the extremals around it, and how it went.
-RUN_COLUMNS = 9
+#: how it went with a target.
+RUN_COLUMNS = 8
 #: Blends of two extremals whose running times are remembered, at most.
 SAMPLES = 128
 #: A search for a running time ends, for it jumps, when it would change by less than this share of the tolerance within
@@ -200,7 +200,7 @@ def drive(
     rows : Rows, modified in place
         Rows of the runs: positions from the origin, squared speeds.
     scratch : Scratch
-    runs : (m or n, 9) float64, modified in place
+    runs : (m or n, 8) float64, modified in place
         `RUN_COLUMNS` of each policy's or target's run; of a time that is not met, the run next to it. The last column
         is OK, NOT_MET, NOT_KEPT, or NOT_TRIED where an earlier target between the same extremals was not kept.
 
@@ -241,8 +241,7 @@ def drive(
             kept = True
             first = i
         run = runs[i]
-        run[7] = second
-        run[8] = NOT_TRIED
+        run[7] = NOT_TRIED
         if not kept:
             continue
         if stored >= rows.x.shape[0]:
@@ -257,7 +256,7 @@ def drive(
         if n < 0:
             return _resumable(resumed, first, i, second, samples, faster_j), NO_ROOM, driven
         if not met:
-            run[8] = NOT_MET
+            run[7] = NOT_MET
             return i + 1, NOT_MET, driven
         foretold = _foretell(ends.first, ends.second, run[2])
         run[4] = foretold.multiplier
@@ -265,7 +264,7 @@ def drive(
         judged = ends.first[2] < math.inf and loss_j < math.inf
         told = -CHEAPER * loss_j <= run[3] - foretold.energy_j <= loss_j
         kept = not judged or (told and run[3] <= faster_j)
-        run[8] = OK if kept else NOT_KEPT
+        run[7] = OK if kept else NOT_KEPT
         faster_j = run[3]
         run[0] = stored
         run[1] = stored + n

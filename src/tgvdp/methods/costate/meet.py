@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 from tgvdp.cores import shares, side_by_side
 from tgvdp.methods.costate.blend import Blend
 from tgvdp.methods.costate.extremal import Extremal
+from tgvdp.methods.costate.found import Found
 from tgvdp.methods.costate.interpolate import RUN_COLUMNS, Scratch, drive
-from tgvdp.methods.costate.mesh import Mesh, Run
-from tgvdp.physics.cell import overrun
+from tgvdp.methods.costate.mesh import Mesh
+from tgvdp.physics.cell import Rows, overrun
 from tgvdp.physics.codes import NO_ROOM, NOT_MET, NOT_TRIED, OK
+from tgvdp.runs.batch import Batch
 
 _Floats = NDArray[np.float64]
 
@@ -26,24 +28,24 @@ _NO_PASSED = np.empty((0, 0, 0))
 
 
 class Met(NamedTuple):
-    """How it went with one of the times.
+    """How it went with n times.
 
     Attributes
     ----------
-    status : int
+    status : (n,) float64
         OK, NOT_MET, NOT_KEPT, or NOT_TRIED where an earlier time between the same extremals went wrong.
-    second : int
-        The slower one of the extremals around it.
-    run : Run or None
-        The run, where all is well.
-    bracket : (2, K + 1, 4) float64 or None
-        Where a time is not met, the policies between which running times jump over it.
+    second : (n,) int64
+        The slower one of the extremals around each.
+    found : Found
+        The runs of those with which all is well.
+    brackets : dict of int to (2, K + 1, 4) float64
+        Of times that are not met, by their numbers: the policies between which running times jump over them.
     """
 
-    status: int
-    second: int
-    run: Run | None = None
-    bracket: _Floats | None = None
+    status: _Floats
+    second: NDArray[np.int64]
+    found: Found
+    brackets: dict[int, _Floats]
 
 
 class _Wanted(NamedTuple):
@@ -62,7 +64,7 @@ def meet(
     target_s: _Floats,
     tolerance_s: float,
     counters: dict[str, int],
-) -> list[Met]:
+) -> Met:
     """Drive blends of neighbouring extremals that take given times.
 
     Parameters
@@ -80,8 +82,8 @@ def meet(
 
     Returns
     -------
-    list of Met
-        One for each time. What is between two extremals does not depend on what is elsewhere.
+    Met
+        What is between two extremals does not depend on what is elsewhere.
     """
     policies = np.array([one.switch for one in extremals])
     known = np.array([one.outcome for one in extremals])
@@ -90,9 +92,12 @@ def meet(
     groups = list(_groups(second, shares(len(target_s) * len(mesh.cells.length_m), _LEAST_CELLS, _GROUPS_OF_A_CORE)))
     if len(groups) > 1:
         mesh.share()
-    found = side_by_side(lambda group: _met(mesh, wanted, target_s[group], second[group]), groups)
-    counters["runs"] += sum(runs for _, runs in found)
-    return [met for mets, _ in found for met in mets]
+    done = side_by_side(lambda group: _met(mesh, wanted, target_s[group], second[group]), groups)
+    counters["runs"] += sum(one.runs for one in done)
+    return Met(
+        np.concatenate([one.status for one in done]), second, Found.joined([one.found for one in done]),
+        {group.start + i: policies for group, one in zip(groups, done, strict=True) for i, policies in one.brackets},
+    )  # fmt: skip
 
 
 def _groups(second: NDArray[np.intp], count: int) -> Iterator[slice]:
@@ -107,17 +112,26 @@ def _groups(second: NDArray[np.intp], count: int) -> Iterator[slice]:
         start = end
 
 
-def _met(mesh: Mesh, wanted: _Wanted, target_s: _Floats, second: NDArray[np.intp]) -> tuple[list[Met], int]:
-    """Meet times on this thread; returns how it went, and the number of runs."""
+class _Group(NamedTuple):
+    """How it went with some times that are met on one thread, as of `Met`, and the number of runs."""
+
+    status: _Floats
+    found: Found
+    brackets: list[tuple[int, _Floats]]
+    runs: int
+
+
+def _met(mesh: Mesh, wanted: _Wanted, target_s: _Floats, second: NDArray[np.int64]) -> _Group:
+    """Meet times on this thread."""
     room = mesh.room
     room.fit_kept(_ROWS_PER_CELL * len(mesh.cells.length_m) * len(target_s))
     room.resumed[0] = -1.0
     blend = Blend(*np.empty((3, *wanted.policies.shape[1:])))
-    found: list[Met] = []
-    count = 0
+    found: list[Found] = []
+    brackets: list[tuple[int, _Floats]] = []
+    start = count = 0
     runs = np.empty((len(target_s), RUN_COLUMNS))
-    while len(found) < len(target_s):
-        start = len(found)
+    while start < len(target_s):
         done, status, driven = drive(
             mesh.train, mesh.tables, mesh.course, mesh.trip.start_speed_mps**2, wanted.policies, _NO_PASSED,
             wanted.known, wanted.losses, mesh.least_energy_j, target_s[start:], wanted.tolerance_s, room.kept,
@@ -128,21 +142,23 @@ def _met(mesh: Mesh, wanted: _Wanted, target_s: _Floats, second: NDArray[np.intp
             room.double_march()
             room.resumed[0] = -1.0
             continue
-        rows = runs[start : start + done].tolist()
-        stored = int(next((row[1] for row in reversed(rows) if row[8] == OK), 0))
-        x_m, w = room.kept.x[:stored].copy(), room.kept.w[:stored].copy()
-        for from_row, to_row, time_s, energy_j, multiplier, low, high, second_at, how in rows:
-            at = int(second_at)
-            if how == OK:
-                of_run = slice(int(from_row), int(to_row))
-                found.append(Met(OK, at, Run(time_s, energy_j, multiplier, x_m[of_run], w[of_run])))
-            elif how == NOT_MET:
-                found.append(Met(NOT_MET, at, bracket=np.array([blend.at(low), blend.at(high)])))
-            else:
-                found.append(Met(int(how), at))
+        found.append(_kept(runs[start : start + done], room.kept))
+        start += done
         if status == NOT_MET:
-            rest = int(np.sum(second[len(found) :] == second[len(found) - 1]))
-            found += [Met(NOT_TRIED, int(second[len(found) - 1]))] * rest
+            low, high = runs[start - 1, 5:7]
+            brackets.append((start - 1, np.array([blend.at(low), blend.at(high)])))
+            rest = int(np.searchsorted(second, second[start - 1], side="right"))
+            runs[start:rest, 7] = NOT_TRIED
+            start = rest
         elif status == NO_ROOM and not done:
             room.double_kept()
-    return found, count
+    return _Group(runs[:, 7], Found.joined(found), brackets, count)
+
+
+def _kept(runs: _Floats, rows: Rows) -> Found:
+    """Those of some runs, (n, RUN_COLUMNS), with which all is well: their rows lie one behind the other."""
+    runs = runs[runs[:, 7] == OK]
+    first = np.zeros(len(runs) + 1, dtype=np.int64)
+    first[1:] = runs[:, 1]
+    stored = first[-1]
+    return Found(runs[:, 2:5], Batch(rows.x[:stored].copy(), rows.w[:stored].copy(), first))

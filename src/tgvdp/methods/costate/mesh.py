@@ -73,11 +73,6 @@ class Run(NamedTuple):
         return self._replace(x_m=self.x_m.copy(), w=self.w.copy())
 
 
-def outcome_of(runs: Sequence[Run]) -> NDArray[np.float64]:
-    """Running times, s, energies, J, and multipliers, J/s, of runs, (n, 3)."""
-    return np.array([run[:3] for run in runs], dtype=np.float64).reshape(-1, 3)
-
-
 @dataclass
 class Mesh:
     """Cells of a trip with the envelope of feasible speeds.

@@ -5,8 +5,7 @@ leave room for more than that.
 """
 
 import math
-from collections.abc import Iterator, Sequence
-from itertools import takewhile
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +13,12 @@ from numpy.typing import NDArray
 from tgvdp.methods.budget import Clock
 from tgvdp.methods.costate.bridge import bridge
 from tgvdp.methods.costate.extremal import Extremal, between
+from tgvdp.methods.costate.found import Found
 from tgvdp.methods.costate.interpolate import CHEAPER
 from tgvdp.methods.costate.meet import meet
 from tgvdp.methods.costate.mesh import Mesh, Run
 from tgvdp.methods.costate.surprises import FIRST_MULTIPLIER, HIGHEST_MULTIPLIER, MOST_EXTREMALS, surprising
-from tgvdp.physics.codes import NOT_KEPT
+from tgvdp.physics.codes import NOT_KEPT, OK
 from tgvdp.progress import tell
 
 #: A blend of two extremals may cost this share of energy more than they foretell.
@@ -139,15 +139,15 @@ class ExtremalFront:
         """What shares of an energy are shares of: a net energy may be 0."""
         return max(energy_j, self.mesh.least_energy_j)
 
-    def excess(self, runs: Sequence[Run]) -> float:
+    def excess(self, outcome: NDArray[np.float64]) -> float:
         """By which share of its energy an extremal costs more than one of some runs at its own multiplier, at most.
 
-        That none can do; 0 where none does.
+        That none can do; 0 where none does. Of the runs it takes times, energies and multipliers, (n, 3).
         """
         known = [extremal for extremal in self.extremals[1:] if math.isfinite(extremal.multiplier)]
-        if not known or not runs:
+        if not known or not len(outcome):
             return 0.0
-        times_s, energies_j = np.array([run[:2] for run in runs]).T
+        times_s, energies_j, _ = outcome.T
         own_s, own_j, multipliers = np.array([one.outcome for one in known]).T
         least_j = (energies_j + multipliers[:, np.newaxis] * times_s).min(axis=1)
         bases_j = np.maximum(own_j, self.mesh.least_drawn_j)
@@ -173,9 +173,11 @@ class ExtremalFront:
             found += mesh.extremals(multipliers[first : first + at_once], self.counters)
         return found
 
-    def points(self, target_s: NDArray[np.float64]) -> Iterator[Run]:
-        """The best runs for increasing running times, which the extremals reach; those before the clock ran out."""
-        found: list[Run | None] = [None] * len(target_s)
+    def points(self, target_s: NDArray[np.float64]) -> tuple[Found, bool]:
+        """The best runs for increasing running times, which the extremals reach, before the clock ran out; if all."""
+        found: list[Found] = []
+        numbers: list[NDArray[np.intp]] = []  # of the times that these take
+        is_open = np.ones(len(target_s), dtype=np.bool_)
         try:
             self.foresee(target_s)
             at_once = max(1, min(_AT_ONCE, _CELLS_OF_RUNS_AT_ONCE // len(self.mesh.cells.length_m)))
@@ -184,35 +186,46 @@ class ExtremalFront:
                 wanted = np.arange(first, min(first + at_once, len(target_s)))
                 while len(wanted):
                     self.watch()
-                    self._round(target_s, wanted, found, closed)
-                    wanted = wanted[[found[i] is None for i in wanted]]
+                    which, runs = self._round(target_s, wanted, closed)
+                    numbers.append(which)
+                    found.append(runs)
+                    is_open[which] = False
+                    wanted = wanted[is_open[wanted]]
         except OutOfTime:
-            yield from (run for run in takewhile(lambda run: run is not None, found) if run is not None)
-            raise
-        yield from (run for run in found if run is not None)
+            pass
+        if not found:
+            return Found.none(), not len(target_s)
+        done = int(is_open.argmax()) if is_open.any() else len(target_s)
+        order = np.argsort(np.concatenate(numbers))
+        return Found.joined(found).picked(order[:done]), done == len(target_s)
 
     def _round(
-        self, target_s: NDArray[np.float64], wanted: NDArray[np.intp], found: list[Run | None], closed: set[float]
-    ) -> None:
-        """Look for runs of wanted times, and solve an extremal wherever what is between two of them does not do."""
+        self, target_s: NDArray[np.float64], wanted: NDArray[np.intp], closed: set[float]
+    ) -> tuple[NDArray[np.intp], Found]:
+        """Look for runs of wanted times, and solve an extremal wherever what is between two of them does not do.
+
+        Returns the numbers of the times for which there are runs, and these.
+        """
         losses = np.array([math.inf if one.multiplier in closed else _BLEND_LOSS for one in self.extremals])
-        mets = meet(self.mesh, self.extremals, losses, target_s[wanted], self.tolerance_s, self.counters)
-        splits: set[int] = set()
-        for i, met in zip(wanted.tolist(), mets, strict=True):
-            found[i] = met.run
-            if met.bracket is not None:
-                before, after = self.extremals[max(met.second - 1, 0)], self.extremals[met.second]
-                fast, slow = met.bracket
-                aim_s = float(target_s[i])
-                run = bridge(self.mesh, fast, slow, aim_s, self.tolerance_s, self.counters)
-                is_met = abs(run.time_s - aim_s) <= self.tolerance_s
-                if after.multiplier in closed or (is_met and self._keeps(before, after, run)):
-                    found[i] = run._replace(multiplier=between(before, after, run.time_s).multiplier)
-                else:
-                    splits.add(met.second)
-            elif met.status == NOT_KEPT:
-                splits.add(met.second)
+        met = meet(self.mesh, self.extremals, losses, target_s[wanted], self.tolerance_s, self.counters)
+        splits = set(met.second[met.status == NOT_KEPT].tolist())
+        bridged: dict[int, Run] = {}
+        for i, (fast, slow) in met.brackets.items():
+            second = int(met.second[i])
+            before, after = self.extremals[max(second - 1, 0)], self.extremals[second]
+            aim_s = float(target_s[wanted[i]])
+            run = bridge(self.mesh, fast, slow, aim_s, self.tolerance_s, self.counters)
+            is_met = abs(run.time_s - aim_s) <= self.tolerance_s
+            if after.multiplier in closed or (is_met and self._keeps(before, after, run)):
+                bridged[i] = run._replace(multiplier=between(before, after, run.time_s).multiplier)
+            else:
+                splits.add(second)
         self._split(sorted(splits), closed)
+        which = wanted[met.status == OK]
+        if not bridged:
+            return which, met.found
+        runs = Found.joined((met.found, Found.of(list(bridged.values()))))
+        return np.concatenate((which, wanted[list(bridged)])), runs
 
     def _is_foretold(self, before: Extremal, middle: Extremal, after: Extremal) -> bool:
         """Whether two extremals told the energy of the one between them."""

@@ -23,7 +23,7 @@ from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, HELD_BACK, HOLDING, 
 from tgvdp.progress import tell
 from tgvdp.runs.batch import Batch
 from tgvdp.runs.bends import allowed_off_s, are_cut
-from tgvdp.runs.followed import follow_all
+from tgvdp.runs.followed import Followed, follow_all
 from tgvdp.runs.profile import Profile
 
 #: Relative difference below which running times are the same; how well extremals meet theirs.
@@ -56,10 +56,6 @@ _MOST_EXCESS = 8e-4
 _PROFILE_REGIMES = np.full(ENVELOPE + 1, -1, dtype=np.int8)
 _PROFILE_REGIMES[[TRACTION, COASTING, DYNAMIC]] = TRACTION, COASTING, BRAKING
 _PROFILE_REGIMES[[HOLDING, RETARDED, HELD_BACK]] = HOLDING
-
-
-#: A run: time, s, energy, J, multiplier, J/s, rows, and their regimes, where they are known.
-_Row = tuple[float, float, float, tuple[Floats, Floats], NDArray[np.int8] | None]
 
 
 @dataclass
@@ -254,8 +250,8 @@ class _Cleaning:
         doubt_j = price * doubt * extremal.time_s
         return (extremal.energy_j + price * late_s - doubt_j - float(self.energies[own])) / base_j
 
-    def _followed(self, points: Sequence[_Point]) -> list[_Row]:
-        """True runs of points."""
+    def _followed(self, points: Sequence[_Point]) -> list[tuple[float, Followed]]:
+        """Prices and true runs of points."""
         runs = Batch.of([(point.x_m, point.w) for point in points])
         regime = np.concatenate([np.append(_PROFILE_REGIMES[point.regime], np.int8(-1)) for point in points])
         time_s = np.array([point.extremal.time_s for point in points])
@@ -265,28 +261,23 @@ class _Cleaning:
         bends = are_cut(resolve(self.trip), time_s, most_s)
         true = follow_all(self.trip, runs, regime, time_s, energy_j, most_s, bends=bends)
         prices = [max(point.extremal.price - self.auxiliary_w, 0.0) for point in points]
-        columns = true.time_s.tolist(), true.energy_j.tolist(), prices, true.runs.runs(), true.regimes()
-        return list(zip(*columns, strict=True))
+        return [(price, true.part(i)) for i, price in enumerate(prices)]
 
     def _joined(self) -> OptimalRuns:
         """All points in order of time: extremals, and the program's runs for the others."""
         found = self.found
         counters = found.counters | {"clean": len(self.points), "drives": self.solver.runs}
-        rows: list[_Row] = []
         replaced = {int(self.own[k]) for k in self.points}
-        for i in range(len(found.duration_s)):
-            if i not in replaced:
-                rows.append(
-                    (float(found.duration_s[i]), float(found.energy_j[i]), float(found.multiplier_j_per_s[i]),
-                     found.rows(i), found.regimes(i))
-                )  # fmt: skip
+        prices = found.multiplier_j_per_s.tolist()
+        runs = [(price, found.part(i)) for i, price in enumerate(prices) if i not in replaced]
         if self.points:
-            rows += self._followed(list(self.points.values()))
-        rows.sort(key=lambda row: row[0])
+            runs += self._followed(list(self.points.values()))
+        runs.sort(key=lambda run: float(run[1].time_s[0]))
         met_s = self.target_s[sorted(self.points)]
-        duration, energy, price = (np.array([row[column] for row in rows]) for column in range(3))
+        parts = [part for _, part in runs]
         return replace(
-            found, duration_s=duration, energy_j=energy, multiplier_j_per_s=price, counters=counters,
-            _rows=[row[3] for row in rows], _regimes=[row[4] for row in rows],
+            found, duration_s=np.concatenate([part.time_s for part in parts]),
+            energy_j=np.concatenate([part.energy_j for part in parts]),
+            multiplier_j_per_s=np.array([price for price, _ in runs]), counters=counters, _parts=parts,
             missed_s=tuple(s for s in found.missed_s if not np.isclose(met_s, s, rtol=_SAME, atol=0.0).any()),
         )  # fmt: skip

@@ -19,6 +19,8 @@ from tgvdp.methods.refine.extremals import Extremals
 from tgvdp.methods.refine.mesh import mesh_for
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import EnergyTables, energy_tables
+from tgvdp.runs.batch import Batch
+from tgvdp.runs.followed import Followed
 from tgvdp.runs.profile import Profile, profile_of
 from tgvdp.runs.resistance_correction import follow
 
@@ -102,7 +104,8 @@ def refine_front(
     except OutOfTime:
         complete = False
     duration, joules, multipliers = np.array(found, dtype=np.float64).reshape(-1, 3).T
-    return OptimalRuns(duration, joules, multipliers, complete, not saves, counters, rows)
+    true = [Followed(Batch.of(rows), None, duration, joules)] if rows else []
+    return OptimalRuns(duration, joules, multipliers, complete, not saves, counters, true)
 
 
 def _met(front: Extremals, middle_s: float, half_s: float, saves: bool) -> tuple[_Floats, _Floats, Profile, float]:
