@@ -20,7 +20,7 @@ def costs_of(trip, fastest, problem, multiplier_j_per_s):
     for factor in (0.3, 1.0, 4.0):
         policy = mesh.extremal(factor * problem.total(multiplier_j_per_s), counters).switch
         for share in (0.0, 0.05, 0.4):
-            run = mesh.drive(policy + share * (mesh.flat_out - policy), counters)
+            run = mesh.drive(policy + share * (mesh.fast[:, np.newaxis] - policy), counters)
             yield run.energy_j + problem.total(multiplier_j_per_s) * run.time_s
 
 

@@ -48,7 +48,7 @@ def solving() -> list[Compiled]:
     """Solve no multiplier on a mesh."""
     mesh = Mesh.along(*some_run())
     with watch() as compiled:
-        mesh.switching_speeds(np.empty(0), np.empty((0, *mesh.flat_out.shape)))
+        mesh.switching_speeds(np.empty(0), np.empty((0, len(mesh.fast), 4)))
     return compiled
 
 

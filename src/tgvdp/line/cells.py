@@ -59,10 +59,11 @@ def cells_of(trip: Trip, stations_m: NDArray[np.float64] | None = None) -> Cells
     -------
     Cells
     """
-    station_m = breaks_of(trip)
-    if stations_m is not None:
-        station_m = np.sort(np.concatenate((station_m, stations_m)))
-        station_m = station_m[np.concatenate(([True], station_m[1:] > station_m[:-1]))]
+    return cells_between(trip, breaks_of(trip) if stations_m is None else np.union1d(breaks_of(trip), stations_m))
+
+
+def cells_between(trip: Trip, station_m: NDArray[np.float64]) -> Cells:
+    """Cells between stations, (K + 1,) from the origin, m, that rise and have all breaks of the trip among them."""
     line = resolve(trip)
     step = line.step_at(0.5 * (station_m[:-1] + station_m[1:]))
     supply = line.supply[step]
@@ -71,6 +72,14 @@ def cells_of(trip: Trip, stations_m: NDArray[np.float64] | None = None) -> Cells
         saved_w[station_m[1:] <= until_m - trip.origin_m] += credit_w
     length_m = station_m[1:] - station_m[:-1]
     return Cells(station_m, length_m, line.grade_n[step], line.air[step], line.limit_mps[step] ** 2, supply, saved_w)
+
+
+def halved(cells: Cells) -> Cells:
+    """Cells that are each cut in two, as of `cut`."""
+    station_m = cells.station_m.repeat(2)[:-1]
+    station_m[1::2] += 0.5 * cells.length_m
+    length_m = station_m[1:] - station_m[:-1]
+    return Cells._make((station_m, length_m, *(column.repeat(2) for column in cells[2:])))
 
 
 def cut(cells: Cells, parts: NDArray[np.int64]) -> Cells:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tgvdp.cores import even_parts, shares, side_by_side
 from tgvdp.errors import NumericalError
-from tgvdp.line.cells import Cells, cells_of, cut
+from tgvdp.line.cells import Cells, cells_between, cells_of, cut, halved
 from tgvdp.memory import ask_for
 from tgvdp.methods.costate import backward as costate
 from tgvdp.methods.costate.blend import Blend
@@ -105,7 +105,6 @@ class Mesh:
             saved_w=self.cells.saved_w / (self.tables.traction * inertia_kg),
         )  # fmt: skip
         self.floor_w = _FLOOR * float(self.fast.max())
-        self.flat_out = self.fast.repeat(4).reshape(-1, 4)
 
     @classmethod
     def of(cls, trip: Trip, fastest: Profile, fineness: float = 1.0, rows: float = USUAL_ROWS) -> "Mesh":
@@ -126,7 +125,7 @@ class Mesh:
         tables = energy_tables(trip.train, trip.energy)
         if not train.braking[:, 1:].any():
             tables = tables._replace(regeneration=0.0)
-        cells = cells_of(trip, graded_stations(trip, fastest, cell_m))
+        cells = cells_between(trip, graded_stations(trip, fastest, cell_m))
         cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip)))
         envelope = _envelope(trip, cells, train)
         mesh = cls(
@@ -146,15 +145,16 @@ class Mesh:
 
     def cut(self, parts: NDArray[np.int64]) -> "Mesh":
         """The mesh with its cells cut into so many parts, (K,); the mesh itself where none is cut."""
-        if (parts == 1).all():
-            return self
-        cells = cut(self.cells, parts)
-        return replace(self, cells=cells, envelope=_envelope(self.trip, cells, self.train))
+        return self if (parts == 1).all() else self._on(cut(self.cells, parts))
 
     @cached_property
     def finer(self) -> "Mesh":
         """The mesh with all of its cells cut in two."""
-        return self.cut(np.full(len(self.cells.length_m), 2))
+        return self._on(halved(self.cells))
+
+    def _on(self, cells: Cells) -> "Mesh":
+        """The mesh on other cells."""
+        return replace(self, cells=cells, envelope=_envelope(self.trip, cells, self.train))
 
     @property
     def room(self) -> Room:
@@ -242,10 +242,10 @@ class Mesh:
 
     def _extremals(self, multipliers: Sequence[float]) -> tuple[list[Extremal], int, int]:
         """Extremals, and the costates carried, and runs driven."""
-        policies = np.empty((len(multipliers), *self.flat_out.shape))
+        policies = np.empty((len(multipliers), len(self.fast), 4))
         first = 0
         if math.isinf(multipliers[0]):
-            policies[0] = self.flat_out
+            policies[0] = self.fast[:, np.newaxis]
             first = 1
         costates = self.switching_speeds(np.array(multipliers[first:], dtype=np.float64), policies[first:])
         runs, passed, count = self._driven(policies)
@@ -255,7 +255,7 @@ class Mesh:
 
     def optimal_run(self, multiplier: float, counters: dict[str, int]) -> Run:
         """The optimal run of a finite multiplier, J/s, in rows that the next one overwrites."""
-        policies = np.empty((1, *self.flat_out.shape))
+        policies = np.empty((1, len(self.fast), 4))
         counters["extremals"] += 1
         counters["costates"] += self.switching_speeds(np.array([multiplier], dtype=np.float64), policies)
         run = self.drive(policies[0], counters)

@@ -4,11 +4,12 @@ The cell size is ``h`` along the line and falls linearly to ``h / 10`` at the tw
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel, part
+from tgvdp._jit import entry, kernel, leaf, part
 from tgvdp.line.cells import breaks_of, cells_of
 from tgvdp.methods.costate.brake_jumps import AT_CUT, cut_out_w
 from tgvdp.model.trip import Trip
@@ -20,37 +21,14 @@ _END_SHARE = 0.1
 _GRADING = 0.2
 #: How often the last cell is halved, each time next to the end, where braking returns energy.
 _END_HALVINGS = 3
-#: Stations closer than this share of the distance are one.
+#: So many cells more are at the two ends together than there would be of the usual size.
+_MORE_AT_ENDS = 2.0 * math.log(1.0 / _END_SHARE) / _GRADING
+#: Stations closer than this share of the distance are one; counts of cells by which a cell is not cut.
 _SAME = 1e-7
+_ROUNDING = 1e-9
 #: Efforts at the ends of a row are taken this share of it inside: they may jump there.
 _INSIDE = 1e-6
 _HALVINGS = 40
-
-
-class _Grading:
-    """Cell count C(x) = ∫ dx / size(x) from an end of the line, and its inverse, in closed form."""
-
-    def __init__(self, distance_m: float, cell_m: float) -> None:
-        self.half_m = 0.5 * distance_m
-        self.end_m = _END_SHARE * cell_m
-        self.cell_m = cell_m
-        self.graded_m = min((cell_m - self.end_m) / _GRADING, self.half_m)
-        self.graded_count = float(np.log1p(_GRADING * self.graded_m / self.end_m)) / _GRADING
-        self.half_count = self.graded_count + (self.half_m - self.graded_m) / cell_m
-
-    def count(self, x_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Cells between the start and x."""
-        from_end = np.minimum(x_m, 2.0 * self.half_m - x_m)
-        graded = np.log1p(_GRADING * np.minimum(from_end, self.graded_m) / self.end_m) / _GRADING
-        count = graded + np.maximum(from_end - self.graded_m, 0.0) / self.cell_m
-        return np.where(x_m <= self.half_m, count, 2.0 * self.half_count - count)
-
-    def position(self, count: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Inverse of `count`."""
-        from_end = np.minimum(count, 2.0 * self.half_count - count)
-        graded = self.end_m * np.expm1(_GRADING * np.minimum(from_end, self.graded_count)) / _GRADING
-        x_m = graded + np.maximum(from_end - self.graded_count, 0.0) * self.cell_m
-        return np.where(count <= self.half_count, x_m, 2.0 * self.half_m - x_m)
 
 
 def switch_points(profile: Profile) -> NDArray[np.float64]:
@@ -139,6 +117,92 @@ def _braking_points(trip: Trip, fastest: Profile, cell_m: float) -> NDArray[np.f
     return np.concatenate((at_m[:count], trip.distance_m - left_m))
 
 
+class _Grading(NamedTuple):
+    """Sizes of cells: half the line, m, the size away from its ends and at them, and where the one becomes the other."""
+
+    half_m: float
+    cell_m: float
+    end_m: float
+    graded_m: float
+
+
+@leaf
+def _count_from_end(grading, x):
+    """Cells between an end of the line and x on that half of it: C = ∫ dx / size(x), in closed form."""
+    graded = math.log1p(_GRADING * min(x, grading.graded_m) / grading.end_m) / _GRADING
+    return graded + max(x - grading.graded_m, 0.0) / grading.cell_m
+
+
+@leaf
+def _count(grading, x):
+    """Cells between the start of the line and x."""
+    count = _count_from_end(grading, min(x, 2.0 * grading.half_m - x))
+    return count if x <= grading.half_m else 2.0 * _count_from_end(grading, grading.half_m) - count
+
+
+@leaf
+def _position(grading, count):
+    """Inverse of `_count`."""
+    half = _count_from_end(grading, grading.half_m)
+    all_graded = _count_from_end(grading, grading.graded_m)
+    from_end = min(count, 2.0 * half - count)
+    x = grading.end_m * math.expm1(_GRADING * min(from_end, all_graded)) / _GRADING
+    x += max(from_end - all_graded, 0.0) * grading.cell_m
+    return x if count <= half else 2.0 * grading.half_m - x
+
+
+@part
+def _fill_to(grading, x, station_m, n):
+    """Append graded stations up to a position, and that; returns their number."""
+    first = _count(grading, station_m[n - 1])
+    span = _count(grading, x) - first
+    parts = max(math.ceil(span - _ROUNDING), 1)
+    for i in range(1, parts):
+        at = _position(grading, first + i * (span / parts))
+        if station_m[n - 1] < at < x:
+            station_m[n] = at
+            n += 1
+    station_m[n] = x
+    return n + 1
+
+
+@entry
+def fill_stations(break_m, soft_m, cell_m, station_m):
+    """Fill in stations: all breaks, positions that are apart from these and from each other, and graded ones between.
+
+    Parameters
+    ----------
+    break_m, soft_m : (m,), (l,) float64
+        In order, from the origin, m.
+    cell_m : float
+        Cell size away from the ends, m.
+    station_m : (size,) float64, modified in place
+        Room for them.
+
+    Returns
+    -------
+    int
+        How many there are.
+    """
+    half_m = 0.5 * break_m[-1]
+    end_m = _END_SHARE * cell_m
+    grading = _Grading(half_m, cell_m, end_m, min((cell_m - end_m) / _GRADING, half_m))
+    gap_m = _SAME * break_m[-1]
+    station_m[0] = 0.0
+    n = 1
+    k = 0
+    soft = -math.inf
+    for i in range(1, break_m.shape[0]):
+        while k < soft_m.shape[0] and soft_m[k] < break_m[i]:
+            before = max(soft, break_m[i - 1])
+            soft = soft_m[k]
+            if soft - before > gap_m and break_m[i] - soft > gap_m:
+                n = _fill_to(grading, soft, station_m, n)
+            k += 1
+        n = _fill_to(grading, break_m[i], station_m, n)
+    return n
+
+
 def graded_stations(trip: Trip, fastest: Profile, cell_m: float) -> NDArray[np.float64]:
     """Stations from the origin for cells of about ``cell_m``.
 
@@ -153,24 +217,11 @@ def graded_stations(trip: Trip, fastest: Profile, cell_m: float) -> NDArray[np.f
     Returns
     -------
     (n,) float64
-        Increasing, from 0 to the trip's distance, m.
+        Increasing, from 0 to the trip's distance, m; all breaks of the line are among them.
     """
-    breaks_m = breaks_of(trip)
-    soft_m = np.sort(np.concatenate((switch_points(fastest), _braking_points(trip, fastest, cell_m))))
-    gap_m = _SAME * trip.distance_m
-    after = np.searchsorted(breaks_m[1:-1], soft_m) + 1
-    apart = np.minimum(soft_m - breaks_m[after - 1], breaks_m[after] - soft_m) > gap_m
-    apart[1:] &= soft_m[1:] - soft_m[:-1] > gap_m
-    soft_m = soft_m[apart]
-    fixed_m = np.sort(np.concatenate((breaks_m, soft_m)))
-    grading = _Grading(trip.distance_m, cell_m)
-    at = grading.count(fixed_m)
-    span = at[1:] - at[:-1]
-    counts = np.maximum(np.ceil(span - 1e-9), 1.0).astype(np.int64)
-    inner = counts - 1
-    start = np.repeat(at[:-1], inner)
-    step = np.repeat(span / counts, inner)
-    which = np.arange(1, len(start) + 1) - np.repeat(np.cumsum(inner) - inner, inner)
-    inner_m = grading.position(start + which * step)
-    station_m = np.sort(np.concatenate((fixed_m, inner_m)))
-    return np.concatenate((station_m[:1], station_m[1:][station_m[1:] > station_m[:-1]]))
+    break_m, soft_m, more_m = breaks_of(trip), switch_points(fastest), _braking_points(trip, fastest, cell_m)
+    if len(more_m):
+        soft_m = np.sort(np.concatenate((soft_m, more_m)))
+    most = len(break_m) + len(soft_m) + math.ceil(trip.distance_m / cell_m + _MORE_AT_ENDS)
+    station_m = np.empty(most)
+    return station_m[: fill_stations(break_m, soft_m, cell_m, station_m)]
