@@ -169,7 +169,8 @@ def search(
 def run_search(train: Train | Source, track: Track | Source, options: SearchOptions) -> SearchResult:
     """Do what `search` is asked for."""
     started = time.perf_counter()
-    budget = budget_of(options.as_dict())
+    given = options.as_dict()
+    budget = budget_of(given)
     trip, clock = trip_of(train, track, options), budget.start()
     with sensible_numbers(trip, options.max_memory_b), compiling_beside(options):
         profile = fastest_run(trip)
@@ -187,7 +188,7 @@ def run_search(train: Train | Source, track: Track | Source, options: SearchOpti
         front=ParetoFront.of(found.duration_s, found.energy_j),
         counters=found.counters,
         complete=found.complete,
-        options=options.as_dict()
+        options=given
         | {
             "max_margin": max_margin,
             "destination_m": trip.destination_m,

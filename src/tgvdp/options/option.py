@@ -134,6 +134,10 @@ class Option:
     def _si(self, value: Any) -> Any:
         return to_si(value, self.unit, _UNITS[self.unit].quantity) if self.unit else value
 
+    def is_default(self, value: Any) -> bool:
+        """Whether an argument is the default, of its type as well."""
+        return value is self.default or (type(value) is type(self.default) and value == self.default)
+
     def check(self, value: Any) -> Any:
         """Return an argument as its kind.
 

@@ -233,7 +233,7 @@ class SearchOptions:
     bounds: bool = option(True, "prune by bounds of the cost to go.", name="bounds", heading=GRID, methods=_BEST_FIRST)
 
     def __post_init__(self) -> None:
-        given = [one for one in OPTIONS if getattr(self, one.argument) is not one.default]
+        given = [one for one in OPTIONS if not one.is_default(getattr(self, one.argument))]
         for one in given:
             object.__setattr__(self, one.argument, one.check(getattr(self, one.argument)))
         asked = [one for one in given if getattr(self, one.argument) != one.default]

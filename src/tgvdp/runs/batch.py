@@ -31,6 +31,9 @@ class Batch(NamedTuple):
     @classmethod
     def of(cls, runs: Sequence[tuple[Floats, Floats]]) -> "Batch":
         """Put runs, each its positions and squared speeds, one behind the other."""
+        if len(runs) == 1:
+            ((x_m, w),) = runs
+            return cls(x_m, w, np.array([0, len(x_m)]))
         first = np.cumsum([0, *(len(x_m) for x_m, _ in runs)])
         x_m, w = (np.concatenate(columns) for columns in zip(*runs, strict=True))
         return cls(x_m, w, first)
@@ -40,14 +43,18 @@ class Batch(NamedTuple):
         """The runs of some batches, one at least, in one: itself where it is alone."""
         if len(batches) == 1:
             return batches[0]
-        sizes = [one.first[1:] - one.first[:-1] for one in batches]
-        first = np.concatenate(([0], *sizes)).cumsum()
+        first = np.concatenate(([0], *(one.sizes for one in batches))).cumsum()
         return cls(np.concatenate([one.x_m for one in batches]), np.concatenate([one.w for one in batches]), first)
 
     @property
     def size(self) -> int:
         """How many runs there are."""
         return len(self.first) - 1
+
+    @property
+    def sizes(self) -> NDArray[np.int64]:
+        """How many rows each of them has, (n,)."""
+        return self.first[1:] - self.first[:-1]
 
     def run(self, index: int) -> tuple[Floats, Floats]:
         """Positions and squared speeds of one run."""

@@ -67,9 +67,8 @@ _MORE = 1.1
 
 def allowed_off_s(energy_j: Floats, multiplier_j_per_s: Floats) -> Floats:
     """How far the time of runs may be off, s, (n,), by what energy they take, J, and save with a second more, J/s."""
-    with np.errstate(divide="ignore"):
-        worth_s: Floats = _WORTH * energy_j / multiplier_j_per_s
-    return np.clip(worth_s, _LEAST_S, MOST_S)
+    worth_j = _WORTH * energy_j
+    return np.asarray(np.maximum(worth_j / np.maximum(multiplier_j_per_s, worth_j / MOST_S), _LEAST_S))
 
 
 def most_off_s(time_s: float, rows: float = USUAL_ROWS) -> float:
@@ -77,12 +76,12 @@ def most_off_s(time_s: float, rows: float = USUAL_ROWS) -> float:
     return _OFF / rows**2 * time_s if time_s > _CUT_FROM_S else 0.0
 
 
-def are_cut(line: ResolvedLine, time_s: Floats | float, most_s: Floats | float = MOST_S) -> bool:
+def are_cut(line: ResolvedLine, time_s: Floats, most_s: Floats | float = MOST_S) -> bool:
     """Whether rows of runs of some times, s, which may be off by so much, s, (n,) both, are cut where motion bends.
 
     Not where the resistance changes along a row: its effort is no law to cut it by.
     """
-    return line.even and bool(np.any((time_s > _CUT_FROM_S) | (_OFF / USUAL_ROWS**2 * time_s > most_s)))
+    return line.even and bool(((time_s > _CUT_FROM_S) | (_OFF / USUAL_ROWS**2 * time_s > most_s)).any())
 
 
 def enough_rows(line: ResolvedLine, time_s: float, tolerance_s: float) -> float:

@@ -251,7 +251,7 @@ def fastest_run(trip: Trip) -> Profile:
     line = resolve(trip)
     rows = follow(trip.train, line, envelope.x_m, envelope.w)
     profile = profile_of(trip, *rows)
-    if not are_cut(line, profile.duration_s):
+    if not are_cut(line, profile.time_s[-1:]):
         return profile
     runs = Batch.of([rows])
     cut, _ = cut_at_bends(trip.train, line, runs)

@@ -71,7 +71,7 @@ class _Leaving(NamedTuple):
 def drivable(
     mesh: Mesh,
     runs: Found,
-    aims_s: _Floats,
+    wanted_s: _Floats,
     tolerance_s: float,
     min_phase_s: float,
     counters: dict[str, int],
@@ -85,8 +85,8 @@ def drivable(
         On which they were found.
     runs : Found
         One at least; their times, s, rise, and they are slower than the fastest run.
-    aims_s : (m,) float64
-        Running times that are wanted, s.
+    wanted_s : (n,) float64
+        Running time that is wanted of each, s; its own where it stands for a time that no run takes.
     tolerance_s : float
         How well they are met, s.
     min_phase_s : float
@@ -97,7 +97,7 @@ def drivable(
         Runs that it leaves no time for keep their phases.
     """
     outcome = runs.outcome.copy()
-    leaving = _leaving(mesh, outcome, aims_s, tolerance_s, min_phase_s) if min_phase_s > 0.0 else None
+    leaving = _leaving(mesh, outcome, wanted_s, tolerance_s, min_phase_s) if min_phase_s > 0.0 else None
     outcome[:, 1] += mesh.tables.auxiliary_w * outcome[:, 0]
     most_s = allowed_off_s(np.maximum(outcome[:, 1], mesh.least_drawn_j), outcome[:, 2])
     bends = are_cut(resolve(mesh.trip), outcome[:, 0], most_s)
@@ -116,7 +116,7 @@ def drivable(
                 regime = np.full(len(own.x_m), -1, dtype=np.int8)
         return follow_all(mesh.trip, own, regime, time_s, energy_j, most_s[part], bends=bends), short, in_time
 
-    parts = list(_parts(np.diff(runs.rows.first).tolist()))
+    parts = list(_parts(runs.rows.sizes.tolist()))
     true, shorts, in_times = zip(*side_by_side(driven, parts), strict=True)
     counters["short"] += sum(shorts)
     outcome[:, 0] = np.concatenate([one.time_s for one in true])
@@ -124,7 +124,7 @@ def drivable(
     return Drivable(outcome, list(true), all(in_times))
 
 
-def _leaving(mesh: Mesh, outcome: _Floats, aims_s: _Floats, tolerance_s: float, min_phase_s: float) -> _Leaving:
+def _leaving(mesh: Mesh, outcome: _Floats, wanted_s: _Floats, tolerance_s: float, min_phase_s: float) -> _Leaving:
     """What leaving phases out of runs, whose energies are without auxiliaries, may cost, and change of their times."""
     times_s, energies_j, price = outcome.T.copy()
     steps_j = np.full(len(outcome) + 1, np.inf)
@@ -133,10 +133,8 @@ def _leaving(mesh: Mesh, outcome: _Floats, aims_s: _Floats, tolerance_s: float, 
     most_j = np.minimum(
         _LOSS * np.maximum(np.abs(drawn_j), mesh.least_energy_j), _OF_STEP * np.minimum(steps_j[1:], steps_j[:-1])
     )
-    early_s = aims_s[np.abs(aims_s - times_s[:, np.newaxis]).argmin(axis=1)] - times_s
-    early_s[np.abs(early_s) > tolerance_s] = 0.0  # it stands for a time that no run takes
     way = way_of(mesh.train, mesh.cells, Rows(mesh.envelope.x_m, mesh.envelope.w), mesh.tables)
-    return _Leaving(way, price, min_phase_s, most_j, early_s, tolerance_s)
+    return _Leaving(way, price, min_phase_s, most_j, wanted_s - times_s, tolerance_s)
 
 
 def _parts(rows: Sequence[int]) -> Iterator[slice]:

@@ -9,7 +9,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -136,8 +135,8 @@ def optimal_front(
     counters = {"cells": 0, "extremals": 0, "runs": 0, "costates": 0, "short": 0}
     slower_s = target_s[target_s > fastest.duration_s * (1.0 + _SAME)]
     if tolerance_s is None:
-        times_s = [fastest.duration_s, *slower_s.tolist()]
-        tolerance_s = _STEP_TOL * min((later_s - time_s for time_s, later_s in pairwise(times_s)), default=math.inf)
+        times_s = np.concatenate(([fastest.duration_s], slower_s))
+        tolerance_s = _STEP_TOL * float((times_s[1:] - times_s[:-1]).min(initial=math.inf))
     rows = fastest.position_m - trip.origin_m, fastest.speed_mps**2
     met = len(target_s) - len(slower_s)
     known = Found.of([Run(fastest.duration_s, fastest.total_energy_j, math.inf, *rows)] * met) if met else Found.none()
@@ -225,8 +224,9 @@ class _Search:
         outcome, complete = self.known.outcome, driven.complete
         parts = [Followed(self.known.rows, None, outcome[:, 0], outcome[:, 1])]
         if len(aim) and self.front is not None:
+            wanted_s = np.where(aim >= 0, aims_s[aim], picked.outcome[:, 0])
             true = drivable(
-                self.front.mesh, picked, aims_s, self.tolerance_s, self.min_phase_s, self.counters, self.clock
+                self.front.mesh, picked, wanted_s, self.tolerance_s, self.min_phase_s, self.counters, self.clock
             )
             outcome = np.concatenate((outcome, true.outcome))
             complete = complete and true.complete

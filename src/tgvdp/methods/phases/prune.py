@@ -242,16 +242,17 @@ def prune(
     -------
     Pruned
     """
-    rows = np.diff(runs.first)
+    most = int(runs.sizes.max())
     here, there, out = (
-        Run.of(scratch(f"prune {name}", 5, 2 * int(size) + _MORE_ROWS))
-        for name, size in (("here", rows.max()), ("there", rows.max()), ("out", rows.sum()))
+        Run.of(scratch(f"prune {name}", 5, 2 * size + _MORE_ROWS))
+        for name, size in (("here", most), ("there", most), ("out", len(runs.x_m)))
     )
-    plan, found = scratch("prune plan", _MOST_PHASES, PLAN_COLUMNS), np.empty((len(rows), 4))
+    plan, found = scratch("prune plan", _MOST_PHASES, PLAN_COLUMNS), np.empty((runs.size, 4))
     given = Rows(runs.x_m, runs.w)
     prune_runs(way, given, runs.first, price, least_s, most_j, later_s, slack_s, here, there, plan, out, found)
-    first = np.concatenate(([0], found[:, 0].astype(np.int64)))
-    size = int(first[-1])
+    first = np.zeros(runs.size + 1, dtype=np.int64)
+    first[1:] = found[:, 0]
+    size = first[-1]
     pruned = Batch(out.x[:size].copy(), out.w[:size].copy(), first)
     regime = out.regime[:size].astype(np.int8)
     regime[first[1:] - 1] = -1
