@@ -28,7 +28,7 @@ _MARCH = 0.5
 _IDLE_STEPS = 12
 #: Steps that are solved at once: at first, on a mesh of few cells more of them, and later on.
 _FIRST_STEPS = 4
-_FEW_CELLS, _FIRST_STEPS_ON_FEW = 128, 6
+_FEW_CELLS, _FIRST_STEPS_ON_FEW = 128, 5
 _STEPS = 2
 #: Two multipliers whose logarithms differ by less are one.
 _SAME_MULTIPLIER = 2e-3

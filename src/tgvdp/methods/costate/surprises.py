@@ -16,11 +16,12 @@ FIRST_MULTIPLIER = 4.0
 #: Multipliers beyond this multiple of the usual one are infinite.
 HIGHEST_MULTIPLIER = 1e12
 MOST_EXTREMALS = 250
-#: Steps of ln λ towards the fastest run, from the highest multiplier that is finite: how long they are, how far they go
-#: at once, at least and at most; to a run that is slower than the fastest one by this share of what the first time is.
+#: Steps of ln λ towards the fastest run, from the highest multiplier that is finite: how long they are, how many are
+#: taken at once, and how far they go at least; to a run that is slower than the fastest one by this share of what the
+#: first time is.
 _STEP_UP = 0.5
+_STEPS_AT_ONCE = 4
 _LEAST_RISE = 0.7
-_MOST_RISE = 4.2
 _FAR_ENOUGH = 0.5
 #: Between two extremals the front lies above their tangents; where these leave more room than this share of energy
 #: below the chord, the front may bend in a way that they do not foretell: unless they foretold one between them.
@@ -75,7 +76,8 @@ def _pieces(front: "ExtremalFront", before: Extremal, after: Extremal) -> int:
 def _towards_fastest(front: "ExtremalFront", first_s: float) -> list[float]:
     """Multipliers between the fastest run and the next extremal, in steps, up to that of a run as fast as a time.
 
-    What runs take longer than the fastest one goes about with a power of λ, which two of them tell.
+    What runs take longer than the fastest one goes about with a power of λ, which two of them tell, and a few steps on
+    two others better.
     """
     fastest, after, *slower = front.extremals
     rise = math.log(FIRST_MULTIPLIER)
@@ -83,8 +85,9 @@ def _towards_fastest(front: "ExtremalFront", first_s: float) -> list[float]:
         longer_s, next_longer_s = after.time_s - fastest.time_s, slower[0].time_s - fastest.time_s
         power = math.log(next_longer_s / longer_s) / math.log(after.multiplier / slower[0].multiplier)
         sought_s = max(_FAR_ENOUGH * (first_s - fastest.time_s), front.tolerance_s)
-        rise = min(max(math.log(longer_s / sought_s) / power, _LEAST_RISE), _MOST_RISE)
+        rise = max(math.log(longer_s / sought_s) / power, _LEAST_RISE)
     count = math.ceil(rise / _STEP_UP)
     most = HIGHEST_MULTIPLIER * front.mesh.usual_multiplier
-    multipliers = [after.multiplier * math.exp(rise * step / count) for step in range(count, 0, -1)]
+    steps = range(min(count, _STEPS_AT_ONCE), 0, -1)
+    multipliers = [after.multiplier * math.exp(rise * step / count) for step in steps]
     return [multiplier for multiplier in multipliers if multiplier < most]
