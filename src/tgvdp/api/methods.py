@@ -57,8 +57,7 @@ def continuous_front(
     """
     if trip.energy.kind == "map":
         return refine_front(trip, fastest, target_s, budget, tolerance_s, known)
-    powered = bool((resolve(trip).supply == POWERED).all())
-    if clean and powered:
+    if clean and (resolve(trip).supply == POWERED).all():
         return extremal_front(trip, fastest, target_s, budget, tolerance_s, min_phase_s)
     return optimal_front(trip, fastest, target_s, budget, tolerance_s, min_phase_s, rough=rough)
 

@@ -1,6 +1,6 @@
 """What a search may spend: labels and time."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from tgvdp._jit import working_s
 from tgvdp.constants import DEFAULT_TIME_S
@@ -48,7 +48,7 @@ class SearchBudget:
 
     def after(self, clock: "Clock") -> "SearchBudget":
         """What is left of the time; never nothing, so that whoever is asked next says that the time is up."""
-        return replace(self, time_limit_s=max(clock.left_s(), _LEAST_TIME_S))
+        return SearchBudget(self.max_labels, max(clock.left_s(), _LEAST_TIME_S))
 
     def start(self, elapsed_s: float = 0.0) -> "Clock":
         """Start the clock, or one that has been running for a while."""

@@ -101,4 +101,5 @@ def convention_of(
     if preset not in CONVENTIONS:
         raise InputError(f"convention must be one of {', '.join(CONVENTIONS)}, got {preset!r:.60}")
     given: dict[str, Any] = {"mass_model": mass_model, "limits": limits, "curves": curves, "tunnels": tunnels}
-    return replace(CONVENTIONS[preset], **{name: value for name, value in given.items() if value is not None})
+    changed = {name: value for name, value in given.items() if value is not None}
+    return replace(CONVENTIONS[preset], **changed) if changed else CONVENTIONS[preset]
