@@ -146,7 +146,7 @@ def _drive_all(train, tables, course, start_w, policies, passed, rows, scratch, 
         run = runs[i]
         rows.x[0] = 0.0
         rows.w[0] = start_w
-        blend = Blend(policy, policy, policy)
+        blend = Blend(policy, policy, policy, policy)
         n, run[2], run[3] = drive_blend(train, tables, course, blend, 0.0, scratch.march, passed[i], rows)
         if n < 0:
             return i, NO_ROOM, i + 1

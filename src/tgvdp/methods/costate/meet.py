@@ -126,7 +126,7 @@ def _met(mesh: Mesh, wanted: _Wanted, target_s: _Floats, second: NDArray[np.int6
     room = mesh.room
     room.fit_kept(_ROWS_PER_CELL * len(mesh.cells.length_m) * len(target_s))
     room.resumed[0] = -1.0
-    blend = Blend(*np.empty((3, *wanted.policies.shape[1:])))
+    blend = Blend(*np.empty((4, *wanted.policies.shape[1:])))
     found: list[Found] = []
     brackets: list[tuple[int, _Floats]] = []
     start = count = 0

@@ -54,7 +54,7 @@ _CELL_B = 2000.0
 #: Cells of extremals that are worth a thread of its own, a microsecond each.
 _LEAST_CELLS = 450
 _NO_POLICIES = np.empty((0, 0, 0))
-_NO_BLEND = Blend(*np.empty((3, 0, 4)))
+_NO_BLEND = Blend(*np.empty((4, 0, 4)))
 _NO_KNOWN = np.empty((0, 3))
 _NO_TIMES = np.empty(0)
 

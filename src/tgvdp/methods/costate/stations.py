@@ -118,7 +118,7 @@ def _braking_points(trip: Trip, fastest: Profile, cell_m: float) -> NDArray[np.f
 
 
 class _Grading(NamedTuple):
-    """Sizes of cells: half the line, m, the size away from its ends and at them, and where the one becomes the other."""
+    """Sizes of cells, m: half the line, the size away from its ends, that at them, and how far from them it grows."""
 
     half_m: float
     cell_m: float
