@@ -23,7 +23,7 @@ TRAIN = commuter()
 def blend_of(known, second, top_w, cells=None):
     """Blend of the policies of one of some extremals and the one before it; on even ground if nothing is said."""
     policies = np.array([one.switch for one in known])
-    blend = Blend(*np.empty((3, *policies[0].shape)))
+    blend = Blend(*np.empty((4, *policies[0].shape)))
     if cells is None:
         cells = cells_of(trip_on([(0, 22)]), np.linspace(0.0, 10e3, len(top_w)))
     fill_blend(kernel_train(TRAIN), cells, np.array([one.outcome for one in known]), policies, second, top_w, blend)
@@ -42,7 +42,7 @@ def test_a_blend_of_four_extremals_is_far_nearer_to_the_one_between_than_a_strai
     first, second = known[1:3]
     middle = mesh.extremal(math.sqrt(first.multiplier * second.multiplier), counters())
     bent = blend_of(known, 2, mesh.fast, mesh.cells)
-    straight = Blend(first.switch, second.switch, np.zeros_like(first.switch))
+    straight = Blend(first.switch, second.switch, *np.zeros((2, *first.switch.shape)))
     lost_j = []
     for blend in (bent, straight):
         run = mesh.drive(blend.at(0.5), counters())
@@ -63,6 +63,44 @@ def test_a_blend_stays_between_its_two_policies_but_beyond_the_envelope():
     for share in (0.1, 0.5, 0.9):
         assert 70.0 <= blend.at(share)[1, 0] <= 96.0
     assert (blend.at(1.0) == known[2].switch).all()
+
+
+def test_where_two_straight_lines_meet_a_blend_has_a_corner():
+    """The lines themselves, not a parabola between them, which is off by a fourth of what they part; on both sides."""
+    top_w = np.array([500.0, 500.0])
+    for rising in (False, True):
+        lines = [450.0, 450.0, 450.0, 420.0, 380.0, 340.0]  # 450 up to a quarter of the way, 40 less a step from there
+        known = [
+            Extremal(math.exp(-k), np.full((2, 4), 900.0 - w if rising else w), float(k), 0.0)
+            for k, w in enumerate(lines)
+        ]
+        blend = blend_of(known, 3, top_w)
+        for share in (0.0, 0.1, 0.25, 0.5, 0.75, 1.0):
+            expected = min(450.0, 420.0 + 40.0 * (1.0 - share))
+            assert blend.at(share)[1, 0] == pytest.approx(900.0 - expected if rising else expected, abs=1e-9)
+
+
+def test_a_corner_beside_two_extremals_bends_nothing_between_them():
+    known = [
+        Extremal(math.exp(-k), np.full((2, 4), w), float(k), 0.0) for k, w in enumerate([450.0, 448.0, 408.0, 368.0])
+    ]
+    blend = blend_of(known, 2, np.array([500.0, 500.0]))
+    assert blend.at(0.5)[1, 0] == pytest.approx(428.0, abs=1e-9)
+
+
+def test_a_blend_is_right_where_a_limit_ahead_begins_to_bind():
+    """For many multipliers a train coasts over a crest so that it comes to its limit just at the foot: 0.008 % of E."""
+    trip = trip_on([(0, 22.2)], [(0, 3), (2000, -16), (2265, 3)], length_m=5000.0, train=TRAIN)
+    mesh = Mesh.of(trip, fastest_run(trip), 0.125)
+    levels = np.array([1.6, 1.43, 1.26, 1.09, 0.92, 0.75])
+    known = [mesh.extremal(level * mesh.usual_multiplier, counters()) for level in np.exp(levels)]
+    blend = blend_of(known, 3, mesh.fast, mesh.cells)
+    for share in (0.25, 0.5, 0.75):
+        run = mesh.drive(blend.at(share), counters())
+        between_them = levels[2] + share * (levels[3] - levels[2])
+        best = mesh.extremal(math.exp(between_them) * mesh.usual_multiplier, counters())
+        lost_j = run.energy_j + best.multiplier * run.time_s - best.cost_j(best.multiplier)
+        assert lost_j <= 2e-6 * best.energy_j
 
 
 def test_how_far_a_line_lies_beyond_the_envelope_tells_the_run_that_coasts_from_there():

@@ -33,10 +33,13 @@ def mesh_of_three_runs(asked):
 
 
 def test_a_run_between_two_jumps_is_asked_for_a_few_times():
-    """Its multiplier is moved to either jump by turns, which went on for ever where both left room for surprises."""
+    """It is known by the multipliers next to either jump; with one alone, moved by turns, that went on for ever."""
     asked = []
     front = ExtremalFront(mesh_of_three_runs(asked), 0.1, 0.0, {}, SearchBudget(time_limit_s=5.0).start())
     assert front.reach(129.0)
     front.foresee(np.linspace(101.0, 129.0, 15))
-    assert len(asked) < 150
-    assert [one.time_s for one in front.extremals] == [99.0, *(run[0] for run in RUNS)]
+    assert len(asked) < 30
+    known = {run[0]: [one.multiplier for one in front.extremals if one.time_s == run[0]] for run in RUNS}
+    assert len(front.extremals) == 1 + sum(map(len, known.values()))
+    assert max(map(len, known.values())) == 2
+    assert 90.0 < max(known[110.0]) <= 130.0 and 25.0 <= min(known[110.0]) < 40.0

@@ -231,7 +231,7 @@ def drive_blend(train, tables, course, blend, share, scratch, passed, rows):
                 before_b = _regenerates_before(train, course, blend, share, k, b)
                 before_c = min(switch_at(blend, share, k, 3), before_top)
                 before_a = switch_at(blend, share, k, 0)
-                held = before_a if falls_from_held(blend, k) else math.inf
+                held = before_a if falls_from_held(blend, share, k) else math.inf
                 if before_top <= held < math.inf:  # beyond the envelope nothing is
                     before_a = before_top
                     held = math.inf

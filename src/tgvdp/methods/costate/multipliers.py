@@ -275,9 +275,12 @@ class ExtremalFront:
                 self.foretold.add(middle.multiplier)
             self.extremals.insert(second, middle)
             return
+        # The same run as one of them: between two multipliers of one T stands still, and jumps beyond them, or nearly.
         self.repeated.add(middle.multiplier)
-        if middle.time_s - before.time_s < after.time_s - middle.time_s:
-            # the same run: T jumps at a lower multiplier
-            self.extremals[second - 1] = before._replace(multiplier=middle.multiplier)
+        is_before = middle.time_s - before.time_s < after.time_s - middle.time_s
+        run, beyond = (before, second - 2) if is_before else (after, second + 1)
+        same = middle._replace(time_s=run.time_s, energy_j=run.energy_j)
+        if 0 <= beyond < len(self.extremals) and self.extremals[beyond].time_s == run.time_s:
+            self.extremals[second - 1 if is_before else second] = same
         else:
-            self.extremals[second] = after._replace(multiplier=middle.multiplier)  # ... or at a higher multiplier
+            self.extremals.insert(second, same)

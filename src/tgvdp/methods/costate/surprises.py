@@ -64,6 +64,8 @@ def _pieces(front: "ExtremalFront", before: Extremal, after: Extremal) -> int:
     """Into how many pieces to cut the front between two extremals so that none holds a surprise."""
     if math.isinf(before.multiplier):
         return 1 if after.time_s - before.time_s <= front.tolerance_s else 2
+    if after.time_s <= before.time_s:
+        return 1  # one run
     if before.multiplier in front.foretold or after.multiplier in front.foretold:
         return 1  # their tangents part a quarter as far as those of the two that foretold
     bend = tangent_gap(before, after) / front.base_j(after.energy_j)
@@ -79,11 +81,12 @@ def _towards_fastest(front: "ExtremalFront", first_s: float) -> list[float]:
     What runs take longer than the fastest one goes about with a power of λ, which two of them tell, and a few steps on
     two others better.
     """
-    fastest, after, *slower = front.extremals
+    fastest, after, *others = front.extremals
+    slower = next((one for one in others if one.time_s > after.time_s), None)
     rise = math.log(FIRST_MULTIPLIER)
-    if slower:
-        longer_s, next_longer_s = after.time_s - fastest.time_s, slower[0].time_s - fastest.time_s
-        power = math.log(next_longer_s / longer_s) / math.log(after.multiplier / slower[0].multiplier)
+    if slower is not None:
+        longer_s, next_longer_s = after.time_s - fastest.time_s, slower.time_s - fastest.time_s
+        power = math.log(next_longer_s / longer_s) / math.log(after.multiplier / slower.multiplier)
         sought_s = max(_FAR_ENOUGH * (first_s - fastest.time_s), front.tolerance_s)
         rise = max(math.log(longer_s / sought_s) / power, _LEAST_RISE)
     count = math.ceil(rise / _STEP_UP)
