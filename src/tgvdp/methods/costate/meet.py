@@ -96,7 +96,7 @@ def meet(
     counters["runs"] += sum(one.runs for one in done)
     return Met(
         np.concatenate([one.status for one in done]), second, Found.joined([one.found for one in done]),
-        {group.start + i: policies for group, one in zip(groups, done, strict=True) for i, policies in one.brackets},
+        {group.start + i: bracket for group, one in zip(groups, done, strict=True) for i, bracket in one.brackets},
     )  # fmt: skip
 
 
