@@ -93,7 +93,7 @@ def _pair(quick: Run, late: Run) -> _Pair:
 def _blended(mesh: Mesh, pair: _Pair, target_s: float, tolerance_s: float) -> Run | None:
     """Blend of the squared speeds of two runs that takes a time between theirs; None where efforts do not allow it."""
     quick, late, x_m, quick_w, late_w = pair
-    if abs(late.time_s - target_s) <= tolerance_s:
+    if late.time_s <= target_s + tolerance_s:
         return late
     if abs(quick.time_s - target_s) <= tolerance_s or late.time_s <= quick.time_s:
         return quick

@@ -85,6 +85,7 @@ class OptimalRuns:
 
     def _at(self, index: int) -> tuple[Followed, int]:
         """The part that has one of the runs, and its number there."""
+        index = range(len(self.duration_s))[index]
         for part in self._parts:
             if index < part.runs.size:
                 return part, index

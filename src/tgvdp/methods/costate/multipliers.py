@@ -275,12 +275,14 @@ class ExtremalFront:
                 self.foretold.add(middle.multiplier)
             self.extremals.insert(second, middle)
             return
-        # The same run as one of them: between two multipliers of one T stands still, and jumps beyond them, or nearly.
+        # One of them at another multiplier: between its two T stands still, and jumps beyond them, or nearly.
         self.repeated.add(middle.multiplier)
         is_before = middle.time_s - before.time_s < after.time_s - middle.time_s
         run, beyond = (before, second - 2) if is_before else (after, second + 1)
-        same = middle._replace(time_s=run.time_s, energy_j=run.energy_j)
+        again = run._replace(multiplier=middle.multiplier)
+        if abs(middle.time_s - run.time_s) <= self.tolerance_s:  # else another run, which is none of the front's
+            again = middle._replace(time_s=run.time_s, energy_j=run.energy_j)
         if 0 <= beyond < len(self.extremals) and self.extremals[beyond].time_s == run.time_s:
-            self.extremals[second - 1 if is_before else second] = same
+            self.extremals[second - 1 if is_before else second] = again
         else:
-            self.extremals.insert(second, same)
+            self.extremals.insert(second, again)

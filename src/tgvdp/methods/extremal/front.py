@@ -30,9 +30,9 @@ from tgvdp.runs.profile import Profile
 _SAME = 1e-9
 _TIME_RTOL = 2e-7
 #: An extremal may cost this share of energy more than the program's run, and as much as so large a share of the running
-#: time is worth: the program's rows claim times that are short by a few times 1e-5.
+#: time is worth: the program's runs are as right as that.
 _DEARER = 2e-5
-_TIME_DOUBT = 2e-5
+_TIME_DOUBT = 5e-6
 #: Net energies may be 0: shares are of no less than this share of the fastest run's.
 _LEAST_SHARE = 0.1
 #: What a phase that is too short to drive may save, as a share of energy, and be dropped all the same.
