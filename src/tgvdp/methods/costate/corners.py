@@ -119,7 +119,8 @@ def bent(step, beside, slopes):
         elif not math.isnan(right):
             bend = right
         return min(max(bend, -abs(step)), abs(step)), 0.0
-    if left * right > 0.0 and _is_corner(step, beside, slopes, abs(left) + abs(right)):
+    leads = slopes.before * step >= 0.0 and slopes.after * step >= 0.0  # so that the corner is between the two
+    if leads and left * right > 0.0 and _is_corner(step, beside, slopes, abs(left) + abs(right)):
         rises = step - slopes.before
         return rises, (slopes.after - step) / (rises + slopes.after - step)
     bend = 0.5 * (left + right)
@@ -147,6 +148,7 @@ def with_line(place, first, second, step, slope, bend, corner):
     Up to there a line may fall as a run that coasts, which its policies ``first`` and ``second`` tell, and more than
     that from there on; its start has a ``slope`` before.
     """
-    if 0.0 < first[1] - first[0] < _FLAT * (second[1] - second[0]) and not math.isnan(slope):
+    is_between = slope * step >= 0.0 and abs(slope) * place <= abs(step)
+    if is_between and 0.0 < first[1] - first[0] < _FLAT * (second[1] - second[0]):
         return step - slope, place
     return bend, corner

@@ -186,10 +186,11 @@ class ExtremalFront:
                 wanted = np.arange(first, min(first + at_once, len(target_s)))
                 while len(wanted):
                     self.watch()
-                    which, runs = self._round(target_s, wanted, closed)
+                    which, runs, splits = self._round(target_s, wanted, closed)
                     numbers.append(which)
                     found.append(runs)
                     is_open[which] = False
+                    self._split(splits, closed)
                     wanted = wanted[is_open[wanted]]
         except OutOfTime:
             pass
@@ -201,10 +202,11 @@ class ExtremalFront:
 
     def _round(
         self, target_s: NDArray[np.float64], wanted: NDArray[np.intp], closed: set[float]
-    ) -> tuple[NDArray[np.intp], Found]:
-        """Look for runs of wanted times, and solve an extremal wherever what is between two of them does not do.
+    ) -> tuple[NDArray[np.intp], Found, list[int]]:
+        """Look for runs of wanted times.
 
-        Returns the numbers of the times for which there are runs, and these.
+        Returns the numbers of the times for which there are runs, these, and the extremals between which and those
+        before them one is to be solved, as what is there does not do.
         """
         losses = np.array([math.inf if one.multiplier in closed else _BLEND_LOSS for one in self.extremals])
         met = meet(self.mesh, self.extremals, losses, target_s[wanted], self.tolerance_s, self.counters)
@@ -220,12 +222,11 @@ class ExtremalFront:
                 bridged[i] = run._replace(multiplier=between(before, after, run.time_s).multiplier)
             else:
                 splits.add(second)
-        self._split(sorted(splits), closed)
         which = wanted[met.status == OK]
         if not bridged:
-            return which, met.found
+            return which, met.found, sorted(splits)
         runs = Found.joined((met.found, Found.of(list(bridged.values()))))
-        return np.concatenate((which, wanted[list(bridged)])), runs
+        return np.concatenate((which, wanted[list(bridged)])), runs, sorted(splits)
 
     def _is_foretold(self, before: Extremal, middle: Extremal, after: Extremal) -> bool:
         """Whether two extremals told the energy of the one between them."""
