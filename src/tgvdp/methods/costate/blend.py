@@ -38,12 +38,18 @@ class Blend(NamedTuple):
 
 
 @leaf
+def _is_between(corner):
+    """Whether a corner lies between the two policies: elsewhere there is none."""
+    return 0.0 < corner < 1.0
+
+
+@leaf
 def switch_at(blend, share, k, which):
     """One of the four switching speeds of a blend, squared."""
     first = blend.first[k, which]
     corner = blend.corner[k, which]
     g = share * (1.0 - share)
-    if 0.0 < corner < 1.0:
+    if _is_between(corner):
         g = min(share, corner / (1.0 - corner) * (1.0 - share))
     return first + share * (blend.second[k, which] - first) - g * blend.bend[k, which]
 
@@ -68,9 +74,9 @@ def falls_from_held(blend, share, k):
     jump at that one.
     """
     corner = blend.corner[k, 0]
-    has_corner = 0.0 < corner < 1.0
-    held = (_is_held(blend.first[k]) and not (has_corner and share > corner)) or (
-        _is_held(blend.second[k]) and not (has_corner and share < corner)
+    both = not _is_between(corner)
+    held = (_is_held(blend.first[k]) and (both or share <= corner)) or (
+        _is_held(blend.second[k]) and (both or share >= corner)
     )
     return held and (_falls(blend.first[k + 1]) or _falls(blend.second[k + 1]))
 
@@ -128,7 +134,7 @@ def fill_blend(train, cells, known, policies, second, top, blend):
             if not is_told:
                 slopes = Slopes(slopes.farther_before, slopes.before, math.nan, math.nan)
             bend, corner = bent(p1 - p0, beside, slopes)
-            if i == 1 and blend.corner[k, 0] > 0.0:
+            if i == 1 and _is_between(blend.corner[k, 0]):
                 bend, corner = with_line(
                     blend.corner[k, 0], policies[first, k], policies[second, k], p1 - p0, slopes.before, bend, corner
                 )
