@@ -15,7 +15,7 @@ from tgvdp.errors import InputError
 from tgvdp.physics.cell import Cell, room_for_rows
 from tgvdp.physics.codes import TRACTION
 from tgvdp.physics.forces import kernel_train
-from tgvdp.physics.motion import march
+from tgvdp.physics.march import march
 
 PROGRAM = """
 import numpy as np

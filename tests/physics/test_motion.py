@@ -16,7 +16,8 @@ from tgvdp.physics.arc import arc, within_effort_at
 from tgvdp.physics.cell import Cell, Rows
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, TRACTION
 from tgvdp.physics.forces import kernel_train, mean_brake, mean_effort, mean_resistance
-from tgvdp.physics.motion import land, march, net_force, net_force_at
+from tgvdp.physics.march import march
+from tgvdp.physics.motion import land, net_force, net_force_at
 
 CURVES = {
     "constant": EffortCurve.from_caps(2e5),

@@ -18,9 +18,8 @@ from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Cell, Rows, room_for_rows
 from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
 from tgvdp.physics.forces import kernel_train
-from tgvdp.physics.motion import march
 from tgvdp.referee.replay import replay
-from tgvdp.runs.braking_point import braked_along, braked_w, drive_then_brake
+from tgvdp.runs.braking_point import braked_along, braked_w, braking_curve, drive_then_brake
 from tgvdp.runs.fastest import fastest_run
 from tgvdp.units import joule_to_kwh
 
@@ -249,8 +248,10 @@ def test_rows_of_a_cell_stay_within_their_room(room):
 def test_a_braking_curve_is_read_where_braking_would_begin(brakes, limit_w):
     train = kernel_train(commuter())
     cell = Cell(0.0, 800.0, 800.0, -2e3, 5.0, limit_w)
-    scratch, curve = room_for_rows(400, "test: march"), room_for_rows(400, "test")
-    n = march(train, brakes, -1.0, cell, 800.0, 25.0, limit_w, curve, 0)[2]
-    for x in (0.0, 1e-7, *np.linspace(1.0, 800.0, 97), curve.x[3], np.nextafter(curve.x[3], 0.0)):
-        read = braked_along(train, brakes, cell, 25.0, x, curve, n)
+    scratch, rows = room_for_rows(400, "test: march"), room_for_rows(400, "test")
+    curve = braking_curve(train, brakes, cell, 25.0, rows)
+    assert curve.start_w == pytest.approx(braked_w(train, brakes, cell, 25.0, 800.0, scratch), rel=1e-13)
+    assert (curve.limited_m < 800.0) == (curve.start_w == limit_w)
+    for x in (0.0, 1e-7, *np.linspace(1.0, 800.0, 97), rows.x[3], np.nextafter(rows.x[3], 0.0)):
+        read = braked_along(train, brakes, cell, 25.0, x, curve, rows)
         assert read == pytest.approx(braked_w(train, brakes, cell, 25.0, x, scratch), rel=1e-13)

@@ -9,7 +9,8 @@ from tgvdp.line.cells import Cells
 from tgvdp.model.track import POWERED
 from tgvdp.physics.cell import Cell, Rows
 from tgvdp.physics.forces import KernelTrain
-from tgvdp.physics.motion import land, march
+from tgvdp.physics.march import march
+from tgvdp.physics.motion import land
 
 _Floats = NDArray[np.float64]
 

@@ -24,7 +24,7 @@ from tgvdp.runs.resistance_correction import follow
 _Floats = NDArray[np.float64]
 
 #: Rows of what is driven, per usual one. One curve leaves another within a row, whose first part then has the effort of
-#: the whole row: it is off its own limit by half of `physics.motion.STEP` over this number at most, less than the
+#: the whole row: it is off its own limit by half of `physics.march.STEP` over this number at most, less than the
 #: referee allows.
 _ROWS = 32.0
 #: Parts share a v² that is lower than that of the faster one by this share: it has to be possible on both sides.

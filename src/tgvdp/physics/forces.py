@@ -177,7 +177,8 @@ def effort_and_slope(table, i, v):
 
 
 @leaf
-def _piece_mean(table, i, u0, u1):
+def piece_mean(table, i, u0, u1):
+    """`mean_effort` between two speeds on the piece i of a curve, the lower one first."""
     s = u0 + u1
     if s <= 0.0:
         return table[i, 2]
@@ -200,7 +201,7 @@ def mean_effort(table, v0, v1):
     hi = max(v0, v1)
     i = piece_at(table, lo)
     if i == table.shape[0] - 1 or table[i + 1, 0] >= hi:
-        return _piece_mean(table, i, lo, hi)
+        return piece_mean(table, i, lo, hi)
     return _mean_of_pieces(table, i, lo, hi)
 
 
@@ -213,7 +214,7 @@ def _mean_of_pieces(table, i, lo, hi):
         u1 = hi
         if i + 1 < table.shape[0] and table[i + 1, 0] < hi:
             u1 = table[i + 1, 0]
-        total += _piece_mean(table, i, u0, u1) * (u1 - u0) * (u1 + u0)
+        total += piece_mean(table, i, u0, u1) * (u1 - u0) * (u1 + u0)
         u0 = u1
         i += 1
     return total / ((hi - lo) * (hi + lo))

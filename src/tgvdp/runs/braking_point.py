@@ -5,11 +5,13 @@ the other end give two curves w(x); a run follows the first to their meeting poi
 """
 
 import math
+from typing import NamedTuple
 
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.line.walk import count_below
 from tgvdp.physics.cell import Rows, append
-from tgvdp.physics.motion import land, march, net_force_at
+from tgvdp.physics.march import march
+from tgvdp.physics.motion import land, net_force_at
 from tgvdp.physics.roots import Bracket, narrowed, secant
 
 #: Rows shorter than this share of their cell are rounding errors.
@@ -21,6 +23,27 @@ _SHORT = 1e-6
 _LESS_SHORT, _SAME_W = 1e-5, 1e-7
 #: Difference in w, as a share of the limit, within which a run is on the braking curve.
 _ON_CURVE = 1e-8
+
+
+class Curve(NamedTuple):
+    """Braking backwards through a cell, from the speed at its end.
+
+    Attributes
+    ----------
+    held : bool
+        Whether it is at the limit from there on.
+    limited_m : float
+        How far before the end it comes to the limit, m; the cell's length where it never does.
+    start_w : float
+        Squared speed at the start of the cell, held at the limit, m²/s².
+    n : int
+        Rows, the first ones of some room: ends of rows from the end of the cell on, m; −1 without room for them.
+    """
+
+    held: bool
+    limited_m: float
+    start_w: float
+    n: int
 
 
 @kernel
@@ -40,6 +63,16 @@ def driven_w(train, regime, cell, w0, x, scratch):
     return min(march(train, regime, 1.0, cell, x, w0, cell.limit_w, scratch, 0)[1], cell.limit_w)
 
 
+@part
+def braking_curve(train, brakes, cell, w1, rows):
+    """The curve of braking to w1 at the end of a cell; its rows are the first ones of ``rows``."""
+    limit = cell.limit_w
+    reached_m, start_w, n = march(train, brakes, -1.0, cell, cell.length_m, w1, limit, rows, 0)
+    if _at_limit(train, brakes, -1.0, cell, w1):
+        return Curve(True, reached_m, limit, n)
+    return Curve(False, reached_m if start_w >= limit else cell.length_m, min(start_w, limit), n)
+
+
 @kernel
 def braked_w(train, brakes, cell, w1, x, scratch):
     """Squared speed at x before the cell's end from which braking leads to w1, held at the limit."""
@@ -49,44 +82,45 @@ def braked_w(train, brakes, cell, w1, x, scratch):
 
 
 @part
-def braked_along(train, brakes, cell, w1, x, curve, n):
-    """`braked_w` by the ``n`` rows in ``curve`` of braking through the whole cell.
+def braked_along(train, brakes, cell, w1, x, curve, rows):
+    """`braked_w` by the rows of a curve through the whole cell.
 
     They do not depend on where braking begins, but the last one, which is shorter.
     """
-    i = count_below(curve.x, n, x)
-    if i == n:  # it ended there; without a row nothing counts
-        return min(curve.w[max(n - 1, 0)], cell.limit_w)
+    if curve.held:
+        return cell.limit_w
+    i = count_below(rows.x, curve.n, x)
+    if i >= curve.n:  # it ended there; without a row nothing counts
+        return min(rows.w[max(curve.n - 1, 0)], cell.limit_w)
     from_x = 0.0
     from_w = w1
     if i > 0:
-        from_x = curve.x[i - 1]
-        from_w = curve.w[i - 1]
+        from_x = rows.x[i - 1]
+        from_w = rows.w[i - 1]
     landed = land(train, brakes, -1.0, cell, x - from_x, from_w)
-    return min(min(landed, curve.w[i]) if curve.w[i] > from_w else max(landed, curve.w[i]), cell.limit_w)
+    return min(min(landed, rows.w[i]) if rows.w[i] > from_w else max(landed, rows.w[i]), cell.limit_w)
 
 
 @part
-def _meeting_point(train, regime, brakes, cell, w0, w1, scratch):
-    """Position in the cell where driving from w0 meets braking to w1 (regula falsi, Illinois variant).
+def _meeting_point(train, regime, brakes, cell, w0, w1, curve, scratch):
+    """Position in the cell where driving from w0 meets the curve of braking to w1 (regula falsi, Illinois variant).
 
-    It is never so close to an end of the cell that a row would be lost in rounding.
+    It is never so close to an end of the cell that a row would be lost in rounding. The rows of the curve are the first
+    ones of ``scratch``.
     """
     length = cell.length_m
     limit = cell.limit_w
     hi = length
-    # Where braking is held at the limit driving cannot be above it: they meet after that stretch.
-    braked_m, braked, n = march(train, brakes, -1.0, cell, length, w1, limit, scratch, 0)
-    n = max(n, 0)  # without room for its rows nothing counts
-    held = _at_limit(train, brakes, -1.0, cell, w1)
+    n = max(curve.n, 0)  # without room for its rows nothing counts
     free = Rows(scratch.x[n:], scratch.w[n:])
-    lo = length - braked_m if braked >= limit else 0.0
-    f_lo = driven_w(train, regime, cell, w0, lo, free) - min(braked, limit)
+    # Where braking is held at the limit driving cannot be above it: they meet after that stretch.
+    lo = length - curve.limited_m
+    f_lo = driven_w(train, regime, cell, w0, lo, free) - curve.start_w
     f_hi = driven_w(train, regime, cell, w0, length, free) - w1
     if f_hi == 0.0 and w0 < limit:
         # The limit itself is reached, but on a steep descent the brakes cannot hold it to the end.
         hi = march(train, regime, 1.0, cell, length, w0, limit, free, 0)[0]
-        f_hi = 0.0 if held else limit - braked_along(train, brakes, cell, w1, length - hi, scratch, n)
+        f_hi = limit - braked_along(train, brakes, cell, w1, length - hi, curve, scratch)
     if f_lo >= -_ON_CURVE * limit:
         return lo if lo >= _SLIVER * length else 0.0
     if f_hi <= 0.0:
@@ -97,7 +131,7 @@ def _meeting_point(train, regime, brakes, cell, w0, w1, scratch):
         x = secant(bracket)
         if not bracket.lo < x < bracket.hi:
             x = 0.5 * (bracket.lo + bracket.hi)
-        braked = limit if held else braked_along(train, brakes, cell, w1, length - x, scratch, n)
+        braked = braked_along(train, brakes, cell, w1, length - x, curve, scratch)
         f = driven_w(train, regime, cell, w0, x, free) - braked
         if abs(f) <= 1e-11 * limit or bracket.hi - bracket.lo <= 1e-12 * length:
             break
@@ -124,16 +158,14 @@ def emit_driven(train, regime, cell, x, w0, rows, n):
 
 
 @part
-def _emit_braked(train, brakes, cell, x, w1, scratch, rows, n):
-    """Append the rows of braking over the last x metres of a cell to w1; −1 where there is no room for them."""
-    reached = 0.0
-    m = 0
-    if not _at_limit(train, brakes, -1.0, cell, w1):
-        reached, _, m = march(train, brakes, -1.0, cell, x, w1, cell.limit_w, scratch, 0)
-    if n < 0 or m < 0 or n + m >= rows.x.shape[0]:
+def _emit_braked(cell, x, w1, curve, scratch, rows, n):
+    """Append the rows of a curve of braking over the last x metres of a cell to w1; −1 where there is no room for them.
+
+    The one that begins where the driven rows end comes with its end alone.
+    """
+    m = 0 if curve.held else count_below(scratch.x, curve.n, x)
+    if n < 0 or curve.n < 0 or n + m >= rows.x.shape[0]:
         return -1
-    if reached >= x:
-        m -= 1  # its last row ends where the driven rows ended
     for i in range(m - 1, -1, -1):
         rows.x[n] = cell.end_m - scratch.x[i]
         rows.w[n] = scratch.w[i]
@@ -168,10 +200,17 @@ def drive_then_brake(train, regime, brakes, cell, w0, w1, scratch, rows, n):
     n : int
         New number of rows; the last one is at the end of the cell. −1 where there is no room for them.
     """
-    x = _meeting_point(train, regime, brakes, cell, w0, w1, scratch)
+    curve = braking_curve(train, brakes, cell, w1, scratch)
+    return drive_onto(train, regime, brakes, cell, w0, w1, curve, scratch, rows, n)
+
+
+@part
+def drive_onto(train, regime, brakes, cell, w0, w1, curve, scratch, rows, n):
+    """`drive_then_brake` where the curve of braking is known; its rows are the first ones of ``scratch``."""
+    x = _meeting_point(train, regime, brakes, cell, w0, w1, curve, scratch)
     n = emit_driven(train, regime, cell, x, w0, rows, n)
     if x < cell.length_m:
-        return _emit_braked(train, brakes, cell, cell.length_m - x, w1, scratch, rows, n)
+        return _emit_braked(cell, cell.length_m - x, w1, curve, scratch, rows, n)
     if n < 0:
         return n
     rows.x[n - 1] = cell.end_m

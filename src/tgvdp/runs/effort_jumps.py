@@ -15,7 +15,7 @@ from tgvdp.line.resolved import ResolvedLine
 from tgvdp.model.track import POWERED
 from tgvdp.model.train import Train
 from tgvdp.physics.forces import effort_at, kernel_train, mean_brake, mean_effort, mean_resistance, unpowered
-from tgvdp.physics.motion import BELOW_DROP
+from tgvdp.physics.march import BELOW_DROP
 
 #: An effort below this share of the starting effort counts as none.
 NO_EFFORT = 3e-5

@@ -23,7 +23,8 @@ from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import MOST_ROWS, cell_at, overrun, room_for_marches, room_for_rows
 from tgvdp.physics.codes import BRAKING, NO_BRAKE, NO_ROOM, OK, STALLED, TOO_FAST, TRACTION
 from tgvdp.physics.forces import KernelTrain, kernel_train, read_only, unpowered
-from tgvdp.physics.motion import march, net_force_at
+from tgvdp.physics.march import march
+from tgvdp.physics.motion import net_force_at
 from tgvdp.runs.batch import Batch
 from tgvdp.runs.bends import are_cut, cut_at_bends
 from tgvdp.runs.braking_point import braked_w, drive_then_brake, driven_w, drop_slivers, emit_driven

@@ -5,7 +5,7 @@ import math
 from tgvdp._jit import kernel, part
 from tgvdp.line.walk import piece_from, sum_to
 from tgvdp.physics.forces import brake_at, effort_at
-from tgvdp.physics.motion import BELOW_DROP
+from tgvdp.physics.march import BELOW_DROP
 from tgvdp.runs.resistance_correction_effort import MOST_TAKEN, bounds_of_change, find_needed, keep_within_effort
 from tgvdp.runs.resistance_correction_kernel import gain_at, is_bound, walk
 

@@ -17,7 +17,7 @@ from tgvdp.model.train import Train
 from tgvdp.physics.cell import Cell, room_for_marches, room_for_rows
 from tgvdp.physics.codes import TRACTION
 from tgvdp.physics.forces import kernel_train, mean_effort, mean_resistance
-from tgvdp.physics.motion import march
+from tgvdp.physics.march import march
 
 FREIGHT = Train(
     mass_kg=2.5e6,

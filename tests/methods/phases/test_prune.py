@@ -23,7 +23,7 @@ from tgvdp.methods.phases.widen import widen
 from tgvdp.model.trip import Trip
 from tgvdp.physics import cell
 from tgvdp.physics.codes import COASTING, HOLDING, TRACTION
-from tgvdp.physics.motion import march
+from tgvdp.physics.march import march
 from tgvdp.runs.batch import Batch
 from tgvdp.runs.fastest import fastest_run
 

@@ -12,7 +12,7 @@ from tgvdp.methods.costate.characteristics import BEYOND, coast_image, saturated
 from tgvdp.physics.cell import Cell
 from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
 from tgvdp.physics.forces import JUMPS, effort_at, piece_effort, resistance_at
-from tgvdp.physics.motion import march
+from tgvdp.physics.march import march
 
 #: Squared speeds within this share are that of a jump, which is come to in so many trials.
 _AT_STEP = 1e-9

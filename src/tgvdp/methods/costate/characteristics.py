@@ -15,8 +15,8 @@ from tgvdp._jit import leaf, part
 from tgvdp.physics.cell import Cell
 from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
 from tgvdp.physics.forces import effort_at, piece_at
+from tgvdp.physics.march import march
 from tgvdp.physics.minimum import least_on_piece
-from tgvdp.physics.motion import march
 
 #: An image below this share of the floor has no costate: it is taken to be there.
 LOST = 0.25

@@ -21,7 +21,7 @@ from tgvdp.physics.cell import Cell, append, rest_of
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK
 from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import mean_effort
-from tgvdp.physics.motion import march
+from tgvdp.physics.march import march
 from tgvdp.physics.roots import Bracket, narrowed, secant
 from tgvdp.runs.braking_point import braked_w, drive_then_brake, emit_driven
 

@@ -9,8 +9,9 @@ from tgvdp.physics.cell import Cell, append
 from tgvdp.physics.codes import BRAKING, COASTING, OK, TRACTION
 from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import brake_at, least_effort, mean_brake, mean_effort, mean_resistance, resistance_at
-from tgvdp.physics.motion import march
-from tgvdp.runs.braking_point import braked_w, drive_then_brake
+from tgvdp.physics.march import march
+from tgvdp.physics.motion import net_force_at
+from tgvdp.runs.braking_point import braking_curve, drive_onto, drive_then_brake
 from tgvdp.runs.resistance_correction_kernel import NEARLY_FULL, cut_row, even_speeds, part_end
 
 #: Coasting and partial effort take so many rows in a cell that their constant accelerations miss the duration by this
@@ -261,6 +262,9 @@ def evenly(train, cell, w, target, scratch, rows, n):
 @part
 def brake_late(train, regime, cell, w, top, scratch, rows, n):
     """Drive in a regime from w and brake as late as possible to end at ``top``, where the regime would end above it."""
-    if w > braked_w(train, BRAKING, cell, top, cell.length_m, scratch) * (1.0 + ON_CURVE):
+    if net_force_at(train, regime, cell, math.sqrt(w)) < 0.0:  # it is nowhere faster: the curve of braking ends there
+        cell = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, min(cell.limit_w, max(w, top)))
+    curve = braking_curve(train, BRAKING, cell, top, scratch)
+    if w > curve.start_w * (1.0 + ON_CURVE):
         return saturated(train, BRAKING, cell, w, top, rows, n)[2]
-    return drive_then_brake(train, regime, BRAKING, cell, w, top, scratch, rows, n)
+    return drive_onto(train, regime, BRAKING, cell, w, top, curve, scratch, rows, n)

@@ -36,7 +36,8 @@ from tgvdp.physics.cell import Cell
 from tgvdp.physics.cell import Rows as PlainRows
 from tgvdp.physics.codes import COASTING, DYNAMIC, HELD_BACK, HOLDING, RETARDED, TRACTION
 from tgvdp.physics.forces import effort_at, resistance_at
-from tgvdp.physics.motion import march, net_force_at
+from tgvdp.physics.march import march
+from tgvdp.physics.motion import net_force_at
 
 _SAME_W = 1e-12
 #: Rows that a stretch may take.

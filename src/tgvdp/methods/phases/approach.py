@@ -23,7 +23,7 @@ from tgvdp.methods.phases.way import (
 )
 from tgvdp.physics.cell import Cell, Rows
 from tgvdp.physics.codes import HOLDING
-from tgvdp.physics.motion import march
+from tgvdp.physics.march import march
 
 #: Two squared speeds that differ by less than this share are one.
 _SAME_W = 1e-9

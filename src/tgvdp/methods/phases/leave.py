@@ -14,7 +14,7 @@ from tgvdp.methods.phases.way import SAME_M, cell_from, is_feasible, row_at, tra
 from tgvdp.model.track import POWERED
 from tgvdp.physics.cell import Cell, Rows
 from tgvdp.physics.codes import COASTING, HOLDING, TRACTION
-from tgvdp.physics.motion import march
+from tgvdp.physics.march import march
 
 #: Two squared speeds that differ by less than this share are one.
 _SAME_W = 1e-9
