@@ -129,13 +129,19 @@ def cut_at_bends(
 @leaf
 def _bend(train, grade, air, d, w0, w1, v0, v1):
     """How far the squared speed is above a straight line half-way along a row, (m/s)²."""
+    if w0 == w1:
+        return 0.0
     acceleration = 0.5 * (w1 - w0) / d
+    mean = train.inertia_kg * acceleration + mean_resistance(train, air, v0, v1) + grade
+    is_any = abs(mean) > NO_EFFORT * effort_at(train.traction, 0.0)  # without effort the line may do more
+    if not is_any:  # drag alone, whose mean is that of its ends but for what its curvature does
+        bend = 0.25 * d * (v1 - v0) * (train.davis_b + air * (v0 + v1)) / train.inertia_kg
+        return bend if abs(bend) <= _MOST_BENT * abs(w1 - w0) else 0.0
+    if is_comfort(train, mean, acceleration):
+        return 0.0
     middle = math.sqrt(0.5 * (w0 + w1))
     load = resistance_at(train, air, middle) + grade
     effort = train.inertia_kg * acceleration + load
-    mean = train.inertia_kg * acceleration + mean_resistance(train, air, v0, v1) + grade
-    if is_comfort(train, mean, acceleration):
-        return 0.0
     # Of halves, since a row may begin or end at a drop of the effort.
     change = drag_change(train, air, v0, middle, v1)
     follows_limit = True
@@ -154,10 +160,8 @@ def _bend(train, grade, air, d, w0, w1, v0, v1):
     else:
         follows_limit = False
     differs = change / train.inertia_kg
-    if follows_limit:
-        is_any = abs(mean) > NO_EFFORT * effort_at(train.traction, 0.0)  # without effort the line may do more
-        if is_any and passes(train.max_acceleration, train.max_deceleration, mean, acceleration, differs):
-            return 0.0
+    if follows_limit and passes(train.max_acceleration, train.max_deceleration, mean, acceleration, differs):
+        return 0.0
     bend = 0.5 * d * differs
     return bend if abs(bend) <= _MOST_BENT * abs(w1 - w0) else 0.0
 

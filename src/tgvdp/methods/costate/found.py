@@ -1,6 +1,7 @@
 """Runs that a search found, in a table: what is asked of all of them takes one expression, not one each."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -49,4 +50,6 @@ class Found(NamedTuple):
             return Found.none()
         if len(which) == len(self.outcome) and (which[1:] > which[:-1]).all():
             return self
-        return Found(self.outcome[which], Batch.of([self.rows.run(index) for index in which]))
+        ends = [0, *(np.flatnonzero(which[1:] != which[:-1] + 1) + 1).tolist(), len(which)]
+        rows = [self.rows.part(slice(which[first], which[last - 1] + 1)) for first, last in pairwise(ends)]
+        return Found(self.outcome[which], Batch.joined(rows))
