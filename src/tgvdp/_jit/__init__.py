@@ -95,12 +95,12 @@ def working_s() -> float:
 _OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "forceinline": False}
 
 
-def _compiled(function: _Function, **options: Any) -> Any:
+def _compiled(function: _Function, *, is_loop: bool = False, **options: Any) -> Any:
     """Compile a function, by the shortened steps where numba's version is one that they were tested with."""
     options = _OPTIONS | options
     if config.DISABLE_JIT or not shortened():
         return numba.njit(**options)(function)
-    compiled, linked = _pipeline().compiled_and_linked(function, **options)
+    compiled, linked = _pipeline().compiled_and_linked(function, is_loop=is_loop, **options)
     linked.compile = _interrupt_hold(linked.compile)
     return compiled
 
@@ -196,3 +196,11 @@ def part(function: _Function) -> _Function:
     Not cached: its machine code is part of its callers'.
     """
     return cast(_Function, _compiled(function))
+
+
+def loop(function: _Function) -> _Function:
+    """Compile a short loop over the items of arrays, whose turns do not depend on each other, for vector registers.
+
+    Indices count from 0, what it calls are leaves, and nothing ends a turn early.
+    """
+    return cast(_Function, _compiled(function, is_loop=True))

@@ -2,7 +2,8 @@
 
 LLVM's own first level runs most of its passes on each function again whenever something was inlined there. These take
 half of that time, and kernels run as fast: that is decided by what is inlined. New passes of LLVM's that are no part of
-its own levels are none of them: `newgvn` fails on kernels that check bounds.
+its own levels are none of them: `newgvn` fails on kernels that check bounds. Nothing runs in vector registers so but
+short loops that are set apart, and optimised by themselves.
 """
 
 from collections import Counter
@@ -38,3 +39,15 @@ def optimise(module: Any, machine: Any) -> None:
     for name in _PASSES:
         getattr(passes, f"add_{name}_pass")()
     passes.run(module, llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(1)))
+
+
+def vectorise(module: Any, machine: Any) -> None:
+    """Optimise a module of a few short loops for a machine, so that these run in vector registers.
+
+    By LLVM's second level, which takes many times as long as `optimise`. Loops are not unrolled: most are short.
+    """
+    options = llvm.create_pipeline_tuning_options(2)
+    options.loop_vectorization = True
+    options.loop_interleaving = options.loop_unrolling = options.slp_vectorization = False
+    builder = llvm.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)

@@ -25,7 +25,7 @@ from tgvdp._jit import shortcuts
 from tgvdp._jit.arguments import by_address, call_of
 from tgvdp._jit.builder import raises
 from tgvdp._jit.lowering import KernelLower
-from tgvdp._jit.optimise import is_small, optimise
+from tgvdp._jit.optimise import is_small, optimise, vectorise
 from tgvdp._jit.shortcuts import KernelPasses
 
 #: Steps for closures, generators, exceptions, context managers, literals, object mode, array expressions, and inlining
@@ -90,6 +90,17 @@ class _LinkedLibrary(_KernelLibrary):
         self._finalized = True
 
 
+class _VectorLibrary(_LinkedLibrary):
+    """Intermediate code of a loop, optimised by itself: what it calls is inlined, and it runs in vector registers."""
+
+    def finalize(self) -> None:
+        for library in self.calls:
+            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+        self.calls = {}
+        vectorise(self._final_module, self._codegen._tm)
+        super().finalize()
+
+
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _KernelLowering(NativeLowering):  # type: ignore[misc]
     _name = "kernel_lowering"
@@ -107,9 +118,10 @@ class _LinkedLowering(NativeLowering):  # type: ignore[misc]
 
     _name = "linked_lowering"
     lowering_class = KernelLower
+    library_class = _LinkedLibrary
 
     def run_pass(self, state: Any) -> bool:
-        library = state.library = _LinkedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        library = state.library = self.library_class(state.targetctx.codegen(), state.func_id.func_qualname)
         state.flags.no_compile = True
         super().run_pass(state)
         entry_point = object()  # callers only tell it from others
@@ -117,6 +129,12 @@ class _LinkedLowering(NativeLowering):  # type: ignore[misc]
         state.targetctx.insert_func_defn([(call, entry_point, call.signature)])
         state.cr = state.cr._replace(cfunc=entry_point)
         return True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _VectorLowering(_LinkedLowering):
+    _name = "vector_lowering"
+    library_class = _VectorLibrary
 
 
 class _KernelCompiler(CompilerBase):  # type: ignore[misc]
@@ -141,6 +159,12 @@ class _LinkedCompiler(_KernelCompiler):
     """Compiles what kernels call, to be linked into them."""
 
     lowering = _LinkedLowering
+
+
+class _VectorCompiler(_KernelCompiler):
+    """Compiles loops that kernels call."""
+
+    lowering = _VectorLowering
 
 
 class _QuickCompilation(contextlib.ContextDecorator):
@@ -181,15 +205,17 @@ class _QuickCompilation(contextlib.ContextDecorator):
 quick_compilation = _QuickCompilation()
 
 
-def compiled_and_linked(function: Callable[..., Any], **options: Any) -> tuple[Any, Any]:
+def compiled_and_linked(function: Callable[..., Any], *, is_loop: bool = False, **options: Any) -> tuple[Any, Any]:
     """Return the dispatcher of a function for Python, and that of what is linked into the kernels that call it.
 
-    The latter is compiled once, not once for each constant that callers pass: numba specialises on literal integers.
-    Nothing is allocated in kernels, so that they need none of the reference counts that numba keeps (``_nrt``).
+    That of a loop runs in vector registers. The latter is compiled once, not once for each constant that callers pass:
+    numba specialises on literal integers. Nothing is allocated in kernels, so that they need none of the reference
+    counts that numba keeps (``_nrt``).
     """
     options |= {"_nrt": False}
     compiled: Any = numba.njit(pipeline_class=_KernelCompiler, **options)(function)
-    linked: Any = numba.njit(pipeline_class=_LinkedCompiler, no_cpython_wrapper=True, **options)(function)
+    compiler = _VectorCompiler if is_loop else _LinkedCompiler
+    linked: Any = numba.njit(pipeline_class=compiler, no_cpython_wrapper=True, **options)(function)
     linked.add_overload = lambda result: linked.overloads.__setitem__(tuple(result.signature.args), result)
 
     def get_call_template(args: tuple[Any, ...], kws: dict[str, Any]) -> Any:

@@ -103,7 +103,7 @@ def coasting_law(davis_b, load, air, middle, w):
 def coasted(w, length, falls, more):
     """Squared speed some metres before that of a `coasting_law`, or behind it if they are below 0, and its slope."""
     x = length * more
-    growth = 1.0 + x * (0.5 + x / 6.0)
+    growth = 1.0 + x * (0.5 + x * (1.0 / 6.0))
     return w + length * falls * growth, 1.0 + x * growth
 
 

@@ -7,7 +7,7 @@ hold a speed, and p is interpolated. Beyond the last image runs meet the wall wi
 
 import math
 
-from tgvdp._jit import kernel, part
+from tgvdp._jit import loop, part
 from tgvdp.methods.costate.brake_jumps import cut_out_image, drop_above, helped_before, saturated_image
 from tgvdp.methods.costate.characteristics import (
     LOST,
@@ -105,9 +105,9 @@ def _fill_down(train, step, below_w, below_p, w, p, images, j):
     return j
 
 
-@kernel
+@loop
 def _coast_all(train, step, w, p, x, y):
-    """Images (x, y) under coasting of all points (w, p): indices from 0, so that the loop becomes one of vectors."""
+    """Images (x, y) under coasting of all points (w, p)."""
     for i in range(w.shape[0]):
         x[i], y[i] = coast_back(train, step, step.length, w[i], p[i])
 
