@@ -8,7 +8,7 @@ from tgvdp.physics.arc import arc, duration_and_work
 from tgvdp.physics.cell import Cell, append
 from tgvdp.physics.codes import BRAKING, COASTING, OK, TRACTION
 from tgvdp.physics.energy import FULL_EFFORT
-from tgvdp.physics.forces import brake_at, least_effort, mean_brake, mean_effort, mean_resistance, resistance_at
+from tgvdp.physics.forces import brake_at, least_effort, mean_brake, mean_effort, resistance_at
 from tgvdp.physics.march import march
 from tgvdp.physics.motion import net_force_at
 from tgvdp.runs.braking_point import braking_curve, drive_onto, drive_then_brake
@@ -22,9 +22,10 @@ _MOST_ROWS = 24.0
 _EFFORT_SWEEPS = 3
 #: Rows of nearly full braking whose limit changes along a cell.
 _BRAKING_ROWS = 4
-#: Sweeps that find where coasting leads, at most; one that changes v² by this share leaves less than 1e-10 of it.
-_COAST_SWEEPS = 2
-_COAST_RTOL = 1e-7
+#: Steps of Newton's rule that find where coasting leads, at most; one that changes v² by this share leaves less than
+#: 1e-10 of it.
+_COAST_STEPS = 3
+_COAST_RTOL = 2e-5
 #: Relative distance in v² within which a run is on the braking curve.
 ON_CURVE = 1e-8
 #: Share of a length within which two positions are one.
@@ -67,18 +68,24 @@ def _slope(train, air, v):
 
 @part
 def coast_on(train, cell, length, w):
-    """`land` under coasting, without its generality: the resistance is nearly linear in w1, two sweeps solve it.
+    """`land` under coasting, without its generality: the resistance is nearly linear in w1, one step solves it.
 
     Where the train comes to a stand on the way it is below 0, by as much as the load would still take.
     """
     v = math.sqrt(w)
     factor = 2.0 * length / train.inertia_kg
-    damping = 1.0 / (1.0 + factor * _slope(train, cell.air, v))
+    slope = _slope(train, cell.air, v)
+    damping = 1.0 / (1.0 + factor * slope)
     x = w - factor * damping * (resistance_at(train, cell.air, v) + cell.grade_n)
     if train.davis_b > 0.0:
-        for _ in range(_COAST_SWEEPS):
-            load = mean_resistance(train, cell.air, v, math.sqrt(max(x, 0.0))) + cell.grade_n
-            step = damping * (w - factor * load - x)
+        for _ in range(_COAST_STEPS):
+            v1 = math.sqrt(max(x, 0.0))
+            both = v + v1
+            per = 1.0 / both if both > 0.0 else 0.0
+            linear = train.davis_b * (2.0 / 3.0) * (both - v * v1 * per)  # as of `mean_resistance`
+            load = train.davis_a_n + linear + 0.5 * cell.air * (w + v1 * v1) + cell.grade_n
+            steeper = 0.5 * cell.air + train.davis_b * (both + v) * per * per / 3.0 - slope
+            step = damping * (1.0 - damping * factor * steeper) * (w - factor * load - x)
             x += step
             if abs(step) <= _COAST_RTOL * x:
                 break
