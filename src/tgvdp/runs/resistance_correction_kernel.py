@@ -17,10 +17,10 @@ NEARLY_FULL = 0.9
 #: Largest bend of the difference along a row, as a share of w, and the rows that one is cut into at most.
 _BEND = 1e-5
 _MOST_PARTS = 64
-#: Parts of a row are known once a sweep along them changes the speed half-way by no more than this share of w, as it
-#: leaves that times the share by which forces change along the row; and after so many sweeps at most. Next to a
-#: standstill, where w is below a share of what it is at the other end, that is a share of the least w of a part, and
-#: resistance changes too much along the row for a parabola.
+#: Parts of a row are known once a sweep along them leaves the speed half-way right to this share of w, which is what it
+#: changes times the share by which forces change along the row; and after so many sweeps at most. Next to a standstill,
+#: where w is below a share of what it is at the other end, a sweep has to change no more than that share of the least w
+#: of a part, as resistance changes too much along the row for a parabola.
 _SAME_CUT_W = 1e-7
 _CUT_SWEEPS = 20
 _STANDING_W = 0.05
@@ -240,12 +240,13 @@ def cut_row(train, law, air, d, w0, w1, parts, cut_w):
     stands = min(w0, w1) < _STANDING_W * max(w0, w1)
     if stands and parts > 1:
         most_w = _SAME_CUT_W * min(cut_w[0], cut_w[parts - 2])
-    # A parabola is off by about bow²/Δw.
-    enough = bow == 0.0 or (not stands and bow * bow <= most_w * abs(w1 - w0))
+    # A parabola is off by about bow²/Δw, and what a sweep leaves is less than what it changes by bow/Δw.
+    left = 1.0 if stands else min(abs(bow) / max(abs(w1 - w0), most_w), 1.0)
+    enough = bow == 0.0 or (not stands and abs(bow) * left <= most_w)
     for _ in range(0 if enough else _CUT_SWEEPS):
         before_w = cut_w[middle]
         _sweep(train, share, air, d, w0, w1, ends, parts, cut_w)
-        if abs(cut_w[middle] - before_w) <= most_w:
+        if abs(cut_w[middle] - before_w) * left <= most_w:
             break
     cut_w[parts - 1] = w1
 
