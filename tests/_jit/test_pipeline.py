@@ -2,13 +2,15 @@
 
 import math
 import os
+import re
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from tgvdp import load_train
-from tgvdp._jit import leaf, part
+from tgvdp._jit import leaf, loop, part
 from tgvdp._jit.steps import shortened
 from tgvdp._jit.watch import is_compiled
 from tgvdp.errors import InputError
@@ -102,6 +104,30 @@ def test_what_a_leaf_calls_is_no_leaf_itself(monkeypatch):
     assert kernel(2.0) == 20.0
     assert not _is_inlined(_squared)
     assert _is_inlined(_squared_twice)
+
+
+@loop
+def _square_all(x, y):
+    for i in range(x.shape[0]):
+        y[i] = math.sqrt(_squared_twice(x[i])) / 3.0
+
+
+@pytest.mark.skipif(not is_compiled() or not shortened(), reason="compiled by numba's own steps alone")
+@pytest.mark.parametrize("count", [0, 1, 7, 64])
+def test_a_loop_runs_in_vector_registers(count):
+    from tgvdp._jit.pipeline import compiled_and_linked
+
+    def of_all(x, y):
+        _square_all(x, y)
+        return x.shape[0]
+
+    kernel, _ = compiled_and_linked(of_all)
+    x, y = np.linspace(-2.0, 3.0, count + 2)[:count], np.full(count + 1, -7.0)
+    assert kernel(x, y[:count]) == count
+    assert y[:count].tolist() == [math.sqrt((one * one) * (one * one)) / 3.0 for one in x.tolist()]
+    assert y[count] == -7.0
+    (code,) = kernel.inspect_llvm().values()
+    assert re.search(r"fdiv <\d+ x double>", code)
 
 
 def _is_inlined(function):
