@@ -219,7 +219,12 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
         left, landed, last = saturated(train, DYNAMIC, cell, w, target, rows, n)
         if last < 0 or (left <= (1.0 - FULL_EFFORT) * cell.length_m and landed <= target * (1.0 + HELD)):
             return ended(cell, target, rows, n, last)
-    braked = braked_w(train, DYNAMIC, cell, target, cell.length_m, scratch)
+    # By how much the curve of braking passes the run and its line at the start of the cell is of no account.
+    enough = Cell(
+        cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air,
+        min(cell.limit_w, (1.0 + 4.0 * NEAR) * max(w, target, lines.before_b)),
+    )  # fmt: skip
+    braked = braked_w(train, DYNAMIC, enough, target, cell.length_m, scratch)
     if lines.b < lines.top and lines.before_b > max(w, braked * (1.0 + NEAR)):
         first = n
         landed, n = _coast_then_regenerate(train, cell, w, lines, rows, n)
