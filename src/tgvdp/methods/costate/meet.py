@@ -85,7 +85,7 @@ def meet(
     Met
         What is between two extremals does not depend on what is elsewhere.
     """
-    policies = np.array([one.switch for one in extremals])
+    policies = np.concatenate([one.switch for one in extremals]).reshape(len(extremals), *extremals[0].switch.shape)
     known = np.array([one.outcome for one in extremals])
     wanted = _Wanted(policies, known, losses, tolerance_s)
     second = np.maximum(np.searchsorted(known[:-1, 0], target_s), min(1, len(known) - 1))
