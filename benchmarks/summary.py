@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from statistics import median
 from typing import Any, NamedTuple
 
 from benchmarks.output import read_reports, replace_between
@@ -101,10 +102,17 @@ def table(reports: dict[str, dict[str, Any]]) -> str:
     quick = sorted(name for name, content in reports.items() if content["provenance"]["options"].get("quick"))
     machine = next(iter(reports.values()))["provenance"]
     processor, python, numba = machine["machine"]["processor"], machine["python"], machine["numba"]
-    lines += ["", f"One core of {processor}, Python {python}, numba {numba}."]
+    lines += ["", f"One core of {processor}{_pace(reports)}, Python {python}, numba {numba}."]
     if quick:
         lines.append(f"Not for keeping: quick runs of {', '.join(quick)}.")
     return "\n".join(lines) + "\n"
+
+
+def _pace(reports: dict[str, dict[str, Any]]) -> str:
+    """What an arc takes, by which times on other machines compare."""
+    if "phases" not in reports:
+        return ""
+    return f" (an arc takes {median(row['ns/arc'] for row in reports['phases']['rows']):.3g} ns)"
 
 
 def _lines(reports: dict[str, dict[str, Any]]) -> Iterator[str]:
