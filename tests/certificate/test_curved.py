@@ -175,6 +175,27 @@ def test_gaps_of_trips_that_brake_at_limited_power(seed, most_pct):
     assert gap_pct[2:].max() < most_pct
 
 
+def test_gaps_of_a_train_that_creeps_in_after_coasting():
+    """A second costs so little at long running times that the linear part of the resistance makes H concave."""
+    trip = proof_trip(2600825)
+    gap_pct = tgvdp.search(trip.train, trip.track, points=6, **trip.options).certify().gap_pct
+    assert gap_pct.min() > -0.001
+    assert gap_pct[1:].max() < 0.2
+
+
+def test_it_is_tried_only_where_a_train_that_coasts_gains_more_than_time_costs():
+    train = Train(
+        mass_kg=1e5, traction=EffortCurve.from_caps(1e5, 2e6), davis_a_n=1e3, davis_b_n_per_mps=300.0,
+        friction_brake_n=1e5, traction_efficiency=0.8,
+    )  # fmt: skip
+    trips = [tgvdp.search(train, TRIP.track, points=3, energy=energy).trip for energy in ("pantograph", "wheel")]
+    for trip, dearer in zip(trips, (1.25, 1.0), strict=True):
+        problem = BoundingProblem(trip)
+        price = dearer * 300.0 * problem.top_mps**2 / 3.0
+        assert problem.may_curve(0.99 * price)
+        assert not problem.may_curve(1.01 * price)
+
+
 def test_it_is_tried_only_where_longer_braking_returns_more_than_time_costs():
     train = Train(
         mass_kg=1e5, traction=EffortCurve.from_caps(1e5, 2e6), braking=EffortCurve.from_caps(1e5, 1e6), davis_a_n=1e3,

@@ -18,9 +18,13 @@ differs by the rounding of q times the effort, which the size of the rounding er
 
 import math
 
+import numpy as np
+
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.certificate.efforts import piece_at
 from tgvdp.certificate.hamiltonian import ROUNDINGS, effort_size, least_hamiltonian
+from tgvdp.physics.energy import EnergyTables
+from tgvdp.physics.forces import KernelTrain
 from tgvdp.physics.minimum import least_on_piece
 
 #: Parts of a piece with a term in v⁴, on each of which that is bounded by a cubic. What this gives away is
@@ -174,3 +178,19 @@ def least_at(h, p, p_s, r, r_s, low_v, top_v):
     if r == 0.0 and r_s == 0.0:
         return least_hamiltonian(h, p, p_s, low_v, top_v)
     return _least_curved(h, p, p_s, r, r_s, low_v, top_v)
+
+
+def is_concave(train: KernelTrain, energy: EnergyTables, price: float, top_mps: float) -> bool:
+    """Whether H is concave in w at some speed, where a second costs a price, J/s.
+
+    Of a train that coasts, if the linear part of its resistance falls with w more steeply than what time costs: at the
+    highest price of a joule at which it does coast, a/2, that is a·B·v² > 3·λ. Of one that brakes, if braking longer
+    returns more than its time costs: the dynamic brake returns η·D, and η·D' < −λ/v² where it falls steeply enough.
+    """
+    if energy.traction * train.davis_b * top_mps**2 > 3.0 * price:
+        return True
+    table = train.braking
+    ends = np.append(table[1:, 0], np.inf).clip(max=top_mps), table[:, 0]
+    falls = [table[:, 1] - v**2 * (table[:, 3] + v * (2.0 * table[:, 4] + v * 3.0 * table[:, 5])) for v in ends]
+    used = table[:, 0] < top_mps
+    return bool(energy.regeneration * np.max(falls, axis=0)[used].max() > price)

@@ -10,6 +10,7 @@ from tgvdp.certificate.cell_bounds import WHOLE, Side, bound_kernel
 from tgvdp.certificate.cells import split_cells
 from tgvdp.certificate.costates import run_costates
 from tgvdp.certificate.costates_at_bound import lower_braking, raise_pulling
+from tgvdp.certificate.curved import is_concave
 from tgvdp.certificate.efforts import PIECE_COLUMNS
 from tgvdp.certificate.ledger import Ledger
 from tgvdp.certificate.prepared import speed_bound_rows, with_rates
@@ -220,15 +221,8 @@ class BoundingProblem:
         return left, right, bow
 
     def may_curve(self, multiplier_j_per_s: float) -> bool:
-        """Whether braking longer returns more than the time costs at some speed: H is concave there.
-
-        The dynamic brake returns η·D, and η·D' < −λ/v² where it falls with speed steeply enough.
-        """
-        table = self.train.braking
-        ends = np.append(table[1:, 0], np.inf).clip(max=self.top_mps), table[:, 0]
-        falls = [table[:, 1] - v**2 * (table[:, 3] + v * (2.0 * table[:, 4] + v * 3.0 * table[:, 5])) for v in ends]
-        used = table[:, 0] < self.top_mps
-        return bool(self.energy.regeneration * np.max(falls, axis=0)[used].max() > self.total(multiplier_j_per_s))
+        """Whether H is concave at some speed, so that a potential that is curved there may be the better one."""
+        return is_concave(self.train, self.energy, self.total(multiplier_j_per_s), self.top_mps)
 
     def curved(self, found: Ledger, multiplier_j_per_s: float, gain_j: float, clock: Clock | None = None) -> Ledger:
         """The best bound with a potential that is curved in the speed, or ``found`` where none is better.

@@ -163,7 +163,7 @@ def _emit_braked(cell, x, w1, curve, scratch, rows, n):
 
     The one that begins where the driven rows end comes with its end alone.
     """
-    m = 0 if curve.held else count_below(scratch.x, curve.n, x)
+    m = 0 if curve.held else count_below(scratch.x, curve.n, x * (1.0 - _SLIVER))
     if n < 0 or curve.n < 0 or n + m >= rows.x.shape[0]:
         return -1
     for i in range(m - 1, -1, -1):

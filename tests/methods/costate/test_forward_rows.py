@@ -75,19 +75,24 @@ def test_rows_last_as_long_as_the_motion(effort_n, start_mps, permil, length_m):
     assert float(np.sum(2.0 * np.diff(x_m) / (v[:-1] + v[1:]))) == pytest.approx(seconds, rel=5e-6)
 
 
-@pytest.mark.parametrize("permil", [-12.0, 0.0, 9.0])
-@pytest.mark.parametrize("length_m", [0.5, 40.0, 150.0])
-@pytest.mark.parametrize("start_mps", [15.0, 25.0, 40.0])
-def test_coasting_solves_its_row_to_rounding(start_mps, length_m, permil):
-    """Few sweeps solve w₁ = w₀ − 2·d/m·(mean resistance + grade)."""
+@pytest.mark.parametrize(
+    ("start_mps", "length_m", "permil", "davis_b_share"),
+    [
+        *((v, d, permil, 1.0) for v in (15.0, 25.0, 40.0) for d in (0.5, 40.0, 150.0) for permil in (-12.0, 0.0, 9.0)),
+        *((v, 1500.0, -40.0, share) for v in (0.0, 1e-3, 0.3, 3.0) for share in (1.0, 20.0)),
+    ],
+)
+def test_coasting_solves_its_row_to_rounding(start_mps, length_m, permil, davis_b_share):
+    """Newton's rule solves w₁ = w₀ − 2·d/m·(mean resistance + grade), from next to a standstill, too."""
     train = kernel_train(FREIGHT)
+    train = train._replace(davis_b=davis_b_share * train.davis_b)
     cell = Cell(0.0, length_m, length_m, FREIGHT.mass_kg * 9.81e-3 * permil, FREIGHT.davis_c_n_per_mps2, math.inf)
 
     def excess(w):
         load_n = mean_resistance(train, cell.air, start_mps, math.sqrt(w)) + cell.grade_n
         return w - start_mps**2 + 2.0 * length_m / train.inertia_kg * load_n
 
-    expected = brentq(excess, 1e-6, 4.0 * start_mps**2, xtol=1e-12, rtol=1e-14)
+    expected = brentq(excess, 1e-6, max(4.0 * start_mps**2, 4e3), xtol=1e-12, rtol=1e-14)
     assert coast(train, cell, length_m, start_mps**2) == pytest.approx(expected, rel=1e-10)
 
 

@@ -23,8 +23,8 @@ _EFFORT_SWEEPS = 3
 #: Rows of nearly full braking whose limit changes along a cell.
 _BRAKING_ROWS = 4
 #: Steps of Newton's rule that find where coasting leads, at most; one that changes v² by this share leaves less than
-#: 1e-10 of it.
-_COAST_STEPS = 3
+#: 1e-10 of it. Most take one; from next to a standstill down a steep gradient it takes ten.
+_COAST_STEPS = 30
 _COAST_RTOL = 2e-5
 #: Relative distance in v² within which a run is on the braking curve.
 ON_CURVE = 1e-8
@@ -85,9 +85,9 @@ def coast_on(train, cell, length, w):
             linear = train.davis_b * (2.0 / 3.0) * (both - v * v1 * per)  # as of `mean_resistance`
             load = train.davis_a_n + linear + 0.5 * cell.air * (w + v1 * v1) + cell.grade_n
             steeper = 0.5 * cell.air + train.davis_b * (both + v) * per * per / 3.0 - slope
-            step = damping * (1.0 - damping * factor * steeper) * (w - factor * load - x)
+            step = damping / (1.0 + damping * factor * steeper) * (w - factor * load - x)
             x += step
-            if abs(step) <= _COAST_RTOL * x:
+            if abs(step) <= _COAST_RTOL * abs(x):
                 break
     return x
 
