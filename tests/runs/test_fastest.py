@@ -16,7 +16,7 @@ from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Cell, Rows, room_for_rows
-from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
+from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, TRACTION
 from tgvdp.physics.forces import kernel_train
 from tgvdp.referee.replay import replay
 from tgvdp.runs.braking_point import braked_along, braked_w, braking_curve, drive_then_brake
@@ -240,6 +240,25 @@ def test_rows_of_a_cell_stay_within_their_room(room):
     n = drive_then_brake(train, TRACTION, BRAKING, cell, 0.0, 0.0, scratch, taken, 1)
     assert n == -1 or (n <= room and taken.x[n - 1] == 800.0)
     assert (rows.x[-1], rows.w[-1]) == (-7.0, -7.0)
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize("brakes", [BRAKING, DYNAMIC])
+@pytest.mark.parametrize("regime", [TRACTION, COASTING])
+def test_rows_of_driving_and_braking_advance(regime, brakes):
+    """The row of the braking curve in which the two meet begins where the driven rows end, or not at all."""
+    rng = np.random.default_rng(regime + 10 * brakes)
+    train = kernel_train(commuter())
+    scratch, rows = room_for_rows(400, "test: march"), room_for_rows(400, "test")
+    for _ in range(40):
+        length_m, grade_n, end_w = 10.0 ** rng.uniform(0.0, 3.3), rng.uniform(-5e3, 2e4), rng.uniform(0.0, 150.0)
+        cell = Cell(0.0, length_m, length_m, grade_n, 5.0, rng.uniform(end_w + 1.0, 500.0))
+        first_w = braked_w(train, brakes, cell, end_w, length_m * rng.uniform(0.0, 1.0), scratch)
+        for start_w in (first_w, rng.uniform(0.5 * first_w, first_w)):
+            rows.x[0], rows.w[0] = 0.0, start_w
+            n = drive_then_brake(train, regime, brakes, cell, start_w, end_w, scratch, rows, 1)
+            assert (np.diff(rows.x[:n]) > 0.0).all()
+            assert (rows.x[n - 1], rows.w[n - 1]) == (length_m, end_w)
 
 
 @pytest.mark.nojit
