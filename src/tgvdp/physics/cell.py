@@ -97,3 +97,9 @@ def cell_at(cells, k):
 def rest_of(cell, start, length):
     """What is left of a cell from ``start`` on."""
     return Cell(start, cell.end_m, length, cell.grade_n, cell.air, cell.limit_w)
+
+
+@leaf
+def limited(cell, limit_w):
+    """A cell with another speed limit."""
+    return Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, limit_w)

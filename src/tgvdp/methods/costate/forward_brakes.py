@@ -17,7 +17,7 @@ from tgvdp.methods.costate.forward_rows import (
 )
 from tgvdp.methods.costate.step_held import HELD
 from tgvdp.physics.arc import arc
-from tgvdp.physics.cell import Cell, append, rest_of
+from tgvdp.physics.cell import Cell, append, limited, rest_of
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK
 from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import mean_effort
@@ -122,7 +122,7 @@ def _brake_fully(train, regime, cell, w, lines, scratch, rows, n):
     if lines.c < lines.top:
         if _follows(lines, target, w) and _brakes_do(train, cell, w, target, True, 1.0):
             return evenly(train, cell, w, target, scratch, rows, n)
-        cell = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, max(w, lines.c))
+        cell = limited(cell, max(w, lines.c))
     drop_w = drop_above(train, target)
     if regime == DYNAMIC and drop_w < w:  # below it the dynamic brake alone
         used_m, met_w, _ = march(train, DYNAMIC, -1.0, cell, cell.length_m, target, drop_w, scratch, 0)
@@ -220,10 +220,7 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
         if last < 0 or (left <= (1.0 - FULL_EFFORT) * cell.length_m and landed <= target * (1.0 + HELD)):
             return ended(cell, target, rows, n, last)
     # By how much the curve of braking passes the run and its line at the start of the cell is of no account.
-    enough = Cell(
-        cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air,
-        min(cell.limit_w, (1.0 + 4.0 * NEAR) * max(w, target, lines.before_b)),
-    )  # fmt: skip
+    enough = limited(cell, min(cell.limit_w, (1.0 + 4.0 * NEAR) * max(w, target, lines.before_b)))
     braked = braked_w(train, DYNAMIC, enough, target, cell.length_m, scratch)
     if lines.b < lines.top and lines.before_b > max(w, braked * (1.0 + NEAR)):
         first = n
@@ -240,7 +237,7 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
             if last < 0 or left <= (1.0 - FULL_EFFORT) * cell.length_m:
                 return ended(cell, target, rows, n, last)
         highest = max(w, target, min(lines.before_b, lines.before_top))
-        held = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, highest)
+        held = limited(cell, highest)
         return drive_then_brake(train, COASTING, DYNAMIC, held, w, target, scratch, rows, n)
     first = n
     landed, n = saturated(train, DYNAMIC, cell, w, target if w > target else 0.0, rows, n)[1:]

@@ -15,7 +15,7 @@ from tgvdp.methods.costate.forward_rows import (
     saturated,
 )
 from tgvdp.methods.costate.step_held import HELD
-from tgvdp.physics.cell import Cell, append, rest_of
+from tgvdp.physics.cell import Cell, append, limited, rest_of
 from tgvdp.physics.codes import BRAKING, TRACTION
 from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import effort_at, resistance_at
@@ -231,7 +231,7 @@ def drive_cell(train, regenerates, before, cell, w, lines, scratch, rows, n):
         below = _comes_under_traction(train, before, rows, n)
     if below:
         first, start_w = n, w
-        driven = Cell(cell.start_m, cell.end_m, length, cell.grade_n, cell.air, most)
+        driven = limited(cell, most)
         line = _line_of(train, cell, lines, begins)
         rest, w, n = _drive_to_line(train, driven, w, line, lines.top, rows, n)
         if rest <= 0.0 or n < 0:

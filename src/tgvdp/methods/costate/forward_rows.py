@@ -5,7 +5,7 @@ import math
 from tgvdp._jit import leaf, part
 from tgvdp.constants import FEASIBILITY_RTOL
 from tgvdp.physics.arc import arc, duration_and_work
-from tgvdp.physics.cell import Cell, append
+from tgvdp.physics.cell import Cell, append, limited
 from tgvdp.physics.codes import BRAKING, COASTING, OK, TRACTION
 from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import brake_at, least_effort, mean_brake, mean_effort, resistance_at
@@ -270,7 +270,7 @@ def evenly(train, cell, w, target, scratch, rows, n):
 def brake_late(train, regime, cell, w, top, scratch, rows, n):
     """Drive in a regime from w and brake as late as possible to end at ``top``, where the regime would end above it."""
     if net_force_at(train, regime, cell, math.sqrt(w)) < 0.0:  # it is nowhere faster: the curve of braking ends there
-        cell = Cell(cell.start_m, cell.end_m, cell.length_m, cell.grade_n, cell.air, min(cell.limit_w, max(w, top)))
+        cell = limited(cell, min(cell.limit_w, max(w, top)))
     curve = braking_curve(train, BRAKING, cell, top, scratch)
     if w > curve.start_w * (1.0 + ON_CURVE):
         return saturated(train, BRAKING, cell, w, top, rows, n)[2]
