@@ -85,9 +85,9 @@ def test_extremals_that_no_target_lies_next_to_are_not_asked(monkeypatch):
     assert question.around(np.array([0.5 * (times_s[0] + times_s[1])])) == question.extremals[1:2]
     solved, asked = Mesh.extremals, set()
 
-    def watched(mesh, multipliers, counts):
+    def watched(mesh, multipliers, *others):
         asked.update(multipliers)
-        return solved(mesh, multipliers, counts)
+        return solved(mesh, multipliers, *others)
 
     monkeypatch.setattr(Mesh, "extremals", watched)
     Doubt().answered(question, middle_s)
@@ -106,11 +106,11 @@ def test_halves_that_cost_quite_another_energy_tell_nothing_of_shorter_cells(mon
     assert doubt.halvings == Doubt().halvings
     solved = Mesh.extremals
 
-    def others_on_halves(mesh, multipliers, counts):
+    def others_on_halves(mesh, multipliers, *others):
         times = factor if mesh is question.mesh.finer else 1.0
         return [
             one._replace(energy_j=times * one.energy_j, passed=one.passed * [1.0, 1.0, times])
-            for one in solved(mesh, multipliers, counts)
+            for one in solved(mesh, multipliers, *others)
         ]
 
     monkeypatch.setattr(Mesh, "extremals", others_on_halves)
@@ -127,9 +127,9 @@ def test_halves_answer_where_extremals_are_dearer_on_other_cells(monkeypatch):
     assert answer.mesh is not question.mesh and answer.mesh is not question.mesh.finer
     solved, asked = Mesh.extremals, (question.mesh, question.mesh.finer)
 
-    def dearer_elsewhere(mesh, multipliers, counts):
+    def dearer_elsewhere(mesh, multipliers, *others):
         times = 1.0 if any(mesh is one for one in asked) else 1.0003
-        return [one._replace(energy_j=times * one.energy_j) for one in solved(mesh, multipliers, counts)]
+        return [one._replace(energy_j=times * one.energy_j) for one in solved(mesh, multipliers, *others)]
 
     monkeypatch.setattr(Mesh, "extremals", dearer_elsewhere)
     assert Doubt().answered(question, target_s).mesh is question.mesh.finer

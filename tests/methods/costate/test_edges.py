@@ -9,8 +9,9 @@ import pytest
 
 import tgvdp
 from benchmarks.proof.trips import proof_trip
-from tests.helpers.fronts import front_to
+from tests.helpers.fronts import counters, front_to
 from tests.helpers.trips import commuter, trip_on
+from tgvdp import Track, Train
 from tgvdp.errors import InfeasibleError
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.model.effort import EffortCurve
@@ -167,3 +168,19 @@ def test_runs_that_coast_nearly_to_a_stand_meet_their_line_of_switching():
     assert result.front.time_s == pytest.approx(result.fastest.time_s * (1.0 + np.array(margins)), rel=1e-5)
     assert all(verdict.ok for verdict in result.verify())
     assert (np.diff(result.front.energy_j) < 0.0).all()
+
+
+@pytest.mark.parametrize("share", [0.05, 0.03])
+def test_a_line_of_switching_does_not_fall_below_its_end_in_a_long_cell(share):
+    """It bends as coasting does, and a light train comes to a stand on the way: below 0 no run met it, and stalled."""
+    trolley = Train(
+        mass_kg=320.0, rotating_mass_factor=1.12, traction=EffortCurve.from_caps(206.0, 6e3), friction_brake_n=900.0,
+        davis_a_n=12.0, davis_c_n_per_mps2=0.4,
+    )  # fmt: skip
+    permil = np.random.default_rng(24).uniform(-38.0, 22.0, 100)
+    gradients = tuple((400.0 * k, float(value)) for k, value in enumerate(permil))
+    result = tgvdp.search(trolley, Track(length_m=40e3, speed_limits=((0.0, 44.0),), gradients=gradients), points=2)
+    coarse, fine = (Mesh.of(result.trip, result.fastest.profile, fineness) for fineness in (0.125, 4.0))
+    multiplier = share * coarse.usual_multiplier
+    least_j, cost_j = (mesh.extremal(multiplier, counters()).cost_j(multiplier) for mesh in (fine, coarse))
+    assert cost_j < 1.02 * least_j

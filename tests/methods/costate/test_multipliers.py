@@ -28,7 +28,7 @@ def mesh_of_three_runs(asked):
 
     return SimpleNamespace(
         extremal=extremal,
-        extremals=lambda multipliers, counters: [extremal(one, counters) for one in multipliers],
+        extremals=lambda multipliers, counters, least_w: [extremal(one, counters) for one in multipliers],
         usual_multiplier=60.0,
         least_energy_j=600.0,
         cells=SimpleNamespace(length_m=np.ones(10)),

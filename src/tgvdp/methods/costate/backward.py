@@ -147,8 +147,10 @@ def switching_speeds(
         Energy that the dynamic brake returns per joule of its work, below 1. If it is 0, b and c are the envelope.
     cells : Cells
         Grade forces, drag and power of auxiliaries per unit of inertia.
-    low, fast : (K + 1,) float64
-        Slowest and fastest feasible squared speed at each station, m²/s².
+    low : (m, K + 1) float64
+        Squared speed at each station, m²/s², below which the run of a multiplier is not sought.
+    fast : (K + 1,) float64
+        Fastest feasible one.
     end_w : float
         Squared speed at the destination.
     multipliers : (m,) float64
@@ -178,7 +180,7 @@ def switching_speeds(
     points = 0
     for i in range(multipliers.shape[0]):
         status, carried = _solve(
-            train, returned, cells, low, fast, end_w, multipliers[i] / unit,
+            train, returned, cells, low[i], fast, end_w, multipliers[i] / unit,
             tolerance * min(1.0, multipliers[i] / usual), typical_m, floor_w, policies[i], room,
         )  # fmt: skip
         points += carried

@@ -1,6 +1,5 @@
 """Which cells of a mesh are too long, told by what extremals lose on it, and the mesh that answers."""
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -32,10 +31,8 @@ _MENDED = 0.7
 _FEW_CUTS = 1.25
 #: How often a cell is halved at most to answer.
 _LEVELS = 2
-#: Neighbouring extremals lose in the same cells: of so many one is asked, all of the first ones, which differ most, and
-#: the last one, which has one neighbour.
-_NEIGHBOURS = 3
-_FIRST = 3
+#: Neighbouring extremals lose in the same cells: so many are asked at first, evenly spread from end to end.
+_ASKED = 5
 #: How often cells may be halved.
 _MOST_HALVINGS = 6
 
@@ -78,9 +75,9 @@ class Doubt:
         asked, others = extremals, extremals[:0]
         if self.some and mesh.tables.regeneration == 0.0:  # else one that is not may brake in a cell that is too long
             last = len(extremals) - 1
-            is_asked = [i < _FIRST or i % _NEIGHBOURS == 0 or i == last for i in range(last + 1)]
-            asked = list(itertools.compress(extremals, is_asked))
-            others = [one for one, known in zip(extremals, is_asked, strict=True) if not known]
+            chosen = {round(last * i / (_ASKED - 1)) for i in range(_ASKED)}
+            asked = [extremals[i] for i in sorted(chosen)]
+            others = [one for i, one in enumerate(extremals) if i not in chosen]
         losses = _losses(front, mesh, asked)
         if others and (_parts(losses.lost) > 1).any():  # where some lose much, others may lose more, and elsewhere
             asked, losses = asked + others, losses.joined(_losses(front, mesh, others))

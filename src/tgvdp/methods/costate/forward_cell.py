@@ -183,8 +183,14 @@ def _line_of(train, cell, lines, begins):
         bends = min(0.5 * (lines.coasts / lines.a - 1.0) / HELD, 1.0)  # blends of lines that do come to it evenly
         bend = bends * more * (0.5 * falls + extra)
         twist = bends * more * more * (falls / 6.0 + 0.5 * extra)
-    rise = (begins - lines.a) / length - length * (bend + length * twist)
-    return Line(length, lines.a, rise, bend, twist)
+    rise = (begins - lines.a) / length
+    bends_by = length * (bend + length * twist)
+    if bends_by > 0.0:  # in a long cell it would fall below its end, and below 0
+        part = min(max(rise, 0.0) / bends_by, 1.0)
+        bend *= part
+        twist *= part
+        bends_by *= part
+    return Line(length, lines.a, rise - bends_by, bend, twist)
 
 
 @leaf

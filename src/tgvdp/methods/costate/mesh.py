@@ -161,10 +161,19 @@ class Mesh:
         """What this thread writes on this mesh."""
         return room_for(len(self.cells.length_m))
 
-    def switching_speeds(self, multipliers: NDArray[np.float64], policies: NDArray[np.float64]) -> int:
-        """Fill in optimal squared switching speeds, (m, K + 1, 4), for multipliers in J/s, (m,); returns costates."""
+    def switching_speeds(
+        self,
+        multipliers: NDArray[np.float64],
+        policies: NDArray[np.float64],
+        least_w: NDArray[np.float64] | float = 0.0,
+    ) -> int:
+        """Fill in optimal squared switching speeds, (m, K + 1, 4), for multipliers in J/s, (m,); returns costates.
+
+        Runs below ``least_w``, (m, K + 1) or the same everywhere, are not looked at.
+        """
+        low = np.maximum(np.broadcast_to(self.low, (len(multipliers), len(self.low))), least_w)
         done, points = costate.switching_speeds(
-            self.unit_train, self.tables.regeneration / self.tables.traction, self.unit_cells, self.low, self.fast,
+            self.unit_train, self.tables.regeneration / self.tables.traction, self.unit_cells, low, self.fast,
             self.trip.end_speed_mps**2, multipliers, self.tables.traction * self.train.inertia_kg,
             self.usual_multiplier, _TOLERANCE, self.typical_m, self.floor_w, policies, self.room.costates,
         )  # fmt: skip
@@ -227,27 +236,40 @@ class Mesh:
         """Solve and drive one multiplier, J/s; infinite is the fastest run, full traction up to the envelope."""
         return self.extremals([multiplier], counters)[0]
 
-    def extremals(self, multipliers: Sequence[float], counters: dict[str, int]) -> list[Extremal]:
-        """Solve and drive multipliers, J/s, side by side where they are many; the first alone may be infinite."""
-        parts = even_parts(multipliers, shares(len(multipliers) * len(self.cells.length_m), _LEAST_CELLS))
+    def extremals(
+        self, multipliers: Sequence[float], counters: dict[str, int], least_w: NDArray[np.float64] | None = None
+    ) -> list[Extremal]:
+        """Solve and drive multipliers, J/s, side by side where they are many; the first alone may be infinite.
+
+        Their runs are not sought below squared speeds (m, K + 1).
+        """
+        if least_w is None:
+            least_w = np.zeros((len(multipliers), len(self.low)))
+        numbers = range(len(multipliers))
+        parts = even_parts(numbers, shares(len(numbers) * len(self.cells.length_m), _LEAST_CELLS))
         if len(parts) > 1:
             self.share()
         found: list[Extremal] = []
-        for extremals, costates, runs in side_by_side(self._extremals, parts):
+        for extremals, costates, runs in side_by_side(lambda part: self._extremals(multipliers, least_w, part), parts):
             found += extremals
             counters["costates"] += costates
             counters["runs"] += runs
         counters["extremals"] += len(multipliers) - math.isinf(multipliers[0])
         return found
 
-    def _extremals(self, multipliers: Sequence[float]) -> tuple[list[Extremal], int, int]:
-        """Extremals, and the costates carried, and runs driven."""
+    def _extremals(
+        self, multipliers: Sequence[float], least_w: NDArray[np.float64], part: Sequence[int]
+    ) -> tuple[list[Extremal], int, int]:
+        """Extremals of some neighbouring multipliers, by their numbers, and the costates carried, and runs driven."""
+        some = slice(part[0], part[-1] + 1)
+        multipliers, least_w = multipliers[some], least_w[some]
         policies = np.empty((len(multipliers), len(self.fast), 4))
         first = 0
         if math.isinf(multipliers[0]):
             policies[0] = self.fast[:, np.newaxis]
             first = 1
-        costates = self.switching_speeds(np.array(multipliers[first:], dtype=np.float64), policies[first:])
+        solved = np.array(multipliers[first:], dtype=np.float64)
+        costates = self.switching_speeds(solved, policies[first:], least_w[first:])
         runs, passed, count = self._driven(policies)
         times_s, energies_j = runs[:, 2:4].T.tolist()
         _require_arrival(multipliers, times_s)

@@ -17,6 +17,7 @@ from tgvdp.methods.costate.found import Found
 from tgvdp.methods.costate.interpolate import CHEAPER
 from tgvdp.methods.costate.meet import meet
 from tgvdp.methods.costate.mesh import Mesh, Run
+from tgvdp.methods.costate.slower import least_squared_speeds
 from tgvdp.methods.costate.surprises import FIRST_MULTIPLIER, HIGHEST_MULTIPLIER, MOST_EXTREMALS, surprising
 from tgvdp.physics.codes import NOT_KEPT, OK
 from tgvdp.progress import tell
@@ -170,7 +171,8 @@ class ExtremalFront:
         found: list[Extremal] = []
         for first in range(0, len(multipliers), at_once):
             self.watch()
-            found += mesh.extremals(multipliers[first : first + at_once], self.counters)
+            some = multipliers[first : first + at_once]
+            found += mesh.extremals(some, self.counters, least_squared_speeds(self.mesh, self.extremals, mesh, some))
         return found
 
     def points(self, target_s: NDArray[np.float64]) -> tuple[Found, bool]:
