@@ -112,6 +112,10 @@ def _curve_end(sizes, table, i, extra, v, effort, slope, rising):
         step = math.inf if last else sizes.effort * table[i + 1, 0]
     if rising:
         return v + step if last else min(v + step, table[i + 1, 0])
+    if i == 0 and not last and v <= sizes.effort * table[1, 0] and slope * v >= 0.5 * (effort + extra):
+        return (
+            0.0  # to the standstill at which such a brake has none, as one comes from there: by shares one never does
+        )
     return max(v - step, table[i, 0])
 
 

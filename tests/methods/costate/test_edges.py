@@ -184,3 +184,35 @@ def test_a_line_of_switching_does_not_fall_below_its_end_in_a_long_cell(share):
     multiplier = share * coarse.usual_multiplier
     least_j, cost_j = (mesh.extremal(multiplier, counters()).cost_j(multiplier) for mesh in (fine, coarse))
     assert cost_j < 1.02 * least_j
+
+
+@pytest.mark.parametrize("permil", [-39.8, -42.0])
+def test_where_not_even_all_brakes_hold_a_train_they_brake_no_harder(permil):
+    """Rows ended where the train passed the line of friction from below, and the next ones went over the rest again."""
+    freight = Train(
+        mass_kg=3.17e6, rotating_mass_factor=1.06, traction=EffortCurve.from_caps(773e3, 7.15e6),
+        braking=EffortCurve.from_caps(600e3, 5.38e6), friction_brake_n=564e3, davis_a_n=38e3, davis_b_n_per_mps=635.0,
+        davis_c_n_per_mps2=21.4, max_speed_mps=20.3, max_acceleration_mps2=0.5, traction_efficiency=0.85,
+        regeneration_efficiency=0.9,
+    )  # fmt: skip
+    track = Track(
+        length_m=4e3, speed_limits=((0.0, 20.3), (1860.0, 10.16)),
+        gradients=((0.0, 0.0), (1700.0, permil), (2130.0, 0.0)),
+    )  # fmt: skip
+    result = tgvdp.search(freight, track, energy="pantograph", points=20, max_margin=0.6)
+    assert all(verdict.ok for verdict in result.verify())
+    assert max(verdict.effort_excess_pct for verdict in result.verify()) < 0.02
+
+
+@pytest.mark.parametrize("seed", [9, 10, 46])
+def test_slow_runs_that_have_to_arrive_at_speed_ask_for_no_more_effort_than_there_is(seed):
+    """Below the slowest run that still arrives so, the last metres of a cell made up for it: up to 8 % too much."""
+    train = Train(
+        mass_kg=360e3, traction=EffortCurve.from_caps(230e3, 5e6), friction_brake_n=400e3, davis_a_n=4000.0,
+        davis_b_n_per_mps=60.0, davis_c_n_per_mps2=7.0, max_speed_mps=70.0, max_acceleration_mps2=0.5,
+    )  # fmt: skip
+    rng = np.random.default_rng(seed)
+    gradients = tuple((500.0 * k, float(value)) for k, value in enumerate(rng.uniform(-12.0, 12.0, 40)))
+    track = Track(length_m=20e3, speed_limits=((0.0, 70.0),), gradients=gradients)
+    result = tgvdp.search(train, track, points=20, max_margin=1.5, end_speed_mps=float(rng.uniform(25.0, 40.0)))
+    assert max(verdict.effort_excess_pct for verdict in result.verify()) < 0.05

@@ -19,7 +19,7 @@ from tgvdp.line.cells import Cells
 from tgvdp.methods.costate.blend import falls_from_held, switch_at
 from tgvdp.methods.costate.forward_brakes import Lines, coast_through
 from tgvdp.methods.costate.forward_cell import drive_cell
-from tgvdp.methods.costate.forward_rows import ON_CURVE, coast, ended
+from tgvdp.methods.costate.forward_rows import ON_CURVE, coast, ended, evenly, pull
 from tgvdp.model.track import POWERED
 from tgvdp.physics.arc import duration_and_work, duration_and_work_of
 from tgvdp.physics.cell import Rows, append, cell_at
@@ -248,10 +248,10 @@ def drive_blend(train, tables, course, blend, share, scratch, passed, rows):
                 n = coast_through(here, False, cell, w, landed, lines, scratch, rows, n)
             if n > first + 1:
                 n = drop_slivers(rows, first, n, cell.length_m)
-            if n > 0 and rows.w[n - 1] > top:  # by an error of its rows, which all of them share
-                n = ended(cell, top, rows, first, n)
-            if n > 0:
-                rows.w[n - 1] = max(rows.w[n - 1], bottom)
+            if n > 0 and rows.w[n - 1] < bottom and powered and pull(here, cell, w, bottom) < math.inf:
+                n = evenly(here, cell, w, bottom, scratch, rows, first)  # traction began too late
+            if n > 0 and not bottom <= rows.w[n - 1] <= top:  # by an error of its rows, which all of them share
+                n = ended(cell, bottom if rows.w[n - 1] < bottom else top, rows, first, n)
         if n < 0:
             return n, time, energy
         duration, work = _measured(here, tables, cell, course.cells.saved_w[k], rows, first, n)

@@ -272,6 +272,9 @@ def brake_late(train, regime, cell, w, top, scratch, rows, n):
     if net_force_at(train, regime, cell, math.sqrt(w)) < 0.0:  # it is nowhere faster: the curve of braking ends there
         cell = limited(cell, min(cell.limit_w, max(w, top)))
     curve = braking_curve(train, BRAKING, cell, top, scratch)
-    if w > curve.start_w * (1.0 + ON_CURVE):
-        return saturated(train, BRAKING, cell, w, top, rows, n)[2]
+    if w > curve.start_w * (1.0 + ON_CURVE):  # where not even all brakes hold a train, it may pass that from below
+        n = saturated(train, BRAKING, cell, w, top if w > top else 0.0, rows, n)[2]
+        if n > 0:
+            rows.x[n - 1] = cell.end_m
+        return n
     return drive_onto(train, regime, BRAKING, cell, w, top, curve, scratch, rows, n)
