@@ -125,7 +125,7 @@ def test_a_closed_pipe_is_no_fault(command):
 def test_a_closed_stdout_loses_nothing_in_silence(command):
     line = f'exec "$0" -m tgvdp {command} >&-'
     done = subprocess.run(["sh", "-c", line, sys.executable], check=False, stderr=subprocess.PIPE, timeout=60)
-    assert (done.returncode, done.stderr) == (3, LINE + b"Bad file descriptor\n")
+    assert (done.returncode, done.stderr) == (3, LINE + b"standard output: Bad file descriptor\n")
 
 
 def test_a_closed_stdout_does_no_harm_where_nothing_is_printed(tmp_path):
@@ -141,7 +141,39 @@ def test_what_cannot_be_printed_is_said(tmp_path, command):
     with open("/dev/full", "wb") as full:
         code, stderr = run(*command, cwd=tmp_path, stdout=full, PYTHONUNBUFFERED="")
     assert code == 3
-    assert stderr == LINE + b"No space left on device\n"
+    assert stderr == LINE + b"standard output: No space left on device\n"
+
+
+def test_a_closed_stderr_costs_what_it_would_tell(tmp_path):
+    line = f'exec "$0" -m tgvdp {" ".join(SHORT)} --out {tmp_path}/out 2>&-'
+    done = subprocess.run(["sh", "-c", line, sys.executable], check=False, stdout=subprocess.PIPE, timeout=60)
+    assert done.returncode == 0
+    assert (tmp_path / "out" / "result.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("file", "command"),
+    [
+        ("line.json", "formulate easy-n008 --to coo -o line"),
+        ("trip.lp", "formulate easy-n008 --to lp -o trip.lp"),
+        ("page.html", "report out -o page.html"),
+        ("b/benchmark.csv", "bench easy-n008 --solvers dp --out b"),
+    ],
+)
+def test_files_of_others_are_not_overwritten(tmp_path, file, command):
+    assert run(*SHORT, "--out", "out", cwd=tmp_path)[0] == 0
+    place = tmp_path / file
+    place.parent.mkdir(exist_ok=True)
+    place.write_bytes(b"precious")
+    code, stderr = run(*command.split(), cwd=tmp_path)
+    assert code == 3 and stderr.startswith(LINE + file.partition("/")[0].encode())
+    assert place.read_bytes() == b"precious"
+
+
+def test_a_page_and_a_benchmark_may_be_made_again(tmp_path):
+    assert run(*SHORT, "--out", "out", cwd=tmp_path)[0] == 0
+    for command in 2 * ("report out", "bench easy-n008 --solvers dp --out b"):
+        assert run(*command.split(), cwd=tmp_path)[0] == 0
 
 
 def test_two_processes_share_a_folder_and_a_cold_cache(tmp_path):

@@ -33,7 +33,7 @@ def line(tmp_path):
 
 def made(tmp_path, capsys, *words):
     output = tmp_path / "trip.json"
-    code = main(["formulate", "--train", "alstom-emu", *words, "--to", "instance", "-o", str(output)])
+    code = main(["formulate", "--train", "alstom-emu", *words, "--to", "instance", "-o", str(output), "--force"])
     return code, output, capsys.readouterr().err
 
 

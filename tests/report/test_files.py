@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from tests.helpers.report_case import PROVENANCE, VERDICT, make_result, railway_
 from tgvdp.cli.screen import energy_table, power_and_cost
 from tgvdp.errors import InputError
 from tgvdp.report import check_writable, make_provenance, results, write_results
-from tgvdp.report.files import write_files
+from tgvdp.report.files import check_new, write_files
 from tgvdp.report.gallery import draw, front_files
 from tgvdp.report.pictures import PICTURE_FORMATS, encode, pictures_of
 from tgvdp.report.profiles import choose_runs
@@ -274,3 +275,31 @@ def test_pictures_for_which_there_was_no_time_are_named(result, tmp_path):
     assert written.content["warning"] == f"the time limit left no time for {written.undrawn} pictures"
     assert json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))["warning"] == written.content["warning"]
     assert front_files(["png"], -1.0, result, PROVENANCE, None) == {}
+
+
+def test_a_pipe_is_written_into_and_a_link_stays_one(tmp_path):
+    """They were replaced by files, and who read the pipe got nothing; as root that took a device with it."""
+    pipe, link = tmp_path / "pipe", tmp_path / "link"
+    os.mkfifo(pipe)
+    link.symlink_to("elsewhere/file")
+    (tmp_path / "elsewhere").mkdir()
+    with ThreadPoolExecutor(1) as reader:
+        read = reader.submit(pipe.read_bytes)
+        write_files(tmp_path, {"pipe": b"through", "link": b"behind"})
+        assert read.result(timeout=10.0) == b"through"
+    assert pipe.is_fifo()
+    assert link.is_symlink() and (tmp_path / "elsewhere" / "file").read_bytes() == b"behind"
+    assert not [one for one in tmp_path.rglob("*.tmp")]
+
+
+def test_only_what_would_be_lost_is_in_the_way(tmp_path):
+    file, link, pipe = tmp_path / "file", tmp_path / "link", tmp_path / "pipe"
+    file.touch()
+    link.symlink_to("nowhere")
+    os.mkfifo(pipe)
+    for taken in (file, link, tmp_path):
+        with pytest.raises(InputError, match="exists already"):
+            check_new(taken, force=False)
+        check_new(taken, force=True)
+    for free in (pipe, tmp_path / "none", os.devnull):
+        check_new(free, force=False)

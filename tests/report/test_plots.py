@@ -139,7 +139,7 @@ def test_profile_draws_fastest_middle_and_thriftiest(result):
     axes = figure.axes[0]
     runs = collections(axes, LineCollection)
     drawn = [np.concatenate(run.get_segments())[:, 1].max() for run in runs]
-    assert drawn == pytest.approx([24.0 * 3.6, 20.0 * 3.6, 16.0 * 3.6])
+    assert drawn == pytest.approx([24.0 * 3.6, 18.0 * 3.6, 16.0 * 3.6])
     for run in runs:
         x = np.concatenate(run.get_segments())[:, 0]
         assert (x[0], x[-1]) == pytest.approx((1.0, 5.0))
@@ -249,7 +249,7 @@ def test_price_needs_prices(result):
 def test_speed_over_time_ends_with_each_run(result):
     axes = plot_speed_time(result).axes[0]
     ends = [np.concatenate(run.get_segments())[-1] for run in collections(axes, LineCollection)]
-    expected = [result.fastest.time_s, result.front.time_s[1], result.front.time_s[-1]]
+    expected = [result.fastest.time_s, result.front.time_s[2], result.front.time_s[-1]]
     np.testing.assert_allclose([end[0] for end in ends], expected)
     np.testing.assert_allclose([end[1] for end in ends], 0.0)
 

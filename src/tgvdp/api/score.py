@@ -1,6 +1,7 @@
 """A recorded run against the front: what it cost, what the optimum at the same time costs, and where they differ."""
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from tgvdp.api.trip import trip_of
 from tgvdp.errors import InputError
 from tgvdp.formats.recorded_run import RecordedRun
 from tgvdp.formats.sources import Source
+from tgvdp.formats.syntax.reading import errors_named
 from tgvdp.line.resolved import resolve
 from tgvdp.model.checks import require_number
 from tgvdp.model.track import POWERED, Track
@@ -139,7 +141,8 @@ def score_run(
     """
     if window_s is not None:
         require_number("recorded run", "window_s", window_s, "s", at_least=0.0)
-    sections = sections_of(run.position_m, run.speed_mps, run.time_s, window_s)
+    with errors_named(Path(run.name)):
+        sections = sections_of(run.position_m, run.speed_mps, run.time_s, window_s)
     motion = placed(_chosen(sections, section), start_m, end_m)
     time_s = float(motion.time_s[-1] - motion.time_s[0])
     ends: dict[str, Any] = {

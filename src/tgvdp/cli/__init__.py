@@ -179,13 +179,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _fail(str(error), error.exit_code)
         except OSError as error:
             _drop_what_cannot_be_printed()
-            where = f"{error.filename}: " if error.filename is not None else ""
-            return _fail(f"{where}{error.strerror or error}", InputError.exit_code)
+            where = "standard output" if error.filename is None else error.filename
+            return _fail(f"{where}: {error.strerror or error}", InputError.exit_code)
     return int(code or 0)
 
 
 def _refuse_to_print_nowhere() -> None:
-    """Have a closed stdout fail where something is printed: Python has none then, and click prints in silence."""
+    """Have a closed stdout fail where something is printed: Python has none then, and click prints in silence.
+
+    What a closed stderr would tell is lost, and no more than that.
+    """
+    if sys.stderr is None:
+        sys.stderr = io.TextIOWrapper(io.FileIO(os.devnull, "w"), encoding="utf-8")
     if sys.stdout is None:
         nowhere = os.open(os.devnull, os.O_RDONLY)
         sys.stdout = io.TextIOWrapper(os.fdopen(nowhere, "wb", buffering=0), write_through=True)

@@ -84,6 +84,7 @@ def command(
     from tgvdp.trials.qoblib import write_submissions
     from tgvdp.trials.reference import read_cases
     from tgvdp.trials.spec import parse_specs
+    from tgvdp.trials.store import RUNS
 
     context = click.get_current_context()
     if submitter is not None and qoblib is None:
@@ -99,6 +100,8 @@ def command(
     cases = read_cases(places, up_to or (None if words else BUILT_IN_STEPS))
     plan = Plan(tuple(cases), tuple(specs), runs, seed, topologies, float(embed_limit))
     check_writable(out)
+    if out.is_dir() and any(out.iterdir()) and not (out / RUNS).is_dir():
+        raise InputError(f"{out}: is not empty, and no benchmark is in it")
     started = time.perf_counter()
     with Screen(quiet=quiet) as screen:
         bar = _Bar(screen)

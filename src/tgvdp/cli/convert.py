@@ -1,6 +1,5 @@
 """``tgvdp convert``: a train, a line, a journey or a scenario from one format into another."""
 
-import os
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
@@ -52,14 +51,13 @@ def command(
     """
     from tgvdp.formats import load_scenario
     from tgvdp.formats.write import write_bytes
-    from tgvdp.report.files import write_files
+    from tgvdp.report.files import check_new, write_files
 
     out = Path(target)
     chosen = to or _BY_SUFFIX.get(out.suffix.lower())
     if chosen is None:
         raise click.UsageError(f"{target}: unknown suffix {out.suffix!r}: give --to", click.get_current_context())
-    if os.path.lexists(out) and not force:
-        raise InputError(f"{target}: exists already (--force overwrites it)")
+    check_new(target, force=force)
     if not out.parent.is_dir():
         raise InputError(f"{target}: there is no folder {out.parent}")
     speed_mps = None if line_speed_kmh is None else kmh_to_mps(line_speed_kmh)

@@ -35,6 +35,7 @@ Examples:
 @click.option("--to", "target", type=click.Choice(TARGETS), required=True, help="Format.")
 @click.option("--layers", type=click.IntRange(1, 100), help="qasm3: layers of QAOA.  [default: 1]")
 @click.option("-o", "--output", metavar="FILE", required=True, help="File to write; - for stdout.")
+@click.option("--force", is_flag=True, help="Overwrite FILE, and its sidecar.")
 def command(
     instance: str | None,
     encoding: Any,
@@ -43,6 +44,7 @@ def command(
     target: str,
     layers: int | None,
     output: str,
+    force: bool,
     **trip: Any,
 ) -> None:
     """Write INSTANCE, a built-in name or a JSON file, in a format of other programs.
@@ -55,7 +57,7 @@ def command(
     With --steps the instance is made of a trip, and --to instance writes it. What it leaves out of train and line is
     said on stderr, a line each, and stands in its notes.
     """
-    from tgvdp.report.files import write_files
+    from tgvdp.report.files import check_new, write_files
     from tgvdp.solvers.exchange import exported
 
     context = click.get_current_context()
@@ -72,6 +74,8 @@ def command(
         click.echo(contents[""].decode(), nl=False)
         return
     path = Path(output)
+    for suffix in contents:
+        check_new(path.with_name(path.name + suffix), force=force)
     write_files(path.parent, {path.name + suffix: content for suffix, content in contents.items()})
 
 

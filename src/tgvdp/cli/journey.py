@@ -274,7 +274,7 @@ def _front(done: _Done) -> str:
 def _more_tables(done: _Done) -> Iterator[str]:
     """What stands beside a front."""
     if "advice" in done.content:
-        yield journey_advice_lines(done.content)
+        yield journey_advice_lines(done.content, done.result.trip.train.name)
     if done.extras.robustness is not None:
         yield robustness_table(done.extras.robustness)
     yield from map(margins_table, done.content.get("margins", ()))

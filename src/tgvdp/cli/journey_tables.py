@@ -79,11 +79,12 @@ def margins_table(content: Mapping[str, Any]) -> str:
     return "\n".join([f"{content['margin']} more time:", *lines])
 
 
-def journey_advice_lines(content: Mapping[str, Any]) -> str:
-    """What a driver does in each section at the middle point."""
+def journey_advice_lines(content: Mapping[str, Any], train: str) -> str:
+    """What the driver of a train does in each section at the middle point."""
     advice = content["advice"]
-    lines = [f"how to drive point {advice['point']} of {len(content['front'])}:"]
+    lines = [f"how to drive point {advice['point']} of {len(content['front'])} with {train}:"]
     for number, (section, own) in enumerate(zip(content["sections"], advice["sections"], strict=True), start=1):
-        ends = " – ".join(section[end] for end in ("from", "to") if end in section)
+        named = "from" in section or "to" in section
+        ends = f"{section.get('from', '…')} – {section.get('to', '…')}" if named else ""
         lines.append(wrapped(f"{number}{f' {ends}' if ends else ''}: {own['advice']}", "  "))
     return "\n".join(lines)

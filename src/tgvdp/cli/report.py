@@ -29,17 +29,19 @@ def _formats(_: click.Context, __: click.Parameter, text: str | None) -> tuple[s
 @click.argument("folders", metavar="RESULT_DIR...", nargs=-1, required=True, type=click.Path())
 @click.option("-o", "--out", metavar="FILE", help="The page.  [default: report.html in the first folder]")
 @click.option("--figures", metavar="LIST", callback=_formats, help="Figures for papers beside the page: pdf, svg, png.")
+@click.option("--force", is_flag=True, help="Overwrite FILE where it is no such page.")
 @click.option("--width", type=click.Choice(_WIDTHS), default="single", show_default=True, help="Columns of a figure.")
-def command(folders: tuple[str, ...], out: str | None, figures: tuple[str, ...], width: str) -> int:
+def command(folders: tuple[str, ...], out: str | None, figures: tuple[str, ...], force: bool, width: str) -> int:
     """Put results into one self-contained HTML page, with the pictures of ``tgvdp explore``.
 
     The page needs no server and no network: mail it, or keep it beside a paper.
     """
     from tgvdp.explorer.folder import read_folder
-    from tgvdp.explorer.standalone import page
-    from tgvdp.report.files import write_files
+    from tgvdp.explorer.standalone import is_page, page
+    from tgvdp.report.files import check_new, write_files
 
     target = Path(folders[0]) / "report.html" if out is None else Path(out)
+    check_new(target, force=force or is_page(target))
     files = {target.name: page([read_folder(folder) for folder in folders])}
     if figures:
         files |= _figures(folders[0], figures, width)

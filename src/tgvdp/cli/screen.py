@@ -187,7 +187,8 @@ def energy_table(content: Mapping[str, Any]) -> str:
     front = content["front"]
     runs = {"fastest run": content["fastest"]["balance"]}
     summed_up = [point for point in front if point["balance"]["wheel_kwh"] is not None]
-    runs |= {f"{summed_up[i]['margin_pct']:.2f} %": summed_up[i]["balance"] for i in spread(len(summed_up), 3)[1:]}
+    shown = sorted({len(summed_up) // 2, len(summed_up) - 1}) if summed_up else ()
+    runs |= {f"{summed_up[i]['margin_pct']:.2f} %": summed_up[i]["balance"] for i in shown}
     telling = any(abs(one["pantograph_kwh"] - one["wheel_kwh"]) > 1e-9 * abs(one["wheel_kwh"]) for one in runs.values())
     if not telling:
         return ""

@@ -1,6 +1,5 @@
 """``tgvdp selftest``: verify what tgvdp computes on this machine."""
 
-import os
 import time
 from pathlib import Path
 
@@ -36,14 +35,15 @@ def command(references: Path | None, out: Path | None, force: bool, as_json: boo
     Formulas, orders of convergence, enumeration, the methods against each other, the balance of energy and random
     trips: each case says in how many digits two numbers agree. Exit code 1 where one agrees in fewer than it must.
     """
-    if out is not None and os.path.lexists(out) and not force:
-        raise InputError(f"{out}: exists already (--force overwrites it)")
+    from tgvdp.report.files import check_new, check_writable, write_files
+
+    if out is not None:
+        check_new(out, force=force)
     if out is not None and not out.parent.is_dir():
         raise InputError(f"{out}: there is no folder {out.parent}")
     started_s = time.perf_counter()
     with Screen(quiet=quiet) as screen:
         screen.progress("verifying")
-        from tgvdp.report.files import check_writable, write_files
         from tgvdp.verification.report import content_of, page_of, text_of, verify
 
         if out is not None:

@@ -3,6 +3,7 @@
 import base64
 import re
 from collections.abc import Sequence
+from pathlib import Path
 
 import msgspec
 
@@ -11,6 +12,8 @@ from tgvdp.explorer.exhibit import Exhibit
 
 #: Inside a file everything is inline, and nothing may be fetched from anywhere.
 POLICY = "default-src 'none'; script-src 'unsafe-inline' data:; style-src 'unsafe-inline'; img-src data:"
+#: What a page says of who made it, and within how many bytes.
+_GENERATOR, _HEAD_B = b'name="generator" content="tgvdp"', 1000
 _STYLE = re.compile(r'<link rel="stylesheet" href="/page/([\w.]+)">')
 _ICON = re.compile(r'<link rel="icon" href="/page/([\w.]+)"')
 _SCRIPT = re.compile(r'<script src="/page/([\w.]+)" defer></script>')
@@ -37,6 +40,15 @@ def page(exhibits: Sequence[Exhibit]) -> bytes:
     held = b",".join(_exhibit(number, one) for number, one in enumerate(exhibits, start=1))
     content = f'<script type="application/json" id="exhibits">[{_harmless(held.decode())}]</script>'
     return html.replace("</body>", f"{content}\n</body>").encode()
+
+
+def is_page(path: Path) -> bool:
+    """Whether a file is such a page."""
+    try:
+        with path.open("rb") as file:
+            return _GENERATOR in file.read(_HEAD_B)
+    except OSError:
+        return False
 
 
 def _policy() -> str:

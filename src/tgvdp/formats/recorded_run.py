@@ -69,7 +69,7 @@ def load_run(path: str | os.PathLike[str]) -> RecordedRun:
     marks = {index: marks_of(_text(row, index) for row in rows if _is_text(row, index)) for index, _ in found.values()}
     every = Marks(frozenset[str]().union(*(one.sure for one in marks.values())), "").only
     read = {
-        kind: np.array([_value(place, sheet, row, kind, unit, index, marks[index].only or every) for row in rows])
+        kind: np.array([_possible(place, sheet, row, kind, unit, index, marks[index].only or every) for row in rows])
         for kind, (index, unit) in found.items()
     }
     if "time" in read:
@@ -143,10 +143,25 @@ def _text(row: Row, index: int) -> str:
     return str(row.cells[index]) if index < len(row.cells) else ""
 
 
+def _possible(path: Path, sheet: Sheet, row: Row, kind: str, unit: str, index: int, mark: str) -> float:
+    """`_value`, where a train may have it."""
+    value = _value(path, sheet, row, kind, unit, index, mark)
+    if kind == "speed" and value < 0.0:
+        text = _text(row, index)
+        raise bad(
+            path, f"{_place(sheet, row)}: speed must not be negative, got {text!r:.40}{f' {unit}' if unit else ''}"
+        )
+    return value
+
+
+def _place(sheet: Sheet, row: Row) -> str:
+    return f"line {row.number}" if sheet.delimiter else f"sheet {sheet.name!r:.40}, row {row.number}"
+
+
 def _value(path: Path, sheet: Sheet, row: Row, kind: str, unit: str, index: int, mark: str) -> float:
     """Value of a cell in SI; ``mark`` is the decimal one where the numbers of the file tell it."""
     text = _text(row, index)
-    place = f"line {row.number}" if sheet.delimiter else f"sheet {sheet.name!r:.40}, row {row.number}"
+    place = _place(sheet, row)
     if kind == "time" and ":" in text:
         try:
             return clock_s(text, with_hours=unit == "h")

@@ -25,6 +25,23 @@ def check_writable(folder: str | os.PathLike[str]) -> None:
         raise InputError(f"{folder}: cannot be written: no permission in {existing}")
 
 
+def check_new(path: str | os.PathLike[str], *, force: bool) -> None:
+    """Refuse to overwrite a file, unless that is asked for; a device or a pipe loses nothing.
+
+    Raises
+    ------
+    InputError
+        When there is a file, or a link to one.
+    """
+    if not force and os.path.lexists(path) and not _is_stream(Path(path)):
+        raise InputError(f"{path}: exists already (--force overwrites it)")
+
+
+def _is_stream(path: Path) -> bool:
+    """Whether what is written there goes on to somebody: a device, a pipe."""
+    return path.exists() and not path.is_file() and not path.is_dir()
+
+
 def is_draft(name: str) -> bool:
     """Whether a file is what a process that was killed had begun to write."""
     return name.startswith(".") and name.endswith(_DRAFT)
@@ -34,7 +51,7 @@ def write_files(folder: str | os.PathLike[str], contents: Mapping[str, bytes]) -
     """Write files into a folder, which is made when absent, each by an atomic replacement.
 
     All are written beside their destination before the first one is replaced, so that a full disk or an interruption
-    leaves the folder as it was.
+    leaves the folder as it was. A link stays one, and so does a device or a pipe, into which is written.
 
     Parameters
     ----------
@@ -52,13 +69,18 @@ def write_files(folder: str | os.PathLike[str], contents: Mapping[str, bytes]) -
     """
     home = Path(folder)
     targets = [home / name for name in contents]
-    drafts = [home / f".{name}.{os.getpid()}{_DRAFT}" for name in contents]
+    files = dict(zip(targets, contents.values(), strict=True))
+    streams = {target: files.pop(target) for target in targets if _is_stream(target)}
+    places = [Path(os.path.realpath(target)) if target.is_symlink() else target for target in files]
+    drafts = [place.with_name(f".{place.name}.{os.getpid()}{_DRAFT}") for place in places]
     try:
         home.mkdir(parents=True, exist_ok=True)
-        for draft, content in zip(drafts, contents.values(), strict=True):
+        for draft, content in zip(drafts, files.values(), strict=True):
             draft.write_bytes(content)
-        for draft, target in zip(drafts, targets, strict=True):
-            os.replace(draft, target)
+        for stream, content in streams.items():
+            stream.write_bytes(content)
+        for draft, place in zip(drafts, places, strict=True):
+            os.replace(draft, place)
     except OSError as error:
         raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from error
     finally:

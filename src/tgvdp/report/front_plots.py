@@ -96,8 +96,15 @@ def plot_price(result: "SearchResult", price_per_kwh: float | None = None) -> st
         margin, shown, marker="o" if margin.size <= _MARKED else None, color=palette.BLUE, linewidth=1.8, markersize=4.5
     )
     style.dress(axes, "Running time supplement (%)", f"Energy saved per minute ({energy.unit}/min)")
-    if np.nanmax(shown, initial=0.0) > 0.0:
-        axes.set_ylim(0.0, _shown_price(shown))
+    highest = float(np.nanmax(shown, initial=0.0))
+    if highest > 0.0:
+        top = _shown_price(shown)
+        axes.set_ylim(0.0, top)
+        if highest > top:
+            axes.annotate(
+                f"↑ up to {highest:.0f} {energy.unit}/min", (float(margin[np.nanargmax(shown)]), top), (14.0, -4.0),
+                textcoords="offset points", va="top", fontsize=style.SMALL_PT, fontfamily=style.FONT, color=palette.INK,
+            )  # fmt: skip
     axes.set_xlim(left=0.0)
     if price_per_kwh and in_money:
         money = price_per_kwh / (JOULE_PER_KWH * energy.factor)

@@ -152,12 +152,18 @@ def plot_allocation(result: "JourneyResult", index: int) -> style.Picture:
         rows[name.replace("_", " ")] = (color, np.array(time_s) - fastest_s)
     width = _BARS / len(rows)
     place = np.arange(len(fastest_s))
+    # What keeps all for the end would flatten the rest.
+    highest_s = max(float(supplement_s[:-1].max(initial=0.0)) for _, supplement_s in rows.values())
+    top_s = 1.25 * max(highest_s, float(rows[_OPTIMUM][1].max())) or 1.0
     for number, (name, (color, supplement_s)) in enumerate(rows.items()):
         offset = (number - 0.5 * (len(rows) - 1)) * width
         axes.bar(place + offset, supplement_s, width, color=color, label=name, linewidth=0)
-    # What keeps all for the end would flatten the rest.
-    top_s = max(float(supplement_s[:-1].max(initial=0.0)) for _, supplement_s in rows.values())
-    axes.set_ylim(0.0, 1.25 * max(top_s, float(rows[_OPTIMUM][1].max())) or 1.0)
+        for at in np.flatnonzero(supplement_s > top_s):
+            axes.annotate(
+                f"↑ {supplement_s[at]:.0f} s ", (place[at] + offset - 0.5 * width, 0.97 * top_s), ha="right", va="top",
+                color=palette.INK, fontsize=style.SMALL_PT, fontfamily=style.FONT,
+            )  # fmt: skip
+    axes.set_ylim(0.0, top_s)
     _name_sections(axes, result)
     style.dress(axes, axes.get_xlabel(), "Supplement (s)")
     style.title(axes, "Who gets the time?", f"{_heading(result)}, {_named(result, index)}")
@@ -208,18 +214,19 @@ def plot_robustness(result: "JourneyResult", robustness: "Robustness") -> style.
     front = robustness.front
     axes.plot(front.time_s, front.energy_j * energy.factor, color=palette.INK, linewidth=1.2, label="second front")
     looks = {_OPTIMUM: (palette.BLUE, "o"), **dict(zip(result.found.practices, _LOOKS, strict=True))}
+    # What keeps all for the end would flatten the rest.
+    is_shown = ["all_at_the_end" not in name for name in robustness.names]
     for name, (color, mark) in looks.items():
         at = robustness.names.index(name)
+        where = "" if is_shown[at] else f" (beyond: {robustness.delay_s[at]:.0f} s, {energies[at]:.0f} {energy.unit})"
         axes.plot(
             robustness.delay_s[at], energies[at], mark, color=color, markersize=9.0, linestyle="none",
-            label=name.replace("_", " "),
+            label=f"{name.replace('_', ' ')}{where}",
         )  # fmt: skip
     both = robustness.on_both
     axes.plot(robustness.delay_s[both], energies[both], "*", color=palette.ORANGE, markersize=15.0, linestyle="none",
               label=f"on both: {robustness.names[both].replace('_', ' ')}")  # fmt: skip
-    # What keeps all for the end would flatten the rest.
-    near = [at for at, name in enumerate(robustness.names) if "all_at_the_end" not in name]
-    for setter, values in ((axes.set_xlim, robustness.delay_s[near]), (axes.set_ylim, energies[near])):
+    for setter, values in ((axes.set_xlim, robustness.delay_s[is_shown]), (axes.set_ylim, energies[is_shown])):
         pad = 0.15 * float(np.ptp(values)) or 1.0
         setter(float(values.min()) - pad, float(values.max()) + pad)
     style.dress(axes, "Expected delay at stops (s)", f"Expected energy ({energy.unit})")

@@ -45,9 +45,10 @@ class Run(NamedTuple):
 
 def runs_shown(result: "SearchResult") -> list[Run]:
     """The fastest, a middle and the thriftiest run, as far as there are so many."""
-    last = len(result.front) - 1
+    count = len(result.front)
     chosen = [(f"fastest, {style.clock(result.fastest.time_s)}", result.fastest.profile)]
-    chosen += [_described(result, result.profile(index)) for index in sorted({last // 2, last} - {-1})]
+    if count:
+        chosen += [_described(result, result.profile(index)) for index in sorted({count // 2, count - 1})]
     looks = [*_STYLES[: len(chosen) - 1], _STYLES[-1]]
     return [Run(*run, *look) for run, look in zip(chosen, looks, strict=True)]
 
