@@ -1,5 +1,6 @@
 """Dispatch to the methods, and what a search of each is told about its result."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,8 @@ from tgvdp.runs.profile import Profile
 
 #: Running times that a warning spells out.
 _SHOWN = 5
+#: A run that costs this share more than a faster one is worth a warning; less is what points are known to.
+_DEARER = 1e-4
 
 
 @dataclass(frozen=True)
@@ -97,6 +100,12 @@ def find(
     )
 
 
+def _told(times_s: Sequence[float]) -> str:
+    """The first of some running times, and how many more there are."""
+    told = ", ".join(f"{time_s:.6g} s" for time_s in times_s[:_SHOWN])
+    return told if len(times_s) <= _SHOWN else f"{told} and {len(times_s) - _SHOWN} more times"
+
+
 def warnings_of(found: OptimalRuns | GridPaths) -> tuple[str, ...]:
     """Say where a front is less than was asked for."""
     if not found.complete:
@@ -106,11 +115,16 @@ def warnings_of(found: OptimalRuns | GridPaths) -> tuple[str, ...]:
         return ()
     warnings = []
     if found.missed_s:
-        times = ", ".join(f"{time_s:.6g} s" for time_s in found.missed_s[:_SHOWN])
-        if len(found.missed_s) > _SHOWN:
-            times += f" and {len(found.missed_s) - _SHOWN} more times"
         warnings.append(
-            f"no run was found that takes {times}: running times jump there, and a faster run stands for it"
+            f"no run was found that takes {_told(found.missed_s)}: running times jump there, and a faster run stands"
+            " for it"
+        )
+    cheapest_j = np.minimum.accumulate(found.energy_j)
+    is_dearer = found.energy_j[1:] > cheapest_j[:-1] + _DEARER * np.abs(cheapest_j[:-1])
+    if is_dearer.any():
+        warnings.append(
+            f"runs that were found for {_told(found.duration_s[1:][is_dearer].tolist())} cost more than a faster one,"
+            " which stands for them: the front may be too dear beside them"
         )
     if found.exhausted:
         warnings.append(
