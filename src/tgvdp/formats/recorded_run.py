@@ -148,9 +148,7 @@ def _possible(path: Path, sheet: Sheet, row: Row, kind: str, unit: str, index: i
     value = _value(path, sheet, row, kind, unit, index, mark)
     if kind == "speed" and value < 0.0:
         text = _text(row, index)
-        raise bad(
-            path, f"{_place(sheet, row)}: speed must not be negative, got {text!r:.40}{f' {unit}' if unit else ''}"
-        )
+        raise bad(path, f"{_place(sheet, row)}: speed must not be negative, got {text!r:.40} {unit}")
     return value
 
 

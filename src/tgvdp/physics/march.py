@@ -113,9 +113,7 @@ def _curve_end(sizes, table, i, extra, v, effort, slope, rising):
     if rising:
         return v + step if last else min(v + step, table[i + 1, 0])
     if i == 0 and not last and v <= sizes.effort * table[1, 0] and slope * v >= 0.5 * (effort + extra):
-        return (
-            0.0  # to the standstill at which such a brake has none, as one comes from there: by shares one never does
-        )
+        return 0.0  # where such a brake has no effort: by shares of that a train would never come to its stand
     return max(v - step, table[i, 0])
 
 

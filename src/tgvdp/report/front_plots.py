@@ -102,7 +102,7 @@ def plot_price(result: "SearchResult", price_per_kwh: float | None = None) -> st
         axes.set_ylim(0.0, top)
         if highest > top:
             axes.annotate(
-                f"↑ up to {highest:.0f} {energy.unit}/min", (float(margin[np.nanargmax(shown)]), top), (14.0, -4.0),
+                f"↑ up to {highest:.4g} {energy.unit}/min", (float(margin[np.nanargmax(shown)]), top), (14.0, -4.0),
                 textcoords="offset points", va="top", fontsize=style.SMALL_PT, fontfamily=style.FONT, color=palette.INK,
             )  # fmt: skip
     axes.set_xlim(left=0.0)

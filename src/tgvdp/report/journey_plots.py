@@ -218,7 +218,7 @@ def plot_robustness(result: "JourneyResult", robustness: "Robustness") -> style.
     is_shown = ["all_at_the_end" not in name for name in robustness.names]
     for name, (color, mark) in looks.items():
         at = robustness.names.index(name)
-        where = "" if is_shown[at] else f" (beyond: {robustness.delay_s[at]:.0f} s, {energies[at]:.0f} {energy.unit})"
+        where = "" if is_shown[at] else f" (beyond: {robustness.delay_s[at]:.3g} s, {energies[at]:.4g} {energy.unit})"
         axes.plot(
             robustness.delay_s[at], energies[at], mark, color=color, markersize=9.0, linestyle="none",
             label=f"{name.replace('_', ' ')}{where}",
