@@ -39,7 +39,7 @@ export class Profile {
   legend() {
     const key = (role, text, shape = "swatch") => el("span", { class: "key" }, el("i", { class: shape, "data-role": role }), text);
     const features = Object.keys(this.content.line.features).map((kind) => key(kind, FEATURES[kind]));
-    return el("p", { class: "legend" }, this.regimes.map((name) => key(name, name)), key("limit", "speed limit", "swatch thin"), key("bound", "gradient", "swatch terrain"), features);
+    return el("p", { class: "legend" }, this.regimes.map((name) => key(name, name)), key("limit", "speed limit", "swatch thin"), key("bound", "altitude", "swatch terrain"), features);
   }
 
   zoomTo(range) {
