@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import tgvdp
+from tests.helpers.doubt_case import TRAIN, front_on, hills
 from tests.helpers.fronts import counters
-from tests.methods.costate.test_doubt import TRAIN, front_on, hills
 from tgvdp.methods.costate.mesh import Mesh
 
 

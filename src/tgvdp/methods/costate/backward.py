@@ -160,7 +160,7 @@ def switching_speeds(
     usual : float
         The usual multiplier, J/s.
     tolerance : float
-        Error of p allowed by thinning along a cell of ``typical_m``; less below the usual multiplier.
+        Error of p allowed by thinning in a cell of ``typical_m``; less below the usual multiplier.
     typical_m : float
         Typical cell length, m.
     floor_w : float
@@ -210,7 +210,6 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
     n = make_monotone(line, _last_cell(train, step, line), step.top, cut_w, -0.5 * returned, drops)
     loosen = 1.0
     thinned = n
-    share = 0.0  # of a typical cell, from where the polyline was thinned last
     held_air = -1.0
     held_w = math.inf
     held_brake_w = math.inf
@@ -222,7 +221,8 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
             held_air = cells.air[k]
             held_w = holding_w(train.davis_b, held_air, price)
             held_brake_w = holding_w(train.davis_b, held_air, price / returned) if returned > 0.0 else math.inf
-        share += loosen * cells.length_m[k] / typical_m
+        share = loosen * cells.length_m[k] / typical_m
+        slack = tolerance * share
         wall = fast[k + 1]
         step = _step(train, returned, cells, k, price, held_w, held_brake_w, low, fast, floor_w, wall, cut_w, scratch)
         policy[k + 1] = fast[k + 1]
@@ -268,9 +268,8 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
             n = m
             thinned = min(thinned, n)
             continue
-        n = thin(images, m, -0.5 * returned, tolerance * share, min(share, 1.0), line)
+        n = thin(images, m, -0.5 * returned, slack, min(share, 1.0), line)
         thinned = n
-        share = 0.0
         if n > _MANY_POINTS:
             loosen *= 1.5
         elif loosen > 1.0 and n < _MANY_POINTS // 2:
