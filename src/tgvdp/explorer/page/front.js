@@ -6,15 +6,19 @@ import { JOULE_PER_KWH, clock, delayScale, delayText, energyScale, fixed, signif
 
 export const PINS = ["a", "b"];
 
-/** Where energy is counted: at the wheel, at the pantograph, or by a map. */
-const counted = ({ model, map }) => (map == null && ["wheel", "pantograph"].includes(model) ? `at the ${model}` : `by ${map ?? model}`);
+/** Where energy is counted, as far as the object says so: at the wheel, at the pantograph, or by a map. */
+const counted = (energy) => {
+  if (!energy?.model) return "";
+  const { model, map } = energy;
+  return map == null && ["wheel", "pantograph"].includes(model) ? ` at the ${model}` : ` by ${map ?? model}`;
+};
 
 export class Front {
   /** @param content result.json; onChoose(index) */
   constructor(content, onChoose) {
     this.content = content;
     this.onChoose = onChoose;
-    const { fastest, front, energy } = content;
+    const { fastest, front } = content;
     this.delays = front.map((point) => point.delay_s);
     this.delay = delayScale(Math.max(...this.delays, 0));
     this.whole = fastest.energy_kwh;
@@ -26,7 +30,7 @@ export class Front {
       label: `Pareto front: energy saved over delay, ${front.length} points. The slider below chooses a point.`,
       xLabel: `Delay over the fastest run of ${clock(fastest.time_s)} (${this.delay.unit})`,
       yLabel: "Energy saved (%)",
-      right: { label: `Energy ${counted(energy)} (${this.energy.unit})`, toShown, fromShown: toSaved },
+      right: { label: `Energy${counted(content.energy)} (${this.energy.unit})`, toShown, fromShown: toSaved },
       height: 300,
     });
     this.slider = el("input", {
