@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import kernel
 from tgvdp.certificate.cell_bounds import UNIT_ROUNDOFF, Side, cell_kernel
+from tgvdp.certificate.cut_out import NOTHING, cut_out_w
 from tgvdp.certificate.efforts import NOT_MERGED, load_in, merged_in, price_in
 from tgvdp.certificate.hamiltonian import ROUNDINGS, Hamiltonian
 from tgvdp.certificate.ledger import Ledger
 from tgvdp.certificate.line import BoundingProblem
 from tgvdp.certificate.slopes import regular_cells
 from tgvdp.methods.budget import Clock
-from tgvdp.methods.costate.brake_jumps import NOTHING, cut_out_w
 from tgvdp.physics.forces import JUMPS
 
 _Floats = NDArray[np.float64]
@@ -79,12 +79,6 @@ def side_kernel(
 def _regular(w):
     """`regular_cells`, for Python."""
     return regular_cells(w)
-
-
-@kernel
-def _cut_out_w(train):
-    """`cut_out_w`, for Python."""
-    return cut_out_w(train)
 
 
 class _Half(NamedTuple):
@@ -155,7 +149,7 @@ def _kinks(problem: BoundingProblem, found: Ledger) -> Iterator[tuple[float, boo
             below_n, above_n = brake.effort_n(v * _JUST_BELOW), brake.effort_n(v)
             if abs(above_n - below_n) > JUMPS * max(below_n, above_n):
                 kinks[v] = below_n <= NOTHING * above_n
-        cut_w = _cut_out_w(problem.train)
+        cut_w = cut_out_w(problem.train)
         if cut_w > 0.0:  # a jump, or where it rises steeply
             kinks.setdefault(math.sqrt(cut_w), True)
     if kinks:

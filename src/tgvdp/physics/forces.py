@@ -36,6 +36,7 @@ class KernelTrain(NamedTuple):
     rates: NDArray[np.float64]  # (n, 6), full braking as inertia times deceleration; no rows: it is brake effort
     no_effort: NDArray[np.float64]  # (1, 6), the curve of 0 N, for stretches without current
     last_drop_mps: float  # highest speed at which the dynamic brake drops, 0 if it does at none
+    last_rise_mps: float  # ... and from which on it has much more than below
     rows: float = 1.0  # how many times more rows than usual `physics.motion` makes
     other_rows: float = 1.0  # ... times as many under other regimes than full traction
 
@@ -72,6 +73,7 @@ def kernel_train(train: Train) -> KernelTrain:
         _rate_table(train),
         _NO_EFFORT,
         _last_drop_mps(train.dynamic_brake_limit),
+        _last_rise_mps(train.dynamic_brake_limit),
     )
 
 
@@ -108,6 +110,15 @@ def _last_drop_mps(brake: EffortCurve) -> float:
     return max(drops_mps, default=0.0)
 
 
+def _last_rise_mps(brake: EffortCurve) -> float:
+    rises_mps = (
+        after.from_mps
+        for before, after in pairwise(brake.pieces)
+        if after.effort_n(after.from_mps) > (1.0 + JUMPS) * before.effort_n(after.from_mps)
+    )
+    return max(rises_mps, default=0.0)
+
+
 def _rate_table(train: Train) -> NDArray[np.float64]:
     """Braking rates, no larger than comfort allows, as a table of net forces in the form of an effort curve."""
     if not train.braking_rates:
@@ -125,6 +136,7 @@ def unpowered(train):
     return KernelTrain(
         train.inertia_kg, train.davis_a_n, train.davis_b, train.max_acceleration, train.max_deceleration,
         train.no_effort, train.no_effort, train.friction_n, train.rates, train.no_effort, train.last_drop_mps,
+        train.last_rise_mps,
         train.rows, train.other_rows,
     )  # fmt: skip
 

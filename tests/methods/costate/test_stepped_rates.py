@@ -64,7 +64,7 @@ def test_costates_step_where_the_braking_rate_does(below):
         return w0, price * seconds - returned * (slow * braked_m + fast * (length - braked_m))
 
     w1, p1, change = step_w - below, -0.1, 1e-5
-    step = Step(length, 0.0, 0.0, price, returned, math.inf, math.inf, 1.0, 400.0, step_w, 0.0, 0.0)
+    step = Step(length, 0.0, 0.0, price, returned, math.inf, math.inf, 1.0, 400.0, step_w, 0.0)
     (ahead_w, ahead), (behind_w, behind) = back(w1 - change), back(w1 - 2.0 * change)
     w0, p0 = saturated_image(train, DYNAMIC, step, length, w1 - 1.5 * change, p1)
     assert w0 == pytest.approx(0.5 * (ahead_w + behind_w), rel=1e-6)

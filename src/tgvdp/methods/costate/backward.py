@@ -24,12 +24,12 @@ What lies between the images of two regimes, and between the last one and the wa
 
 import math
 
-from tgvdp._jit import entry, leaf, part
-from tgvdp.methods.costate.brake_jumps import AT_CUT, cut_out_w
+from tgvdp._jit import entry, part
+from tgvdp.methods.costate.brake_jumps import snapped_to_rise
 from tgvdp.methods.costate.characteristics import Step, coast_image, dynamic_before, holding_costate, holding_w
-from tgvdp.methods.costate.polyline import Polyline, insert, make_monotone, thin
+from tgvdp.methods.costate.polyline import Polyline, insert, make_unique, thin
 from tgvdp.methods.costate.step import coast_over, transport
-from tgvdp.methods.costate.step_edges import at_rates
+from tgvdp.methods.costate.step_edges import at_rates, at_rises
 from tgvdp.methods.costate.step_wall import (
     LEAST_WALL,
     ROUNDING,
@@ -104,29 +104,22 @@ def _last_cell(train, step, line):
     return n
 
 
-@leaf
-def _snapped(w, cut_w):
-    """A squared speed, or that at which the dynamic brake cuts out, where it is that but for the error of its rows."""
-    return cut_w if abs(w - cut_w) <= AT_CUT * cut_w else w
-
-
-@leaf
-def _step(train, returned, cells, k, price, held_w, held_brake_w, low, fast, floor_w, wall, cut_w, scratch):
+@part
+def _step(train, returned, cells, k, price, held_w, held_brake_w, low, fast, floor_w, wall, scratch):
     """The step over cell k, in which a second costs a price.
 
     At the start a run has one speed, but the line of switching that it meets in the first cell begins beyond that.
-    Where the envelope is below the speed at which the dynamic brake cuts out, braking returns nothing.
     """
-    top = _snapped(fast[k] if k > 0 else max(fast[0], fast[1]), cut_w)
-    wall = _snapped(wall, cut_w)
+    top = snapped_to_rise(train, fast[k] if k > 0 else max(fast[0], fast[1]))
+    wall = snapped_to_rise(train, wall)
     bottom = max(low[k], min(floor_w, 0.1 * top))
     load = train.davis_a_n + cells.grade_n[k]
-    if cells.supply[k] != POWERED or max(top, wall) <= cut_w:
+    if cells.supply[k] != POWERED:
         returned = 0.0
     length = cells.length_m[k]
     air = cells.air[k]
     dynamic_w = dynamic_before(train, length, load, air, wall, top, scratch) if returned > 0.0 else 0.0
-    return Step(length, load, air, price, returned, held_w, held_brake_w, bottom, top, wall, dynamic_w, cut_w)
+    return Step(length, load, air, price, returned, held_w, held_brake_w, bottom, top, wall, dynamic_w)
 
 
 @entry
@@ -204,10 +197,8 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
         return OK, points
     k = count - 1
     price = multiplier - cells.saved_w[k]
-    cut_w = cut_out_w(train) if returned > 0.0 else 0.0
-    drops = returned > 0.0 and train.last_drop_mps > 0.0
-    step = _step(train, returned, cells, k, price, math.inf, math.inf, low, fast, floor_w, end_w, cut_w, scratch)
-    n = make_monotone(line, _last_cell(train, step, line), step.top, cut_w, -0.5 * returned, drops)
+    step = _step(train, returned, cells, k, price, math.inf, math.inf, low, fast, floor_w, end_w, scratch)
+    n = make_unique(line, _last_cell(train, step, line), step.top, -0.5 * returned)
     loosen = 1.0
     thinned = n
     held_air = -1.0
@@ -224,11 +215,11 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
         share = loosen * cells.length_m[k] / typical_m
         slack = tolerance * share
         wall = fast[k + 1]
-        step = _step(train, returned, cells, k, price, held_w, held_brake_w, low, fast, floor_w, wall, cut_w, scratch)
+        step = _step(train, returned, cells, k, price, held_w, held_brake_w, low, fast, floor_w, wall, scratch)
         policy[k + 1] = fast[k + 1]
         powered = cells.supply[k] == POWERED
         if step.returned > 0.0:
-            n = at_rates(train, line, n)
+            n = at_rises(train, line, at_rates(train, line, n))
         drives, a = _crossing(-0.5, line, n, 0)
         policy[k + 1, 0] = a
         policy[k + 1, 1] = a
@@ -237,10 +228,7 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
             n = insert(line, n, drives, a, -0.5)
             coasts = n - 1
             if step.returned > 0.0:
-                above = drives
-                while above < n - 1 and line.w[above] < cut_w:
-                    above += 1
-                coasts, b = _crossing(-0.5 * returned, line, n, above)
+                coasts, b = _crossing(-0.5 * returned, line, n, drives)
                 n = insert(line, n, coasts, b, -0.5 * returned)
                 policy[k + 1, 2] = b
         brakes = n - 1
@@ -262,7 +250,7 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
             m = coast_over(dark, step, line, n, brakes, images, scratch)
         if k == 0:
             break
-        m = make_monotone(images, m, step.top, cut_w, -0.5 * returned, drops)
+        m = make_unique(images, m, step.top, -0.5 * returned)
         if m <= thinned + _GROWTH:
             line, images = images, line
             n = m

@@ -2,102 +2,29 @@
 
 The least energy from a place on has a kink at such a speed, wherever the train is. It has the same slope along the line
 on both sides, so that the Hamiltonian is the same: p steps, up where braking rates or the dynamic brake drop as speed
-rises, and down where that brake cuts out as speed falls. Everything here is per unit of inertia.
+rises, and down where that brake rises. Everything here is per unit of inertia.
 """
 
 import math
 
-from tgvdp._jit import leaf, part
-from tgvdp.methods.costate.characteristics import BEYOND, coast_image, saturated_back, saturated_slope
+from tgvdp._jit import part
+from tgvdp.methods.costate.characteristics import BEYOND, saturated_back, saturated_slope
 from tgvdp.physics.cell import Cell
 from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
-from tgvdp.physics.forces import JUMPS, effort_at, piece_effort, resistance_at
+from tgvdp.physics.forces import JUMPS, effort_at, piece_effort
 from tgvdp.physics.march import march
 
 #: Squared speeds within this share are that of a jump, which is come to in so many trials.
 _AT_STEP = 1e-9
 _STEPS_TO_JUMP = 3
 #: ... and so they are for the dynamic brake where rows of a run, or images, came to it.
-AT_CUT = 1e-5
+AT_RISE = 1e-5
 _AT_DROP = 2e-9
-#: A dynamic brake that begins at a speed with so many times the resistance cuts out there: runs that coast through it
-#: do not use it just above, as what it saves is a share of R/(R + D) of what a joule of it is worth.
-_CUTS_OUT = 5.0
-#: ... or, where it rises steeply, at the speed at which it comes to that, found in so many halvings: within this factor
-#: of the speed at which it begins to rise, and with no more than this share of what it has at most.
-_HALVINGS = 40
-_STEEP = 1.3
-_BY_THEN = 1.0 / 3.0
-#: ... and below which it has no more than this share of that effort.
-NOTHING = 0.01
-
-
-@part
-def cut_out_w(train):
-    """Squared speed below which the dynamic brake gives next to nothing, and above which it gives much; 0 if none.
-
-    Where it rises steeply from nothing, that is where it has so much that runs use it.
-    """
-    table = train.braking
-    last = table.shape[0] - 1
-    most = 0.0
-    for i in range(last + 1):
-        most = max(most, piece_effort(table, i, table[i, 0]))
-    first = 0
-    while first < last and piece_effort(table, first, table[first + 1, 0]) <= NOTHING * most >= piece_effort(
-        table, first, table[first, 0]
-    ):
-        first += 1
-    begins = table[first, 0]
-    for i in range(first, last + 1):
-        v = table[i, 0]
-        if i < last and not _is_used(train, i, v) and _is_used(train, i, table[i + 1, 0]):
-            v = _rises_to(train, i, v, table[i + 1, 0])
-        if _is_used(train, i, v):
-            is_steep = v <= _STEEP * begins and piece_effort(table, i, v) <= _BY_THEN * most
-            return v * v if v == begins or is_steep else 0.0
-    return 0.0
-
-
-@leaf
-def _is_used(train, i, v):
-    """Whether the dynamic brake has, by the piece i of its curve, so much at a speed that it cuts out below."""
-    return piece_effort(train.braking, i, v) > _CUTS_OUT * resistance_at(train, 0.0, v)
-
-
-@part
-def _rises_to(train, i, before, after):
-    """Speed between two on the piece i from which on the dynamic brake has so much."""
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (before + after)
-        if _is_used(train, i, middle):
-            after = middle
-        else:
-            before = middle
-    return after
-
-
-@part
-def cut_out_image(train, step, w1, p1):
-    """`coast_image` of a point below the speed at which the dynamic brake cuts out, where that is above it.
-
-    Above that speed kinetic energy is worth what the brake returns for it, −r/2: a run that had more of it would brake.
-    """
-    length = step.length
-    level = -0.5 * step.returned
-    part_m = length
-    p_cut = p1
-    for _ in range(_STEPS_TO_JUMP):
-        w0, p_cut = coast_image(train, step, part_m, w1, p1)
-        part_m = min(part_m * (step.cut_w - w1) / max(w0 - w1, 0.5 * (step.cut_w - w1)), length)
-    if p_cut <= level:
-        return coast_image(train, step, length, w1, p1)
-    return coast_image(train, step, length - part_m, step.cut_w, level * (1.0 + _AT_STEP))
 
 
 @part
 def saturated_image(train, regime, step, length, w1, p1):
-    """`saturated_back`, but not inlined, and where braking rates step or the dynamic brake drops, from jump to jump."""
+    """`saturated_back`, but not inlined, and where braking rates step or the dynamic brake jumps, from jump to jump."""
     if regime != TRACTION:
         for i in range(1, train.rates.shape[0]):
             step_w = train.rates[i, 0] * train.rates[i, 0]
@@ -111,16 +38,16 @@ def saturated_image(train, regime, step, length, w1, p1):
             if to_go >= -_AT_STEP * step_w:
                 p1 = beyond_rate(train, regime, step, train.rates[i, 0], p1)
                 w1 = step_w * (1.0 + 2.0 * _AT_STEP)
-        drop_w = drop_above(train, w1)
-        while drop_w < math.inf:
-            below_m, p0 = _to_jump(train, regime, step, length, w1, p1, drop_w)
+        jump_w = min(drop_above(train, w1), rise_above(train, w1))
+        while jump_w < math.inf:
+            below_m, p0 = _to_jump(train, regime, step, length, w1, p1, jump_w)
             if below_m < 0.0:
                 break
             length -= below_m
-            w1 = drop_w
-            p1 = beyond_drop(train, step, math.sqrt(drop_w), p0)
+            w1 = jump_w
+            p1 = beyond_jump(train, step, math.sqrt(jump_w), p0)
             regime = BRAKING if p1 > 0.0 else DYNAMIC
-            drop_w = drop_above(train, w1)
+            jump_w = min(drop_above(train, w1), rise_above(train, w1))
     return saturated_back(train, regime, step, length, w1, p1)
 
 
@@ -167,17 +94,44 @@ def drop_above(train, w):
 
 
 @part
+def rise_above(train, w):
+    """Least squared speed above one at which the dynamic brake rises; infinite where it rises at none."""
+    if w < train.last_rise_mps * train.last_rise_mps * (1.0 - _AT_STEP):
+        table = train.braking
+        for i in range(1, table.shape[0]):
+            v = table[i, 0]
+            rises = piece_effort(table, i, v) > (1.0 + JUMPS) * piece_effort(table, i - 1, v)
+            if rises and w < v * v * (1.0 - _AT_STEP):
+                return v * v
+    return math.inf
+
+
+@part
+def is_kept(train, step, v):
+    """Whether runs come to a speed at which the dynamic brake rises from both sides: below it cannot hold the train."""
+    resistance = step.load + v * (train.davis_b + v * step.air)
+    return resistance + effort_at(train.braking, v * (1.0 - _AT_STEP)) <= 0.0 < resistance + effort_at(train.braking, v)
+
+
+@part
+def snapped_to_rise(train, w):
+    """A squared speed, or that at which the dynamic brake rises, where it is that but for the error of its rows."""
+    rise_w = rise_above(train, w * (1.0 - AT_RISE))
+    return rise_w if abs(w - rise_w) <= AT_RISE * w else w
+
+
+@part
 def is_drop(train, w):
     """Whether a squared speed is one at which the dynamic brake drops, or next to it."""
     return abs(drop_above(train, w * (1.0 - 2.0 * _AT_DROP)) - w) <= _AT_DROP * w
 
 
 @part
-def beyond_drop(train, step, v, below_p):
-    """Costate just above the speed of a drop of the dynamic brake, of runs with ``below_p`` below it.
+def beyond_jump(train, step, v, below_p):
+    """Costate just above the speed of a jump of the dynamic brake, of runs with ``below_p`` below it.
 
     The Hamiltonian is the least of what a metre costs under coasting, under the dynamic brake, and under all brakes. So
-    friction may help above that speed, and not below it.
+    friction may help above a drop, and not below it.
     """
     resistance = step.load + v * (train.davis_b + v * step.air)
     rate = effort_at(train.rates, v) if train.rates.shape[0] > 0 else train.max_deceleration
@@ -193,7 +147,7 @@ def beyond_drop(train, step, v, below_p):
     for brakes, returns in ((0.0, 0.0), (above, above), (min(above + train.friction_n, most), above)):
         if resistance + brakes > 0.0:
             p = min(p, -0.5 * (cost + step.returned * returns) / (resistance + brakes))
-    return max(p, below_p)
+    return min(p, below_p) if above > below else max(p, below_p)
 
 
 @part

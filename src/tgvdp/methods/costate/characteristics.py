@@ -43,8 +43,6 @@ class Step(NamedTuple):
         Squared speeds: the slowest and fastest of the images, and the fastest after the cell.
     dynamic_w : float
         Squared speed before the cell from which the dynamic brake leads to the wall, from `dynamic_before`.
-    cut_w : float
-        Squared speed below which the dynamic brake cuts out (`cut_out_w`).
     """
 
     length: float
@@ -58,7 +56,6 @@ class Step(NamedTuple):
     top: float
     wall: float
     dynamic_w: float
-    cut_w: float
 
 
 @leaf

@@ -1,4 +1,4 @@
-"""The costate polyline: points (w, p) of rising w and p, kept monotone, cut at the envelope, and thinned."""
+"""The costate polyline: points (w, p) of rising w, which pass each level once, cut at the envelope, and thinned."""
 
 import math
 from typing import NamedTuple
@@ -12,9 +12,8 @@ from tgvdp._jit import leaf, part
 _FAR = 400.0
 #: ... from this distance on.
 _NEAR_LEVEL = 0.005
-#: Where p falls by less it is level; what is level instead of a dent is found in so many halvings.
-_LEVEL = 1e-9
-_HALVINGS = 24
+#: What does not reach a level ends so far below it.
+_JUST_BELOW = 1e-12
 
 
 class Polyline(NamedTuple):
@@ -36,89 +35,57 @@ def insert(line, n, at, w, p):
 
 
 @part
-def _above(line, first, m, i, level):
-    """Area of p above a level less that below it, next to where p falls through it at the point ``i``.
+def cross_once(line, first, m, level):
+    """Make p pass a level once, from the point ``first`` on: at the squared speed w where V − level·w is least.
 
-    Returns also the first and the last of the points in these areas, and the squared speeds where they begin and end.
+    Where V is not convex p passes it several times. What is on the wrong side of that speed is put at the level, and
+    just below it: elsewhere p stays what it is, for runs there keep to their regime whatever its slope.
     """
     x, y = line
-    lo = i - 1
-    hi = i
-    area = (0.5 * (y[lo] + y[hi]) - level) * (x[hi] - x[lo])
-    while lo > first and y[lo - 1] > level:
-        lo -= 1
-        area += (0.5 * (y[lo] + y[lo + 1]) - level) * (x[lo + 1] - x[lo])
-    begins = x[lo]
-    if lo > first:
-        above = y[lo] - level
-        begins -= above / (y[lo] - y[lo - 1]) * (x[lo] - x[lo - 1])
-        area += 0.5 * above * (x[lo] - begins)
-    while hi + 1 < m and y[hi + 1] < level:
-        hi += 1
-        area += (0.5 * (y[hi - 1] + y[hi]) - level) * (x[hi] - x[hi - 1])
-    ends = x[hi]
-    if hi + 1 < m:
-        below = level - y[hi]
-        ends += below / (y[hi + 1] - y[hi]) * (x[hi + 1] - x[hi])
-        area -= 0.5 * below * (ends - x[hi])
-    return area, lo, hi, begins, ends
-
-
-@part
-def make_rise(line, first, m, drops):
-    """Make p rise from the point ``first`` on: where it falls, it is made level, with as much above that as below it.
-
-    Where p falls with w, V is concave, and what is wanted is the slope of its convex hull (Maxwell's rule): a narrow
-    dent does not decide about all that is beyond it. Where the dynamic brake ``drops`` images of two regimes overlap,
-    and the higher p is right.
-    """
-    x, y = line
+    at = first
+    area = least = 0.0
     for i in range(first + 1, m):
-        if y[i] >= y[i - 1]:
-            continue
-        if drops or y[i] >= y[i - 1] - _LEVEL:
-            y[i] = y[i - 1]
-            continue
-        lowest = y[i]
-        highest = y[i - 1]
-        for _ in range(_HALVINGS):
-            level = 0.5 * (lowest + highest)
-            if _above(line, first, m, i, level)[0] > 0.0:
-                lowest = level
-            else:
-                highest = level
-        level = 0.5 * (lowest + highest)
-        _, lo, hi, begins, ends = _above(line, first, m, i, level)
-        for j in range(lo, hi + 1):
-            y[j] = level
-        x[lo] = begins
-        x[hi] = ends
+        before = y[i - 1] - level
+        after = y[i] - level
+        d = x[i] - x[i - 1]
+        if before < 0.0 <= after:
+            there = area + 0.5 * before * d * before / (before - after)
+            if there <= least:
+                least = there
+                at = i
+        area += 0.5 * (before + after) * d
+    if area <= least and y[m - 1] < level:
+        at = m
+    for i in range(first, at):
+        y[i] = min(y[i], level - _JUST_BELOW)
+    for i in range(at, m):
+        y[i] = max(y[i], level)
 
 
 @part
-def make_monotone(line, m, top, cut_w, level, drops):
-    """Make w and p rise, the one by its running maximum, cut at ``top``; returns the number of points left.
+def make_unique(line, m, top, level):
+    """Make w rise, cut at ``top``, and p pass −½, ``level`` and 0 once each; returns the number of points left.
 
-    At ``cut_w``, where the dynamic brake cuts out, p may fall from above a ``level`` to below it, and is as it is from
-    there on. ``drops`` is that of `make_rise`.
+    Where images overlap the higher p is right: faster runs come there from farther on.
     """
     x, y = line
     last_x = x[0]
     falls = False
-    cut = n = m
+    n = m
     for i in range(1, m):
-        if y[i] < y[i - 1]:
-            falls = True
-            if x[i - 1] < cut_w <= x[i] and y[i - 1] > level > y[i]:
-                cut = i
+        if x[i] < last_x:
+            y[i] = max(y[i], y[i - 1])
+        falls = falls or y[i] < y[i - 1]
         last_x = max(x[i], last_x)
         x[i] = last_x
         if last_x >= top:
             n = i + 1
             break
     if falls:
-        make_rise(line, 0, min(cut, n), drops)
-        make_rise(line, cut, n, drops)
+        cross_once(line, 0, n, -0.5)
+        if level < 0.0:
+            cross_once(line, 0, n, level)
+        cross_once(line, 0, n, 0.0)
     if x[n - 1] > top:
         if n > 1 and x[n - 1] > x[n - 2]:
             share = (top - x[n - 2]) / (x[n - 1] - x[n - 2])

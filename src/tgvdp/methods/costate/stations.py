@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import entry, kernel, leaf, part
 from tgvdp.line.cells import breaks_of, cells_of
-from tgvdp.methods.costate.brake_jumps import AT_CUT, cut_out_w
+from tgvdp.methods.costate.brake_jumps import AT_RISE, rise_above
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
 from tgvdp.physics.forces import effort_at, kernel_train, resistance_at
@@ -47,7 +47,7 @@ def _lacks(train, grade_n, air, w0, w1, d, share):
 
 @kernel
 def friction_points(train, cells, x, w, at):
-    """Where friction begins or ends to help the dynamic brake along a run, and where that cuts out.
+    """Where friction begins or ends to help the dynamic brake along a run, and where that rises.
 
     Parameters
     ----------
@@ -66,7 +66,6 @@ def friction_points(train, cells, x, w, at):
     count = 0
     k = 0
     before = 0.0
-    cut_w = cut_out_w(train)
     for i in range(x.shape[0] - 1):
         d = x[i + 1] - x[i]
         while k + 1 < cells.length_m.shape[0] and cells.station_m[k + 1] <= x[i] + 0.5 * d:
@@ -89,18 +88,20 @@ def friction_points(train, cells, x, w, at):
                     hi = middle
             at[count] = x[i] + lo * d
             count += 1
-        if cut_w > 0.0 and abs(w[i] - cut_w) <= AT_CUT * cut_w:
+        slower, faster = min(w[i], w[i + 1]), max(w[i], w[i + 1])
+        rise_w = rise_above(train, slower * (1.0 - AT_RISE))  # one at most: under brakes rows end there
+        if abs(w[i] - rise_w) <= AT_RISE * w[i]:
             at[count] = x[i]
             count += 1
-        elif abs(w[i + 1] - cut_w) > AT_CUT * cut_w and (w[i] - cut_w) * (w[i + 1] - cut_w) < 0.0:
-            at[count] = x[i] + (cut_w - w[i]) / (w[i + 1] - w[i]) * d
+        elif slower < rise_w < faster * (1.0 - AT_RISE):
+            at[count] = x[i] + (rise_w - w[i]) / (w[i + 1] - w[i]) * d
             count += 1
         before = last
     return count
 
 
 def _braking_points(trip: Trip, fastest: Profile, cell_m: float) -> NDArray[np.float64]:
-    """Where friction begins or ends to help the dynamic brake along the fastest run, or that cuts out; next to its end.
+    """Where friction begins or ends to help the dynamic brake along the fastest run, or that rises; next to its end.
 
     From the origin, m. The costate below the braking curve is another one there. It matters only where the dynamic
     brake returns energy. In the last cell that one alone stops the train, while all brakes are best at last: what this

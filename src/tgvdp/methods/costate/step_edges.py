@@ -2,27 +2,18 @@
 
 import math
 
-from tgvdp._jit import part
-from tgvdp.methods.costate.brake_jumps import beyond_drop, beyond_rate, drop_above
+from tgvdp._jit import leaf, part
+from tgvdp.methods.costate.brake_jumps import beyond_jump, beyond_rate, drop_above, is_kept, rise_above
 from tgvdp.methods.costate.characteristics import saturated_back
 from tgvdp.methods.costate.polyline import insert
 from tgvdp.methods.costate.step_wall import ROUNDING
+from tgvdp.physics.codes import DYNAMIC
 
-#: A point just above the speed of a step of the braking rates is so many times `ROUNDING` above it.
+#: A point just above the speed of a step of the braking rates is so many times `ROUNDING` above it, and one just below
+#: a rise of the dynamic brake so many times below.
 ABOVE_RATE = 4.0
-
-
-@part
-def cut_out_edges(step, below_w, below_p, w, p, images, m):
-    """Append p below and above the speed at which the dynamic brake cuts out, between two images under coasting."""
-    x, y = images
-    level = -0.5 * step.returned
-    p += (step.cut_w - w) / (w - below_w) * (p - below_p)
-    x[m] = step.cut_w * (1.0 - ROUNDING)
-    y[m] = p
-    x[m + 1] = step.cut_w
-    y[m + 1] = min(p, level * (1.0 + ROUNDING))
-    return m + 2
+#: Runs that come to a speed and keep it have costates at so many points on either side.
+_KEPT_PIECES = 4
 
 
 @part
@@ -47,6 +38,36 @@ def at_rates(train, line, n):
         step_p = p[i - 1] + share * (p[i] - p[i - 1])
         n = insert(line, n, i, below_w, step_p)
         n = insert(line, n, i + 1, above_w, step_p)
+    return n
+
+
+@leaf
+def _just_below(rise_w):
+    """A squared speed just below that of a rise of the dynamic brake."""
+    return rise_w * (1.0 - ABOVE_RATE * ROUNDING)
+
+
+@part
+def at_rises(train, line, n):
+    """Make points just below and at the speeds at which the dynamic brake rises, that characteristics part at them.
+
+    Where one is the wall friction does not help below it yet. Returns the number of points.
+    """
+    w, p = line
+    i = 1
+    rise_w = rise_above(train, w[0])
+    while rise_w <= w[n - 1]:
+        below_w = _just_below(rise_w)
+        while w[i] < below_w:
+            i += 1
+        if w[i] > below_w:  # else they are there
+            share = (rise_w - w[i - 1]) / (w[i] - w[i - 1])
+            rise_p = p[i - 1] + share * (p[i] - p[i - 1])
+            is_there = w[i] <= rise_w
+            n = insert(line, n, i, below_w, min(rise_p, -ROUNDING))
+            if not is_there:
+                n = insert(line, n, i + 1, rise_w, rise_p)
+        rise_w = rise_above(train, rise_w)
     return n
 
 
@@ -84,9 +105,54 @@ def drop_edges(train, step, images, m, w):
         x[m] = drop_w * (1.0 - ROUNDING)
         y[m] = y[m - 1]
         x[m + 1] = drop_w
-        y[m + 1] = beyond_drop(train, step, math.sqrt(drop_w), y[m])
+        y[m + 1] = beyond_jump(train, step, math.sqrt(drop_w), y[m])
         m += 2
         drop_w = drop_above(train, drop_w)
+    return m
+
+
+@part
+def rise_edges(train, step, line, i, images, m, w):
+    """Append p below and at speeds at which the dynamic brake rises, between the last image and that of the point i, w.
+
+    Where runs come to one from both sides they keep it.
+    """
+    x, y = images
+    rise_w = rise_above(train, x[m - 1])
+    while rise_w < w:
+        v = math.sqrt(rise_w)
+        below_w = _just_below(rise_w)
+        if x[m - 1] < below_w and is_kept(train, step, v):
+            m = _kept_region(train, step, below_w, rise_w, images, m, w)
+        elif x[m - 1] < below_w:
+            share = (rise_w - x[m - 1]) / (w - x[m - 1])
+            w1 = line.w[i - 1] + share * (line.w[i] - line.w[i - 1])
+            p1 = line.p[i - 1] + share * (line.p[i] - line.p[i - 1])
+            x[m] = below_w
+            y[m] = saturated_back(train, DYNAMIC, step, step.length, w1, p1)[1]
+            x[m + 1] = rise_w
+            y[m + 1] = beyond_jump(train, step, v, y[m])
+            m += 2
+        rise_w = rise_above(train, rise_w)
+    return m
+
+
+@part
+def _kept_region(train, step, below_w, rise_w, images, m, w):
+    """Append p of runs that come to the speed of a rise within the cell, from below or from above, up to an image w.
+
+    There p = −r/2: to keep it takes a part of the dynamic brake. Where p is less before that they had better coast.
+    """
+    x, y = images
+    before_w = x[m - 1]
+    for j in range(2 * _KEPT_PIECES):
+        rest = abs(j - _KEPT_PIECES + (1 if j < _KEPT_PIECES else 0)) / _KEPT_PIECES
+        w1 = below_w if j < _KEPT_PIECES else rise_w
+        w0, p0 = saturated_back(train, DYNAMIC, step, rest * step.length, w1, -0.5 * step.returned)
+        if before_w < w0 < w:
+            x[m] = w0
+            y[m] = p0
+            m += 1
     return m
 
 

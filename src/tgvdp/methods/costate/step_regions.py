@@ -8,7 +8,7 @@ hold a speed, and p is interpolated. Beyond the last image runs meet the wall wi
 import math
 
 from tgvdp._jit import loop, part
-from tgvdp.methods.costate.brake_jumps import cut_out_image, drop_above, helped_before, saturated_image
+from tgvdp.methods.costate.brake_jumps import drop_above, helped_before, saturated_image
 from tgvdp.methods.costate.characteristics import (
     LOST,
     coast_back,
@@ -17,8 +17,8 @@ from tgvdp.methods.costate.characteristics import (
     held_back_w,
     saturated_back,
 )
-from tgvdp.methods.costate.polyline import make_rise
-from tgvdp.methods.costate.step_edges import cut_above, cut_out_edges, drop_below, drop_edges, rate_edges
+from tgvdp.methods.costate.polyline import cross_once
+from tgvdp.methods.costate.step_edges import cut_above, drop_below, drop_edges, rate_edges, rise_edges
 from tgvdp.methods.costate.step_held import hold
 from tgvdp.methods.costate.step_wall import (
     ROUNDING,
@@ -117,7 +117,7 @@ def coast_region(train, step, line, first, last, images, m):
     """Append the images under coasting of the points ``first`` .. ``last``; returns how many there are then.
 
     Between them p bends on the way, as 1/v where trains are slow: gaps between neighbouring images are filled, from the
-    edge at ``bottom`` on, with points interpolated before the cell. Where the dynamic brake cuts out p falls.
+    edge at ``bottom`` on, with points interpolated before the cell.
     """
     w, p = line
     x, y = images
@@ -128,12 +128,6 @@ def coast_region(train, step, line, first, last, images, m):
     for i in range(count):
         w0 = x[base + i]
         if w0 < bottom:
-            continue
-        if step.cut_w > 0.0 and w0 >= step.cut_w > w[first + i]:
-            if i > 0 and bottom <= x[base + i - 1] < step.cut_w and m + 2 < base + i:
-                m = cut_out_edges(step, x[base + i - 1], y[base + i - 1], w0, y[base + i], images, m)
-            x[m], y[m] = cut_out_image(train, step, w[first + i], p[first + i])
-            m += 1
             continue
         if i > 0:
             image = x[base + i - 1]
@@ -164,12 +158,10 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
     """
     x, y = images
     level = -0.5 * step.returned if regime == DYNAMIC else 0.0
-    while start < m and x[start] < step.cut_w:  # where no dynamic brake works p may be above its level
-        start += 1
     # Friction may help above a drop of the dynamic brake alone.
     drop_w = drop_above(train, line.w[first] * (1.0 - 4.0 * ROUNDING)) if regime == BRAKING else math.inf
     if train.last_drop_mps == 0.0:  # a dent is no place to cut
-        make_rise(images, start, m, False)
+        cross_once(images, start, m, level)
     m = cut_above(level, images, start, m, drop_w)
     edge_w = math.inf  # where p jumps
     edge_image = helped_image = 0.0
@@ -195,6 +187,7 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
             m = rate_edges(train, regime, step, line, i, images, m, w0)
             if regime == DYNAMIC:
                 m = drop_edges(train, step, images, m, w0)
+                m = rise_edges(train, step, line, i, images, m, w0)
         if line.w[i] == edge_w:  # a run that is faster by the error of the image would end with friction
             w0 = helped_image if w0 > 0.5 * (edge_image + helped_image) > edge_image else edge_image
         if w0 >= step.bottom:
