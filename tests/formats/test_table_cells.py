@@ -5,10 +5,29 @@ import pytest
 from tests.helpers.refusal import refusal
 from tgvdp.formats import load_track
 
+MISSING = ["NA", "N/A", "n/a", "NaN", "nan", "NULL", "null", "nil", "<NA>"]
 
-@pytest.mark.parametrize("no", ["nein", "NO", "Non", "0", "false", "FALSE", "-", "n", "", " no ", "Durchfahrt"])
+
+@pytest.mark.parametrize(
+    "no",
+    [
+        *("nein", "NO", "Non", "kein", "Keine", "n", "", " no ", "Durchfahrt"),
+        *("0", "00", "0.00", "false", "FALSE", "-", "--", *MISSING),
+    ],
+)
 def test_a_no_is_no_stop(saved, no):
     assert load_track(saved(f"km;speed_kmh;Halt\n0;90;\n1;90;{no}\n2;90;\n")).stops_m == (0.0, 2000.0)
+
+
+@pytest.mark.parametrize("missing", MISSING)
+def test_what_is_missing_is_blank_in_every_column(saved, missing):
+    text = "km;speed_kmh;gradient_permil;radius_m;Halt\n0;90;1;500;\n1;NA;NA;NA;NA\n2;80;2;0;Nan\n3;;;;\n"
+    track = load_track(saved(text.replace("NA", missing)))
+    assert track == load_track(saved(text.replace("NA", "")))
+    assert [place.name for place in track.places] == ["Nan"]
+    assert refusal(load_track, saved(f"km;speed_kmh\n0;80\n{missing};90\n2;\n")) == (
+        "line 3, column 'km': must not be blank"
+    )
 
 
 def test_a_row_that_is_longer_than_the_header_is_no_row(saved):

@@ -9,7 +9,7 @@ import pytest
 import tgvdp
 from tests.helpers.refusal import refusal
 from tests.helpers.table_case import workbook
-from tgvdp.formats import load_journey, load_section, load_track
+from tgvdp.formats import describe_file, load_journey, load_section, load_track
 from tgvdp.formats.detect import load_all, read_source
 from tgvdp.model.track import Place
 from tgvdp.model.variants import reversed_track
@@ -122,7 +122,23 @@ def test_what_is_no_timetable_is_refused_by_its_cell(saved, rows, said):
 def test_a_line_whose_columns_look_like_times_by_name_alone_stays_a_line(saved):
     path = saved("km,speed limit [km/h],dep\n0,80,x\n5,,y\n", "t.csv")
     assert read_source(path).value.journey is None
+    track = load_track(path)
+    assert (track.length_m, track.notes) == (5000.0, ("columns not used: 'dep'",))
+
+
+@pytest.mark.parametrize("time", ["10.05", "0.4201388889", "10h05"])
+def test_times_beside_limits_that_are_none_are_refused_and_not_left_out(saved, time):
+    path = saved(f"km;speed limit [km/h];arrival;departure\n0;80;;10:00\n5;;{time};\n".replace("10:00", time), "t.csv")
+    assert refusal(read_source, path) == (
+        "line 2, column 'departure': must be a time of day such as 10:05, or its header needs a unit such as "
+        f"departure_min, got '{time}'"
+    )
     assert load_track(path).length_m == 5000.0
+
+
+def test_columns_of_a_line_with_its_timetable_that_are_not_used_are_said_once(saved):
+    text = "Stop;Station;km;speed_kmh;arrival;departure\nx;A;0;80;;10:00\nx;B;5;;10:08;\n"
+    assert describe_file(saved(text, "t.csv")).notes == ("columns not used: 'Station'",)
 
 
 def test_a_journey_keeps_a_timetable_and_none_belongs_to_another_track(saved):

@@ -70,6 +70,25 @@ def test_numbers_that_are_shown_in_thousands_are_refused(saved):
     )
 
 
+@pytest.mark.parametrize("drawn", ["0+000", '0"+"000', "0\\+000", "#+000.0", '"km "0+000'])
+def test_positions_that_are_drawn_as_kilometres_and_metres_are_read_as_they_are_shown(saved, drawn):
+    rows = [["Position [km]", "speed_kmh"], [12345, 90], [13000.25, 80], [14007, None]]
+    track = load_track(book_of(saved, rows, A2=drawn, A3=drawn, A4=drawn))
+    assert (track.length_m, [row.position_m for row in track.speed_limits]) == (1662.0, [0.0, 655.25])
+    assert refusal(load_track, book_of(saved, rows, A2=drawn, A4=drawn)) == (
+        "sheet 'up', cell A3, column 'Position [km]': must be kilometres and metres as in 12+345, got '13000.25'"
+    )
+
+
+@pytest.mark.parametrize("drawn", ["0+00", '0"."000', "0\\,000"])
+def test_marks_that_a_format_draws_between_digits_are_refused(saved, drawn):
+    rows = [["position_km", "speed_kmh"], [0, 90], [1500, 90]]
+    assert refusal(load_track, book_of(saved, rows, A3=drawn)) == (
+        f"sheet 'up', cell A3, column 'position_km': is shown as {drawn} by its format, got 1500: give it as it is"
+    )
+    assert load_track(book_of(saved, rows, A3='0" km"')).length_m == 1.5e6
+
+
 def test_errors_and_formulas_without_values_are_named_by_sheet_and_cell(saved):
     rows = [["position_m", "speed_kmh", "stop"], [0, 90], ["#REF!", 60], [1000, 90]]
     assert (

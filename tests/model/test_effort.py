@@ -110,6 +110,7 @@ def test_coefficients_of_wildly_different_size_are_harmless():
         (lambda: EffortCurve.from_points([]), "the first point must be at 0 m/s"),
         (lambda: EffortCurve.from_points([(1.0, 5.0)]), "the first point must be at 0 m/s"),
         (lambda: EffortCurve.from_points([(0, 5), (3, 4), (2, 3)]), r"points\[2\].speed must not decrease"),
+        (lambda: EffortCurve.from_points([(0, 5), (3, 4), (3, 3), (3, 2)]), r"points\[3\].speed is given a third time"),
         (lambda: EffortCurve.from_points([(0, 5), (3, -4)]), r"points\[1\].effort must be at least 0 N, got -4 N"),
         (lambda: EffortCurve.from_points([(0, "5")]), r"points\[0\].effort must be a number"),
         (lambda: EffortCurve.from_points([(0, 5, 6)]), r"points\[0\] must be"),

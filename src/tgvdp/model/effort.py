@@ -139,7 +139,7 @@ class EffortCurve:
         Parameters
         ----------
         points : iterable of (speed_mps, effort_n)
-            Speeds must not decrease and start at 0; a speed given twice is a jump.
+            Speeds must not decrease and start at 0; a speed given twice is a jump, and none is given more often.
         """
         table: list[tuple[float, float]] = []
         for index, (speed_mps, effort_n) in enumerate(require_rows(_OWNER, "points", points, EffortPoint)):
@@ -147,6 +147,8 @@ class EffortCurve:
             f = require_number(_OWNER, f"points[{index}].effort", effort_n, "N", at_least=0.0)
             if index and v < table[-1][0]:
                 raise InputError(f"{_OWNER}: points[{index}].speed must not decrease, got {v:.12g} m/s")
+            if index > 1 and v == table[-2][0]:
+                raise InputError(f"{_OWNER}: points[{index}].speed is given a third time, got {v:.12g} m/s")
             table.append((v, f))
         if not table or table[0][0] != 0.0:
             raise InputError(f"{_OWNER}: the first point must be at 0 m/s")

@@ -96,7 +96,7 @@ def describe(scenario: Scenario) -> Description:
         format=scenario.format,
         name=scenario.name,
         figures=tuple(figures),
-        notes=tuple(notes),
+        notes=tuple(dict.fromkeys(notes)),  # a table that is a line and its timetable has one set of columns
     )
 
 

@@ -3,19 +3,24 @@
 import re
 from typing import NamedTuple
 
+from tgvdp.formats.syntax.numbers import read_number
 from tgvdp.formats.syntax.reading import shown
 
 #: What spreadsheets of several languages show where a formula fails: #N/A, #REF!, #DIV/0!, #NAME?, #WERT!, #NV.
 _ERROR = re.compile(r"#(?:N/[A-Z]!?|NV|[¡¿]?[A-ZÀ-Þ0]+(?:/0)?[!?])")
 
+#: What programs write where a value is missing. As it is written: "Nan" is a town.
+_MISSING = frozenset(("NA", "N/A", "n/a", "n.a.", "<NA>", "NaN", "nan", "NULL", "null", "nil", "None"))
 
-#: Marks that say no; anything else says yes, names included.
-_NO = frozenset((
-    *("", "-", "–", "—", "0", "0.0", "0,0", "n", "no", "none", "false"),
-    *("nein", "non", "nej", "nee", "nie", "falsch", "faux"),
+#: What people draw where nothing is.
+DASHES = frozenset(("-", "--", "---", "–", "—"))
+
+#: Marks that say no, beside numbers that are 0; anything else says yes, names included.
+_NO = DASHES | frozenset((
+    *("", "n", "no", "none", "no stop", "false"),
+    *("nein", "kein", "keine", "keiner", "kein halt", "non", "nej", "nee", "nie", "falsch", "faux"),
     *("pass", "passes", "passing", "through", "non-stop", "durchfahrt"),
 ))  # fmt: skip
-
 
 #: Marks that say yes, and are no names.
 _YES = frozenset((
@@ -111,9 +116,17 @@ def is_comment(cells: tuple[Cell, ...]) -> bool:
     return isinstance(first, str) and first.startswith("#") and not (first == "#" and any(cells[1:]))
 
 
+def is_missing(text: str) -> bool:
+    """Whether a cell says that it has no value: it is as good as blank."""
+    return text in _MISSING
+
+
 def is_no(text: str) -> bool:
     """Whether a cell of a column of marks says no."""
-    return text.casefold() in _NO
+    if text.casefold() in _NO:
+        return True
+    written = read_number(text)
+    return written is not None and written.value == 0.0
 
 
 def name_in(text: str) -> str:

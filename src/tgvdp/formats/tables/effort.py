@@ -37,10 +37,9 @@ def read_effort(document: Document, field: str, part: str | None = None) -> tupl
         tables = [read_table(sheet, roles) for sheet in sheets_of(document) if part in (None, sheet.name)]
         whole = [table for table in tables if table.columns.keys() == set(roles)] or tables
         if len(whole) != 1:
-            held = (
-                f"{len(whole)} sheets with an effort curve, choose one as FILE#SHEET" if whole else f"no sheet {part!r}"
-            )
-            raise InputError(f"holds {held}")
+            if whole:
+                raise InputError(f"holds {len(whole)} sheets with an effort curve, choose one as FILE#SHEET")
+            raise InputError("holds no rows" if part is None else f"holds no sheet {part!r}")
         return make_effort(whole[0], roles)
 
 
@@ -48,18 +47,30 @@ def make_effort(table: Table, roles: tuple[Role, Role]) -> tuple[EffortCurve, tu
     """Make an effort curve of a table, and notes on what was not used or assumed."""
     for role in roles:
         table.need(role)
+    if not table.rows:
+        raise InputError("holds no rows below the header")
     points: list[tuple[float, float]] = []
     for row in table.rows:
         speed_mps, effort_n = (_not_negative(table, row, role) for role in roles)
-        if points and speed_mps < points[-1][0]:
-            speeds_kmh = f"{mps_to_kmh(speed_mps):.6g} km/h after {mps_to_kmh(points[-1][0]):.6g} km/h"
-            raise table.bad(row, SPEED, f"speeds must not decrease, got {speeds_kmh}")
+        _require_next(table, row, [speed for speed, _ in points[-2:]], speed_mps)
         points.append((speed_mps, effort_n))
     notes = table.notes
     if points and points[0][0]:  # tables often start at a few km/h
         notes = (*notes, f"effort below {mps_to_kmh(points[0][0]):.6g} km/h is taken to be as large as there")
         points.insert(0, (0.0, points[0][1]))
     return EffortCurve.from_points(points), notes
+
+
+def _require_next(table: Table, row: Row, before_mps: list[float], speed_mps: float) -> None:
+    """Refuse a speed that is lower than the one before it, or the third of its kind: two are a jump."""
+    if not before_mps:
+        return
+    text = f"{mps_to_kmh(speed_mps):.6g} km/h"
+    if speed_mps < before_mps[-1]:
+        after = f"{mps_to_kmh(before_mps[-1]):.6g} km/h"
+        raise table.bad(row, SPEED, f"speeds must not decrease, got {text} after {after}")
+    if before_mps == [speed_mps, speed_mps]:
+        raise table.bad(row, SPEED, f"a speed is given twice at most, where the effort jumps, got {text} a third time")
 
 
 def _not_negative(table: Table, row: Row, role: Role) -> float:

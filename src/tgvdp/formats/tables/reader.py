@@ -29,7 +29,7 @@ def open_document(document: Document) -> Content | None:
         return None
     with errors_named(document.path):
         sheets = sheets_of(document)
-        tables = [table for sheet in sheets if _is_placed(table := read_table(sheet, _ROLES))]
+        tables = [table for sheet in sheets if _is_placed(table := _table(sheet))]
         if not tables:
             raise _no_line(sheets)
         timetables = [table for table in tables if timetable.is_timetable(table)]
@@ -45,6 +45,12 @@ def open_document(document: Document) -> Content | None:
     held: dict[Kind, tuple[Item, ...]] = {"track": tuple(items), "journey": tuple(journeys)}
     kinds = {kind: items for kind, items in held.items() if items}
     return Content(format=form, items=kinds, default=default, takes_line_speed=True)
+
+
+def _table(sheet: Sheet) -> Table:
+    """Read a sheet; columns that are those of a timetable by name alone are not used, which its notes say."""
+    table = read_table(sheet, _ROLES)
+    return table if timetable.is_timetable(table) else read_table(sheet, line.ROLES)
 
 
 def _is_placed(table: Table) -> bool:

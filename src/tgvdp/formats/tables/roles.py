@@ -80,10 +80,10 @@ DEPARTURE = _role(
 _TRACTION = "tractive effort, tractive force, traction effort, traction force, traction, zugkraft, effort de traction"
 _BRAKING = "braking effort, braking force, brake effort, brake force, braking, bremskraft, effort de freinage"
 _EFFORT = "effort, force, f, z, kraft"
-#: Effort of traction or braking: the two may stand in one table, and one curve may serve for both.
+#: Effort of traction or braking: the two may stand in one table, and a curve that is of neither may serve for both.
 EFFORT = {
-    "traction": _role("effort", "force", _TRACTION, "effort_kn or Effort [kN]", weak=f"{_EFFORT}, {_BRAKING}"),
-    "braking": _role("effort", "force", _BRAKING, "effort_kn or Effort [kN]", weak=f"{_EFFORT}, {_TRACTION}"),
+    "traction": _role("tractive effort", "force", _TRACTION, "effort_kn or Effort [kN]", weak=_EFFORT),
+    "braking": _role("braking effort", "force", _BRAKING, "effort_kn or Effort [kN]", weak=_EFFORT),
 }
 
 

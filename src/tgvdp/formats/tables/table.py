@@ -11,7 +11,7 @@ from typing import NamedTuple
 from tgvdp.errors import InputError
 from tgvdp.formats.syntax.numbers import Marks, is_open, marks_of, read_number
 from tgvdp.formats.syntax.reading import shown
-from tgvdp.formats.tables.cells import Fault, Number, Row, Sheet
+from tgvdp.formats.tables.cells import Fault, Number, Row, Sheet, is_missing
 from tgvdp.formats.tables.headers import headed
 from tgvdp.formats.tables.roles import END, POSITION, RADIUS, Role, is_weak, unit_of, unit_text
 from tgvdp.units import KILO, to_si
@@ -81,7 +81,7 @@ class Table:
         return InputError(f"{sheet}no column for the {role.name} (such as {role.example}), got {got}")
 
     def text(self, row: Row, role: Role) -> str:
-        """Return a cell as people see it; empty where the table or the row has none."""
+        """Return a cell as people see it; empty where the table or the row has none, or it says that it is missing."""
         return str(self._cell(row, role))
 
     def number(self, row: Row, role: Role) -> float | None:
@@ -133,7 +133,7 @@ class Table:
         cell = row.cells[column.at]
         if isinstance(cell, Fault):
             raise self.bad(row, role, cell.reason)
-        return cell
+        return "" if isinstance(cell, str) and is_missing(cell) else cell
 
     def _stored(self, row: Row, role: Role, cell: Number) -> float:
         """Number of a cell of a workbook in the unit of its column."""

@@ -11,7 +11,7 @@ from tgvdp.errors import InputError
 from tgvdp.formats.calls import Call, RunningClock, by_name, journey_of
 from tgvdp.formats.syntax.clocks import clock_s, is_time_of_day
 from tgvdp.formats.syntax.reading import shown
-from tgvdp.formats.tables.cells import Row, is_no
+from tgvdp.formats.tables.cells import DASHES, Row, is_no
 from tgvdp.formats.tables.line import starts_m
 from tgvdp.formats.tables.roles import ARRIVAL, DEPARTURE, POSITION, SPEED, STOP, Role
 from tgvdp.formats.tables.table import Table, listed
@@ -22,15 +22,15 @@ from tgvdp.units import KILO
 #: Columns that make a table a timetable.
 ROLES = (ARRIVAL, DEPARTURE)
 
-_BLANK = frozenset(("", "-", "–", "—", "|"))
+_BLANK = DASHES | {"", "|"}
 
 
 def is_timetable(table: Table) -> bool:
-    """Whether a table holds times of arrival or departure; beside limits these have to look like times."""
-    texts = [(role, table.text(row, role)) for role in ROLES if role in table.columns for row in table.rows]
+    """Whether a table holds times of arrival or departure; beside limits these have to have digits, as times do."""
+    texts = [table.text(row, role) for role in ROLES if role in table.columns for row in table.rows]
     if SPEED in table.columns:
-        return any(":" in text or (text and table.columns[role].unit) for role, text in texts)
-    return any(text for _, text in texts)
+        return any(map(str.isdigit, "".join(texts)))
+    return any(texts)
 
 
 def make_journey(

@@ -4,9 +4,10 @@ import io
 import re
 import zipfile
 from collections.abc import Iterator
+from decimal import Decimal
 from functools import lru_cache
 from importlib import import_module
-from typing import Any
+from typing import Any, NamedTuple
 
 from tgvdp.errors import MissingExtraError
 from tgvdp.formats.syntax.reading import LARGEST_BYTES, Document, bad
@@ -21,6 +22,12 @@ _FORMULA = re.compile(rb"<(\w+:)?f[ />]")
 _LITERAL = re.compile(r'"[^"]*"|\[[^\]]*\]|[\\_*].')
 #: Commas behind the last digit of a format: each shows a thousandth of the number.
 _SCALED = re.compile(r"[0#?],+(?![0#?,])")
+#: What surrounds characters that a format shows as they are.
+_QUOTES = re.compile(r"[\"\\]|\[[^\]]*\]|[_*].")
+#: Formats that draw a position as kilometres, a plus and three digits of metres: it is stored in metres.
+_STATIONED = re.compile(r"[0#?]\+000(?:\.[0#?]+)?(?![0#?+])")
+#: A mark drawn between the digits of a number, which makes another one of it for those who see it.
+_DRAWN = re.compile(r'[0#?](?:\\[.,+]|"[.,+]"|\+)[0#?]')
 _NO_VALUE = "is a formula without a stored value: open the workbook in a spreadsheet and save it"
 
 
@@ -99,15 +106,36 @@ def _cell(cell: Any) -> Cell:
         return ""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return text_cell(str(value))
-    plain = _LITERAL.sub("", cell.number_format or "")
-    if _is_scaled(plain):
-        return Fault(str(value), f"is shown in thousands by its format, got {value}: give it as it is")
+    drawn = _drawn(cell.number_format or "")
+    if drawn.is_stationed:
+        return _stationed(value)
+    if drawn.misleads:
+        return Fault(str(value), f"is shown {drawn.misleads} by its format, got {value}: give it as it is")
     try:
-        return Number(float(value), "%" in plain)
+        return Number(float(value), drawn.is_percent)
     except OverflowError:
         return str(value)
 
 
+class _Drawn(NamedTuple):
+    """What the format of a number makes of it: how it shows another number than the one that is stored, if it does."""
+
+    is_percent: bool
+    is_stationed: bool
+    misleads: str
+
+
 @lru_cache(maxsize=64)
-def _is_scaled(plain: str) -> bool:
-    return _SCALED.search(plain) is not None
+def _drawn(number_format: str) -> _Drawn:
+    plain = _LITERAL.sub("", number_format)
+    is_stationed = _STATIONED.search(_QUOTES.sub("", number_format)) is not None
+    scaled = "in thousands" if _SCALED.search(plain) else ""
+    marked = f"as {number_format}" if _DRAWN.search(number_format) else ""
+    return _Drawn("%" in plain, is_stationed, scaled or marked)
+
+
+def _stationed(value: float) -> str:
+    """Text of a position in metres as its cell shows it, with all of its digits: 12+345."""
+    km, m = divmod(abs(Decimal(repr(value))), 1000)
+    whole, point, decimals = f"{m:f}".partition(".")
+    return f"{'-' if value < 0 else ''}{km:f}+{whole:0>3}{point}{decimals}"
