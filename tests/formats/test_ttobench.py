@@ -49,6 +49,16 @@ def test_train_in_si(tmp_path):
     assert (train.traction_efficiency, train.regeneration_efficiency) == (0.9, 0.0)
 
 
+@pytest.mark.parametrize("version", ["TTOBench v9.0", "TTOBench v1.6", "TTOBench v1.10", "TTOBench v11.5", ""])
+def test_other_versions_of_the_library_are_refused(tmp_path, version):
+    for make in (train_of, track_of):
+        with pytest.raises(InputError) as refused:
+            make(tmp_path, "metadata", "library version", version)
+        told = f"json: metadata.library version: must be TTOBench v1.1 to v1.5, got {version!r}"
+        assert str(refused.value).endswith(told)
+    assert track_of(tmp_path, "metadata", "library version", "TTOBench v1.1").name == "toy"
+
+
 def test_track_in_si(tmp_path):
     track = load_track(write_json(tmp_path / "track.json", TTOBENCH_TRACK))
     assert (track.name, track.length_m, track.altitude_m) == ("toy", 10000.0, 100.0)

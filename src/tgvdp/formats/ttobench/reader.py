@@ -5,6 +5,7 @@ length of the track. ETCS braking data, numbers of seats and coaches are read, d
 is written again; ``FILE#A_brake_service`` is the train with the service brake of its ETCS data.
 """
 
+import re
 from collections.abc import Callable, Collection, Iterator
 from functools import partial
 from itertools import pairwise
@@ -23,6 +24,8 @@ from tgvdp.model.journey import Journey
 from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track, Tunnel
 from tgvdp.model.train import Train
 
+_VERSIONS = ("1.1", "1.2", "1.3", "1.4", "1.5")
+_VERSION = re.compile(rf"(?:TTOBench )?v?(?:{'|'.join(map(re.escape, _VERSIONS))})")
 _STRAIGHT = "infinity"
 _FEWEST_STOPS = 2
 
@@ -106,7 +109,13 @@ def kind_of(fields: Collection[str]) -> Kind | None:
 
 
 def open_document(document: Document) -> Content | None:
-    """Tell what a document holds; None when it is of another format."""
+    """Tell what a document holds; None when it is of another format.
+
+    Raises
+    ------
+    InputError
+        When it is of a version of the library that is not known.
+    """
     readers: dict[Kind, Callable[[Document], Train | Track | Journey]] = {
         "train": read_train,
         "track": read_track,
@@ -115,10 +124,20 @@ def open_document(document: Document) -> Content | None:
     kind = kind_of(document.tree)
     if kind is None:
         return None
+    _require_version(document)
     items = [Item(document.path.stem, partial(readers[kind], document), kept=kept(document.tree))]
     if kind == "train" and ETCS in document.tree:
         items.append(Item(SERVICE_BRAKE, partial(read_train, document, brake=SERVICE_BRAKE), kept=items[0].kept))
     return Content(format="TTOBench", items={kind: tuple(items)}, default=items[0].id)
+
+
+def _require_version(document: Document) -> None:
+    """Refuse other versions; what is no text, or absent, is refused with the other fields."""
+    metadata = document.tree.get("metadata")
+    version = metadata.get("library version") if isinstance(metadata, dict) else None
+    if isinstance(version, str) and not _VERSION.fullmatch(version):
+        known = f"TTOBench v{_VERSIONS[0]} to v{_VERSIONS[-1]}"
+        raise bad(document.path, f"metadata.library version: must be {known}, got {shown(version)}")
 
 
 def read_track(document: Document) -> Track:
