@@ -85,6 +85,29 @@ def test_positions_alone_tell_the_same(result, tmp_path):
     assert score.warnings == ()
 
 
+@pytest.mark.parametrize("has_speeds", [False, True])
+@pytest.mark.parametrize("every_s", [7.0, 30.0, 60.0])
+def test_a_limit_that_is_kept_is_so_however_rare_the_rows_are(every_s, has_speeds, tmp_path):
+    """What the model makes of slopes and of a constant acceleration between two rows is nothing that was driven."""
+    profile = tgvdp.search("tgv", "lgv-100km", points=2).fastest.profile
+    t = np.append(np.arange(0.0, profile.duration_s, every_s), profile.duration_s)
+    row = np.searchsorted(profile.time_s, t, side="right").clip(1, profile.time_s.size - 1) - 1
+    v = np.interp(t, profile.time_s, profile.speed_mps)
+    x = profile.position_m[row] + 0.5 * (profile.speed_mps[row] + v) * (t - profile.time_s[row])
+    names, columns = ["time_s", "position_m", "speed_mps"][: 2 + has_speeds], (t, x, v)[: 2 + has_speeds]
+
+    def warned(scale):
+        scaled = [column * by for column, by in zip(columns, (1.0 / scale, 1.0, scale), strict=False)]
+        lines = (",".join(f"{value:.4f}" for value in row) for row in zip(*scaled, strict=True))
+        path = tmp_path / "run.csv"
+        path.write_text("\n".join([",".join(names), *lines]))
+        warnings = tgvdp.score_run(tgvdp.load_run(path), "tgv", "lgv-100km").warnings
+        return [warning for warning in warnings if "exceeds a speed limit" in warning]
+
+    assert warned(1.0) == []
+    assert warned(1.02) != []
+
+
 def test_speeds_at_ends_that_positions_do_not_tell_are_doubted(result, tmp_path):
     """It brakes for the last 15 s, of which two rows know."""
     path = tmp_path / "gps.csv"

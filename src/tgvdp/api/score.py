@@ -23,7 +23,6 @@ from tgvdp.options.search import SearchOptions
 from tgvdp.runs.profile import Profile, profile_of
 from tgvdp.runs.recorded import placed, recorded_profile, sections_of
 from tgvdp.runs.recorded_means import Motion
-from tgvdp.runs.samples import limit_at
 from tgvdp.units import joule_to_kwh, mps_to_kmh
 
 if TYPE_CHECKING:
@@ -38,6 +37,8 @@ _BEYOND = 1.02
 _EFFORT_FACTOR, _EFFORT_SHARE, _TIME_SHARE, _OVERSPEED_MPS, _END_SPEED_MPS = 1.05, 0.05, 0.01, 0.3, 0.5
 #: ... and where so much of the work of traction is done without current.
 _DARK_SHARE = 0.01
+#: Times as near as this are one, s.
+_SAME_S = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,16 +185,26 @@ def _chosen(sections: list[Motion], section: int | None) -> Motion:
     return sections[(section or 1) - 1]
 
 
-def _overspeed_mps(trip: Trip, recorded: Profile, motion: Motion) -> float:
-    """By how much a run exceeds the limit most, m/s.
+def _overspeed_mps(trip: Trip, motion: Motion) -> float:
+    """By how much a record exceeds the limit most, m/s, at its rows: what lies between them is the model's.
 
-    Where speeds are means, that is the highest one that holds within what they are means of: they round the corner
-    where a train has braked to a limit.
+    Where speeds are means, that is the highest one that holds within what they are means of, from row to row: they
+    round the corner where a train has braked to a limit.
     """
-    t, x = recorded.time_s, recorded.position_m
-    blurred_s = np.interp(x, motion.position_m, motion.blurred_s())
-    limits_mps = [limit_at(trip, np.interp(at_s, t, x)) for at_s in (t - blurred_s, t, t + blurred_s)]
-    return float((recorded.speed_mps - np.max(limits_mps, axis=0)).max())
+    t, x = motion.time_s, motion.position_m
+    blurred_s = motion.blurred_s() - _SAME_S
+    first = np.searchsorted(t, t - blurred_s, side="right") - 1
+    last = np.searchsorted(t, t + blurred_s)
+    first_m, last_m = x[first.clip(0)], x[last.clip(max=len(t) - 1)]
+    return float((motion.speed_mps - _highest_limit(trip, first_m, last_m)).max())
+
+
+def _highest_limit(trip: Trip, from_m: NDArray[np.float64], to_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Highest speed limit of line and train on each of several stretches, m/s."""
+    line = resolve(trip)
+    steps = np.stack((line.step_at(from_m - trip.origin_m), line.step_at(to_m - trip.origin_m) + 1), axis=1)
+    # Every second one is of what lies between two stretches; the last of all needs an end to begin at.
+    return np.maximum.reduceat(np.append(line.limit_mps, 0.0), steps.ravel())[::2]
 
 
 def _doubts(trip: Trip, recorded: Profile, motion: Motion, fastest_s: float) -> tuple[str, ...]:
@@ -213,7 +224,7 @@ def _doubts(trip: Trip, recorded: Profile, motion: Motion, fastest_s: float) -> 
         )
     if abs(recorded.duration_s - time_s) > _TIME_SHARE * time_s:
         found.append(f"by speeds and positions the run takes {recorded.duration_s:.6g} s, by its times {time_s:.6g} s")
-    over_mps = _overspeed_mps(trip, recorded, motion)
+    over_mps = _overspeed_mps(trip, motion)
     if over_mps > _OVERSPEED_MPS:
         found.append(f"the run exceeds a speed limit by {mps_to_kmh(over_mps):.3g} km/h")
     duration_s = np.diff(recorded.time_s)
