@@ -1,6 +1,7 @@
 """What readers note on files (what is not used, what was assumed) is said by commands, once, and kept with results."""
 
 import json
+from hashlib import sha256
 
 import pytest
 
@@ -10,6 +11,10 @@ from tgvdp.cli import main
 from tgvdp.cli.notes import remarked
 
 LINE = "position_m,speed_kmh,gradient,remark\n0,90,5,a\n3000,90,,\n"
+TRAIN = (
+    "[train]\nmass_t = 200\nmax_speed_kmh = 120\ndavis_a_n = 2000\ndavis_b_n_per_kmh = 10\n"
+    'davis_c_n_per_kmh2 = 0.5\nfriction_brake_kn = 150\ntraction = { file = "effort.csv" }\nnotes = ["my own"]\n'
+)
 NOTE = "line.csv: columns not used: 'remark'"
 
 
@@ -39,12 +44,8 @@ def test_search_says_what_readers_noted_and_result_json_keeps_it(line, tmp_path,
 
 def test_notes_of_files_that_a_scenario_references(line, tmp_path, capsys):
     (tmp_path / "effort.csv").write_text("speed_kmh,effort_kn,mode\n0,200,a\n100,100,b\n")
-    train = (
-        "[train]\nmass_t = 200\nmax_speed_kmh = 120\ndavis_a_n = 2000\ndavis_b_n_per_kmh = 10\n"
-        'davis_c_n_per_kmh2 = 0.5\nfriction_brake_kn = 150\ntraction = { file = "effort.csv" }\nnotes = ["my own"]\n'
-    )
     scenario = tmp_path / "trip.toml"
-    scenario.write_text(f'track = "line.csv"\n{train}')
+    scenario.write_text(f'track = "line.csv"\n{TRAIN}')
     assert search(tmp_path / "out", "--scenario", scenario) == 0
     said = capsys.readouterr().err
     assert (
@@ -53,6 +54,24 @@ def test_notes_of_files_that_a_scenario_references(line, tmp_path, capsys):
     assert "my own" not in said
     assert search(tmp_path / "other", "--scenario", scenario, "--train", "alstom-emu") == 0
     assert "effort.csv" not in capsys.readouterr().err
+
+
+def test_tables_of_fields_that_are_set_are_inputs(line, tmp_path, capsys):
+    """Those of a native train are, too: neither its curve nor that of --set was to be known again."""
+    table = tmp_path / "effort.csv"
+    table.write_text("speed_kmh,effort_kn\n50,150\n100,100\n")
+    note = "effort.csv: effort below 50 km/h is taken to be as large as there"
+    asked = ("--track", line, "--set", f'train.traction={{file="{table}"}}')
+    assert search(tmp_path / "out", "--train", "alstom-emu", *asked, "--json") == 0
+    said = capsys.readouterr()
+    assert said.err.count(f"tgvdp: note: {note}\n") == 1
+    digest = sha256(table.read_bytes()).hexdigest()
+    assert json.loads(said.out)["provenance"]["inputs"]["set"] == {"beside": {"effort.csv": digest}, "notes": [note]}
+    train = tmp_path / "train.toml"
+    train.write_text(TRAIN)
+    assert search(tmp_path / "native", "--train", train, "--track", line, "--json") == 0
+    held = json.loads(capsys.readouterr().out)["provenance"]["inputs"]["train"]
+    assert (held["beside"], held["notes"]) == ({"effort.csv": digest}, [note])
 
 
 def test_journeys_and_comparisons_say_it_once(line, tmp_path, capsys):

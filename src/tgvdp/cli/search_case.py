@@ -42,8 +42,11 @@ class Case(NamedTuple):
 
         if not assignments:
             return self
-        train, track = changed(self.train, self.track, assignments)
-        return self._replace(train=train, track=track, changed=self.changed | {"set": list(assignments)})
+        made = changed(self.train, self.track, assignments)
+        inputs = self.inputs | ({"set": made.fingerprint} if made.fingerprint else {})
+        told = tuple(dict.fromkeys((*self.remarks, *made.remarks)))
+        fields = self.changed | {"set": list(assignments)}
+        return self._replace(train=made.train, track=made.track, inputs=inputs, changed=fields, remarks=told)
 
     def with_timetable(self, timetable: str, *, reverse: bool = False) -> tuple["Case", "Read"]:
         """Read a timetable, which is one more thing that was read."""

@@ -69,7 +69,8 @@ def read_source(
     scenario = _scenario(document, content, part, KINDS if kind is None else (kind,))
     value = scenario if kind is None else getattr(scenario, kind)
     remarks = tuple(remark for one in scenario.remarks.values() for remark in one)
-    beside = {} if content is None else {Path(path).name: digest for path, digest in sorted(content.inputs.items())}
+    own = label(document.path)
+    beside = {Path(path).name: digest for path, digest in sorted(scenario.inputs.items()) if path != own}
     return Read(value, target.path, target.part, document.digest, remarks, scenario.format, beside, section)
 
 

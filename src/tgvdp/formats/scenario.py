@@ -53,8 +53,8 @@ class Read(NamedTuple):
     """What was read from a file: a train, a track, a map, a journey or a whole scenario, and the bytes it was made of.
 
     ``part`` is what was chosen in the file, ``sha256`` that of its bytes, in hexadecimal, ``remarks`` what readers
-    noted and ``format`` what it is, as in `Scenario`, ``beside`` the SHA-256 of other files that a foreign one refers
-    to, by their names. ``section`` is the part where it chooses no journey of the file: a run from stop to stop.
+    noted and ``format`` what it is, as in `Scenario`, ``beside`` the SHA-256 of other files that it refers to, by
+    their names. ``section`` is the part where it chooses no journey of the file: a run from stop to stop.
     """
 
     value: Any

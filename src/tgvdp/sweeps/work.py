@@ -153,7 +153,8 @@ def _changed(train: Train, track: Track, changes: tuple[str, ...]) -> tuple[Trai
     """Train and track with fields set: neighbours often have the same ones."""
     from tgvdp.formats.native.changes import changed
 
-    return changed(train, track, changes)
+    made = changed(train, track, changes)
+    return made.train, made.track
 
 
 def _profiles(result: Any, every_m: float) -> dict[str, Any]:

@@ -126,7 +126,7 @@ def _case(asked: Asked, uploads: Mapping[str, File]) -> _Case:
     mass_kg = train.mass_kg
     if edits := asked.edits:
         try:
-            train, track = changed(train, track, edits)
+            train, track, *_ = changed(train, track, edits)
         except InputError as error:
             raise FieldError("mass_t" if "train" in str(error) else "limits_kmh", str(error)) from None
     return _Case(train, track, arguments_of(options), mass_kg, {"train": inputs, "track": track_input})

@@ -7,10 +7,10 @@ ranges and errors are those of the format.
 import copy
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache, lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from msgspec import Struct, structs
 
@@ -41,7 +41,22 @@ def _fields_of(part: str) -> list[str]:
     return [field.encode_name for field in structs.fields(_SPECS[part])]
 
 
-def changed(train: Train, track: Track, assignments: Sequence[str]) -> tuple[Train, Track]:
+class Changed(NamedTuple):
+    """Train and track with fields set, the SHA-256 of files that were read for that, by name, and notes on these."""
+
+    train: Train
+    track: Track
+    inputs: Mapping[str, str]
+    remarks: tuple[str, ...]
+
+    @property
+    def fingerprint(self) -> dict[str, Any]:
+        """The files and the notes, as `tgvdp.formats.scenario.Read` gives them; empty where no file was read."""
+        notes = {"notes": list(self.remarks)} if self.remarks else {}
+        return {"beside": dict(self.inputs), **notes} if self.inputs else {}
+
+
+def changed(train: Train, track: Track, assignments: Sequence[str]) -> Changed:
     """Return train and track with fields set, each as ``train.FIELD=VALUE`` or ``track.FIELD=VALUE``.
 
     A field may lie deeper (``train.traction.force_kn``) or in a row (``track.speed_limits[2].speed_kmh``); a value is
@@ -57,12 +72,17 @@ def changed(train: Train, track: Track, assignments: Sequence[str]) -> tuple[Tra
     for assignment in assignments:
         steps, value = _parsed(assignment)
         by_part.setdefault(str(steps[0]), []).append((steps, value))
+    inputs: dict[str, str] = {}
+    remarks: list[str] = []
     for part, fields in by_part.items():
         tree = _tree_of(part, parts[part])
         for steps, value in fields:
             tree = _with(tree, steps, value)
-        parts[part] = getattr(read_scenario(Document(_OWNER, "", "TOML", tree, b"")), part)
-    return parts["train"], parts["track"]
+        scenario = read_scenario(Document(_OWNER, "", "TOML", tree, b""))
+        parts[part] = getattr(scenario, part)
+        inputs |= {Path(path).name: digest for path, digest in scenario.inputs.items() if digest}
+        remarks += scenario.remarks.get(part, ())
+    return Changed(parts["train"], parts["track"], inputs, tuple(remarks))
 
 
 @lru_cache(maxsize=4)
