@@ -271,7 +271,7 @@ def test_several_propulsions_are_asked_for(saved_xml):
         ('massDependent="true"', "", ""),
         ('constantFactorA="1.5"', 'constantFactorA="60"', ""),
         ('speed="140"', "", "vehicle[2]@speed: missing attribute"),
-        ('rotationMassFactor="1.2"', 'rotationMassFactor="0.2"', "rotationMassFactor: must be at least 1 -, got '0.2'"),
+        ('rotationMassFactor="1.2"', 'rotationMassFactor="0.2"', "rotationMassFactor: must be at least 1, got '0.2'"),
     ],
 )  # fmt: skip
 def test_errors_of_trains_name_line_element_and_attribute(saved_xml, old, new, message):

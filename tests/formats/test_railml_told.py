@@ -69,6 +69,21 @@ def test_places_by_mileage_lie_between_the_coordinates_next_to_them(saved_xml):
     assert limits_kmh(load_track(saved_xml(within))) == [(0.0, 90), (2000.0, 120)]
 
 
+def test_an_intrinsic_coordinate_beyond_its_net_element_is_refused(saved_xml):
+    assert refusal(load_track, saved_xml(with_points((0, 1000), (5, 5000)))).endswith(
+        "intrinsicCoordinate[2]@intrinsicCoord: must be at most 1, got '5'"
+    )
+
+
+def test_tracks_of_version_3_are_called_by_their_names_too(saved_xml):
+    named = '<name name="Main" language="en"/>'
+    assert named in LINE_3
+    text = LINE_3.replace(named, f'{named}<name name="Hauptgleis" language="de"/>')
+    for name in ("t1", "Main", "Hauptgleis", "Main:normal"):
+        assert load_track(saved_xml(text, f"#{name}")).name == "Main"
+    assert refusal(load_track, saved_xml(text, "#Nebengleis")) == "holds no track 'Nebengleis'; known: t1"
+
+
 def test_a_mileage_that_is_there_twice_is_refused(saved_xml):
     text = with_points((0, 1000), (0.5, 4500), (0.5, 3500), (1, 5000))
     assert refusal(load_track, saved_xml(text)).endswith("@measure: is the mileage of two places of its net element")

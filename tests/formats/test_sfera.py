@@ -152,6 +152,9 @@ def test_a_journey_from_elsewhere_has_to_hold_its_segments():
         ('trainWeight="220"', 'trainWeight="0"', "TrainCharacteristicsRef@trainWeight: must be above 0 t, got '0'"),
         (JOURNEY, 2 * JOURNEY, "JourneyProfile[2]: a second journey of train '4711': leave one"),
         ('JP_Status="Valid"', 'JP_Status="Unavailable"', "@JP_Status: must be of a journey to run, got 'Unavailable'"),
+        ('JP_Version="7"', 'JP_Version="abc"', "JourneyProfile@JP_Version: must be a number, got 'abc'"),
+        ('JP_Version="7"', 'JP_Version="1.5"', "JourneyProfile@JP_Version: must be a whole number, got '1.5'"),
+        ('JP_Version="7"', 'JP_Version="-1"', "JourneyProfile@JP_Version: must be at least 0, got '-1'"),
         ("<teltsi_OperationalTrainNumber>4711</teltsi_OperationalTrainNumber>", "", "missing element TrainIdentif"),
     ],
 )  # fmt: skip

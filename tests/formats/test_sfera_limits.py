@@ -108,6 +108,10 @@ def test_swiss_line_and_curve_speeds(saved_xml):
     broken = text.replace("&lt;/speeds>", "", 1)
     with pytest.raises(InputError, match=r"@value: xmlNewLineSpeed: line 1: is not well-formed XML"):
         load_track(saved_xml(broken))
+    for wrong in ("-80", "0", "-0.5"):
+        negative = text.replace("speed=&quot;75&quot;", f"speed=&quot;{wrong}&quot;")
+        with pytest.raises(InputError, match=rf"@value: xmlNewLineSpeed: speed must be above 0 km/h, got '{wrong}'$"):
+            load_track(saved_xml(negative))
 
 
 def test_from_a_line_speed_that_is_not_read_on_there_is_none(saved_xml):

@@ -214,7 +214,7 @@ def _measures(node: Node, system: str | None, *, named: bool = False) -> list[tu
         for linear in intrinsic.children("linearCoordinate"):
             given = linear.text("positioningSystemRef")
             if system is None or given == system or (given is None and not named):
-                share = intrinsic.required_number("intrinsicCoord", "-", at_least=0.0)
+                share = intrinsic.required_number("intrinsicCoord", "-", at_least=0.0, at_most=1.0)
                 known.append((share, linear.required_number("measure", "m")))
     return sorted(known, key=itemgetter(0))
 

@@ -148,7 +148,7 @@ class _File:
     def knows(self, kind: Kind, name: str) -> bool:
         """Whether there is a track or train of that id or name."""
         nodes = stock.trains(self.root) if kind == "train" else self._line.tracks(self.root)
-        return any(name in (_id(node), node.text("name")) for node in nodes)
+        return any(name == _id(node) or name in _names(node) for node in nodes)
 
     def make_track(self, part: str) -> tuple[Track, dict[str, int]]:
         """Make the track, or the tracks one after the other, that a text means."""
@@ -195,7 +195,7 @@ class _File:
         """Element of an id or name, and the words behind it."""
         name, *given = part.split(":")
         # Names are for people: several elements may have one, ids are unique.
-        found = [node for node in nodes if _id(node) == name] or [node for node in nodes if node.text("name") == name]
+        found = [node for node in nodes if _id(node) == name] or [node for node in nodes if name in _names(node)]
         if len(found) > 1:
             listed = ", ".join(_id(node) for node in found[:_MOST_NAMES])
             raise bad(
@@ -214,6 +214,11 @@ class _File:
 
 def _id(node: Node) -> str:
     return node.text("id") or node.text("name") or f"line-{node.line}"
+
+
+def _names(node: Node) -> list[str]:
+    """Names for people: an attribute, or elements of their own, in several languages, from 3.1 on."""
+    return [name for one in (node, *node.children("name")) if (name := one.text("name"))]
 
 
 def _owner(name: str) -> str:

@@ -167,6 +167,20 @@ def _version(kind: str, node: Node) -> str:
     return f"{'.'.join(parts)} of {_owner(kind, node)}"
 
 
+def journey_version(journey: Node) -> int:
+    """Version of a journey, 0 where it says none.
+
+    Raises
+    ------
+    InputError
+        When it is no whole number.
+    """
+    version = journey.number("JP_Version", "-", at_least=0.0) or 0.0
+    if not version.is_integer():
+        raise journey.bad(f"must be a whole number, got {shown(journey.text('JP_Version'))}", "JP_Version")
+    return int(version)
+
+
 def journey_name(journey: Node) -> str:
     """Number of the train that a journey is of.
 

@@ -13,7 +13,15 @@ from typing import NamedTuple
 from tgvdp.formats.content import Content, Item, Kind
 from tgvdp.formats.sfera.category import identity, train_of
 from tgvdp.formats.sfera.line import read_line
-from tgvdp.formats.sfera.messages import JOURNEY, TRAIN, Messages, is_message, journey_name, nothing_to_run
+from tgvdp.formats.sfera.messages import (
+    JOURNEY,
+    TRAIN,
+    Messages,
+    is_message,
+    journey_name,
+    journey_version,
+    nothing_to_run,
+)
 from tgvdp.formats.sfera.timetable import has_times, read_journey
 from tgvdp.formats.sfera.train import NO_TRAIN, lacking, lacks_note, read_train, variants
 from tgvdp.formats.syntax.reading import Document, shown
@@ -51,6 +59,7 @@ def open_document(document: Document) -> Content | None:
     for journey in messages.each(JOURNEY):
         if journey.text("JP_Status") in _UNUSABLE:
             raise journey.bad(f"must be of a journey to run, got {journey.text('JP_Status')!r}", "JP_Status")
+        journey_version(journey)  # advice that goes back has the next one: not to be found wrong after a search
         name = journey_name(journey)
         if any(name == item.id for item in items["track"]):
             raise journey.bad(f"a second journey of train {shown(name)}: leave one")

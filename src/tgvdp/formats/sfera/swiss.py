@@ -4,6 +4,7 @@
 not say for itself how far it holds (``stationSpeed``, speeds such as 95/85) is not read.
 """
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
@@ -18,6 +19,8 @@ from tgvdp.formats.syntax.xml import Node, counted, parse_xml
 #: SBB Infrastructure, by its code of UIC.
 _COMPANY = "0085"
 _LINE, _CURVE, _STATION = GROUPS = ("newLineSpeed", "curvePoint", "stationSpeed")
+#: A speed that says all by itself, if it is one.
+_NUMBER = re.compile(r"[+-]?\d+(?:\.\d+)?", re.ASCII)
 
 
 class SwissSpeeds(NamedTuple):
@@ -135,7 +138,7 @@ def _kmh(point: _Point, name: str, category: Category) -> float | None:
     if len(texts) != 1:
         return None
     written = texts.pop()
-    if not (written.isascii() and written.isdigit()):
+    if not _NUMBER.fullmatch(written):
         return None
     kmh = float(written)
     if not kmh > 0.0:

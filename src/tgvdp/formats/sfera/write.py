@@ -11,7 +11,7 @@ from datetime import UTC, datetime, timedelta
 from importlib import import_module
 from typing import Any
 
-from tgvdp.formats.sfera.messages import JOURNEY, Messages, journey_name
+from tgvdp.formats.sfera.messages import JOURNEY, Messages, journey_name, journey_version
 from tgvdp.formats.sfera.segments import SLACK_M, Segment, segments_of
 from tgvdp.formats.sfera.timetable import DEPARTURE, NamedCall, calls_in
 from tgvdp.formats.sources import Target
@@ -85,7 +85,7 @@ class AdvisableJourney:
             if start_s is not None and stops_m[0] <= call.position_m <= stops_m[-1]:
                 _plan(call, start_s, passing, (stops_m[0], stops_m[-1]))
         element = self._journey.element
-        element.set("JP_Version", f"{(self._journey.number('JP_Version', '-', at_least=0.0) or 0.0) + 1.0:.0f}")
+        element.set("JP_Version", f"{journey_version(self._journey) + 1}")
         element.tail = None
         etree = import_module("lxml.etree")
         etree.indent(element)

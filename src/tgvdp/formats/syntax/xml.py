@@ -220,31 +220,48 @@ class Node:
         return value
 
     def number(
-        self, attribute: str, unit: str, *, at_least: float = -math.inf, above: float = -math.inf
+        self,
+        attribute: str,
+        unit: str,
+        *,
+        at_least: float = -math.inf,
+        above: float = -math.inf,
+        at_most: float = math.inf,
     ) -> float | None:
-        """Return an attribute as a finite number of a unit, None when absent."""
+        """Return an attribute as a finite number of a unit, which is "-" where it has none; None when absent."""
         text = self.text(attribute)
         if text is None:
             return None
         if len(text) > _LONGEST_NUMBER or not _NUMBER.fullmatch(text):
             wild = text.lower().lstrip("+-") in ("nan", "inf", "infinity")
-            raise self.bad(f"must be {'finite' if wild else f'a number of {unit}'}, got {shown(text)}", attribute)
+            of = "" if unit == "-" else f" of {unit}"
+            raise self.bad(f"must be {'finite' if wild else f'a number{of}'}, got {shown(text)}", attribute)
         value = float(text)
         if not math.isfinite(value):
             raise self.bad(f"must be finite, got {shown(text)}", attribute)
-        if abs(value) > LARGEST:
-            raise self.bad(f"must be within ±{LARGEST:g} {unit}, got {shown(text)}", attribute)
-        if not value > above:
-            raise self.bad(f"must be above {above:g} {unit}, got {shown(text)}", attribute)
-        if not value >= at_least:
-            raise self.bad(f"must be at least {at_least:g} {unit}, got {shown(text)}", attribute)
+        wanted = (
+            (abs(value) <= LARGEST, f"within ±{LARGEST:g}"),
+            (value > above, f"above {above:g}"),
+            (value >= at_least, f"at least {at_least:g}"),
+            (value <= at_most, f"at most {at_most:g}"),
+        )
+        for is_met, bound in wanted:
+            if not is_met:
+                told = bound if unit == "-" else f"{bound} {unit}"
+                raise self.bad(f"must be {told}, got {shown(text)}", attribute)
         return value
 
     def required_number(
-        self, attribute: str, unit: str, *, at_least: float = -math.inf, above: float = -math.inf
+        self,
+        attribute: str,
+        unit: str,
+        *,
+        at_least: float = -math.inf,
+        above: float = -math.inf,
+        at_most: float = math.inf,
     ) -> float:
         """Return an attribute as a finite number of a unit; an error when absent."""
-        value = self.number(attribute, unit, at_least=at_least, above=above)
+        value = self.number(attribute, unit, at_least=at_least, above=above, at_most=at_most)
         if value is None:
             raise self.bad("missing attribute", attribute)
         return value
