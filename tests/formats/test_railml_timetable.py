@@ -12,8 +12,9 @@ from tests.helpers.refusal import refusal
 from tests.helpers.settings import fuzz
 from tests.helpers.xml_slips import mutated
 from tgvdp.cli import main
-from tgvdp.formats import load_journey, load_section, load_track
+from tgvdp.formats import describe_file, load_journey, load_section, load_track
 from tgvdp.formats.detect import load_all
+from tgvdp.formats.review.plausibility import review_file
 from tgvdp.model.track import Place
 
 pytest.importorskip("lxml")
@@ -227,6 +228,24 @@ def test_a_timetable_needs_a_line_with_names_and_hinders_nothing_else(saved_xml)
     alone = saved_xml('<railml version="2.4">' + timetable(part("p", *DAY)) + "</railml>")
     assert refusal(load_all, alone).endswith(message)
     assert "not a journey" in refusal(load_journey, saved_xml(LINE_3))
+
+
+def test_a_timetable_without_a_line_is_described_by_its_trains(saved_xml):
+    points = f"<infrastructure>{POINTS}</infrastructure>"
+    parts = part("p", *DAY), part("q", place("x", times("", "")), *DAY[1:3])
+    text = f'<railml version="2.4">{points}{timetable(*parts, trains=TRAIN)}</railml>'
+    described = describe_file(saved_xml(text))
+    assert described.kind == "timetable"
+    assert [(figure.name, str(figure)) for figure in described.figures] == [
+        ("train t", "4711: Aston to Berry, 4 places, 10:00:00 to 10:10:00"),
+        ("train q", "x to B7, 3 places, 10:04:00 to 10:06:30"),
+    ]
+    assert described.notes == (
+        "it gives no positions: tgvdp journey takes it with a line that has places of these names",
+    )
+    assert review_file(saved_xml(text)) == []
+    late = text.replace('"10:10:00"', '"10:00:30"')
+    assert "times must not decrease, got 10:00:30 after a later one" in refusal(describe_file, saved_xml(late))
 
 
 def test_a_train_keeps_its_railml_timetable(saved_xml):

@@ -43,6 +43,8 @@ class Content:
         SHA-256 of other files that it refers to, by their paths; they are read when its items are made.
     lacking : mapping of str to str
         By kind: why the file does not hold one, where that is worth saying.
+    outline : mapping of str to str
+        What the file does hold, by name, where that is nothing without another file, and ``items`` is empty.
     """
 
     format: str
@@ -51,6 +53,7 @@ class Content:
     takes_line_speed: bool = False
     inputs: Mapping[str, str] = field(default_factory=dict)
     lacking: Mapping[Kind, str] = field(default_factory=dict)
+    outline: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def is_one(self) -> bool:

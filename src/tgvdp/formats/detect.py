@@ -94,7 +94,19 @@ def load_all(path: Source, *, line_speed_mps: float | None = None) -> tuple[Scen
         When the file, something in it or one that it references is missing or wrong.
     """
     target = locate(path)
-    return _each(read_target(target, line_speed_mps), target.part)
+    document = read_target(target, line_speed_mps)
+    return _each(document, _open(document), target.part)
+
+
+def load_to_describe(path: Source, *, line_speed_mps: float | None = None) -> tuple[Scenario, ...]:
+    """Load everything that a file holds, or the outline of what is nothing without another file; see `load_all`."""
+    target = locate(path)
+    document = read_target(target, line_speed_mps)
+    content = _open(document)
+    if content is None or not content.outline:
+        return _each(document, content, target.part)
+    inputs = {label(document.path): document.digest}
+    return (Scenario(name=document.path.stem, format=content.format, inputs=inputs, outline=content.outline),)
 
 
 def load_bytes(name: str, data: bytes, *, line_speed_mps: float | None = None) -> tuple[Scenario, ...]:
@@ -114,11 +126,11 @@ def load_bytes(name: str, data: bytes, *, line_speed_mps: float | None = None) -
         When something in it is wrong, or when it references another file.
     """
     document = replace(parse_document(Path(name), data), is_alone=True)
-    return _each(_with_line_speed(document, line_speed_mps), None)
+    document = _with_line_speed(document, line_speed_mps)
+    return _each(document, _open(document), None)
 
 
-def _each(document: Document, part: str | None) -> tuple[Scenario, ...]:
-    content = _open(document)
+def _each(document: Document, content: Content | None, part: str | None) -> tuple[Scenario, ...]:
     if content is None or part is not None or content.is_one:
         return (_scenario(document, content, part, KINDS),)
     # Named as they are chosen: names for people need not be unique.
@@ -169,6 +181,8 @@ def _scenario(
         if part is not None:
             raise bad(document.path, f"is a native file, of which {part!r:.40} chooses nothing")
         return _native(document, kinds, chain)
+    if content.outline:
+        raise bad(document.path, "; ".join(content.lacking.values()))
     article = "an" if content.format.startswith(tuple("AEIO")) else "a"
     held_text = f"{article} {content.format} {' and a '.join(content.items)}"
     _require_kind(document.path, held_text, kinds, tuple(content.items), content.lacking)

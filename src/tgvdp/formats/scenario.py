@@ -35,6 +35,8 @@ class Scenario:
         SHA-256 of every file that was read, by its path or as ``catalog:name``.
     remarks : dict
         By kind: what the readers of foreign files and tables noted, each begun with the file's name.
+    outline : dict
+        Of a file that is nothing without another one: what it holds, by name.
     """
 
     name: str
@@ -47,6 +49,7 @@ class Scenario:
     kept: dict[str, Mapping[str, Any]] = field(default_factory=dict)
     inputs: dict[str, str] = field(default_factory=dict)
     remarks: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    outline: Mapping[str, str] = field(default_factory=dict)
 
 
 class Read(NamedTuple):

@@ -82,11 +82,11 @@ def open_document(document: Document) -> Content | None:
     elif file.journeys(()):
         lacking["journey"] = "its timetable names places alone, and no line is given that has names"
     items = {kind: some for kind, some in items.items() if some}
-    if not items:
-        raise bad(document.path, lacking.get("journey") or f"holds no track and no train: {file.wanted}")
-    return RailmlContent(
-        format=f"{FORMAT} {file.version}", items=items, takes_line_speed=True, lacking=lacking, file=file
-    )
+    outline = {} if items else file.outline()
+    if not items and not outline:
+        raise bad(document.path, f"holds no track and no train: {file.wanted}")
+    form = f"{FORMAT} {file.version}"
+    return RailmlContent(format=form, items=items, takes_line_speed=True, lacking=lacking, outline=outline, file=file)
 
 
 def lines_of(document: Document, kind: Kind, part: str | None) -> dict[str, int]:
@@ -144,6 +144,10 @@ class _File:
         return tuple(
             Item(train.id, partial(timetable2.make_journey, self.root, train, places), train.names) for train in trains
         )
+
+    def outline(self) -> dict[str, str]:
+        """The trains of a timetable, by their names, which a line would make journeys of."""
+        return dict(timetable2.outlined(self.root)) if self._old else {}
 
     def knows(self, kind: Kind, name: str) -> bool:
         """Whether there is a track or train of that id or name."""

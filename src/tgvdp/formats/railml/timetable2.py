@@ -107,6 +107,30 @@ def make_journey(root: Node, train: TimedTrain, places: Sequence[tuple[float, st
         raise train.parts[0].bad(str(error)) from None
 
 
+def outlined(root: Node) -> Iterator[tuple[str, str]]:
+    """Each train by its identifier: its other names, from where to where it runs, and when.
+
+    Raises
+    ------
+    InputError
+        When a time is none, or times decrease.
+    """
+    names = _names_by_id(root)
+    for train in timed_trains(root):
+        stands = _joined([times for part in train.parts for times in _times_of(part, {})])
+        refs = [one.node.required_text("ocpRef") for one in stands]
+        ends = " to ".join(names.get(ref, (ref,))[0] for ref in (refs[0], refs[-1]))
+        clocks = [text for one in stands for text in map(one.times.text, ("arrival", "departure")) if text]
+        when = f", {clocks[0]} to {clocks[-1]}" if clocks else ""
+        called = ", ".join(name for name in train.names if name != train.id)
+        yield f"train {train.id}", f"{called}: {ends}, {len(stands)} places{when}".removeprefix(": ")
+
+
+def _names_by_id(root: Node) -> dict[str, tuple[str, ...]]:
+    """Names of operational points that have any, by identifier."""
+    return {point.text("id") or "": names for point in root.below(*POINTS) if (names := names_of(point))}
+
+
 def _held(places: Sequence[tuple[float, str]]) -> str:
     """What places a line has, the first ones of many."""
     return f"it has {', '.join(shown(name) for _, name in places[:_MOST_NAMES])}"
@@ -169,8 +193,7 @@ def _joined(stands: Sequence[_Times]) -> list[_Times]:
 
 def _on_line(root: Node, stands: Sequence[_Times], places: Sequence[tuple[float, str]]) -> tuple[list[Call], list[str]]:
     """Calls at places of the line, and names of those that it does not have."""
-    names = {point.text("id") or "": names_of(point) for point in root.below(*POINTS)}
-    known = by_name(places)
+    names, known = _names_by_id(root), by_name(places)
     placed = [(one, *_place(one, names, known)) for one in stands]
     on_line = [at for at, (_, _, position_m) in enumerate(placed) if position_m is not None]
     calls: list[Call] = []
@@ -194,7 +217,7 @@ def _on_line(root: Node, stands: Sequence[_Times], places: Sequence[tuple[float,
 def _place(one: _Times, names: dict[str, tuple[str, ...]], known: dict[str, list[float]]) -> tuple[str, float | None]:
     """Name of a place, and where on the line it lies, m; None where the line has none of its names."""
     ref = one.node.required_text("ocpRef")
-    own = names.get(ref) or (ref,)
+    own = names.get(ref, (ref,))
     found = next((known[name.casefold()] for name in own if name.casefold() in known), [])
     if len(found) > 1:
         raise one.node.bad(f"the line has {len(found)} places of that name, got {shown(own[0])}", "ocpRef")

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from tgvdp.formats.detect import KINDS, load_all
+from tgvdp.formats.detect import KINDS, load_to_describe
 from tgvdp.formats.review.figures import Figure, track_figures, train_figures, value_range
 from tgvdp.formats.scenario import Scenario
 from tgvdp.formats.sources import Source
@@ -21,8 +21,8 @@ class Description:
     Attributes
     ----------
     kind : str
-        "train", "track", "map", "journey", "scenario" (several of them), "run options" or, where a file holds several
-        things to choose from, "choice".
+        "train", "track", "map", "journey", "scenario" (several of them), "run options", "timetable" (of a line that the
+        file does not hold) or, where a file holds several things to choose from, "choice".
     format : str
         "native", "TTOBench", ...
     name : str
@@ -67,7 +67,7 @@ def describe_file(path_or_name: Source, *, line_speed_mps: float | None = None) 
     InputError
         When it cannot be read or is wrong.
     """
-    scenarios = load_all(path_or_name, line_speed_mps=line_speed_mps)
+    scenarios = load_to_describe(path_or_name, line_speed_mps=line_speed_mps)
     if len(scenarios) == 1:
         return describe(scenarios[0])
     each = [describe(scenario) for scenario in scenarios]
@@ -91,8 +91,12 @@ def describe(scenario: Scenario) -> Description:
         figures += (figure for figure in _FIGURES[kind](part) if figure.is_headline)
         notes += part.notes
     figures += [Figure(f"run {name}", str(value), "") for name, value in scenario.options.items()]
+    figures += [Figure(name, text, "") for name, text in scenario.outline.items()]
+    alone = "timetable" if scenario.outline else "run options"
+    if scenario.outline:
+        notes.append("it gives no positions: tgvdp journey takes it with a line that has places of these names")
     return Description(
-        kind="scenario" if len(parts) > 1 else next(iter(parts), "run options"),
+        kind="scenario" if len(parts) > 1 else next(iter(parts), alone),
         format=scenario.format,
         name=scenario.name,
         figures=tuple(figures),

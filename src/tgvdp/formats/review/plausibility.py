@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from tgvdp.formats.detect import load_all, read_target
+from tgvdp.formats.detect import load_to_describe, read_target
 from tgvdp.formats.review.figures import Figure, track_figures, train_figures
 from tgvdp.formats.review.places import Places
 from tgvdp.formats.sources import Source, locate
@@ -49,7 +49,7 @@ def review_file(source: Source, *, line_speed_mps: float | None = None) -> list[
     """
     target = locate(source)
     document = read_target(target, line_speed_mps)
-    scenarios = load_all(source, line_speed_mps=line_speed_mps)
+    scenarios = load_to_describe(source, line_speed_mps=line_speed_mps)
     reviews = []
     for scenario in scenarios:
         part = scenario.name if len(scenarios) > 1 else target.part
