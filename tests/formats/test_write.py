@@ -195,6 +195,19 @@ def test_catalog_survives(tmp_path, kind, name, target):
     assert getattr(again, kind).notes == getattr(scenario, kind).notes
 
 
+@pytest.mark.parametrize("target", ["toml", "json"])
+def test_efforts_that_no_points_hold_exactly_lose_rounding_alone(tmp_path, target):
+    """Twelve digits, as people write them, are kept only where they are all there is."""
+    random = Random(5)
+    for _ in range(20):
+        rows = [(5.0 * at, random.uniform(1e5, 4e5) * (1.0 - 0.02 * at)) for at in range(10)]
+        train = dataclasses.replace(TRAIN, traction=EffortCurve.from_points(rows))
+        again, losses = read_back(scenario_of(train), target, tmp_path)
+        assert losses == ()
+        for speed_mps, effort_n in rows:
+            assert again.train.traction.effort_n(speed_mps) == pytest.approx(effort_n, rel=0, abs=2e-15 * 4e5)
+
+
 @pytest.mark.parametrize("folder", ["trains", "tracks", "journeys"])
 def test_published_files_survive(shared, tmp_path, folder):
     for path in sorted((shared / "ttobench" / folder).glob("*.json")):

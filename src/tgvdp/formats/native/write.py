@@ -23,6 +23,8 @@ from tgvdp.units import KILO, KMH_PER_MPS, kmh_to_mps, per_kmh_to_per_mps
 _STRAIGHT = "infinity"
 #: Two curves are the same where their efforts differ by no more than this, of the largest.
 _SAME_EFFORT = 1e-12
+#: Digits of the efforts of points: those that people write, where these read back as they are, else all.
+_DIGITS = (12, 17)
 
 
 def native_tree(scenario: Scenario) -> dict[str, Any]:
@@ -119,19 +121,19 @@ def _optional(train: Train) -> dict[str, Any]:
 
 
 def _effort(owner: str, curve: EffortCurve, top_mps: float) -> dict[str, Any]:
-    """Write a curve in the simplest of the three forms that reads back as the same effort."""
-    made = [(tree, effort_of(convert(tree, EffortSpec))) for tree in _forms(curve)]
-    for tree, again in made:
+    """Write a curve in the simplest of the three forms that reads back as it is, else as the same but for rounding."""
+    short, exact = ([(tree, effort_of(convert(tree, EffortSpec))) for tree in _forms(curve, n)] for n in _DIGITS)
+    for tree, again in (*short, *exact):
         if again == curve:
             return tree
-    for tree, again in made:
+    for tree, again in exact:
         if same_effort(curve, again, top_mps):
             return tree
     raise InputError(f"{owner}: none of force and power, points and polynomials holds its {len(curve.pieces)} pieces")
 
 
-def _forms(curve: EffortCurve) -> Iterator[dict[str, Any]]:
-    """All forms that the pieces of a curve suggest."""
+def _forms(curve: EffortCurve, digits: int) -> Iterator[dict[str, Any]]:
+    """All forms that the pieces of a curve suggest, efforts of points with so many digits."""
     first, *others = curve.pieces
     if not any(first[3:]) and not first.power_w and first.c0_n >= 0.0:
         if not others:
@@ -141,8 +143,7 @@ def _forms(curve: EffortCurve) -> Iterator[dict[str, Any]]:
     if any(piece.power_w for piece in curve.pieces):
         return
     if all(not any(piece[4:]) for piece in curve.pieces) and not curve.pieces[-1].c1:
-        for digits in (12, 17):
-            yield {"points": list(_points(curve.pieces, digits))}
+        yield {"points": list(_points(curve.pieces, digits))}
     yield {"polynomials": [_polynomial(piece) for piece in curve.pieces]}
 
 
@@ -176,7 +177,7 @@ def same_effort(one: EffortCurve, other: EffortCurve, top_mps: float) -> bool:
         # Breaks may differ by rounding: the ends themselves are not looked at.
         for share in (0.01, 0.3, 0.7, 0.99):
             speed_mps = low_mps + share * (high_mps - low_mps)
-            close = abs(one.effort_n(speed_mps) - other.effort_n(speed_mps)) <= 1e3 * _SAME_EFFORT * scale_n
+            close = abs(one.effort_n(speed_mps) - other.effort_n(speed_mps)) <= _SAME_EFFORT * scale_n
             if not close and high_mps - low_mps > _SAME_EFFORT * top_mps and speed_mps <= top_mps:
                 return False
     return True
