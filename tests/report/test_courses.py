@@ -32,6 +32,7 @@ def test_driving_course_splits_the_resistance(result):
         assert float(row["R_traction"]) == pytest.approx(train.davis_a_n)  # this train has no other term
         permil = 0.0 if float(row["s"]) < 2000 else 10.0 if float(row["s"]) < 3000 else -5.0
         assert float(row["R_path"]) == pytest.approx(weight_n * permil / 1000, abs=1e-6 * weight_n)
+        assert (float(row["R_path"]) == 0.0) == (permil == 0.0)  # no rounding where the line is level
         assert float(row["F_R"]) == pytest.approx(float(row["R_path"]) + float(row["R_traction"]), abs=1e-3)
 
 

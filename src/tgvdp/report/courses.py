@@ -1,4 +1,4 @@
-"""Speed profiles as the driving course that railtoolkit's TrainRuns.jl prints."""
+"""Speed profiles as a driving course, in the words of that of railtoolkit's TrainRuns.jl where it has any."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -12,10 +12,12 @@ if TYPE_CHECKING:
     from tgvdp.model.train import Train
     from tgvdp.runs.profile import Profile
 
-#: Columns of TrainRuns.jl's driving course in SI, after the id of the run: resistances are means up to the next row.
+#: The id of the run, and columns in SI: resistances are means up to the next row.
 COURSE_COLUMNS = (
     "id", "label", "driving_mode", "s", "v", "t", "a", "F_T", "F_R", "R_path", "R_traction", "R_wagons",
 )  # fmt: skip
+#: So much of the terms that it is the rest of is rounding in the resistance of the line: 0 N where it is level.
+_ROUNDING = 1e-12
 _MODES = {"traction": "accelerating", "cruising": "cruising", "coasting": "coasting", "braking": "braking"}
 
 
@@ -37,8 +39,10 @@ def _course_lines(name: str, run: "Profile", train: "Train") -> Iterator[str]:
     # Means over the distance at constant acceleration, where v² is linear in position.
     mean_v = (2.0 / 3.0) * (v0 * v0 + v0 * v1 + v1 * v1) / (v0 + v1)
     own_n = train.davis_a_n + train.davis_b_n_per_mps * mean_v + train.davis_c_n_per_mps2 * 0.5 * (v0 * v0 + v1 * v1)
-    total_n = run.force_n[:-1] - train.inertia_kg * acceleration
-    columns = (acceleration, np.maximum(run.force_n[:-1], 0.0), total_n, total_n - own_n, own_n)
+    line_n = run.force_n[:-1] - train.inertia_kg * acceleration - own_n
+    terms_n = np.abs(run.force_n[:-1]) + train.inertia_kg * (v0 * v0 + v1 * v1) / step_m + own_n
+    line_n[np.abs(line_n) <= _ROUNDING * terms_n] = 0.0
+    columns = (acceleration, np.maximum(run.force_n[:-1], 0.0), line_n + own_n, line_n, own_n)
     ended = [np.append(values, 0.0) + 0.0 for values in columns]
     for index, regime in enumerate(run.regime_names):
         a, traction_n, resistance_n, path_n, own = (float(values[index]) for values in ended)
