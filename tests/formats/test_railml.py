@@ -116,7 +116,7 @@ def test_speed_profiles_are_layers_of_their_own(saved_xml):
         ('vMax="120" ', "", "speedChange[2]@vMax: missing attribute"),
         ('dir="up" vMax="120"', 'dir="north" vMax="120"', "@dir: must be one of up, down, both, none, unknown, got"),
         ('trainRelation="headOfTrain"', 'trainRelation="nose"', "@trainRelation: must be one of headOfTrain"),
-        ('pos="3100"', 'pos="10200"', "speedChange[2]@pos: must lie on the track, 100 to 10100 m"),
+        ('pos="3100"', 'pos="10200"', "speedChange[2]@pos: must lie on the track, 100 to 10100 m, got '10200'"),
         ('pos="3100"', 'pos="100"', "speedChange[2]@pos: a second speedChange at the position of line 16"),
         ('id="s1" pos="100"', 'id="s1" pos="300"', "no speed limit from 0 m to 200 m of Main"),
         ('slope="-4.0"', 'slope="-4000"', "gradients[1].gradient must be within ±1000 ‰, got -4000 ‰"),

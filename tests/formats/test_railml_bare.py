@@ -87,7 +87,9 @@ def test_two_values_at_one_place_stay_an_error(saved_xml):
     text = BARE_2.replace('<radiusChange pos="0" radius="0"/><radiusChange pos="0" radius="0"/>',
                           '<radiusChange pos="0" radius="0"/><radiusChange pos="0" radius="9"/>')  # fmt: skip
     message = refusal(load_track, saved_xml(text, "#b"), line_speed_mps=20.0)
-    assert message.endswith("@pos: a second radiusChange at the position of line 6, and another value")
+    assert message.endswith(
+        "@pos: a second radiusChange at the position of line 6, and another value, got radius '9' after radius '0'"
+    )
 
 
 def test_a_reference_to_attributes_of_the_infrastructure_is_no_speed_profile(saved_xml):

@@ -74,7 +74,7 @@ def test_sheets_that_give_the_same_are_lines_of_their_own(book):
         ({"Limits": [*LIMITS[:2], [3, 11, 0]], "Curves": CURVES},
          "sheet 'Limits', cell C3, column 'Speed limit [km/h]': must be above 0 km/h, got 0 km/h"),
         ({"Limits": LIMITS, "Gradients": [*GRADIENTS, [4000, 8]]},
-         "sheet 'Gradients', cell B5, column 'Gradient [‰]': a second value at one position"),
+         "sheet 'Gradients', cell B5, column 'Gradient [‰]': a second value at one position, got 8 ‰"),
         ({"Limits": LIMITS, "Curves": [["From [km]", "To [km]", "Radius"], [1, 2, 400]]},
          "sheet 'Curves', column 'Radius': give its unit in the header"),
         ({"Limits": LIMITS, "Curves": CURVES[:1]}, "sheet 'Curves': no rows below the header"),

@@ -109,7 +109,7 @@ def test_a_line_speed_stands_where_there_is_no_limit(saved):
          "line 5, column 'position_m': positions must not decrease, got 100 m after 200 m"),
         ("position_m,speed_kmh\n0,90\n,80\n100,80", "line 3, column 'position_m': must not be blank"),
         ("position_m,speed_kmh\n0,90\n50,80\n50,70\n100,80",
-         "line 4, column 'speed_kmh': a second value at one position"),
+         "line 4, column 'speed_kmh': a second value at one position, got 70 km/h"),
         ("position_m,speed_kmh\n0,90",
          "column 'position_m': needs two rows at different positions, the last one at the end"),
         ("position_m,speed_kmh\n0,-90\n1,90", "line 2, column 'speed_kmh': must be above 0 km/h, got -90 km/h"),

@@ -29,6 +29,8 @@ PHYSICS = "Energy and physics"
 SEARCH = "Search"
 GRID = "Search on a grid (methods exact and best-first)"
 BUDGET = "Budget"
+#: No gust has been as fast: more is a slip of unit.
+_FASTEST_WIND_KMH = 500.0
 
 
 def _targets(text: str) -> Mapping[str, Any]:
@@ -113,7 +115,14 @@ class SearchOptions:
     )
     tunnels: bool | None = option(None, "Count the train's drag in tunnels.", name="tunnels", heading=PHYSICS)
     wind_mps: float = option(
-        0.0, "Head wind, negative for a tail wind.", name="wind", heading=PHYSICS, unit="km/h", metavar="KMH"
+        0.0,
+        "Head wind, negative for a tail wind.",
+        name="wind",
+        heading=PHYSICS,
+        unit="km/h",
+        at_least=-_FASTEST_WIND_KMH,
+        at_most=_FASTEST_WIND_KMH,
+        metavar="KMH",
     )
     method: str = option("front", "How to search.", name="method", heading=SEARCH, choices=METHODS)
     points: int = option(

@@ -174,7 +174,7 @@ def _track(path: Path, file: _File, line_speed_mps: float | None, told: tuple[st
             known = ", ".join(_SUPPLIES)
             place = "path_properties.electrifications: type"
             raise bad(path, f"{place} must be one of {known}, got {shown(supply.type)}")
-    stops_m = {point.position / KILO for point in properties.operational_points or [] if point.is_passenger_station}
+    stops_m = set(_stops_m(path, properties, length_mm))
     return Track(
         name=file.name or path.stem,
         length_m=length_mm / KILO,
@@ -186,6 +186,16 @@ def _track(path: Path, file: _File, line_speed_mps: float | None, told: tuple[st
         neutral_sections=tuple(_neutral_sections(supplies, length_mm / KILO)),
         notes=(*notes, *_notes(properties, [supply for _, supply in supplies]), *told),
     )
+
+
+def _stops_m(path: Path, properties: _Properties, length_mm: float) -> Iterator[float]:
+    for index, point in enumerate(properties.operational_points or []):
+        if point.is_passenger_station and point.position > length_mm:
+            place = f"path_properties.operational_points[{index}].position"
+            end = f"the path's end, {length_mm:.12g} mm"
+            raise bad(path, f"{place} must not lie behind {end}, got {point.position:.12g} mm")
+        if point.is_passenger_station:
+            yield point.position / KILO
 
 
 def _names(properties: _Properties, length_mm: float) -> dict[float, str]:

@@ -51,7 +51,8 @@ class _Way(NamedTuple):
         along_m = node.required_number("pos", "m") - self.begin_m
         if not -SLACK_M <= along_m <= self.length_m + SLACK_M:
             end_m = self.begin_m + self.length_m
-            raise node.bad(f"must lie on the track, {self.begin_m:.12g} to {end_m:.12g} m", "pos")
+            got = shown(node.text("pos"))
+            raise node.bad(f"must lie on the track, {self.begin_m:.12g} to {end_m:.12g} m, got {got}", "pos")
         along_m = min(max(along_m, 0.0), self.length_m)
         return along_m if forward else self.length_m - along_m
 

@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from tgvdp.errors import InputError
+from tgvdp.formats.syntax.reading import shown
 from tgvdp.formats.syntax.xml import Node
 from tgvdp.model.track import Curve, Gradient, NeutralSection, Place, SpeedLimit, Track, Tunnel
 from tgvdp.units import KILO, kmh_to_mps
@@ -21,6 +22,8 @@ SLACK_M = 1e-3
 #: How to run over a line of which the file does not say how fast.
 LINE_SPEED_HINT = "--line-speed KMH gives a limit where the file has none"
 
+#: Attributes of an element that tell where and who it is.
+_WHERE = ("id", "name", "pos", "absPos")
 #: Longest note, so that it stays one line that can be read.
 _LONGEST_NOTE = 400
 
@@ -79,14 +82,21 @@ def one_at_each_place(rows: Iterable[tuple[Row, Node]]) -> list[Row]:
     InputError
         When two rows at one position differ.
     """
-    kept: list[Row] = []
+    kept: list[tuple[Row, Node]] = []
     for row, node in sorted(rows, key=lambda row: row[0].position_m):
-        again = bool(kept) and row.position_m - kept[-1].position_m < SLACK_M
-        if again and row.value != kept[-1].value:
-            raise node.bad(f"a second {node.name} at the position of line {kept[-1].line}, and another value", "pos")
+        again = bool(kept) and row.position_m - kept[-1][0].position_m < SLACK_M
+        if again and row.value != kept[-1][0].value:
+            before, first = kept[-1]
+            values = f"and another value, got {_told(node)} after {_told(first)}"
+            raise node.bad(f"a second {node.name} at the position of line {before.line}, {values}", "pos")
         if not again:
-            kept.append(row)
-    return kept
+            kept.append((row, node))
+    return [row for row, _ in kept]
+
+
+def _told(node: Node) -> str:
+    """What an element says, but for where and who it is."""
+    return ", ".join(f"{name} {shown(text)}" for name, text in node.element.attrib.items() if name not in _WHERE)
 
 
 def before(rows: list[Row], length_m: float) -> list[Row]:

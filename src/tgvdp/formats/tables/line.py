@@ -153,7 +153,9 @@ def _values(table: Table, placed: _Placed, role: Role, before: float | None) -> 
         if value is None:
             continue
         if at_m == last_m and value != last and not (values and values[-1][0] < at_m):
-            raise table.bad(row, role, "a second value at one position")
+            raise table.bad(
+                row, role, f"a second value at one position, got {table.text(row, role)} {table.need(role).unit}"
+            )
         last_m, last = at_m, value
         if role is SPEED and value <= 0.0 and at_m < placed.length_m:
             unit = table.need(role).unit

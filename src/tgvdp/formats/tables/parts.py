@@ -93,7 +93,9 @@ def _cells(part: _Part, role: Role) -> Iterator[tuple[float, Cell]]:
         value = table.number(row, role)
         if value is not None:
             if at_m == last_m and value != last and last != before:  # the first one may end a step
-                raise table.bad(row, role, "a second value at one position")
+                raise table.bad(
+                    row, role, f"a second value at one position, got {table.text(row, role)} {table.need(role).unit}"
+                )
             if role is SPEED and value <= 0.0 and at_m < end_m:
                 unit = table.need(role).unit
                 raise table.bad(row, role, f"must be above 0 {unit}, got {table.text(row, role)} {unit}")

@@ -1,6 +1,7 @@
 """TTOBench journeys: rows of position, earliest and latest time, lowest and highest speed; null means free."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 from msgspec import Struct
@@ -65,6 +66,7 @@ def read_journey(document: Document) -> Journey:
         raise bad(path, f"metadata.id: must start with '{about.associated_track}_', got {about.id!r:.60}")
     units, rows = file.timing_points.units, file.timing_points.values
     points = tuple(_point(path, index, row, units) for index, row in enumerate(rows))
+    _require_order(path, rows, points, units)
     with errors_named(path):
         return Journey(name=about.id, track=about.associated_track, points=points)
 
@@ -81,6 +83,30 @@ def _point(path: Path, index: int, row: _Row, units: _Units) -> TimingPoint:
         with errors_named(path, f"timing points.units.{name}"):
             values.append(free if value is None else to_si(value, getattr(units, name.replace(" ", "_")), quantity))
     return TimingPoint(*values)
+
+
+def _require_order(path: Path, rows: Sequence[_Row], points: Sequence[TimingPoint], units: _Units) -> None:
+    """Refuse in the units of the file what a journey refuses in SI: empty windows, and rows that go back."""
+    before, opens_s, opened = 0.0, -math.inf, ""
+    for index, (row, point) in enumerate(zip(rows, points, strict=True)):
+        where = f"timing points.values[{index}]"
+        if row[0] < before:
+            bound = "not decrease" if index else f"be at least 0 {units.position}"
+            after = f" after {before:.12g} {units.position}" if index else ""
+            raise bad(path, f"{where}: position must {bound}, got {row[0]:.12g} {units.position}{after}")
+        low, high = f"{_text(row[1])} {units.lower_time_constraint}", f"{_text(row[2])} {units.upper_time_constraint}"
+        if point.earliest_s > point.latest_s:
+            raise bad(path, f"{where}: the window from {low} to {high} is empty")
+        if point.lowest_mps > point.highest_mps:
+            slow = f"{_text(row[3])} {units.lower_speed_constraint}"
+            fast = f"{_text(row[4])} {units.upper_speed_constraint}"
+            raise bad(path, f"{where}: the window from {slow} to {fast} is empty")
+        if point.latest_s < opens_s:
+            early = f"must not lie before the lower one of an earlier row, {opened}"
+            raise bad(path, f"{where}: upper time constraint {early}, got {high}")
+        before = row[0]
+        if point.earliest_s > opens_s:
+            opens_s, opened = point.earliest_s, low
 
 
 def _text(value: float | None) -> str:

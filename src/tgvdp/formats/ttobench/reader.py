@@ -6,7 +6,7 @@ is written again; ``FILE#A_brake_service`` is the train with the service brake o
 """
 
 import re
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -19,6 +19,7 @@ from tgvdp.formats.syntax.reading import Document, bad, errors_named, shown
 from tgvdp.formats.syntax.typed import decode
 from tgvdp.formats.ttobench.fields import ETCS, Metadata, Quantity, kept, number_si, rows_si, spaced, value_si
 from tgvdp.formats.ttobench.journey import read_journey
+from tgvdp.formats.ttobench.order import require_slopes, require_steps, require_stretches
 from tgvdp.formats.ttobench.train import SERVICE_BRAKE, TrainFile, read_train
 from tgvdp.model.journey import Journey
 from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track, Tunnel
@@ -158,35 +159,54 @@ def read_track(document: Document) -> Track:
         if not stop > before:
             raise bad(path, f"stops.values[{index}]: must increase, got {stop:.12g} {unit} after {before:.12g} {unit}")
 
-    def rows(place: str, table: Any, *quantities: str) -> Iterator[list[float]]:
-        return rows_si(path, place, table, *quantities) if table else iter(())
-
+    end = Quantity(unit, file.stops.values[-1])
     with errors_named(path):
         return Track(
             name=file.metadata.id,
             length_m=stops_m[-1],
             stops_m=tuple(stops_m),
-            speed_limits=tuple(_speed_limits(path, file.speed_limits)),
-            gradients=tuple(Gradient(*row) for row in rows("gradients", file.gradients, "length", "gradient")),
-            curves=tuple(_curves(path, file.curvatures)) if file.curvatures else (),
-            tunnels=tuple(Tunnel(*row) for row in rows("tunnels", file.tunnels, "length", "length", "area")),
+            speed_limits=_speed_limits(path, file.speed_limits, end),
+            gradients=_gradients(path, file.gradients, end) if file.gradients else (),
+            curves=_curves(path, file.curvatures, end) if file.curvatures else (),
+            tunnels=_tunnels(path, file.tunnels, end) if file.tunnels else (),
             altitude_m=number_si(path, "altitude", file.altitude, "length", default=0.0),
             notes=(f"{ETCS} does not act",) if file.etcs_braking_data is not UNSET else (),
         )
 
 
-def _speed_limits(path: Path, table: _Limits) -> Iterator[SpeedLimit]:
+def _speed_limits(path: Path, table: _Limits, end: Quantity) -> tuple[SpeedLimit, ...]:
+    if not table.values:
+        raise bad(path, "speed limits.values: must not be empty")
     for index, (_, speed) in enumerate(table.values):
         if not speed > 0.0:
             unit = table.units.velocity
             raise bad(path, f"speed limits.values[{index}]: velocity must be above 0 {unit}, got {speed:g} {unit}")
-    return (SpeedLimit(*row) for row in rows_si(path, "speed limits", table, "length", "speed"))
+    limits = tuple(SpeedLimit(*row) for row in rows_si(path, "speed limits", table, "length", "speed"))
+    require_steps(path, "speed limits", table, end)
+    return limits
 
 
-def _curves(path: Path, table: _Curves) -> Iterator[Curve]:
+def _gradients(path: Path, table: _Gradients, end: Quantity) -> tuple[Gradient, ...]:
+    gradients = tuple(Gradient(*row) for row in rows_si(path, "gradients", table, "length", "gradient"))
+    require_steps(path, "gradients", table, end)
+    require_slopes(path, table)
+    return gradients
+
+
+def _tunnels(path: Path, table: _Tunnels, end: Quantity) -> tuple[Tunnel, ...]:
+    tunnels = tuple(Tunnel(*row) for row in rows_si(path, "tunnels", table, "length", "length", "area"))
+    require_stretches(path, table, end)
+    return tunnels
+
+
+def _curves(path: Path, table: _Curves, end: Quantity) -> tuple[Curve, ...]:
     for index, (_, *radii) in enumerate(table.values):
         for radius, name in zip(radii, ("radius at start", "radius at end"), strict=True):
+            where = f"curvatures.values[{index}]: {name}"
             if isinstance(radius, str) and radius != _STRAIGHT:
-                where = f"curvatures.values[{index}]: {name}"
                 raise bad(path, f"{where} must be a number or {_STRAIGHT!r}, got {shown(radius)}")
-    return (Curve(*row) for row in rows_si(path, "curvatures", table, "length", "length", "length"))
+            if radius == 0.0:
+                raise bad(path, f"{where} must not be 0 {getattr(table.units, name.replace(' ', '_'))}")
+    curves = tuple(Curve(*row) for row in rows_si(path, "curvatures", table, "length", "length", "length"))
+    require_steps(path, "curvatures", table, end)
+    return curves
