@@ -95,7 +95,7 @@ def test_without_limits_a_line_speed_runs(tmp_path):
         (("path_properties", "electrifications", "values", 1), {"type": "neutral_section", "lower_pantographs": True},
          "path_properties.electrifications.values[1]: unknown field 'lower_pantographs', did you mean"),
         (("path_properties", "operational_points"), [{"position": 0}, {"position": 1_000_000_000}],
-         "path_properties.operational_points[1].position must not lie behind the path's end, 10000000 mm, got 1000000000"),
+         "path_properties.operational_points[1].position must not lie behind the path's end, 10000000 mm, got 10"),
         (("path_properties",), {"slope": {"boundaries": [], "values": [5.0]}},
          "path_properties: unknown field 'slope', did you mean 'slopes'?"),
     ],
