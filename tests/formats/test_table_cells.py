@@ -26,7 +26,7 @@ def test_what_is_missing_is_blank_in_every_column(saved, missing):
     assert track == load_track(saved(text.replace("NA", "")))
     assert [place.name for place in track.places] == ["Nan"]
     assert refusal(load_track, saved(f"km;speed_kmh\n0;80\n{missing};90\n2;\n")) == (
-        "line 3, column 'km': must not be blank"
+        f"line 3, column 'km': must not be blank, got '{missing}'"
     )
 
 

@@ -76,7 +76,7 @@ def _require_next(table: Table, row: Row, before_mps: list[float], speed_mps: fl
 def _not_negative(table: Table, row: Row, role: Role) -> float:
     value = table.number(row, role)
     if value is None:
-        raise table.bad(row, role, "must not be blank")
+        raise table.blank(row, role)
     if value < 0.0:
         unit = table.need(role).unit
         raise table.bad(row, role, f"must be at least 0 {unit}, got {table.text(row, role)} {unit}")

@@ -98,7 +98,7 @@ def starts_m(table: Table) -> list[float]:
 def _needed_m(table: Table, row: Row, role: Role) -> float:
     value_m = table.number(row, role)
     if value_m is None:
-        raise table.bad(row, role, "must not be blank")
+        raise table.blank(row, role)
     return value_m
 
 

@@ -106,6 +106,12 @@ class Table:
         """Make the error for a cell."""
         return InputError(f"{self.sheet.place(row, self.columns[role].at)}: {message}")
 
+    def blank(self, row: Row, role: Role) -> InputError:
+        """Make the error for a cell that has no value and needs one."""
+        at = self.columns[role].at
+        written = str(row.cells[at]) if at < len(row.cells) else ""
+        return self.bad(row, role, "must not be blank" + (f", got {shown(written)}" if written else ""))
+
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """What was not used, and what was taken for the likelier of two meanings."""
