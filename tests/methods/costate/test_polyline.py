@@ -80,19 +80,19 @@ def test_points_of_no_width_decide_nothing():
 def test_p_may_fall_between_two_levels():
     """Its hull hid what is worth less there: runs braked too early, or too late."""
     line = Polyline(np.array([0.0, 1.0, 2.0, 3.0]), np.array([-1.0, -0.05, -0.15, -0.1]))
-    assert make_unique(line, 4, 2.5, _LEVEL) == 4
+    assert make_unique(line, 4, 2.5, _LEVEL, False) == 4
     np.testing.assert_allclose(line.p, [-1.0, -0.05, -0.15, -0.125])
     np.testing.assert_allclose(line.w, [0.0, 1.0, 2.0, 2.5])
 
 
 def test_where_images_overlap_the_higher_p_is_right():
     line = Polyline(np.array([0.0, 2.0, 1.5, 3.0]), np.array([-1.0, -0.1, -0.15, -0.05]))
-    assert make_unique(line, 4, 3.0, _LEVEL) == 4
+    assert make_unique(line, 4, 3.0, _LEVEL, False) == 4
     np.testing.assert_array_equal(line.w, [0.0, 2.0, 2.0, 3.0])
     np.testing.assert_array_equal(line.p, [-1.0, -0.1, -0.1, -0.05])
 
 
 def test_a_line_that_stays_below_its_levels():
     line = Polyline(np.array([0.0, 1.0, 2.0]), np.array([-1.0, -0.7, -0.8]))
-    assert make_unique(line, 3, 2.0, _LEVEL) == 3
+    assert make_unique(line, 3, 2.0, _LEVEL, False) == 3
     assert line.p.max() == pytest.approx(-0.7)

@@ -190,6 +190,7 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
     images = Polyline(room[2], room[3])
     scratch = Rows(room[4], room[5])
     dark = unpowered(train)
+    drops = returned > 0.0 and train.last_drop_mps > 0.0
     policy[count] = end_w
     policy[0] = fast[0]
     points = 0
@@ -198,7 +199,7 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
     k = count - 1
     price = multiplier - cells.saved_w[k]
     step = _step(train, returned, cells, k, price, math.inf, math.inf, low, fast, floor_w, end_w, scratch)
-    n = make_unique(line, _last_cell(train, step, line), step.top, -0.5 * returned)
+    n = make_unique(line, _last_cell(train, step, line), step.top, -0.5 * returned, drops)
     loosen = 1.0
     thinned = n
     held_air = -1.0
@@ -250,7 +251,7 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
             m = coast_over(dark, step, line, n, brakes, images, scratch)
         if k == 0:
             break
-        m = make_unique(images, m, step.top, -0.5 * returned)
+        m = make_unique(images, m, step.top, -0.5 * returned, drops)
         if m <= thinned + _GROWTH:
             line, images = images, line
             n = m

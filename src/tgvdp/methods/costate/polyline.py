@@ -63,10 +63,11 @@ def cross_once(line, first, m, level):
 
 
 @part
-def make_unique(line, m, top, level):
+def make_unique(line, m, top, level, drops):
     """Make w rise, cut at ``top``, and p pass −½, ``level`` and 0 once each; returns the number of points left.
 
-    Where images overlap the higher p is right: faster runs come there from farther on.
+    Where images overlap the higher p is right: faster runs come there from farther on. Above 0, where the dynamic brake
+    ``drops``, each cell puts two points at that speed, the upper one for friction, which would go on as teeth: p rises.
     """
     x, y = line
     last_x = x[0]
@@ -86,6 +87,10 @@ def make_unique(line, m, top, level):
         if level < 0.0:
             cross_once(line, 0, n, level)
         cross_once(line, 0, n, 0.0)
+        if drops:
+            for i in range(1, n):
+                if y[i - 1] > 0.0:
+                    y[i] = max(y[i], y[i - 1])
     if x[n - 1] > top:
         if n > 1 and x[n - 1] > x[n - 2]:
             share = (top - x[n - 2]) / (x[n - 1] - x[n - 2])
