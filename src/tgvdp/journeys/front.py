@@ -30,7 +30,7 @@ _FIRST_STEPS = 32
 #: Rounds of solving the sections at their split, at most, and the share of the journey's energy that another one has to
 #: promise.
 ROUNDS = 5
-_SAVING = 2e-5
+SAVING = 2e-5
 #: A sample that is above the hull of its front by less than this share of the energy is on it: so exact are runs.
 _ON_HULL = 1e-4
 #: A run that misses what it was given by more than this multiple of the tolerance stands before a jump.
@@ -121,7 +121,7 @@ def journey_front(
     search.tried += shares.values()
     for _ in range(ROUNDS):
         common, (given_s, best) = search.split(), search.best()
-        saves = search.saving_j(common, given_s, best) > _SAVING * np.abs(best.energy_j)
+        saves = search.saving_j(common, given_s, best) > SAVING * np.abs(best.energy_j)
         # The merge leaves parts of its steps: they are shared even where that promises nothing.
         saves |= common.supplement_s.sum(axis=1) - given_s.sum(axis=1) > tolerance_s
         if not saves.any():

@@ -1,5 +1,6 @@
 """Runs of a section with timing points on its way, one for each arrival at the end of the journey."""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -7,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.journeys.section import SectionRuns
+from tgvdp.model.journey import TimingPoint
 from tgvdp.model.trip import Trip
 from tgvdp.runs.profile import Profile, profile_of
 
@@ -35,6 +37,39 @@ class PassedRun(NamedTuple):
     def cost_j(self, waiting_w: float) -> float:
         """Energy less what would be drawn in waiting as long, J."""
         return self.profile.total_energy_j - waiting_w * self.profile.duration_s
+
+    def keeps(self, points: Sequence[TimingPoint], tolerance_s: float) -> bool:
+        """Whether all windows are kept, of speeds as well; those of time count from the departure."""
+        speed_mps = passing(self.profile, np.array([point.position_m for point in points]))[1]
+        return all(
+            point.earliest_s - tolerance_s <= end_s <= point.latest_s + tolerance_s
+            and point.lowest_mps <= own_mps <= point.highest_mps
+            for point, end_s, own_mps in zip(points, self.ends_s.tolist(), speed_mps.tolist(), strict=True)
+        )
+
+
+def passing(profile: Profile, at_m: _Floats) -> tuple[_Floats, _Floats]:
+    """When a run passes positions, s, and how fast, m/s: between two rows squared speeds are linear in position."""
+    row = np.clip(np.searchsorted(profile.position_m, at_m, side="right") - 1, 0, len(profile.position_m) - 2)
+    speed_mps = np.sqrt(np.interp(at_m, profile.position_m, profile.speed_mps**2))
+    way_m = at_m - profile.position_m[row]
+    mean_mps = 0.5 * (profile.speed_mps[row] + speed_mps)
+    since_s = np.divide(way_m, mean_mps, out=np.zeros(len(at_m)), where=way_m > 0.0)
+    return profile.time_s[row] + since_s, speed_mps
+
+
+def run_in_one_piece(
+    profile: Profile, points: Sequence[TimingPoint], multiplier_j_per_s: _Floats, time_s: float, tolerance_s: float
+) -> PassedRun:
+    """The run of a section that is not parted at its points, the last of which is its end, to a planned time, s."""
+    ends_s = passing(profile, np.array([point.position_m for point in points]))[0]
+    spare_s = time_s - profile.duration_s
+    if spare_s > tolerance_s:
+        return PassedRun(profile, ends_s, multiplier_j_per_s, 0.0)
+    # Who leaves later passes later.
+    left_s = (point.latest_s - end_s for point, end_s in zip(points[:-1], ends_s[:-1].tolist(), strict=True))
+    room_s = min(left_s, default=math.inf)
+    return PassedRun(profile, ends_s, multiplier_j_per_s, min(spare_s, max(room_s, 0.0)))
 
 
 def run_of_parts(

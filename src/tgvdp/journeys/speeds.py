@@ -1,7 +1,7 @@
 """The search for the speeds at which timing points are passed: on a grid, and from there by multipliers."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -98,14 +98,6 @@ class SpeedSearch:
             for speeds in set(self.found.values()) or {self._nearest.speeds}:
                 for speed in np.unique(np.clip(speeds[place] + steps_mps, low, high)).tolist():
                     self._attempt((*speeds[:place], speed, *speeds[place + 1 :]))
-
-    def too_early(self) -> Iterator[str]:
-        """Say for which arrivals no run was found."""
-        if missing := [time_s for at, time_s in enumerate(self.arrival_s.tolist()) if at not in self.found]:
-            yield (
-                f"no journey was found that keeps all windows and ends by {missing[-1]:.6g} s: missing points:"
-                f" {len(missing)}"
-            )
 
     def _attempt(self, speeds: Speeds) -> None:
         try:

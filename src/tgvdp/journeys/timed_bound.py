@@ -21,7 +21,7 @@ from tgvdp.certificate.line_maker import least_cost_j
 from tgvdp.cores import side_by_side
 from tgvdp.errors import TgvdpError
 from tgvdp.journeys.bound import JourneyBound
-from tgvdp.journeys.passed import PassedRuns
+from tgvdp.journeys.passed import PassedRuns, passing
 from tgvdp.journeys.waiting import waiting_for_free
 from tgvdp.journeys.windows import Windows
 from tgvdp.methods.budget import Clock
@@ -123,8 +123,8 @@ def _least_costs_j(
 
 def _fastest_s(section: PassedRuns, windows: Windows, numbers: Sequence[int]) -> _Floats:
     """Times of the parts in the fastest run, s: no run is faster anywhere."""
-    ends_m = [windows.arrivals[number].position_m for number in numbers]
-    return np.asarray(np.diff(np.interp(ends_m, section.fastest.position_m, section.fastest.time_s), prepend=0.0))
+    ends_m = np.array([windows.arrivals[number].position_m for number in numbers])
+    return np.diff(passing(section.fastest, ends_m)[0], prepend=0.0)
 
 
 class Box(NamedTuple):

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.journeys.passed import PassedRun
+from tgvdp.journeys.passed import PassedRun, run_in_one_piece
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.model.journey import TimingPoint
 from tgvdp.model.trip import Trip
@@ -68,7 +68,7 @@ def whole_run(
         if not all([search.bind(at, abs(before_w[at]) or own_w[at]) for at in range(len(own_w))]):
             return None
         run = search.run()
-        is_met = run is not None and search.is_met(run)
+        is_met = run is not None and run.keeps(points, tolerance_s)
         if len(own_w) == 1 or (is_met and search.is_settled(before_w)):
             break
         search.foresee(before_w)
@@ -105,25 +105,8 @@ class _Search:
         if found is None:
             return None
         profile, last_w = found
-        passed_s = np.interp(at_m, profile.position_m, profile.time_s)
         multiplier = last_w + np.append(np.cumsum(self.own_w[::-1])[::-1], 0.0)
-        ends_s = np.append(passed_s, profile.duration_s)
-        spare_s = self.time_s - profile.duration_s
-        if spare_s > self.tolerance_s:
-            return PassedRun(profile, ends_s, multiplier, 0.0)
-        # Who leaves later passes later.
-        room_s = min(point.latest_s - float(one_s) for point, one_s in zip(self.points[:-1], passed_s, strict=True))
-        return PassedRun(profile, ends_s, multiplier, min(spare_s, max(room_s, 0.0)))
-
-    def is_met(self, run: PassedRun) -> bool:
-        """Whether all windows are met, of speeds as well."""
-        for point, ends_s in zip(self.points, run.ends_s.tolist(), strict=True):
-            if not point.earliest_s - self.tolerance_s <= ends_s <= point.latest_s + self.tolerance_s:
-                return False
-            speed = np.interp(point.position_m, run.profile.position_m, run.profile.speed_mps)
-            if not point.lowest_mps <= speed <= point.highest_mps:
-                return False
-        return True
+        return run_in_one_piece(profile, self.points, multiplier, self.time_s, self.tolerance_s)
 
     def is_settled(self, before_w: _Floats) -> bool:
         """Whether multipliers are those of the round before."""

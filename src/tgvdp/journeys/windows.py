@@ -63,6 +63,16 @@ class Windows(NamedTuple):
             yield text
 
     @property
+    def at_stops(self) -> "Windows":
+        """Those at stops alone: parts are the sections between them."""
+        firsts, lasts = zip(*((parts[0], parts[-1]) for parts in self.sections), strict=True)
+        return Windows(
+            tuple(self.departures[part] for part in firsts),
+            tuple(self.arrivals[part] for part in lasts),
+            tuple(dwell_s for dwell_s in self.dwells_s if dwell_s is not None),
+        )
+
+    @property
     def start_s(self) -> float:
         """Earliest departure of the journey, s."""
         return self.departures[0].earliest_s if math.isfinite(self.departures[0].earliest_s) else 0.0
