@@ -7,18 +7,18 @@ multipliers move what is told of its stretches, and the next plan saves what mul
 parts them.
 """
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.journeys.front import ROUNDS, SAVING
-from tgvdp.journeys.multiplier import Demand
+from tgvdp.journeys.front import SAVING
 from tgvdp.journeys.passed import PassedRun, run_in_one_piece, run_of_parts
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.journeys.slower import slow_down
-from tgvdp.journeys.stretches import Stretches, moved
+from tgvdp.journeys.stretches import Stretches, through
 from tgvdp.journeys.timetable import Terms, planned, sample
 from tgvdp.journeys.waiting import waiting_for_free
 from tgvdp.journeys.whole import whole_run
@@ -27,6 +27,11 @@ from tgvdp.model.journey import TimingPoint
 from tgvdp.runs.profile import profile_of
 
 _Floats = NDArray[np.float64]
+
+#: Rounds of planning and solving, at most.
+_ROUNDS = 16
+#: A stretch that saves nothing any more has this share of its section's mean power as its multiplier.
+_LEAST = 1e-3
 
 
 class Timed(NamedTuple):
@@ -64,6 +69,7 @@ class JoinedSections:
             Stretches(section, [windows.arrivals[part].position_m for part in parts])
             for section, parts in zip(free, windows.sections, strict=True)
         ]
+        self._first = [parts[0] for parts in windows.sections]
         self._fastest_s = np.concatenate([one.fastest_s for one in self._stretches]).tolist()
 
     def unbound(self, terms: Terms, arrival_s: _Floats) -> dict[int, Timed]:
@@ -107,49 +113,55 @@ class JoinedSections:
         """The journey that ends at a time, s, a multiplier for each window that binds, or None."""
         if any(one.trip.energy.map is not None for one in self.free):
             return None
-        best, last = None, _Told(None, [])
-        for _ in range(ROUNDS):
-            plan = self._planned(last, terms, arrival_s)
-            if plan is None or (best is not None and self._saving_j(last, plan) <= SAVING * abs(best.energy_j)):
+        plan, best, last = self._planned(terms, arrival_s), None, None
+        seen: list[list[tuple[float, float]]] = [[] for _ in self._fastest_s]
+        for _ in range(_ROUNDS):
+            runs = None if plan is None else self._runs(plan, terms, arrival_s, last)
+            if plan is None or runs is None:
                 break
-            runs = self._runs(plan, terms, arrival_s, last)
-            if runs is None:
-                break
-            first = [parts[0] for parts in self.windows.sections]
-            found = Timed(plan.departure_s[first], runs)
+            found = Timed(plan.departure_s[self._first], runs)
             if best is None or found.cost_j(terms.waiting_w) < best.cost_j(terms.waiting_w):
                 best = found
-            last = _Told(plan, runs)
+            self._look(runs, seen)
+            plan, last = self._planned(terms, arrival_s, seen), found
+            if plan is not None and self._saving_j(runs, plan) <= SAVING * abs(found.energy_j):
+                break
         return best
 
-    def _planned(self, last: "_Told", terms: Terms, arrival_s: float) -> Schedule | None:
-        """Plan by what is known of all stretches."""
+    def _planned(
+        self, terms: Terms, arrival_s: float, seen: Sequence[Sequence[tuple[float, float]]] = ()
+    ) -> Schedule | None:
+        """Plan by what is known of all stretches, and what was seen of them with windows."""
         demands = [demand for one in self._stretches for demand in one.demands()]
-        if last.plan is not None:
-            demands = list(self._moved(demands, last.runs))
+        if seen:
+            demands = [through(demand, own) for demand, own in zip(demands, seen, strict=True)]
         try:
             table = Timetable(terms.windows, self._fastest_s, demands, terms.tolerance_s, terms.waiting_w)
         except WindowMissedError:
             return None
         return Schedule(*(column[0] for column in table.at(np.array([arrival_s]))))
 
-    def _moved(self, demands: Sequence[Demand], runs: Sequence[PassedRun]) -> Iterator[Demand]:
+    def _look(self, runs: Sequence[PassedRun], seen: Sequence[list[tuple[float, float]]]) -> None:
+        """Note what stretches of runs in one piece take, at which multipliers."""
         for parts, run in zip(self.windows.sections, runs, strict=True):
+            if len(parts) == 1:  # its own runs tell that
+                continue
+            least_w = _LEAST * abs(run.profile.total_energy_j) / run.profile.duration_s
             taken_s = np.diff(run.ends_s, prepend=0.0)
             for part, own_s, own_w in zip(parts, taken_s.tolist(), run.multiplier_j_per_s.tolist(), strict=True):
-                is_alone = len(parts) == 1  # its own runs tell what it takes
-                yield demands[part] if is_alone else moved(demands[part], own_s - self._fastest_s[part], own_w)
+                if math.isfinite(own_w):
+                    seen[part].append((own_s - self._fastest_s[part], max(own_w, least_w)))
 
-    def _saving_j(self, last: "_Told", plan: Schedule) -> float:
+    def _saving_j(self, runs: Sequence[PassedRun], plan: Schedule) -> float:
         """What another plan promises to save, J: a second costs about the mean of both multipliers."""
-        own = np.concatenate([run.multiplier_j_per_s for run in last.runs])
-        taken_s = np.concatenate([np.diff(run.ends_s, prepend=0.0) for run in last.runs])
+        own = np.concatenate([run.multiplier_j_per_s for run in runs])
+        taken_s = np.concatenate([np.diff(run.ends_s, prepend=0.0) for run in runs])
         more_s = self._fastest_s + plan.supplement_s - taken_s
         known = np.isfinite(own) & np.isfinite(plan.multiplier_j_per_s)
         above = np.subtract(own, plan.multiplier_j_per_s, out=np.zeros_like(own), where=known)
         return float(0.5 * np.sum(np.abs(above * more_s)))
 
-    def _runs(self, plan: Schedule, terms: Terms, arrival_s: float, last: "_Told") -> list[PassedRun] | None:
+    def _runs(self, plan: Schedule, terms: Terms, arrival_s: float, last: Timed | None) -> list[PassedRun] | None:
         """Runs of all sections as planned; None where one keeps no windows."""
         runs = []
         for number, parts in enumerate(self.windows.sections):
@@ -165,20 +177,13 @@ class JoinedSections:
                 continue
             time_s = float(np.sum(self._fastest_s[own] + plan.supplement_s[own]))
             until_s = arrival_s - departure_s if number == len(self.sections) - 1 else None
-            multiplier = last.runs[number].multiplier_j_per_s if last.runs else plan.multiplier_j_per_s[own]
+            multiplier = last.runs[number].multiplier_j_per_s if last else plan.multiplier_j_per_s[own]
             points = points_since(self.windows, number, departure_s)
             found = in_one_piece(self.sections[number], points, time_s, until_s, multiplier, terms)
             if found is None or not found.is_met:
                 return None
             runs.append(found.run)
         return runs
-
-
-class _Told(NamedTuple):
-    """A plan, if there is one, and what came of it."""
-
-    plan: Schedule | None
-    runs: list[PassedRun]
 
 
 class Found(NamedTuple):

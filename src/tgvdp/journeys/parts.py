@@ -93,9 +93,8 @@ class PartedSections:
         self.parts = solved
         self._planned_parts = planned
         self._points = [
-            point
+            list(_passed(section.trip, [windows.arrivals[part] for part in parts[:-1]]))
             for section, parts in zip(sections, windows.sections, strict=True)
-            for point in _passed(section.trip, [windows.arrivals[part] for part in parts[:-1]])
         ]
 
     @property
@@ -107,7 +106,7 @@ class PartedSections:
         InfeasibleError
             When a window closes before the fastest runs reach it.
         """
-        highest_mps = tuple(point.highest_mps for point in self._points)
+        highest_mps = tuple(point.highest_mps for own in self._points for point in own)
         return earliest(self._planned_parts(highest_mps), self.windows, 0.0).arrival.first_s
 
     def found(self, terms: Terms, arrival_s: _Floats) -> dict[int, Timed]:

@@ -1,7 +1,8 @@
 """The search for the speeds at which timing points are passed: on a grid, and from there by multipliers."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -21,8 +22,8 @@ Parts = Callable[[Speeds], list[SectionRuns]]
 
 #: Speeds tried for each point, and how much closer those around the best of them are.
 _SPEEDS, _FINER = 8, 4
-#: Lowest speed of the grid, as a share of the highest possible.
-_LOWEST = 0.25
+#: Lowest speed of the grid, as a share of the highest possible, and by which factor it goes on where lower is better.
+_LOWEST, _LOWER = 0.25, 0.7
 #: An arrival is too early where it is so by more than this multiple of the tolerance: windows open later by that, and
 #: so is the earliest arrival of all, but for rounding.
 _TOO_EARLY = 1.001
@@ -49,38 +50,46 @@ class SpeedSearch:
 
     Parameters
     ----------
-    points : sequence of Point
+    points : sequence of sequence of Point
+        By sections.
     parts : callable
     terms : Terms
     arrival_s : (n,) float64
         Arrivals at the end of the journey, s.
     """
 
-    def __init__(self, points: Sequence[Point], parts: Parts, terms: Terms, arrival_s: _Floats) -> None:
-        self.points = points
+    def __init__(self, points: Sequence[Sequence[Point]], parts: Parts, terms: Terms, arrival_s: _Floats) -> None:
+        self.points = [point for own in points for point in own]
         self.parts = parts
         self.terms = terms
         self.arrival_s = arrival_s
         #: By the number of the arrival; not where those that were tried are too slow.
         self.found: dict[int, Speeds] = {}
         self._least_j = np.full(len(arrival_s), np.inf)
-        self._fastest = tuple(point.highest_mps for point in points)
+        self._fastest = tuple(point.highest_mps for point in self.points)
         #: Of the speeds that are not possible those that miss windows least: by how much, s, and what is said of them.
         self._nearest = _Refusal(math.inf, self._fastest, InfeasibleError())
+        # Points that are near to each other cannot have other speeds one by one: the train would have to brake.
+        places = iter(range(len(self.points)))
+        sections = [tuple(islice(places, len(own))) for own in points]
+        everywhere = tuple(range(len(self.points)))
+        self._groups = dict.fromkeys(group for group in (everywhere, *sections, *zip(everywhere)) if group)
 
     def on_grid(self) -> None:
-        """Try speeds on a grid, one point after the other.
+        """Try speeds on a grid: at all points together, at those of each section, and one after the other.
 
         Raises
         ------
         InfeasibleError
             When a window cannot be met by any of them.
         """
-        for share in np.linspace(1.0, _LOWEST, _SPEEDS).tolist():  # at all points: one alone may not be that slow
+        for share in np.linspace(1.0, _LOWEST, _SPEEDS).tolist():
             self._attempt(tuple(max(share * point.highest_mps, point.lowest_mps) for point in self.points))
             if self.found:
                 break
-        self._sweep(np.arange(-_SPEEDS, _SPEEDS + 1), 1.0)
+        if not self.found:
+            self._lower(tuple(range(len(self.points))))
+        self._sweep(range(-_SPEEDS, _SPEEDS + 1), 1.0)
         if not self.found:
             self.around()
         if not self.found:
@@ -88,27 +97,59 @@ class SpeedSearch:
 
     def around(self) -> None:
         """Try speeds around the best ones, closer than those of the grid."""
-        self._sweep(np.arange(1 - _FINER, _FINER), 1.0 / _FINER)
+        self._sweep(range(1 - _FINER, _FINER), 1.0 / _FINER)
 
-    def _sweep(self, steps: NDArray[np.int64], share: float) -> None:
-        for place, point in enumerate(self.points):
-            high = point.highest_mps
-            low = min(max(point.lowest_mps, _LOWEST * high), high)
-            steps_mps = steps * (share * (high - low) / (_SPEEDS - 1))
-            for speeds in set(self.found.values()) or {self._nearest.speeds}:
-                for speed in np.unique(np.clip(speeds[place] + steps_mps, low, high)).tolist():
-                    self._attempt((*speeds[:place], speed, *speeds[place + 1 :]))
+    def _sweep(self, steps: range, share: float) -> None:
+        for group in self._groups:
+            for speeds in self._best():
+                moves = (self._moved(speeds, dict.fromkeys(group, share * step)) for step in steps)
+                for moved in sorted(set(moves)):
+                    self._attempt(moved)
+            self._lower(group)
 
-    def _attempt(self, speeds: Speeds) -> None:
+    def _best(self) -> set[Speeds]:
+        return set(self.found.values()) or {self._nearest.speeds}
+
+    def _moved(self, speeds: Speeds, steps: Mapping[int, float]) -> Speeds:
+        """Speeds some steps of the grid away, which are smaller for low ones."""
+        moved = list(speeds)
+        for place, step in steps.items():
+            point, low, speed = self.points[place], self._lowest(place), speeds[place]
+            step_mps = min((point.highest_mps - low) / (_SPEEDS - 1), (1.0 - _LOWER) * speed)
+            if speed <= low:
+                low = max(_LOWER * speed, point.lowest_mps)
+            moved[place] = min(max(speed + step * step_mps, low), point.highest_mps)
+        return tuple(moved)
+
+    def _lowest(self, place: int) -> float:
+        """Lowest speed of the grid at a point, m/s."""
+        point = self.points[place]
+        return min(max(point.lowest_mps, _LOWEST * point.highest_mps), point.highest_mps)
+
+    def _lower(self, group: Sequence[int]) -> None:
+        """Go on below the grid from speeds at its end, as long as that is better."""
+        for speeds in self._best():
+            is_better = all(speeds[place] <= self._lowest(place) for place in group)
+            while is_better:
+                slower = list(speeds)
+                for place in group:
+                    slower[place] = max(_LOWER * speeds[place], self.points[place].lowest_mps)
+                is_better = tuple(slower) != speeds and self._attempt(speeds := tuple(slower))
+
+    def _attempt(self, speeds: Speeds) -> bool:
+        """Try speeds; whether they are the best ones for an arrival, or nearer to any where none were found."""
         try:
             energy_j = self._energy_j(speeds)
         except InfeasibleError as error:
             missed_s = error.missed_s if isinstance(error, WindowMissedError) else math.inf
+            is_nearer = missed_s < self._nearest.missed_s
             if missed_s <= self._nearest.missed_s:
                 self._nearest = _Refusal(missed_s, speeds, error)
-            return
-        for at in np.flatnonzero(energy_j < self._least_j).tolist():
+            return is_nearer and not self.found
+        better = np.flatnonzero(energy_j < self._least_j).tolist()
+        for at in better:
             self.found[at], self._least_j[at] = speeds, energy_j[at]
+        return bool(better)
 
     def _energy_j(self, speeds: Speeds) -> _Floats:
         """Energy of the journey for each arrival, as far as the parts' fronts are sampled, J; infinite if too early."""

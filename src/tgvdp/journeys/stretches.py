@@ -17,6 +17,8 @@ _Floats = NDArray[np.float64]
 
 #: By so much ln λ of a demand is moved at most; what is left of the way are seconds.
 _MOST_MOVED = math.log(2.0)
+#: Stretches of a chord, and how far apart multipliers are at least.
+_CUTS, _APART = 8, 1e-9
 
 
 class Stretches:
@@ -57,10 +59,33 @@ class Stretches:
         return self._known[time_s]
 
 
-def moved(demand: Demand, supplement_s: float, multiplier_j_per_s: float) -> Demand:
-    """A demand through a supplement, s, at a multiplier, J/s; as it is where no time has such a price."""
-    if not 0.0 < multiplier_j_per_s < math.inf:
+def through(demand: Demand, seen: Sequence[tuple[float, float]]) -> Demand:
+    """A demand through supplements, s, at multipliers, J/s, that were found for it, the last ones first of all.
+
+    Between two of them it is their chord, which ends the search for one multiplier that lies there.
+    """
+    kept: list[tuple[float, float]] = []
+    for supplement_s, own_w in reversed(seen):
+        if all((supplement_s - other_s) * (own_w - other_w) < 0.0 for other_s, other_w in kept):
+            kept.append((max(supplement_s, 0.0), own_w))
+    if not kept:
         return demand
+    kept.sort()
+    before, after = _moved(demand, *kept[0]), _moved(demand, *kept[-1])
+    at_s, own = np.array(kept).T
+    cut = np.linspace(0.0, len(kept) - 1.0, _CUTS * (len(kept) - 1) + 1)
+    chord_s, chord = (np.interp(cut, np.arange(len(kept)), column) for column in (at_s, own))
+    is_before, is_after = before.supplement_s < at_s[0], after.supplement_s > at_s[-1]
+    log = np.concatenate((before.log_multiplier[is_before], np.log(chord), after.log_multiplier[is_after]))
+    apart = _APART * np.arange(len(log))
+    return Demand(
+        np.concatenate((before.supplement_s[is_before], chord_s, after.supplement_s[is_after])),
+        np.minimum.accumulate(log + apart) - apart,
+    )
+
+
+def _moved(demand: Demand, supplement_s: float, multiplier_j_per_s: float) -> Demand:
+    """A demand through one supplement, s, at a multiplier, J/s."""
     log = math.log(multiplier_j_per_s)
     told = float(np.interp(supplement_s, demand.supplement_s, demand.log_multiplier))
     shifted = demand.log_multiplier + min(max(log - told, -_MOST_MOVED), _MOST_MOVED)
