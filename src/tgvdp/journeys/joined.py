@@ -123,8 +123,10 @@ class JoinedSections:
             if best is None or found.cost_j(terms.waiting_w) < best.cost_j(terms.waiting_w):
                 best = found
             self._look(runs, seen)
-            plan, last = self._planned(terms, arrival_s, seen), found
-            if plan is not None and self._saving_j(runs, plan) <= SAVING * abs(found.energy_j):
+            before, plan, last = plan, self._planned(terms, arrival_s, seen), found
+            if plan is None or self._is_settled(before, plan, terms.tolerance_s):
+                break
+            if self._saving_j(runs, plan) <= SAVING * abs(found.energy_j):
                 break
         return best
 
@@ -151,6 +153,13 @@ class JoinedSections:
             for part, own_s, own_w in zip(parts, taken_s.tolist(), run.multiplier_j_per_s.tolist(), strict=True):
                 if math.isfinite(own_w):
                     seen[part].append((own_s - self._fastest_s[part], max(own_w, least_w)))
+
+    def _is_settled(self, before: Schedule, plan: Schedule, tolerance_s: float) -> bool:
+        """Whether all sections depart and arrive as planned before: they would be solved as they are."""
+        shift_s = plan.departure_s - before.departure_s
+        later_s = shift_s + (plan.supplement_s - before.supplement_s)
+        last = [parts[-1] for parts in self.windows.sections]
+        return bool(max(np.abs(shift_s[self._first]).max(), np.abs(later_s[last]).max()) <= tolerance_s)
 
     def _saving_j(self, runs: Sequence[PassedRun], plan: Schedule) -> float:
         """What another plan promises to save, J: a second costs about the mean of both multipliers."""

@@ -24,6 +24,8 @@ _COASTING_SHARE = 1e-4
 _CRUISING_SHARE = 0.03
 #: A row at less than this share of its limit may cruise.
 _NOT_FULL = 0.95
+#: ... and does, where it slows down, or the effort that it spares would accelerate it more than twice as much again.
+_SPARED = 0.5
 #: Columns of totals: running time, s, and energy by the trip's model, J; and work of traction and of brakes, what is
 #: drawn and returned by the tables, auxiliaries aside, and what these draw, J.
 _TOTALS = 7
@@ -59,8 +61,13 @@ def _regime(train, start_effort, effort, acceleration, limit):
     """Regime of a row by its effort and acceleration; ``limit`` is that of its effort."""
     if abs(effort) <= _COASTING_SHARE * start_effort:
         return COASTING
-    if abs(acceleration) * train.inertia_kg <= _CRUISING_SHARE * start_effort and abs(effort) < _NOT_FULL * limit:
-        return HOLDING
+    net_n, left_n = acceleration * train.inertia_kg, limit - abs(effort)
+    if left_n > (1.0 - _NOT_FULL) * limit:
+        if abs(net_n) <= _CRUISING_SHARE * start_effort:
+            return HOLDING
+        capped = acceleration >= _NOT_FULL * train.max_acceleration
+        if effort > 0.0 and net_n <= _SPARED * left_n and not capped:
+            return HOLDING
     return TRACTION if effort > 0.0 else BRAKING
 
 
