@@ -150,3 +150,12 @@ def test_the_linear_margin_is_as_defined():
     assert journey.linear_margin_j[0] == pytest.approx(journey.fastest_energy_j, rel=1e-15)
     assert (journey.linear_margin_j[1:] > journey.found.practices["proportional_to_time"].energy_j[1:]).all()
     assert (np.diff(journey.linear_margin_j) < 0.0).all()
+
+
+def test_errors_of_what_a_journey_shares_with_a_search_begin_with_its_name():
+    with pytest.raises(InputError, match=r"^journey: points must be"):
+        tgvdp.journey(METRO, LINE, points=0)
+    with pytest.raises(InputError, match=r"^journey: train is a Track"):
+        tgvdp.journey(LINE, METRO)
+    with pytest.raises(InfeasibleError, match=r"^journey: no run takes 1 s"):
+        tgvdp.journey(METRO, LINE, at_s=(1.0,))

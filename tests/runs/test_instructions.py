@@ -10,7 +10,7 @@ import tgvdp
 from tgvdp.model.track import Place
 from tgvdp.report.advice import sentence
 from tgvdp.runs.instructions import LEAST_STEP_S, Instruction, instructions_of
-from tgvdp.runs.profile import EnergyBalance, Profile
+from tgvdp.runs.profile import EnergyBalance, Profile, profile_of
 from tgvdp.units import kmh_to_mps
 
 POWER, HOLD, COAST, BRAKE = range(4)
@@ -89,3 +89,13 @@ def test_a_sentence_says_where_and_how_fast():
     assert sentence(track, [step("hold", 0.0, 9e3, 60, 56)]) == "Partial effort to End (km 9.00) (56 km/h)."
     assert sentence(track, steps[:1]) == "Full power to km 1.00 (80 km/h)."
     assert sentence(track, [step("coast", 0.0, 90e3, 50, 40)]) == "Coast to km 90.0 (40 km/h)."
+
+
+def test_little_effort_along_which_a_train_slows_down_is_not_full_power():
+    """It was told by its acceleration alone."""
+    trip = tgvdp.search("tgv", "flat-100km", points=2, destination_m=20e3).trip
+    x_m = np.array([0.0, 5e3, 10e3, 15e3, 20e3])
+    speed_mps = np.array([0.0, 60.0, 60.0, 55.0, 0.0])
+    rows = profile_of(trip, x_m, speed_mps**2)
+    assert 0.0 < rows.force_n[2] < 0.1 * rows.force_n[0]
+    assert rows.regime_names[:4] == ["traction", "cruising", "cruising", "braking"]

@@ -1,5 +1,6 @@
 """A journey: a train over all stops of a line, each section from stop to stop solved by the front method."""
 
+import contextlib
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -44,6 +45,8 @@ _Floats = NDArray[np.float64]
 _AT_ONCE = 32
 #: Without the fastest runs there is nothing to return: they may take this multiple of the time limit.
 _PATIENCE = 1.5
+#: How errors begin of what a journey shares with a search.
+_SHARED = "search: "
 
 
 def journey(
@@ -110,26 +113,28 @@ def journey(
     """
     started = time.perf_counter()
     require_number("journey", "dwell_s", dwell_s, "s", at_least=0.0)
-    options = SearchOptions(
-        reverse=reverse,
-        speed_restrictions=speed_restrictions,
-        energy=energy,
-        convention=convention,
-        mass_model=mass_model,
-        limits=limits,
-        curves=curves,
-        tunnels=tunnels,
-        wind_mps=wind_mps,
-        points=points,
-        max_margin=max_margin,
-        at_s=at_s,
-        at_margin=at_margin,
-        time_limit_s=time_limit_s,
-        max_memory_b=max_memory_b,
-    )
-    line = trip_of(train, track, options)
+    with _as_journey():
+        options = SearchOptions(
+            reverse=reverse,
+            speed_restrictions=speed_restrictions,
+            energy=energy,
+            convention=convention,
+            mass_model=mass_model,
+            limits=limits,
+            curves=curves,
+            tunnels=tunnels,
+            wind_mps=wind_mps,
+            points=points,
+            max_margin=max_margin,
+            at_s=at_s,
+            at_margin=at_margin,
+            time_limit_s=time_limit_s,
+            max_memory_b=max_memory_b,
+        )
+        line = trip_of(train, track, options)
     timetable = load_journey(journey, line.track) if isinstance(journey, str | os.PathLike) else journey
-    windows = _windows(line.track, timetable, dwell_s)
+    file = f"{os.fspath(journey)}: " if isinstance(journey, str | os.PathLike) else ""
+    windows = _windows(line.track, timetable, dwell_s, file)
     stops_m = (
         *(windows.departures[parts[0]].position_m for parts in windows.sections),
         windows.arrivals[-1].position_m,
@@ -160,6 +165,17 @@ def journey(
     )
 
 
+@contextlib.contextmanager
+def _as_journey() -> Iterator[None]:
+    """Errors of what a journey shares with a search begin with its own name."""
+    try:
+        yield
+    except (InputError, InfeasibleError) as error:
+        if not str(error).startswith(_SHARED):
+            raise
+        raise type(error)(f"journey: {str(error).removeprefix(_SHARED)}") from error
+
+
 def _fastest(
     line: Trip, ends_m: Sequence[tuple[float, float]], solved: Callable[[Trip], SectionRuns], clock: Clock
 ) -> Iterator[SectionRuns]:
@@ -188,7 +204,7 @@ def _shortened(windows: Windows, dwell_s: float) -> Iterator[str]:
             yield f"stop at {departure.position_m:.6g} m: {own_s:.6g} s of its timetable, not {dwell_s:.6g} s"
 
 
-def _windows(track: Track, timetable: Journey | None, dwell_s: float) -> Windows:
+def _windows(track: Track, timetable: Journey | None, dwell_s: float, file: str) -> Windows:
     """Stops with their windows: those of a timetable, or those of the line, at any time."""
     if timetable is None:
         if len(track.stops_m) < 2:
@@ -199,7 +215,7 @@ def _windows(track: Track, timetable: Journey | None, dwell_s: float) -> Windows
     end_m = windows.arrivals[-1].position_m
     if end_m > track.length_m:
         raise InputError(
-            f"journey {timetable.name}: ends at {end_m:.12g} m, beyond the {track.length_m:.12g} m of track"
+            f"{file}journey {timetable.name}: ends at {end_m:.12g} m, beyond the {track.length_m:.12g} m of track"
             f" {track.name}"
         )
     return windows
@@ -209,7 +225,8 @@ def _supplements(sections: Sequence[SectionRuns], options: SearchOptions) -> tup
     """Increasing supplements over the fastest runs that are asked for, s, and how well they have to be met, s."""
     fastest_s = sum(section.fastest.duration_s for section in sections)
     if options.at_s or options.at_margin:
-        target_s, tolerance_s = asked_targets(fastest_s, options.at_s, options.at_margin)
+        with _as_journey():
+            target_s, tolerance_s = asked_targets(fastest_s, options.at_s, options.at_margin)
         return target_s - fastest_s, tolerance_s
     return fastest_s * np.linspace(0.0, options.max_margin, options.points), met_to_s(fastest_s)
 
@@ -217,10 +234,11 @@ def _supplements(sections: Sequence[SectionRuns], options: SearchOptions) -> tup
 def _timed(journey: TimedJourney, options: SearchOptions) -> tuple[tuple[PassedRuns, ...], JourneyFront]:
     """With windows arrivals count: on the timetable's clock, or over the earliest one, until the last window closes."""
     fastest_s = sum(section.fastest.duration_s for section in journey.sections)
-    earliest_s, latest_s = journey.earliest_s, journey.windows.arrivals[-1].latest_s
+    tolerance_s = met_to_s(fastest_s)
+    earliest_s, latest_s = journey.earliest_s(tolerance_s), journey.windows.arrivals[-1].latest_s
     if options.at_s or options.at_margin:
         arrival_s = np.unique([*options.at_s, *(earliest_s + fastest_s * margin for margin in options.at_margin)])
-        if arrival_s[0] < earliest_s - met_to_s(fastest_s):
+        if arrival_s[0] < earliest_s - tolerance_s:
             raise InfeasibleError(
                 f"journey: it cannot arrive at {arrival_s[0]:.6g} s: the earliest arrival is {earliest_s:.6g} s"
             )
@@ -231,7 +249,7 @@ def _timed(journey: TimedJourney, options: SearchOptions) -> tuple[tuple[PassedR
     else:
         last_s = min(earliest_s + fastest_s * options.max_margin, latest_s)
         arrival_s = np.linspace(earliest_s, last_s, options.points)
-    return journey.front(np.maximum(arrival_s, earliest_s), met_to_s(fastest_s))
+    return journey.front(np.maximum(arrival_s, earliest_s), tolerance_s)
 
 
 def _solver(clock: Clock, max_memory_b: float | None, *, rough: bool = False) -> Callable[[Trip], SectionRuns]:

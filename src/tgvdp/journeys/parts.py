@@ -97,9 +97,8 @@ class PartedSections:
             for section, parts in zip(sections, windows.sections, strict=True)
         ]
 
-    @property
-    def earliest_s(self) -> float:
-        """When the journey can end at the earliest, on its clock, s.
+    def earliest_s(self, slack_s: float) -> float:
+        """When the journey can end at the earliest, on its clock, s, if windows may be missed by a slack, s.
 
         Raises
         ------
@@ -107,7 +106,8 @@ class PartedSections:
             When a window closes before the fastest runs reach it.
         """
         highest_mps = tuple(point.highest_mps for own in self._points for point in own)
-        return earliest(self._planned_parts(highest_mps), self.windows, 0.0).arrival.first_s
+        first_s = earliest(self._planned_parts(highest_mps), self.windows, slack_s).arrival.first_s
+        return min(first_s, self.windows.arrivals[-1].latest_s)
 
     def found(self, terms: Terms, arrival_s: _Floats) -> dict[int, Timed]:
         """Journeys by the numbers of their arrivals, s; not where those are too early.

@@ -60,16 +60,15 @@ class TimedJourney:
         self._joined = JoinedSections(sections, self._known[0](()), windows)
         self._parted = PartedSections(sections, windows, *self._known[1:])
 
-    @property
-    def earliest_s(self) -> float:
-        """When the journey can end at the earliest, on its clock, s.
+    def earliest_s(self, tolerance_s: float) -> float:
+        """When the journey can end at the earliest, on its clock, s, if running times are met to a tolerance, s.
 
         Raises
         ------
         InfeasibleError
             When a window closes before the fastest runs reach it.
         """
-        return self._parted.earliest_s
+        return self._parted.earliest_s(tolerance_s / len(self.windows.arrivals))
 
     def front(self, arrival_s: _Floats, tolerance_s: float) -> tuple[tuple[PassedRuns, ...], JourneyFront]:
         """Find the front of the journey.

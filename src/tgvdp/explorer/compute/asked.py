@@ -156,9 +156,9 @@ def _checked(name: str, value: Any, uploads: Mapping[str, File]) -> dict[str, An
 
 def _field_of(message: str) -> str:
     """Name in forms of the option that an error begins with."""
-    words = message.removeprefix("search: ").split()
+    words = _without_owner(message).split()
     return next((name for name, one in OFFERED.items() if words and one.argument == words[0]), "")
 
 
 def _without_owner(message: str) -> str:
-    return message.removeprefix("search: ")
+    return message.removeprefix("search: ").removeprefix("journey: ")
