@@ -1,5 +1,6 @@
 """``tgvdp.journey``: stops of lines and timetables, published figures, whole profiles, and what is refused."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -159,3 +160,16 @@ def test_errors_of_what_a_journey_shares_with_a_search_begin_with_its_name():
         tgvdp.journey(LINE, METRO)
     with pytest.raises(InfeasibleError, match=r"^journey: no run takes 1 s"):
         tgvdp.journey(METRO, LINE, at_s=(1.0,))
+
+
+def test_a_timetable_that_ends_beyond_its_line_names_its_file(tmp_path):
+    units = {"position": "m", "lower time constraint": "s", "upper time constraint": "s"}
+    units |= {"lower speed constraint": "km/h", "upper speed constraint": "km/h"}
+    content = {
+        "metadata": {"id": f"{LINE.name}_far", "library version": "TTOBench v1.5", "associated track": LINE.name},
+        "timing points": {"units": units, "values": [[0, 0, 0, 0, 0], [9000, None, 3600, 0, 0]]},
+    }
+    path = tmp_path / "far.json"
+    path.write_text(json.dumps(content))
+    with pytest.raises(InputError, match=r"far\.json: journey .*: ends at 9000 m"):
+        tgvdp.journey(METRO, LINE, path)
