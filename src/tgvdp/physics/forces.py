@@ -37,6 +37,7 @@ class KernelTrain(NamedTuple):
     no_effort: NDArray[np.float64]  # (1, 6), the curve of 0 N, for stretches without current
     last_drop_mps: float  # highest speed at which the dynamic brake drops, 0 if it does at none
     last_rise_mps: float  # ... and from which on it has much more than below
+    brakes_from_mps: float  # speed at which it rises from nothing, 0 if it does at none
     rows: float = 1.0  # how many times more rows than usual `physics.motion` makes
     other_rows: float = 1.0  # ... times as many under other regimes than full traction
 
@@ -74,6 +75,7 @@ def kernel_train(train: Train) -> KernelTrain:
         _NO_EFFORT,
         _last_drop_mps(train.dynamic_brake_limit),
         _last_rise_mps(train.dynamic_brake_limit),
+        _brakes_from_mps(train.dynamic_brake_limit),
     )
 
 
@@ -119,6 +121,13 @@ def _last_rise_mps(brake: EffortCurve) -> float:
     return max(rises_mps, default=0.0)
 
 
+def _brakes_from_mps(brake: EffortCurve) -> float:
+    first, *others = brake.pieces
+    rises = bool(others) and others[0].effort_n(others[0].from_mps) > 0.0
+    nothing = first.effort_n(0.0) == 0.0 and rises and first.effort_n(others[0].from_mps) == 0.0
+    return float(others[0].from_mps) if nothing else 0.0
+
+
 def _rate_table(train: Train) -> NDArray[np.float64]:
     """Braking rates, no larger than comfort allows, as a table of net forces in the form of an effort curve."""
     if not train.braking_rates:
@@ -136,8 +145,7 @@ def unpowered(train):
     return KernelTrain(
         train.inertia_kg, train.davis_a_n, train.davis_b, train.max_acceleration, train.max_deceleration,
         train.no_effort, train.no_effort, train.friction_n, train.rates, train.no_effort, train.last_drop_mps,
-        train.last_rise_mps,
-        train.rows, train.other_rows,
+        train.last_rise_mps, train.brakes_from_mps, train.rows, train.other_rows,
     )  # fmt: skip
 
 

@@ -106,6 +106,17 @@ def test_a_descent_that_is_held_only_above_the_rise_of_a_brake(rises_mps, energy
     assert result.front.energy_j[-1] < energy_kwh * JOULE_PER_KWH
 
 
+@pytest.mark.parametrize(("from_mps", "energy_kwh"), [(3.0, 5.692), (5.0, 6.049), (7.0, 6.65)])
+def test_a_brake_of_limited_power_from_a_speed_on(from_mps, energy_kwh):
+    """Runs braked early, to pass that speed and coast on, as p just above it is a little more than −r/2: 2 %."""
+    curve = tuple((v_mps, from_mps * 150e3 / v_mps) for v_mps in np.linspace(from_mps, 22.0, 12).tolist())
+    points = ((0.0, 0.0), (from_mps, 0.0), *curve)
+    result = tgvdp.search(metro(points), LEVEL, points=12, energy="pantograph")
+    assert result.counters["cells"] < 100
+    assert all(verdict.ok for verdict in result.verify())
+    assert result.front.energy_j[-1] < energy_kwh * JOULE_PER_KWH
+
+
 def test_a_brake_that_fades_before_a_climb_to_the_stop():
     """It was taken to cut out where it comes to five times the resistance of level track, uphill, too: 3.7 %."""
     brake = EffortCurve.from_points(((0.0, 0.0), (3.0, 0.0), (6.0, 34.7e3), (22.6, 34.7e3), (40.0, 19.8e3)))

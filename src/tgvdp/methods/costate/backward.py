@@ -114,7 +114,7 @@ def _step(train, returned, cells, k, price, held_w, held_brake_w, low, fast, flo
     wall = snapped_to_rise(train, wall)
     bottom = max(low[k], min(floor_w, 0.1 * top))
     load = train.davis_a_n + cells.grade_n[k]
-    if cells.supply[k] != POWERED:
+    if cells.supply[k] != POWERED or max(top, wall) <= train.brakes_from_mps * train.brakes_from_mps:
         returned = 0.0
     length = cells.length_m[k]
     air = cells.air[k]
@@ -191,6 +191,7 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
     scratch = Rows(room[4], room[5])
     dark = unpowered(train)
     drops = returned > 0.0 and train.last_drop_mps > 0.0
+    brakes_w = train.brakes_from_mps * train.brakes_from_mps
     policy[count] = end_w
     policy[0] = fast[0]
     points = 0
@@ -199,7 +200,7 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
     k = count - 1
     price = multiplier - cells.saved_w[k]
     step = _step(train, returned, cells, k, price, math.inf, math.inf, low, fast, floor_w, end_w, scratch)
-    n = make_unique(line, _last_cell(train, step, line), step.top, -0.5 * returned, drops)
+    n = make_unique(line, _last_cell(train, step, line), step.top, -0.5 * returned, brakes_w, drops)
     loosen = 1.0
     thinned = n
     held_air = -1.0
@@ -229,7 +230,10 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
             n = insert(line, n, drives, a, -0.5)
             coasts = n - 1
             if step.returned > 0.0:
-                coasts, b = _crossing(-0.5 * returned, line, n, drives)
+                above = drives
+                while above < n - 1 and line.w[above] < brakes_w:
+                    above += 1
+                coasts, b = _crossing(-0.5 * returned, line, n, above)
                 n = insert(line, n, coasts, b, -0.5 * returned)
                 policy[k + 1, 2] = b
         brakes = n - 1
@@ -251,7 +255,7 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
             m = coast_over(dark, step, line, n, brakes, images, scratch)
         if k == 0:
             break
-        m = make_unique(images, m, step.top, -0.5 * returned, drops)
+        m = make_unique(images, m, step.top, -0.5 * returned, brakes_w, drops)
         if m <= thinned + _GROWTH:
             line, images = images, line
             n = m

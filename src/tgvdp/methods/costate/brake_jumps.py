@@ -8,7 +8,7 @@ rises, and down where that brake rises. Everything here is per unit of inertia.
 import math
 
 from tgvdp._jit import part
-from tgvdp.methods.costate.characteristics import BEYOND, saturated_back, saturated_slope
+from tgvdp.methods.costate.characteristics import BEYOND, coast_image, saturated_back, saturated_slope
 from tgvdp.physics.cell import Cell
 from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
 from tgvdp.physics.forces import JUMPS, effort_at, piece_effort
@@ -111,6 +111,24 @@ def is_kept(train, step, v):
     """Whether runs come to a speed at which the dynamic brake rises from both sides: below it cannot hold the train."""
     resistance = step.load + v * (train.davis_b + v * step.air)
     return resistance + effort_at(train.braking, v * (1.0 - _AT_STEP)) <= 0.0 < resistance + effort_at(train.braking, v)
+
+
+@part
+def begun_image(train, step, w1, p1):
+    """`coast_image` of a point below the speed at which the dynamic brake begins, where that is above it.
+
+    Above that speed kinetic energy is worth what the brake returns for it, −r/2: a run that had more of it would brake.
+    """
+    from_mps = train.brakes_from_mps
+    from_w = from_mps * from_mps
+    part_m = step.length
+    from_p = p1
+    for _ in range(_STEPS_TO_JUMP):
+        w0, from_p = coast_image(train, step, part_m, w1, p1)
+        part_m = min(part_m * (from_w - w1) / max(w0 - w1, 0.5 * (from_w - w1)), step.length)
+    if from_p <= -0.5 * step.returned:
+        return coast_image(train, step, step.length, w1, p1)
+    return coast_image(train, step, step.length - part_m, from_w, -0.5 * step.returned * (1.0 + _AT_STEP))
 
 
 @part

@@ -63,15 +63,17 @@ def cross_once(line, first, m, level):
 
 
 @part
-def make_unique(line, m, top, level, drops):
+def make_unique(line, m, top, level, brakes_w, drops):
     """Make w rise, cut at ``top``, and p pass −½, ``level`` and 0 once each; returns the number of points left.
 
-    Where images overlap the higher p is right: faster runs come there from farther on. Above 0, where the dynamic brake
-    ``drops``, each cell puts two points at that speed, the upper one for friction, which would go on as teeth: p rises.
+    Below ``brakes_w``, where the dynamic brake has no effort, its ``level`` means nothing. Where images overlap the
+    higher p is right: faster runs come there from farther on. Above 0, where the dynamic brake ``drops``, each cell
+    puts two points at that speed, the upper one for friction, which would go on as teeth: p rises.
     """
     x, y = line
     last_x = x[0]
     falls = False
+    brakes = 0
     n = m
     for i in range(1, m):
         if x[i] < last_x:
@@ -79,13 +81,15 @@ def make_unique(line, m, top, level, drops):
         falls = falls or y[i] < y[i - 1]
         last_x = max(x[i], last_x)
         x[i] = last_x
+        if last_x < brakes_w:
+            brakes = i + 1
         if last_x >= top:
             n = i + 1
             break
     if falls:
         cross_once(line, 0, n, -0.5)
         if level < 0.0:
-            cross_once(line, 0, n, level)
+            cross_once(line, min(brakes, n - 1), n, level)
         cross_once(line, 0, n, 0.0)
         if drops:
             for i in range(1, n):

@@ -138,6 +138,20 @@ def rise_edges(train, step, line, i, images, m, w):
 
 
 @part
+def begun_edges(train, step, below_w, below_p, w, p, images, m):
+    """Append p below and at the speed at which the dynamic brake begins, between two images under coasting."""
+    x, y = images
+    from_mps = train.brakes_from_mps
+    from_w = from_mps * from_mps
+    p += (from_w - w) / (w - below_w) * (p - below_p)
+    x[m] = _just_below(from_w)
+    y[m] = p
+    x[m + 1] = from_w
+    y[m + 1] = min(p, -0.5 * step.returned * (1.0 + ROUNDING))
+    return m + 2
+
+
+@part
 def _kept_region(train, step, below_w, rise_w, images, m, w):
     """Append p of runs that come to the speed of a rise within the cell, from below or from above, up to an image w.
 

@@ -8,7 +8,7 @@ hold a speed, and p is interpolated. Beyond the last image runs meet the wall wi
 import math
 
 from tgvdp._jit import loop, part
-from tgvdp.methods.costate.brake_jumps import drop_above, helped_before, saturated_image
+from tgvdp.methods.costate.brake_jumps import begun_image, drop_above, helped_before, saturated_image
 from tgvdp.methods.costate.characteristics import (
     LOST,
     coast_back,
@@ -18,7 +18,7 @@ from tgvdp.methods.costate.characteristics import (
     saturated_back,
 )
 from tgvdp.methods.costate.polyline import cross_once
-from tgvdp.methods.costate.step_edges import cut_above, drop_below, drop_edges, rate_edges, rise_edges
+from tgvdp.methods.costate.step_edges import begun_edges, cut_above, drop_below, drop_edges, rate_edges, rise_edges
 from tgvdp.methods.costate.step_held import hold
 from tgvdp.methods.costate.step_wall import (
     ROUNDING,
@@ -117,17 +117,24 @@ def coast_region(train, step, line, first, last, images, m):
     """Append the images under coasting of the points ``first`` .. ``last``; returns how many there are then.
 
     Between them p bends on the way, as 1/v where trains are slow: gaps between neighbouring images are filled, from the
-    edge at ``bottom`` on, with points interpolated before the cell.
+    edge at ``bottom`` on, with points interpolated before the cell. Where the dynamic brake begins p falls.
     """
     w, p = line
     x, y = images
     bottom = step.bottom
     count = last + 1 - first
     base = x.shape[0] - count
+    from_w = train.brakes_from_mps * train.brakes_from_mps
     _coast_all(train, step, w[first : last + 1], p[first : last + 1], x[base:], y[base:])
     for i in range(count):
         w0 = x[base + i]
         if w0 < bottom:
+            continue
+        if step.returned > 0.0 and w0 >= from_w > w[first + i] > 0.0:
+            if i > 0 and bottom <= x[base + i - 1] < from_w and m + 2 < base + i:
+                m = begun_edges(train, step, x[base + i - 1], y[base + i - 1], w0, y[base + i], images, m)
+            x[m], y[m] = begun_image(train, step, w[first + i], p[first + i])
+            m += 1
             continue
         if i > 0:
             image = x[base + i - 1]
@@ -158,6 +165,8 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
     """
     x, y = images
     level = -0.5 * step.returned if regime == DYNAMIC else 0.0
+    while start < m and x[start] < train.brakes_from_mps * train.brakes_from_mps:  # no dynamic brake works there
+        start += 1
     # Friction may help above a drop of the dynamic brake alone.
     drop_w = drop_above(train, line.w[first] * (1.0 - 4.0 * ROUNDING)) if regime == BRAKING else math.inf
     if train.last_drop_mps == 0.0:  # a dent is no place to cut
