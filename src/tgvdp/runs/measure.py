@@ -26,6 +26,8 @@ _CRUISING_SHARE = 0.03
 _NOT_FULL = 0.95
 #: ... and does, where it slows down, or the effort that it spares would accelerate it more than twice as much again.
 _SPARED = 0.5
+#: A row that slows down coasts where its effort is below this share of its limit: that is no pull.
+_LITTLE = 0.02
 #: Columns of totals: running time, s, and energy by the trip's model, J; and work of traction and of brakes, what is
 #: drawn and returned by the tables, auxiliaries aside, and what these draw, J.
 _TOTALS = 7
@@ -62,6 +64,8 @@ def _regime(train, start_effort, effort, acceleration, limit):
     if abs(effort) <= _COASTING_SHARE * start_effort:
         return COASTING
     net_n, left_n = acceleration * train.inertia_kg, limit - abs(effort)
+    if 0.0 < effort <= _LITTLE * limit and net_n < 0.0:
+        return COASTING
     if left_n > (1.0 - _NOT_FULL) * limit:
         if abs(net_n) <= _CRUISING_SHARE * start_effort:
             return HOLDING
