@@ -73,8 +73,8 @@ def kernel_train(train: Train) -> KernelTrain:
         _friction_n(train),
         _rate_table(train),
         _NO_EFFORT,
-        _last_drop_mps(train.dynamic_brake_limit),
-        _last_rise_mps(train.dynamic_brake_limit),
+        _last_jump_mps(train.dynamic_brake_limit, rises=False),
+        _last_jump_mps(train.dynamic_brake_limit, rises=True),
         _brakes_from_mps(train.dynamic_brake_limit),
     )
 
@@ -103,22 +103,15 @@ def _friction_n(train: Train) -> float:
     )
 
 
-def _last_drop_mps(brake: EffortCurve) -> float:
-    drops_mps = (
-        after.from_mps
-        for before, after in pairwise(brake.pieces)
-        if before.effort_n(after.from_mps) > (1.0 + JUMPS) * after.effort_n(after.from_mps)
-    )
-    return max(drops_mps, default=0.0)
-
-
-def _last_rise_mps(brake: EffortCurve) -> float:
-    rises_mps = (
-        after.from_mps
-        for before, after in pairwise(brake.pieces)
-        if after.effort_n(after.from_mps) > (1.0 + JUMPS) * before.effort_n(after.from_mps)
-    )
-    return max(rises_mps, default=0.0)
+def _last_jump_mps(brake: EffortCurve, *, rises: bool) -> float:
+    """Highest speed at which the effort rises, or drops, at once; 0 if it does at none."""
+    jumps_mps = []
+    for before, after in pairwise(brake.pieces):
+        efforts_n = before.effort_n(after.from_mps), after.effort_n(after.from_mps)
+        less_n, more_n = efforts_n if rises else efforts_n[::-1]
+        if more_n > (1.0 + JUMPS) * less_n:
+            jumps_mps.append(after.from_mps)
+    return max(jumps_mps, default=0.0)
 
 
 def _brakes_from_mps(brake: EffortCurve) -> float:

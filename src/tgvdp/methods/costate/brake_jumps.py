@@ -81,29 +81,30 @@ def beyond_rate(train, regime, step, v, below_p):
 
 
 @part
-def drop_above(train, w):
-    """Least squared speed above one at which the dynamic brake drops; infinite where it drops at none."""
-    if w < train.last_drop_mps * train.last_drop_mps * (1.0 - _AT_STEP):
+def _jump_above(train, w, last_mps, rises):
+    """Least squared speed above one at which the dynamic brake rises, or drops; infinite where it does at none."""
+    if w < last_mps * last_mps * (1.0 - _AT_STEP):
         table = train.braking
         for i in range(1, table.shape[0]):
             v = table[i, 0]
-            drops = piece_effort(table, i - 1, v) > (1.0 + JUMPS) * piece_effort(table, i, v)
-            if drops and w < v * v * (1.0 - _AT_STEP):
+            below = piece_effort(table, i - 1, v)
+            above = piece_effort(table, i, v)
+            jumps = above > (1.0 + JUMPS) * below if rises else below > (1.0 + JUMPS) * above
+            if jumps and w < v * v * (1.0 - _AT_STEP):
                 return v * v
     return math.inf
 
 
 @part
+def drop_above(train, w):
+    """Least squared speed above one at which the dynamic brake drops; infinite where it drops at none."""
+    return _jump_above(train, w, train.last_drop_mps, False)
+
+
+@part
 def rise_above(train, w):
     """Least squared speed above one at which the dynamic brake rises; infinite where it rises at none."""
-    if w < train.last_rise_mps * train.last_rise_mps * (1.0 - _AT_STEP):
-        table = train.braking
-        for i in range(1, table.shape[0]):
-            v = table[i, 0]
-            rises = piece_effort(table, i, v) > (1.0 + JUMPS) * piece_effort(table, i - 1, v)
-            if rises and w < v * v * (1.0 - _AT_STEP):
-                return v * v
-    return math.inf
+    return _jump_above(train, w, train.last_rise_mps, True)
 
 
 @part
