@@ -1,11 +1,13 @@
 """From a spec to scenarios and their rows: what varies, in which order, under which names; and what is no spec."""
 
 import csv
+import json
 
 import pytest
 
 from tests.helpers.sweep_case import COUNT, SPEC, write_case
 from tgvdp import InputError, journey, load_track, load_train, search
+from tgvdp.cli import main
 from tgvdp.sweeps.journal import Journal
 from tgvdp.sweeps.parts import write_part
 from tgvdp.sweeps.read import read_spec
@@ -62,11 +64,39 @@ def test_a_default_that_is_written_out_is_the_same_scenario(tmp_path):
     assert [one.key("") for one in spec] == [one.key("") for one in plain]
 
 
-def test_a_section_stays_where_it_is_on_the_line_in_the_other_direction(tmp_path):
-    spec = read_spec(write_case(tmp_path, f"{HEAD}[product]\nreverse = [true]\n"))
-    assert spec[0].section.name == "0-900"
-    assert spec[0].arguments["origin_m"] == 2000 - 900
-    assert "destination_m" not in spec[0].arguments
+@pytest.mark.parametrize("sections", ['"stops"', '["0:1100", "1100:1900"]'])
+def test_positions_in_the_other_direction_are_those_of_the_single_command(tmp_path, capsys, sections):
+    """Sections and speed restrictions count from what was the line's end."""
+    run = 'points = 5\nreverse = true\nspeed_restriction = ["300:600:40"]'
+    text = HEAD.replace('"stops"', sections).replace('"lines"', '"lines/east.toml"').replace("points = 5", run)
+    tables_of(read_spec(write_case(tmp_path, text)), tmp_path / "out")
+    fronts = rows_of(tmp_path / "out" / "out" / "fronts.csv")
+    for from_m, to_m in ((0, 1100), (1100, 2000 if sections == '"stops"' else 1900)):
+        own = [row for row in fronts if row["section"] == f"{from_m}-{to_m}"]
+        files = ["--train", str(tmp_path / "metro.toml"), "--track", str(tmp_path / "lines" / "east.toml")]
+        words = ["--points", "5", "--max-margin", "10", "--from", str(from_m), "--to", str(to_m), "--reverse"]
+        slow = ["--speed-restriction", "300:600:40", "--no-pictures", "--json", "--out", str(tmp_path / f"{from_m}")]
+        assert main(["search", *files, *words, *slow]) == 0
+        front = json.loads(capsys.readouterr().out)["front"]
+        assert [float(row["time_s"]) for row in own] == [point["time_s"] for point in front]
+        assert [float(row["energy_kwh"]) for row in own] == [point["energy_kwh"] for point in front]
+
+
+def test_sections_of_a_journey_are_named_as_where_they_run_on_their_own_in_either_direction(tmp_path):
+    both = HEAD.replace("points = 5", "points = 3") + "[product]\nreverse = [false, true]\n"
+    tables_of(read_spec(write_case(tmp_path / "stops", both)), tmp_path / "one")
+    journeys = both.replace('"stops"', '"journey"')
+    tables_of(read_spec(write_case(tmp_path / "journeys", journeys)), tmp_path / "all")
+    stretches = {}
+    for row in rows_of(tmp_path / "one" / "out" / "scenarios.csv"):
+        stretches.setdefault((row["line"], row["reverse"]), []).append(row["section"])
+    assert stretches["east", "true"] == ["0-1100", "1100-2000"]
+    of_journeys = {row["scenario"]: row for row in rows_of(tmp_path / "all" / "out" / "scenarios.csv")}
+    sections = {}
+    for row in rows_of(tmp_path / "all" / "out" / "allocation.csv"):
+        key = row["line"], of_journeys[row["scenario"]]["reverse"]
+        sections.setdefault(key, {})[row["section"]] = None
+    assert {key: list(names) for key, names in sections.items()} == stretches
 
 
 def test_journeys_say_what_each_section_gets_under_its_name(tmp_path):

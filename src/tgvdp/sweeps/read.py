@@ -75,10 +75,13 @@ def read_spec(path: Path) -> SweepSpec:
     _check_fields(path, kind, [("run", field) for field in run])
     _check_fields(path, kind, [(place, name) for place, axis in placed for name in axis.names])
     _check_together(path, run, [axis for _, axis in placed])
+    sections = tuple(tuple(_sections(path, file.sections, line)) for line in lines)
+    is_listed = not isinstance(file.sections, str)
     return SweepSpec(
         trains=trains,
         lines=lines,
-        sections=tuple(tuple(_sections(path, file.sections, line)) for line in lines),
+        sections=sections,
+        sections_back=sections if is_listed else tuple(map(tuple, map(_back, sections, lines))),
         axes=tuple(axis for _, axis in placed),
         run=run,
         kind=kind,
@@ -155,6 +158,14 @@ def _sections(path: Path, given: str | Sequence[str], line: Part) -> Iterator[Se
             if section.to_m > track.length_m:
                 raise InputError(f"ends beyond the {track.length_m:.12g} m of line {line.name}, got {text!r:.40}")
             yield section
+
+
+def _back(sections: Sequence[Section], line: Part) -> Iterator[Section]:
+    """Sections of a line as they are run in the other direction, positions from its end."""
+    length_m = line.value.length_m
+    for one in reversed(sections):
+        ends_m = length_m - one.to_m, length_m - one.from_m
+        yield one if ends_m == (one.from_m, one.to_m) else Section(section_name(*ends_m), *ends_m)
 
 
 def _section(text: str) -> Section:

@@ -46,7 +46,9 @@ class SweepSpec(Sequence[Scenario]):
     ----------
     trains, lines : tuple of Part
     sections : tuple of tuple of Section
-        Of each line.
+        Of each line, positions from its beginning.
+    sections_back : tuple of tuple of Section
+        Of each line as it is run in the other direction, as many, positions from its end.
     axes : tuple of Axis
         Every row of one with every row of the others.
     run : mapping
@@ -65,6 +67,7 @@ class SweepSpec(Sequence[Scenario]):
     trains: tuple[Part, ...]
     lines: tuple[Part, ...]
     sections: tuple[tuple[Section, ...], ...]
+    sections_back: tuple[tuple[Section, ...], ...]
     axes: tuple[Axis, ...]
     run: Mapping[str, Any]
     kind: Kind
@@ -104,13 +107,14 @@ class SweepSpec(Sequence[Scenario]):
         rest = number - (ends[at - 1] if at else 0)
         rest, combination = divmod(rest, self._combinations)
         train, section = divmod(rest, len(self.sections[at]))
-        return self._scenario(number, self.trains[train], self.lines[at], self.sections[at][section], combination)
-
-    def _scenario(self, number: int, train: Part, line: Part, section: Section, combination: int) -> Scenario:
         chosen = self._chosen(combination)
+        sections = self.sections_back if chosen.reverse else self.sections
+        return self._scenario(number, self.trains[train], self.lines[at], sections[at][section], chosen)
+
+    def _scenario(self, number: int, train: Part, line: Part, section: Section, chosen: _Chosen) -> Scenario:
         arguments = chosen.arguments
         if self.kind == "search":
-            arguments = {**arguments, **_set_ones(_ends_of(section, line, chosen.reverse))}
+            arguments = {**arguments, **_set_ones(_ends_of(section, line))}
         return Scenario(
             number=number,
             train=train,
@@ -151,13 +155,9 @@ def _set_ones(arguments: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in arguments.items() if not is_default(name, value)}
 
 
-def _ends_of(section: Section, line: Part, reverse: bool) -> dict[str, float | None]:
-    """Origin and destination of a stretch; on the line in the other direction positions count from its other end."""
-    length_m = line.value.length_m
-    from_m, to_m = section.from_m, section.to_m
-    if reverse:
-        from_m, to_m = length_m - to_m, length_m - from_m
-    return {"origin_m": from_m, "destination_m": None if to_m == length_m else to_m}
+def _ends_of(section: Section, line: Part) -> dict[str, float | None]:
+    """Origin and destination of a stretch, in the direction in which it is run."""
+    return {"origin_m": section.from_m, "destination_m": None if section.to_m == line.value.length_m else section.to_m}
 
 
 def is_default(argument: str, value: Any) -> bool:
