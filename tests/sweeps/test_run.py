@@ -1,6 +1,7 @@
 """A sweep from end to end: the same rows whoever solves them, and all of them."""
 
 import csv
+import hashlib
 import json
 import subprocess
 import sys
@@ -88,6 +89,14 @@ def test_a_failing_scenario_is_reported_and_the_others_go_on(tmp_path):
     assert all("train metro" in row["error"] for row in rows if row["status"] == "failed")
     assert "Traceback" not in done.stderr
     assert "warning: scenario 3 failed: " in done.stderr
+
+
+def test_provenance_has_the_tables_that_values_of_axes_name(tmp_path):
+    spec = write_case(tmp_path, SPEC.partition("[product]")[0] + '[product]\n"train.braking" = [{ file = "b.csv" }]\n')
+    (tmp_path / "b.csv").write_text("speed [km/h],force [kN]\n0,150\n80,90\n")
+    assert run(spec, "--out", tmp_path / "out", "--workers", 1).returncode == 0
+    inputs = json.loads((tmp_path / "out" / "provenance.json").read_text())["inputs"]
+    assert inputs["set"] == {"beside": {"b.csv": hashlib.sha256((tmp_path / "b.csv").read_bytes()).hexdigest()}}
 
 
 def test_the_driver_starts_without_numba():

@@ -1,6 +1,7 @@
 """From a spec to scenarios and their rows: what varies, in which order, under which names; and what is no spec."""
 
 import csv
+import hashlib
 import json
 
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from tests.helpers.sweep_case import COUNT, SPEC, write_case
 from tgvdp import InputError, journey, load_track, load_train, search
 from tgvdp.cli import main
+from tgvdp.formats.native.changes import changed
 from tgvdp.sweeps.journal import Journal
 from tgvdp.sweeps.parts import write_part
 from tgvdp.sweeps.read import read_spec
@@ -113,6 +115,31 @@ def test_journeys_say_what_each_section_gets_under_its_name(tmp_path):
     assert [float(row["energy_kwh"]) for row in front] == (result.front.energy_j / 3.6e6).tolist()
 
 
+def test_tables_that_an_axis_names_are_read_once_from_beside_the_spec(tmp_path, monkeypatch):
+    axes = '"train.traction" = [{ file = "strong.csv" }, { file = "older/weak.csv" }]'
+    path = write_case(tmp_path / "case", f"{HEAD}[product]\n{axes}\n")
+    files = {"strong.csv": tmp_path / "case" / "strong.csv", "older/weak.csv": tmp_path / "case" / "older" / "weak.csv"}
+    files["older/weak.csv"].parent.mkdir()
+    for file, force_kn in zip(files.values(), (250, 150), strict=True):
+        file.write_text(f"speed [km/h],force [kN]\n0,{force_kn}\n30,{force_kn}\n80,90\n")
+    monkeypatch.chdir(tmp_path)
+    spec, again = read_spec(path), [one.key("") for one in read_spec(path)]
+    digests = {name: hashlib.sha256(file.read_bytes()).hexdigest() for name, file in files.items()}
+    assert spec.tables.provenance == {"set": {"beside": digests}}
+    weak = changed(spec[1].train.value, spec[1].line.value, ['train.traction={file="case/older/weak.csv"}'])
+    files["older/weak.csv"].write_text("speed [km/h],force [kN]\n0,140\n80,90\n")
+    now = [one.key("") for one in read_spec(path)]
+    assert [a == b for a, b in zip(now, again, strict=True)] == [True, False] * 4
+    for file in files.values():
+        file.unlink()
+    tables_of(spec, tmp_path / "out")
+    front = [row for row in rows_of(tmp_path / "out" / "out" / "fronts.csv") if row["scenario"] == "1"]
+    result = search(weak.train, weak.track, points=5, max_margin=0.1, destination_m=900.0)
+    assert [float(row["time_s"]) for row in front] == result.front.time_s.tolist()
+    rows = rows_of(tmp_path / "out" / "out" / "scenarios.csv")
+    assert {row["train.traction"] for row in rows} == {'{file = "strong.csv"}', '{file = "older/weak.csv"}'}
+
+
 def test_profiles_on_demand_and_no_csv_where_none_is_wanted(tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet")
     text = HEAD.replace("[run]", "profiles_every_m = 200\ncsv = false\n[run]").replace("[run]", "[run]\n", 1)
@@ -170,8 +197,13 @@ def test_profiles_make_another_scenario_of_which_nothing_is_done(tmp_path):
         ("wind_kmh", "wind_mph", "unknown field 'wind_mph', did you mean 'wind_kmh'?"),
         ("[0, 10, 20]", "[0, 'much']", "product.wind_kmh: must be a number"),
         ("[0, 10, 20]", "[]", "product.wind_kmh: must have values"),
-        ("train.mass_t", "train.mas_t", "product: --set: train.mas_t: unknown field"),
-        ("[180, 200, 220]", "[180, -3]", "product: --set: train.mass_t: "),
+        (
+            '"train.mass_t" = [180, 200, 220]',
+            '"train.traction" = [{ file = "none.csv" }]',
+            "spec.toml: train.traction.file: ",
+        ),
+        ("train.mass_t", "train.mas_t", "spec.toml: train.mas_t: unknown field"),
+        ("[180, 200, 220]", "[180, -3]", "spec.toml: train.mass_t: must be a number > 0.0, got -3"),
         ("wind_kmh", "points", "points: stands in more than one of run, product and zip"),
         ("wind_kmh", "from_m", "the sections of a sweep say from where to where"),
         (

@@ -104,7 +104,8 @@ def command(
 
     spec = read_spec(path)
     with Screen(quiet=quiet) as screen:
-        for text in remarked([remark for part in (*spec.trains, *spec.lines) for remark in part.remarks]):
+        told = [remark for part in (*spec.trains, *spec.lines) for remark in part.remarks]
+        for text in remarked(list(dict.fromkeys((*told, *spec.tables.remarks)))):
             screen.note(text)
         if dry_run:
             return _estimate(spec, cluster, screen, as_json)

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tgvdp.formats.native.changes import written
 from tgvdp.options.search import SearchOptions
 from tgvdp.sweeps.journal import Finished
 from tgvdp.sweeps.parts import ALLOCATION, FRONTS, PROFILES, part_path
@@ -45,7 +46,7 @@ def scenario_columns(spec: SweepSpec) -> Callable[[Block], Any]:
         }
         for name, kind in kinds.items():
             values = [one.parameters[name] for one in scenarios]
-            table[name] = arrow.array([str(one) for one in values] if kind == arrow.string() else values, kind)
+            table[name] = arrow.array([written(one) for one in values] if kind == arrow.string() else values, kind)
         table |= {
             "status": arrow.array([one.status for one in finished], arrow.string()).cast(text),
             "error": arrow.array([one.error for one in finished], arrow.string()),

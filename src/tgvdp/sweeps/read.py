@@ -14,7 +14,7 @@ from msgspec import Meta, Struct
 from tgvdp.errors import InputError
 from tgvdp.formats import read_source
 from tgvdp.formats.detect import load_all
-from tgvdp.formats.native.changes import changed
+from tgvdp.formats.native.changes import Changed, changed, settled
 from tgvdp.formats.native.reader import run_options
 from tgvdp.formats.syntax.reading import bad, errors_named, read_document, shown
 from tgvdp.formats.syntax.typed import decode
@@ -23,7 +23,7 @@ from tgvdp.model.track import Track
 from tgvdp.options.search import BY_FIELD, JOURNEY_FIELDS, SearchOptions, arguments_of, by_argument
 from tgvdp.options.texts import parse_quantity
 from tgvdp.sweeps.scenario import Kind, Part, Section, section_name
-from tgvdp.sweeps.spec import SET, Axis, SweepSpec, is_default, written
+from tgvdp.sweeps.spec import SET, Axis, SweepSpec, Tables, changes_of, is_default
 
 #: Files of a folder that may hold a train or a line.
 _SUFFIXES = {".toml", ".json", ".yaml", ".yml", ".xml", ".railml", ".csv", ".xlsx"}
@@ -70,8 +70,9 @@ def read_spec(path: Path) -> SweepSpec:
     lines = tuple(_parts(path, "lines", file.lines, "track"))
     placed = _axes(path, file)
     run = run_options(path, file.run)
-    for place, axis in placed:
-        _check(path, place, axis, run, trains[0], lines[0])
+    tables = _tables(
+        path, [made for place, axis in placed for made in _made(path, place, axis, run, trains[0], lines[0])]
+    )
     _check_fields(path, kind, [("run", field) for field in run])
     _check_fields(path, kind, [(place, name) for place, axis in placed for name in axis.names])
     _check_together(path, run, [axis for _, axis in placed])
@@ -83,6 +84,7 @@ def read_spec(path: Path) -> SweepSpec:
         sections=sections,
         sections_back=sections if is_listed else tuple(map(tuple, map(_back, sections, lines))),
         axes=tuple(axis for _, axis in placed),
+        tables=tables,
         run=run,
         kind=kind,
         profiles_every_m=file.profiles_every_m,
@@ -209,8 +211,13 @@ def _hashable(value: Any) -> Hashable:
     return value if isinstance(value, Hashable) else str(value)
 
 
-def _check(path: Path, place: str, axis: Axis, run: Mapping[str, Any], train: Part, line: Part) -> None:
-    """Refuse values that no search could take, before the first one starts."""
+def _made(
+    path: Path, place: str, axis: Axis, run: Mapping[str, Any], train: Part, line: Part
+) -> Iterator[tuple[list[str], Changed]]:
+    """Fields that an axis sets, a row each, and what becomes of a train and a line by them.
+
+    Values that no search could take are refused, before the first one starts.
+    """
     for row in axis.rows:
         given = dict(zip(axis.names, row, strict=True))
         options = {name: value for name, value in given.items() if not name.startswith(SET)}
@@ -218,10 +225,24 @@ def _check(path: Path, place: str, axis: Axis, run: Mapping[str, Any], train: Pa
         with errors_named(path, place):
             for argument, value in arguments_of(options).items():
                 by_argument(argument).check(value)
-        changes = [f"{name}={written(value)}" for name, value in given.items() if name.startswith(SET)]
-        if changes:
-            with errors_named(path, place):
-                changed(train.value, line.value, changes)
+        if changes := changes_of(given):
+            yield changes, changed(train.value, line.value, changes, path)
+
+
+def _tables(path: Path, made: Sequence[tuple[list[str], Changed]]) -> Tables:
+    """Files that were read for what is made."""
+    read = [(changes, one) for changes, one in made if one.inputs]
+    files = {Path(file): digest for _, one in read for file, digest in one.inputs.items()}
+    return Tables(
+        {change: settled(change, one) for changes, one in read for change in changes},
+        {_beside(path, file): digest for file, digest in files.items()},
+        tuple(dict.fromkeys(remark for _, one in read for remark in one.remarks)),
+    )
+
+
+def _beside(path: Path, file: Path) -> str:
+    """Name of a file in provenance, which knows no folders but those beneath the spec's."""
+    return file.relative_to(path.parent).as_posix() if file.is_relative_to(path.parent) else file.name
 
 
 def _check_fields(path: Path, kind: Kind, given: Sequence[tuple[str, str]]) -> None:

@@ -159,14 +159,14 @@ def _leave(out: Path) -> None:
 
 def _plan(spec: SweepSpec, engine: str) -> str:
     """What decides which scenarios there are, and their keys."""
-    parts = [engine, spec.text, *(part.digest for part in (*spec.trains, *spec.lines))]
+    parts = [engine, spec.text, *(part.digest for part in (*spec.trains, *spec.lines)), *spec.tables.settled.values()]
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 
 def _provenance(spec: SweepSpec, outcome: "Outcome", progress: Progress) -> dict[str, Any]:
-    """Where the tables come from: the spec as it was, and the fingerprints of all trains and lines."""
+    """Where the tables come from: the spec as it was, and the fingerprints of all that it names."""
     parts = {f"train {part.name}": part for part in spec.trains} | {f"line {part.name}": part for part in spec.lines}
-    inputs = {role: {"file": part.file, "sha256": part.sha256} for role, part in parts.items()}
+    inputs = {role: {"file": part.file, "sha256": part.sha256} for role, part in parts.items()} | spec.tables.provenance
     about = make_provenance({"spec": spec.text}, inputs, time.perf_counter() - progress.started_s)
     return {"schema": "tgvdp.provenance/1", **about, "engine": engine_version(), "sweep": outcome.content}
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any, NamedTuple, overload
 
+from tgvdp.formats.native.changes import written
 from tgvdp.options.search import arguments_of, by_argument
 from tgvdp.sweeps.scenario import Kind, Part, Scenario, Section
 
@@ -38,6 +39,30 @@ class Axis:
     rows: tuple[tuple[Any, ...], ...]
 
 
+class Tables(NamedTuple):
+    """Files that values of axes name: they are read once, so that workers need none.
+
+    Attributes
+    ----------
+    settled : mapping of str to str
+        What is set in place of an assignment that names a file.
+    inputs : mapping of str to str
+        SHA-256 of each file, by its path from the spec's folder.
+    remarks : tuple of str
+        What their reader noted.
+    """
+
+    settled: Mapping[str, str]
+    inputs: Mapping[str, str]
+    remarks: tuple[str, ...]
+
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """Inputs of a sweep, by role: what was set, as a single search has it; none where no file was read."""
+        notes = {"notes": list(self.remarks)} if self.remarks else {}
+        return {"set": {"beside": dict(self.inputs), **notes}} if self.inputs else {}
+
+
 @dataclass(frozen=True)
 class SweepSpec(Sequence[Scenario]):
     """A sweep.
@@ -51,6 +76,8 @@ class SweepSpec(Sequence[Scenario]):
         Of each line as it is run in the other direction, as many, positions from its end.
     axes : tuple of Axis
         Every row of one with every row of the others.
+    tables : Tables
+        What values of the axes name.
     run : mapping
         Options that all scenarios have, by their names in files.
     kind : {"search", "journey"}
@@ -69,6 +96,7 @@ class SweepSpec(Sequence[Scenario]):
     sections: tuple[tuple[Section, ...], ...]
     sections_back: tuple[tuple[Section, ...], ...]
     axes: tuple[Axis, ...]
+    tables: Tables
     run: Mapping[str, Any]
     kind: Kind
     profiles_every_m: float | None
@@ -141,13 +169,14 @@ class SweepSpec(Sequence[Scenario]):
         arguments = arguments_of(options)
         if self.dwell_s is not None:
             arguments["dwell_s"] = self.dwell_s
-        changes = tuple(f"{name}={written(value)}" for name, value in chosen.items() if name.startswith(SET))
+        settled = self.tables.settled
+        changes = tuple(settled.get(change, change) for change in changes_of(chosen))
         return _Chosen(chosen, changes, _set_ones(arguments), bool(arguments.get("reverse")))
 
 
-def written(value: Any) -> str:
-    """Return a value as ``--set`` takes it."""
-    return str(value).lower() if isinstance(value, bool) else str(value)
+def changes_of(chosen: Mapping[str, Any]) -> list[str]:
+    """Assignments of the fields of train and line among what is chosen."""
+    return [f"{name}={written(value)}" for name, value in chosen.items() if name.startswith(SET)]
 
 
 def _set_ones(arguments: Mapping[str, Any]) -> dict[str, Any]:

@@ -5,6 +5,7 @@ ranges and errors are those of the format.
 """
 
 import copy
+import json
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -19,7 +20,7 @@ from tgvdp.formats.detect import read_scenario
 from tgvdp.formats.native.specs import TrackSpec, TrainSpec
 from tgvdp.formats.native.write import native_tree
 from tgvdp.formats.scenario import Scenario
-from tgvdp.formats.syntax.reading import Document, shown
+from tgvdp.formats.syntax.reading import Document, errors_named, shown
 from tgvdp.formats.syntax.typed import suggestion
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
@@ -42,7 +43,7 @@ def _fields_of(part: str) -> list[str]:
 
 
 class Changed(NamedTuple):
-    """Train and track with fields set, the SHA-256 of files that were read for that, by name, and notes on these."""
+    """Train and track with fields set, the SHA-256 of files that were read for that, by path, and notes on these."""
 
     train: Train
     track: Track
@@ -53,14 +54,23 @@ class Changed(NamedTuple):
     def fingerprint(self) -> dict[str, Any]:
         """The files and the notes, as `tgvdp.formats.scenario.Read` gives them; empty where no file was read."""
         notes = {"notes": list(self.remarks)} if self.remarks else {}
-        return {"beside": dict(self.inputs), **notes} if self.inputs else {}
+        beside = {Path(path).name: digest for path, digest in self.inputs.items()}
+        return {"beside": beside, **notes} if beside else {}
 
 
-def changed(train: Train, track: Track, assignments: Sequence[str]) -> Changed:
+def changed(train: Train, track: Track, assignments: Sequence[str], owner: Path = _OWNER) -> Changed:
     """Return train and track with fields set, each as ``train.FIELD=VALUE`` or ``track.FIELD=VALUE``.
 
     A field may lie deeper (``train.traction.force_kn``) or in a row (``track.speed_limits[2].speed_kmh``); a value is
     written as in TOML, and what TOML cannot read is text; ``train.mass_t=110%`` is a share of the number that is there.
+
+    Parameters
+    ----------
+    train : Train
+    track : Track
+    assignments : sequence of str
+    owner : Path
+        What errors name, and beside which files are looked for.
 
     Raises
     ------
@@ -69,20 +79,45 @@ def changed(train: Train, track: Track, assignments: Sequence[str]) -> Changed:
     """
     parts: dict[str, Any] = {"train": train, "track": track}
     by_part: dict[str, list[tuple[list[str | int], Any]]] = {}
-    for assignment in assignments:
-        steps, value = _parsed(assignment)
-        by_part.setdefault(str(steps[0]), []).append((steps, value))
     inputs: dict[str, str] = {}
     remarks: list[str] = []
-    for part, fields in by_part.items():
-        tree = _tree_of(part, parts[part])
-        for steps, value in fields:
-            tree = _with(tree, steps, value)
-        scenario = read_scenario(Document(_OWNER, "", "TOML", tree, b""))
-        parts[part] = getattr(scenario, part)
-        inputs |= {Path(path).name: digest for path, digest in scenario.inputs.items() if digest}
-        remarks += scenario.remarks.get(part, ())
+    with errors_named(owner):
+        for assignment in assignments:
+            steps, value = _parsed(assignment)
+            by_part.setdefault(str(steps[0]), []).append((steps, value))
+        for part, fields in by_part.items():
+            tree = _tree_of(part, parts[part])
+            for steps, value in fields:
+                tree = _with(tree, steps, value)
+            scenario = read_scenario(Document(owner, "", "TOML", tree, b""))
+            parts[part] = getattr(scenario, part)
+            inputs |= {path: digest for path, digest in scenario.inputs.items() if digest}
+            remarks += scenario.remarks.get(part, ())
     return Changed(parts["train"], parts["track"], inputs, tuple(remarks))
+
+
+def settled(assignment: str, made: Changed) -> str:
+    """The assignment of what was made by it, which needs no file: an effort curve of a table by its values."""
+    steps, value = _parsed(assignment)
+    if steps[-1] != "file" and not (isinstance(value, dict) and "file" in value):
+        return assignment
+    field = str(steps[1])
+    return f"train.{field}={written(_tree_of('train', made.train)['train'][field])}"
+
+
+def written(value: Any) -> str:
+    """Return a value as ``--set`` takes it."""
+    return value if isinstance(value, str) else _toml(value)
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{name} = {_toml(one)}' for name, one in value.items())}}}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_toml, value))}]"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 @lru_cache(maxsize=4)
@@ -97,17 +132,17 @@ def _parsed(assignment: str) -> tuple[list[str | int], Any]:
     place, equals, text = assignment.partition("=")
     matches = [_STEP.fullmatch(step) for step in place.strip().split(".")]
     if not equals or len(matches) < 2 or not all(matches):
-        raise InputError(f"--set: must be train.FIELD=VALUE or track.FIELD=VALUE, got {shown(assignment)}")
+        raise InputError(f"must be train.FIELD=VALUE or track.FIELD=VALUE, got {shown(assignment)}")
     steps: list[str | int] = []
     for match in filter(None, matches):
         steps += [match[1], *(int(index) for index in re.findall(r"\d+", match[2]))]
     part, name = str(steps[0]), str(steps[1])
     if part not in _SPECS:
-        raise InputError(f"--set: {part}: must be train or track, got {shown(part)}{suggestion(part, list(_SPECS))}")
+        raise InputError(f"{part}: must be train or track, got {shown(part)}{suggestion(part, list(_SPECS))}")
     known = _fields_of(part)
     if name not in known:
         raise InputError(
-            f"--set: {part}.{name}: unknown field {shown(name)}{suggestion(name, known)} (known: {', '.join(known)})"
+            f"{part}.{name}: unknown field {shown(name)}{suggestion(name, known)} (known: {', '.join(known)})"
         )
     return steps, _value(text.strip())
 
@@ -125,7 +160,7 @@ def _share_of(held: Any, value: Any, at: str) -> Any:
     if match is None:
         return value
     if isinstance(held, bool) or not isinstance(held, int | float):
-        raise InputError(f"--set: {at}: there is no number of which {value} could be taken")
+        raise InputError(f"{at}: there is no number of which {value} could be taken")
     return held * float(match[1]) / 100.0
 
 
@@ -134,9 +169,9 @@ def _with(tree: Any, steps: Sequence[str | int], value: Any, at: str = "") -> An
     step, *below = steps
     kind: Any = list if isinstance(step, int) else dict
     if not isinstance(tree, kind):
-        raise InputError(f"--set: {at}: holds no {'rows' if isinstance(step, int) else 'fields'}")
+        raise InputError(f"{at}: holds no {'rows' if isinstance(step, int) else 'fields'}")
     if isinstance(step, int) and step >= len(tree):
-        raise InputError(f"--set: {at}: has rows [0] to [{len(tree) - 1}], got [{step}]")
+        raise InputError(f"{at}: has rows [0] to [{len(tree) - 1}], got [{step}]")
     here = f"{at}[{step}]" if isinstance(step, int) else f"{at}.{step}".lstrip(".")
     held = tree[step] if isinstance(step, int) else tree.get(step)
     changed = copy.copy(tree)
