@@ -61,6 +61,8 @@ def test_changes_leave_no_trace_for_later_ones():
         ("train.mass_t=-2", "train.mass_t: must be a number > 0.0, got -2"),
         ("train.mass_t=2 t", "train.mass_t: must be a number, got '2 t'"),
         ("train.mass_t=nan", "train.mass_t"),
+        ("train.mass_t=inf", "train.mass_t: must be a finite number, got inf"),
+        ("track.speed_limits[0].speed_kmh=1e400", "speed_limits[0].speed_kmh: must be a finite number, got inf"),
         ("train.mass_t", "must be train.FIELD=VALUE or track.FIELD=VALUE, got 'train.mass_t'"),
         ("=5", "must be train.FIELD=VALUE"),
         ("train..mass_t=5", "must be train.FIELD=VALUE"),

@@ -188,6 +188,8 @@ def test_full_disk_leaves_old_files_and_no_drafts(tmp_path, monkeypatch):
     monkeypatch.setattr(Path, "write_bytes", full_disk)
     with pytest.raises(InputError, match="No space left on device"):
         write_files(tmp_path, {"a": b"new", "b": b"new"})
+    with pytest.raises(InputError, match="No space left on device"):
+        write_files(tmp_path / "new" / "deeper", {"b": b"new"})
     assert [path.name for path in tmp_path.iterdir()] == ["a"]
     assert (tmp_path / "a").read_bytes() == b"old"
 

@@ -1,7 +1,8 @@
 """Files that are either whole or absent."""
 
+import contextlib
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from tgvdp.errors import InputError
@@ -47,11 +48,25 @@ def is_draft(name: str) -> bool:
     return name.startswith(".") and name.endswith(_DRAFT)
 
 
+@contextlib.contextmanager
+def made_folder(folder: Path) -> Iterator[None]:
+    """Make a folder, and those above it; where what is done inside fails, those that it leaves empty go again."""
+    absent = [one for one in (folder, *folder.parents) if not os.path.lexists(one)]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        yield
+    except BaseException:
+        for one in absent:
+            with contextlib.suppress(OSError):  # it was not made, or something is in it
+                one.rmdir()
+        raise
+
+
 def write_files(folder: str | os.PathLike[str], contents: Mapping[str, bytes]) -> list[Path]:
     """Write files into a folder, which is made when absent, each by an atomic replacement.
 
     All are written beside their destination before the first one is replaced, so that a full disk or an interruption
-    leaves the folder as it was. A link stays one, and so does a device or a pipe, into which is written.
+    leaves the folder as it was, or absent. A link stays one, and so does a device or a pipe, into which is written.
 
     Parameters
     ----------
@@ -74,21 +89,27 @@ def write_files(folder: str | os.PathLike[str], contents: Mapping[str, bytes]) -
     places = [Path(os.path.realpath(target)) if target.is_symlink() else target for target in files]
     drafts = [place.with_name(f".{place.name}.{os.getpid()}{_DRAFT}") for place in places]
     try:
-        home.mkdir(parents=True, exist_ok=True)
+        with made_folder(home):
+            _write(files, streams, dict(zip(drafts, places, strict=True)))
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from error
+    return targets
+
+
+def _write(files: Mapping[Path, bytes], streams: Mapping[Path, bytes], drafts: Mapping[Path, Path]) -> None:
+    """Write files by way of drafts, each with its place, and into streams."""
+    try:
         for draft, content in zip(drafts, files.values(), strict=True):
             draft.write_bytes(content)
         for stream, content in streams.items():
             stream.write_bytes(content)
-        for draft, place in zip(drafts, places, strict=True):
+        for draft, place in drafts.items():
             os.replace(draft, place)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from error
     finally:
         _remove(drafts)
-    return targets
 
 
-def _remove(drafts: list[Path]) -> None:
+def _remove(drafts: Iterable[Path]) -> None:
     """Remove what an error left behind; a folder that is out of reach holds no drafts."""
     for draft in drafts:
         try:

@@ -90,7 +90,10 @@ class Journal:
                 self.note("schema", SCHEMA)
             held = self.noted("schema")
         except sqlite3.DatabaseError as error:
+            self.close()
             if error.sqlite_errorname.startswith(_NO_ROOM):
+                if is_new:
+                    path.unlink(missing_ok=True)
                 raise
             busy = "locked" in str(error)
             what = "another sweep is writing here" if busy else f"is no journal of a sweep: {error}"

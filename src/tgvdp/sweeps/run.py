@@ -2,6 +2,7 @@
 
 import contextlib
 import hashlib
+import shutil
 import sqlite3
 import time
 from collections.abc import Callable, Iterator
@@ -10,11 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tgvdp.errors import InputError
-from tgvdp.report.files import write_files
+from tgvdp.report.files import made_folder, write_files
 from tgvdp.report.plain import to_json
 from tgvdp.report.provenance import make_provenance
 from tgvdp.sweeps.batches import Batches
 from tgvdp.sweeps.cluster import Cluster, dashboard_of, started
+from tgvdp.sweeps.columns import ROWS
 from tgvdp.sweeps.engine import Engine
 from tgvdp.sweeps.journal import Journal
 from tgvdp.sweeps.parts import write_part
@@ -128,9 +130,7 @@ def run_sweep(
     if not work.exists() and out.is_dir() and any(out.iterdir()):
         raise InputError(f"{out}: is not empty, and no sweep is in it")
     try:
-        work.mkdir(parents=True, exist_ok=True)
-        journal = Journal(work / JOURNAL)
-        try:
+        with made_folder(work), _opened(work) as journal:
             if retry:
                 journal.forget(_UNSATISFYING)
             progress = _solved(spec, journal, work, cluster, told)
@@ -138,23 +138,32 @@ def run_sweep(
             outcome = _outcome(spec, journal, progress, files, out)
             write_files(out, {"provenance.json": to_json(_provenance(spec, outcome, progress))})
             return outcome
-        finally:
-            is_blank = journal.is_blank()
-            journal.close()
-            if is_blank:
-                _leave(out)
     except OSError as error:
         raise InputError(f"{out}: cannot be written: {error.strerror or error}") from error
     except sqlite3.Error as error:
         raise InputError(f"{out}: cannot be written: {error}") from error
 
 
-def _leave(out: Path) -> None:
-    """Take away what holds nothing yet, as where no scheduler answers: the same command begins anew."""
+@contextlib.contextmanager
+def _opened(work: Path) -> Iterator[Journal]:
+    """The journal of a sweep; one that holds nothing goes again, as where no scheduler answers or the disk is full."""
+    journal = Journal(work / JOURNAL)
+    try:
+        yield journal
+    finally:
+        is_blank = journal.is_blank()
+        journal.close()
+        if is_blank:
+            _leave(work)
+
+
+def _leave(work: Path) -> None:
+    """Take away what holds nothing yet: the same command begins anew."""
     with contextlib.suppress(OSError):  # there are other files
-        (out / WORK / JOURNAL).unlink()
-        (out / WORK).rmdir()
-        out.rmdir()
+        for kind in ROWS:
+            shutil.rmtree(work / kind, ignore_errors=True)
+        (work / JOURNAL).unlink()
+        work.rmdir()
 
 
 def _plan(spec: SweepSpec, engine: str) -> str:

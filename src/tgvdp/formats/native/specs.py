@@ -5,11 +5,14 @@ from typing import Annotated, Any
 from msgspec import UNSET, Meta, Struct, UnsetType, defstruct
 
 from tgvdp.formats.native.energy_map import MapSpec
+from tgvdp.formats.syntax.typed import LARGEST
 from tgvdp.options.option import Option
 from tgvdp.options.search import BY_FIELD
 
-Positive = Annotated[float, Meta(gt=0.0)]
-NotNegative = Annotated[float, Meta(ge=0.0)]
+Positive = Annotated[float, Meta(gt=0.0, le=LARGEST)]
+NotNegative = Annotated[float, Meta(ge=0.0, le=LARGEST)]
+#: What may be infinite: then there is none.
+Limit = Annotated[float, Meta(gt=0.0)]
 
 
 class PointSpec(Struct, forbid_unknown_fields=True):
@@ -62,7 +65,7 @@ class TrainSpec(Struct, forbid_unknown_fields=True):
 
     mass_t: Positive
     traction: EffortSpec
-    max_speed_kmh: Positive
+    max_speed_kmh: Limit
     davis_a_n: NotNegative
     davis_b_n_per_kmh: NotNegative
     davis_c_n_per_kmh2: NotNegative
@@ -71,8 +74,8 @@ class TrainSpec(Struct, forbid_unknown_fields=True):
     friction_brake_kn: NotNegative = 0.0
     rotating_mass_factor: Annotated[float, Meta(ge=1.0)] = 1.0
     length_m: NotNegative = 0.0
-    max_acceleration_mps2: Positive | UnsetType = UNSET
-    max_deceleration_mps2: Positive | UnsetType = UNSET
+    max_acceleration_mps2: Limit | UnsetType = UNSET
+    max_deceleration_mps2: Limit | UnsetType = UNSET
     traction_efficiency_pct: Annotated[float, Meta(gt=0.0, le=100.0)] = 100.0
     regeneration_efficiency_pct: Annotated[float, Meta(ge=0.0, le=100.0)] = 0.0
     auxiliary_power_kw: NotNegative = 0.0
