@@ -170,4 +170,19 @@ def test_names_that_the_line_does_not_have_once_are_refused(saved):
     path = saved(NAMES, "names.csv")
     assert "the line has 2 places of that name, got 'Mid'" in refusal(load_journey, path, track=twice)
     assert "is the line to be reversed?" in refusal(load_journey, path, track=reversed_track(track))
-    assert "no column for the position" in refusal(load_journey, path)
+    assert refusal(load_journey, path) == (
+        "its timetable names places alone, and no line is given that has names"
+        " (or it lacks a column for the position, such as position_m or Position [km])"
+    )
+
+
+def test_names_alone_are_described_as_a_timetable_that_needs_a_line(saved):
+    told = describe_file(saved(NAMES, "names.csv"))
+    assert (told.kind, told.format) == ("timetable", "CSV table")
+    assert [(one.name, one.value) for one in told.figures] == [
+        ("timetable names", "ASTON to Berry, 3 places, 10:00 to 10:08")
+    ]
+    assert told.notes == ("it gives no positions: tgvdp journey takes it with a line that has places of these names",)
+    wrong = saved(NAMES.replace("10:03,10:04", "10:03,10:02"), "wrong.csv")
+    assert "times must not decrease, got 10:02" in refusal(describe_file, wrong)
+    assert "no column for the position" in refusal(describe_file, saved("Station,Arrival,Departure\nA,-,-\n", "t.csv"))

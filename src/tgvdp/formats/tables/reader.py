@@ -33,6 +33,8 @@ def open_document(document: Document) -> Content | None:
         if not tables:
             raise _no_line(sheets)
         timetables = [table for table in tables if timetable.is_timetable(table)]
+        if not document.places and not any(POSITION in table.columns for table in tables):
+            return _outline(form, timetables)
         used = [table.sheet.name for table in tables]
         others = [shown(sheet.name) for sheet in sheets if sheet.name not in used]
         notes = (f"sheets without positions, not used: {listed(others)}",) if others else ()
@@ -45,6 +47,16 @@ def open_document(document: Document) -> Content | None:
     held: dict[Kind, tuple[Item, ...]] = {"track": tuple(items), "journey": tuple(journeys)}
     kinds = {kind: items for kind, items in held.items() if items}
     return Content(format=form, items=kinds, default=default, takes_line_speed=True)
+
+
+def _outline(form: str, timetables: list[Table]) -> Content:
+    """Timetables that name places alone, where no line is given that has any."""
+    lacking: dict[Kind, str] = {
+        "journey": "its timetable names places alone, and no line is given that has names (or it lacks a column for the"
+        f" {POSITION.name}, such as {POSITION.example})"
+    }
+    outline = {f"timetable {table.sheet.name}": timetable.outlined(table) for table in timetables}
+    return Content(format=form, items={}, lacking=lacking, outline=outline)
 
 
 def _table(sheet: Sheet) -> Table:

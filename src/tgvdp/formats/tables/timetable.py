@@ -66,6 +66,22 @@ def make_journey(
     return journey
 
 
+def outlined(table: Table) -> str:
+    """From where to where a timetable of names runs, and when.
+
+    Raises
+    ------
+    InputError
+        When a time is none, or times decrease.
+    """
+    timed = [row for row, times_s in zip(table.rows, _times(table), strict=True) if times_s != (None, None)]
+    if not timed:
+        raise table.lacks(POSITION)
+    names = [plain_text(table.text(row, STOP)) for row in (timed[0], timed[-1])]
+    clocks = [text for row in timed for role in ROLES if (text := table.text(row, role)) not in _BLANK]
+    return f"{' to '.join(names)}, {len(timed)} places, {clocks[0]} to {clocks[-1]}"
+
+
 def _named_m(table: Table, places: Sequence[tuple[float, str]]) -> Iterator[float]:
     """Positions of rows by their names, m; those of rows without times are those of the rows before them."""
     known = by_name(places)
