@@ -56,6 +56,23 @@ def folder(tmp_path):
     return tmp_path
 
 
+def test_an_axis_on_which_nothing_depends_is_noted(folder):
+    note = "train changes nothing: runs cost the same at all of its values"
+    content = report_object(read_savings(folder, 10.0))
+    assert content["notes"] == [note]
+    done = run("report", folder, "--margin", 10)
+    assert done.stderr == f"tgvdp: note: {note}\n"
+    assert f"Note: {note}." in (folder / "report" / "report.md").read_text()
+
+
+def test_an_axis_that_others_decide_is_not_idle():
+    axes = {"line": ["a", "a", "b", "b"], "section": ["a 1", "a 2", "b 1", "b 2"]}
+    energies = np.array([4.0, 5.0, 4.0, 5.0])
+    assert "notes" not in report_object(
+        Savings(5.0, np.arange(4), energies, 0.9 * energies, axes, {"done": 4}, 0.0 * energies)
+    )
+
+
 def test_savings_are_interpolated_and_end_with_the_front(folder):
     savings = read_savings(folder, 7.5)
     assert savings.saved_kwh == pytest.approx([1.5, 2.25, 2.0, 2.25], abs=1e-12)

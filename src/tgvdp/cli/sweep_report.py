@@ -62,4 +62,6 @@ def command(folder: Path, margin_pct: float, out: str | None, as_json: bool, qui
             )
         if "warning" in content:
             click.echo(f"tgvdp: warning: {content['warning']}", err=True)
+        for note in content.get("notes", ()):
+            click.echo(f"tgvdp: note: {note}", err=True)
         click.echo(f"in {home}: {', '.join(file.name for file in files)}", err=as_json)

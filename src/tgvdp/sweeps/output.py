@@ -11,12 +11,11 @@ from tgvdp.report.provenance import make_provenance, write_ledger
 from tgvdp.report.style import Picture
 from tgvdp.report.sweep_plots import Effect, plot_distribution, plot_map, plot_tornado
 from tgvdp.sweeps.summary import (
+    Level,
     Savings,
     by_effect,
     grid,
     report_object,
-    savings_columns,
-    sensitivity_columns,
     told_apart,
 )
 
@@ -48,11 +47,31 @@ def write_report(savings: Savings, source: Path, out: Path) -> tuple[dict[str, A
     files = {
         "report.json": to_json(content),
         "report.md": _page(content, list(pictures)).encode(),
-        "savings.csv": to_csv(savings_columns(savings)),
-        "sensitivity.csv": to_csv(sensitivity_columns(content)),
+        "savings.csv": to_csv(_savings_columns(savings)),
+        "sensitivity.csv": to_csv(_sensitivity_columns(content)),
         **{f"{name}.png": encode(figure, provenance) for name, figure in pictures.items()},
     }
     return content, write_ledger(out, files, provenance)
+
+
+def _savings_columns(savings: Savings) -> dict[str, Any]:
+    """Columns of ``savings.csv``: a row per scenario."""
+    return {
+        "scenario": savings.number.tolist(),
+        **savings.axes,
+        "fastest_energy_kwh": savings.fastest_kwh.tolist(),
+        "energy_kwh": savings.energy_kwh.tolist(),
+        "saved_kwh": savings.saved_kwh.tolist(),
+        "saved_pct": savings.saved_pct.tolist(),
+        "at_most_above_pct": savings.at_most_above_pct.tolist(),
+    }
+
+
+def _sensitivity_columns(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Columns of ``sensitivity.csv``: a row per value of each axis."""
+    rows = [{"axis": one["axis"], **level} for one in content["sensitivity"] for level in one["levels"]]
+    names = ("axis", *Level._fields)
+    return {name: [str(row[name]) if name == "value" else row[name] for row in rows] for name in names}
 
 
 def _pictures(savings: Savings, content: Mapping[str, Any]) -> dict[str, Picture]:
@@ -92,6 +111,8 @@ def _page(content: Mapping[str, Any], pictures: list[str]) -> str:
     ]  # fmt: skip
     if "warning" in content:
         lines += [f"Warning: {content['warning']}.", ""]
+    for note in content.get("notes", ()):
+        lines += [f"Note: {note}.", ""]
     for one in content["sensitivity"]:
         rows = [
             {one["axis"]: str(level["value"]), "scenarios": level["scenarios"], "fastest kWh": level["fastest_kwh"],

@@ -1,6 +1,7 @@
 """What a finished sweep says about its network: what a margin saves, where, and on what that depends."""
 
 import contextlib
+import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
@@ -253,6 +254,7 @@ def report_object(savings: Savings) -> dict[str, Any]:
             for axis, found in by_effect(savings)
         ],
         **_warning(savings),
+        **_notes(savings),
     }
 
 
@@ -273,21 +275,19 @@ def _warning(savings: Savings) -> dict[str, str]:
     return {"warning": "; ".join(warnings)} if warnings else {}
 
 
-def savings_columns(savings: Savings) -> dict[str, Any]:
-    """Columns of ``savings.csv``: a row per scenario."""
-    return {
-        "scenario": savings.number.tolist(),
-        **savings.axes,
-        "fastest_energy_kwh": savings.fastest_kwh.tolist(),
-        "energy_kwh": savings.energy_kwh.tolist(),
-        "saved_kwh": savings.saved_kwh.tolist(),
-        "saved_pct": savings.saved_pct.tolist(),
-        "at_most_above_pct": savings.at_most_above_pct.tolist(),
-    }
+def _notes(savings: Savings) -> dict[str, list[str]]:
+    """Say which axes have values that come to the same, all else alike."""
+    idle = [axis for axis in savings.axes if _is_idle(savings, axis)]
+    return (
+        {"notes": [f"{axis} changes nothing: runs cost the same at all of its values" for axis in idle]} if idle else {}
+    )
 
 
-def sensitivity_columns(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Columns of ``sensitivity.csv``: a row per value of each axis."""
-    rows = [{"axis": one["axis"], **level} for one in content["sensitivity"] for level in one["levels"]]
-    names = ("axis", *Level._fields)
-    return {name: [str(row[name]) if name == "value" else row[name] for row in rows] for name in names}
+def _is_idle(savings: Savings, axis: str) -> bool:
+    """Whether scenarios that differ on an axis alone, of which there are some, come to the same."""
+    others = [values for name, values in savings.axes.items() if name != axis]
+    rests = zip(*others, strict=True) if others else itertools.repeat(())
+    found = zip(savings.fastest_kwh.tolist(), savings.energy_kwh.tolist(), strict=True)
+    first: dict[tuple[Any, ...], tuple[float, float]] = {}
+    same = all(first.setdefault(rest, energies) == energies for rest, energies in zip(rests, found, strict=False))
+    return same and len(first) < len(savings.number)
