@@ -175,9 +175,9 @@ class PartedSections:
 
 
 def _passed(trip: Trip, points: Sequence[TimingPoint]) -> Iterator[Point]:
-    """Points between two stops: no run passes them faster than the fastest one, or than is asked for."""
-    # Credits of nothing make them rows of the fastest run, whose speeds are true at its rows only.
-    fastest = fastest_run(replace(trip, credits=tuple((point.position_m, 0.0) for point in points)))
+    """Points between two stops: no run passes them faster than the fastest one that keeps what is asked for at all."""
+    # By so much faster that their shared speeds are those that are asked for.
+    fastest = fastest_run(trip, [(point.position_m, point.highest_mps / (1.0 - _ROUNDING)) for point in points])
     for point in points:
         fastest_mps = float(np.interp(point.position_m, fastest.position_m, fastest.speed_mps))
         if fastest_mps < point.lowest_mps:

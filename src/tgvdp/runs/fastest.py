@@ -7,6 +7,7 @@ for inside the cell, so that no mesh is needed (Howlett & Pudney, Energy-Efficie
 """
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -50,7 +51,10 @@ _SPARE = 1e-3
 
 @part
 def _find_caps(train, dark, cells, end_w, cap, scratch):
-    """Largest squared speed at each station that still obeys all that follows; ``cap`` (K + 1,) in place."""
+    """Largest squared speed at each station that still obeys all that follows; ``cap`` (K + 1,) in place.
+
+    It has what is not exceeded at the stations themselves.
+    """
     count = cells.length_m.shape[0]
     cap[count] = end_w
     for k in range(count - 1, -1, -1):
@@ -58,7 +62,7 @@ def _find_caps(train, dark, cells, end_w, cap, scratch):
         if cap[k + 1] > cell.limit_w:
             cap[k + 1] = cell.limit_w
         here = train if cells.supply[k] == POWERED else dark
-        cap[k] = braked_w(here, BRAKING, cell, cap[k + 1], cell.length_m, scratch)
+        cap[k] = min(cap[k], braked_w(here, BRAKING, cell, cap[k + 1], cell.length_m, scratch))
         if cap[k] <= 0.0:
             return NO_BRAKE, k
     return OK, 0
@@ -158,7 +162,9 @@ class Envelope(NamedTuple):
     w: NDArray[np.float64]
 
 
-def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
+def envelope_of(
+    trip: Trip, cells: Cells, train: KernelTrain, passing: Sequence[tuple[float, float]] = ()
+) -> Envelope:
     """Fastest run and slowest feasible speeds over given cells.
 
     Parameters
@@ -166,6 +172,8 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
     trip : Trip
     cells : Cells
     train : KernelTrain
+    passing : sequence of (float, float)
+        Stations, from the origin, m, and speeds that are not exceeded there, m/s.
 
     Returns
     -------
@@ -186,13 +194,17 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
                 f"{label} speed {mps_to_kmh(speed_mps):.4g} km/h is above the limit there, "
                 f"{mps_to_kmh(float(np.sqrt(cells.limit_w[cell]))):.4g} km/h"
             )
-    cap, low, fast = np.empty(count + 1), np.empty(count + 1), np.empty(count + 1)
+    low, fast = np.empty((2, count + 1))
+    highest_w = np.full(count + 1, np.inf)
+    for at_m, speed_mps in passing:
+        highest_w[np.searchsorted(cells.station_m, at_m)] = speed_mps**2
     start_w, end_w = trip.start_speed_mps**2, trip.end_speed_mps**2
     weaker = train._replace(traction=weakened(train.traction, 1.0 - _SPARE))
     size = 16 * count + 2 * _SCRATCH
     march_size = _SCRATCH
     while True:
         rows, march = room_for_rows(size, "fastest run"), room_for_marches(march_size, "fastest run: march")
+        cap = highest_w.copy()
         status, cell, n = envelope_kernel(train, weaker, reachable, start_w, end_w, cap, low, fast, march, rows)
         if overrun(march):
             march_size *= 2
@@ -234,8 +246,14 @@ def reachable_w(trip: Trip) -> float:
     return math.inf
 
 
-def fastest_run(trip: Trip) -> Profile:
+def fastest_run(trip: Trip, passing: Sequence[tuple[float, float]] = ()) -> Profile:
     """Profile of the fastest run of a trip.
+
+    Parameters
+    ----------
+    trip : Trip
+    passing : sequence of (float, float)
+        Positions on the track, m, that become rows of it, and speeds that are not exceeded there, m/s.
 
     Raises
     ------
@@ -248,7 +266,8 @@ def fastest_run(trip: Trip) -> Profile:
     if start_mps2 > _MOST_MPS2:
         raise NumericalError(f"it starts with {start_mps2:.3g} m/s², at most {_MOST_MPS2:g} can be computed")
     train = kernel_train(trip.train)._replace(rows=_FINE_ROWS)
-    envelope = envelope_of(trip, cells_of(trip), train)
+    along = [(at_m - trip.origin_m, speed_mps) for at_m, speed_mps in passing]
+    envelope = envelope_of(trip, cells_of(trip, np.array([at_m for at_m, _ in along])), train, along)
     line = resolve(trip)
     rows = follow(trip.train, line, envelope.x_m, envelope.w)
     profile = profile_of(trip, *rows)
