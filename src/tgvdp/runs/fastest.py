@@ -162,9 +162,7 @@ class Envelope(NamedTuple):
     w: NDArray[np.float64]
 
 
-def envelope_of(
-    trip: Trip, cells: Cells, train: KernelTrain, passing: Sequence[tuple[float, float]] = ()
-) -> Envelope:
+def envelope_of(trip: Trip, cells: Cells, train: KernelTrain, passing: Sequence[tuple[float, float]] = ()) -> Envelope:
     """Fastest run and slowest feasible speeds over given cells.
 
     Parameters
