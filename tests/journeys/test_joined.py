@@ -103,3 +103,17 @@ def test_a_demand_goes_through_what_was_found_and_between_that_along_the_chord()
     assert through(demand, [(8.0, 5.0), (12.0, 10.0)]).supplement_s == pytest.approx(
         through(demand, [(12.0, 10.0)]).supplement_s
     )
+
+
+def test_points_are_passed_as_fast_as_what_is_asked_at_the_others_lets_a_train():
+    """Each was to be passed as fast as if nothing were asked at the others: no run led from one to the next."""
+    line = replace(LEVEL, length_m=30e3, stops_m=(0.0, 30e3))
+    slow = TimingPoint(15e3, highest_mps=20.0)
+    near = TimingPoint(14.8e3, latest_s=600.0), slow, TimingPoint(15.2e3, latest_s=600.0, lowest_mps=22.0)
+    points = (stop(0.0, 0.0, 0.0), *near, stop(30e3, latest_s=900.0))
+    timed = tgvdp.journey("tgv", line, Journey(points=points), at_s=(700.0,))
+    alone = tgvdp.journey("tgv", line, Journey(points=(points[0], slow, points[-1])), at_s=(700.0,))
+    assert timed.front.energy_j[-1] == pytest.approx(alone.front.energy_j[-1], rel=1e-4)
+    speed_mps = passing(timed.profile(0), np.array([15e3, 15.2e3]))[1]
+    assert speed_mps[0] <= 20.0 * (1.0 + 1e-9)
+    assert speed_mps[1] >= 22.0
