@@ -1,6 +1,6 @@
 """What was read from a file, with what it was made of."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -52,6 +52,13 @@ class Scenario:
     outline: Mapping[str, str] = field(default_factory=dict)
 
 
+def fingerprint_beside(beside: Mapping[str, str], remarks: Sequence[str]) -> dict[str, Any]:
+    """What provenance says of files that others refer to: their SHA-256, by name, and what readers noted, if any."""
+    files = {"beside": dict(beside)} if beside else {}
+    notes = {"notes": list(remarks)} if remarks else {}
+    return {**files, **notes}
+
+
 class Read(NamedTuple):
     """What was read from a file: a train, a track, a map, a journey or a whole scenario, and the bytes it was made of.
 
@@ -73,6 +80,5 @@ class Read(NamedTuple):
     def fingerprint(self) -> dict[str, Any]:
         """The file without its folder, what was chosen in it, the hash of what was read, and what the reader noted."""
         chosen = {} if self.part is None else {"part": self.part}
-        beside = {"beside": dict(self.beside)} if self.beside else {}
-        notes = {"notes": list(self.remarks)} if self.remarks else {}
-        return {"file": self.path.name, **chosen, "sha256": self.sha256, **beside, **notes}
+        others = fingerprint_beside(self.beside, self.remarks)
+        return {"file": self.path.name, **chosen, "sha256": self.sha256, **others}

@@ -13,6 +13,7 @@ from itertools import accumulate
 from typing import Any, NamedTuple, overload
 
 from tgvdp.formats.native.changes import written
+from tgvdp.formats.scenario import fingerprint_beside
 from tgvdp.options.search import arguments_of, by_argument
 from tgvdp.sweeps.scenario import Kind, Part, Scenario, Section
 
@@ -59,8 +60,7 @@ class Tables(NamedTuple):
     @property
     def provenance(self) -> dict[str, Any]:
         """Inputs of a sweep, by role: what was set, as a single search has it; none where no file was read."""
-        notes = {"notes": list(self.remarks)} if self.remarks else {}
-        return {"set": {"beside": dict(self.inputs), **notes}} if self.inputs else {}
+        return {"set": fingerprint_beside(self.inputs, self.remarks)} if self.inputs else {}
 
 
 @dataclass(frozen=True)

@@ -278,9 +278,8 @@ def _warning(savings: Savings) -> dict[str, str]:
 def _notes(savings: Savings) -> dict[str, list[str]]:
     """Say which axes have values that come to the same, all else alike."""
     idle = [axis for axis in savings.axes if _is_idle(savings, axis)]
-    return (
-        {"notes": [f"{axis} changes nothing: runs cost the same at all of its values" for axis in idle]} if idle else {}
-    )
+    notes = [f"{axis} changes nothing: runs cost the same at all of its values" for axis in idle]
+    return {"notes": notes} if notes else {}
 
 
 def _is_idle(savings: Savings, axis: str) -> bool:

@@ -19,7 +19,7 @@ from tgvdp.errors import InputError
 from tgvdp.formats.detect import read_scenario
 from tgvdp.formats.native.specs import TrackSpec, TrainSpec
 from tgvdp.formats.native.write import native_tree
-from tgvdp.formats.scenario import Scenario
+from tgvdp.formats.scenario import Scenario, fingerprint_beside
 from tgvdp.formats.syntax.reading import Document, errors_named, shown
 from tgvdp.formats.syntax.typed import suggestion
 from tgvdp.model.track import Track
@@ -53,9 +53,8 @@ class Changed(NamedTuple):
     @property
     def fingerprint(self) -> dict[str, Any]:
         """The files and the notes, as `tgvdp.formats.scenario.Read` gives them; empty where no file was read."""
-        notes = {"notes": list(self.remarks)} if self.remarks else {}
         beside = {Path(path).name: digest for path, digest in self.inputs.items()}
-        return {"beside": beside, **notes} if beside else {}
+        return fingerprint_beside(beside, self.remarks) if beside else {}
 
 
 def changed(train: Train, track: Track, assignments: Sequence[str], owner: Path = _OWNER) -> Changed:
