@@ -122,7 +122,7 @@ def test_one_place_turns_errors_into_a_line_and_an_exit_code(error, code, monkey
         monkeypatch.setattr("tgvdp.formats.load_train", fail)
         assert run("catalog") == code
     else:
-        assert run("validate", "line.json") == code
+        assert run("validate", "tgv") == code
     assert one_error()
 
 

@@ -124,6 +124,10 @@ def test_a_folder_has_its_own_name_wherever_one_stands(folder, monkeypatch):
 def test_explore_says_what_it_cannot_show(tmp_path, capsys):
     assert main(["explore", str(tmp_path / "absent"), "--no-browser"]) == 3
     assert "no such folder" in capsys.readouterr().err
+    (tmp_path / "front.csv").touch()
+    for command in ("explore", "report"):
+        assert main([command, str(tmp_path / "front.csv")]) == 3
+        assert "front.csv: is a file, not a folder" in capsys.readouterr().err
     assert main(["explore", "--train", str(tmp_path / "absent.toml"), "--no-browser"]) == 3
     assert "absent.toml: no such file" in capsys.readouterr().err
 

@@ -129,6 +129,7 @@ def command(
 def _estimate(spec: "SweepSpec", cluster: Any, screen: Screen, as_json: bool) -> int:
     """Say how many scenarios there are and about how long they take."""
     from tgvdp.sweeps.estimate import estimate
+    from tgvdp.sweeps.review import counted
 
     screen.progress("solving a few of them")
     with screen.compiling():
@@ -136,11 +137,7 @@ def _estimate(spec: "SweepSpec", cluster: Any, screen: Screen, as_json: bool) ->
     if as_json:
         echo_json(content)
         return 0
-    varied = "".join(f" × {count} {name}" for name, count in content["axes"].items())
-    click.echo(
-        f"{content['scenarios']} scenarios: {content['trains']} trains × {content['sections']} sections of"
-        f" {content['lines']} lines{varied}"
-    )
+    click.echo(f"{content['scenarios']} scenarios: {counted(spec)}")
     if content["failed"]:
         click.echo(f"tgvdp: warning: {content['failed']} of {content['sampled']} failed: {content['error']}", err=True)
     if content["seconds_each"] is not None:

@@ -1,12 +1,18 @@
 """``tgvdp validate``: what files hold, or what is wrong with them."""
 
 import textwrap
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import click
 
 from tgvdp.cli.numbers import LINE_SPEED
 from tgvdp.errors import InputError
 from tgvdp.units import kmh_to_mps
+
+if TYPE_CHECKING:
+    from tgvdp.formats import Description
+    from tgvdp.formats.review.plausibility import Review
 
 _EXAMPLES = """
 \b
@@ -15,6 +21,7 @@ Examples:
   tgvdp validate scenario.toml
   tgvdp validate --line-speed 100 plan.railml    a line without speed limits
   tgvdp validate -v train.yaml                   with a report of unusual values and their lines
+  tgvdp validate sweep.toml                      what a sweep would run
 """
 
 
@@ -27,17 +34,36 @@ def command(files: tuple[str, ...], verbose: bool, line_speed_kmh: float | None)
 
     All files are read. The exit code is 3 when any of them is wrong; a value that is unusual is a warning only.
     """
-    from tgvdp.formats import describe_file
-    from tgvdp.formats.review.plausibility import review_file
-
     speed_mps = None if line_speed_kmh is None else kmh_to_mps(line_speed_kmh)
     exit_code = 0
     for file in files:
         try:
-            click.echo(f"{file}: {describe_file(file, line_speed_mps=speed_mps)}")
-            for review in review_file(file, line_speed_mps=speed_mps) if verbose else ():
+            held, reviews = _held(file, speed_mps, reviewed=verbose)
+            click.echo(f"{file}: {held}")
+            for review in reviews:
                 click.echo(textwrap.indent(str(review), "  "))
         except InputError as error:
             click.echo(f"tgvdp: error: {error}", err=True)
             exit_code = error.exit_code
     return exit_code
+
+
+def _held(file: str, line_speed_mps: float | None, *, reviewed: bool) -> "tuple[Description, Sequence[Review]]":
+    """What a file holds, and if asked for how usual that is."""
+    from tgvdp.formats import describe_file
+    from tgvdp.formats.review.plausibility import review_file
+    from tgvdp.formats.sources import locate
+    from tgvdp.formats.syntax.reading import bad, shown
+    from tgvdp.sweeps.read import read_spec
+    from tgvdp.sweeps.review import describe_spec, is_spec, review_spec
+
+    path, part = locate(file)
+    if is_spec(path):
+        if part is not None:
+            raise bad(path, f"is the spec of a sweep, of which {shown(part)} chooses nothing")
+        if line_speed_mps is not None:
+            raise bad(path, "is the spec of a sweep: a line speed would change nothing")
+        spec = read_spec(path)
+        return describe_spec(spec, path.stem), review_spec(spec) if reviewed else ()
+    held = describe_file(file, line_speed_mps=line_speed_mps)
+    return held, review_file(file, line_speed_mps=line_speed_mps) if reviewed else ()

@@ -43,7 +43,7 @@ def read_folder(folder: str) -> Exhibit:
         if (home / name).is_file():
             return read(home, read_object(home / name))
     if not home.is_dir():
-        raise InputError(f"{folder}: no such folder")
+        raise InputError(f"{folder}: {'is a file, not a folder' if home.exists() else 'no such folder'}")
     raise InputError(f"{folder}: holds none of {', '.join(_READERS)}, which search, journey and bench write")
 
 

@@ -51,6 +51,10 @@ class _File(Struct, forbid_unknown_fields=True):
     zip: list[dict[str, list[Any]]] = []
 
 
+#: Fields that no file of a train or a line has.
+FIELDS = frozenset(_File.__struct_fields__) - {"run"}
+
+
 def read_spec(path: Path) -> SweepSpec:
     """Read a spec, and the trains and lines that it names; relative paths count from its folder.
 
