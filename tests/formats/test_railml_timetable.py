@@ -243,7 +243,11 @@ def test_a_timetable_without_a_line_is_described_by_its_trains(saved_xml):
     assert described.notes == (
         "it gives no positions: tgvdp journey takes it with a line that has places of these names",
     )
-    assert review_file(saved_xml(text)) == []
+    path = saved_xml(text)
+    for chosen in ("t", "4711"):
+        assert describe_file(f"{path}#{chosen}").figures == described.figures[:1]
+    assert refusal(describe_file, f"{path}#4712") == "holds no journey '4712', did you mean '4711'?"
+    assert review_file(path) == []
     late = text.replace('"10:10:00"', '"10:00:30"')
     assert "times must not decrease, got 10:00:30 after a later one" in refusal(describe_file, saved_xml(late))
 

@@ -183,6 +183,9 @@ def test_names_alone_are_described_as_a_timetable_that_needs_a_line(saved):
         ("timetable names", "ASTON to Berry, 3 places, 10:00 to 10:08")
     ]
     assert told.notes == ("it gives no positions: tgvdp journey takes it with a line that has places of these names",)
+    path = saved(NAMES, "names.csv")
+    assert describe_file(f"{path}#names") == told
+    assert refusal(describe_file, f"{path}#other") == "holds no journey 'other'; it holds: names"
     wrong = saved(NAMES.replace("10:03,10:04", "10:03,10:02"), "wrong.csv")
     assert "times must not decrease, got 10:02" in refusal(describe_file, wrong)
     assert "no column for the position" in refusal(describe_file, saved("Station,Arrival,Departure\nA,-,-\n", "t.csv"))

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, TypeVar
 
 from tgvdp.formats.syntax.reading import bad, shown
 from tgvdp.model.journey import Journey
@@ -25,6 +25,18 @@ class Item(NamedTuple):
     kept: Mapping[str, Any] = {}
 
 
+class Outline(NamedTuple):
+    """A timetable that is nothing without a line: its identifier, what it is of, what it says, and other names."""
+
+    id: str
+    what: str
+    text: str
+    names: tuple[str, ...] = ()
+
+
+_Named = TypeVar("_Named", bound=Item | Outline)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Content:
     """What a file holds.
@@ -43,8 +55,8 @@ class Content:
         SHA-256 of other files that it refers to, by their paths; they are read when its items are made.
     lacking : mapping of str to str
         By kind: why the file does not hold one, where that is worth saying.
-    outline : mapping of str to str
-        What the file does hold, by name, where that is nothing without another file, and ``items`` is empty.
+    outline : tuple of Outline
+        What the file does hold, where that is nothing without another file, and ``items`` is empty.
     """
 
     format: str
@@ -53,7 +65,7 @@ class Content:
     takes_line_speed: bool = False
     inputs: Mapping[str, str] = field(default_factory=dict)
     lacking: Mapping[Kind, str] = field(default_factory=dict)
-    outline: Mapping[str, str] = field(default_factory=dict)
+    outline: tuple[Outline, ...] = ()
 
     @property
     def is_one(self) -> bool:
@@ -78,17 +90,23 @@ class Content:
             When there is none of that name, several of it, or several and no name.
         """
         items = self.items[kind] if part is not None else self.each(kind)
-        if part is None and len(items) == 1:
-            return items[0]
-        named = [item for item in items if part in item.names]
-        chosen = [item for item in items if part == item.id] or named
-        if len(chosen) == 1 or (chosen and chosen is not named):
-            return chosen[0]
-        known = [item.id for item in chosen or items]
-        names = ", ".join(known[:_MOST_NAMES]) + (", …" if len(known) > _MOST_NAMES else "")
-        if part is None or chosen:
-            called = f" that are called {shown(part)}" if part is not None else ""
-            raise bad(path, f"holds {len(known)} {kind}s{called}, choose one as FILE#NAME: {names}")
-        near = get_close_matches(part, [name for item in items for name in (item.id, *item.names)], n=1)
-        hint = f", did you mean {near[0]!r}?" if near else f"; it holds: {names}"
-        raise bad(path, f"holds no {kind} {shown(part)}{hint}")
+        return items[0] if part is None and len(items) == 1 else _chosen(path, kind, items, part)
+
+    def outlined(self, path: Path, part: str | None) -> tuple[Outline, ...]:
+        """Return the timetables that a user means by the text behind ``#``, all by none; see `choose`."""
+        return self.outline if part is None else (_chosen(path, "journey", self.outline, part),)
+
+
+def _chosen(path: Path, kind: Kind, items: tuple[_Named, ...], part: str | None) -> _Named:
+    named = [item for item in items if part in item.names]
+    chosen = [item for item in items if part == item.id] or named
+    if len(chosen) == 1 or (chosen and chosen is not named):
+        return chosen[0]
+    known = [item.id for item in chosen or items]
+    names = ", ".join(known[:_MOST_NAMES]) + (", …" if len(known) > _MOST_NAMES else "")
+    if part is None or chosen:
+        called = f" that are called {shown(part)}" if part is not None else ""
+        raise bad(path, f"holds {len(known)} {kind}s{called}, choose one as FILE#NAME: {names}")
+    near = get_close_matches(part, [name for one in items for name in (one.id, *one.names)], n=1)
+    hint = f", did you mean {near[0]!r}?" if near else f"; it holds: {names}"
+    raise bad(path, f"holds no {kind} {shown(part)}{hint}")

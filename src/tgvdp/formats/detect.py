@@ -106,7 +106,8 @@ def load_to_describe(path: Source, *, line_speed_mps: float | None = None) -> tu
     if content is None or not content.outline:
         return _each(document, content, target.part)
     inputs = {label(document.path): document.digest}
-    return (Scenario(name=document.path.stem, format=content.format, inputs=inputs, outline=content.outline),)
+    outline = {f"{one.what} {one.id}": one.text for one in content.outlined(document.path, target.part)}
+    return (Scenario(name=document.path.stem, format=content.format, inputs=inputs, outline=outline),)
 
 
 def load_bytes(name: str, data: bytes, *, line_speed_mps: float | None = None) -> tuple[Scenario, ...]:

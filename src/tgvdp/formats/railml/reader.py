@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 
 from tgvdp.errors import InputError
-from tgvdp.formats.content import Content, Item, Kind
+from tgvdp.formats.content import Content, Item, Kind, Outline
 from tgvdp.formats.railml import line2, line3, stock, timetable2
 from tgvdp.formats.railml.rows import Piece, join
 from tgvdp.formats.syntax.reading import Document, bad, shown
@@ -82,7 +82,7 @@ def open_document(document: Document) -> Content | None:
     elif file.journeys(()):
         lacking["journey"] = "its timetable names places alone, and no line is given that has names"
     items = {kind: some for kind, some in items.items() if some}
-    outline = {} if items else file.outline()
+    outline = () if items else file.outline()
     if not items and not outline:
         raise bad(document.path, f"holds no track and no train: {file.wanted}")
     form = f"{FORMAT} {file.version}"
@@ -145,9 +145,9 @@ class _File:
             Item(train.id, partial(timetable2.make_journey, self.root, train, places), train.names) for train in trains
         )
 
-    def outline(self) -> dict[str, str]:
+    def outline(self) -> tuple[Outline, ...]:
         """The trains of a timetable, by their names, which a line would make journeys of."""
-        return dict(timetable2.outlined(self.root)) if self._old else {}
+        return tuple(timetable2.outlined(self.root)) if self._old else ()
 
     def knows(self, kind: Kind, name: str) -> bool:
         """Whether there is a track or train of that id or name."""

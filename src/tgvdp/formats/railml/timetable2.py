@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from tgvdp.errors import InputError
 from tgvdp.formats.calls import Call, RunningClock, by_name, journey_of
+from tgvdp.formats.content import Outline
 from tgvdp.formats.railml.line2 import POINTS, names_of
 from tgvdp.formats.syntax.clocks import clock_s
 from tgvdp.formats.syntax.reading import shown
@@ -107,8 +108,8 @@ def make_journey(root: Node, train: TimedTrain, places: Sequence[tuple[float, st
         raise train.parts[0].bad(str(error)) from None
 
 
-def outlined(root: Node) -> Iterator[tuple[str, str]]:
-    """Each train by its identifier: its other names, from where to where it runs, and when.
+def outlined(root: Node) -> Iterator[Outline]:
+    """Each train: its other names, from where to where it runs, and when.
 
     Raises
     ------
@@ -123,7 +124,8 @@ def outlined(root: Node) -> Iterator[tuple[str, str]]:
         clocks = [text for one in stands for text in map(one.times.text, ("arrival", "departure")) if text]
         when = f", {clocks[0]} to {clocks[-1]}" if clocks else ""
         called = ", ".join(name for name in train.names if name != train.id)
-        yield f"train {train.id}", f"{called}: {ends}, {len(stands)} places{when}".removeprefix(": ")
+        text = f"{called}: {ends}, {len(stands)} places{when}".removeprefix(": ")
+        yield Outline(train.id, "train", text, train.names)
 
 
 def _names_by_id(root: Node) -> dict[str, tuple[str, ...]]:

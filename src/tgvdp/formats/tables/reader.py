@@ -3,7 +3,7 @@
 from functools import partial
 
 from tgvdp.errors import InputError
-from tgvdp.formats.content import Content, Item, Kind
+from tgvdp.formats.content import Content, Item, Kind, Outline
 from tgvdp.formats.syntax.reading import Document, errors_named, shown
 from tgvdp.formats.tables import effort, line, timetable
 from tgvdp.formats.tables.cells import Sheet
@@ -55,7 +55,7 @@ def _outline(form: str, timetables: list[Table]) -> Content:
         "journey": "its timetable names places alone, and no line is given that has names (or it lacks a column for the"
         f" {POSITION.name}, such as {POSITION.example})"
     }
-    outline = {f"timetable {table.sheet.name}": timetable.outlined(table) for table in timetables}
+    outline = tuple(Outline(table.sheet.name, "timetable", timetable.outlined(table)) for table in timetables)
     return Content(format=form, items={}, lacking=lacking, outline=outline)
 
 
