@@ -101,3 +101,15 @@ def test_tables_that_a_field_is_read_from_are_told_with_their_notes(saved):
         "notes": ["effort.csv: effort below 50 km/h is taken to be as large as there"],
     }
     assert changed(TRAIN, TRACK, ["train.mass_t=110%"]).fingerprint == {}
+
+
+def test_tables_of_one_name_are_told_apart_by_their_folders(saved, tmp_path):
+    names, digests = {"traction": "old/dc/effort.csv", "braking": "new/dc/effort.csv"}, {}
+    for force_kn, name in enumerate(names.values(), start=150):
+        (tmp_path / name).parent.mkdir(parents=True)
+        table = saved(f"speed [km/h],effort [kN]\n0,{force_kn}\n100,90\n", name)
+        digests[name] = sha256(table.read_bytes()).hexdigest()
+    made = changed(TRAIN, TRACK, [f'train.{field}={{file="{tmp_path / name}"}}' for field, name in names.items()])
+    assert made.fingerprint == {"beside": digests}
+    again = changed(TRAIN, TRACK, made.settled)
+    assert (again.train, again.track, again.inputs) == (made.train, made.track, {})

@@ -116,28 +116,29 @@ def test_journeys_say_what_each_section_gets_under_its_name(tmp_path):
 
 
 def test_tables_that_an_axis_names_are_read_once_from_beside_the_spec(tmp_path, monkeypatch):
-    axes = '"train.traction" = [{ file = "strong.csv" }, { file = "older/weak.csv" }]'
+    axes = '"train.traction" = [{ file = "curve.csv" }, { file = "older/curve.csv" }]'
     path = write_case(tmp_path / "case", f"{HEAD}[product]\n{axes}\n")
-    files = {"strong.csv": tmp_path / "case" / "strong.csv", "older/weak.csv": tmp_path / "case" / "older" / "weak.csv"}
-    files["older/weak.csv"].parent.mkdir()
-    for file, force_kn in zip(files.values(), (250, 150), strict=True):
+    files = [tmp_path / "case" / "curve.csv", tmp_path / "case" / "older" / "curve.csv"]
+    weak = files[1]
+    weak.parent.mkdir()
+    for file, force_kn in zip(files, (250, 150), strict=True):
         file.write_text(f"speed [km/h],force [kN]\n0,{force_kn}\n30,{force_kn}\n80,90\n")
     monkeypatch.chdir(tmp_path)
     spec, again = read_spec(path), [one.key("") for one in read_spec(path)]
-    digests = {name: hashlib.sha256(file.read_bytes()).hexdigest() for name, file in files.items()}
+    digests = {f"{one.parent.name}/curve.csv": hashlib.sha256(one.read_bytes()).hexdigest() for one in files}
     assert spec.tables.provenance == {"set": {"beside": digests}}
-    weak = changed(spec[1].train.value, spec[1].line.value, ['train.traction={file="case/older/weak.csv"}'])
-    files["older/weak.csv"].write_text("speed [km/h],force [kN]\n0,140\n80,90\n")
+    made = changed(spec[1].train.value, spec[1].line.value, ['train.traction={file="case/older/curve.csv"}'])
+    weak.write_text("speed [km/h],force [kN]\n0,140\n80,90\n")
     now = [one.key("") for one in read_spec(path)]
     assert [a == b for a, b in zip(now, again, strict=True)] == [True, False] * 4
-    for file in files.values():
+    for file in files:
         file.unlink()
     tables_of(spec, tmp_path / "out")
     front = [row for row in rows_of(tmp_path / "out" / "out" / "fronts.csv") if row["scenario"] == "1"]
-    result = search(weak.train, weak.track, points=5, max_margin=0.1, destination_m=900.0)
+    result = search(made.train, made.track, points=5, max_margin=0.1, destination_m=900.0)
     assert [float(row["time_s"]) for row in front] == result.front.time_s.tolist()
     rows = rows_of(tmp_path / "out" / "out" / "scenarios.csv")
-    assert {row["train.traction"] for row in rows} == {'{file = "strong.csv"}', '{file = "older/weak.csv"}'}
+    assert {row["train.traction"] for row in rows} == {'{file = "curve.csv"}', '{file = "older/curve.csv"}'}
 
 
 def test_profiles_on_demand_and_no_csv_where_none_is_wanted(tmp_path):

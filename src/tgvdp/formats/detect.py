@@ -70,7 +70,7 @@ def read_source(
     value = scenario if kind is None else getattr(scenario, kind)
     remarks = tuple(remark for one in scenario.remarks.values() for remark in one)
     own = label(document.path)
-    beside = {Path(path).name: digest for path, digest in sorted(scenario.inputs.items()) if path != own}
+    beside = {path: digest for path, digest in sorted(scenario.inputs.items()) if path != own}
     return Read(value, target.path, target.part, document.digest, remarks, scenario.format, beside, section)
 
 

@@ -1,6 +1,7 @@
 """What was read from a file, with what it was made of."""
 
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -52,11 +53,30 @@ class Scenario:
     outline: Mapping[str, str] = field(default_factory=dict)
 
 
-def fingerprint_beside(beside: Mapping[str, str], remarks: Sequence[str]) -> dict[str, Any]:
-    """What provenance says of files that others refer to: their SHA-256, by name, and what readers noted, if any."""
-    files = {"beside": dict(beside)} if beside else {}
-    notes = {"notes": list(remarks)} if remarks else {}
-    return {**files, **notes}
+def fingerprint_beside(files: Mapping[str, str], remarks: Sequence[str]) -> dict[str, Any]:
+    """What provenance says of files that others refer to.
+
+    Parameters
+    ----------
+    files : mapping of str to str
+        SHA-256 by path. Provenance names no folders but those that tell files of one name apart.
+    remarks : sequence of str
+        What readers noted.
+
+    Returns
+    -------
+    dict
+        ``beside`` and ``notes``, where there are any.
+    """
+    at = {Path(os.path.abspath(path)).parts: digest for path, digest in files.items()}
+    beside = {"beside": {_tail(parts, at): digest for parts, digest in at.items()}} if files else {}
+    return beside | ({"notes": list(remarks)} if remarks else {})
+
+
+def _tail(path: tuple[str, ...], others: Iterable[tuple[str, ...]]) -> str:
+    """The end of a path, as short as it can be and be that of no other one."""
+    length = next(n for n in range(1, len(path) + 1) if sum(path[-n:] == other[-n:] for other in others) == 1)
+    return "/".join(path[-length:])
 
 
 class Read(NamedTuple):
@@ -64,7 +84,7 @@ class Read(NamedTuple):
 
     ``part`` is what was chosen in the file, ``sha256`` that of its bytes, in hexadecimal, ``remarks`` what readers
     noted and ``format`` what it is, as in `Scenario`, ``beside`` the SHA-256 of other files that it refers to, by
-    their names. ``section`` is the part where it chooses no journey of the file: a run from stop to stop.
+    their paths. ``section`` is the part where it chooses no journey of the file: a run from stop to stop.
     """
 
     value: Any

@@ -14,7 +14,7 @@ from msgspec import Meta, Struct
 from tgvdp.errors import InputError
 from tgvdp.formats import read_source
 from tgvdp.formats.detect import load_all
-from tgvdp.formats.native.changes import Changed, changed, settled
+from tgvdp.formats.native.changes import Changed, changed
 from tgvdp.formats.native.reader import run_options
 from tgvdp.formats.syntax.reading import bad, errors_named, read_document, shown
 from tgvdp.formats.syntax.typed import decode
@@ -236,17 +236,11 @@ def _made(
 def _tables(path: Path, made: Sequence[tuple[list[str], Changed]]) -> Tables:
     """Files that were read for what is made."""
     read = [(changes, one) for changes, one in made if one.inputs]
-    files = {Path(file): digest for _, one in read for file, digest in one.inputs.items()}
     return Tables(
-        {change: settled(change, one) for changes, one in read for change in changes},
-        {_beside(path, file): digest for file, digest in files.items()},
+        {change: settled for changes, one in read for change, settled in zip(changes, one.settled, strict=True)},
+        {file: digest for _, one in read for file, digest in one.inputs.items()},
         tuple(dict.fromkeys(remark for _, one in read for remark in one.remarks)),
     )
-
-
-def _beside(path: Path, file: Path) -> str:
-    """Name of a file in provenance, which knows no folders but those beneath the spec's."""
-    return file.relative_to(path.parent).as_posix() if file.is_relative_to(path.parent) else file.name
 
 
 def _check_fields(path: Path, kind: Kind, given: Sequence[tuple[str, str]]) -> None:

@@ -48,7 +48,7 @@ class Tables(NamedTuple):
     settled : mapping of str to str
         What is set in place of an assignment that names a file.
     inputs : mapping of str to str
-        SHA-256 of each file, by its path from the spec's folder.
+        SHA-256 of each file, by its path.
     remarks : tuple of str
         What their reader noted.
     """

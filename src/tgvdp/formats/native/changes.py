@@ -43,18 +43,49 @@ def _fields_of(part: str) -> list[str]:
 
 
 class Changed(NamedTuple):
-    """Train and track with fields set, the SHA-256 of files that were read for that, by path, and notes on these."""
+    """Train and track with fields set.
+
+    Attributes
+    ----------
+    train : Train
+    track : Track
+    settled : tuple of str
+        The assignments, those that name a file by what it holds: they need it no more.
+    inputs : mapping of str to str
+        SHA-256 of files that were read, by path.
+    remarks : tuple of str
+        Notes on these.
+    """
 
     train: Train
     track: Track
+    settled: tuple[str, ...]
     inputs: Mapping[str, str]
     remarks: tuple[str, ...]
 
     @property
     def fingerprint(self) -> dict[str, Any]:
         """The files and the notes, as `tgvdp.formats.scenario.Read` gives them; empty where no file was read."""
-        beside = {Path(path).name: digest for path, digest in self.inputs.items()}
-        return fingerprint_beside(beside, self.remarks) if beside else {}
+        return fingerprint_beside(self.inputs, self.remarks) if self.inputs else {}
+
+
+class _Assignment(NamedTuple):
+    """A value and the steps to the field that gets it, as it is written."""
+
+    text: str
+    steps: list[str | int]
+    value: Any
+
+    @property
+    def part(self) -> str:
+        return str(self.steps[0])
+
+    def settled(self, parts: Mapping[str, Train | Track]) -> str:
+        """The assignment by what came of it, an effort curve, where it names a file."""
+        if self.steps[-1] != "file" and not (isinstance(self.value, dict) and "file" in self.value):
+            return self.text
+        field = str(self.steps[1])
+        return f"{self.part}.{field}={written(_tree_of(self.part, parts[self.part])[self.part][field])}"
 
 
 def changed(train: Train, track: Track, assignments: Sequence[str], owner: Path = _OWNER) -> Changed:
@@ -77,31 +108,20 @@ def changed(train: Train, track: Track, assignments: Sequence[str], owner: Path 
         When there is no such field, or the value is wrong there.
     """
     parts: dict[str, Any] = {"train": train, "track": track}
-    by_part: dict[str, list[tuple[list[str | int], Any]]] = {}
     inputs: dict[str, str] = {}
     remarks: list[str] = []
     with errors_named(owner):
-        for assignment in assignments:
-            steps, value = _parsed(assignment)
-            by_part.setdefault(str(steps[0]), []).append((steps, value))
-        for part, fields in by_part.items():
+        parsed = list(map(_parsed, assignments))
+        for part in dict.fromkeys(one.part for one in parsed):
             tree = _tree_of(part, parts[part])
-            for steps, value in fields:
-                tree = _with(tree, steps, value)
+            for one in parsed:
+                tree = _with(tree, one.steps, one.value) if one.part == part else tree
             scenario = read_scenario(Document(owner, "", "TOML", tree, b""))
             parts[part] = getattr(scenario, part)
             inputs |= {path: digest for path, digest in scenario.inputs.items() if digest}
             remarks += scenario.remarks.get(part, ())
-    return Changed(parts["train"], parts["track"], inputs, tuple(remarks))
-
-
-def settled(assignment: str, made: Changed) -> str:
-    """The assignment of what was made by it, which needs no file: an effort curve of a table by its values."""
-    steps, value = _parsed(assignment)
-    if steps[-1] != "file" and not (isinstance(value, dict) and "file" in value):
-        return assignment
-    field = str(steps[1])
-    return f"train.{field}={written(_tree_of('train', made.train)['train'][field])}"
+    settled = tuple(one.settled(parts) for one in parsed)
+    return Changed(parts["train"], parts["track"], settled, inputs, tuple(remarks))
 
 
 def written(value: Any) -> str:
@@ -126,8 +146,7 @@ def _tree_of(part: str, held: Train | Track) -> dict[str, Any]:
     return native_tree(Scenario(name=held.name, format="native", **parts))
 
 
-def _parsed(assignment: str) -> tuple[list[str | int], Any]:
-    """Steps to a field, and the value it gets."""
+def _parsed(assignment: str) -> _Assignment:
     place, equals, text = assignment.partition("=")
     matches = [_STEP.fullmatch(step) for step in place.strip().split(".")]
     if not equals or len(matches) < 2 or not all(matches):
@@ -143,7 +162,7 @@ def _parsed(assignment: str) -> tuple[list[str | int], Any]:
         raise InputError(
             f"{part}.{name}: unknown field {shown(name)}{suggestion(name, known)} (known: {', '.join(known)})"
         )
-    return steps, _value(text.strip())
+    return _Assignment(assignment, steps, _value(text.strip()))
 
 
 def _value(text: str) -> Any:
