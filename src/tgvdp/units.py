@@ -1,6 +1,11 @@
 """The only place where a unit changes: SI inside, the field's customary units at the edges."""
 
+import math
+
 from tgvdp.errors import InputError
+
+#: What people may write, in whatever unit: in SI it stays far from where arithmetic ends (`tgvdp.model.checks`).
+LARGEST_WRITTEN = 1e12
 
 KMH_PER_MPS = 3.6
 JOULE_PER_KWH = 3.6e6
@@ -52,12 +57,14 @@ def to_si(value: float, unit: str, quantity: str) -> float:
     Raises
     ------
     InputError
-        When the unit is not one of that quantity.
+        When the unit is not one of that quantity, or the value is beyond sense in any unit; infinities pass.
     """
     known = _TO_SI[quantity]
     factors = known.get(unit.replace("²", "^2"))
     if factors is None:
         raise InputError(f"unknown unit {unit!r:.40} of {quantity}; known: {', '.join(known)}")
+    if abs(value) > LARGEST_WRITTEN and math.isfinite(value):
+        raise InputError(f"must be within ±{LARGEST_WRITTEN:g} {unit}, got {value:g} {unit}")
     return value * factors[0] / factors[1]
 
 

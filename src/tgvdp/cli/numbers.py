@@ -8,6 +8,7 @@ import click
 
 from tgvdp.errors import InputError
 from tgvdp.options.texts import parse_quantity
+from tgvdp.units import LARGEST_WRITTEN
 
 
 def number(unit: str, *, above: float | None = None, at_least: float | None = None) -> Callable[[str], float]:
@@ -20,6 +21,8 @@ def number(unit: str, *, above: float | None = None, at_least: float | None = No
             raise click.BadParameter(str(error)) from None
         if not math.isfinite(value):  # click's own ranges let NaN pass
             raise click.BadParameter(f"must be finite, got {value} {unit}")
+        if abs(value) > LARGEST_WRITTEN:
+            raise click.BadParameter(f"must be within ±{LARGEST_WRITTEN:g} {unit}, got {value:g} {unit}")
         if above is not None and not value > above:
             raise click.BadParameter(f"must be above {above:g} {unit}, got {value:g} {unit}")
         if at_least is not None and not value >= at_least:

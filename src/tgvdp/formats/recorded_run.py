@@ -171,13 +171,12 @@ def _value(path: Path, sheet: Sheet, row: Row, kind: str, unit: str, index: int,
     if kind == "time" and not unit:
         raise bad(path, f"{place}: column of {kind} names no unit: write time_s or time [min]")
     cell = row.cells[index]
-    if isinstance(cell, Number):
-        return to_si(cell.value, unit, _QUANTITY[kind])
-    value = written.value
+    value = cell.value if isinstance(cell, Number) else written.value
     is_point_between_commas = sheet.delimiter == "," and written.decimal_mark == "."
-    if written.is_open and not is_point_between_commas:
+    if not isinstance(cell, Number) and written.is_open and not is_point_between_commas:
         if not mark:
             either = f"{value:g} or {written.in_thousands:.12g} {unit}"
             raise bad(path, f"{place}: {kind} may be {either}, got {text!r}: write it with other decimals")
         value = value if mark == written.decimal_mark else written.in_thousands
-    return to_si(value, unit, _QUANTITY[kind])
+    with errors_named(path, f"{place}: {kind}"):
+        return to_si(value, unit, _QUANTITY[kind])

@@ -2,6 +2,7 @@
 
 from msgspec import Struct
 
+from tgvdp.formats.syntax.typed import Finite
 from tgvdp.model.energy import EnergyMap
 from tgvdp.units import KILO, kmh_to_mps
 
@@ -9,9 +10,9 @@ from tgvdp.units import KILO, kmh_to_mps
 class MapSpec(Struct, forbid_unknown_fields=True):
     """Nodes of speed and demand, and a row of powers for each speed."""
 
-    speed_kmh: list[float]
-    demand: list[float]
-    power_kw: list[list[float]]
+    speed_kmh: list[Finite]
+    demand: list[Finite]
+    power_kw: list[list[Finite]]
     name: str = ""
     notes: list[str] = []
 

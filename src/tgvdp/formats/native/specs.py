@@ -5,12 +5,11 @@ from typing import Annotated, Any
 from msgspec import UNSET, Meta, Struct, UnsetType, defstruct
 
 from tgvdp.formats.native.energy_map import MapSpec
-from tgvdp.formats.syntax.typed import LARGEST
+from tgvdp.formats.syntax.typed import Finite, NotNegative, Positive
 from tgvdp.options.option import Option
 from tgvdp.options.search import BY_FIELD
+from tgvdp.units import LARGEST_WRITTEN
 
-Positive = Annotated[float, Meta(gt=0.0, le=LARGEST)]
-NotNegative = Annotated[float, Meta(ge=0.0, le=LARGEST)]
 #: What may be infinite: then there is none.
 Limit = Annotated[float, Meta(gt=0.0)]
 
@@ -26,7 +25,7 @@ class PolynomialSpec(Struct, forbid_unknown_fields=True):
     """Effort in N = Σ coefficient[k] · V**k with V in km/h, from a speed up to the next polynomial's."""
 
     from_kmh: NotNegative
-    coefficients_n_kmh: Annotated[list[float], Meta(min_length=1, max_length=4)]
+    coefficients_n_kmh: Annotated[list[Finite], Meta(min_length=1, max_length=4)]
 
 
 class EffortSpec(Struct, forbid_unknown_fields=True):
@@ -152,7 +151,8 @@ def _run_field(one: Option) -> tuple[str, Any, Any]:
         return one.field, (list[str] if one.repeatable else str) | UnsetType, UNSET
     if one.kind in (bool, str):
         return one.field, one.kind | UnsetType, UNSET
-    meta = Meta(gt=one.above) if one.at_least is None else Meta(ge=one.at_least, le=one.at_most)
+    most = LARGEST_WRITTEN if one.at_most is None and one.unit else one.at_most
+    meta = Meta(gt=one.above, le=most) if one.at_least is None else Meta(ge=one.at_least, le=most)
     return one.field, Annotated[one.kind, meta] | UnsetType, UNSET
 
 

@@ -12,20 +12,18 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
-from msgspec import Meta, Struct
+from msgspec import Struct
 
 from tgvdp.formats.content import Content, Item, Kind
 from tgvdp.formats.osrd.schedule import TrainSchedule, make_journey
 from tgvdp.formats.syntax.reading import Document, bad, shown
-from tgvdp.formats.syntax.typed import decode, extensions, in_unit
+from tgvdp.formats.syntax.typed import Finite, NotNegative, Positive, decode, extensions, in_unit
 from tgvdp.model.checks import plain_text
 from tgvdp.model.track import Curve, Gradient, NeutralSection, Place, SpeedLimit, Track
 from tgvdp.units import KILO, mps_to_kmh
 
 FORMAT = "OSRD path"
 
-Positive = Annotated[float, Meta(gt=0.0)]
-NotNegative = Annotated[float, Meta(ge=0.0)]
 
 #: Fields by which a file of this kind, or an answer that should be part of one, is known.
 _KNOWN_BY = ("path_properties", "mrsp", "slopes")
@@ -43,12 +41,12 @@ Speed = Annotated[Positive, in_unit("m/s")]
 
 class _Slopes(Struct):
     boundaries: list[Millimetre]
-    values: list[Annotated[float, in_unit("‰")]]
+    values: list[Annotated[Finite, in_unit("‰")]]
 
 
 class _Radii(Struct):
     boundaries: list[Millimetre]
-    values: list[Annotated[float, in_unit("m")]]
+    values: list[Annotated[Finite, in_unit("m")]]
 
 
 class _Supply(Struct):

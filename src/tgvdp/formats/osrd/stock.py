@@ -15,14 +15,12 @@ from msgspec import UNSET, Meta, Struct, UnsetType
 from tgvdp.constants import GRAVITY_MPS2
 from tgvdp.formats.content import Content, Item
 from tgvdp.formats.syntax.reading import Document, bad, errors_named, shown
-from tgvdp.formats.syntax.typed import decode, extensions, in_unit
+from tgvdp.formats.syntax.typed import NotNegative, Positive, decode, extensions, in_unit
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.train import BrakingRate, Train
 
 VERSIONS = ("3.0", "3.1", "3.2", "3.3", "3.4")
 
-Positive = Annotated[float, Meta(gt=0.0)]
-NotNegative = Annotated[float, Meta(ge=0.0)]
 
 #: Resistance was in N and is per kg since mid-2026. No train rolls with less than 1 N in all, or more than 0.2 N/kg
 #: (20 daN/t); what lies between is a slip.

@@ -18,7 +18,7 @@ from msgspec import UNSET, Meta, Struct, UnsetType
 from tgvdp.formats.content import Content, Item, Kind
 from tgvdp.formats.railtoolkit.train import RollingStock, train_of
 from tgvdp.formats.syntax.reading import Document, bad, shown
-from tgvdp.formats.syntax.typed import decode, extensions
+from tgvdp.formats.syntax.typed import Finite, Positive, decode, extensions
 from tgvdp.model.track import VERTICAL_PERMIL, Gradient, SpeedLimit, Track
 from tgvdp.units import kmh_to_mps
 
@@ -28,20 +28,19 @@ _SITE = "railtoolkit.org"
 _FEWEST_ROWS = 2
 
 Permil = Annotated[float, Meta(gt=-VERTICAL_PERMIL, lt=VERTICAL_PERMIL)]
-Kmh = Annotated[float, Meta(gt=0.0)]
 
 
 class _Section(Struct):
     """A row of 2024.07; speed and resistance hold on where they are absent."""
 
-    position: float
-    speed: Kmh | UnsetType = UNSET
+    position: Finite
+    speed: Positive | UnsetType = UNSET
     resistance: Permil | UnsetType = UNSET
 
 
 class _Path(Struct):
     id: str | int
-    characteristic_sections: Annotated[list[tuple[float, Kmh, Permil] | _Section], Meta(min_length=_FEWEST_ROWS)]
+    characteristic_sections: Annotated[list[tuple[Finite, Positive, Permil] | _Section], Meta(min_length=_FEWEST_ROWS)]
     name: str | int | UnsetType = UNSET
     description: Any = UNSET
     UUID: Any = UNSET

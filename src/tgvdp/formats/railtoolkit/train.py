@@ -22,7 +22,7 @@ from msgspec import UNSET, Meta, Struct, UnsetType
 
 from tgvdp.constants import STANDARD_GRAVITY_MPS2
 from tgvdp.formats.syntax.reading import bad, errors_named, shown
-from tgvdp.formats.syntax.typed import suggestion
+from tgvdp.formats.syntax.typed import NotNegative, Positive, suggestion
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.train import BrakingRate, Train
 from tgvdp.units import KILO, kmh_to_mps, mps_to_kmh, per_kmh_to_per_mps
@@ -42,9 +42,6 @@ TOP_SPEED_MPS = 140.0
 
 _WIND_KMH = 15.0
 _REFERENCE_KMH = 100.0
-
-Positive = Annotated[float, Meta(gt=0.0)]
-NotNegative = Annotated[float, Meta(ge=0.0)]
 
 
 class Vehicle(Struct):

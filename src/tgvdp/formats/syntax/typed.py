@@ -1,22 +1,23 @@
 """From a tree of values to typed structs, with errors that name the file, the field and the value."""
 
 import re
-import sys
 from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar, get_args, get_origin
+from typing import Annotated, Any, TypeVar, get_args, get_origin
 
 import msgspec
 
 from tgvdp.formats.syntax.reading import bad, field_text, shown
+from tgvdp.units import LARGEST_WRITTEN
 
 T = TypeVar("T")
 
 _FEW = 8
-#: Bound of fields that have to be finite: msgspec takes none that is infinite.
-LARGEST = sys.float_info.max
+Positive = Annotated[float, msgspec.Meta(gt=0.0, le=LARGEST_WRITTEN)]
+NotNegative = Annotated[float, msgspec.Meta(ge=0.0, le=LARGEST_WRITTEN)]
+Finite = Annotated[float, msgspec.Meta(ge=-LARGEST_WRITTEN, le=LARGEST_WRITTEN)]
 
 _WORDS = {
     "float": "a number",
@@ -132,7 +133,7 @@ def _explain(text: str, at: tuple[str | int, ...], value: Any, kinds: list[Any])
     if expected is None:
         return f"{where}{text[0].lower()}{text[1:]}, got {shown(value)}"
     wanted = re.sub(r"`([^`]*)`", lambda types: _words(types[1]), expected[1]).replace("-0.0", "0.0")
-    wanted = wanted.replace(f"a number <= {LARGEST}", "a finite number")
+    wanted = re.sub(rf"a number [<>]= -?{LARGEST_WRITTEN}", f"a number within ±{LARGEST_WRITTEN:g}", wanted)
     if wanted.startswith("a list of length") and isinstance(value, list):
         return f"{where}must be {wanted}, got {len(value)} values"
     unit = _unit_of(kinds)

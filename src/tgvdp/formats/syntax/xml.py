@@ -15,7 +15,7 @@ from typing import Any
 
 from tgvdp.errors import InputError, MissingExtraError
 from tgvdp.formats.syntax.reading import LARGEST_BYTES, bad, shown
-from tgvdp.model.checks import LARGEST
+from tgvdp.units import LARGEST_WRITTEN
 
 #: A file of a few megabytes can hold millions of elements, each of which costs a hundred times its text.
 MOST_ELEMENTS = 500_000
@@ -240,7 +240,7 @@ class Node:
         if not math.isfinite(value):
             raise self.bad(f"must be finite, got {shown(text)}", attribute)
         wanted = (
-            (abs(value) <= LARGEST, f"within ±{LARGEST:g}"),
+            (abs(value) <= LARGEST_WRITTEN, f"within ±{LARGEST_WRITTEN:g}"),
             (value > above, f"above {above:g}"),
             (value >= at_least, f"at least {at_least:g}"),
             (value <= at_most, f"at most {at_most:g}"),

@@ -100,7 +100,10 @@ class Table:
         if self.columns[role].unit == _KM_PLUS_M:
             return self._stationed_m(row, role, cell)
         value = self._written(row, role, cell) if isinstance(cell, str) else self._stored(row, role, cell)
-        return to_si(value, self.columns[role].unit, role.quantity)
+        try:
+            return to_si(value, self.columns[role].unit, role.quantity)
+        except InputError as error:
+            raise self.bad(row, role, str(error)) from None
 
     def bad(self, row: Row, role: Role, message: str) -> InputError:
         """Make the error for a cell."""

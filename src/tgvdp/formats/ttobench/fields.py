@@ -57,6 +57,6 @@ def rows_si(path: Path, place: str, table: Any, *quantities: str) -> Iterator[li
         if index == 0:  # all rows have the same units: an unknown one is named at the first
             for name, unit, quantity in zip(names, units, quantities, strict=True):
                 value_si(path, f"{place}.units.{name}", 0.0, unit, quantity)
-        yield [
-            to_si(float(value), unit, quantity) for value, unit, quantity in zip(row, units, quantities, strict=True)
-        ]
+        with errors_named(path, f"{place}.values[{index}]"):
+            si = [to_si(float(one), unit, quantity) for one, unit, quantity in zip(row, units, quantities, strict=True)]
+        yield si

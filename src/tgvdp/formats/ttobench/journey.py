@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from tgvdp.formats.syntax.reading import Document, bad, errors_named
 from tgvdp.formats.syntax.typed import decode
-from tgvdp.formats.ttobench.fields import Metadata, spaced
+from tgvdp.formats.ttobench.fields import Metadata, spaced, value_si
 from tgvdp.model.journey import Journey, TimingPoint
 from tgvdp.units import to_si
 
@@ -65,6 +65,8 @@ def read_journey(document: Document) -> Journey:
     if not about.id.startswith(f"{about.associated_track}_"):
         raise bad(path, f"metadata.id: must start with '{about.associated_track}_', got {about.id!r:.60}")
     units, rows = file.timing_points.units, file.timing_points.values
+    for name, quantity, _ in _COLUMNS:
+        value_si(path, f"timing points.units.{name}", 0.0, _unit_of(units, name), quantity)
     points = tuple(_point(path, index, row, units) for index, row in enumerate(rows))
     _require_order(path, rows, points, units)
     with errors_named(path):
@@ -80,9 +82,14 @@ def _point(path: Path, index: int, row: _Row, units: _Units) -> TimingPoint:
                         f"got {_text(lowest)} and {_text(highest)}")  # fmt: skip
     values = []
     for (name, quantity, free), value in zip(_COLUMNS, row, strict=True):
-        with errors_named(path, f"timing points.units.{name}"):
-            values.append(free if value is None else to_si(value, getattr(units, name.replace(" ", "_")), quantity))
+        with errors_named(path, f"{place}: {name}"):
+            values.append(free if value is None else to_si(value, _unit_of(units, name), quantity))
     return TimingPoint(*values)
+
+
+def _unit_of(units: _Units, name: str) -> str:
+    """Unit of a column."""
+    return str(getattr(units, name.replace(" ", "_")))
 
 
 def _require_order(path: Path, rows: Sequence[_Row], points: Sequence[TimingPoint], units: _Units) -> None:

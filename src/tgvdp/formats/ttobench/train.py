@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from msgspec import UNSET, Meta, Struct, UnsetType, field
 
 from tgvdp.formats.syntax.reading import Document, bad, errors_named
-from tgvdp.formats.syntax.typed import decode
+from tgvdp.formats.syntax.typed import NotNegative, Positive, decode
 from tgvdp.formats.ttobench.fields import ETCS, Metadata, Quantity, number_si, rows_si, spaced
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.train import BrakingRate, Train, TunnelDrag
@@ -18,9 +18,6 @@ _MOST_ROTATING_MASS = 0.5  # a locomotive has about 0.3; more is a slip of unit
 
 #: Table of ETCS braking data, which a train brakes by where ``FILE#A_brake_service`` asks for it.
 SERVICE_BRAKE = "A_brake_service"
-
-Positive = Annotated[float, Meta(gt=0.0)]
-NotNegative = Annotated[float, Meta(ge=0.0)]
 
 
 class _TunnelUnits(Struct, forbid_unknown_fields=True, rename=spaced):
