@@ -86,7 +86,8 @@ def test_stops_of_a_timetable_count_in_place_of_the_lines():
     elsewhere = tgvdp.journey(METRO, LINE, replace(free, track="another"), points=2)
     assert elsewhere.warnings == ("journey journey belongs to track another, not to metro line",)
     far = replace(free, points=(stop(0.0), stop(9000.0)))
-    with pytest.raises(InputError, match="ends at 9000 m, beyond the 6000 m of track metro line"):
+    beyond = r"journey: points\[1\] at 9000 m: lies beyond the end of track metro line, which is 6000 m"
+    with pytest.raises(InputError, match=beyond):
         tgvdp.journey(METRO, LINE, far)
 
 
@@ -156,20 +157,20 @@ def test_the_linear_margin_is_as_defined():
 def test_errors_of_what_a_journey_shares_with_a_search_begin_with_its_name():
     with pytest.raises(InputError, match=r"^journey: points must be"):
         tgvdp.journey(METRO, LINE, points=0)
-    with pytest.raises(InputError, match=r"^journey: train is a Track"):
+    with pytest.raises(InputError, match=r"^journey: train is a Track: the order is journey\(train, track\)"):
         tgvdp.journey(LINE, METRO)
     with pytest.raises(InfeasibleError, match=r"^journey: no run takes 1 s"):
         tgvdp.journey(METRO, LINE, at_s=(1.0,))
 
 
-def test_a_timetable_that_ends_beyond_its_line_names_its_file(tmp_path):
-    units = {"position": "m", "lower time constraint": "s", "upper time constraint": "s"}
+def test_a_timetable_that_ends_beyond_its_line_names_the_row_of_its_file(tmp_path):
+    units = {"position": "km", "lower time constraint": "s", "upper time constraint": "s"}
     units |= {"lower speed constraint": "km/h", "upper speed constraint": "km/h"}
     content = {
         "metadata": {"id": f"{LINE.name}_far", "library version": "TTOBench v1.5", "associated track": LINE.name},
-        "timing points": {"units": units, "values": [[0, 0, 0, 0, 0], [9000, None, 3600, 0, 0]]},
+        "timing points": {"units": units, "values": [[0, 0, 0, 0, 0], [9, None, 3600, 0, 0]]},
     }
     path = tmp_path / "far.json"
     path.write_text(json.dumps(content))
-    with pytest.raises(InputError, match=r"far\.json: journey .*: ends at 9000 m"):
+    with pytest.raises(InputError, match=r"far\.json: timing points\.values\[1\]: position 9 km: lies beyond the end"):
         tgvdp.journey(METRO, LINE, path)

@@ -91,10 +91,10 @@ def test_price_is_the_slope_of_the_front():
 
 
 def test_same_and_printed_times_are_one_point():
-    target_s, tolerance_s = asked_targets(1000.0, [999.96, 1050.0], [0.05, 0.0])
+    target_s, tolerance_s = asked_targets(1000.0, SearchOptions(at_s=[999.96, 1050.0], at_margin=[0.05, 0.0]))
     assert target_s.tolist() == [1000.0, 1050.0]
     assert 0.0 < tolerance_s <= 0.025
-    assert asked_targets(1.0, [], [0.1, 0.1001])[1] <= 1e-5
+    assert asked_targets(1.0, SearchOptions(at_margin=[0.1, 0.1001]))[1] <= 1e-5
 
 
 @pytest.mark.parametrize("above_s", [-0.02, 0.0, 0.002, 0.02])

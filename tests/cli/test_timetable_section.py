@@ -71,6 +71,6 @@ def test_a_journey_needs_its_track_and_a_section_on_it(run, capsys):
     assert "--journey needs the --track that it belongs to" in capsys.readouterr().err
     far = changed(LONG, ("timing points", "values", 5, 0), 11)
     assert run("#2", journey=far)[0] == 3
-    assert "section 2 ends at 11000 m, beyond the 10000 m of track toy" in capsys.readouterr().err
+    assert "journey.json: timing points.values[5]: position 11 km: lies beyond the end of" in capsys.readouterr().err
     assert run("#7")[0] == 3
     assert "journey.json: has sections 1 to 2, got '7'" in capsys.readouterr().err

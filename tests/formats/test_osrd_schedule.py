@@ -97,3 +97,9 @@ def test_a_train_keeps_its_schedule_on_the_path_of_one_file(tmp_path):
     ]
     assert max(passed_s) <= 101.0
     assert (found.found.departure_s[:, 1] >= 330.0 - 1e-3).all()
+
+
+def test_a_place_beyond_the_end_of_another_line_is_named_by_its_field(tmp_path):
+    message = "pathfinding.path_item_positions[2]: 5000000 mm: lies beyond the end of track short, which is 4000 m long"
+    short = tgvdp.Track(name="short", length_m=4000.0, speed_limits=((0.0, 30.0),))
+    assert refusal(lambda path: tgvdp.journey("tgv", short, path), file_of(tmp_path)) == message

@@ -189,3 +189,11 @@ def test_names_alone_are_described_as_a_timetable_that_needs_a_line(saved):
     wrong = saved(NAMES.replace("10:03,10:04", "10:03,10:02"), "wrong.csv")
     assert "times must not decrease, got 10:02" in refusal(describe_file, wrong)
     assert "no column for the position" in refusal(describe_file, saved("Station,Arrival,Departure\nA,-,-\n", "t.csv"))
+
+
+def test_a_row_beyond_the_end_of_the_line_is_named_in_its_unit(saved):
+    line = load_track(saved("km,speed_kmh\n0,90\n5,90\n"))
+    timetable = saved("km,arrival,departure\n0,,10:00\n2.5,10:03,10:04\n6.25,10:09,\n", "times.csv")
+    message = "line 4, column 'km': 6.25 km: lies beyond the end of track line, which is 5000 m long"
+    assert refusal(lambda path: tgvdp.journey("tgv", line, path), timetable) == message
+    assert load_section(timetable)[1].destination_m == 2500.0

@@ -1,6 +1,5 @@
 """A journey: a train over all stops of a line, each section from stop to stop solved by the front method."""
 
-import contextlib
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -35,7 +34,7 @@ from tgvdp.model.journey import Journey, TimingPoint
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
-from tgvdp.options.search import SearchOptions
+from tgvdp.options.search import JourneyOptions
 from tgvdp.runs.fastest import fastest_run
 from tgvdp.runs.profile import Profile
 
@@ -45,8 +44,6 @@ _Floats = NDArray[np.float64]
 _AT_ONCE = 32
 #: Without the fastest runs there is nothing to return: they may take this multiple of the time limit.
 _PATIENCE = 1.5
-#: How errors begin of what a journey shares with a search.
-_SHARED = "search: "
 
 
 def journey(
@@ -113,28 +110,26 @@ def journey(
     """
     started = time.perf_counter()
     require_number("journey", "dwell_s", dwell_s, "s", at_least=0.0)
-    with _as_journey():
-        options = SearchOptions(
-            reverse=reverse,
-            speed_restrictions=speed_restrictions,
-            energy=energy,
-            convention=convention,
-            mass_model=mass_model,
-            limits=limits,
-            curves=curves,
-            tunnels=tunnels,
-            wind_mps=wind_mps,
-            points=points,
-            max_margin=max_margin,
-            at_s=at_s,
-            at_margin=at_margin,
-            time_limit_s=time_limit_s,
-            max_memory_b=max_memory_b,
-        )
-        line = trip_of(train, track, options)
+    options = JourneyOptions(
+        reverse=reverse,
+        speed_restrictions=speed_restrictions,
+        energy=energy,
+        convention=convention,
+        mass_model=mass_model,
+        limits=limits,
+        curves=curves,
+        tunnels=tunnels,
+        wind_mps=wind_mps,
+        points=points,
+        max_margin=max_margin,
+        at_s=at_s,
+        at_margin=at_margin,
+        time_limit_s=time_limit_s,
+        max_memory_b=max_memory_b,
+    )
+    line = trip_of(train, track, options)
     timetable = load_journey(journey, line.track) if isinstance(journey, str | os.PathLike) else journey
-    file = f"{os.fspath(journey)}: " if isinstance(journey, str | os.PathLike) else ""
-    windows = _windows(line.track, timetable, dwell_s, file)
+    windows = _windows(line.track, timetable, dwell_s)
     stops_m = (
         *(windows.departures[parts[0]].position_m for parts in windows.sections),
         windows.arrivals[-1].position_m,
@@ -165,17 +160,6 @@ def journey(
     )
 
 
-@contextlib.contextmanager
-def _as_journey() -> Iterator[None]:
-    """Errors of what a journey shares with a search begin with its own name."""
-    try:
-        yield
-    except (InputError, InfeasibleError) as error:
-        if not str(error).startswith(_SHARED):
-            raise
-        raise type(error)(f"journey: {str(error).removeprefix(_SHARED)}") from error
-
-
 def _fastest(
     line: Trip, ends_m: Sequence[tuple[float, float]], solved: Callable[[Trip], SectionRuns], clock: Clock
 ) -> Iterator[SectionRuns]:
@@ -204,34 +188,27 @@ def _shortened(windows: Windows, dwell_s: float) -> Iterator[str]:
             yield f"stop at {departure.position_m:.6g} m: {own_s:.6g} s of its timetable, not {dwell_s:.6g} s"
 
 
-def _windows(track: Track, timetable: Journey | None, dwell_s: float, file: str) -> Windows:
+def _windows(track: Track, timetable: Journey | None, dwell_s: float) -> Windows:
     """Stops with their windows: those of a timetable, or those of the line, at any time."""
     if timetable is None:
         if len(track.stops_m) < 2:
             raise InputError(f"journey: track {track.name} has no two stops")
         stops = tuple(map(TimingPoint, track.stops_m))
         return Windows(stops[:-1], stops[1:], (dwell_s,) * (len(stops) - 2))
-    windows = windows_of(timetable, dwell_s)
-    end_m = windows.arrivals[-1].position_m
-    if end_m > track.length_m:
-        raise InputError(
-            f"{file}journey {timetable.name}: ends at {end_m:.12g} m, beyond the {track.length_m:.12g} m of track"
-            f" {track.name}"
-        )
-    return windows
+    timetable.require_on(track)
+    return windows_of(timetable, dwell_s)
 
 
-def _supplements(sections: Sequence[SectionRuns], options: SearchOptions) -> tuple[_Floats, float]:
+def _supplements(sections: Sequence[SectionRuns], options: JourneyOptions) -> tuple[_Floats, float]:
     """Increasing supplements over the fastest runs that are asked for, s, and how well they have to be met, s."""
     fastest_s = sum(section.fastest.duration_s for section in sections)
     if options.at_s or options.at_margin:
-        with _as_journey():
-            target_s, tolerance_s = asked_targets(fastest_s, options.at_s, options.at_margin)
+        target_s, tolerance_s = asked_targets(fastest_s, options)
         return target_s - fastest_s, tolerance_s
     return fastest_s * np.linspace(0.0, options.max_margin, options.points), met_to_s(fastest_s)
 
 
-def _timed(journey: TimedJourney, options: SearchOptions) -> tuple[tuple[PassedRuns, ...], JourneyFront]:
+def _timed(journey: TimedJourney, options: JourneyOptions) -> tuple[tuple[PassedRuns, ...], JourneyFront]:
     """With windows arrivals count: on the timetable's clock, or over the earliest one, until the last window closes."""
     fastest_s = sum(section.fastest.duration_s for section in journey.sections)
     tolerance_s = met_to_s(fastest_s)

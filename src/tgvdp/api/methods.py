@@ -72,7 +72,7 @@ def find(
     if options.method == "front":
         driven = options.clean, options.min_phase_s
         if options.at_s or options.at_margin:
-            target_s, tolerance_s = asked_targets(fastest.time_s, options.at_s, options.at_margin)
+            target_s, tolerance_s = asked_targets(fastest.time_s, options)
             return continuous_front(trip, fastest.profile, target_s, budget, tolerance_s, *driven)
         target_s = fastest.time_s * np.linspace(1.0, 1.0 + max_margin, options.points)
         return continuous_front(trip, fastest.profile, target_s, budget, None, *driven)

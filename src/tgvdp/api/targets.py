@@ -1,11 +1,10 @@
 """Running times that somebody asks for: points of the front, and how long it is."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import InfeasibleError
+from tgvdp.options.search import SearchOptions
 
 #: A point may miss its running time by this much, s, or by this share of the fastest running time on short trips ...
 _MET_S, _MET_SHARE = 0.025, 1e-5
@@ -31,10 +30,8 @@ def met_to_s(fastest_s: float) -> float:
     return min(_MET_S, _MET_SHARE * fastest_s)
 
 
-def asked_targets(
-    fastest_s: float, at_s: Sequence[float], at_margin: Sequence[float]
-) -> tuple[NDArray[np.float64], float]:
-    """Increasing running times, s, and how well they have to be met, s.
+def asked_targets(fastest_s: float, options: SearchOptions) -> tuple[NDArray[np.float64], float]:
+    """Increasing running times that options ask for, s, and how well they have to be met, s.
 
     Raises
     ------
@@ -42,9 +39,10 @@ def asked_targets(
         When one is shorter than the fastest run.
     """
     near_s = min(_PRINTED_S, _PRINTED_SHARE * fastest_s)
-    asked_s = np.array([*at_s, *(fastest_s * (1.0 + margin) for margin in at_margin)])
+    asked_s = np.array([*options.at_s, *(fastest_s * (1.0 + margin) for margin in options.at_margin)])
     if asked_s.min() < fastest_s - near_s:
-        raise InfeasibleError(f"search: no run takes {asked_s.min():.7g} s, the fastest one takes {fastest_s:.7g} s")
+        told = f"no run takes {asked_s.min():.7g} s, the fastest one takes {fastest_s:.7g} s"
+        raise InfeasibleError(f"{options.owner}: {told}")
     sorted_s = np.unique(np.where(asked_s <= fastest_s + near_s, fastest_s, asked_s))
     target_s = sorted_s[np.diff(sorted_s, prepend=-np.inf) > _SAME_TIME * fastest_s]
     step_s = float(np.diff(target_s).min(initial=np.inf))

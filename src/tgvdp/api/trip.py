@@ -35,7 +35,7 @@ def trip_of(train: Train | Source, track: Track | Source, options: SearchOptions
         When train or track are none and name none, when positions lie outside the line, or when the wind cannot be
         represented.
     """
-    the_train, the_track = _train(train), _track(track)
+    the_train, the_track = _train(train, options.owner), _track(track, options.owner)
     convention = convention_of(
         options.convention,
         mass_model=options.mass_model,
@@ -48,7 +48,7 @@ def trip_of(train: Train | Source, track: Track | Source, options: SearchOptions
     if options.speed_restrictions:
         the_track = restricted_track(the_track, map(SpeedRestriction._make, options.speed_restrictions))
     if options.wind_mps:
-        _require_open_air(the_track, convention)
+        _require_open_air(options.owner, the_track, convention)
         the_train = train_in_wind(the_train, options.wind_mps)
     return Trip(
         train=the_train,
@@ -57,43 +57,43 @@ def trip_of(train: Train | Source, track: Track | Source, options: SearchOptions
         destination_m=the_track.length_m if options.destination_m is None else options.destination_m,
         start_speed_mps=options.start_speed_mps,
         end_speed_mps=options.end_speed_mps,
-        energy=energy_model(options.energy),
+        energy=energy_model(options.energy, options.owner),
         convention=convention,
     )
 
 
-def _train(given: Train | Source) -> Train:
+def _train(given: Train | Source, owner: str) -> Train:
     if isinstance(given, str | os.PathLike):
         return load_train(given)
-    return _made(given, Train, "train", Track, "track")
+    return _made(owner, given, Train, "train", Track)
 
 
-def _track(given: Track | Source) -> Track:
+def _track(given: Track | Source, owner: str) -> Track:
     if isinstance(given, str | os.PathLike):
         return load_track(given)
-    return _made(given, Track, "track", Train, "train")
+    return _made(owner, given, Track, "track", Train)
 
 
-def _made(given: object, kind: type[_Kind], name: str, other: type, other_name: str) -> _Kind:
+def _made(owner: str, given: object, kind: type[_Kind], name: str, other: type) -> _Kind:
     if isinstance(given, kind):
         return given
     if isinstance(given, other):
-        raise InputError(f"search: {name} is a {other.__name__}: the order is search(train, track)")
-    raise InputError(f"search: {name} must be a {kind.__name__}, a name of the catalog or a path, got {given!r:.60}")
+        raise InputError(f"{owner}: {name} is a {other.__name__}: the order is {owner}(train, track)")
+    raise InputError(f"{owner}: {name} must be a {kind.__name__}, a name of the catalog or a path, got {given!r:.60}")
 
 
-def _require_open_air(track: Track, convention: Convention) -> None:
+def _require_open_air(owner: str, track: Track, convention: Convention) -> None:
     """Refuse wind where tunnels count: it does not blow there, and a train has one formula for the whole line."""
     if convention.tunnels and track.tunnels:
-        raise InputError(f"search: wind does not blow in the tunnels of track {track.name}: leave out wind or tunnels")
+        raise InputError(f"{owner}: wind does not blow in the tunnels of track {track.name}: leave out wind or tunnels")
 
 
-def energy_model(energy: str | EnergyMap) -> EnergyModel:
-    """Make the energy model that an argument names."""
+def energy_model(energy: str | EnergyMap, owner: str = "search") -> EnergyModel:
+    """Make the energy model that an argument of an owner names."""
     if isinstance(energy, EnergyMap):
         return EnergyModel("map", energy)
     if not isinstance(energy, str):
-        raise InputError(f"search: energy must be one of {', '.join(ENERGY_KINDS)} or a map, got {energy!r:.60}")
+        raise InputError(f"{owner}: energy must be one of {', '.join(ENERGY_KINDS)} or a map, got {energy!r:.60}")
     if energy in ("wheel", "pantograph"):
         return EnergyModel(energy)
     return EnergyModel("map", load_energy_map(BUILT_IN_MAP if energy == "map" else energy))

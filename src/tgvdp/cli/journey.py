@@ -24,7 +24,7 @@ from tgvdp.cli.search_case import merged, read_case, read_map, resolved
 from tgvdp.cli.search_options import SET_HELP, TRACK_HELP, TRAIN_HELP, complete, complete_fields, declared
 from tgvdp.errors import BudgetExceededError, InputError
 from tgvdp.model.margin import checked_ranges
-from tgvdp.options.search import BY_FIELD, JOURNEY_FIELDS, TRIP, SearchOptions, arguments_of
+from tgvdp.options.search import BY_FIELD, JOURNEY_FIELDS, TRIP, JourneyOptions, arguments_of
 from tgvdp.options.texts import parse_margins
 
 if TYPE_CHECKING:
@@ -214,7 +214,7 @@ def _run(
     from tgvdp.report.journeys import Extras, write_journey
 
     arguments = arguments_of(options)
-    resolved(case, SearchOptions(**arguments), time.perf_counter() - started_s)
+    resolved(case, JourneyOptions(**arguments), time.perf_counter() - started_s)
     with screen.compiling():
         budget = budget_of(arguments)
         own_budget = replace(budget, time_limit_s=share * budget.time_limit_s)

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from tgvdp.errors import InputError
 from tgvdp.options.search import BY_FIELD
 from tgvdp.units import mps_to_kmh
 
@@ -59,11 +58,7 @@ def section_on(read: "Read", track: "Track", options: dict[str, Any], given: Map
             flag = BY_FIELD[name].flag
             raise click.UsageError(f"--journey and {flag} exclude each other", click.get_current_context())
     timetable, section = read.value, section_of(read)
-    if section.destination_m > track.length_m:
-        raise InputError(
-            f"journey {timetable.name}: section {section.number} ends at {section.destination_m:.12g} m, "
-            f"beyond the {track.length_m:.12g} m of track {track.name}"
-        )
+    timetable.require_on(track, until_m=section.destination_m)
     for name in _DECIDED:
         options.pop(name, None)
     options |= {"from_m": section.origin_m, "to_m": section.destination_m}

@@ -30,6 +30,8 @@ class Call(NamedTuple):
         When it arrives, or passes, at the latest, and departs at the earliest, s.
     window_s : float
         By how much it may arrive or pass earlier than that, s.
+    row : str
+        As of `Journey.rows`.
     """
 
     position_m: float
@@ -37,6 +39,7 @@ class Call(NamedTuple):
     arrival_s: float | None
     departure_s: float | None
     window_s: float = math.inf
+    row: str = ""
 
 
 class RunningClock:
@@ -97,11 +100,12 @@ def journey_of(name: str, calls: Sequence[Call], notes: tuple[str, ...], track: 
     if start_s is None:
         raise InputError("the first stop must have a time")
     points = (
-        TimingPoint(first.position_m, 0.0, math.inf, 0.0, 0.0),
-        *(point for call in between for point in _points(call, start_s)),
-        TimingPoint(last.position_m, *_arrival(last, start_s), 0.0, 0.0),
+        (TimingPoint(first.position_m, 0.0, math.inf, 0.0, 0.0), first.row),
+        *((point, call.row) for call in between for point in _points(call, start_s)),
+        (TimingPoint(last.position_m, *_arrival(last, start_s), 0.0, 0.0), last.row),
     )
-    return Journey(name=name, track=track, points=points, notes=notes)
+    rows = tuple(row for _, row in points if row)
+    return Journey(name=name, track=track, points=tuple(point for point, _ in points), notes=notes, rows=rows)
 
 
 def _points(call: Call, start_s: float) -> Iterator[TimingPoint]:

@@ -98,6 +98,8 @@ def _lost_fields(one: Any, other: Any, target: Target) -> Iterator[str]:
         if field.name == "notes":
             if before and not after and target != "ttobench":
                 yield "notes: not held by this format"
+        elif not field.compare:  # where it was read from
+            continue
         elif isinstance(before, EffortCurve):
             if not same_effort(before, after, top_mps):
                 yield f"{field.name}: differs when read back"

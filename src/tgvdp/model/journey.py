@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from tgvdp.errors import InputError
 from tgvdp.model.checks import require_notes, require_number, require_rows, require_text
+from tgvdp.model.track import Track
 
 _FEWEST_POINTS = 2
 
@@ -74,18 +75,22 @@ class Journey:
         For people.
     notes : tuple of str
         Sources and doubts.
+    rows : tuple of str
+        Where each point stands in its file and the position that is written there, for errors: ``times.csv: line 4,
+        column 'km': 12.5 km``; or none.
 
     Raises
     ------
     InputError
         When points are unordered, a window is empty, a stop is not two rows, or no train could be in time because a
-        later window closes before an earlier one opens.
+        later window closes before an earlier one opens; when there are rows, and not one for each point.
     """
 
     points: tuple[TimingPoint, ...]
     track: str | None = None
     name: str = "journey"
     notes: tuple[str, ...] = field(default=(), compare=False)
+    rows: tuple[str, ...] = field(default=(), compare=False, repr=False)
 
     def __post_init__(self) -> None:
         owner = f"journey {require_text('journey', 'name', self.name)}"
@@ -97,11 +102,30 @@ class Journey:
             raise InputError(f"{owner}: points must be at least {_FEWEST_POINTS}, got {len(rows)}")
         points = tuple(_checked(f"{owner}: points[{index}]", row) for index, row in enumerate(rows))
         object.__setattr__(self, "points", points)
+        if len(self.rows) not in (0, len(points)):
+            raise InputError(f"{owner}: rows must be {len(points)}, one for each point, or none, got {len(self.rows)}")
         for index in (0, -1):
             if not points[index].is_stop:
-                raise InputError(f"{owner}: the {'last' if index else 'first'} of the points must be a stop")
-        _require_order(owner, points)
-        _require_time_in_order(owner, points)
+                which = "last" if index else "first"
+                raise InputError(f"{self.row(index)}: the {which} of the points must be a stop")
+        self._require_order()
+        self._require_stops()
+        self._require_time_in_order()
+
+    def row(self, index: int) -> str:
+        """Where a point stands, for errors."""
+        number = index % len(self.points)
+        return self.rows[index] if self.rows else f"journey {self.name}: points[{number}] at {self._m(index)}"
+
+    def _m(self, index: int) -> str:
+        return f"{self.points[index].position_m:.12g} m"
+
+    def require_on(self, track: Track, until_m: float = math.inf) -> None:
+        """Refuse points beyond the end of a line, as far as they are run."""
+        for index, point in enumerate(self.points):
+            if track.length_m < point.position_m <= until_m:
+                end = f"the end of track {track.name}, which is {track.length_m:.12g} m long"
+                raise InputError(f"{self.row(index)}: lies beyond {end}")
 
     @property
     def sections(self) -> tuple[Section, ...]:
@@ -124,6 +148,35 @@ class Journey:
             )
             start, number = index + 1, number + 1
 
+    def _require_order(self) -> None:
+        for index, (before, point) in enumerate(pairwise(self.points), start=1):
+            if point.position_m < before.position_m:
+                raise InputError(f"{self.row(index)}: positions must not decrease, got {self._m(index)} "
+                                 f"after {self._m(index - 1)}")  # fmt: skip
+
+    def _require_stops(self) -> None:
+        """Stops on the way are two rows at one position, everything else is one."""
+        first_m, last_m = self.points[0].position_m, self.points[-1].position_m
+        for position_m, group in groupby(range(len(self.points)), lambda index: self.points[index].position_m):
+            rows = tuple(group)
+            stops = sum(self.points[index].is_stop for index in rows)
+            inside = first_m < position_m < last_m
+            if (len(rows), stops) not in ([(1, 0), (2, 2)] if inside else [(1, 1)]):
+                wanted = "two stops (arrival, departure) or one passing point" if inside else "one stop"
+                got = f"{stops} stops and {len(rows) - stops} passing points"
+                raise InputError(f"{self.row(rows[0])}: must be {wanted}, got {got}")
+
+    def _require_time_in_order(self) -> None:
+        """No window closes before one before it opens."""
+        earliest_s = -math.inf
+        for index, point in enumerate(self.points):
+            if point.latest_s < earliest_s:
+                raise InputError(
+                    f"{self.row(index)}: latest must not lie before an earlier point's earliest, "
+                    f"got {point.latest_s:.12g} s after {earliest_s:.12g} s"
+                )
+            earliest_s = max(earliest_s, point.earliest_s)
+
 
 def _checked(label: str, row: TimingPoint) -> TimingPoint:
     """Check one row by itself."""
@@ -141,34 +194,3 @@ def _checked(label: str, row: TimingPoint) -> TimingPoint:
         if not low <= high or low == math.inf or high == -math.inf:
             raise InputError(f"{label}: the window from {low:.12g} {unit} to {high:.12g} {unit} is empty")
     return point
-
-
-def _require_order(owner: str, points: tuple[TimingPoint, ...]) -> None:
-    """Positions do not decrease; stops on the way are two rows, everything else is one."""
-    for index, (before, point) in enumerate(pairwise(points), start=1):
-        if point.position_m < before.position_m:
-            raise InputError(
-                f"{owner}: points[{index}].position must not decrease, "
-                f"got {point.position_m:.12g} m after {before.position_m:.12g} m"
-            )
-    last_m = points[-1].position_m
-    for position_m, group in groupby(points, lambda point: point.position_m):
-        rows = tuple(group)
-        stops = sum(point.is_stop for point in rows)
-        inside = points[0].position_m < position_m < last_m
-        if (len(rows), stops) not in ([(1, 0), (2, 2)] if inside else [(1, 1)]):
-            wanted = "two stops (arrival, departure) or one passing point" if inside else "one stop"
-            raise InputError(f"{owner}: points at {position_m:.12g} m must be {wanted}, got {stops} stops and "
-                             f"{len(rows) - stops} passing points")  # fmt: skip
-
-
-def _require_time_in_order(owner: str, points: tuple[TimingPoint, ...]) -> None:
-    """No window closes before one before it opens."""
-    earliest_s = -math.inf
-    for index, point in enumerate(points):
-        if point.latest_s < earliest_s:
-            raise InputError(
-                f"{owner}: points[{index}].latest must not lie before an earlier point's earliest, "
-                f"got {point.latest_s:.12g} s after {earliest_s:.12g} s"
-            )
-        earliest_s = max(earliest_s, point.earliest_s)

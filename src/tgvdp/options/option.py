@@ -138,8 +138,8 @@ class Option:
         """Whether an argument is the default, of its type as well."""
         return value is self.default or (type(value) is type(self.default) and value == self.default)
 
-    def check(self, value: Any) -> Any:
-        """Return an argument as its kind.
+    def check(self, value: Any, owner: str = "search") -> Any:
+        """Return an argument as its kind; the owner is whose argument errors say it is.
 
         Raises
         ------
@@ -149,47 +149,47 @@ class Option:
         if value is None and self.default is None:
             return None
         if self.kind is bool:
-            return self._truth(value)
+            return self._truth(value, owner)
         if self.kind is str:
-            return self._name(value)
+            return self._name(value, owner)
         if self.kind is not tuple:
-            return self._number(value)
+            return self._number(value, owner)
         if self.rows is not None:
-            return require_rows("search", self.argument, value, self.rows)
+            return require_rows(owner, self.argument, value, self.rows)
         # An array has a length too, and numpy is not loaded for this.
         if isinstance(value, str | bytes | Mapping) or not (hasattr(value, "__len__") and hasattr(value, "__iter__")):
-            raise InputError(f"search: {self.argument} must be a sequence of numbers, got {value!r:.60}")
-        return tuple(self._number(one) for one in value)
+            raise InputError(f"{owner}: {self.argument} must be a sequence of numbers, got {value!r:.60}")
+        return tuple(self._number(one, owner) for one in value)
 
-    def _truth(self, value: Any) -> bool:
+    def _truth(self, value: Any, owner: str) -> bool:
         if not isinstance(value, bool):
-            raise InputError(f"search: {self.argument} must be True or False, got {value!r:.60}")
+            raise InputError(f"{owner}: {self.argument} must be True or False, got {value!r:.60}")
         return value
 
     def choice(self, text: str) -> str:
         """Return the choice that a text means, in upper case or lower; any other text as it is."""
         return next((choice for choice in self.choices if choice.lower() == text.lower()), text)
 
-    def _name(self, value: Any) -> Any:
+    def _name(self, value: Any, owner: str) -> Any:
         value = self.choice(value) if isinstance(value, str) else value
         if not self.open and value not in self.choices:
-            raise InputError(f"search: {self.argument} must be one of {', '.join(self.choices)}, got {value!r:.60}")
+            raise InputError(f"{owner}: {self.argument} must be one of {', '.join(self.choices)}, got {value!r:.60}")
         return value
 
-    def _number(self, value: Any) -> float:
+    def _number(self, value: Any, owner: str) -> float:
         unit = _UNITS[self.unit].si if self.unit else self.name
         above, at_least, at_most = (
             None if limit is None else self._si(limit) for limit in (self.above, self.at_least, self.at_most)
         )
         number = require_number(
-            "search", self.argument, value, unit, above=above, at_least=at_least, infinite_ok=self.infinite_ok
+            owner, self.argument, value, unit, above=above, at_least=at_least, infinite_ok=self.infinite_ok
         )
         if at_most is not None and number > at_most:
-            raise InputError(f"search: {self.argument} must be at most {at_most:g} {unit}, got {number:.12g} {unit}")
+            raise InputError(f"{owner}: {self.argument} must be at most {at_most:g} {unit}, got {number:.12g} {unit}")
         if self.kind is not int:
             return number
         if number != int(number):
-            raise InputError(f"search: {self.argument} must be a whole number, got {number:g}")
+            raise InputError(f"{owner}: {self.argument} must be a whole number, got {number:g}")
         return int(number)
 
 

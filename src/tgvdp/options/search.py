@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from tgvdp.constants import (
     CONVENTION_NAMES,
@@ -55,6 +55,9 @@ class SearchOptions:
         When an option is out of range or no choice, when the method does not have it and it is not its default, or
         when another option leaves it without effect.
     """
+
+    #: Whose arguments errors say that they are.
+    owner: ClassVar[str] = "search"
 
     origin_m: float = option(0.0, "Origin on the line.", name="from", heading=TRIP, unit="m", at_least=0.0, metavar="M")
     destination_m: float | None = option(
@@ -244,21 +247,27 @@ class SearchOptions:
     def __post_init__(self) -> None:
         given = [one for one in OPTIONS if not one.is_default(getattr(self, one.argument))]
         for one in given:
-            object.__setattr__(self, one.argument, one.check(getattr(self, one.argument)))
+            object.__setattr__(self, one.argument, one.check(getattr(self, one.argument), self.owner))
         asked = [one for one in given if getattr(self, one.argument) != one.default]
         for one in asked:
             if self.method not in one.methods:
                 owners = " and ".join(one.methods)
                 raise InputError(
-                    f"search: {one.argument} belongs to method {owners}, it has no effect on {self.method}"
+                    f"{self.owner}: {one.argument} belongs to method {owners}, it has no effect on {self.method}"
                 )
             idle = sorted({other.argument for other in asked} & set(one.excludes))
             if idle:
-                raise InputError(f"search: {' and '.join(idle)} has no effect beside {one.argument}")
+                raise InputError(f"{self.owner}: {' and '.join(idle)} has no effect beside {one.argument}")
 
     def as_dict(self) -> dict[str, Any]:
         """Values by their arguments."""
         return dict(vars(self))
+
+
+class JourneyOptions(SearchOptions):
+    """What a journey is asked for: as much of a search as it has."""
+
+    owner = "journey"
 
 
 #: Every option of a search, in the order of the arguments of `tgvdp.search`.

@@ -161,4 +161,4 @@ def _field_of(message: str) -> str:
 
 
 def _without_owner(message: str) -> str:
-    return message.removeprefix("search: ").removeprefix("journey: ")
+    return message.removeprefix(f"{SearchOptions.owner}: ")

@@ -105,7 +105,9 @@ def make_journey(
     keys = [item.key if item.key is not None else item.id for item in train.path]
     items = _by_key(path, train, keys)
     calls = [
-        _call(items.get(key or ""), at_mm / KILO, is_first=index == 0, is_last=index == len(keys) - 1)
+        _call(items.get(key or ""), at_mm / KILO, is_first=index == 0, is_last=index == len(keys) - 1)._replace(
+            row=str(bad(path, f"pathfinding.path_item_positions[{index}]: {at_mm:.12g} mm"))
+        )
         for index, (key, at_mm) in enumerate(zip(keys, position_mm, strict=True))
     ]
     asked = [call for call in calls if call.stops or call.arrival_s is not None]

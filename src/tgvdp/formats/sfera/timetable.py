@@ -41,7 +41,8 @@ class NamedCall(NamedTuple):
     @property
     def timed(self) -> Call:
         """The place and its times alone."""
-        return Call(self.position_m, self.stops, self.arrival_s, self.departure_s, self.window_s)
+        row = str(self.node.bad(f"{shown(self.name)} at {self.position_m:.12g} m of the journey"))
+        return Call(self.position_m, self.stops, self.arrival_s, self.departure_s, self.window_s, row)
 
 
 def has_times(journey: Node) -> bool:

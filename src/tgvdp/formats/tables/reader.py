@@ -40,7 +40,7 @@ def open_document(document: Document) -> Content | None:
         notes = (f"sheets without positions, not used: {listed(others)}",) if others else ()
         default, items, start_m = _lines(document, _lines_among(document, tables, timetables), notes)
     journeys = [
-        Item(name, partial(timetable.make_journey, table, name, start_m, document.places, notes))
+        Item(name, partial(timetable.make_journey, document.path, table, name, start_m, document.places, notes))
         for table in timetables
         for name in [table.sheet.name]
     ]

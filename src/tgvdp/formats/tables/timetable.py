@@ -6,11 +6,12 @@ Where that is, positions tell, or names of places that the line has.
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import groupby
+from pathlib import Path
 
 from tgvdp.errors import InputError
 from tgvdp.formats.calls import Call, RunningClock, by_name, journey_of
 from tgvdp.formats.syntax.clocks import clock_s, is_time_of_day
-from tgvdp.formats.syntax.reading import shown
+from tgvdp.formats.syntax.reading import bad, shown
 from tgvdp.formats.tables.cells import DASHES, Row, is_no
 from tgvdp.formats.tables.line import starts_m
 from tgvdp.formats.tables.roles import ARRIVAL, DEPARTURE, POSITION, SPEED, STOP, Role
@@ -34,12 +35,19 @@ def is_timetable(table: Table) -> bool:
 
 
 def make_journey(
-    table: Table, name: str, start_m: float, places: Sequence[tuple[float, str]], notes: tuple[str, ...] = ()
+    path: Path,
+    table: Table,
+    name: str,
+    start_m: float,
+    places: Sequence[tuple[float, str]],
+    notes: tuple[str, ...] = (),
 ) -> Journey:
     """Make a journey of a table.
 
     Parameters
     ----------
+    path : Path
+        The file, for errors about the journey.
     table : Table
     name : str
     start_m : float
@@ -57,7 +65,7 @@ def make_journey(
     """
     is_placed = POSITION in table.columns
     starts = starts_m(table) if is_placed else list(_named_m(table, places))
-    calls = list(_calls(table, starts, start_m if is_placed else 0.0))
+    calls = list(_calls(path, table, starts, start_m if is_placed else 0.0))
     journey = journey_of(name, calls, (*table.notes, *notes))
     first_m = journey.points[0].position_m
     if is_placed and start_m == 0.0 and first_m > 0.0:
@@ -102,8 +110,9 @@ def _named_m(table: Table, places: Sequence[tuple[float, str]]) -> Iterator[floa
         yield last_m
 
 
-def _calls(table: Table, starts: Sequence[float], start_m: float) -> Iterator[Call]:
+def _calls(path: Path, table: Table, starts: Sequence[float], start_m: float) -> Iterator[Call]:
     """Places with times in the order of running; arrival and departure may stand in a row each."""
+    said = POSITION if POSITION in table.columns else STOP
     rows = zip(starts, table.rows, _times(table), strict=True)
     for position_m, group in groupby(rows, lambda row: row[0]):
         given = list(group)
@@ -116,7 +125,8 @@ def _calls(table: Table, starts: Sequence[float], start_m: float) -> Iterator[Ca
             raise table.bad(given[0][1], ARRIVAL if arrivals else DEPARTURE,
                             f"lies before the line, which begins at {start_m / KILO:.9g} km")  # fmt: skip
         departure_s = departures[-1] if departures else arrivals[0]
-        yield Call(position_m - start_m, stops, arrivals[0] if arrivals else None, departure_s)
+        row = str(bad(path, table.bad(given[0][1], said, f"{table.text(given[0][1], said)} {table.need(said).unit}")))
+        yield Call(position_m - start_m, stops, arrivals[0] if arrivals else None, departure_s, row=row.rstrip())
 
 
 def _times(table: Table) -> Iterator[tuple[float | None, float | None]]:

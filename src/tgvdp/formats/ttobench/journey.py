@@ -69,8 +69,10 @@ def read_journey(document: Document) -> Journey:
         value_si(path, f"timing points.units.{name}", 0.0, _unit_of(units, name), quantity)
     points = tuple(_point(path, index, row, units) for index, row in enumerate(rows))
     _require_order(path, rows, points, units)
+    told = (f"timing points.values[{index}]: position {row[0]:.12g} {units.position}" for index, row in enumerate(rows))
+    named = tuple(str(bad(path, row)) for row in told)
     with errors_named(path):
-        return Journey(name=about.id, track=about.associated_track, points=points)
+        return Journey(name=about.id, track=about.associated_track, points=points, rows=named)
 
 
 def _point(path: Path, index: int, row: _Row, units: _Units) -> TimingPoint:
