@@ -11,7 +11,7 @@ from dataclasses import replace
 import pytest
 
 from tests.helpers.browser_case import ARGUMENTS, Watched, await_address, executable, figure
-from tests.helpers.railml_case import LINE_2
+from tests.helpers.railml_line_case import LINE_2
 from tests.helpers.report_case import make_result, railway_trip
 from tgvdp.cli import main
 from tgvdp.errors import InputError

@@ -8,7 +8,8 @@ from dataclasses import replace
 import pytest
 
 from tests.helpers.format_case import SCENARIO, TTOBENCH_TRACK, TTOBENCH_TRAIN, changed, write_json
-from tests.helpers.railml_case import LINE_2, STOCK_2
+from tests.helpers.railml_line_case import LINE_2
+from tests.helpers.railml_stock_case import STOCK_2
 from tgvdp.cli import main
 from tgvdp.formats import load_track, load_train
 from tgvdp.formats.review.figures import balancing_speed_mps, track_figures

@@ -4,7 +4,9 @@ import math
 
 import pytest
 
-from tests.helpers.railml_case import LINE_2, LINE_3, SAMPLES, STOCK_2, STOCK_3, limits_kmh
+from tests.helpers.railml_case import SAMPLES
+from tests.helpers.railml_line_case import LINE_2, LINE_3, limits_kmh
+from tests.helpers.railml_stock_case import STOCK_2, STOCK_3
 from tests.helpers.refusal import refusal
 from tgvdp.formats import describe_file, load_scenario, load_track, load_train
 from tgvdp.formats.railml.reader import lines_of

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.helpers.railml_case import BARE_2, BARE_3, BARE_NET, limits_kmh
+from tests.helpers.railml_line_case import BARE_2, BARE_3, BARE_NET, limits_kmh
 from tests.helpers.refusal import refusal
 from tgvdp.errors import InputError
 from tgvdp.formats import load_scenario, load_track, load_train

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from tests.helpers.railml_case import LINE_3
+from tests.helpers.railml_line_case import LINE_3
 from tests.helpers.refusal import refusal
 from tgvdp.formats import load_track
 from tgvdp.model.track import Curve, NeutralSection

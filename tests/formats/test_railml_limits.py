@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.helpers.railml_case import LINE_2, LINE_3, limits_kmh
+from tests.helpers.railml_line_case import LINE_2, LINE_3, limits_kmh
 from tests.helpers.refusal import refusal
 from tgvdp.formats import load_track
 from tgvdp.formats.railml.rows import LINE_SPEED_HINT

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.helpers.railml_case import STOCK_2, STOCK_3, STOCK_32
+from tests.helpers.railml_stock_case import STOCK_2, STOCK_3, STOCK_32
 from tests.helpers.refusal import refusal
 from tgvdp.formats import load_train
 from tgvdp.model.effort import EffortCurve

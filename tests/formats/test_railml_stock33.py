@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from tests.helpers.railml_case import STOCK_2, STOCK_33
+from tests.helpers.railml_stock_case import STOCK_2, STOCK_33
 from tests.helpers.refusal import refusal
 from tgvdp.formats import load_train
 from tgvdp.model.effort import EffortCurve

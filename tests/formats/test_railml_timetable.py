@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 
 import tgvdp
-from tests.helpers.railml_case import LINE_2, LINE_3
+from tests.helpers.railml_line_case import LINE_2, LINE_3
 from tests.helpers.refusal import refusal
 from tests.helpers.settings import fuzz
 from tests.helpers.xml_slips import mutated

@@ -2,7 +2,8 @@
 
 import pytest
 
-from tests.helpers.railml_case import LINE_2, LINE_3, STOCK_2, limits_kmh
+from tests.helpers.railml_line_case import LINE_2, LINE_3, limits_kmh
+from tests.helpers.railml_stock_case import STOCK_2
 from tests.helpers.refusal import refusal
 from tgvdp.formats import load_track, load_train
 from tgvdp.units import kmh_to_mps

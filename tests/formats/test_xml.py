@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from tests.helpers.railml_case import LINE_2
+from tests.helpers.railml_line_case import LINE_2
 from tgvdp.errors import InputError, MissingExtraError
 from tgvdp.formats import describe_file, load_track
 from tgvdp.formats.syntax.reading import LARGEST_BYTES
