@@ -173,3 +173,10 @@ def test_a_front_owns_its_arrays_and_they_are_read_only():
     for values in (front.time_s, front.energy_j, front.source):
         with pytest.raises(ValueError, match="read-only"):
             values[0] = 0
+
+
+def test_its_representation_is_one_line():
+    assert repr(ParetoFront.of([100.0, 110.0, 120.0], [7.2e6, 5e6, 3.6e6])) == (
+        "<ParetoFront: 3 points from 100.0 s, 2.00 kWh to 120.0 s, 1.00 kWh>"
+    )
+    assert repr(ParetoFront.of([], [])) == "<ParetoFront: no points>"

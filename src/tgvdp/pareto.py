@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tgvdp.errors import InfeasibleError, InputError
+from tgvdp.units import joule_to_kwh
 
 #: Slack of selections, relative to the reference: who asks for the delay of a member, as printed, gets that member.
 SELECTION_RTOL = 1e-12
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ParetoFront:
     """Points of which none is at least as fast and at least as cheap as another; `of` filters any points into one.
 
@@ -51,6 +52,12 @@ class ParetoFront:
         for name, values in (("time_s", time_s), ("energy_j", energy_j), ("source", source)):
             values.setflags(write=False)
             object.__setattr__(self, name, values)
+
+    def __repr__(self) -> str:
+        if len(self) == 0:
+            return "<ParetoFront: no points>"
+        first, last = (f"{self.time_s[at]:.1f} s, {joule_to_kwh(self.energy_j[at]):.2f} kWh" for at in (0, -1))
+        return f"<ParetoFront: {len(self)} points from {first} to {last}>"
 
     @classmethod
     def of(cls, time_s: ArrayLike, energy_j: ArrayLike) -> Self:

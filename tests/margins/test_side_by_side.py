@@ -37,6 +37,18 @@ def test_running_times_are_met_and_energies_fall(slowed):
         assert all(after.energy_j[name] < before.energy_j[name] for name in after.runs)
 
 
+def test_what_a_prompt_shows_is_one_line_of_figures(slowed):
+    journey, margins = slowed
+    run, kwh = margins[2].profile("linear"), {name: one / 3.6e6 for name, one in margins[2].energy_j.items()}
+    ran = f"0 to {run.position_m[-1] / 1e3:g} km in {run.duration_s:.1f} s"
+    assert repr(run) == f"<Profile: {ran}, {kwh['linear']:.2f} kWh, {len(run.position_m)} rows>"
+    assert repr(margins[2]) == (
+        f"<Margins: {len(journey.sections)} sections, from {journey.fastest_time_s:.1f} to "
+        f"{1.1 * journey.fastest_time_s:.1f} s: linear {kwh['linear']:.2f} kWh, economy {kwh['economy']:.2f} kWh, "
+        f"uniform {kwh['uniform']:.2f} kWh, optimum {kwh['optimum']:.2f} kWh>"
+    )
+
+
 def test_the_optimum_is_cheapest_and_the_uniform_margin_cheaper_than_the_linear_one(slowed):
     for one in slowed[1]:
         assert one.energy_j["optimum"] <= one.energy_j["economy"] * (1.0 + 2e-4)

@@ -41,7 +41,7 @@ _DARK_SHARE = 0.01
 _SAME_S = 1e-6
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Score:
     """A recorded run, judged.
 
@@ -68,6 +68,10 @@ class Score:
     recorded: Profile
     optimum: Profile
     warnings: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        recorded, optimum = (joule_to_kwh(run.total_energy_j) for run in (self.recorded, self.optimum))
+        return f"<Score: {self.name} in {self.time_s:.1f} s, {recorded:.2f} kWh, optimum {optimum:.2f} kWh>"
 
     @property
     def saving_j(self) -> float:

@@ -16,6 +16,7 @@ from tgvdp.errors import NumericalError
 from tgvdp.memory import ask_for
 from tgvdp.model.trip import Trip
 from tgvdp.runs.measure import Columns, measured
+from tgvdp.units import KILO, joule_to_kwh
 
 #: Driving regimes of a profile, by their number (`physics.codes`); holding by brakes is cruising, too.
 REGIMES = ("traction", "cruising", "coasting", "braking")
@@ -49,7 +50,7 @@ class EnergyBalance(NamedTuple):
     braking_losses_j: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Profile:
     """A run as rows; all arrays have shape (n,) and are read-only.
 
@@ -86,6 +87,11 @@ class Profile:
     def __reduce__(self) -> tuple[type["Profile"], tuple[Any, ...]]:
         """Pickle so that the copy is read-only, too."""
         return Profile, tuple(getattr(self, column.name) for column in fields(self))
+
+    def __repr__(self) -> str:
+        ends_km = f"{self.position_m[0] / KILO:.6g} to {self.position_m[-1] / KILO:.6g} km"
+        taken = f"{self.duration_s:.1f} s, {joule_to_kwh(self.total_energy_j):.2f} kWh"
+        return f"<Profile: {ends_km} in {taken}, {len(self.position_m)} rows>"
 
     @property
     def duration_s(self) -> float:
