@@ -111,3 +111,8 @@ def test_wrong_usage_and_trips_without_a_plan_are_one_line(tmp_path, capsys, wor
     err = capsys.readouterr().err
     assert message in err and err.count("\n") == 1
     assert not (tmp_path / "x.json").exists()
+
+
+def test_a_file_without_a_name_is_refused(capsys):
+    assert main(["formulate", "easy-n008", "--to", "lp", "-o", ""]) == 3
+    assert capsys.readouterr().err == "tgvdp: error: a file to write must have a name, got an empty text\n"

@@ -194,6 +194,19 @@ def test_folders_of_trains_that_are_no_longer_run_go(run, tmp_path):
     assert names == {"journey.json", "front.csv", "allocation.csv", "advice.csv", "provenance.json", "train-3"}
 
 
+def test_a_run_that_ended_between_two_trains_may_be_done_again(run, tmp_path, capsys):
+    weak = changed(TTOBENCH_TRAIN, ("max traction force", "value"), 0.1)
+    write_json(tmp_path / "second.json", weak)
+    options = ("--train", "second.json", "--points", "2", "--out", "both", "--no-pictures", "--quiet")
+    assert run("journey", *options) == 4
+    write_json(tmp_path / "second.json", TTOBENCH_TRAIN)
+    (tmp_path / "both" / "mine.txt").touch()
+    assert run("journey", *options) == 3
+    assert "both: is not empty, and no results of tgvdp are in it" in capsys.readouterr().err
+    (tmp_path / "both" / "mine.txt").unlink()
+    assert run("journey", *options) == 0
+
+
 def test_trains_with_a_timetable_count_from_their_earliest_journey(run, tmp_path, capsys):
     write_json(tmp_path / "journey.json", changed(JOURNEY, ("timing points", "values", 5, 2), 1500))
     write_json(tmp_path / "heavy.json", changed(TTOBENCH_TRAIN, ("metadata", "id"), "heavy"))

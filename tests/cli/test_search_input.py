@@ -191,6 +191,15 @@ def test_the_catalog_looks_usual(train, tmp_path, capsys):
 # The folder
 
 
+@pytest.mark.parametrize("command", ["search", "journey", "score tgv", "compare --train tgv", "sweep a.toml"])
+def test_an_empty_name_is_no_folder(command, tmp_path, monkeypatch, capsys):
+    """As of a variable of the shell that is not set: results went into the working folder."""
+    monkeypatch.chdir(tmp_path)
+    assert main([*command.split(), "--out", ""]) == 3
+    assert "a folder for results must have a name, got an empty text" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_folder_of_somebody_else_is_not_written_into(tmp_path, capsys):
     out = tmp_path / "out"
     out.mkdir()

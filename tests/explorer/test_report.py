@@ -132,6 +132,12 @@ def test_explore_says_what_it_cannot_show(tmp_path, capsys):
     assert "absent.toml: no such file" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("force", [(), ("--force",)])
+def test_a_page_takes_the_place_of_no_folder(folder, tmp_path, capsys, force):
+    assert main(["report", str(folder), "-o", str(tmp_path), *force]) == 3
+    assert capsys.readouterr().err == f"tgvdp: error: {tmp_path}: is a folder, not a file\n"
+
+
 @pytest.fixture
 def begun(monkeypatch):
     """What `tgvdp explore` begins with, instead of a server."""

@@ -180,6 +180,31 @@ def test_bad_references(tmp_path, reference, message):
             "curves[0].radius_end_m: must be a number or 'infinity'",
         ),
         (["track", "stops_m"], [0, 20_000], "stops[1] must be within the line's 10000 m, got 20000 m"),
+        (
+            ["train", "braking_rates"],
+            [{"from_kmh": 0, "deceleration_mps2": 0.5}, {"from_kmh": 0, "deceleration_mps2": 0.6}],
+            "train.braking_rates[1].from_kmh: must not be given more than once, got 0 km/h",
+        ),
+        (
+            ["train", "traction"],
+            {"points": [{"speed_kmh": speed, "effort_kn": 9} for speed in (0, 100, 50)]},
+            "train.traction: points[2].speed_kmh: must rise, got 50 km/h after 100 km/h",
+        ),
+        (
+            ["train", "traction"],
+            {"points": [{"speed_kmh": speed, "effort_kn": 9} for speed in (0, 50, 50, 50)]},
+            "train.traction: points[3].speed_kmh: must not be given more than twice, got 50 km/h",
+        ),
+        (
+            ["train", "braking"],
+            {"polynomials": [{"from_kmh": 36, "coefficients_n_kmh": [9e3]}]},
+            "train.braking: polynomials[0].from_kmh: must be 0 km/h, got 36 km/h",
+        ),
+        (
+            ["train", "adhesion"],
+            {"adhesive_mass_t": 500},
+            "train.adhesion.adhesive_mass_t: must be at most train.mass_t, 200 t, got 500 t",
+        ),
         (["track", "gradients", 0, "gradient_permil"], 5000, "gradient must be within ±1000 ‰, got 5000 ‰"),
         (["track", "name"], "", "name must be one line of printable text"),
         (["run", "point"], 5, "run: unknown field 'point', did you mean 'points'?"),

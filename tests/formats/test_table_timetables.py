@@ -186,6 +186,7 @@ def test_names_alone_are_described_as_a_timetable_that_needs_a_line(saved):
     path = saved(NAMES, "names.csv")
     assert describe_file(f"{path}#names") == told
     assert refusal(describe_file, f"{path}#other") == "holds no journey 'other'; it holds: names"
+    assert refusal(describe_file, saved("Station,Departure\nA,10:00\n", "t.csv")).endswith("two stops with times")
     wrong = saved(NAMES.replace("10:03,10:04", "10:03,10:02"), "wrong.csv")
     assert "times must not decrease, got 10:02" in refusal(describe_file, wrong)
     assert "no column for the position" in refusal(describe_file, saved("Station,Arrival,Departure\nA,-,-\n", "t.csv"))
@@ -197,3 +198,6 @@ def test_a_row_beyond_the_end_of_the_line_is_named_in_its_unit(saved):
     message = "line 4, column 'km': 6.25 km: lies beyond the end of track line, which is 5000 m long"
     assert refusal(lambda path: tgvdp.journey("tgv", line, path), timetable) == message
     assert load_section(timetable)[1].destination_m == 2500.0
+    stationed = saved("km,arrival,departure\n0+000,,10:00\n7+500,10:09,\n", "times.csv")
+    told = refusal(lambda path: tgvdp.journey("tgv", line, path), stationed)
+    assert told.startswith("line 3, column 'km': 7+500: lies beyond")

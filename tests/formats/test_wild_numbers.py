@@ -56,3 +56,5 @@ def test_in_tables(saved):
 def test_on_the_command_line(capsys):
     assert main(["search", "--start-speed", "1e300"]) == 2
     assert "'--start-speed': must be within ±1e+12 km/h, got 1e+300 km/h" in capsys.readouterr().err
+    assert main(["search", "--wind", "600"]) == 2
+    assert "'--wind': must be at most 500 km/h, got 600 km/h" in capsys.readouterr().err

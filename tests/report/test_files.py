@@ -299,9 +299,12 @@ def test_only_what_would_be_lost_is_in_the_way(tmp_path):
     file.touch()
     link.symlink_to("nowhere")
     os.mkfifo(pipe)
-    for taken in (file, link, tmp_path):
+    for taken in (file, link):
         with pytest.raises(InputError, match="exists already"):
             check_new(taken, force=False)
         check_new(taken, force=True)
+    for force in (False, True):
+        with pytest.raises(InputError, match="is a folder, not a file"):
+            check_new(tmp_path, force=force)
     for free in (pipe, tmp_path / "none", os.devnull):
         check_new(free, force=False)

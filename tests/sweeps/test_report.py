@@ -190,6 +190,7 @@ def test_no_sweep_there(tmp_path):
     done = run("report", tmp_path)
     assert (done.returncode, done.stderr.count("\n")) == (3, 1)
     assert "holds no finished sweep" in done.stderr
+    assert f"{tmp_path / 'absent'}: no such folder" in run("report", tmp_path / "absent").stderr
 
 
 def test_the_axis_with_the_widest_span_comes_first_and_maps_have_holes():

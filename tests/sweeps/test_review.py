@@ -41,6 +41,8 @@ def test_validate_reviews_the_trains_and_lines_of_a_sweep(tmp_path, capsys):
         ("[0, 10, 20]", "[0, 'much']", "spec.toml: product.wind_kmh: must be a number, got 'much'"),
         ('lines = ["lines"]\n', "", "spec.toml: missing field 'lines'"),
         ('["metro.toml"]', '["absent.toml"]', "absent.toml: no such file"),
+        ("[0, 10, 20]", "10", "spec.toml: product.wind_kmh: must be a list, got 10"),
+        ("[product]", "[[zip]]\nreverse = true\n[product]", "spec.toml: zip[0].reverse: must be a list, got True"),
         (SPEC, 'trains = "tgv"', "spec.toml: holds none of train, track, map and run"),
     ],
 )
@@ -63,3 +65,15 @@ def test_what_a_spec_has_no_use_for_is_refused(tmp_path, monkeypatch, capsys, wo
     monkeypatch.chdir(write_case(tmp_path).parent)
     assert main(["validate", *words]) == 3
     assert capsys.readouterr().err == f"tgvdp: error: {message}\n"
+
+
+def test_a_spec_where_a_scenario_is_meant_and_the_other_way_round(tmp_path, capsys):
+    path = write_case(tmp_path)
+    for words in (["search", "--scenario"], ["search", "--train"], ["convert"]):
+        out = [str(tmp_path / "a.json")] if words == ["convert"] else []
+        assert main([*words, str(path), *out]) == 3
+        assert capsys.readouterr().err == f"tgvdp: error: {path}: is the spec of a sweep, which tgvdp sweep runs\n"
+    train = tmp_path / "metro.toml"
+    assert main(["sweep", str(train), "--dry-run"]) == 3
+    message = "is no spec of a sweep: it names neither trains nor lines"
+    assert capsys.readouterr().err == f"tgvdp: error: {train}: {message}\n"

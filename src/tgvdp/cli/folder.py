@@ -4,7 +4,7 @@ import contextlib
 import hashlib
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path, PurePosixPath
 
 from tgvdp.errors import InputError
@@ -31,6 +31,9 @@ class OutFolder:
         The file that tells the results of this command from those of others.
     force : bool
         Whether files in it may be overwritten that this command did not write.
+    parts : sequence of str
+        Folders in it that have results of their own, which may be there without those of all of them: the run before
+        ended between two.
 
     Raises
     ------
@@ -38,7 +41,7 @@ class OutFolder:
         When it cannot be written, or holds what this command did not write.
     """
 
-    def __init__(self, path: str, main: str, *, force: bool) -> None:
+    def __init__(self, path: str, main: str, *, force: bool, parts: Sequence[str] = ()) -> None:
         from tgvdp.report import check_writable
         from tgvdp.report.files import is_draft
 
@@ -48,7 +51,8 @@ class OutFolder:
         if force:
             return
         if self._earlier is None:
-            if self._path.is_dir() and not all(is_draft(file.name) for file in self._path.iterdir()):
+            others = [file for file in self._path.iterdir() if not is_draft(file.name)] if self._path.is_dir() else []
+            if not all(file.name in parts and _written_before(file) is not None for file in others):
                 raise InputError(
                     f"{self._path}: is not empty, and no results of tgvdp are in it (--force writes there)"
                 )

@@ -73,9 +73,9 @@ def command(
     if output == "-":
         click.echo(contents[""].decode(), nl=False)
         return
-    path = Path(output)
     for suffix in contents:
-        check_new(path.with_name(path.name + suffix), force=force)
+        check_new(f"{output}{suffix}", force=force)
+    path = Path(output)
     write_files(path.parent, {path.name + suffix: content for suffix, content in contents.items()})
 
 

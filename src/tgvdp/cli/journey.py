@@ -120,8 +120,8 @@ def command(trains: tuple[str, ...], out: str, force: bool, as_json: bool, quiet
         raise click.UsageError("--within goes with --margins", context)
     started_s = time.perf_counter()
     several = len(trains) > 1
-    folder = OutFolder(out, _MAIN, force=force)
     homes = [Path(out) / f"train-{number}" for number in range(1, len(trains) + 1)] if several else [Path(out)]
+    folder = OutFolder(out, _MAIN, force=force, parts=[home.name for home in homes] if several else [])
     for home in homes:
         OutFolder(str(home), _MAIN, force=force)
     with Screen(quiet=quiet) as screen:

@@ -11,8 +11,10 @@ from tgvdp.options.texts import parse_quantity
 from tgvdp.units import LARGEST_WRITTEN
 
 
-def number(unit: str, *, above: float | None = None, at_least: float | None = None) -> Callable[[str], float]:
-    """Make the type of an option that takes a finite number of a unit, with a lower bound."""
+def number(
+    unit: str, *, above: float | None = None, at_least: float | None = None, at_most: float | None = None
+) -> Callable[[str], float]:
+    """Make the type of an option that takes a finite number of a unit, within bounds."""
 
     def convert(text: str) -> float:
         try:
@@ -27,6 +29,8 @@ def number(unit: str, *, above: float | None = None, at_least: float | None = No
             raise click.BadParameter(f"must be above {above:g} {unit}, got {value:g} {unit}")
         if at_least is not None and not value >= at_least:
             raise click.BadParameter(f"must be at least {at_least:g} {unit}, got {value:g} {unit}")
+        if at_most is not None and value > at_most:
+            raise click.BadParameter(f"must be at most {at_most:g} {unit}, got {value:g} {unit}")
         return value
 
     return convert

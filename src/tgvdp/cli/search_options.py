@@ -85,7 +85,7 @@ def declared(one: Option) -> Decorator:
         low, high = (None if limit is None else int(limit) for limit in (one.at_least, one.at_most))
         settings["type"] = click.IntRange(min=low, max=high)
     else:
-        settings["type"] = number(one.unit, above=one.above, at_least=one.at_least)
+        settings["type"] = number(one.unit, above=one.above, at_least=one.at_least, at_most=one.at_most)
     return heading(one.heading)(one.flag, one.field, **settings)
 
 

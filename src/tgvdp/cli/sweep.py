@@ -94,9 +94,12 @@ def command(
         raise click.UsageError("--workers and --worker-memory are for this machine, not for a --scheduler's")
     if retry and not resume:
         raise click.UsageError("--retry goes with --resume")
+    from tgvdp.report import check_writable
     from tgvdp.sweeps.cluster import Cluster
     from tgvdp.sweeps.forks import start_fork_server
 
+    if not dry_run:
+        check_writable(out)
     forked = scheduler is None and not dry_run and start_fork_server()  # loads while this process does
     memory_b = None if worker_memory is None else to_si(worker_memory, "MB", "memory")
     cluster = Cluster(scheduler, workers, memory_b, forked)

@@ -53,12 +53,13 @@ def _held(file: str, line_speed_mps: float | None, *, reviewed: bool) -> "tuple[
     from tgvdp.formats import describe_file
     from tgvdp.formats.review.plausibility import review_file
     from tgvdp.formats.sources import locate
-    from tgvdp.formats.syntax.reading import bad, shown
+    from tgvdp.formats.syntax.reading import bad, read_document, shown
+    from tgvdp.formats.unknown import is_sweep
     from tgvdp.sweeps.read import read_spec
-    from tgvdp.sweeps.review import describe_spec, is_spec, review_spec
+    from tgvdp.sweeps.review import describe_spec, review_spec
 
     path, part = locate(file)
-    if is_spec(path):
+    if is_sweep(read_document(path)):
         if part is not None:
             raise bad(path, f"is the spec of a sweep, of which {shown(part)} chooses nothing")
         if line_speed_mps is not None:

@@ -10,6 +10,7 @@ import msgspec
 
 from tgvdp.errors import InputError
 from tgvdp.explorer.exhibit import PROFILE_COLUMNS, Exhibit, search_exhibit
+from tgvdp.report.files import require_folder
 from tgvdp.report.journeys import SCHEMA as JOURNEY_SCHEMA
 from tgvdp.report.tables import SCHEMA as SEARCH_SCHEMA
 from tgvdp.report.written import read_object, require_schema
@@ -42,8 +43,7 @@ def read_folder(folder: str) -> Exhibit:
     for name, read in _READERS.items():
         if (home / name).is_file():
             return read(home, read_object(home / name))
-    if not home.is_dir():
-        raise InputError(f"{folder}: {'is a file, not a folder' if home.exists() else 'no such folder'}")
+    require_folder(folder)
     raise InputError(f"{folder}: holds none of {', '.join(_READERS)}, which search, journey and bench write")
 
 

@@ -14,6 +14,9 @@ from tgvdp.formats.syntax.clocks import DAY_S
 from tgvdp.model.journey import Journey, TimingPoint
 from tgvdp.units import KILO
 
+#: Stops without which nothing runs, and what is said then.
+FEWEST_STOPS = 2
+NO_JOURNEY = "a timetable needs two stops with times"
 #: Longest note, so that it stays one line that can be read.
 _LONGEST = 400
 
@@ -88,8 +91,8 @@ def journey_of(name: str, calls: Sequence[Call], notes: tuple[str, ...], track: 
         When fewer than two are stops, the first of them has no time, or positions decrease.
     """
     stops = [at for at, call in enumerate(calls) if call.stops]
-    if len(stops) < 2:
-        raise InputError("a timetable needs two stops with times")
+    if len(stops) < FEWEST_STOPS:
+        raise InputError(NO_JOURNEY)
     first, *between, last = calls[stops[0] : stops[-1] + 1]
     beyond = [f"{call.position_m / KILO:.9g}" for call in (*calls[: stops[0]], *calls[stops[-1] + 1 :])]
     if beyond:

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from difflib import get_close_matches
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, get_args
@@ -20,6 +19,7 @@ from tgvdp.formats.sources import Source, Target, label, locate
 from tgvdp.formats.syntax.reading import Document, bad, errors_named, parse_document, read_document, require_not_alone
 from tgvdp.formats.tables import reader as tables
 from tgvdp.formats.ttobench import reader as ttobench
+from tgvdp.formats.unknown import require_known_content
 from tgvdp.model import catalog
 from tgvdp.model.checks import require_number
 from tgvdp.model.track import Track
@@ -27,7 +27,6 @@ from tgvdp.model.track import Track
 NATIVE = "native"
 KINDS: tuple[Kind, ...] = get_args(Kind)
 _NOTHING: Mapping[Kind, str] = MappingProxyType({})
-_LOOKED_AT = 20  # fields in which a slip of the pen is looked for
 
 #: Each returns what a document holds, or None when it is not of its format.
 _FOREIGN = (
@@ -216,7 +215,7 @@ def _never_missing(document: Document, format: str) -> InputError:
 
 def _native(document: Document, kinds: tuple[Kind, ...], chain: tuple[Path, ...]) -> Scenario:
     path = document.path
-    _require_known_content(document)
+    require_known_content(document)
     file = native.read_native(document)
     held = tuple(kind for kind in catalog.KINDS if getattr(file, kind) is not None)
     _require_kind(path, f"a {' and a '.join(held)}" if held else "run options", kinds, held)
@@ -264,21 +263,6 @@ def _require_kind(
     if len(wanted) == 1 and wanted[0] not in kinds:
         why = f": {lacking[wanted[0]]}" if wanted[0] in lacking else ""
         raise bad(path, f"holds {held}, not a {wanted[0]}{why}")
-
-
-def _require_known_content(document: Document) -> None:
-    """Say what was expected when nothing at the top of a file is known; a slip beside known fields shows later."""
-    fields = document.tree.keys()
-    if fields & {"train", "track", "map", "run"}:
-        return
-    if "metadata" in fields:
-        raise bad(document.path, "is no TTOBench train, track or journey: it has none of their fields")
-    known = ["train", "track", "map", "run"]
-    near = [match for name in list(fields)[:_LOOKED_AT] for match in get_close_matches(name.lower(), known, n=1)]
-    hint = f", did you mean {near[0]!r}?" if near else ""
-    got = ", ".join(repr(name)[:40] for name in list(fields)[:3]) or "nothing"
-    foreign = "TTOBench, railtoolkit and OSRD"
-    raise bad(document.path, f"holds none of train, track, map and run, nor what {foreign} files hold, got {got}{hint}")
 
 
 def _require_run_on_track(path: Path, scenario: Scenario) -> None:

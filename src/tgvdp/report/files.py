@@ -16,8 +16,10 @@ def check_writable(folder: str | os.PathLike[str]) -> None:
     Raises
     ------
     InputError
-        When the folder, or the nearest folder above it that exists, cannot be written.
+        When the folder, or the nearest folder above it that exists, cannot be written, or it has no name.
     """
+    if not os.fspath(folder):
+        raise InputError("a folder for results must have a name, got an empty text")
     path = Path(folder).absolute()
     existing = next(candidate for candidate in (path, *path.parents) if os.path.lexists(candidate))
     if not existing.is_dir():
@@ -32,10 +34,20 @@ def check_new(path: str | os.PathLike[str], *, force: bool) -> None:
     Raises
     ------
     InputError
-        When there is a file, or a link to one.
+        When there is a file, or a link to one; or a folder.
     """
+    if not os.fspath(path):
+        raise InputError("a file to write must have a name, got an empty text")
+    if Path(path).is_dir():
+        raise InputError(f"{path}: is a folder, not a file")
     if not force and os.path.lexists(path) and not _is_stream(Path(path)):
         raise InputError(f"{path}: exists already (--force overwrites it)")
+
+
+def require_folder(path: str | os.PathLike[str]) -> None:
+    """Raise `InputError` unless there is a folder."""
+    if not os.path.isdir(path):
+        raise InputError(f"{path}: {'is a file, not a folder' if os.path.lexists(path) else 'no such folder'}")
 
 
 def _is_stream(path: Path) -> bool:

@@ -18,6 +18,7 @@ from tgvdp.formats.native.changes import Changed, changed
 from tgvdp.formats.native.reader import run_options
 from tgvdp.formats.syntax.reading import bad, errors_named, read_document, shown
 from tgvdp.formats.syntax.typed import decode
+from tgvdp.formats.unknown import SWEEP_FIELDS
 from tgvdp.model import catalog
 from tgvdp.model.track import Track
 from tgvdp.options.search import BY_FIELD, JOURNEY_FIELDS, SearchOptions, arguments_of, by_argument
@@ -47,12 +48,8 @@ class _File(Struct, forbid_unknown_fields=True):
     profiles_every_m: Annotated[float, Meta(gt=0.0)] | None = None
     csv: bool = True
     run: dict[str, Any] = {}
-    product: dict[str, list[Any]] = {}
-    zip: list[dict[str, list[Any]]] = []
-
-
-#: Fields that no file of a train or a line has.
-FIELDS = frozenset(_File.__struct_fields__) - {"run"}
+    product: dict[str, Any] = {}  # lists: names of free fields are missing from errors of `decode`
+    zip: list[dict[str, Any]] = []
 
 
 def read_spec(path: Path) -> SweepSpec:
@@ -64,6 +61,8 @@ def read_spec(path: Path) -> SweepSpec:
         When the file, one that it names, or a value in it is wrong: the error names file and field.
     """
     document = read_document(path)
+    if not document.tree.keys() & SWEEP_FIELDS:
+        raise bad(path, "is no spec of a sweep: it names neither trains nor lines")
     file = decode(path, document.tree, _File)
     kind: Kind = "journey" if file.sections == _JOURNEY else "search"
     if kind == "search" and file.dwell_s is not None:
@@ -186,8 +185,10 @@ def _section(text: str) -> Section:
 
 def _axes(path: Path, file: _File) -> list[tuple[str, Axis]]:
     """What varies: every field of ``product`` on its own, those of each ``zip`` together, each with its table."""
-    axes = [("product", Axis((name,), tuple((value,) for value in values))) for name, values in file.product.items()]
-    for index, table in enumerate(file.zip):
+    product = _lists(path, "product", file.product)
+    axes = [("product", Axis((name,), tuple((value,) for value in values))) for name, values in product.items()]
+    for index, given in enumerate(file.zip):
+        table = _lists(path, f"zip[{index}]", given)
         lengths = {name: len(values) for name, values in table.items()}
         if len(set(lengths.values())) != 1:
             got = ", ".join(f"{name} with {length}" for name, length in lengths.items())
@@ -206,6 +207,11 @@ def _axes(path: Path, file: _File) -> list[tuple[str, Axis]]:
         if names.count(name) > 1 or name in file.run:
             raise bad(path, f"{name}: stands in more than one of run, product and zip")
     return axes
+
+
+def _lists(path: Path, place: str, table: Mapping[str, Any]) -> dict[str, list[Any]]:
+    """The values of each field."""
+    return {name: decode(path, values, list[Any], (place, name)) for name, values in table.items()}
 
 
 def _hashable(value: Any) -> Hashable:

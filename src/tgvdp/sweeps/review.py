@@ -1,30 +1,13 @@
 """What the file of a sweep holds, as `tgvdp.formats.review` says it of files that hold trains and lines."""
 
 from collections.abc import Iterator
-from pathlib import Path
 
 from tgvdp.formats.review.describe import Description
 from tgvdp.formats.review.figures import Figure
 from tgvdp.formats.review.plausibility import Review, check_track, check_train
-from tgvdp.formats.syntax.reading import read_document, shown
+from tgvdp.formats.syntax.reading import shown
 from tgvdp.formats.tables.table import listed
-from tgvdp.sweeps.read import FIELDS
 from tgvdp.sweeps.spec import Axis, SweepSpec
-
-#: What no other file has at its top; one of them alone may be a slip of the pen.
-_FEWEST_FIELDS = 2
-
-
-def is_spec(path: Path) -> bool:
-    """Whether a file is meant as a sweep's, be it right or wrong.
-
-    Raises
-    ------
-    InputError
-        When it cannot be read, or is no file of tables and fields.
-    """
-    fields = read_document(path).tree.keys()
-    return not fields & {"train", "track", "map"} and len(fields & FIELDS) >= _FEWEST_FIELDS
 
 
 def describe_spec(spec: SweepSpec, name: str) -> Description:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import InputError, MissingExtraError
+from tgvdp.report.files import require_folder
 from tgvdp.report.read_off import TELLING_PCT, Front, Read
 from tgvdp.sweeps.tables import SCHEMAS
 
@@ -89,6 +90,7 @@ def read_savings(folder: Path, margin_pct: float) -> Savings:
         parquet = import_module("pyarrow.parquet")
     except ImportError:
         raise MissingExtraError("reports of sweeps need pyarrow: pip install 'tgvdp[sweep]'") from None
+    require_folder(folder)
     path = folder / "scenarios.parquet"
     if not path.is_file():
         raise InputError(f"{folder}: holds no finished sweep: there is no {path.name}")

@@ -12,6 +12,7 @@ from msgspec import UNSET, UnsetType, structs
 
 from tgvdp.errors import InputError
 from tgvdp.formats.native.energy_map import MapSpec, make_map
+from tgvdp.formats.native.order import require_at_most, require_rising
 from tgvdp.formats.native.specs import CurveSpec, EffortSpec, FileSpec, PolynomialSpec, RunSpec, TrackSpec, TrainSpec
 from tgvdp.formats.sources import label, locate
 from tgvdp.formats.syntax.reading import Document, bad, errors_named, read_document, require_not_alone, shown
@@ -112,7 +113,9 @@ def _train(path: Path, spec: TrainSpec, name: str, tables: Mapping[str, _EffortT
         limits["braking"] = _effort(path, "train.braking", spec.braking, tables.get("braking"))
     if spec.adhesion:
         given = spec.adhesion.coefficient
-        limits["adhesion"] = Adhesion(spec.adhesion.adhesive_mass_t * KILO, None if given is UNSET else given)
+        adhesive_t = require_at_most("train.adhesion.adhesive_mass_t", spec.adhesion.adhesive_mass_t, spec.mass_t)
+        limits["adhesion"] = Adhesion(adhesive_t * KILO, None if given is UNSET else given)
+    require_rising("train.braking_rates", "from_kmh", [row.from_kmh for row in spec.braking_rates])
     return Train(
         name=name if spec.name is UNSET else spec.name,
         mass_kg=spec.mass_t * KILO,
@@ -153,8 +156,10 @@ def effort_of(spec: EffortSpec, table: _EffortTable | None = None) -> EffortCurv
     if table is not None:
         return table.curve
     if spec.points is not UNSET:
+        require_rising("points", "speed_kmh", [point.speed_kmh for point in spec.points], most=2)
         return EffortCurve.from_points([(kmh_to_mps(p.speed_kmh), p.effort_kn * KILO) for p in spec.points])
     if spec.polynomials is not UNSET:
+        require_rising("polynomials", "from_kmh", [one.from_kmh for one in spec.polynomials])
         return EffortCurve(tuple(_pieces(spec.polynomials)))
     assert spec.force_kn is not UNSET
     power = {"power_w": spec.power_kw * KILO} if spec.power_kw else {}

@@ -12,14 +12,14 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
-from msgspec import Struct
+from msgspec import Meta, Struct
 
 from tgvdp.formats.content import Content, Item, Kind
 from tgvdp.formats.osrd.schedule import TrainSchedule, make_journey
 from tgvdp.formats.syntax.reading import Document, bad, shown
 from tgvdp.formats.syntax.typed import Finite, NotNegative, Positive, decode, extensions, in_unit
 from tgvdp.model.checks import plain_text
-from tgvdp.model.track import Curve, Gradient, NeutralSection, Place, SpeedLimit, Track
+from tgvdp.model.track import VERTICAL_PERMIL, Curve, Gradient, NeutralSection, Place, SpeedLimit, Track
 from tgvdp.units import KILO, mps_to_kmh
 
 FORMAT = "OSRD path"
@@ -41,7 +41,7 @@ Speed = Annotated[Positive, in_unit("m/s")]
 
 class _Slopes(Struct):
     boundaries: list[Millimetre]
-    values: list[Annotated[Finite, in_unit("‰")]]
+    values: list[Annotated[float, Meta(gt=-VERTICAL_PERMIL, lt=VERTICAL_PERMIL), in_unit("‰")]]
 
 
 class _Radii(Struct):

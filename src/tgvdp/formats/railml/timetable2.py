@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from tgvdp.errors import InputError
-from tgvdp.formats.calls import Call, RunningClock, by_name, journey_of
+from tgvdp.formats.calls import FEWEST_STOPS, Call, RunningClock, by_name, journey_of
 from tgvdp.formats.content import Outline
 from tgvdp.formats.railml.line2 import POINTS, names_of
 from tgvdp.formats.syntax.clocks import clock_s
@@ -25,8 +25,6 @@ _PASS = "pass"
 _ZONE = re.compile(r"(?:Z|[+-]\d{2}:\d{2})$")
 #: Types of places, of which one is passed.
 _TYPES = ("begin", "stop", _PASS, "end")
-#: Stops that a timetable needs.
-_FEWEST = 2
 _MOST_NAMES = 12
 
 
@@ -100,7 +98,7 @@ def make_journey(root: Node, train: TimedTrain, places: Sequence[tuple[float, st
     if dwells:
         notes.append(f"stopTimes of train {train.id} are not used at stops, where --dwell counts: {dwells}")
     stops, on_line = (sum(one.stops for one in some) for some in (stands, calls))
-    if stops >= _FEWEST > on_line:
+    if stops >= FEWEST_STOPS > on_line:
         raise train.parts[0].bad(f"{on_line} of {stops} stops are places of the line ({_held(places)})")
     try:
         return journey_of(train.id, calls, tuple(notes))

@@ -84,6 +84,11 @@ class Table:
         """Return a cell as people see it; empty where the table or the row has none, or it says that it is missing."""
         return str(self._cell(row, role))
 
+    def told(self, row: Row, role: Role) -> str:
+        """Return a cell with its unit, where that does not stand in it."""
+        unit = self.columns[role].unit
+        return self.text(row, role) + (f" {unit}" if unit and unit != _KM_PLUS_M else "")
+
     def number(self, row: Row, role: Role) -> float | None:
         """Return a cell in SI (a gradient in ‰), None where it is blank.
 

@@ -9,7 +9,7 @@ from itertools import groupby
 from pathlib import Path
 
 from tgvdp.errors import InputError
-from tgvdp.formats.calls import Call, RunningClock, by_name, journey_of
+from tgvdp.formats.calls import FEWEST_STOPS, NO_JOURNEY, Call, RunningClock, by_name, journey_of
 from tgvdp.formats.syntax.clocks import clock_s, is_time_of_day
 from tgvdp.formats.syntax.reading import bad, shown
 from tgvdp.formats.tables.cells import DASHES, Row, is_no
@@ -80,11 +80,13 @@ def outlined(table: Table) -> str:
     Raises
     ------
     InputError
-        When a time is none, or times decrease.
+        When a time is none, times decrease, or fewer than two places have any.
     """
     timed = [row for row, times_s in zip(table.rows, _times(table), strict=True) if times_s != (None, None)]
     if not timed:
         raise table.lacks(POSITION)
+    if len(timed) < FEWEST_STOPS:
+        raise InputError(NO_JOURNEY)
     names = [plain_text(table.text(row, STOP)) for row in (timed[0], timed[-1])]
     clocks = [text for row in timed for role in ROLES if (text := table.text(row, role)) not in _BLANK]
     return f"{' to '.join(names)}, {len(timed)} places, {clocks[0]} to {clocks[-1]}"
@@ -125,8 +127,8 @@ def _calls(path: Path, table: Table, starts: Sequence[float], start_m: float) ->
             raise table.bad(given[0][1], ARRIVAL if arrivals else DEPARTURE,
                             f"lies before the line, which begins at {start_m / KILO:.9g} km")  # fmt: skip
         departure_s = departures[-1] if departures else arrivals[0]
-        row = str(bad(path, table.bad(given[0][1], said, f"{table.text(given[0][1], said)} {table.need(said).unit}")))
-        yield Call(position_m - start_m, stops, arrivals[0] if arrivals else None, departure_s, row=row.rstrip())
+        row = str(bad(path, table.bad(given[0][1], said, table.told(given[0][1], said))))
+        yield Call(position_m - start_m, stops, arrivals[0] if arrivals else None, departure_s, row=row)
 
 
 def _times(table: Table) -> Iterator[tuple[float | None, float | None]]:
