@@ -18,6 +18,13 @@ from tgvdp.model.track import Gradient
 from tgvdp.units import kmh_to_mps
 
 
+def test_a_sheet_whose_name_holds_a_hash_is_reached_by_its_name(saved):
+    rows = [["position_m", "speed_kmh"], [0, 90], [1000, 90]]
+    path = saved(workbook(**{"track #1": rows, "track #2": rows}), "book.xlsx")
+    assert load_track(f"{path}#track #2").name == "track #2"
+    assert refusal(load_track, f"{path}#track").startswith("holds no track 'track'")
+
+
 def test_sheets_of_a_workbook_are_lines_and_curves(saved):
     rows = [
         ["position_m", "speed_kmh", "gradient_permil", "stop"],

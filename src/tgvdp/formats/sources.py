@@ -28,7 +28,8 @@ def locate(source: Source, kind: catalog.Kind | None = None, folder: Path | None
     """Find the file, and the part of it, that a name of the catalog or a path means.
 
     Text that is a name of the catalog means that one, so a file of the same name is reached as ``./name``. In
-    ``FILE#PART`` the last ``#`` separates the file from its part, unless there is a file of the whole name.
+    ``FILE#PART`` the last ``#`` before which a file is named separates it from its part, unless there is a file of
+    the whole name.
 
     Parameters
     ----------
@@ -53,10 +54,12 @@ def locate(source: Source, kind: catalog.Kind | None = None, folder: Path | None
     text = os.fspath(source)
     if not text:
         raise InputError(f"expected the name of a {' or '.join(kinds)} or a path, got an empty text")
-    path, part = Path(text) if folder is None else folder / text, None
+    path, part = Path(folder or "", text), None
     if "#" in text and not _exists(path):
-        text, _, part = text.rpartition("#")
-        path = Path(text) if folder is None else folder / text
+        cuts = [at for at, mark in enumerate(text) if mark == "#"][::-1]
+        cut = next((at for at in cuts if _exists(Path(folder or "", text[:at]))), cuts[0])
+        text, part = text[:cut], text[cut + 1 :]
+        path = Path(folder or "", text)
     if isinstance(source, str) and not _looks_like_path(text) and not _exists(path):
         raise _unknown(text, kinds, part)
     return Target(path, part)
