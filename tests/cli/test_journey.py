@@ -119,7 +119,8 @@ def test_a_timetable_that_cannot_be_met(run, tmp_path, capsys):
     tight = changed(JOURNEY, ("timing points", "values", 3), [4, 0, 150, 0, 0])
     write_json(tmp_path / "journey.json", tight)
     assert run("journey", "--journey", "journey.json", "--no-pictures") == 4
-    assert "the window at 4000 m closes at 150 s, the first time possible there is" in capsys.readouterr().err
+    row = "journey.json: timing points.values[3]: position 4 km"
+    assert f"the window at 4000 m ({row}) closes at 150 s, the first time possible there is" in capsys.readouterr().err
 
 
 def test_search_says_that_it_passes_stops_and_names_journey(run, capsys):

@@ -95,5 +95,5 @@ def wait(sections: Sequence[SectionRuns], terms: Terms, supplement_s: _Floats) -
         for slow_s in np.unique(behind_s).tolist():
             if section.complete and not slow_down(section, slow_s, tolerance_s):
                 missed_s = slow_s - float(section.supplement_s[-1])
-                which = f"the window at {window.position_m:.6g} m opens {missed_s:.6g} s after the slowest run found"
+                which = f"{terms.windows.told(window)} opens {missed_s:.6g} s after the slowest run found"
                 raise WindowMissedError([Miss(which, missed_s, "opens so much earlier")])

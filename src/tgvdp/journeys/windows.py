@@ -7,7 +7,7 @@ in their order, a window cuts off what lies outside, and waiting adds time that 
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -33,11 +33,19 @@ class Windows(NamedTuple):
     departures, arrivals : tuple of TimingPoint
     dwells_s : tuple of float or None
         Least standstill between two parts, s; None where the train passes.
+    rows : mapping of (float, float) to str
+        Where a window stands in a file, by its position, m, and when it closes, s.
     """
 
     departures: tuple[TimingPoint, ...]
     arrivals: tuple[TimingPoint, ...]
     dwells_s: tuple[float | None, ...]
+    rows: Mapping[tuple[float, float], str] = {}
+
+    def told(self, window: TimingPoint) -> str:
+        """Name a window, for people."""
+        row = self.rows.get((window.position_m, window.latest_s), "")
+        return f"the window at {window.position_m:.6g} m" + (row and f" ({row})")
 
     @property
     def are_open(self) -> bool:
@@ -58,7 +66,7 @@ class Windows(NamedTuple):
                 if max(early_s, late_s) > worst_s:
                     worst_s = max(early_s, late_s)
                     side = "earlier than it opens" if early_s > late_s else "later than it closes"
-                    text = f"the window at {point.position_m:.6g} m is left: the train is there {worst_s:.3g} s {side}"
+                    text = f"{self.told(point)} is left: the train is there {worst_s:.3g} s {side}"
         if text:
             yield text
 
@@ -70,6 +78,7 @@ class Windows(NamedTuple):
             tuple(self.departures[part] for part in firsts),
             tuple(self.arrivals[part] for part in lasts),
             tuple(dwell_s for dwell_s in self.dwells_s if dwell_s is not None),
+            self.rows,
         )
 
     @property
@@ -110,7 +119,8 @@ def windows_of(journey: Journey, dwell_s: float) -> Windows:
             arrivals.append(point)
             departures.append(TimingPoint(point.position_m))
             dwells_s.append(None)
-    return Windows(tuple(departures), tuple(arrivals), tuple(dwells_s))
+    rows = {(point.position_m, point.latest_s): row for point, row in zip(journey.points, journey.rows, strict=False)}
+    return Windows(tuple(departures), tuple(arrivals), tuple(dwells_s), rows)
 
 
 def _dwell_s(arrival: TimingPoint, departure: TimingPoint, dwell_s: float) -> float:
@@ -154,13 +164,12 @@ class Clock(NamedTuple):
         """The last time that still saves something, s."""
         return self.first_s + float(self.length_s.sum())
 
-    def miss(self, window: TimingPoint, slack_s: float) -> Miss | None:
-        """How a window is missed that closes too early, if it is by more than a slack."""
+    def miss(self, window: TimingPoint, told: str, slack_s: float) -> Miss | None:
+        """How a window, as it is told, is missed that closes too early, if it is by more than a slack."""
         if self.first_s <= window.latest_s + slack_s:
             return None
         return Miss(
-            f"the window at {window.position_m:.6g} m closes at {window.latest_s:.6g} s, the first time possible there"
-            f" is {self.first_s:.6g} s",
+            f"{told} closes at {window.latest_s:.6g} s, the first time possible there is {self.first_s:.6g} s",
             self.first_s - window.latest_s,
             "closes so much later",
         )
@@ -244,10 +253,12 @@ class Timetable:
                 departure = self._runs[-1].arrival
                 if (dwell_s := windows.dwells_s[number - 1]) is not None:
                     departure = departure.after(dwell_s)
-                    misses.append(departure.miss(windows.departures[number], slack_s))
-                    departure = departure.within(windows.departures[number])
-            run = _run(departure, own_s, demand, windows.arrivals[number])
-            misses.append(run.whole.miss(windows.arrivals[number], slack_s))
+                    leaving = windows.departures[number]
+                    misses.append(departure.miss(leaving, windows.told(leaving), slack_s))
+                    departure = departure.within(leaving)
+            reached = windows.arrivals[number]
+            run = _run(departure, own_s, demand, reached)
+            misses.append(run.whole.miss(reached, windows.told(reached), slack_s))
             self._runs.append(run)
         if missed := [miss for miss in misses if miss is not None]:
             raise WindowMissedError(missed)
