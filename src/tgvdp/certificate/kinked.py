@@ -24,7 +24,7 @@ from tgvdp.certificate.ledger import Ledger
 from tgvdp.certificate.line import BoundingProblem
 from tgvdp.certificate.slopes import regular_cells
 from tgvdp.methods.budget import Clock
-from tgvdp.physics.forces import JUMPS
+from tgvdp.physics.brake_shape import JUMPS
 
 _Floats = NDArray[np.float64]
 

@@ -10,7 +10,6 @@ Railway Timetabling & Operations, 2014, ch. 4).
 """
 
 from functools import lru_cache
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -18,8 +17,8 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import leaf, part
 from tgvdp.constants import GRAVITY_MPS2
-from tgvdp.model.effort import EffortCurve
 from tgvdp.model.train import Train
+from tgvdp.physics.brake_shape import begins_mps, last_jump_mps, ramps_to_mps
 
 
 class KernelTrain(NamedTuple):
@@ -38,6 +37,7 @@ class KernelTrain(NamedTuple):
     last_drop_mps: float  # highest speed at which the dynamic brake drops, 0 if it does at none
     last_rise_mps: float  # ... and from which on it has much more than below
     brakes_from_mps: float  # speed at which it rises from nothing, 0 if it does at none
+    ramps_to_mps: float  # speed up to which it rises steadily, if anywhere, as much as a jump
     rows: float = 1.0  # how many times more rows than usual `physics.motion` makes
     other_rows: float = 1.0  # ... times as many under other regimes than full traction
 
@@ -52,8 +52,6 @@ def read_only(table: NDArray[np.float64]) -> NDArray[np.float64]:
 _STEEPEST_MPS2 = 2.0 * GRAVITY_MPS2
 _NO_RATES = read_only(np.empty((0, 6)))
 _NO_EFFORT = read_only(np.zeros((1, 6)))
-#: An effort that changes by this share at one speed jumps there.
-JUMPS = 0.02
 #: An effort curve of more pieces is gone through in strides of so many, on the way to that of a speed.
 _MANY_PIECES = 12
 _SKIPPED = 8
@@ -62,6 +60,8 @@ _SKIPPED = 8
 @lru_cache(maxsize=16)
 def kernel_train(train: Train) -> KernelTrain:
     """Reduce a `Train` to what kernels need."""
+    brake = train.dynamic_brake_limit
+    brakes_from_mps = begins_mps(brake)
     return KernelTrain(
         float(train.inertia_kg),
         float(train.davis_a_n),
@@ -69,13 +69,14 @@ def kernel_train(train: Train) -> KernelTrain:
         float(train.max_acceleration_mps2),
         float(train.max_deceleration_mps2),
         train.traction_limit.table,
-        train.dynamic_brake_limit.table,
+        brake.table,
         _friction_n(train),
         _rate_table(train),
         _NO_EFFORT,
-        _last_jump_mps(train.dynamic_brake_limit, rises=False),
-        _last_jump_mps(train.dynamic_brake_limit, rises=True),
-        _brakes_from_mps(train.dynamic_brake_limit),
+        last_jump_mps(brake, rises=False),
+        max(last_jump_mps(brake, rises=True), brakes_from_mps),
+        brakes_from_mps,
+        ramps_to_mps(brake),
     )
 
 
@@ -103,24 +104,6 @@ def _friction_n(train: Train) -> float:
     )
 
 
-def _last_jump_mps(brake: EffortCurve, *, rises: bool) -> float:
-    """Highest speed at which the effort rises, or drops, at once; 0 if it does at none."""
-    jumps_mps = []
-    for before, after in pairwise(brake.pieces):
-        efforts_n = before.effort_n(after.from_mps), after.effort_n(after.from_mps)
-        less_n, more_n = efforts_n if rises else efforts_n[::-1]
-        if more_n > (1.0 + JUMPS) * less_n:
-            jumps_mps.append(after.from_mps)
-    return max(jumps_mps, default=0.0)
-
-
-def _brakes_from_mps(brake: EffortCurve) -> float:
-    first, *others = brake.pieces
-    rises = bool(others) and others[0].effort_n(others[0].from_mps) > 0.0
-    nothing = first.effort_n(0.0) == 0.0 and rises and first.effort_n(others[0].from_mps) == 0.0
-    return float(others[0].from_mps) if nothing else 0.0
-
-
 def _rate_table(train: Train) -> NDArray[np.float64]:
     """Braking rates, no larger than comfort allows, as a table of net forces in the form of an effort curve."""
     if not train.braking_rates:
@@ -138,7 +121,7 @@ def unpowered(train):
     return KernelTrain(
         train.inertia_kg, train.davis_a_n, train.davis_b, train.max_acceleration, train.max_deceleration,
         train.no_effort, train.no_effort, train.friction_n, train.rates, train.no_effort, train.last_drop_mps,
-        train.last_rise_mps, train.brakes_from_mps, train.rows, train.other_rows,
+        train.last_rise_mps, train.brakes_from_mps, train.ramps_to_mps, train.rows, train.other_rows,
     )  # fmt: skip
 
 

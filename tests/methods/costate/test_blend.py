@@ -180,7 +180,9 @@ def test_coasting_up_to_a_limit_takes_no_longer_when_it_reaches_it():
         cell = Cell(0.0, length_m, length_m, -fall_n, 0.0, limit_w)
         rows, march = room_for_rows(100, "test"), room_for_marches(100, "test: march")
         rows.x[0], rows.w[0] = 0.0, start_w
-        lines = Lines(300.0, limit_w, limit_w, limit_w, 300.0, 300.0, limit_w, limit_w, limit_w, math.inf)
+        lines = Lines(
+            300.0, limit_w, limit_w, 0.0, 0.0, limit_w, 300.0, 300.0, limit_w, limit_w, 0.0, 0.0, limit_w, math.inf
+        )
         n = coast_through(train, False, cell, start_w, start_w + gain, lines, march, rows, 1)
         speed = np.sqrt(rows.w[:n])
         time_s = (2.0 * np.diff(rows.x[:n]) / (speed[1:] + speed[:-1])).sum()

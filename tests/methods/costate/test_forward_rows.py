@@ -158,7 +158,7 @@ def test_coasting_beyond_the_line_of_the_dynamic_brake_needs_no_brakes():
     cell = Cell(0.0, 100.0, 100.0, 100.0, LIGHT.davis_c_n_per_mps2, math.inf)
     start_w = 24.0**2
     landed = coast(train, cell, cell.length_m, start_w)
-    lines = Lines(*[1e4] * 4, landed, landed, landed, 1e4, 1e4, math.inf)
+    lines = Lines(*[1e4] * 3, 0.0, 0.0, 1e4, landed, landed, landed, 1e4, 0.0, 0.0, 1e4, math.inf)
     rows = room_for_rows(1000, "test")
     n = coast_through(train, True, cell, start_w, landed, lines, march_room(), rows, 0)
     assert n > 2
@@ -175,7 +175,9 @@ def test_traction_up_to_a_hand_before_the_end_of_a_cell_goes_on_to_its_end(left_
     scratch, rows = march_room(), room_for_rows(100, "test: rows")
     rows.x[0], rows.w[0] = 0.0, 225.0
     line = march(train, TRACTION, 1.0, cell, 15.0 - left_m, 225.0, math.inf, scratch, 0)[1]
-    lines = Lines(line, 900.0, 900.0, 900.0, line, line, 900.0, 900.0, line * (1.0 - 1e-9), math.inf)
+    lines = Lines(
+        line, 900.0, 900.0, 0.0, 0.0, 900.0, line, line, 900.0, 900.0, 0.0, 0.0, line * (1.0 - 1e-9), math.inf
+    )
     n = drive_cell(train, False, cell, cell, 225.0, lines, scratch, rows, 1)
     assert rows.x[n - 1] == 15.0
     assert rows.w[n - 1] <= lines.top

@@ -80,7 +80,7 @@ def test_points_of_no_width_decide_nothing():
 def test_p_may_fall_between_two_levels():
     """Its hull hid what is worth less there: runs braked too early, or too late."""
     line = Polyline(np.array([0.0, 1.0, 2.0, 3.0]), np.array([-1.0, -0.05, -0.15, -0.1]))
-    assert make_unique(line, 4, 2.5, _LEVEL, 0.0, False) == 4
+    assert make_unique(line, 4, 2.5, _LEVEL, 0.0, False, False) == 4
     np.testing.assert_allclose(line.p, [-1.0, -0.05, -0.15, -0.125])
     np.testing.assert_allclose(line.w, [0.0, 1.0, 2.0, 2.5])
 
@@ -88,18 +88,18 @@ def test_p_may_fall_between_two_levels():
 def test_where_no_dynamic_brake_works_its_level_means_nothing():
     """Runs braked from far away, as what they coast below the speed at which it begins is worth more than that."""
     line = Polyline(np.array([0.0, 1.0, 1.999, 2.0, 3.0, 4.0]), np.array([-1.0, -0.05, -0.04, -0.3, -0.25, -0.1]))
-    assert make_unique(line, 6, 4.0, _LEVEL, 2.0, False) == 6
+    assert make_unique(line, 6, 4.0, _LEVEL, 2.0, False, False) == 6
     np.testing.assert_array_equal(line.p, [-1.0, -0.05, -0.04, -0.3, -0.25, -0.1])
 
 
 def test_where_images_overlap_the_higher_p_is_right():
     line = Polyline(np.array([0.0, 2.0, 1.5, 3.0]), np.array([-1.0, -0.1, -0.15, -0.05]))
-    assert make_unique(line, 4, 3.0, _LEVEL, 0.0, False) == 4
+    assert make_unique(line, 4, 3.0, _LEVEL, 0.0, False, False) == 4
     np.testing.assert_array_equal(line.w, [0.0, 2.0, 2.0, 3.0])
     np.testing.assert_array_equal(line.p, [-1.0, -0.1, -0.1, -0.05])
 
 
 def test_a_line_that_stays_below_its_levels():
     line = Polyline(np.array([0.0, 1.0, 2.0]), np.array([-1.0, -0.7, -0.8]))
-    assert make_unique(line, 3, 2.0, _LEVEL, 0.0, False) == 3
+    assert make_unique(line, 3, 2.0, _LEVEL, 0.0, False, False) == 3
     assert line.p.max() == pytest.approx(-0.7)

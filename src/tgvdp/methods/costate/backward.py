@@ -25,8 +25,10 @@ What lies between the images of two regimes, and between the last one and the wa
 import math
 
 from tgvdp._jit import entry, part
+from tgvdp.methods.costate.blend import LINES
 from tgvdp.methods.costate.brake_jumps import snapped_to_rise
 from tgvdp.methods.costate.characteristics import Step, coast_image, dynamic_before, holding_costate, holding_w
+from tgvdp.methods.costate.crossings import braking_points, crossing
 from tgvdp.methods.costate.polyline import Polyline, insert, make_unique, thin
 from tgvdp.methods.costate.step import coast_over, transport
 from tgvdp.methods.costate.step_edges import at_rates, at_rises
@@ -51,24 +53,6 @@ _MANY_POINTS = 300
 _GROWTH = 6
 #: Points of partial effort before the last cell.
 _LAST_POINTS = 12
-
-
-@part
-def _crossing(level, line, n, first):
-    """Where the polyline crosses a level, from ``first`` on: first index above it, and w there.
-
-    Its two ends are vertical walls.
-    """
-    w, p = line
-    i = first
-    while i < n and p[i] < level:
-        i += 1
-    if i == first:
-        return i, w[i]
-    if i == n:
-        return n, w[n - 1]
-    share = (level - p[i - 1]) / (p[i] - p[i - 1])
-    return i, w[i - 1] + share * (w[i] - w[i - 1])
 
 
 @part
@@ -158,8 +142,9 @@ def switching_speeds(
         Typical cell length, m.
     floor_w : float
         Below this squared speed the polyline is not carried.
-    policies : (m, K + 1, 4) float64, modified in place
-        Squared switching speeds a, a', b and c for the station at the end of each cell.
+    policies : (m, K + 1, 4 or 6) float64, modified in place
+        Squared switching speeds a, a', b and c for the station at the end of each cell. If there are two more they are
+        the ends e and g of an interval in which the train brakes dynamically, too, which may be none, e = g.
     room : (6, size) float64
         Scratch for the polyline, and for rows; `ROOM` points are plenty.
 
@@ -184,23 +169,25 @@ def switching_speeds(
 
 @part
 def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typical_m, floor_w, policy, room):
-    """Fill in the ``policy`` of one multiplier, (K + 1, 4); returns OK or CROWDED, and the points carried."""
+    """Fill in the ``policy`` of one multiplier, (K + 1, 4 or 6); returns OK or CROWDED, and the points carried."""
     count = cells.length_m.shape[0]
     line = Polyline(room[0], room[1])
     images = Polyline(room[2], room[3])
     scratch = Rows(room[4], room[5])
     dark = unpowered(train)
     drops = returned > 0.0 and train.last_drop_mps > 0.0
+    rises = policy.shape[1] > LINES
     brakes_w = train.brakes_from_mps * train.brakes_from_mps
     policy[count] = end_w
     policy[0] = fast[0]
+    policy[:, LINES:] = brakes_w
     points = 0
     if count == 1:
         return OK, points
     k = count - 1
     price = multiplier - cells.saved_w[k]
     step = _step(train, returned, cells, k, price, math.inf, math.inf, low, fast, floor_w, end_w, scratch)
-    n = make_unique(line, _last_cell(train, step, line), step.top, -0.5 * returned, brakes_w, drops)
+    n = make_unique(line, _last_cell(train, step, line), step.top, -0.5 * returned, brakes_w, rises, drops)
     loosen = 1.0
     thinned = n
     held_air = -1.0
@@ -218,27 +205,22 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
         slack = tolerance * share
         wall = fast[k + 1]
         step = _step(train, returned, cells, k, price, held_w, held_brake_w, low, fast, floor_w, wall, scratch)
-        policy[k + 1] = fast[k + 1]
+        policy[k + 1, :LINES] = fast[k + 1]
         powered = cells.supply[k] == POWERED
         if step.returned > 0.0:
             n = at_rises(train, line, at_rates(train, line, n))
-        drives, a = _crossing(-0.5, line, n, 0)
+        drives, a = crossing(-0.5, line, n, 0)
         policy[k + 1, 0] = a
         policy[k + 1, 1] = a
-        coasts = 0
+        early = late = coasts = 0
         if powered:
             n = insert(line, n, drives, a, -0.5)
-            coasts = n - 1
+            early = late = coasts = n - 1
             if step.returned > 0.0:
-                above = drives
-                while above < n - 1 and line.w[above] < brakes_w:
-                    above += 1
-                coasts, b = _crossing(-0.5 * returned, line, n, above)
-                n = insert(line, n, coasts, b, -0.5 * returned)
-                policy[k + 1, 2] = b
+                n, early, late, coasts = braking_points(train, returned, step, line, n, drives, rises, policy[k + 1])
         brakes = n - 1
         if returned > 0.0:
-            brakes, c = _crossing(0.0, line, n, coasts)
+            brakes, c = crossing(0.0, line, n, coasts)
             if is_wall(step, c):  # by a rounding before it, or at it
                 brakes = n - 1
             elif brakes < n:
@@ -247,7 +229,7 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
             brakes = min(brakes, n - 1)
         points += n
         if powered:
-            m, switch = transport(train, step, line, n, drives, coasts, brakes, images, scratch)
+            m, switch = transport(train, step, line, n, drives, early, late, coasts, brakes, images, scratch)
             if switch == a < wall and abs(a - after_w) > ROUNDING * a:
                 switch = a * (1.0 + 4.0 * ROUNDING)  # else a speed is held there
             policy[k + 1, 1] = switch
@@ -255,7 +237,7 @@ def _solve(train, returned, cells, low, fast, end_w, multiplier, tolerance, typi
             m = coast_over(dark, step, line, n, brakes, images, scratch)
         if k == 0:
             break
-        m = make_unique(images, m, step.top, -0.5 * returned, brakes_w, drops)
+        m = make_unique(images, m, step.top, -0.5 * returned, brakes_w, rises, drops)
         if m <= thinned + _GROWTH:
             line, images = images, line
             n = m

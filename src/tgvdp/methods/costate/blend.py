@@ -9,15 +9,19 @@ from numpy.typing import NDArray
 from tgvdp._jit import leaf, part
 from tgvdp.methods.costate.corners import Slopes, bent, beside_of, slopes_of, with_line
 from tgvdp.methods.costate.forward_cell import coasted_from
+from tgvdp.methods.costate.intervals import matched
 from tgvdp.methods.costate.step_held import HELD
 from tgvdp.physics.cell import cell_at
 
+#: Switching speeds of a policy at a station, without the two ends of the interval in which a dynamic brake that rises
+#: with speed works, too.
+LINES = 4
 #: A switching speed whose square lies below the envelope's by less than this share of it is on it.
 _AT_TOP = 1e-6
 
 
 class Blend(NamedTuple):
-    """Policies between two, (K + 1, 4) float64 each: first + u·(second − first) − bend·g(u), for a share u.
+    """Policies between two, (K + 1, 4 or 6) float64 each: first + u·(second − first) − bend·g(u), for a share u.
 
     Where there is no ``corner`` between them g is u·(1 − u); else it is u up to the corner, and from there on falls
     evenly to 0.
@@ -45,7 +49,7 @@ def _is_between(corner):
 
 @leaf
 def switch_at(blend, share, k, which):
-    """One of the four switching speeds of a blend, squared."""
+    """One of the switching speeds of a blend, squared."""
     first = blend.first[k, which]
     corner = blend.corner[k, which]
     g = share * (1.0 - share)
@@ -82,6 +86,19 @@ def falls_from_held(blend, share, k):
 
 
 @part
+def _match(blend, k):
+    """Match the intervals of the two policies of a blend at a station; where one has none nothing bends."""
+    a = blend.first[k]
+    z = blend.second[k]
+    if (a[4] < a[5]) != (z[4] < z[5]):
+        b, e, g = matched(a[2], a[3], a[4], a[5], z[2], z[3], z[4], z[5])
+        z[2], z[4], z[5] = matched(z[2], z[3], z[4], z[5], a[2], a[3], a[4], a[5])
+        a[2], a[4], a[5] = b, e, g
+        for i in (2, 4, 5):
+            blend.bend[k, i] = 0.0
+
+
+@part
 def fill_blend(train, cells, known, policies, second, top, blend):
     """Fill in the blend of the policies of an extremal and the one before it, bent by the extremals beside them.
 
@@ -94,7 +111,7 @@ def fill_blend(train, cells, known, policies, second, top, blend):
     cells : Cells
     known : (E, 3) float64
         Running times, energies and multipliers of extremals, in order; the first multiplier may be infinite.
-    policies : (E, K + 1, 4) float64
+    policies : (E, K + 1, 4 or 6) float64
     second : int
     top : (K + 1,) float64
         Envelope at the stations, m²/s², beyond which no switching speed is known.
@@ -117,7 +134,7 @@ def fill_blend(train, cells, known, policies, second, top, blend):
         is_held = _is_held(policies[first, k]) and _is_held(policies[second, k])
         if is_held:  # from there lines fall later on
             begins = math.nan
-        for i in range(4):
+        for i in range(policies.shape[2]):
             which = 0 if is_held and i == 1 else i
             p0 = policies[first, k, which]
             p1 = policies[second, k, which]
@@ -142,3 +159,5 @@ def fill_blend(train, cells, known, policies, second, top, blend):
             blend.second[k, i] = p1
             blend.bend[k, i] = bend
             blend.corner[k, i] = corner
+        if policies.shape[2] > LINES:
+            _match(blend, k)

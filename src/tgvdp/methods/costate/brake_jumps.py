@@ -9,9 +9,10 @@ import math
 
 from tgvdp._jit import part
 from tgvdp.methods.costate.characteristics import BEYOND, coast_image, saturated_back, saturated_slope
+from tgvdp.physics.brake_shape import JUMPS
 from tgvdp.physics.cell import Cell
 from tgvdp.physics.codes import BRAKING, DYNAMIC, TRACTION
-from tgvdp.physics.forces import JUMPS, effort_at, piece_effort
+from tgvdp.physics.forces import effort_at, piece_effort
 from tgvdp.physics.march import march
 
 #: Squared speeds within this share are that of a jump, which is come to in so many trials.
@@ -20,6 +21,8 @@ _STEPS_TO_JUMP = 3
 #: ... and so they are for the dynamic brake where rows of a run, or images, came to it.
 AT_RISE = 1e-5
 _AT_DROP = 2e-9
+#: Images stop where the dynamic brake has risen by such a part of what it rises to.
+_RAMP_STOPS = 8.0
 
 
 @part
@@ -38,16 +41,22 @@ def saturated_image(train, regime, step, length, w1, p1):
             if to_go >= -_AT_STEP * step_w:
                 p1 = beyond_rate(train, regime, step, train.rates[i, 0], p1)
                 w1 = step_w * (1.0 + 2.0 * _AT_STEP)
-        jump_w = min(drop_above(train, w1), rise_above(train, w1))
-        while jump_w < math.inf:
-            below_m, p0 = _to_jump(train, regime, step, length, w1, p1, jump_w)
+        while True:
+            jump_w = min(drop_above(train, w1), rise_above(train, w1))
+            stop_w = min(jump_w, ramp_above(train, w1))
+            if stop_w == math.inf:
+                break
+            below_m, p0 = _to_jump(train, regime, step, length, w1, p1, stop_w)
             if below_m < 0.0:
                 break
             length -= below_m
-            w1 = jump_w
-            p1 = beyond_jump(train, step, math.sqrt(jump_w), p0)
-            regime = BRAKING if p1 > 0.0 else DYNAMIC
-            jump_w = min(drop_above(train, w1), rise_above(train, w1))
+            w1 = stop_w
+            p1 = p0
+            if stop_w == jump_w:
+                p1 = beyond_jump(train, step, math.sqrt(jump_w), p0)
+                if p1 < p0 and p1 <= -0.5 * step.returned:
+                    return coast_image(train, step, length, w1, p1)
+                regime = BRAKING if p1 > 0.0 else DYNAMIC
     return saturated_back(train, regime, step, length, w1, p1)
 
 
@@ -90,6 +99,7 @@ def _jump_above(train, w, last_mps, rises):
             below = piece_effort(table, i - 1, v)
             above = piece_effort(table, i, v)
             jumps = above > (1.0 + JUMPS) * below if rises else below > (1.0 + JUMPS) * above
+            jumps = jumps or (rises and v == train.brakes_from_mps)
             if jumps and w < v * v * (1.0 - _AT_STEP):
                 return v * v
     return math.inf
@@ -108,6 +118,30 @@ def rise_above(train, w):
 
 
 @part
+def ramp_above(train, w):
+    """Least squared speed above one at which an image stops where the dynamic brake rises steadily; infinite if none.
+
+    Those are the ends of pieces that rise, and so many in between that it rises by a share of itself from one to the
+    next: over less than a cell it may do so from nothing to all of it.
+    """
+    if w < train.ramps_to_mps * train.ramps_to_mps * (1.0 - _AT_STEP):
+        table = train.braking
+        for i in range(table.shape[0] - 1):
+            low_w = table[i, 0] * table[i, 0]
+            high_w = table[i + 1, 0] * table[i + 1, 0]
+            if w >= high_w * (1.0 - _AT_STEP):
+                continue
+            low_n = piece_effort(table, i, table[i, 0])
+            high_n = piece_effort(table, i, table[i + 1, 0])
+            if high_n > (1.0 + JUMPS) * low_n:
+                if w < low_w * (1.0 - _AT_STEP):
+                    return low_w
+                stop_w = (high_w - low_w) / math.ceil(_RAMP_STOPS * (1.0 - low_n / high_n))
+                return low_w + stop_w * (1.0 + math.floor((w - low_w) / stop_w + _AT_STEP))
+    return math.inf
+
+
+@part
 def is_kept(train, step, v):
     """Whether runs come to a speed at which the dynamic brake rises from both sides: below it cannot hold the train."""
     resistance = step.load + v * (train.davis_b + v * step.air)
@@ -116,9 +150,9 @@ def is_kept(train, step, v):
 
 @part
 def begun_image(train, step, w1, p1):
-    """`coast_image` of a point below the speed at which the dynamic brake begins, where that is above it.
+    """Image of a point below the speed at which the dynamic brake begins, where coasting leads to it from above that.
 
-    Above that speed kinetic energy is worth what the brake returns for it, −r/2: a run that had more of it would brake.
+    A run that is faster there by a little brakes to that speed, and coasts on, if p is above −r/2.
     """
     from_mps = train.brakes_from_mps
     from_w = from_mps * from_mps
@@ -127,9 +161,25 @@ def begun_image(train, step, w1, p1):
     for _ in range(_STEPS_TO_JUMP):
         w0, from_p = coast_image(train, step, part_m, w1, p1)
         part_m = min(part_m * (from_w - w1) / max(w0 - w1, 0.5 * (from_w - w1)), step.length)
-    if from_p <= -0.5 * step.returned:
+    level = -0.5 * step.returned
+    if from_p <= level:
         return coast_image(train, step, step.length, w1, p1)
-    return coast_image(train, step, step.length - part_m, from_w, -0.5 * step.returned * (1.0 + _AT_STEP))
+    rest_m = step.length - part_m
+    above_p = begun_costate(train, step, from_p)
+    if above_p > level:
+        return saturated_image(train, DYNAMIC, step, rest_m, from_w, above_p)
+    return coast_image(train, step, rest_m, from_w, above_p)
+
+
+@part
+def begun_costate(train, step, below_p):
+    """Costate just above the speed at which the dynamic brake begins, of runs with ``below_p`` below it.
+
+    Where the brake drops elsewhere no run brakes to that speed only to coast on: it is no more than −r/2.
+    """
+    if train.last_drop_mps > 0.0:
+        return min(below_p, -0.5 * step.returned * (1.0 + _AT_STEP))
+    return beyond_jump(train, step, train.brakes_from_mps, below_p)
 
 
 @part

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import leaf, part
 from tgvdp.line.cells import Cells
-from tgvdp.methods.costate.blend import falls_from_held, switch_at
+from tgvdp.methods.costate.blend import LINES, falls_from_held, switch_at
 from tgvdp.methods.costate.forward_brakes import Lines, coast_through
 from tgvdp.methods.costate.forward_cell import drive_cell
 from tgvdp.methods.costate.forward_rows import ON_CURVE, coast, ended, evenly, pull
+from tgvdp.methods.costate.intervals import through_cell
 from tgvdp.model.track import POWERED
 from tgvdp.physics.arc import duration_and_work, duration_and_work_of
 from tgvdp.physics.cell import Rows, append, cell_at
@@ -236,7 +237,29 @@ def drive_blend(train, tables, course, blend, share, scratch, passed, rows):
                     before_a = before_top
                     held = math.inf
                 coasts = max(coasts, bottom)
-                lines = Lines(before_a, before_b, before_c, before_top, a, coasts, b, max(b, c), top, held)
+                before_e = before_g = e = g = 0.0
+                if blend.first.shape[1] > LINES:
+                    before_b, before_e, before_g, b, e, g = through_cell(
+                        train, cell, before_b, before_c, switch_at(blend, share, k, LINES),
+                        switch_at(blend, share, k, LINES + 1), b, min(c, top), switch_at(blend, share, k + 1, LINES),
+                        switch_at(blend, share, k + 1, LINES + 1), scratch,
+                    )  # fmt: skip
+                lines = Lines(
+                    before_a,
+                    before_b,
+                    before_c,
+                    before_e,
+                    before_g,
+                    before_top,
+                    a,
+                    coasts,
+                    b,
+                    max(b, c),
+                    e,
+                    g,
+                    top,
+                    held,
+                )
                 before = cell_at(course.cells, max(k - 1, 0))
                 n = drive_cell(train, tables.regeneration > 0.0, before, cell, w, lines, scratch, rows, n)
             else:
@@ -244,7 +267,9 @@ def drive_blend(train, tables, course, blend, share, scratch, passed, rows):
                 c = min(max(c, bottom), top)
                 before_top = course.fast[k]
                 before_c = min(switch_at(blend, share, k, 3), before_top)
-                lines = Lines(before_top, before_c, before_c, before_top, top, top, c, c, top, math.inf)
+                lines = Lines(
+                    before_top, before_c, before_c, 0.0, 0.0, before_top, top, top, c, c, 0.0, 0.0, top, math.inf
+                )
                 n = coast_through(here, False, cell, w, landed, lines, scratch, rows, n)
             if n > first + 1:
                 n = drop_slivers(rows, first, n, cell.length_m)

@@ -45,10 +45,10 @@ class Lines(NamedTuple):
 
     Attributes
     ----------
-    before_a, before_b, before_c, before_top : float
-        Where traction ends, dynamic braking begins, and all brakes do, and the envelope, at the start of the cell. The
-        first two may lie beyond the envelope.
-    a, b, c, top : float
+    before_a, before_b, before_c, before_e, before_g, before_top : float
+        Where traction ends, dynamic braking begins, all brakes do, the interval lies in which it works, too, and the
+        envelope, at the start of the cell. The first two may lie beyond the envelope.
+    a, b, c, e, g, top : float
         The same at its end.
     coasts : float
         Speed at the end of a run that coasts from the line's start on, a'.
@@ -59,11 +59,15 @@ class Lines(NamedTuple):
     before_a: float
     before_b: float
     before_c: float
+    before_e: float
+    before_g: float
     before_top: float
     a: float
     coasts: float
     b: float
     c: float
+    e: float
+    g: float
     top: float
     held: float
 
@@ -243,9 +247,9 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
     landed, n = saturated(train, DYNAMIC, cell, w, target if w > target else 0.0, rows, n)[1:]
     if n < 0:
         return n
-    if landed <= min(lines.c, lines.top) * (1.0 + ON_CURVE):
-        rows.x[n - 1] = cell.end_m  # its rows may meet the target a hair before the braking curve does
-        return n
+    most = min(lines.c, lines.top)
+    if landed <= most * (1.0 + HELD):  # its rows may meet the braking curve a hair before it does, or behind
+        return ended(cell, min(landed, most), rows, first, n)
     return _brake_fully(train, DYNAMIC, cell, w, lines, scratch, rows, first)
 
 

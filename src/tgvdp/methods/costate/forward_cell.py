@@ -5,6 +5,7 @@ import math
 from tgvdp._jit import leaf, part
 from tgvdp.methods.costate.characteristics import LEAST_MIDDLE, coasted, coasting_law
 from tgvdp.methods.costate.forward_brakes import NEAR, Line, Lines, coast_through, coast_to, height, meeting_place
+from tgvdp.methods.costate.forward_interval import brake_between
 from tgvdp.methods.costate.forward_rows import (
     ON_CURVE,
     SAME_PLACE,
@@ -195,10 +196,11 @@ def _line_of(train, cell, lines, begins):
 
 @leaf
 def _lines_of_rest(lines, share):
-    """The lines of the last share of a cell, on which dynamic braking begins along a straight one."""
+    """The lines of the last share of a cell, on which dynamic braking begins and ends along straight ones."""
     return Lines(
-        lines.before_a, lines.b + share * (lines.before_b - lines.b), lines.before_c, lines.before_top, lines.a,
-        lines.coasts, lines.b, lines.c, lines.top, lines.held,
+        lines.before_a, lines.b + share * (lines.before_b - lines.b), lines.before_c,
+        lines.e + share * (lines.before_e - lines.e), lines.g + share * (lines.before_g - lines.g), lines.before_top,
+        lines.a, lines.coasts, lines.b, lines.c, lines.e, lines.g, lines.top, lines.held,
     )  # fmt: skip
 
 
@@ -263,6 +265,15 @@ def drive_cell(train, regenerates, before, cell, w, lines, scratch, rows, n):
     if landed > aim or (landed > aim * (1.0 - HELD) and a < lines.top):
         if rest != length and lines.b < lines.top:
             lines = _lines_of_rest(lines, rest / length)
+        if regenerates and (lines.g > lines.e or lines.before_g > lines.before_e):
+            left, slower, last = brake_between(train, cell, w, landed, lines, rows, n)
+            after = rest_of(cell, cell.end_m - left, left)
+            if last < 0 or not _passes(train, after, slower, lines.top, scratch):  # else friction has to help before
+                if left <= 0.0 or last < 0:
+                    return last
+                lines = _lines_of_rest(lines, left / cell.length_m)
+                cell, w, n = after, slower, last
+                landed = coast(train, cell, left, w)
         return coast_through(train, regenerates, cell, w, landed, lines, scratch, rows, n)
     if pull(train, cell, w, aim) < math.inf:
         return evenly(train, cell, w, aim, scratch, rows, n)

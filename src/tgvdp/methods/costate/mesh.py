@@ -14,7 +14,7 @@ from tgvdp.errors import NumericalError
 from tgvdp.line.cells import Cells, cells_between, cells_of, cut, halved
 from tgvdp.memory import ask_for
 from tgvdp.methods.costate import backward as costate
-from tgvdp.methods.costate.blend import Blend
+from tgvdp.methods.costate.blend import LINES, Blend
 from tgvdp.methods.costate.descents import parts_on_descents
 from tgvdp.methods.costate.extremal import Extremal
 from tgvdp.methods.costate.forward import Course
@@ -54,7 +54,7 @@ _CELL_B = 2000.0
 #: Cells of extremals that are worth a thread of its own, a microsecond each.
 _LEAST_CELLS = 450
 _NO_POLICIES = np.empty((0, 0, 0))
-_NO_BLEND = Blend(*np.empty((4, 0, 4)))
+_NO_BLEND = Blend(*np.empty((4, 0, LINES)))
 _NO_KNOWN = np.empty((0, 3))
 _NO_TIMES = np.empty(0)
 
@@ -83,7 +83,7 @@ class Mesh:
     unit of inertia, with the trends of its effort curves.
 
     Net energies may be 0: what is a share of an energy is one of ``least_energy_j`` at least, or of ``least_drawn_j``
-    where cells are judged, which are dear.
+    where cells are judged, which are dear. Policies have ``lines`` switching speeds at a station.
     """
 
     trip: Trip
@@ -104,6 +104,8 @@ class Mesh:
             grade_n=self.cells.grade_n / inertia_kg, air=self.cells.air / inertia_kg,
             saved_w=self.cells.saved_w / (self.tables.traction * inertia_kg),
         )  # fmt: skip
+        rises = max(self.train.last_rise_mps, self.train.ramps_to_mps) > 0.0 and self.train.last_drop_mps == 0.0
+        self.lines = LINES + 2 if rises and self.tables.regeneration > 0.0 else LINES
         self.floor_w = _FLOOR * float(self.fast.max())
 
     @classmethod
@@ -167,7 +169,7 @@ class Mesh:
         policies: NDArray[np.float64],
         least_w: NDArray[np.float64] | float = 0.0,
     ) -> int:
-        """Fill in optimal squared switching speeds, (m, K + 1, 4), for multipliers in J/s, (m,); returns costates.
+        """Fill in optimal squared switching speeds, (m, K + 1, 4 or 6), for multipliers in J/s, (m,); returns costates.
 
         Runs below ``least_w``, (m, K + 1) or the same everywhere, are not looked at.
         """
@@ -195,7 +197,7 @@ class Mesh:
             self._drive_in(_NO_POLICIES, _NO_POLICIES, np.empty((0, RUN_COLUMNS)))
 
     def drive(self, policy: NDArray[np.float64], counters: dict[str, int]) -> Run:
-        """Drive a policy, (K + 1, 4), in rows that the next run overwrites; its multiplier is unknown."""
+        """Drive a policy, (K + 1, 4 or 6), in rows that the next run overwrites; its multiplier is unknown."""
         runs, _, driven = self._driven(policy[np.newaxis])
         counters["runs"] += driven
         n, time_s, energy_j = runs[0, 1:4].tolist()
@@ -203,7 +205,7 @@ class Mesh:
         return Run(time_s, energy_j, math.nan, x_m[: int(n)], w[: int(n)])
 
     def _driven(self, policies: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-        """Drive policies, (m, K + 1, 4), each into the rows of the one before it.
+        """Drive policies, (m, K + 1, 4 or 6), each into the rows of the one before it.
 
         Returns their runs, what they passed, and how many were driven.
         """
@@ -263,10 +265,11 @@ class Mesh:
         """Extremals of some neighbouring multipliers, by their numbers, and the costates carried, and runs driven."""
         some = slice(part[0], part[-1] + 1)
         multipliers, least_w = multipliers[some], least_w[some]
-        policies = np.empty((len(multipliers), len(self.fast), 4))
+        policies = np.empty((len(multipliers), len(self.fast), self.lines))
         first = 0
         if math.isinf(multipliers[0]):
             policies[0] = self.fast[:, np.newaxis]
+            policies[0, :, LINES:] = self.train.brakes_from_mps**2
             first = 1
         solved = np.array(multipliers[first:], dtype=np.float64)
         costates = self.switching_speeds(solved, policies[first:], least_w[first:])
@@ -277,7 +280,7 @@ class Mesh:
 
     def optimal_run(self, multiplier: float, counters: dict[str, int]) -> Run:
         """The optimal run of a finite multiplier, J/s, in rows that the next one overwrites."""
-        policies = np.empty((1, len(self.fast), 4))
+        policies = np.empty((1, len(self.fast), self.lines))
         counters["extremals"] += 1
         counters["costates"] += self.switching_speeds(np.array([multiplier], dtype=np.float64), policies)
         run = self.drive(policies[0], counters)

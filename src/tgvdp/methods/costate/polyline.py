@@ -1,4 +1,7 @@
-"""The costate polyline: points (w, p) of rising w, which pass each level once, cut at the envelope, and thinned."""
+"""The costate polyline: points (w, p) of rising w, which pass each level once, cut at the envelope, and thinned.
+
+Where the dynamic brake rises with speed its level may be passed three times, and images turn back (`fold`).
+"""
 
 import math
 from typing import NamedTuple
@@ -7,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import leaf, part
+from tgvdp.methods.costate.fold import JUST_BELOW, cross_thrice, unfold
 
 #: Away from the levels the thinning tolerance grows by this multiple of itself per unit of p.
 _FAR = 400.0
 #: ... from this distance on.
 _NEAR_LEVEL = 0.005
-#: What does not reach a level ends so far below it.
-_JUST_BELOW = 1e-12
 
 
 class Polyline(NamedTuple):
@@ -57,20 +59,23 @@ def cross_once(line, first, m, level):
     if area <= least and y[m - 1] < level:
         at = m
     for i in range(first, at):
-        y[i] = min(y[i], level - _JUST_BELOW)
+        y[i] = min(y[i], level - JUST_BELOW)
     for i in range(at, m):
         y[i] = max(y[i], level)
 
 
 @part
-def make_unique(line, m, top, level, brakes_w, drops):
+def make_unique(line, m, top, level, brakes_w, rises, drops):
     """Make w rise, cut at ``top``, and p pass −½, ``level`` and 0 once each; returns the number of points left.
 
-    Below ``brakes_w``, where the dynamic brake has no effort, its ``level`` means nothing. Where images overlap the
-    higher p is right: faster runs come there from farther on. Above 0, where the dynamic brake ``drops``, each cell
-    puts two points at that speed, the upper one for friction, which would go on as teeth: p rises.
+    Below ``brakes_w``, where the dynamic brake has no effort, its ``level`` means nothing. Where it ``rises`` with
+    speed its level may be passed up, down and up again, and where images overlap the one with less V is right; else
+    that with the higher p: faster runs come there from farther on. Above 0, where the dynamic brake ``drops``, each
+    cell puts two points at that speed, the upper one for friction, which would go on as teeth: p rises.
     """
     x, y = line
+    if rises:
+        m = unfold(line, m)
     last_x = x[0]
     falls = False
     brakes = 0
@@ -88,7 +93,9 @@ def make_unique(line, m, top, level, brakes_w, drops):
             break
     if falls:
         cross_once(line, 0, n, -0.5)
-        if level < 0.0:
+        if level < 0.0 and rises:
+            cross_thrice(line, min(brakes, n - 1), n, level)
+        elif level < 0.0:
             cross_once(line, min(brakes, n - 1), n, level)
         cross_once(line, 0, n, 0.0)
         if drops:

@@ -7,6 +7,7 @@ from tgvdp.methods.costate.characteristics import coast_image, coast_on, holding
 from tgvdp.methods.costate.polyline import insert
 from tgvdp.methods.costate.step_edges import drop_below
 from tgvdp.methods.costate.step_held import HELD, hold, meet_region
+from tgvdp.methods.costate.step_interval import coasting_regions
 from tgvdp.methods.costate.step_regions import brake_region, coast_region, drive_region, friction_region
 from tgvdp.methods.costate.step_wall import dynamic_suffices, wall_region
 from tgvdp.physics.codes import COASTING, DYNAMIC, TRACTION
@@ -30,7 +31,7 @@ def coast_over(train, step, line, n, brakes, images, scratch):
             x[0] = step.bottom
             y[0] = min(holding_costate(train, step, step.bottom, line.w[brakes]), 0.0)
             m = 1
-        m = friction_region(train, step, line, brakes, n - 1, images, 0, m, scratch)
+        m = friction_region(train, step, line, brakes, n - 1, images, 0, 0, m, scratch)
     elif m == 0 or x[m - 1] < step.top:
         m = wall_region(train, COASTING, step, images, m)
     if x[0] > step.bottom:  # too slow a run cannot speed up
@@ -102,7 +103,7 @@ def _falls_from(train, step, line, drives, coasts, driven_w, coasted_w, switch):
 
 
 @kernel
-def transport(train, step, line, n, drives, coasts, brakes, images, scratch):
+def transport(train, step, line, n, drives, early, late, coasts, brakes, images, scratch):
     """Images of the polyline one cell back.
 
     Full traction keeps p ≤ −½ within the cell, coasting p ≥ −½ (and p ≤ −r/2, dynamic braking p ≥ −r/2): images that do
@@ -116,9 +117,9 @@ def transport(train, step, line, n, drives, coasts, brakes, images, scratch):
     step : Step
     line : Polyline
         Of ``n`` points, the crossings of its levels among them.
-    n, drives, coasts, brakes : int
-        Points up to the crossing ``drives`` drive, from there up to ``coasts`` they coast, up to ``brakes`` they brake
-        dynamically, the others with all brakes.
+    n, drives, early, late, coasts, brakes : int
+        Points up to the crossing ``drives`` drive, from there up to ``coasts`` they coast, but for an interval from
+        ``early`` to ``late`` of those that brake dynamically, as they do up to ``brakes``; the others use all brakes.
     images : Polyline, modified in place
     scratch : Rows
 
@@ -148,7 +149,7 @@ def transport(train, step, line, n, drives, coasts, brakes, images, scratch):
         y[m] = -0.5
         return meet_region(train, TRACTION, step, top, -0.5, m, x[m - 1], images, m + 1), a
     first = m
-    m = coast_region(train, step, line, drives, coasts, images, m)
+    m, start = coasting_regions(train, step, line, drives, early, late, coasts, images, m)
     if not driven and m > first and x[first] <= step.bottom:  # coasting alone covers everything
         x[0] = x[first]
         y[0] = y[first]
@@ -158,11 +159,11 @@ def transport(train, step, line, n, drives, coasts, brakes, images, scratch):
             if not dynamic_suffices(step):
                 regime = DYNAMIC
             if regime == DYNAMIC or coasts < n - 1:
-                m = brake_region(train, DYNAMIC, step, line, coasts, brakes, images, first, m, scratch)
+                m = brake_region(train, DYNAMIC, step, line, coasts, brakes, images, start, m, scratch)
         if x[m - 1] < top and brakes == n - 1:
             m = wall_region(train, regime, step, images, m)
         if step.returned > 0.0:
-            m = friction_region(train, step, line, brakes, n - 1, images, first, m, scratch)
+            m = friction_region(train, step, line, brakes, n - 1, images, first, start, m, scratch)
     if m == first:
         return m, switch
     if y[first] >= -0.5:

@@ -3,7 +3,7 @@
 import math
 
 from tgvdp._jit import leaf, part
-from tgvdp.methods.costate.brake_jumps import beyond_jump, beyond_rate, drop_above, is_kept, rise_above
+from tgvdp.methods.costate.brake_jumps import begun_costate, beyond_jump, beyond_rate, drop_above, is_kept, rise_above
 from tgvdp.methods.costate.characteristics import saturated_back
 from tgvdp.methods.costate.polyline import insert
 from tgvdp.methods.costate.step_wall import ROUNDING
@@ -147,7 +147,7 @@ def begun_edges(train, step, below_w, below_p, w, p, images, m):
     x[m] = _just_below(from_w)
     y[m] = p
     x[m + 1] = from_w
-    y[m + 1] = min(p, -0.5 * step.returned * (1.0 + ROUNDING))
+    y[m + 1] = begun_costate(train, step, p)
     return m + 2
 
 

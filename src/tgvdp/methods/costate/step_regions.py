@@ -85,7 +85,7 @@ def drive_region(train, step, line, last, images):
 
 
 @part
-def _between(train, regime, step, below_w, below_p, w, p):
+def between(train, regime, step, below_w, below_p, w, p):
     """Image of the middle of two points at full effort, (0, 0) where they are near each other: between them p bends."""
     if w <= SPREAD * below_w:
         return 0.0, 0.0
@@ -97,7 +97,7 @@ def _fill_down(train, step, below_w, below_p, w, p, images, j):
     """Put an image under traction between those of two points before the image ``j``, where p is not clear."""
     x, y = images
     if p > _CLEAR:
-        w0, p0 = _between(train, TRACTION, step, below_w, below_p, w, p)
+        w0, p0 = between(train, TRACTION, step, below_w, below_p, w, p)
         if step.bottom < w0 < x[j] and p0 <= y[j]:
             j -= 1
             x[j] = w0
@@ -202,7 +202,7 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
         if w0 >= step.bottom:
             if m > before:
                 below_p = max(line.p[i - 1], level)
-                mid_w, mid_p = _between(train, regime, step, line.w[i - 1], below_p, line.w[i], max(line.p[i], level))
+                mid_w, mid_p = between(train, regime, step, line.w[i - 1], below_p, line.w[i], max(line.p[i], level))
                 if x[m - 1] < mid_w < w0:
                     x[m] = mid_w
                     y[m] = mid_p
@@ -232,10 +232,11 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
 
 
 @part
-def friction_region(train, step, line, first, last, images, start, m, scratch):
+def friction_region(train, step, line, first, last, images, slowest, start, m, scratch):
     """Append images under all brakes of the points ``first`` .. ``last`` where p passes 0; returns how many there are.
 
-    Of the images from ``start`` on those remain that keep p ≤ 0.
+    Of the images from ``start`` on those remain that keep p ≤ 0. The ``slowest`` image of a run that coasts is that
+    one, or lies before it.
     """
     x, y = images
     highest = 0.0
@@ -243,7 +244,7 @@ def friction_region(train, step, line, first, last, images, start, m, scratch):
         highest = max(highest, y[i])
     if highest == 0.0 and first == last:
         return m
-    if y[start] > 0.0:  # a descent so long that runs from all lower speeds come to the one that is held
+    if start == slowest and y[start] > 0.0:  # a descent so long that all slower runs come to the speed that is held
         x[start] = step.bottom
         y[start] = -0.5 * step.returned
         m = start + 1

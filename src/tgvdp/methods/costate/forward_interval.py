@@ -1,0 +1,28 @@
+"""Brake in the interval of speeds, below those at which a run coasts, in which a dynamic brake that rises works."""
+
+from tgvdp._jit import part
+from tgvdp.methods.costate.forward_brakes import Line, coast_to, height, meeting_place
+from tgvdp.methods.costate.forward_rows import ON_CURVE, saturated
+from tgvdp.physics.cell import rest_of
+from tgvdp.physics.codes import DYNAMIC
+
+
+@part
+def brake_between(train, cell, w, landed, lines, rows, n):
+    """Append coasting from w down to the upper end of the interval, and dynamic braking to its lower one.
+
+    ``landed`` is where coasting through the whole cell leads. Both ends go straight through the cell. Returns the rest
+    of the cell, the squared speed and the number of rows.
+    """
+    length = cell.length_m
+    x = 0.0
+    if w > lines.before_g * (1.0 + ON_CURVE):
+        if landed >= lines.g:
+            return length, w, n
+        upper = Line(length, lines.g, (lines.before_g - lines.g) / length, 0.0, 0.0)
+        x = meeting_place(train, cell, w, upper, landed)
+        w, n = coast_to(train, cell, x, w, height(upper, x), rows, n)
+    lower_w = lines.before_e + x / length * (lines.e - lines.before_e)
+    if w <= lower_w * (1.0 + ON_CURVE):
+        return length - x, w, n
+    return saturated(train, DYNAMIC, rest_of(cell, cell.start_m + x, length - x), w, lower_w, rows, n)
