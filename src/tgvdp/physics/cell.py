@@ -86,6 +86,13 @@ def append(x, w, rows, n):
 
 
 @leaf
+def is_row_of(run, j, rows, g):
+    """Whether row j of a run is row g of others, bit by bit: runs of a front have many in common."""
+    starts_alike = run.x[j] == rows.x[g] and run.w[j] == rows.w[g]
+    return starts_alike and run.x[j + 1] == rows.x[g + 1] and run.w[j + 1] == rows.w[g + 1]
+
+
+@leaf
 def cell_at(cells, k):
     """One of the cells of `line.cells.Cells`."""
     return Cell(

@@ -15,6 +15,7 @@ from tgvdp.line.piecewise import Floats
 from tgvdp.line.resolved import ResolvedLine
 from tgvdp.line.walk import piece_from
 from tgvdp.model.train import Train
+from tgvdp.physics.cell import Rows, is_row_of
 from tgvdp.physics.energy import follows_dynamic
 from tgvdp.physics.forces import (
     brake_at,
@@ -29,7 +30,7 @@ from tgvdp.runs.batch import Batch
 from tgvdp.runs.effort_jumps import NO_EFFORT
 from tgvdp.runs.resistance_correction_kernel import (
     NEARLY_FULL,
-    cut_rows,
+    append_parts,
     drag_change,
     follows_traction,
     is_bound,
@@ -173,20 +174,30 @@ def _times_missed(w0, w1):
 
 
 @part
-def _count_in_run(train, line, x, w, most_s, parts, off, size):
-    """Count the parts of one run."""
+def _count_in_run(train, line, run, before, before_off, most_s, parts, off, size):
+    """Count the parts of one run; what its rows miss is known of those that are rows of the run before."""
+    x = run.x
+    w = run.w
     rows = x.shape[0] - 1
+    last = before.x.shape[0] - 1
     parts[:] = 1
     step = 0
+    g = 0
     off_s = 0.0
     sum_s = 0.0
-    v1 = math.sqrt(w[0])
     for k in range(rows):
-        d = x[k + 1] - x[k]
-        step = piece_from(line.break_m, step, 0.5 * (x[k] + x[k + 1]))
-        v0, v1 = v1, math.sqrt(w[k + 1])
-        v = 0.5 * (v0 + v1)
-        off[k] = d * _bend(train, line.grade_n[step], line.air[step], d, w[k], w[k + 1], v0, v1) / (3.0 * v * v * v)
+        while g < last and before.x[g] < x[k]:
+            g += 1
+        if g < last and is_row_of(run, k, before, g):
+            off[k] = before_off[g]
+        else:
+            d = x[k + 1] - x[k]
+            step = piece_from(line.break_m, step, 0.5 * (x[k] + x[k + 1]))
+            v0 = math.sqrt(w[k])
+            v1 = math.sqrt(w[k + 1])
+            v = 0.5 * (v0 + v1)
+            bend = _bend(train, line.grade_n[step], line.air[step], d, w[k], w[k + 1], v0, v1)
+            off[k] = d * bend / (3.0 * v * v * v)
         off_s += abs(off[k])
         sum_s += off[k]
     if max(abs(sum_s), off_s / _MADE_UP) <= most_s:
@@ -213,6 +224,31 @@ def _count_in_run(train, line, x, w, most_s, parts, off, size):
     return total
 
 
+@part
+def _cut_run(train, line, run, parts, before, before_parts, before_cut, cut):
+    """Cut one run; rows of the run before that have as many parts are cut as they are there."""
+    rows = run.x.shape[0] - 1
+    last = before.x.shape[0] - 1
+    step = 0
+    g = 0
+    m = 0  # where row g begins in what the run before is cut into
+    n = 0
+    for k in range(rows):
+        while g < last and before.x[g] < run.x[k]:
+            m += before_parts[g]
+            g += 1
+        if g < last and before_parts[g] == parts[k] and is_row_of(run, k, before, g):
+            for i in range(parts[k]):
+                cut.x[n + i] = before_cut.x[m + i]
+                cut.w[n + i] = before_cut.w[m + i]
+            n += parts[k]
+        else:
+            step, n = append_parts(train, line, step, run.x, run.w, k, parts[k], cut.x, cut.w, n)
+    cut.x[n] = run.x[rows]
+    cut.w[n] = run.w[rows]
+    return n + 1
+
+
 @entry
 def cut_runs(train, line, x, w, first, most_s, parts, scratch, cut_x, cut_w, cut_first):
     """Cut the rows of runs into parts, so that no time is off by more than ``most_s``; returns how many rows there are.
@@ -221,6 +257,8 @@ def cut_runs(train, line, x, w, first, most_s, parts, scratch, cut_x, cut_w, cut
     t = d·δ/(3 v³), which n parts reduce by n². The sum of these is least, for as many parts in all, where n goes with
     t^(1/3); with t^(3/8), which leaves t^(1/4) of each time and takes square roots alone, it takes next to no more.
     Driving is passed sooner than rows say, coasting later: much of it cancels.
+
+    Neighbours of a front have half of their rows in common, bit by bit: what one of them needs is not found out again.
 
     Parameters
     ----------
@@ -238,13 +276,21 @@ def cut_runs(train, line, x, w, first, most_s, parts, scratch, cut_x, cut_w, cut
     """
     known = scratch.shape[1] < x.shape[0]
     n = 0
-    for run in range(first.shape[0] - 1):
-        a = first[run]
-        b = first[run + 1]
-        cut_first[run] = n
+    c = 0  # where the run before begins, which the first one has not, and what it is cut into
+    m = 0
+    for i in range(first.shape[0] - 1):
+        a = first[i]
+        b = first[i + 1]
+        cut_first[i] = n
+        run, before = Rows(x[a:b], w[a:b]), Rows(x[c:a], w[c:a])
         if known:
-            n += cut_rows(train, line, x[a:b], w[a:b], parts[a:b], cut_x[n:], cut_w[n:])
+            before_cut, cut = Rows(cut_x[m:n], cut_w[m:n]), Rows(cut_x[n:], cut_w[n:])
+            more = _cut_run(train, line, run, parts[a:b], before, parts[c:a], before_cut, cut)
         else:
-            n += _count_in_run(train, line, x[a:b], w[a:b], most_s[run], parts[a:b], scratch[0, a:b], scratch[1, a:b])
+            off, before_off = scratch[0, a:b], scratch[0, c:a]
+            more = _count_in_run(train, line, run, before, before_off, most_s[i], parts[a:b], off, scratch[1, a:b])
+        c = a
+        m = n
+        n += more
     cut_first[first.shape[0] - 1] = n
     return n

@@ -251,6 +251,24 @@ def cut_row(train, law, air, d, w0, w1, parts, cut_w):
     cut_w[parts - 1] = w1
 
 
+@part
+def append_parts(train, line, step, x, w, k, parts, cut_x, cut_w, n):
+    """Append row k, cut into parts; returns the step of the line that it is on, or one before it, and how many rows."""
+    cut_x[n] = x[k]
+    cut_w[n] = w[k]
+    n += 1
+    if parts > 1:
+        d = x[k + 1] - x[k]
+        step = piece_from(line.break_m, step, 0.5 * (x[k] + x[k + 1]))
+        law = _law_of(train, line.grade_n[step], line.air[step], d, w[k], w[k + 1])
+        cut_row(train, law, line.air[step], d, w[k], w[k + 1], parts, cut_w[n:])
+        ends = even_speeds(parts, w[k], w[k + 1])
+        for i in range(1, parts):
+            cut_x[n] = x[k] + part_end(ends, i) * d
+            n += 1
+    return step, n
+
+
 @kernel
 def cut_rows(train, line, x, w, parts, cut_x, cut_w):
     """Cut rows into parts: the effort keeps its share of the limit if it is nearly full, its value if not.
@@ -260,18 +278,7 @@ def cut_rows(train, line, x, w, parts, cut_x, cut_w):
     step = 0
     n = 0
     for k in range(x.shape[0] - 1):
-        cut_x[n] = x[k]
-        cut_w[n] = w[k]
-        n += 1
-        if parts[k] > 1:
-            d = x[k + 1] - x[k]
-            step = piece_from(line.break_m, step, 0.5 * (x[k] + x[k + 1]))
-            law = _law_of(train, line.grade_n[step], line.air[step], d, w[k], w[k + 1])
-            cut_row(train, law, line.air[step], d, w[k], w[k + 1], parts[k], cut_w[n:])
-            ends = even_speeds(parts[k], w[k], w[k + 1])
-            for i in range(1, parts[k]):
-                cut_x[n] = x[k] + part_end(ends, i) * d
-                n += 1
+        step, n = append_parts(train, line, step, x, w, k, parts[k], cut_x, cut_w, n)
     cut_x[n] = x[-1]
     cut_w[n] = w[-1]
     return n + 1

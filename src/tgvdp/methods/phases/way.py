@@ -11,7 +11,7 @@ from tgvdp.line.cells import Cells
 from tgvdp.methods.extremal.course import account
 from tgvdp.model.track import POWERED
 from tgvdp.physics.arc import duration_and_work
-from tgvdp.physics.cell import Rows
+from tgvdp.physics.cell import Rows, is_row_of
 from tgvdp.physics.energy import EnergyTables
 from tgvdp.physics.forces import KernelTrain, mean_brake, mean_effort, unpowered
 
@@ -221,13 +221,6 @@ def is_feasible(way, k, d, w0, w1):
     return -work <= d * mean_brake(here, load, v0, v1) * slack + noise
 
 
-@leaf
-def _is_row_of(run, j, rows, g):
-    """Whether row j of a run is row g of others."""
-    starts_alike = run.x[j] == rows.x[g] and run.w[j] == rows.w[g]
-    return starts_alike and run.x[j + 1] == rows.x[g + 1] and run.w[j + 1] == rows.w[g + 1]
-
-
 @part
 def is_sound(way, run, n, given, first, last):
     """Whether rows advance, end wherever the line may change, and ask for no more than the train gives.
@@ -241,7 +234,7 @@ def is_sound(way, run, n, given, first, last):
     for j in range(n - 1):
         while g < last - 1 and given.x[g] < run.x[j]:
             g += 1
-        if _is_row_of(run, j, given, g):
+        if is_row_of(run, j, given, g):
             continue
         d = run.x[j + 1] - run.x[j]
         while k < way.cells.length_m.shape[0] - 1 and station_m[k + 1] <= run.x[j] + same:
