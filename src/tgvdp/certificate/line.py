@@ -25,7 +25,7 @@ from tgvdp.methods.budget import Clock
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train
-from tgvdp.runs.fastest import reachable_w
+from tgvdp.runs.fastest import within_reach
 
 _Floats = NDArray[np.float64]
 
@@ -58,8 +58,7 @@ class BoundingProblem:
         self.trip = trip
         self.train: KernelTrain = kernel_train(trip.train)
         self.energy: EnergyTables = energy_tables(trip.train, trip.energy)
-        cells = cells_of(trip)
-        self.cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip)))
+        self.cells = within_reach(trip, cells_of(trip))
         self.top_mps = math.sqrt(float(self.cells.limit_w.max())) * (1.0 + 1e-15)
         self.train = with_rates(self.train)
         bounded = self.train, self.cells, self.pieces[0]

@@ -185,7 +185,6 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain, passing: Sequence[
         When a run takes too many rows.
     """
     count = len(cells.length_m)
-    reachable = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip)))
     for speed_mps, cell, label in ((trip.start_speed_mps, 0, "start"), (trip.end_speed_mps, -1, "end")):
         if speed_mps**2 > cells.limit_w[cell] * (1.0 + FEASIBILITY_RTOL):
             raise InfeasibleError(
@@ -198,6 +197,7 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain, passing: Sequence[
         highest_w[np.searchsorted(cells.station_m, at_m)] = speed_mps**2
     start_w, end_w = trip.start_speed_mps**2, trip.end_speed_mps**2
     weaker = train._replace(traction=weakened(train.traction, 1.0 - _SPARE))
+    reachable = within_reach(trip, cells)
     size = 16 * count + 2 * _SCRATCH
     march_size = _SCRATCH
     while True:
@@ -222,7 +222,15 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain, passing: Sequence[
 
 def weakened(table: NDArray[np.float64], share: float) -> NDArray[np.float64]:
     """Table of an effort curve, (n, 6), with all efforts multiplied by a share."""
-    return read_only(table * np.array([1.0, *(share,) * 5]))
+    table = table.copy()
+    table[:, 1:] *= share
+    return read_only(table)
+
+
+def within_reach(trip: Trip, cells: Cells) -> Cells:
+    """Cells whose limits are no higher than `reachable_w`."""
+    most_w = reachable_w(trip)
+    return cells if math.isinf(most_w) else cells._replace(limit_w=np.minimum(cells.limit_w, most_w))
 
 
 @lru_cache(maxsize=16)
@@ -265,7 +273,8 @@ def fastest_run(trip: Trip, passing: Sequence[tuple[float, float]] = ()) -> Prof
         raise NumericalError(f"it starts with {start_mps2:.3g} m/s², at most {_MOST_MPS2:g} can be computed")
     train = kernel_train(trip.train)._replace(rows=_FINE_ROWS)
     along = [(at_m - trip.origin_m, speed_mps) for at_m, speed_mps in passing]
-    envelope = envelope_of(trip, cells_of(trip, np.array([at_m for at_m, _ in along])), train, along)
+    cells = cells_of(trip, np.array([at_m for at_m, _ in along]) if along else None)
+    envelope = envelope_of(trip, cells, train, along)
     line = resolve(trip)
     rows = follow(trip.train, line, envelope.x_m, envelope.w)
     profile = profile_of(trip, *rows)

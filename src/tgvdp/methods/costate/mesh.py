@@ -28,7 +28,7 @@ from tgvdp.physics.codes import OK
 from tgvdp.physics.energy import EnergyTables, energy_tables
 from tgvdp.physics.forces import KernelTrain, kernel_train, per_kilogram
 from tgvdp.runs.bends import USUAL_ROWS
-from tgvdp.runs.fastest import Envelope, envelope_of, reachable_w
+from tgvdp.runs.fastest import Envelope, envelope_of, within_reach
 from tgvdp.runs.profile import Profile
 
 #: Cells per trip at least, within the distance over which starting effort would reach the top speed, and within that
@@ -127,8 +127,7 @@ class Mesh:
         tables = energy_tables(trip.train, trip.energy)
         if not train.braking[:, 1:].any():
             tables = tables._replace(regeneration=0.0)
-        cells = cells_between(trip, graded_stations(trip, fastest, cell_m))
-        cells = cells._replace(limit_w=np.minimum(cells.limit_w, reachable_w(trip)))
+        cells = within_reach(trip, cells_between(trip, graded_stations(trip, fastest, cell_m)))
         envelope = _envelope(trip, cells, train)
         mesh = cls(
             trip, train, per_kilogram(train_of_trends(train, cell_m)), tables, cells, envelope, cell_m,
@@ -167,13 +166,15 @@ class Mesh:
         self,
         multipliers: NDArray[np.float64],
         policies: NDArray[np.float64],
-        least_w: NDArray[np.float64] | float = 0.0,
+        least_w: NDArray[np.float64] | None = None,
     ) -> int:
         """Fill in optimal squared switching speeds, (m, K + 1, 4 or 6), for multipliers in J/s, (m,); returns costates.
 
-        Runs below ``least_w``, (m, K + 1) or the same everywhere, are not looked at.
+        Runs below ``least_w``, (m, K + 1), are not looked at.
         """
-        low = np.maximum(np.broadcast_to(self.low, (len(multipliers), len(self.low))), least_w)
+        low = self.low[np.newaxis].repeat(len(multipliers), axis=0)
+        if least_w is not None:
+            np.maximum(low, least_w, out=low)
         done, points = costate.switching_speeds(
             self.unit_train, self.tables.regeneration / self.tables.traction, self.unit_cells, low, self.fast,
             self.trip.end_speed_mps**2, multipliers, self.tables.traction * self.train.inertia_kg,
@@ -245,8 +246,6 @@ class Mesh:
 
         Their runs are not sought below squared speeds (m, K + 1).
         """
-        if least_w is None:
-            least_w = np.zeros((len(multipliers), len(self.low)))
         numbers = range(len(multipliers))
         parts = even_parts(numbers, shares(len(numbers) * len(self.cells.length_m), _LEAST_CELLS))
         if len(parts) > 1:
@@ -260,11 +259,10 @@ class Mesh:
         return found
 
     def _extremals(
-        self, multipliers: Sequence[float], least_w: NDArray[np.float64], part: Sequence[int]
+        self, multipliers: Sequence[float], least_w: NDArray[np.float64] | None, part: Sequence[int]
     ) -> tuple[list[Extremal], int, int]:
         """Extremals of some neighbouring multipliers, by their numbers, and the costates carried, and runs driven."""
-        some = slice(part[0], part[-1] + 1)
-        multipliers, least_w = multipliers[some], least_w[some]
+        multipliers = multipliers[part[0] : part[-1] + 1]
         policies = np.empty((len(multipliers), len(self.fast), self.lines))
         first = 0
         if math.isinf(multipliers[0]):
@@ -272,7 +270,9 @@ class Mesh:
             policies[0, :, LINES:] = self.train.brakes_from_mps**2
             first = 1
         solved = np.array(multipliers[first:], dtype=np.float64)
-        costates = self.switching_speeds(solved, policies[first:], least_w[first:])
+        if least_w is not None:
+            least_w = least_w[part[0] + first : part[-1] + 1]
+        costates = self.switching_speeds(solved, policies[first:], least_w)
         runs, passed, count = self._driven(policies)
         times_s, energies_j = runs[:, 2:4].T.tolist()
         _require_arrival(multipliers, times_s)
