@@ -66,7 +66,7 @@ def run_of(x_m, w, size=0):
 
 
 def planned(way, run, n):
-    tell_regimes(way, run, n)
+    tell_regimes(way, run, 0, 0, n - 1)
     plan = np.empty((4000, PLAN_COLUMNS))
     return plan, plan_of(way, run, n, plan)
 

@@ -74,7 +74,7 @@ def dabbing():
         run = Run.of(np.zeros((5, len(profile.position_m))))
         run.x[:], run.w[:] = profile.position_m, profile.speed_mps**2
         n, plan = len(run.x), np.zeros((100, PLAN_COLUMNS))
-        tell_regimes(way, run, n)
+        tell_regimes(way, run, 0, 0, n - 1)
         count = plan_of(way, run, n, plan)
         for c in range(1, count - 1):
             before, now, after = plan[c - 1 : c + 2, REGIME]
@@ -94,7 +94,7 @@ def test_a_train_coasts_a_little_earlier_in_place_of_a_dab_of_the_brake(dabbing,
         return
     assert is_sound(way, out, m, Rows(run.x, run.w), 0, n - 1)
     new = np.zeros((100, PLAN_COLUMNS))
-    tell_regimes(way, out, m)
+    tell_regimes(way, out, 0, 0, m - 1)
     fewer = plan_of(way, out, m, new)
     assert fewer == count - 1
     assert not (new[: fewer - 1, LASTS_S] < 0.5).any()

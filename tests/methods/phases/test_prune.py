@@ -128,7 +128,7 @@ def made():
 def regimes(way, x_m, w):
     run = Rows.of(np.empty((5, len(x_m))))
     run.x[:], run.w[:] = x_m, w
-    tell_regimes(way, run, len(x_m))
+    tell_regimes(way, run, 0, 0, len(x_m) - 1)
     plan = np.empty((100, PLAN_COLUMNS))
     return run, plan, plan_of(way, run, len(x_m), plan)
 

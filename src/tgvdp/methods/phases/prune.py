@@ -15,7 +15,7 @@ from tgvdp.methods.phases.plan import LASTS_S, MAY_GO, PLAN_COLUMNS, leave_out, 
 from tgvdp.methods.phases.regimes import tell_regimes, without_touches
 from tgvdp.methods.phases.retime import retime
 from tgvdp.methods.phases.track import track
-from tgvdp.methods.phases.way import Room, Run, Way, is_sound, total, way_of
+from tgvdp.methods.phases.way import Room, Run, Way, copy_rows, is_sound, total, way_of
 from tgvdp.methods.phases.widen import widen
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Rows
@@ -161,14 +161,14 @@ def _prune(way, here, there, n, plan, price, least_s, room, later_s, slack_s):
 
 
 @entry
-def prune_runs(way, runs, ends, price, least_s, most_j, later_s, slack_s, here, there, plan, out, found):
+def prune_runs(way, given, ends, price, least_s, most_j, later_s, slack_s, here, there, plan, out, found):
     """Prune runs one after the other.
 
     Parameters
     ----------
     way : Way
-    runs : Rows
-        Of all of them, and
+    given : Run, modified in place
+        The rows of all of them, which are told here, and
     ends : (n + 1,) int64
         where each begins.
     price, most_j, later_s : (n,) float64
@@ -182,15 +182,18 @@ def prune_runs(way, runs, ends, price, least_s, most_j, later_s, slack_s, here, 
         Of each: where it ends in ``out``, by how much it takes longer and costs more, and its short phases.
     """
     m = 0
+    before = 0
     for r in range(price.shape[0]):
         first = ends[r]
         n = ends[r + 1] - first
+        last = first + n - 1
+        tell_regimes(way, given, before, first, last)
+        before = first
         most_rows = out.x.shape[0] - m - (ends[-1] - ends[r + 1])  # the rest fits as it is
         for attempt in _ATTEMPTS:
-            for j in range(n):
-                here.x[j] = runs.x[first + j]
-                here.w[j] = runs.w[first + j]
-            tell_regimes(way, here, n)
+            here.x[0] = given.x[first]
+            here.w[0] = given.w[first]
+            copy_rows(given, first, last, here, 1)
             count = plan_of(way, here, n, plan)
             size, run, time_s, energy_j, short = n, here, 0.0, 0.0, 0
             if shortest(plan, count, _PASSES[-1][0] * least_s) < 0:
@@ -204,7 +207,7 @@ def prune_runs(way, runs, ends, price, least_s, most_j, later_s, slack_s, here, 
                 way, here, there, n, plan, price[r], least_s, room, later_s[r], slack_s
             )
             run = there if swapped else here
-            if 0 < size <= most_rows and is_sound(way, run, size, runs, first, first + n - 1):
+            if 0 < size <= most_rows and is_sound(way, run, size, given, first, last):
                 break
         for j in range(size):
             out.x[m + j] = run.x[j]
@@ -248,7 +251,7 @@ def prune(
         for name, size in (("here", most), ("there", most), ("out", len(runs.x_m)))
     )
     plan, found = scratch("prune plan", _MOST_PHASES, PLAN_COLUMNS), np.empty((runs.size, 4))
-    given = Rows(runs.x_m, runs.w)
+    given = Run.of(scratch("prune given", 5, len(runs.x_m)))._replace(x=runs.x_m, w=runs.w)
     prune_runs(way, given, runs.first, price, least_s, most_j, later_s, slack_s, here, there, plan, out, found)
     first = np.zeros(runs.size + 1, dtype=np.int64)
     first[1:] = found[:, 0]

@@ -5,6 +5,7 @@ import math
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.methods.phases.way import cell_from, measure, measure_row, train_in
 from tgvdp.physics.arc import duration_and_work
+from tgvdp.physics.cell import is_row_of
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, HOLDING, TRACTION
 from tgvdp.physics.forces import mean_brake, mean_effort, mean_resistance, resistance_at
 
@@ -39,13 +40,24 @@ def _regime_of(way, k, effort, d, w0, w1):
 
 
 @kernel
-def tell_regimes(way, run, n):
-    """Fill in the regime of each row of a run, its running time and its energy."""
+def tell_regimes(way, runs, before, first, last):
+    """Fill in the regime, running time and energy of each row of a run, ``first`` to ``last`` − 1.
+
+    Those of rows that it has in common with another run, ``before`` to ``first`` − 2, are known.
+    """
     k = 0
-    for i in range(n - 1):
-        k = cell_from(way.cells, k, run.x[i])
-        effort = measure_row(way, k, run, i)
-        run.regime[i] = _regime_of(way, k, effort, run.x[i + 1] - run.x[i], run.w[i], run.w[i + 1])
+    g = before
+    for j in range(first, last):
+        while g < first - 1 and runs.x[g] < runs.x[j]:
+            g += 1
+        if g < first - 1 and is_row_of(runs, j, runs, g):
+            runs.regime[j] = runs.regime[g]
+            runs.time[j] = runs.time[g]
+            runs.energy[j] = runs.energy[g]
+            continue
+        k = cell_from(way.cells, k, runs.x[j])
+        effort = measure_row(way, k, runs, j)
+        runs.regime[j] = _regime_of(way, k, effort, runs.x[j + 1] - runs.x[j], runs.w[j], runs.w[j + 1])
 
 
 @leaf
