@@ -245,21 +245,9 @@ def drive_blend(train, tables, course, blend, share, scratch, passed, rows):
                         switch_at(blend, share, k + 1, LINES + 1), scratch,
                     )  # fmt: skip
                 lines = Lines(
-                    before_a,
-                    before_b,
-                    before_c,
-                    before_e,
-                    before_g,
-                    before_top,
-                    a,
-                    coasts,
-                    b,
-                    max(b, c),
-                    e,
-                    g,
-                    top,
+                    before_a, before_b, before_c, before_e, before_g, before_top, a, coasts, b, max(b, c), e, g, top,
                     held,
-                )
+                )  # fmt: skip
                 before = cell_at(course.cells, max(k - 1, 0))
                 n = drive_cell(train, tables.regeneration > 0.0, before, cell, w, lines, scratch, rows, n)
             else:
