@@ -149,26 +149,40 @@ def is_kept(train, step, v):
 
 
 @part
-def begun_image(train, step, w1, p1):
-    """Image of a point below the speed at which the dynamic brake begins, where coasting leads to it from above that.
-
-    A run that is faster there by a little brakes to that speed, and coasts on, if p is above −r/2.
-    """
-    from_mps = train.brakes_from_mps
-    from_w = from_mps * from_mps
+def _from_begin(train, step, w1, p1):
+    """Over which length a point is carried back above the speed at which the dynamic brake begins, and p just below."""
+    from_w = train.brakes_from_mps * train.brakes_from_mps
     part_m = step.length
     from_p = p1
     for _ in range(_STEPS_TO_JUMP):
         w0, from_p = coast_image(train, step, part_m, w1, p1)
         part_m = min(part_m * (from_w - w1) / max(w0 - w1, 0.5 * (from_w - w1)), step.length)
+    return step.length - part_m, from_p
+
+
+@part
+def begun_image(train, step, w1, p1):
+    """Image of a point below the speed at which the dynamic brake begins, where coasting leads to it from above that.
+
+    A run that is faster there by a little brakes to that speed, and coasts on, if p is above −r/2.
+    """
+    from_w = train.brakes_from_mps * train.brakes_from_mps
+    rest_m, from_p = _from_begin(train, step, w1, p1)
     level = -0.5 * step.returned
     if from_p <= level:
         return coast_image(train, step, step.length, w1, p1)
-    rest_m = step.length - part_m
     above_p = begun_costate(train, step, from_p)
     if above_p > level:
         return saturated_image(train, DYNAMIC, step, rest_m, from_w, above_p)
     return coast_image(train, step, rest_m, from_w, above_p)
+
+
+@part
+def last_coasted(train, step, w1, p1):
+    """Image of the run that comes to the same speed as that of `begun_image`, with so low a costate that it coasts."""
+    from_w = train.brakes_from_mps * train.brakes_from_mps
+    rest_m, _ = _from_begin(train, step, w1, p1)
+    return coast_image(train, step, rest_m, from_w, -0.5 * step.returned)
 
 
 @part

@@ -25,33 +25,38 @@ def matched(b, c, e, g, other_b, other_c, other_e, other_g):
 
 
 @leaf
-def _up_to_all(train, b, c, e, g):
-    """Speeds b, e and g, of which g and b are c where all is braked from e on, the speed at which the brake is there.
+def _is_all(train, b, e, g):
+    """Whether all is braked from e on: the interval goes up to b, or b is where the dynamic brake begins.
 
-    On a ramp there is so little of it that a run brakes as late as for a limit.
+    Not on a ramp, where there is so little of it that a run brakes as late as for a limit.
     """
-    if (e < g and g >= b) or (b <= e and train.ramps_to_mps <= train.brakes_from_mps):
-        return max(c, e), e, max(c, e)
-    return b, e, g
+    return (e < g and g >= b) or (b <= e and train.ramps_to_mps <= train.brakes_from_mps)
 
 
 @part
 def through_cell(train, cell, before_b, before_c, before_e, before_g, b, c, e, g, scratch):
     """Speeds b, e and g at the start of a cell and at its end, between which they go along straight lines.
 
-    Where what is coasted between g and b ends within the cell it does so at its end, where a run is that brakes along
-    b; where it begins within it, at its start.
+    Where all is braked g and b are c. Where what is coasted above an interval ends within the cell it does so at its
+    end, where a run is that brakes along b; where it begins within it, at its start.
     """
-    before_b, before_e, before_g = _up_to_all(train, before_b, before_c, before_e, before_g)
-    b, e, g = _up_to_all(train, b, c, e, g)
-    coasts = before_g < before_b
-    if coasts and before_e < before_g and e >= g:
-        b, e, g = matched(b, c, e, g, before_b, before_c, before_e, before_g)
-    if coasts and e < g == b:
-        if before_b < before_c:
+    was_all = _is_all(train, before_b, before_e, before_g)
+    is_all = _is_all(train, b, e, g)
+    had_some = before_e < before_g
+    has_some = e < g
+    if was_all and (is_all or has_some):
+        before_b = before_g = max(before_c, before_e)
+        if not is_all and b < c:
+            before_b = before_g = max(min(0.5 * (g + b), before_c), before_e)
+    if is_all and (was_all or had_some):
+        b = g = max(c, e)
+        if not was_all and before_b < before_c:
             b = g = march(train, DYNAMIC, 1.0, cell, cell.length_m, before_b, e, scratch, 0)[1]
-    elif e < g and before_e >= before_g:
-        before_b, before_e, before_g = matched(before_b, before_c, before_e, before_g, b, c, e, g)
-    elif e < g < b and not coasts:
-        before_b = before_g = before_c if b >= c else max(min(0.5 * (g + b), before_c), before_e)
+    if not was_all and not is_all:
+        if had_some and not has_some:
+            b, e, g = matched(b, c, e, g, before_b, before_c, before_e, before_g)
+            if e < g and before_b < before_c:
+                b = g = march(train, DYNAMIC, 1.0, cell, cell.length_m, before_b, e, scratch, 0)[1]
+        else:
+            before_b, before_e, before_g = matched(before_b, before_c, before_e, before_g, b, c, e, g)
     return before_b, before_e, before_g, b, e, g

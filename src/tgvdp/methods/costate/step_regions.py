@@ -8,7 +8,7 @@ hold a speed, and p is interpolated. Beyond the last image runs meet the wall wi
 import math
 
 from tgvdp._jit import loop, part
-from tgvdp.methods.costate.brake_jumps import begun_image, drop_above, helped_before, saturated_image
+from tgvdp.methods.costate.brake_jumps import begun_image, drop_above, helped_before, last_coasted, saturated_image
 from tgvdp.methods.costate.characteristics import (
     LOST,
     coast_back,
@@ -133,7 +133,15 @@ def coast_region(train, step, line, first, last, images, m):
         if step.returned > 0.0 and w0 >= from_w > w[first + i] > 0.0:
             if i > 0 and bottom <= x[base + i - 1] < from_w and m + 2 < base + i:
                 m = begun_edges(train, step, x[base + i - 1], y[base + i - 1], w0, y[base + i], images, m)
-            x[m], y[m] = begun_image(train, step, w[first + i], p[first + i])
+            begun_w, begun_p = begun_image(train, step, w[first + i], p[first + i])
+            if i > 0 and y[m - 1] < -0.5 * step.returned < begun_p:  # they part, one braking and one coasting
+                last_w, last_p = last_coasted(train, step, w[first + i], p[first + i])
+                if last_w < begun_w and y[m - 1] < last_p:
+                    x[m] = max(last_w, x[m - 1])
+                    y[m] = last_p
+                    m += 1
+            x[m] = begun_w
+            y[m] = begun_p
             m += 1
             continue
         if i > 0:
