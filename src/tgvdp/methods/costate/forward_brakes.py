@@ -108,7 +108,7 @@ def _follows(lines, after, w):
 
 
 @part
-def _brakes_do(train, cell, w, target, friction, share):
+def brakes_do(train, cell, w, target, friction, share):
     """Whether brakes take the train through a cell at one effort: a share of the dynamic one, or with ``friction``."""
     status, _, work = arc(train, cell.length_m, cell.grade_n, cell.air, w, target)
     dynamic = cell.length_m * mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
@@ -124,7 +124,7 @@ def _brake_fully(train, regime, cell, w, lines, scratch, rows, n):
     """
     target = min(lines.c, lines.top)
     if lines.c < lines.top:
-        if _follows(lines, target, w) and _brakes_do(train, cell, w, target, True, 1.0):
+        if _follows(lines, target, w) and brakes_do(train, cell, w, target, True, 1.0):
             return evenly(train, cell, w, target, scratch, rows, n)
         cell = limited(cell, max(w, lines.c))
     drop_w = drop_above(train, target)
@@ -216,8 +216,8 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
     target = min(lines.b, lines.top)
     # A line that falls from the envelope is no speed that was held: braking begins within the cell.
     begins = lines.before_b >= lines.before_top and target < lines.before_b * (1.0 - ON_CURVE)
-    if not begins and _drifts(lines.before_b, target, w) and _brakes_do(train, cell, w, target, False, 1.0):
-        if w <= target or _brakes_do(train, cell, w, target, False, FULL_EFFORT):
+    if not begins and _drifts(lines.before_b, target, w) and brakes_do(train, cell, w, target, False, 1.0):
+        if w <= target or brakes_do(train, cell, w, target, False, FULL_EFFORT):
             return evenly(train, cell, w, target, scratch, rows, n)
         # One effort would be more than the dynamic brake has where the train is faster, and friction would help it.
         left, landed, last = saturated(train, DYNAMIC, cell, w, target, rows, n)
@@ -273,7 +273,7 @@ def coast_through(train, regenerates, cell, w, landed, lines, scratch, rows, n):
         return ended(cell, min(w, lines.top), rows, first, n)
     # A cell may be as short as that hand's breadth: by friction only the envelope is met.
     near = landed <= most * (1.0 + _TOUCH)
-    if near and _brakes_do(train, cell, w, most, lines.top <= lines.b, 1.0):
+    if near and brakes_do(train, cell, w, most, lines.top <= lines.b, 1.0):
         return evenly(train, cell, w, most, scratch, rows, n)
     if regenerates:
         return _regenerate(train, cell, w, lines, scratch, rows, n)

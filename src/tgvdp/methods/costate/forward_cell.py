@@ -5,7 +5,7 @@ import math
 from tgvdp._jit import leaf, part
 from tgvdp.methods.costate.characteristics import LEAST_MIDDLE, coasted, coasting_law
 from tgvdp.methods.costate.forward_brakes import NEAR, Line, Lines, coast_through, coast_to, height, meeting_place
-from tgvdp.methods.costate.forward_interval import brake_between
+from tgvdp.methods.costate.forward_interval import brake_between, is_kept
 from tgvdp.methods.costate.forward_rows import (
     ON_CURVE,
     SAME_PLACE,
@@ -274,6 +274,8 @@ def drive_cell(train, regenerates, before, cell, w, lines, scratch, rows, n):
                 lines = _lines_of_rest(lines, left / cell.length_m)
                 cell, w, n = after, slower, last
                 landed = coast(train, cell, left, w)
+                if is_kept(train, cell, w, landed, lines):
+                    return evenly(train, cell, w, lines.e, scratch, rows, n)
         return coast_through(train, regenerates, cell, w, landed, lines, scratch, rows, n)
     if pull(train, cell, w, aim) < math.inf:
         return evenly(train, cell, w, aim, scratch, rows, n)

@@ -1,10 +1,21 @@
 """Brake in the interval of speeds, below those at which a run coasts, in which a dynamic brake that rises works."""
 
 from tgvdp._jit import part
-from tgvdp.methods.costate.forward_brakes import Line, coast_to, height, meeting_place
+from tgvdp.methods.costate.forward_brakes import Line, brakes_do, coast_to, height, meeting_place
 from tgvdp.methods.costate.forward_rows import ON_CURVE, saturated
+from tgvdp.methods.costate.step_held import HELD
 from tgvdp.physics.cell import rest_of
 from tgvdp.physics.codes import DYNAMIC
+
+
+@part
+def is_kept(train, cell, w, landed, lines):
+    """Whether a run that is at the lower end of the interval is kept there by a part of the brake, down a descent.
+
+    ``landed`` is where coasting leads, from the start of the lines on.
+    """
+    at_end = abs(w - lines.before_e) <= HELD * w and lines.e <= lines.top
+    return at_end and landed > lines.e * (1.0 + ON_CURVE) and brakes_do(train, cell, w, lines.e, False, 1.0)
 
 
 @part

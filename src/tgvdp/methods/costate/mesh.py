@@ -18,6 +18,7 @@ from tgvdp.methods.costate.blend import LINES, Blend
 from tgvdp.methods.costate.descents import parts_on_descents
 from tgvdp.methods.costate.extremal import Extremal
 from tgvdp.methods.costate.forward import Course
+from tgvdp.methods.costate.forward_rows import ON_CURVE
 from tgvdp.methods.costate.interpolate import RUN_COLUMNS, Scratch, drive
 from tgvdp.methods.costate.room import Room, room_for
 from tgvdp.methods.costate.stations import graded_stations
@@ -295,8 +296,17 @@ def _require_arrival(multipliers: Sequence[float], times_s: Sequence[float]) -> 
 
 
 def _envelope(trip: Trip, cells: Cells, train: KernelTrain) -> Envelope:
+    """The envelope over cells; where it falls through the speed at which the dynamic brake begins it is that speed."""
     ask_for(_CELL_B * len(cells.length_m), f"a mesh of {len(cells.length_m):,} cells")
-    return envelope_of(trip, cells, train)
+    envelope = envelope_of(trip, cells, train)
+    begins_w = train.brakes_from_mps**2
+    if begins_w == 0.0:
+        return envelope
+    fast, w = envelope.fast, envelope.w
+    return envelope._replace(
+        fast=np.where(abs(fast - begins_w) <= ON_CURVE * begins_w, begins_w, fast),
+        w=np.where(abs(w - begins_w) <= ON_CURVE * begins_w, begins_w, w),
+    )
 
 
 def _cell_size(trip: Trip, fastest: Profile) -> float:
