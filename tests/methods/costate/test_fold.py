@@ -58,12 +58,11 @@ def test_a_part_of_no_width_goes_in_any_case():
 
 
 def _least_energy(w, p, at_w):
-    """The least V at a squared speed along a curve that may turn back, V = 0 where it begins."""
+    """The least V at a squared speed on the rising parts of a curve that may turn back, V = 0 where it begins."""
     energy = np.concatenate(([0.0], np.cumsum(0.5 * (p[1:] + p[:-1]) * np.diff(w))))
     least = np.inf
     for i in range(1, len(w)):
-        low, high = sorted((w[i - 1], w[i]))
-        if low < high and low <= at_w <= high:
+        if w[i - 1] < w[i] and w[i - 1] <= at_w <= w[i]:
             at_p = p[i - 1] + (at_w - w[i - 1]) / (w[i] - w[i - 1]) * (p[i] - p[i - 1])
             least = min(least, energy[i - 1] + 0.5 * (p[i - 1] + at_p) * (at_w - w[i - 1]))
     return least
@@ -81,6 +80,8 @@ def test_of_images_that_turn_back_the_branch_of_less_energy_is_left(before, afte
     foot_w = w[-1] - back * (w[-1] - w[0])
     later_w = foot_w + np.concatenate(([0.0], np.cumsum([d for d, _ in after])))
     later_p = p[-1] - fall + np.concatenate(([0.0], np.cumsum([d for _, d in after])))
+    both_w = np.linspace(foot_w, min(w[-1], later_w[-1]), 50)
+    assume(np.all(np.interp(both_w, later_w, later_p) <= np.interp(both_w, w, p)))  # V of the third one falls faster
     w, p = np.concatenate((w, later_w)), np.concatenate((p, later_p))
     known = len(before) + 1
     along = np.sum(0.5 * (p[1 : known + 1] + p[:known]) * np.diff(w[: known + 1]))
