@@ -40,7 +40,7 @@ def test_the_optimum_itself_cannot_be_improved(result, tmp_path):
     profile = result.profile(len(result.front) - 1)
     score = tgvdp.score_run(tgvdp.load_run(record(tmp_path / "run.csv", profile)), *TRIP.values())
     assert score.time_s == pytest.approx(profile.duration_s, rel=1e-6)
-    assert repr(score).startswith(f"<Score: run in {score.time_s:.1f} s, ")
+    assert repr(score).startswith(f"<Score: run.csv in {score.time_s:.1f} s, ")
     assert score.recorded.total_energy_j == pytest.approx(profile.total_energy_j, rel=1e-3)
     assert abs(score.saving_j) < 2e-3 * profile.total_energy_j
     assert score.warnings == ()
