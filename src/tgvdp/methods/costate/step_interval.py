@@ -9,7 +9,7 @@ import math
 from tgvdp._jit import part
 from tgvdp.methods.costate.brake_jumps import saturated_image
 from tgvdp.methods.costate.step_edges import cut_above, drop_below, rate_edges, rise_edges
-from tgvdp.methods.costate.step_regions import between, coast_region
+from tgvdp.methods.costate.step_regions import coast_region, fill_up
 from tgvdp.physics.codes import DYNAMIC
 
 
@@ -54,18 +54,13 @@ def _interval(train, step, line, first, last, images, m):
     level = -0.5 * step.returned
     before = m
     for i in range(first, last + 1):
-        p1 = max(p[i], level)
-        w0, p0 = saturated_image(train, DYNAMIC, step, step.length, w[i], p1)
+        w0, p0 = saturated_image(train, DYNAMIC, step, step.length, w[i], max(p[i], level))
         if w0 < step.bottom:
             continue
         if m > before:
             m = rate_edges(train, DYNAMIC, step, line, i, images, m, w0)
             m = rise_edges(train, step, line, i, images, m, w0)
-            middle_w, middle_p = between(train, DYNAMIC, step, w[i - 1], max(p[i - 1], level), w[i], p1)
-            if x[m - 1] < middle_w < w0:
-                x[m] = middle_w
-                y[m] = middle_p
-                m += 1
+            m = fill_up(train, DYNAMIC, step, line, i, level, images, m, w0)
         x[m] = w0
         y[m] = p0
         m += 1

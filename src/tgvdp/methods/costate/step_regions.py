@@ -85,7 +85,7 @@ def drive_region(train, step, line, last, images):
 
 
 @part
-def between(train, regime, step, below_w, below_p, w, p):
+def _between(train, regime, step, below_w, below_p, w, p):
     """Image of the middle of two points at full effort, (0, 0) where they are near each other: between them p bends."""
     if w <= SPREAD * below_w:
         return 0.0, 0.0
@@ -97,12 +97,25 @@ def _fill_down(train, step, below_w, below_p, w, p, images, j):
     """Put an image under traction between those of two points before the image ``j``, where p is not clear."""
     x, y = images
     if p > _CLEAR:
-        w0, p0 = between(train, TRACTION, step, below_w, below_p, w, p)
+        w0, p0 = _between(train, TRACTION, step, below_w, below_p, w, p)
         if step.bottom < w0 < x[j] and p0 <= y[j]:
             j -= 1
             x[j] = w0
             y[j] = p0
     return j
+
+
+@part
+def fill_up(train, regime, step, line, i, level, images, m, w):
+    """Append an image under braking between that of the point before i and that of i, w; their new number."""
+    x, y = images
+    below_p = max(line.p[i - 1], level)
+    w0, p0 = _between(train, regime, step, line.w[i - 1], below_p, line.w[i], max(line.p[i], level))
+    if x[m - 1] < w0 < w:
+        x[m] = w0
+        y[m] = p0
+        m += 1
+    return m
 
 
 @loop
@@ -209,12 +222,7 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
             w0 = helped_image if w0 > 0.5 * (edge_image + helped_image) > edge_image else edge_image
         if w0 >= step.bottom:
             if m > before:
-                below_p = max(line.p[i - 1], level)
-                mid_w, mid_p = between(train, regime, step, line.w[i - 1], below_p, line.w[i], max(line.p[i], level))
-                if x[m - 1] < mid_w < w0:
-                    x[m] = mid_w
-                    y[m] = mid_p
-                    m += 1
+                m = fill_up(train, regime, step, line, i, level, images, m, w0)
             x[m] = w0
             y[m] = p0
             m += 1
