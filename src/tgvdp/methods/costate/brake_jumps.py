@@ -245,3 +245,14 @@ def helped_before(train, step, w1, scratch):
         return 0.0
     rest_m = step.length - used_m
     return march(train, BRAKING, -1.0, cell, rest_m, drop_w, BEYOND * max(step.top, drop_w), scratch, 0)[1]
+
+
+@part
+def half_helped(train, step, length, w1):
+    """Costate of a run that comes to a place with friction from the last moment above a drop on, or hardly any.
+
+    How much friction helps there does not matter to it: p = 0 just above the drop.
+    """
+    drop_w = drop_above(train, w1)
+    below_m, _ = _to_jump(train, DYNAMIC, step, length, w1, 0.0, drop_w)
+    return saturated_back(train, DYNAMIC, step, length - max(below_m, 0.0), drop_w, 0.0)[1]

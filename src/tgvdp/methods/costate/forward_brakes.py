@@ -36,6 +36,8 @@ NEAR = 1e-3
 #: Coasting that ends above a limit by less than this share of v² brakes a little all the way, which takes longer by a
 #: quarter of that share: brakes for the last hand's breadth would be none that one applies.
 _TOUCH = 1e-4
+#: Halvings of the distance over which all brakes work before the dynamic one alone does: to rounding.
+_HALVINGS = 40
 #: Coasting meets the line of switching after so many steps of the secant, at most: both are nearly straight.
 _MEETING_STEPS = 20
 
@@ -109,10 +111,13 @@ def _follows(lines, after, w):
 
 @part
 def brakes_do(train, cell, w, target, friction, share):
-    """Whether brakes take the train through a cell at one effort: a share of the dynamic one, or with ``friction``."""
+    """Whether brakes take the train through a cell at one effort: a share of the dynamic one, or with ``friction``.
+
+    A drop of the dynamic brake within it is none for one effort.
+    """
     status, _, work = arc(train, cell.length_m, cell.grade_n, cell.air, w, target)
     dynamic = cell.length_m * mean_effort(train.braking, math.sqrt(w), math.sqrt(target))
-    return status == OK and (friction or -work <= share * dynamic)
+    return status == OK and (friction or (-work <= share * dynamic and drop_above(train, target) >= w))
 
 
 @part
@@ -204,16 +209,40 @@ def _brake_to_drop(train, cell, w, drop_w, rows, n):
 
 
 @part
+def _brake_then_regenerate(train, cell, w, target, scratch, rows, n):
+    """All brakes for as long as the dynamic one alone would end above a squared speed, and that from there on."""
+    low, high = 0.0, cell.length_m
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        met_w = march(train, BRAKING, 1.0, cell, middle, w, 0.0, scratch, 0)[1]
+        rest = rest_of(cell, cell.start_m + middle, cell.length_m - middle)
+        if march(train, DYNAMIC, 1.0, rest, rest.length_m, met_w, 0.0, scratch, 0)[1] > target:
+            low = middle
+        else:
+            high = middle
+    first = n
+    above = Cell(cell.start_m, cell.start_m + high, high, cell.grade_n, cell.air, cell.limit_w)
+    _, landed, n = saturated(train, BRAKING, above, w, 0.0, rows, n)
+    if n > 0:
+        rest = rest_of(cell, cell.start_m + high, cell.length_m - high)
+        n = saturated(train, DYNAMIC, rest, landed, 0.0, rows, n)[2]
+    return ended(cell, target, rows, first, n)
+
+
+@part
 def _regenerate(train, cell, w, lines, scratch, rows, n):
     """Slow down to b, or to the envelope if that is lower, where coasting would end above it: by the dynamic brake.
 
     All brakes only where that one would end above c, or leave the envelope.
     """
-    if w > lines.c and lines.c < lines.top and is_drop(train, lines.c):
-        landed, last = _brake_to_drop(train, cell, w, lines.c, rows, n)
-        if last < 0 or (1.0 - _DRIFT) * min(lines.b, lines.top) <= landed <= lines.top * (1.0 + ON_CURVE):
-            return last
     target = min(lines.b, lines.top)
+    helps = w > lines.c and (w > lines.before_c * (1.0 + HELD) or lines.before_c >= lines.before_top)
+    if helps and lines.c < lines.top and is_drop(train, lines.c):
+        landed, last = _brake_to_drop(train, cell, w, lines.c, rows, n)
+        if last < 0 or target * (1.0 - ON_CURVE) <= landed <= lines.top * (1.0 + ON_CURVE):
+            return last
+        if landed < target < saturated(train, DYNAMIC, cell, w, 0.0, rows, n)[1]:
+            return _brake_then_regenerate(train, cell, w, target, scratch, rows, n)
     # A line that falls from the envelope is no speed that was held: braking begins within the cell.
     begins = lines.before_b >= lines.before_top and target < lines.before_b * (1.0 - ON_CURVE)
     if not begins and _drifts(lines.before_b, target, w) and brakes_do(train, cell, w, target, False, 1.0):

@@ -8,7 +8,14 @@ hold a speed, and p is interpolated. Beyond the last image runs meet the wall wi
 import math
 
 from tgvdp._jit import loop, part
-from tgvdp.methods.costate.brake_jumps import begun_image, drop_above, helped_before, last_coasted, saturated_image
+from tgvdp.methods.costate.brake_jumps import (
+    begun_image,
+    drop_above,
+    half_helped,
+    helped_before,
+    last_coasted,
+    saturated_image,
+)
 from tgvdp.methods.costate.characteristics import (
     LOST,
     coast_back,
@@ -219,7 +226,12 @@ def brake_region(train, regime, step, line, first, last, images, start, m, scrat
                 m = drop_edges(train, step, images, m, w0)
                 m = rise_edges(train, step, line, i, images, m, w0)
         if line.w[i] == edge_w:  # a run that is faster by the error of the image would end with friction
-            w0 = helped_image if w0 > 0.5 * (edge_image + helped_image) > edge_image else edge_image
+            helped = w0 > 0.5 * (edge_image + helped_image) > edge_image
+            if helped and x[m - 1] == edge_image:  # p jumps where friction begins to help, and not where it does most
+                x[m] = edge_image
+                y[m] = half_helped(train, step, step.length, edge_w)
+                m += 1
+            w0 = helped_image if helped else edge_image
         if w0 >= step.bottom:
             if m > before:
                 m = fill_up(train, regime, step, line, i, level, images, m, w0)
