@@ -9,7 +9,6 @@ import tgvdp
 from tests.helpers.bound_case import filled
 from tests.helpers.trips import commuter, trip_on
 from tgvdp.certificate import line
-from tgvdp.certificate.cell_bounds import Side, share_of
 from tgvdp.certificate.line import BoundingProblem
 from tgvdp.certificate.slopes import BRAKES, BY_P, BY_SLOPE, DYNAMIC, PULL
 from tgvdp.methods.budget import Clock, SearchBudget
@@ -40,30 +39,6 @@ def test_derivatives_against_differences():
         step = np.zeros_like(left)
         step[k] = 1e-7
         up, down = (filled(problem, ledger, multiplier, left + sign * step, right)[0] for sign in (1.0, -1.0))
-        low, high = sorted((up - total, total - down))
-        assert low - 1e-5 <= 1e-7 * by_left <= high + 1e-5
-
-
-@pytest.mark.parametrize("side", [Side(0.0, 300.0), Side(300.0, math.inf)])
-@pytest.mark.parametrize("other", [1e3, 0.0, -1e3])
-def test_derivatives_on_one_side_of_a_kink(side, other):
-    """Also where the least value is that of the other side, and the costate counts for the potential at the kink."""
-    problem, profile = BoundingProblem(TRIP), fastest_run(TRIP)
-    ledger = problem.ledger(profile.position_m, profile.speed_mps**2, 2e5)
-    multiplier = 2e5 / problem.train.inertia_kg
-    rng = np.random.default_rng(1)
-    left = -rng.uniform(0.05, 0.95, len(ledger.left))
-    right = np.append(left[1:], -0.3) + 0.01
-    total, slopes = filled(problem, ledger, multiplier, left, right, side=side, other=other)
-    for k in range(1, len(left) - 1, 7):
-        cross = 0.5 * (slopes[k, 0, BY_SLOPE] + slopes[k, 1, BY_SLOPE])
-        by_left = 0.5 * ledger.cells.length_m[k] * slopes[k, 0, BY_P] - cross + share_of(side, ledger.caps.node[k])
-        step = np.zeros_like(left)
-        step[k] = 1e-7
-        up, down = (
-            filled(problem, ledger, multiplier, left + sign * step, right, side=side, other=other)[0]
-            for sign in (1.0, -1.0)
-        )
         low, high = sorted((up - total, total - down))
         assert low - 1e-5 <= 1e-7 * by_left <= high + 1e-5
 

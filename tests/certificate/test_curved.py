@@ -7,7 +7,6 @@ import pytest
 
 import tgvdp
 from benchmarks.proof.trips import proof_trip
-from tests.helpers.bound_case import filled, random_bound
 from tests.helpers.trips import trip_on
 from tgvdp import EffortCurve, Train
 from tgvdp.certificate.cell_bounds import WHOLE, cell_kernel
@@ -15,9 +14,7 @@ from tgvdp.certificate.curved import least_at
 from tgvdp.certificate.efforts import Load, merge_tables
 from tgvdp.certificate.hamiltonian import Hamiltonian
 from tgvdp.certificate.line import BoundingProblem
-from tgvdp.certificate.steps import Way, slope_below
 from tgvdp.physics.forces import kernel_train
-from tgvdp.runs.fastest import fastest_run
 
 TRIP = trip_on(
     [(0, 30), (3000, 20)],
@@ -117,50 +114,6 @@ def test_bound_of_a_cell_is_below_its_mean_over_every_place(name, seed):
         least.append(least_sampled(h, p, (p1 - p0) / length, r, (r1 - r0) / length, v).min())
     scale = np.abs(least).max() + h.multiplier / top_v
     assert 0.5 * (least0 + least1) <= np.trapezoid(least, dx=0.05) + 2e-4 * scale
-
-
-@pytest.mark.parametrize("seed", [*range(10), 40, 57])
-def test_whatever_the_curvature_no_run_lies_below(seed):
-    _, problem, price, found, least_j = random_bound(seed)
-    rng = np.random.default_rng(seed)
-    multiplier = problem.total(price) / problem.train.inertia_kg
-    curved = problem.curved(found, price, 1e-6 * least_j)
-    assert problem.line_j(found) <= problem.line_j(curved) <= least_j * (1.0 + 1e-6)
-    for ledger in (found, curved):
-        for size in (1e-4, 1e-3, 1e-2):
-            bow = ledger.bow + np.repeat(rng.normal(0.0, size, len(ledger.bow) // 20 + 1), 20)[: len(ledger.bow)]
-            step = ledger.bow - bow  # about the speeds of the run, so that something is left of the bound
-            v = np.sqrt(ledger.w)
-            left, right = ledger.left + (step * v)[:-1], ledger.right + (step * v)[1:]
-            assert problem.line_j(problem.evaluate(ledger, multiplier, left, right, bow)) <= least_j * (1.0 + 1e-6)
-
-
-def test_derivatives_by_the_curvature_against_differences():
-    """At a node, the slope of the potential at the speed of the run being held."""
-    problem, profile = BoundingProblem(TRIP), fastest_run(TRIP)
-    ledger = problem.ledger(profile.position_m, profile.speed_mps**2, 2e5)
-    multiplier = 2e5 / problem.train.inertia_kg
-    rng = np.random.default_rng(2)
-    left = -rng.uniform(0.05, 0.95, len(ledger.left))
-    right = np.append(left[1:], -0.3) + 0.01
-    bow = rng.normal(0.0, 0.002, len(ledger.w))
-    total, slopes = filled(problem, ledger, multiplier, left, right, bow)
-    assert total == pytest.approx(problem.evaluate(ledger, multiplier, left, right, bow).total, rel=1e-12)
-    way = Way(True, np.sqrt(ledger.w), bow)
-    level = -0.5 * problem.energy.traction, -0.5 * problem.energy.regeneration, 0.0
-    for node in range(1, len(left), 7):
-        promised = sum(
-            slope_below(slopes, way, level, ledger.cells.length_m[k], k, node - k, 0.0) for k in (node - 1, node)
-        )
-        sides = []
-        for step in (1e-7, -1e-7):
-            moved = left.copy(), right.copy(), bow.copy()
-            moved[0][node] -= step * way.pivot[node]
-            moved[1][node - 1] -= step * way.pivot[node]
-            moved[2][node] += step
-            sides.append(filled(problem, ledger, multiplier, *moved)[0] - total)
-        low, high = sorted((sides[0], -sides[1]))
-        assert low - 1e-5 <= 1e-7 * promised <= high + 1e-5
 
 
 #: Steep descents on which the dynamic brake works at full power while a second is worth less than what that returns.

@@ -1,13 +1,10 @@
 """What tests of bounds share: random trips with what their runs cost, and the slopes of a bound for given costates."""
 
-import math
-
 import numpy as np
 import pytest
 
 from tests.helpers.twins.trips import random_trip, with_rates
 from tgvdp import TgvdpError
-from tgvdp.certificate.cell_bounds import WHOLE
 from tgvdp.certificate.line import BoundingProblem
 from tgvdp.certificate.slopes import SLOPES, fill_slopes
 from tgvdp.methods.costate.mesh import Mesh
@@ -37,11 +34,11 @@ def random_bound(seed):
     return fastest, problem, price, found, min(costs_of(trip, fastest, problem, price))
 
 
-def filled(problem, ledger, multiplier, left, right, bow=None, side=WHOLE, other=math.inf):
-    """The bound for costates, and for those r or the ledger's, per unit of inertia; and its `slopes.fill_slopes`."""
-    slopes, bow = np.empty((len(left), 2, SLOPES)), ledger.bow if bow is None else bow
+def filled(problem, ledger, multiplier, left, right):
+    """The bound for costates, per unit of inertia, and its `slopes.fill_slopes`."""
+    slopes = np.empty((len(left), 2, SLOPES))
     total = fill_slopes(
-        problem.train, problem.energy, ledger.cells, ledger.caps, ledger.w, multiplier, side,
-        np.full((len(left), 2), other), left, right, bow, problem.top_mps, problem.pieces, slopes, np.empty(2),
+        problem.train, problem.energy, ledger.cells, ledger.caps, ledger.w, multiplier, left, right, problem.top_mps,
+        problem.pieces, slopes, np.empty(2),
     )  # fmt: skip
     return total, slopes

@@ -16,8 +16,7 @@ from tgvdp.api.journeys import journey
 from tgvdp.api.late import TRACK, TRAIN, some_run
 from tgvdp.api.run import search
 from tgvdp.certificate.ascent import climb
-from tgvdp.certificate.cell_bounds import WHOLE
-from tgvdp.certificate.kinked import kinked
+from tgvdp.certificate.banded import banded
 from tgvdp.certificate.ledger import Ledger
 from tgvdp.certificate.line import BoundingProblem
 from tgvdp.certificate.speed_bound import Caps
@@ -96,23 +95,20 @@ def ascents() -> list[Compiled]:
     count = len(cells.length_m)
     caps = Caps(cells.limit_w, np.append(cells.limit_w, cells.limit_w[-1]), np.zeros((count, 2)))
     flat = np.zeros(count)
-    found = Ledger(
-        flat, flat, flat, flat, np.zeros(count + 1), cells, caps, caps.node.copy(), np.zeros(count, dtype=np.int8)
-    )
+    found = Ledger(flat, flat, flat, flat, cells, caps, caps.node.copy(), np.zeros(count, dtype=np.int8))
     with watch() as compiled:
-        problem.climbed(found, 1.0, WHOLE, np.full((count, 2), np.inf), 1e6, None)
+        problem._ascended(found, 1.0, 1e6)
     return compiled
 
 
 def kinks() -> list[Compiled]:
-    """Certify a run of a train whose braking rates drop, and one of cheap time: what few trips need."""
+    """Certify a run of a train whose braking rates drop: what few trips need."""
     trip, x_m, w = some_run()
     rates = BrakingRate(0.0, 0.9), BrakingRate(15.0, 0.6)
     problem = BoundingProblem(replace(trip, train=replace(trip.train, braking_rates=rates)))
     with watch() as compiled:
         found = problem.ledger(x_m, w, 1e4, gain_j=1e6)
-        kinked(problem, found, 1e4, gain_j=1e6)
-        problem.curved(found, 1e4, gain_j=1e6)
+        banded(problem, found, 1e4, gain_j=1e6)
     return compiled
 
 

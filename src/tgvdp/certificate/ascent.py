@@ -10,7 +10,6 @@ methods, for each cell alone). All cells are damped the more, the more steps wer
 comes out is as valid as any other costate.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 from tgvdp._jit import kernel, part
 from tgvdp.certificate.chain import Chain, chain_of, link_gain, own_gain, solve_chain
 from tgvdp.certificate.slopes import SLOPES, VALUE, fill_slopes, regular_cells
-from tgvdp.certificate.steps import Way, fill_chain, gain_of_end, gain_of_start, slope_below
+from tgvdp.certificate.steps import fill_chain, gain_of_end, gain_of_start, slope_below
 
 #: Damping at first, relative to the bend of λ/v; and the share of it, and of what cells are bent more, that is kept
 #: after a step that raised the bound. One in vain divides the damping by it.
@@ -33,7 +32,7 @@ _ROUNDING = 1e-12
 
 
 @part
-def _bend_more(slopes, reached, way, level, chain, d, k, missed, bent):
+def _bend_more(slopes, reached, level, chain, d, k, missed, bent):
     """Bend a cell more that gained ``missed`` less than it promised; ``bent`` (3,) in place.
 
     Along the step the bound is at most two straight lines: the slopes at both its ends tell the share of the step up to
@@ -42,10 +41,10 @@ def _bend_more(slopes, reached, way, level, chain, d, k, missed, bent):
     i = 2 * k
     step0 = chain.best[i] - chain.at[i]
     step1 = chain.best[i + 1] - chain.at[i + 1]
-    turn0 = slope_below(reached, way, level, d, k, 0, chain.best[i])
-    turn0 -= slope_below(slopes, way, level, d, k, 0, chain.at[i])
-    turn1 = slope_below(reached, way, level, d, k, 1, chain.best[i + 1])
-    turn1 -= slope_below(slopes, way, level, d, k, 1, chain.at[i + 1])
+    turn0 = slope_below(reached, level, d, k, 0, chain.best[i])
+    turn0 -= slope_below(slopes, level, d, k, 0, chain.at[i])
+    turn1 = slope_below(reached, level, d, k, 1, chain.best[i + 1])
+    turn1 -= slope_below(slopes, level, d, k, 1, chain.at[i + 1])
     turned = -(turn0 * step0 + turn1 * step1)
     if turned < missed:  # the bend of a speed bound hides the kink: as if it stood half way
         turned = 2.0 * missed
@@ -59,7 +58,7 @@ def _bend_more(slopes, reached, way, level, chain, d, k, missed, bent):
 
 
 @part
-def _learn(cells, w, slopes, reached, way, level, ends, chain, accepted, bent):
+def _learn(cells, w, slopes, reached, level, ends, chain, accepted, bent):
     """Bend cells more that gained less than they promised; the others keep less of it after a step that was taken.
 
     Returns what all cells, and the jumps between them, promised together.
@@ -71,13 +70,13 @@ def _learn(cells, w, slopes, reached, way, level, ends, chain, accepted, bent):
         for end in range(2):
             promise += own_gain(chain, 2 * k + end, chain.best[2 * k + end])
         total += promise
-        if k > first and not way.curving:
+        if k > first:
             total -= max(chain.best[2 * k - 1] - chain.best[2 * k], 0.0) * chain.cap[2 * k]
             total += max(chain.at[2 * k - 1] - chain.at[2 * k], 0.0) * chain.cap[2 * k]
         if k == first:
-            promise -= gain_of_start(ends[0], way, level, first, first > 0, chain)
+            promise -= gain_of_start(ends[0], level, first, first > 0, chain)
         if k == last:
-            promise -= gain_of_end(ends[1], way, level, last, last < cells.length_m.shape[0] - 1, chain)
+            promise -= gain_of_end(ends[1], level, last, last < cells.length_m.shape[0] - 1, chain)
         missed = promise - (reached[k, 0, VALUE] - slopes[k, 0, VALUE])
         if accepted:
             step0 = chain.best[2 * k] - chain.at[2 * k]
@@ -87,26 +86,17 @@ def _learn(cells, w, slopes, reached, way, level, ends, chain, accepted, bent):
             for j in range(3):
                 bent[k, j] *= _KEPT
         if missed > _ROUNDING * abs(reached[k, 0, VALUE]):
-            _bend_more(slopes, reached, way, level, chain, cells.length_m[k], k, missed, bent[k])
+            _bend_more(slopes, reached, level, chain, cells.length_m[k], k, missed, bent[k])
     return total
 
 
 @part
-def _carry(w, left, right, way, chain, tried, tried_bow):
-    """Costates and r of the solution of a chain, into ``tried`` (2, K) and ``tried_bow`` (K + 1,)."""
+def _carry(w, chain, tried):
+    """Costates of the solution of a chain, into ``tried`` (2, K)."""
     first, last = regular_cells(w)
-    for node in range(w.shape[0]):
-        tried_bow[node] = way.bow[node]
     for k in range(first, last + 1):
-        if way.curving:
-            for end in range(2):
-                node = k + end
-                step = chain.best[2 * k + end] - chain.at[2 * k + end]
-                tried_bow[node] = way.bow[node] + step
-                tried[end, k] = (right[k] if end == 1 else left[k]) - way.pivot[node] * step
-        else:
-            tried[0, k] = chain.best[2 * k]
-            tried[1, k] = chain.best[2 * k + 1]
+        tried[0, k] = chain.best[2 * k]
+        tried[1, k] = chain.best[2 * k + 1]
     if first > 0:
         tried[0, 0] = tried[1, 0] = tried[0, first]
     if last < tried.shape[1] - 1:
@@ -145,22 +135,18 @@ class Room(NamedTuple):
     chain : Chain
         Of 2·K unknowns.
     tried : (2, K)
-    tried_bow : (K + 1,)
-    bent : (2, K, 3)
-        How much more than its parabola each cell is bent, −∂² by both starts, start and end, both ends; in steps of the
-        costates, and of r.
-    damping, promise : (2,)
-        How much all cells are bent more, relative to the bend of λ/v, and what the last step promised; likewise.
+    bent : (K, 3)
+        How much more than its parabola each cell is bent, −∂² by both starts, start and end, both ends.
+    damping : (1,)
+        How much all cells are bent more, relative to the bend of λ/v.
     """
 
     slopes: NDArray[np.float64]
     ends: NDArray[np.float64]
     chain: Chain
     tried: NDArray[np.float64]
-    tried_bow: NDArray[np.float64]
     bent: NDArray[np.float64]
     damping: NDArray[np.float64]
-    promise: NDArray[np.float64]
 
 
 def room_for(count: int) -> Room:
@@ -170,32 +156,23 @@ def room_for(count: int) -> Room:
         np.empty(2),
         chain_of(2 * count),
         np.empty((2, count)),
-        np.empty(count + 1),
-        np.zeros((2, count, 3)),
-        np.full(2, _DAMPED),
-        np.zeros(2),
+        np.zeros((count, 3)),
+        np.full(1, _DAMPED),
     )
 
 
 @kernel
 def climb(
-    train, tables, cells, caps, w, multiplier, side, other, left, right, bow, pivot, curved, top_v, pieces, gain,
-    enough, most, before, room,
+    train, tables, cells, caps, w, multiplier, left, right, top_v, pieces, gain, enough, most, before, room
 ):  # fmt: skip
     """Raise the bound by better costates.
 
     Parameters
     ----------
-    train, tables, cells, caps, w, multiplier, side, other, top_v, pieces
+    train, tables, cells, caps, w, multiplier, top_v, pieces
         As `slopes.fill_slopes` has them.
     left, right : (K,) float64, modified in place
         Costate at the two ends of each cell.
-    bow : (K + 1,) float64, modified in place
-        r at the nodes.
-    pivot : (K + 1,) float64
-        Speeds at the nodes, m/s.
-    curved : bool
-        Whether every other step moves r.
     gain : float
         What a step must promise, per unit of inertia.
     enough : float
@@ -213,42 +190,32 @@ def climb(
     """
     first, last = regular_cells(w)
     level = (-0.5 * tables.traction, -0.5 * tables.regeneration, 0.0)
-    slopes, ends, chain, tried, tried_bow = room.slopes, room.ends, room.chain, room.tried, room.tried_bow
+    slopes, ends, chain, tried, bent, damping = room.slopes, room.ends, room.chain, room.tried, room.bent, room.damping
     total, now, steps, poor, ended = before
     if steps == 0:
         total = fill_slopes(
-            train, tables, cells, caps, w, multiplier, side, other, left, right, bow, top_v, pieces, slopes[0], ends
+            train, tables, cells, caps, w, multiplier, left, right, top_v, pieces, slopes[0], ends
         )  # fmt: skip
-        room.promise[1] = math.inf if curved else 0.0
     last_step = steps + most
     while steps < last_step and not ended:
         steps += 1
-        way = Way(curved and steps % 2 == 1, pivot, bow)
-        kind = 1 if way.curving else 0
-        bent = room.bent[kind]
         fill_chain(
-            tables, level, cells, caps, w, multiplier, side, left, right, way, slopes[now], ends, bent,
-            room.damping[kind], chain,
+            tables, level, cells, caps, w, multiplier, left, right, slopes[now], ends, bent, damping[0], chain
         )  # fmt: skip
         solve_chain(2 * first, 2 * last + 1, gain / (last - first + 1), chain)
-        _carry(w, left, right, way, chain, tried, tried_bow)
+        _carry(w, chain, tried)
         reached = fill_slopes(
-            train, tables, cells, caps, w, multiplier, side, other, tried[0], tried[1], tried_bow, top_v, pieces,
-            slopes[1 - now], ends,
+            train, tables, cells, caps, w, multiplier, tried[0], tried[1], top_v, pieces, slopes[1 - now], ends
         )  # fmt: skip
         gained = reached - total
-        room.promise[kind] = _learn(
-            cells, w, slopes[now], slopes[1 - now], way, level, ends, chain, gained > 0.0, bent
-        )  # fmt: skip
+        promise = _learn(cells, w, slopes[now], slopes[1 - now], level, ends, chain, gained > 0.0, bent)
         if gained > 0.0:
             total = reached
             now = 1 - now
             for k in range(left.shape[0]):
                 left[k] = tried[0, k]
                 right[k] = tried[1, k]
-            for node in range(bow.shape[0]):
-                bow[node] = tried_bow[node]
-        room.damping[kind] *= _KEPT if gained > 0.0 else 1.0 / _KEPT
+        damping[0] *= _KEPT if gained > 0.0 else 1.0 / _KEPT
         poor = poor + 1 if gained <= gain else 0
-        ended = max(room.promise[0], room.promise[1]) <= gain or poor == _MOST_POOR or total >= enough
+        ended = promise <= gain or poor == _MOST_POOR or total >= enough
     return Progress(total, now, steps, poor, ended)

@@ -64,7 +64,7 @@ def standstill_cell(rest, reach_w, start, slope, per_joule):
 
 
 class Side(NamedTuple):
-    """Speeds on one side of a kink of the potential, whose costate is theirs alone: w from ``low_w`` to ``high_w``."""
+    """Speeds between two kinks of a potential, whose costate is theirs alone: w from ``low_w`` to ``high_w``."""
 
     low_w: float
     high_w: float
@@ -72,18 +72,6 @@ class Side(NamedTuple):
 
 #: All speeds: no kink.
 WHOLE = Side(0.0, math.inf)
-
-
-@leaf
-def share_of(side, w):
-    """What of w lies on a side."""
-    return min(max(w - side.low_w, 0.0), side.high_w - side.low_w)
-
-
-@leaf
-def curve_of(w):
-    """(2/3)·v³ at a squared speed."""
-    return 2.0 / 3.0 * w * math.sqrt(w)
 
 
 @kernel
@@ -154,34 +142,20 @@ def _end_of_rise(h, p, slope, r, growth, bottom_v, low_v, top_v, bound_w, tilt):
 
 
 @part
-def _terms_of_nodes(k, left, right, bow, node_cap, w):
-    """What the jump of p at the start of a cell costs, and the ends of the trip; sum, and sum of magnitudes.
-
-    In a cell of a standstill r is 0, so that it jumps where that ends.
-    """
+def _terms_of_nodes(k, left, right, node_cap, w):
+    """What the jump of p at the start of a cell costs, and the ends of the trip; sum, and sum of magnitudes."""
     count = left.shape[0]
-    by_p, by_r = 0.0, 0.0
+    turned = 0.0
     if k == 0:
-        by_p = left[0] * w[0]
-        by_r = bow[0] * curve_of(w[0])
+        turned = left[0] * w[0]
     elif k > 1 or not is_standstill(w[0], w[1]):
-        by_p = min(0.0, left[k] - right[k - 1]) * node_cap[k]
-    else:
-        by_r = min(0.0, bow[1]) * curve_of(node_cap[1])
-    total, size = by_p + by_r, abs(by_p) + abs(by_r)
-    if k == count - 1:
-        by_p = -right[k] * w[count]
-        by_r = -bow[count] * curve_of(w[count])
-    elif k == count - 2 and is_standstill(w[count], w[count - 1]):
-        by_p = 0.0
-        by_r = min(0.0, -bow[k + 1]) * curve_of(node_cap[k + 1])
-    else:
-        return total, size
-    return total + by_p + by_r, size + abs(by_p) + abs(by_r)
+        turned = min(0.0, left[k] - right[k - 1]) * node_cap[k]
+    at_end = -right[k] * w[count] if k == count - 1 else 0.0
+    return turned + at_end, abs(turned) + abs(at_end)
 
 
 @kernel
-def bound_kernel(train, tables, cells, caps, w, multiplier, left, right, bow, top_v, pieces, wanted, bound, doubt):
+def bound_kernel(train, tables, cells, caps, w, multiplier, left, right, top_v, pieces, wanted, bound, doubt):
     """Lower bounds of E + λT cell by cell, per unit of inertia.
 
     Parameters
@@ -198,8 +172,6 @@ def bound_kernel(train, tables, cells, caps, w, multiplier, left, right, bow, to
         λ per unit of inertia.
     left, right : (K,) float64
         Costate p at the two ends of each cell.
-    bow : (K + 1,) float64
-        What it grows by per m/s at the nodes, r; of no account in cells of a standstill.
     top_v : float
         Largest speed of all, m/s.
     pieces : (3, 3n, 6) float64
@@ -237,13 +209,13 @@ def bound_kernel(train, tables, cells, caps, w, multiplier, left, right, bow, to
             bound[k] = standstill_cell(rest, reach_w, False, -right[k - 1], per_joule)
             doubt[k] = ROUNDINGS * (abs(bound[k]) + per_joule * (w[count] + abs(load.r0) * d))
         else:
-            turned, turned_size = _terms_of_nodes(k, left, right, bow, caps.node, w)
+            turned, turned_size = _terms_of_nodes(k, left, right, caps.node, w)
             size = (train.davis_a_n + abs(cells.grade_n[k])) / mass
             h = Hamiltonian(pieces, pulls, brakes, dynamics, tables.traction, tables.regeneration, load, size, price)
             cell_v = min(math.sqrt(cap) * (1.0 + 4.0 * UNIT_ROUNDOFF), top_v)
             rise = caps.rise[k]
             start, end, rounding, _, _, _, _ = cell_kernel(
-                h, WHOLE, left[k], right[k], bow[k], bow[k + 1], d, cell_v, rise[0], rise[1]
+                h, WHOLE, left[k], right[k], 0.0, 0.0, d, cell_v, rise[0], rise[1]
             )
             bound[k] = 0.5 * d * (start + end) + turned
             doubt[k] = d * rounding + ROUNDINGS * turned_size

@@ -1,9 +1,10 @@
 """The largest sum of least values of linear functions along a chain of nodes: an interior point method.
 
-Each group of rows has a least value min(const + coef·unknowns), over four unknowns of one or two neighbouring nodes,
+Each group of rows has a least value min(const + coef·unknowns), over unknowns of one or two neighbouring nodes,
 and the sum of all of them and of a linear function is to be as large as possible. With a slack of each row to a number
 below its group this is a linear program. Newton steps keep the product of each slack and its multiplier about the
-same, ever smaller number (Mehrotra, SIAM J. Optim. 2, 1992, without his corrections); the multipliers of a group become
+same, ever smaller number, corrected for what both steps together change (Mehrotra, SIAM J. Optim. 2, 1992); the
+multipliers of a group become
 weights that add up to 1. What is left of a step is a system of blocks along the chain, solved from end to end.
 """
 
@@ -15,12 +16,8 @@ from numpy.typing import NDArray
 
 from tgvdp._jit import kernel, leaf, part
 
-#: Unknowns of a node.
-AT_NODE = 3
 #: Share of the way to the next bound that a step takes.
 _SHARE = 0.95
-#: Share of the mean product that a step aims at after one that went most of its way, some of it, and little.
-_AIMS = 0.1, 0.3, 0.6
 #: Second derivative of unknowns that stay as they are, and of all others, relative to their own.
 _HELD, _LEAST_BEND = 1e30, 1e-9
 #: Steps at most.
@@ -32,18 +29,19 @@ class Program(NamedTuple):
 
     Attributes
     ----------
-    coef, const : (R, 4), (R,)
+    coef, const : (R, n), (R,)
         Of each row.
     first : (G + 1,) int64
         First row of each group.
-    unknown : (G, 4) int64
-        Which they are, `AT_NODE` times the node and which one of it; those of a later node last.
-    linear : (N, AT_NODE)
+    unknown : (G, n) int64
+        Which they are, m times the node and which one of it; those of a later node last. One that stands there twice
+        has a coefficient of 0 the second time.
+    linear : (N, m)
         Coefficients of the linear function.
-    held : (N, AT_NODE) bool
+    held : (N, m) bool
         Unknowns that stay as they are.
-    slack, share, slack_step, share_step : (R,)
-        Slacks and multipliers.
+    slack, share, slack_step, share_step, crossed : (R,)
+        Slacks and multipliers, their steps, and products of these.
     least : (G,)
         How far below the least value of each group its number begins; then that number to begin with.
     """
@@ -58,7 +56,17 @@ class Program(NamedTuple):
     share: NDArray[np.float64]
     slack_step: NDArray[np.float64]
     share_step: NDArray[np.float64]
+    crossed: NDArray[np.float64]
     least: NDArray[np.float64]
+
+
+def program_for(nodes: int, own: int, rows: int, groups: int) -> Program:
+    """Room for a program of so many nodes with so many unknowns each; a group has one more."""
+    return Program(
+        np.zeros((rows, own + 1)), np.zeros(rows), np.zeros(groups + 1, dtype=np.int64),
+        np.zeros((groups, own + 1), dtype=np.int64), np.zeros((nodes, own)), np.zeros((nodes, own), dtype=np.bool_),
+        np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(groups),
+    )  # fmt: skip
 
 
 def used_part(program: Program, groups: int) -> Program:
@@ -73,36 +81,51 @@ def used_part(program: Program, groups: int) -> Program:
         share=program.share[:rows],
         slack_step=program.slack_step[:rows],
         share_step=program.share_step[:rows],
+        crossed=program.crossed[:rows],
         least=program.least[:groups],
     )
 
 
 class Progress(NamedTuple):
-    """Steps that were made, the share of the mean product that the next one aims at, and whether there is none."""
+    """Steps that were made, and whether there is no other."""
 
     steps: int
-    aimed: float
     ended: bool
 
 
-BEGIN = Progress(0, _AIMS[1], False)
+BEGIN = Progress(0, False)
 
 
 class Blocks(NamedTuple):
-    """A system along a chain: right side (N, 3), blocks on and beside the diagonal (N, 3, 3), solution (N, 3)."""
+    """A system along a chain: right side (N·m,), blocks on and beside the diagonal (N, m, m), solution (N·m,).
+
+    And the mean of the rows of each group (G, n), and scratch: moments of those of one (n, n), and a sum (n,).
+    """
 
     side: NDArray[np.float64]
     own: NDArray[np.float64]
     link: NDArray[np.float64]
     step: NDArray[np.float64]
+    mean: NDArray[np.float64]
+    moments: NDArray[np.float64]
+    pushed: NDArray[np.float64]
+
+
+def blocks_for(program: Program) -> Blocks:
+    """Room for the steps of a program."""
+    (nodes, own), count = program.linear.shape, program.coef.shape[1]
+    side, step = np.zeros((2, nodes * own))
+    blocks, links = np.zeros((2, nodes, own, own))
+    mean = np.zeros((len(program.least), count))
+    return Blocks(side, blocks, links, step, mean, np.zeros((count, count)), np.zeros(count))
 
 
 @leaf
 def _row(program, i, u, values):
     """coef·unknowns of a row."""
     total = 0.0
-    for j in range(4):
-        total += program.coef[i, j] * values[u[j] // AT_NODE, u[j] % AT_NODE]
+    for j in range(u.shape[0]):
+        total += program.coef[i, j] * values[u[j]]
     return total
 
 
@@ -125,79 +148,116 @@ def _begin(program, values):
 
 
 @part
-def _fill(program, aim, mean, moments, blocks):
-    """The system of a step that aims at a product of slack and share; ``mean`` (4,) and ``moments`` (5, 4) are room."""
-    blocks.own[:] = 0.0
-    blocks.link[:] = 0.0
-    for k in range(program.linear.shape[0]):
-        for j in range(AT_NODE):
-            blocks.side[k, j] = program.linear[k, j]
-    for g in range(program.least.shape[0]):
-        u = program.unknown[g]
-        weight = 0.0
-        mean[:] = 0.0
-        for i in range(program.first[g], program.first[g + 1]):
-            one = program.share[i] / program.slack[i]
-            weight += one
-            for j in range(4):
-                mean[j] += one * program.coef[i, j]
-        for j in range(4):
-            mean[j] /= weight
-        moments[:] = 0.0
-        for i in range(program.first[g], program.first[g + 1]):
-            one = program.share[i] / program.slack[i]
-            for j in range(4):
-                off = program.coef[i, j] - mean[j]
-                moments[4, j] += aim / program.slack[i] * off
-                for m in range(j, 4):
-                    moments[j, m] += one * off * (program.coef[i, m] - mean[m])
-        for j in range(4):
-            node, which = u[j] // AT_NODE, u[j] % AT_NODE
-            blocks.side[node, which] += mean[j] + moments[4, j]
-            for m in range(j, 4):
-                if u[m] // AT_NODE > node:
-                    blocks.link[node, which, u[m] % AT_NODE] += moments[j, m]
-                else:
-                    blocks.own[node, which, u[m] % AT_NODE] += moments[j, m]
-                    if m > j:
-                        blocks.own[node, u[m] % AT_NODE, which] += moments[j, m]
+def _mean_of(program, g, mean):
+    """The mean coefficients of the rows of a group, each weighed by how near it is to its bound."""
+    weight = 0.0
+    mean[:] = 0.0
+    for i in range(program.first[g], program.first[g + 1]):
+        one = program.share[i] / program.slack[i]
+        weight += one
+        for j in range(mean.shape[0]):
+            mean[j] += one * program.coef[i, j]
+    for j in range(mean.shape[0]):
+        mean[j] /= weight
 
 
 @part
-def _solve(held, blocks):
-    """Solve a system by Cholesky's decomposition of its blocks, in place."""
-    side, own, link, step = blocks
-    for k in range(side.shape[0]):
-        for j in range(AT_NODE):
+def _fill_blocks(program, blocks):
+    """The blocks of the system of a step."""
+    own = program.linear.shape[1]
+    moments = blocks.moments
+    count = moments.shape[0]
+    blocks.own[:] = 0.0
+    blocks.link[:] = 0.0
+    for g in range(program.least.shape[0]):
+        u = program.unknown[g]
+        mean = blocks.mean[g]
+        _mean_of(program, g, mean)
+        moments[:] = 0.0
+        for i in range(program.first[g], program.first[g + 1]):
+            one = program.share[i] / program.slack[i]
+            for j in range(count):
+                off = one * (program.coef[i, j] - mean[j])
+                for m in range(j, count):
+                    moments[j, m] += off * (program.coef[i, m] - mean[m])
+        for j in range(count):
+            node, which = u[j] // own, u[j] % own
+            for m in range(j, count):
+                if u[m] // own > node:
+                    blocks.link[node, which, u[m] % own] += moments[j, m]
+                else:
+                    blocks.own[node, which, u[m] % own] += moments[j, m]
+                    if m > j:
+                        blocks.own[node, u[m] % own, which] += moments[j, m]
+
+
+@part
+def _fill_side(program, aim, blocks):
+    """The right side of the system of a step that aims at products of slack and share."""
+    own, pushed = program.linear.shape[1], blocks.pushed
+    for k in range(program.linear.shape[0]):
+        for j in range(own):
+            blocks.side[k * own + j] = program.linear[k, j]
+    for g in range(program.least.shape[0]):
+        mean = blocks.mean[g]
+        pushed[:] = 0.0
+        for i in range(program.first[g], program.first[g + 1]):
+            push = (aim - program.crossed[i]) / program.slack[i]
+            for j in range(mean.shape[0]):
+                pushed[j] += push * (program.coef[i, j] - mean[j])
+        for j in range(mean.shape[0]):
+            blocks.side[program.unknown[g, j]] += mean[j] + pushed[j]
+
+
+@part
+def _factor(held, blocks):
+    """Cholesky's decomposition of the blocks of a system, in place: lower triangles, and links divided by them."""
+    own, link = blocks.own, blocks.link
+    nodes, count = own.shape[:2]
+    for k in range(nodes):
+        for j in range(count):
             own[k, j, j] += _HELD if held[k, j] else _LEAST_BEND * own[k, j, j] + 1e-300
             if k > 0:
-                for i in range(AT_NODE):
-                    side[k, j] -= link[k - 1, i, j] * side[k - 1, i]
-                    for m in range(AT_NODE):
+                for i in range(count):
+                    for m in range(count):
                         own[k, j, m] -= link[k - 1, i, j] * link[k - 1, i, m]
-        for j in range(AT_NODE):  # lower triangle, and side and link divided by it
+        for j in range(count):
             for m in range(j + 1):
                 for i in range(m):
                     own[k, j, m] -= own[k, j, i] * own[k, m, i]
                 if m < j:
                     own[k, j, m] /= own[k, m, m]
             own[k, j, j] = math.sqrt(max(own[k, j, j], 1e-300))
-            for i in range(j):
-                side[k, j] -= own[k, j, i] * side[k, i]
-                for m in range(AT_NODE):
+            for m in range(count):
+                for i in range(j):
                     link[k, j, m] -= own[k, j, i] * link[k, i, m]
-            side[k, j] /= own[k, j, j]
-            for m in range(AT_NODE):
                 link[k, j, m] /= own[k, j, j]
-    for k in range(side.shape[0] - 1, -1, -1):
-        for j in range(AT_NODE - 1, -1, -1):
-            value = side[k, j]
-            if k + 1 < side.shape[0]:
-                for m in range(AT_NODE):
-                    value -= link[k, j, m] * step[k + 1, m]
-            for i in range(j + 1, AT_NODE):
-                value -= own[k, i, j] * step[k, i]
-            step[k, j] = value / own[k, j, j]
+
+
+@part
+def _solve(blocks):
+    """Solve a system whose blocks are decomposed."""
+    side, own, link, step = blocks.side, blocks.own, blocks.link, blocks.step
+    nodes, count = own.shape[:2]
+    for k in range(nodes):
+        at = k * count
+        for j in range(count):
+            if k > 0:
+                for i in range(count):
+                    side[at + j] -= link[k - 1, i, j] * side[at - count + i]
+            for i in range(j):
+                side[at + j] -= own[k, j, i] * side[at + i]
+            side[at + j] /= own[k, j, j]
+    for k in range(nodes - 1, -1, -1):
+        at = k * count
+        for j in range(count - 1, -1, -1):
+            value = side[at + j]
+            if k + 1 < nodes:
+                for m in range(count):
+                    value -= link[k, j, m] * step[at + count + m]
+            for i in range(j + 1, count):
+                value -= own[k, i, j] * step[at + i]
+            step[at + j] = value / own[k, j, j]
 
 
 @part
@@ -211,11 +271,11 @@ def _steps(program, aim, step):
             one = program.share[i] / program.slack[i]
             program.slack_step[i] = _row(program, i, u, step)
             weight += one
-            rest += one * program.slack_step[i] - aim / program.slack[i]
+            rest += one * program.slack_step[i] - (aim - program.crossed[i]) / program.slack[i]
         for i in range(program.first[g], program.first[g + 1]):
             slack, share = program.slack[i], program.share[i]
             by_slack = program.slack_step[i] - rest / weight
-            by_share = (aim - share * (slack + by_slack)) / slack
+            by_share = (aim - program.crossed[i] - share * (slack + by_slack)) / slack
             program.slack_step[i] = by_slack
             program.share_step[i] = by_share
             if by_slack < 0.0:
@@ -225,14 +285,46 @@ def _steps(program, aim, step):
     return far, far_share
 
 
+@part
+def _products(program, far, far_share):
+    """Sum of the products of slacks and shares after so much of their steps."""
+    total = 0.0
+    for i in range(program.const.shape[0]):
+        slack = program.slack[i] + far * program.slack_step[i]
+        total += slack * (program.share[i] + far_share * program.share_step[i])
+    return total
+
+
+@part
+def _find_step(program, product, blocks):
+    """The next step of all unknowns: what a step to the bounds themselves comes to tells what to aim at.
+
+    Returns how far slacks and shares may go.
+    """
+    rows = program.const.shape[0]
+    _fill_blocks(program, blocks)
+    _factor(program.held, blocks)
+    program.crossed[:] = 0.0
+    _fill_side(program, 0.0, blocks)
+    _solve(blocks)
+    far, far_share = _steps(program, 0.0, blocks.step)
+    left = _products(program, far, far_share) / product
+    for i in range(rows):
+        program.crossed[i] = program.slack_step[i] * program.share_step[i]
+    aim = left * left * left * product / rows
+    _fill_side(program, aim, blocks)
+    _solve(blocks)
+    return _steps(program, aim, blocks.step)
+
+
 @kernel
-def improve(program, values, enough, most, before, mean, moments, blocks):
+def improve(program, values, enough, most, before, blocks):
     """Move the unknowns towards the largest sum.
 
     Parameters
     ----------
     program : Program
-    values : (N, AT_NODE) float64, modified in place
+    values : (N·m,) float64, modified in place
         Unknowns.
     enough : float
         Sum of the products of slacks and shares that is small enough: what the sum may still gain.
@@ -240,15 +332,14 @@ def improve(program, values, enough, most, before, mean, moments, blocks):
         Steps at most until it returns.
     before : Progress
         What it returned before, to go on; `BEGIN` to begin.
-    mean, moments : (4,), (5, 4) float64
     blocks : Blocks
-        Scratch.
+        As of `blocks_for`.
 
     Returns
     -------
     Progress
     """
-    steps, aimed, ended = before
+    steps, ended = before
     if steps == 0:
         _begin(program, values)
     rows = program.const.shape[0]
@@ -260,16 +351,10 @@ def improve(program, values, enough, most, before, mean, moments, blocks):
         if ended:
             break
         steps += 1
-        aim = aimed * product / rows
-        _fill(program, aim, mean, moments, blocks)
-        _solve(program.held, blocks)
-        far, far_share = _steps(program, aim, blocks.step)
+        far, far_share = _find_step(program, product, blocks)
         for i in range(rows):
             program.slack[i] += far * program.slack_step[i]
             program.share[i] += far_share * program.share_step[i]
         for k in range(values.shape[0]):
-            for j in range(AT_NODE):
-                values[k, j] += far * blocks.step[k, j]
-        went = min(far, far_share)
-        aimed = _AIMS[0] if went > 0.8 else (_AIMS[1] if went > 0.4 else _AIMS[2])
-    return Progress(steps, aimed, ended)
+            values[k] += far * blocks.step[k]
+    return Progress(steps, ended)

@@ -23,8 +23,6 @@ class Ledger(NamedTuple):
         Bounds of their rounding errors, in units of 2⁻⁵³.
     left, right : (K,) float64
         Costate at the two ends of each cell.
-    bow : (K + 1,) float64
-        What it grows by per m/s, at the nodes: 0 but where the potential is curved in the speed.
     cells : Cells
         The cells; ``limit_w`` is the squared speed that no run passes.
     caps : Caps
@@ -39,7 +37,6 @@ class Ledger(NamedTuple):
     doubt: _Floats
     left: _Floats
     right: _Floats
-    bow: _Floats
     cells: Cells
     caps: Caps
     w: _Floats

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.certificate.ascent import Progress, climb, room_for
-from tgvdp.certificate.cell_bounds import WHOLE, Side, bound_kernel
+from tgvdp.certificate.cell_bounds import bound_kernel
 from tgvdp.certificate.cells import split_cells
 from tgvdp.certificate.costates import run_costates
 from tgvdp.certificate.costates_at_bound import lower_braking, raise_pulling
@@ -17,7 +17,6 @@ from tgvdp.certificate.prepared import speed_bound_rows, with_rates
 from tgvdp.certificate.regime_costates import Costates
 from tgvdp.certificate.regimes import LabelledRun, label_cells
 from tgvdp.certificate.rows import CELL_B, RunRows, cut_into_cells, rows_of
-from tgvdp.certificate.sampled import best_sampled
 from tgvdp.certificate.speed_bound import Caps, lower_caps
 from tgvdp.line.cells import Cells, cells_of
 from tgvdp.memory import ask_for, scratch
@@ -39,12 +38,9 @@ _SLIVER = 1e-6
 _MOMENT_S = 1.0
 #: Costates whose squares are no numbers are none themselves.
 _LARGEST = math.sqrt(float(np.finfo(np.float64).max))
-#: Steps of an ascent at most, far more than most take; where two sides of a kink are raised by turns, neither
-#: of which should go far while the other stands; and the number of cells that are moved between two looks at the clock.
-_MOST_STEPS, _MOST_IN_TURN = 600, 60
+#: Steps of an ascent at most, far more than most take, and cells that are moved between two looks at the clock.
+_MOST_STEPS = 600
 _CELLS_AT_ONCE = 50_000
-#: What costates for sampled speeds may be short of, in units of what a step of the ascent from there must gain.
-_ENOUGH_TO_BEGIN = 30.0
 #: Memory that a cell takes in an ascent, whose chains have up to 120 points for each of its ends, B.
 _ASCENT_B = 4500.0
 #: More than the rounding error of a sum over the cells of a line, relative to it.
@@ -180,68 +176,27 @@ class BoundingProblem:
         gain_j: float,
         clock: Clock | None = None,
         enough_j: float = math.inf,
-        *,
-        curved: bool = False,
     ) -> Ledger:
-        """The bound with better costates, and with a potential that is curved in the speed where ``curved``."""
-        alone = np.full((len(found.left), 2), np.inf)
-        climbed = self.climbed(found, multiplier, WHOLE, alone, gain_j, clock, enough_j, curved=curved)
-        better = self.evaluate(found, multiplier, *climbed)
-        return better if found.total - found.error < better.total - better.error < math.inf else found
-
-    def climbed(
-        self,
-        found: Ledger,
-        multiplier: float,
-        side: Side,
-        other: _Floats,
-        gain_j: float,
-        clock: Clock | None,
-        enough_j: float = math.inf,
-        *,
-        curved: bool = False,
-    ) -> tuple[_Floats, _Floats, _Floats]:
-        """Costates and r, all moved at once until a pass gains less than ``gain_j``, or there is enough, or time is up.
+        """The bound with costates all moved at once until a pass gains less than ``gain_j``, is enough, or time is up.
 
         See `climb`.
         """
-        left, right, bow, count = found.left.copy(), found.right.copy(), found.bow.copy(), len(found.left)
+        left, right, count = found.left.copy(), found.right.copy(), len(found.left)
         ask_for(_ASCENT_B * count, f"the ascent of a bound on {count:,} cells")
-        room, pivot = room_for(count), np.sqrt(found.w)
+        room, progress = room_for(count), Progress(0.0, 0, 0, 0, False)
         steps = max(_CELLS_AT_ONCE // count, 1)
-        most = _MOST_STEPS if side == WHOLE else _MOST_IN_TURN
-        progress = Progress(0.0, 0, 0, 0, False)
-        while progress.steps < most and not progress.ended and not (clock and clock.expired):
+        while progress.steps < _MOST_STEPS and not progress.ended and not (clock and clock.expired):
             progress = climb(
-                self.train, self.energy, found.cells, found.caps, found.w, multiplier, side, other, left, right, bow,
-                pivot, curved, self.top_mps, self.pieces, gain_j / self.train.inertia_kg,
-                enough_j / self.train.inertia_kg, min(steps, most - progress.steps), progress, room,
+                self.train, self.energy, found.cells, found.caps, found.w, multiplier, left, right, self.top_mps,
+                self.pieces, gain_j / self.train.inertia_kg, enough_j / self.train.inertia_kg,
+                min(steps, _MOST_STEPS - progress.steps), progress, room,
             )  # fmt: skip
-        return left, right, bow
+        better = self.evaluate(found, multiplier, left, right)
+        return better if found.total - found.error < better.total - better.error < math.inf else found
 
     def may_curve(self, multiplier_j_per_s: float) -> bool:
         """Whether H is concave at some speed, so that a potential that is curved there may be the better one."""
         return is_concave(self.train, self.energy, self.total(multiplier_j_per_s), self.top_mps)
-
-    def curved(self, found: Ledger, multiplier_j_per_s: float, gain_j: float, clock: Clock | None = None) -> Ledger:
-        """The best bound with a potential that is curved in the speed, or ``found`` where none is better.
-
-        Parameters
-        ----------
-        found : Ledger
-        multiplier_j_per_s : float
-            Its multiplier λ.
-        gain_j : float
-            What a step of an ascent must gain.
-        clock : Clock, optional
-        """
-        multiplier = self.total(multiplier_j_per_s) / self.train.inertia_kg
-        enough = _ENOUGH_TO_BEGIN * gain_j / self.train.inertia_kg
-        begin = best_sampled(self.train, self.energy, found, multiplier, self.top_mps, self.pieces, enough, clock)
-        sampled = self.evaluate(found, multiplier, *begin)
-        if found.total - found.error < sampled.total - sampled.error < math.inf:
-            found = sampled
-        return self._ascended(found, multiplier, gain_j, clock, curved=True)
 
     def _labelled(
         self, rows: RunRows, node_m: _Floats, node_w: _Floats, row: NDArray[np.int64], multiplier: float
@@ -267,8 +222,7 @@ class BoundingProblem:
         run_costates(run, caps.cell, _SLIVER * self.trip.distance_m, moment_s, costates)
         lost = ~((np.abs(left) < _LARGEST) & (np.abs(right) < _LARGEST))  # where nothing bounds its growth p overflows
         left[lost] = right[lost] = 0.0
-        bow = np.zeros(len(run.w))
-        return Ledger(np.empty_like(left), np.empty_like(left), left, right, bow, run.cells, caps, run.w, run.label)
+        return Ledger(np.empty_like(left), np.empty_like(left), left, right, run.cells, caps, run.w, run.label)
 
     def _caps(self, cells: Cells) -> Caps:
         """Squared speeds that no run passes."""
@@ -284,7 +238,6 @@ class BoundingProblem:
         multiplier: float,
         left: _Floats,
         right: _Floats,
-        bow: _Floats | None = None,
         wanted: NDArray[np.bool_] | None = None,
     ) -> Ledger:
         """Bound on the cells of a ledger for given costates, all per unit of inertia; any finite costates will do.
@@ -293,10 +246,9 @@ class BoundingProblem:
         stays.
         """
         bound, doubt = phases.bound.copy(), phases.doubt.copy()
-        bow = phases.bow if bow is None else bow
         wanted = np.ones(len(bound), dtype=np.bool_) if wanted is None else wanted
         bound_kernel(
-            self.train, self.energy, phases.cells, phases.caps, phases.w, multiplier, left, right, bow, self.top_mps,
+            self.train, self.energy, phases.cells, phases.caps, phases.w, multiplier, left, right, self.top_mps,
             self.pieces, wanted, bound, doubt,
         )  # fmt: skip
-        return phases._replace(bound=bound, doubt=doubt, left=left, right=right, bow=bow)
+        return phases._replace(bound=bound, doubt=doubt, left=left, right=right)

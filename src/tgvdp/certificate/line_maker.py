@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.certificate.kinked import kinked
+from tgvdp.certificate.banded import banded
 from tgvdp.certificate.line import BoundingProblem
 from tgvdp.cores import shares, side_by_side
 from tgvdp.errors import BudgetExceededError, TgvdpError
@@ -168,8 +168,6 @@ class LineMaker:
         cost_j = run.energy_j + run.multiplier * run.time_s
         ledger = problem.ledger(run.x_m, run.w, multiplier, max(_CAREFUL * care, 1.0), gain_j, clock, enough_j)
         line_j = problem.line_j(ledger)
-        if care > 1.0 and line_j < enough_j:
-            line_j = problem.line_j(kinked(problem, ledger, multiplier, gain_j, clock, enough_j))
-        if care and line_j < min(enough_j, cost_j - _CURVED * size_j) and problem.may_curve(multiplier):
-            line_j = max(line_j, problem.line_j(problem.curved(ledger, multiplier, gain_j, clock)))
+        if care and line_j < min(enough_j, cost_j - _CURVED * size_j):
+            line_j = problem.line_j(banded(problem, ledger, multiplier, gain_j, clock, enough_j))
         return Line(multiplier, line_j, run.time_s, cost_j, care if line_j >= enough_j else NEXT_CARE[care])

@@ -1,4 +1,4 @@
-"""Costates and r that are best for sampled speeds: where an ascent of a curved potential begins.
+"""Costates of all bands of speeds, and r, that are best for sampled speeds.
 
 With a few speeds in place of all, and the four efforts of which one is best at each (`certificate.hamiltonian`), the
 bound is a sum of least values of linear functions of the costates and of r, and its top a linear program
@@ -6,13 +6,16 @@ bound is a sum of least values of linear functions of the costates and of r, and
 What comes out is no bound before the exact one is taken of it.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import kernel, part
-from tgvdp.certificate.cell_bounds import curve_of, standstill_terms
+from tgvdp.certificate.bands import Potential, curve_of, share_of
+from tgvdp.certificate.cell_bounds import standstill_terms
 from tgvdp.certificate.efforts import NOT_MERGED, load_at, load_in, merged_in, piece_at, piece_value, price_in
-from tgvdp.certificate.interior import AT_NODE, BEGIN, Blocks, Program, improve, used_part
+from tgvdp.certificate.interior import BEGIN, blocks_for, improve, program_for, used_part
 from tgvdp.certificate.ledger import Ledger
 from tgvdp.certificate.slopes import regular_cells
 from tgvdp.memory import ask_for
@@ -22,82 +25,113 @@ from tgvdp.physics.forces import KernelTrain
 
 _Floats = NDArray[np.float64]
 
-#: Speeds of a cell, relative to the largest one there, and to that of the run.
-_OF_LARGEST = np.linspace(0.25, 1.0, 9)
-_OF_RUN = np.array([0.9, 0.96, 0.985, 1.0, 1.015, 1.04, 1.1])
-_SPEEDS, _EFFORTS = 16, 4
-#: Of both ends of a cell, and of a jump beside it.
-_ROWS = 2 * _SPEEDS * _EFFORTS + 2
+#: Efforts of which one is best at a speed.
+_EFFORTS = 4
 #: Room of the numbers below the least values to begin with, relative to the price of the time that a cell takes.
-_ROOM = 0.1
+_ROOM = 5.0
+#: By how much costates may differ between the slowest and the fastest runs at a place as r has it, in units of −2·(the
+#: level of traction): where runs have all come from one state speeds that are not sampled would be forgotten.
+_MOST_BOW = 1.0
 #: Number of cells that are moved between two looks at the clock.
 _CELLS_AT_ONCE = 5_000
-#: Memory that a cell takes, B.
-_CELL_B = 80.0 * _ROWS
 
 
 @part
-def _put(program, i, coef, const):
-    """Write a row; returns the next."""
-    for j in range(4):
-        program.coef[i, j] = coef[j]
-    program.const[i] = const
-    return i + 1
-
-
-@part
-def _put_end(program, i, end, d, v, f, load, cost):
-    """Write the row of a speed and an effort at one end of a cell; returns the next."""
-    by_p, w, curve = 2.0 * (f - load), v * v, curve_of(v * v)
-    here, bent = 0.5 * d * by_p, 0.5 * d * by_p * v
-    if end == 0:
-        return _put(program, i, (here - 0.5 * w, bent - 0.5 * curve, 0.5 * w, 0.5 * curve), 0.5 * d * cost)
-    return _put(program, i, (-0.5 * w, -0.5 * curve, here + 0.5 * w, bent + 0.5 * curve), 0.5 * d * cost)
-
-
-@part
-def _close(program, g, i, room, unknown):
+def _close(program, g, i, room):
     """End a group before row i; returns the next group."""
     program.first[g + 1] = i
     program.least[g] = room
-    for j in range(4):
-        program.unknown[g, j] = unknown[j]
     return g + 1
 
 
 @part
-def _put_pair(program, g, i, node, which, coef, const, room):
-    """A group of two rows, 0 and const + coef·(of two unknowns of a node); returns the next group and row."""
-    i = _put(program, i, (0.0, 0.0, 0.0, 0.0), 0.0)
-    i = _put(program, i, (coef[0], coef[1], 0.0, 0.0), const)
-    at = AT_NODE * node
-    return _close(program, g, i, room, (at + which, at + 1 - which, at + 2, at + 2)), i
+def _put_end(program, i, edges, end, d, v, f, load, cost):
+    """Write the row of a speed and an effort at one end of a cell; returns the next."""
+    bands = edges.shape[0] - 1
+    w, by_p = v * v, d * (f - load)
+    here = end * (bands + 1)
+    for j in range(bands):
+        lies = 0.5 * share_of(edges, j, w)
+        program.coef[i, j] = -lies
+        program.coef[i, bands + 1 + j] = lies
+        if edges[j] <= w < edges[j + 1]:
+            program.coef[i, here + j] += by_p
+    curve = 0.5 * curve_of(w)
+    program.coef[i, bands] = -curve
+    program.coef[i, 2 * bands + 1] = curve
+    program.coef[i, here + bands] += by_p * v
+    program.const[i] = 0.5 * d * cost
+    return i + 1
 
 
 @part
-def _put_ends(train, tables, cells, caps, w, multiplier, top_v, pieces, program, g, i):
+def _put_jump(program, g, i, edges, node, cap_w, room):
+    """The group of what jumps of the costates at a node cost at all speeds; returns the next group and row."""
+    bands = edges.shape[0] - 1
+    i += 1  # no speed at all: a row of zeros
+    for at in range(1, bands + 1):
+        w = min(edges[at], cap_w)
+        for j in range(bands):
+            lies = share_of(edges, j, w)
+            program.coef[i, j] = -lies
+            program.coef[i, bands + j] = lies
+        i += 1
+    _at_node(program, g, bands, node)
+    return _close(program, g, i, room), i
+
+
+@part
+def _put_limit(tables, program, g, i, edges, node, cap_w):
+    """The group that keeps r within what a costate may be over the speeds of a node; returns the next group and row."""
+    bands = edges.shape[0] - 1
+    curve = curve_of(cap_w)
+    most = curve * _MOST_BOW * tables.traction / math.sqrt(cap_w)
+    program.coef[i + 1, 2 * bands] = curve
+    program.coef[i + 2, 2 * bands] = -curve
+    program.const[i + 1] = program.const[i + 2] = most
+    _at_node(program, g, bands, node)
+    return _close(program, g, i + 3, most), i + 3
+
+
+@part
+def _at_node(program, g, bands, node):
+    """Let the unknowns of a group be all those of a node."""
+    own = 2 * bands + 1
+    for j in range(own + 1):
+        program.unknown[g, j] = own * node + min(j, own - 1)
+
+
+@part
+def _put_standstill(program, g, i, bands, node, which, coef, const):
+    """The group of what a cell of a standstill costs by a costate at its other end; returns the next group and row."""
+    program.coef[i + 1, which] = coef
+    program.const[i + 1] = const
+    _at_node(program, g, bands, node)
+    return _close(program, g, i + 2, abs(coef)), i + 2
+
+
+@part
+def _put_trip(train, tables, cells, caps, w, multiplier, edges, top_v, pieces, program, g, i):
     """The terms of the ends of the trip; returns the number of groups."""
-    count = cells.length_m.shape[0]
+    count, bands = cells.length_m.shape[0], edges.shape[0] - 1
     first, last = regular_cells(w)
-    program.linear[:] = 0.0
     for node in range(count + 1):
-        program.held[node, 0] = not first < node <= last + 1
-        program.held[node, 1] = not first <= node <= last
-        program.held[node, 2] = node < first or node > last + 1
+        for j in range(bands):
+            program.held[node, j] = not first < node <= last + 1
+            program.held[node, bands + j] = not first <= node <= last
+        program.held[node, 2 * bands] = not first < node <= last
     if first > 0:
-        program.held[first, 2] = True
         load = load_in(train, cells, 0)
         pulls = merged_in(train, cells, 0, top_v, pieces, NOT_MERGED).pulls
         price = price_in(train, cells, 0, multiplier)
         reach_w = standstill_terms(
             pieces[0], pulls, load, True, cells.length_m[0], price, w[0], caps.cell[0], tables.traction
         )[1]  # fmt: skip
-        g, i = _put_pair(program, g, i, first, 1, (reach_w, 0.0), 0.5 * tables.traction * reach_w, reach_w)
+        g, i = _put_standstill(program, g, i, bands, first, bands, reach_w, 0.5 * tables.traction * reach_w)
     else:
-        program.linear[first, 1] = w[0]
-        program.linear[first, 2] = curve_of(w[0])
+        for j in range(bands):
+            program.linear[first, bands + j] = share_of(edges, j, w[0])
     if last < count - 1:
-        program.held[last + 1, 2] = True
         load = load_in(train, cells, count - 1)
         brakes = merged_in(train, cells, count - 1, top_v, pieces, NOT_MERGED).brakes
         price = price_in(train, cells, count - 1, multiplier)
@@ -105,52 +139,62 @@ def _put_ends(train, tables, cells, caps, w, multiplier, top_v, pieces, program,
             pieces[1], brakes, load, False, cells.length_m[count - 1], price, w[count], caps.cell[count - 1],
             tables.regeneration,
         )[1]  # fmt: skip
-        g, i = _put_pair(program, g, i, last + 1, 0, (-reach_w, 0.0), -0.5 * tables.regeneration * reach_w, reach_w)
+        g, i = _put_standstill(program, g, i, bands, last + 1, 0, -reach_w, -0.5 * tables.regeneration * reach_w)
     else:
-        program.linear[last + 1, 0] = -w[count]
-        program.linear[last + 1, 2] = -curve_of(w[count])
+        for j in range(bands):
+            program.linear[last + 1, j] = -share_of(edges, j, w[count])
     return g
 
 
 @kernel
-def fill_program(train, tables, cells, caps, w, multiplier, speeds, top_v, pieces, program):
+def fill_program(train, tables, cells, caps, w, multiplier, edges, speeds, top_v, pieces, program):
     """The bound for sampled speeds; returns the number of groups, and the first and last cell that have any.
 
     Parameters
     ----------
     train, tables, cells, caps, w, multiplier, top_v, pieces
         As `cell_bounds.bound_kernel` has them.
-    speeds : (K, S) float64
-        Of each cell, m/s.
+    edges : (B + 1,) float64
+        As `bands.Potential` has them.
+    speeds : (K, 2, S) float64
+        Of the two ends of each cell, m/s.
     program : Program, modified in place
+        All zeros.
     """
     first, last = regular_cells(w)
+    bands = edges.shape[0] - 1
+    own = 2 * bands + 1
     merged = NOT_MERGED
     g = i = 0
-    program.first[0] = 0
     for k in range(first, last + 1):
         d = cells.length_m[k]
         load = load_in(train, cells, k)
         price = price_in(train, cells, k, multiplier)
         merged = merged_in(train, cells, k, top_v, pieces, merged)
         _, pulls, brakes, dynamics = merged
-        room = _ROOM * multiplier * d / speeds[k, -1]
+        room = _ROOM * multiplier * d / math.sqrt(caps.cell[k])
         for end in range(2):
-            for j in range(speeds.shape[1]):
-                v = speeds[k, j]
+            for s in range(speeds.shape[2]):
+                v = speeds[k, end, s]
                 pull = piece_value(pieces[0], piece_at(pieces[0], pulls, v), v)
                 brake = piece_value(pieces[1], piece_at(pieces[1], brakes, v), v)
                 dynamic = piece_value(pieces[2], piece_at(pieces[2], dynamics, v), v)
                 here, spent = load_at(load, v), price / v
-                i = _put_end(program, i, end, d, v, pull, here, spent + tables.traction * pull)
-                i = _put_end(program, i, end, d, v, 0.0, here, spent)
-                i = _put_end(program, i, end, d, v, -dynamic, here, spent - tables.regeneration * dynamic)
-                i = _put_end(program, i, end, d, v, -brake, here, spent - tables.regeneration * dynamic)
-            at = AT_NODE * k
-            g = _close(program, g, i, room, (at + 1, at + 2, at + AT_NODE, at + AT_NODE + 2))
+                returned = tables.regeneration * dynamic
+                i = _put_end(program, i, edges, end, d, v, pull, here, spent + tables.traction * pull)
+                i = _put_end(program, i, edges, end, d, v, 0.0, here, spent)
+                i = _put_end(program, i, edges, end, d, v, -dynamic, here, spent - returned)
+                i = _put_end(program, i, edges, end, d, v, -brake, here, spent - returned)
+            for j in range(bands):
+                program.unknown[g, j] = own * k + bands + j
+                program.unknown[g, bands + 1 + j] = own * (k + 1) + j
+            program.unknown[g, bands] = own * k + 2 * bands
+            program.unknown[g, own] = own * (k + 1) + 2 * bands
+            g = _close(program, g, i, room)
         if k > first:
-            g, i = _put_pair(program, g, i, k, 1, (caps.node[k], -caps.node[k]), 0.0, room)
-    return _put_ends(train, tables, cells, caps, w, multiplier, top_v, pieces, program, g, i), first, last
+            g, i = _put_jump(program, g, i, edges, k, caps.node[k], room)
+            g, i = _put_limit(tables, program, g, i, edges, k, caps.node[k])
+    return _put_trip(train, tables, cells, caps, w, multiplier, edges, top_v, pieces, program, g, i), first, last
 
 
 def best_sampled(
@@ -158,41 +202,32 @@ def best_sampled(
     tables: EnergyTables,
     found: Ledger,
     multiplier: float,
+    start: Potential,
+    speeds: _Floats,
     top_mps: float,
     pieces: _Floats,
     enough: float,
     clock: Clock | None = None,
-) -> tuple[_Floats, _Floats, _Floats]:
-    """Costates at both ends of the cells of a bound, (K,), and r at the nodes, (K + 1,), from those of the bound.
+) -> Potential:
+    """The best potential for the cells of a bound and some speeds at both of their ends, (K, 2, S), in m/s.
 
-    ``enough``, per unit of inertia, is what the sum may still gain.
+    It is sought from ``start`` on; ``enough``, per unit of inertia, is what the sum may still gain.
     """
-    count = len(found.left)
-    ask_for(_CELL_B * count, f"a bound on {count:,} cells with sampled speeds")
-    largest = np.sqrt(found.caps.cell)
-    of_run = np.sqrt(0.5 * (found.w[1:] + found.w[:-1]))
-    speeds = np.concatenate(
-        (largest[:, None] * _OF_LARGEST, np.minimum(of_run[:, None] * _OF_RUN, largest[:, None])), axis=1
-    )
-    rows, groups = _ROWS * count + 4, 3 * count + 2
-    slack, share, slack_step, share_step = np.zeros((4, rows))
-    program = Program(
-        np.zeros((rows, 4)), np.zeros(rows), np.zeros(groups + 1, dtype=np.int64),
-        np.zeros((groups, 4), dtype=np.int64), np.zeros((count + 1, AT_NODE)),
-        np.zeros((count + 1, AT_NODE), dtype=np.bool_), slack, share, slack_step, share_step, np.zeros(groups),
-    )  # fmt: skip
-    used, start, end = fill_program(
-        train, tables, found.cells, found.caps, found.w, multiplier, np.sort(speeds, axis=1), top_mps, pieces, program
+    count, bands = start.left.shape
+    rows = count * (2 * speeds.shape[2] * _EFFORTS + 4 + bands) + 4
+    groups, own = 4 * count + 2, 2 * bands + 1
+    ask_for(rows * 8.0 * (own + 6.0), f"a bound on {count:,} cells with sampled speeds")
+    program = program_for(count + 1, own, rows, groups)
+    used, first, last = fill_program(
+        train, tables, found.cells, found.caps, found.w, multiplier, start.edges, speeds, top_mps, pieces, program
     )
     program = used_part(program, used)
-    values = np.zeros((count + 1, AT_NODE))
-    values[1:, 0], values[:-1, 1], values[:, 2] = found.right, found.left, found.bow
-    own, link = np.zeros((2, count + 1, AT_NODE, AT_NODE))
-    room = np.zeros(4), np.zeros((5, 4)), Blocks(np.zeros_like(values), own, link, np.zeros_like(values))
-    progress = BEGIN
+    values = np.zeros((count + 1, own))
+    values[1:, :bands], values[:-1, bands:-1], values[:, -1] = start.right, start.left, start.bow
+    blocks, progress = blocks_for(program), BEGIN
     while not progress.ended and not (clock and clock.expired):
-        progress = improve(program, values, enough, max(_CELLS_AT_ONCE // count, 1), progress, *room)
-    left, right, bow = values[:-1, 1].copy(), values[1:, 0].copy(), values[:, 2].copy()
-    left[:start] = right[:start] = left[start]  # a cell of a standstill has the costate of its neighbour
-    left[end + 1 :] = right[end + 1 :] = right[end]
-    return left, right, bow
+        progress = improve(program, values.ravel(), enough, max(_CELLS_AT_ONCE // count, 1), progress, blocks)
+    left, right, bow = values[:-1, bands:-1].copy(), values[1:, :bands].copy(), values[:, -1].copy()
+    left[:first] = right[:first] = left[first]  # a cell of a standstill has the costate of its neighbour
+    left[last + 1 :] = right[last + 1 :] = right[last]
+    return Potential(start.edges, left, right, bow)

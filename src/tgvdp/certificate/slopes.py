@@ -5,8 +5,7 @@ The derivatives of a least value of H are those of H where it is taken. With eff
     ∂H/∂p = 2(f − ρ),     ∂H/∂p' = v²,     ∂²H/∂(p, p')² = −g·gᵀ/H_vv,     g = (2(f − ρ)_v, 2v),
 
 the last only where v is no end of a range of speeds. At the levels −a/2, −η/2 and 0 of p the regime changes, and the
-derivative by p steps down by twice the effort that is added or taken away. Where the potential is curved it is
-q = p + r·v that passes levels, and ∂H/∂r = v·∂H/∂p, ∂H/∂r' = (2/3)·v³.
+derivative by p steps down by twice the effort that is added or taken away.
 """
 
 import math
@@ -14,9 +13,8 @@ import math
 from tgvdp._jit import kernel, leaf, part
 from tgvdp.certificate.cell_bounds import (
     UNIT_ROUNDOFF,
+    WHOLE,
     cell_kernel,
-    curve_of,
-    share_of,
     standstill_cell,
     standstill_terms,
 )
@@ -53,7 +51,7 @@ def _effort(table, n, v):
 
 
 @part
-def _fill_end(h, p, slope, r, growth, v, slopes):
+def _fill_end(h, p, slope, v, slopes):
     """Derivatives of the least value of H that is taken at v, into the columns of `slopes`."""
     pull, pull_v, pull_vv = _effort(h.pieces[0], h.pulls, v)
     brakes, brakes_v, brakes_vv = _effort(h.pieces[1], h.brakes, v)
@@ -62,18 +60,17 @@ def _fill_end(h, p, slope, r, growth, v, slopes):
     dynamic_vv = 0.0
     if h.regeneration > 0.0:
         dynamic, dynamic_v, dynamic_vv = _effort(h.pieces[2], h.dynamics, v)
-    q = p + r * v
     f = 0.0
     f_v = 0.0
     f_vv = 0.0
     cost_v = -h.regeneration * dynamic_v
     cost_vv = -h.regeneration * dynamic_vv
-    if 2.0 * q <= -h.traction:
+    if 2.0 * p <= -h.traction:
         f, f_v, f_vv = pull, pull_v, pull_vv
         cost_v, cost_vv = h.traction * pull_v, h.traction * pull_vv
-    elif 2.0 * q <= -h.regeneration:
+    elif 2.0 * p <= -h.regeneration:
         cost_v = cost_vv = 0.0
-    elif q <= 0.0:
+    elif p <= 0.0:
         f, f_v, f_vv = -dynamic, -dynamic_v, -dynamic_vv
     else:
         f, f_v, f_vv = -brakes, -brakes_v, -brakes_vv
@@ -81,10 +78,8 @@ def _fill_end(h, p, slope, r, growth, v, slopes):
     slopes[BY_SLOPE] = v * v
     slopes[SPEED] = v
     slopes[TURN] = 2.0 * (f_v - h.load.r1 - 2.0 * h.load.r2 * v)
-    by_v = cost_v + q * slopes[TURN] - h.multiplier / (v * v) + 2.0 * slope * v
-    by_v += r * slopes[BY_P] + 2.0 * growth * v * v
-    stiff = cost_vv + 2.0 * q * (f_vv - 2.0 * h.load.r2) + 2.0 * h.multiplier / (v * v * v) + 2.0 * slope
-    stiff += 2.0 * r * slopes[TURN] + 4.0 * growth * v
+    by_v = cost_v + p * slopes[TURN] - h.multiplier / (v * v) + 2.0 * slope * v
+    stiff = cost_vv + 2.0 * p * (f_vv - 2.0 * h.load.r2) + 2.0 * h.multiplier / (v * v * v) + 2.0 * slope
     flat = abs(by_v) * v * v <= _FLAT * h.multiplier and stiff > 0.0
     slopes[STIFF] = stiff if flat else math.inf
     slopes[PULL] = pull
@@ -92,36 +87,14 @@ def _fill_end(h, p, slope, r, growth, v, slopes):
     slopes[BRAKES] = brakes
 
 
-@leaf
-def _meet_other(side, other, slope, top_v, least, slopes):
-    """The lesser of a least value and of that beyond the kink, whose derivatives take the place of its own."""
-    if side.low_w == 0.0 and other < math.inf:
-        other += slope * side.high_w
-    if other >= least:
-        slopes[BY_SLOPE] -= side.low_w
-        return least
-    slopes[:] = 0.0
-    slopes[BY_SLOPE] = side.high_w if side.low_w == 0.0 else 0.0
-    slopes[SPEED] = top_v
-    slopes[STIFF] = math.inf
-    return other
-
-
 @kernel
-def fill_slopes(
-    train, tables, cells, caps, w, multiplier, side, other, left, right, bow, top_v, pieces, slopes, ends
-):  # fmt: skip
+def fill_slopes(train, tables, cells, caps, w, multiplier, left, right, top_v, pieces, slopes, ends):
     """Sum of the bounds of all cells for given costates, per unit of inertia, and how it changes with them.
 
     Parameters
     ----------
-    train, tables, cells, caps, w, multiplier, left, right, bow, top_v, pieces
+    train, tables, cells, caps, w, multiplier, left, right, top_v, pieces
         As `cell_bounds.bound_kernel` has them.
-    side : Side
-        The speeds whose costates these are.
-    other : (K, 2) float64
-        Least values of H at the ends of each cell for all other speeds, with the potential taken as 0 at the kink;
-        infinite where there are none.
     slopes : (K, 2, SLOPES) float64, modified in place
         Derivatives at the two ends of each cell.
     ends : (2,) float64, modified in place
@@ -130,9 +103,7 @@ def fill_slopes(
     count = left.shape[0]
     first, last = regular_cells(w)
     total = 0.0
-    if first > 0 and side.low_w > 0.0:
-        ends[0] = 0.0
-    elif first > 0:
+    if first > 0:
         load = load_in(train, cells, 0)
         pulls = merged_in(train, cells, 0, top_v, pieces, NOT_MERGED).pulls
         price = price_in(train, cells, 0, multiplier)
@@ -141,11 +112,9 @@ def fill_slopes(
         )
         total += standstill_cell(rest, ends[0], True, left[first], tables.traction)
     else:
-        ends[0] = share_of(side, w[0])
-        total += left[0] * ends[0] + bow[0] * curve_of(w[0])
-    if last < count - 1 and side.low_w > 0.0:
-        ends[1] = 0.0
-    elif last < count - 1:
+        ends[0] = w[0]
+        total += left[0] * w[0]
+    if last < count - 1:
         load = load_in(train, cells, count - 1)
         brakes = merged_in(train, cells, count - 1, top_v, pieces, NOT_MERGED).brakes
         price = price_in(train, cells, count - 1, multiplier)
@@ -155,12 +124,8 @@ def fill_slopes(
         )  # fmt: skip
         total += standstill_cell(rest, ends[1], False, -right[last], tables.regeneration)
     else:
-        ends[1] = share_of(side, w[count])
-        total -= right[last] * ends[1] + bow[count] * curve_of(w[count])
-    if first > 0:
-        total += min(0.0, bow[first]) * curve_of(caps.node[first])
-    if last < count - 1:
-        total += min(0.0, -bow[last + 1]) * curve_of(caps.node[last + 1])
+        ends[1] = w[count]
+        total -= right[last] * w[count]
     merged = NOT_MERGED
     for k in range(first, last + 1):
         load = load_in(train, cells, k)
@@ -169,19 +134,16 @@ def fill_slopes(
         price = price_in(train, cells, k, multiplier)
         h = Hamiltonian(pieces, pulls, brakes, dynamics, tables.traction, tables.regeneration, load, 0.0, price)
         if k > first:
-            total += min(0.0, left[k] - right[k - 1]) * share_of(side, caps.node[k])
+            total += min(0.0, left[k] - right[k - 1]) * caps.node[k]
         d = cells.length_m[k]
         cell_v = min(math.sqrt(caps.cell[k]) * (1.0 + 4.0 * UNIT_ROUNDOFF), top_v)
         rise = caps.rise[k]
         start, end, _, v0, v1, tilt0, tilt1 = cell_kernel(
-            h, side, left[k], right[k], bow[k], bow[k + 1], d, cell_v, rise[0], rise[1]
+            h, WHOLE, left[k], right[k], 0.0, 0.0, d, cell_v, rise[0], rise[1]
         )
         slope = (right[k] - left[k]) / d
-        growth = (bow[k + 1] - bow[k]) / d
-        _fill_end(h, left[k], slope + tilt0, bow[k], growth, v0, slopes[k, 0])
-        _fill_end(h, right[k], slope + tilt1, bow[k + 1], growth, v1, slopes[k, 1])
-        start = _meet_other(side, other[k, 0], slope, cell_v, start, slopes[k, 0])
-        end = _meet_other(side, other[k, 1], slope, cell_v, end, slopes[k, 1])
+        _fill_end(h, left[k], slope + tilt0, v0, slopes[k, 0])
+        _fill_end(h, right[k], slope + tilt1, v1, slopes[k, 1])
         total += 0.5 * d * (start + end)
         slopes[k, 0, VALUE] = 0.5 * d * (start + end)
     return total
