@@ -9,7 +9,7 @@ import pytest
 import tgvdp
 from tests.helpers.journey_case import LINE, METRO
 from tgvdp.journeys.multiplier import Demand
-from tgvdp.journeys.passed import passing
+from tgvdp.journeys.passed import PassedRun, passing
 from tgvdp.journeys.stretches import through
 from tgvdp.model.journey import Journey, TimingPoint
 
@@ -35,6 +35,28 @@ def test_windows_that_bind_nothing_cost_nothing(at_m):
     timed = tgvdp.journey("tgv", LEVEL, wide, at_s=(1750.0,), dwell_s=30.0)
     assert timed.front.energy_j[-1] == pytest.approx(free.front.energy_j[-1], rel=1e-4)
     assert timed.section_time_s[-1] == pytest.approx(free.section_time_s[-1], abs=0.5)
+
+
+def test_a_stop_is_kept_wherever_rounding_puts_the_end_of_its_section():
+    """A run that ended a rounding behind its stop did not stand there: its windows were never kept (37 % dearer)."""
+    from_m, until_m = 21521.8, 63933.1
+    assert from_m + (until_m - from_m) > until_m
+    line = replace(LEVEL, stops_m=(0.0, from_m, until_m))
+    free = tgvdp.journey("tgv", line, at_margin=(0.05,), dwell_s=30.0)
+    wide = timetable(line, TimingPoint(42e3, latest_s=5000.0), last_s=9000.0)
+    timed = tgvdp.journey("tgv", line, wide, at_s=(float(free.front.time_s[-1]) + 30.0,), dwell_s=30.0)
+    assert timed.section_time_s[-1] == pytest.approx(free.section_time_s[-1], abs=0.05)
+
+
+def test_a_speed_that_is_asked_for_is_kept_but_for_rounding():
+    section = tgvdp.journey("tgv", LEVEL, at_margin=(0.0,)).sections[0]
+    own_mps = float(passing(section.fastest, np.array([25e3]))[1][0])
+    ends_s = passing(section.fastest, np.array([25e3, 50e3]))[0]
+    run = PassedRun(section.fastest, ends_s, np.zeros(2), 0.0)
+    for share, is_kept in ((1e-12, True), (1e-6, False)):
+        slower = TimingPoint(25e3, highest_mps=own_mps * (1.0 - share))
+        faster = TimingPoint(25e3, lowest_mps=own_mps * (1.0 + share))
+        assert [run.keeps([point, stop(50e3)], 0.0) for point in (slower, faster)] == [is_kept, is_kept]
 
 
 @pytest.mark.parametrize("early_s", [3.0, 6.0])

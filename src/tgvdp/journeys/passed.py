@@ -14,6 +14,9 @@ from tgvdp.runs.profile import Profile, profile_of
 
 _Floats = NDArray[np.float64]
 
+#: Speeds that differ by less than this share are one: so well do runs keep to limits.
+_SAME = 1e-9
+
 
 class PassedRun(NamedTuple):
     """One run of a section that its timing points cut into parts.
@@ -40,11 +43,16 @@ class PassedRun(NamedTuple):
 
     def keeps(self, points: Sequence[TimingPoint], tolerance_s: float) -> bool:
         """Whether all windows are kept, of speeds as well; those of time count from the departure."""
-        speed_mps = passing(self.profile, np.array([point.position_m for point in points]))[1]
-        return all(
+        in_time = all(
             point.earliest_s - tolerance_s <= end_s <= point.latest_s + tolerance_s
-            and point.lowest_mps <= own_mps <= point.highest_mps
-            for point, end_s, own_mps in zip(points, self.ends_s.tolist(), speed_mps.tolist(), strict=True)
+            for point, end_s in zip(points, self.ends_s.tolist(), strict=True)
+        )
+        # At the last point the train stands. A rounding of its position before that it does not.
+        passed = points[:-1]
+        speed_mps = passing(self.profile, np.array([point.position_m for point in passed]))[1]
+        return in_time and all(
+            point.lowest_mps * (1.0 - _SAME) <= own_mps <= point.highest_mps * (1.0 + _SAME)
+            for point, own_mps in zip(passed, speed_mps.tolist(), strict=True)
         )
 
 
