@@ -244,13 +244,21 @@ def test_steps_have_converged(shared, monkeypatch, track, train, destination_m, 
     assert replay(trip, usual).ok
     monkeypatch.setattr(resolved, "_STEP_SHARE", resolved._STEP_SHARE / 8.0)
     monkeypatch.setattr(resolved, "_MOST_STEPS", resolved._MOST_STEPS * 8)
-    monkeypatch.setattr(resolved, "_WORK_SHARE", resolved._WORK_SHARE / 8.0)
+    monkeypatch.setattr(resolved, "_WORK_SHARE", resolved._WORK_SHARE / 32.0)
     forget_lines()
     fine = fastest_run(trip)
     assert len(cells_of(trip).length_m) > 2 * cells or (track.startswith("CN") and mass_model == "point")
     forget_lines()
     assert usual.duration_s == pytest.approx(fine.duration_s, rel=3e-5)
     assert usual.total_energy_j == pytest.approx(fine.total_energy_j, rel=1e-4)
+
+
+def test_a_short_train_does_not_need_more_steps():
+    """Each change of gradient had a hundred steps of 30 cm: that of a second of running is next to nothing."""
+    changes = tuple((200.0 * k, 20.0 * (-1.0) ** k) for k in range(25))
+    trips = [trip_on(train=replace(TRAIN, length_m=length_m), gradients=changes) for length_m in (200.0, 30.0)]
+    assert len(cells_of(trips[1]).length_m) < 25 * len(changes)
+    assert len(cells_of(trips[1]).length_m) < len(cells_of(trips[0]).length_m)
 
 
 @pytest.mark.parametrize("mass_model", ["point", "strip"])

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.helpers.fronts import front_to
 from tests.helpers.trips import commuter, reference_cases, reference_trip, trip_on
 from tests.helpers.twins.running import fastest_s
 from tests.helpers.twins.trips import level_trip, random_trip
@@ -226,6 +227,17 @@ def test_a_march_with_little_room_gets_more(monkeypatch):
     found = fastest_run(trip)
     assert np.array_equal(found.position_m, expected.position_m)
     assert np.array_equal(found.speed_mps, expected.speed_mps)
+
+
+def test_a_line_of_many_cells_does_not_need_all_the_rows_that_its_run_might_take(monkeypatch):
+    """A high-speed train on 450 km with a gradient every 200 m was refused before its run was tried."""
+    changes = [(10.0 * k, k % 2) for k in range(500)]
+    trip = trip_on([(0, 40)], changes, length_m=5000)
+    expected = front_to(trip, 0.1, 3)[1]
+    for module in ("physics.cell", "runs.fastest", "methods.costate.room"):
+        monkeypatch.setattr(f"tgvdp.{module}.MOST_ROWS", 8000)
+    monkeypatch.delattr("tgvdp.methods.costate.room._threads.room", raising=False)
+    assert front_to(trip, 0.1, 3)[1].energy_j == pytest.approx(expected.energy_j, rel=1e-12)
 
 
 @pytest.mark.nojit

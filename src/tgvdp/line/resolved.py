@@ -23,8 +23,10 @@ from tgvdp.model.trip import Trip
 #: Breaks nearer to each other than this share of the distance are one: no acceleration can be told on less.
 SAME_POSITION = 1e-9
 #: Largest change of the resistance within a step, as a share of the starting effort, but no more than so many steps
-#: for the whole range of the resistance. Running time and energy are right to 2e-5 then (tests/test_resolved.py).
-_STEP_SHARE = 0.005
+#: for the whole range of the resistance. The product below matters more: over the length of a short train a change of
+#: gradient does next to nothing, however large it is. Running time and energy are right to 2e-5 then
+#: (tests/line/test_resistance.py).
+_STEP_SHARE = 0.05
 _MOST_STEPS = 400
 #: Largest product of that change and the step's length, as a share of twice the kinetic energy at top speed: within a
 #: step, w may be off by an eighth of that share before `runs.resistance_correction` puts it right.

@@ -198,7 +198,7 @@ def envelope_of(trip: Trip, cells: Cells, train: KernelTrain, passing: Sequence[
     start_w, end_w = trip.start_speed_mps**2, trip.end_speed_mps**2
     weaker = train._replace(traction=weakened(train.traction, 1.0 - _SPARE))
     reachable = within_reach(trip, cells)
-    size = 16 * count + 2 * _SCRATCH
+    size = min(16 * count + 2 * _SCRATCH, MOST_ROWS)
     march_size = _SCRATCH
     while True:
         rows, march = room_for_rows(size, "fastest run"), room_for_marches(march_size, "fastest run: march")

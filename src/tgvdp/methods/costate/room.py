@@ -6,7 +6,7 @@ import numpy as np
 
 from tgvdp.methods.costate import backward as costate
 from tgvdp.methods.costate.interpolate import SAMPLES
-from tgvdp.physics.cell import Rows, room_for_marches, room_for_rows
+from tgvdp.physics.cell import MOST_ROWS, Rows, room_for_marches, room_for_rows
 
 #: Rows of one march for which there is room at first.
 _MARCH_ROWS = 4096
@@ -44,7 +44,8 @@ class Room:
         """Make room for runs through so many cells, usual ones."""
         if len(self.passed) <= cells:
             self.passed = np.empty((cells + 1, 3))
-            self.rows = room_for_rows(max(24 * cells + 8192, len(self.rows.x)), "driving")
+            # More than are allowed are no more than a guess: most runs take a tenth of that.
+            self.rows = room_for_rows(max(min(24 * cells + 8192, MOST_ROWS), len(self.rows.x)), "driving")
 
     def double_march(self) -> None:
         """Make room for marches of twice as many rows."""
