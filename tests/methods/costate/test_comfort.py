@@ -50,3 +50,22 @@ def test_no_effort_adds_to_what_the_line_does_beyond_comfort(case):
     assert uncomfortable.any()
     adds_n = fastest.force_n[:-1] * np.sign(acceleration)
     assert adds_n[uncomfortable].max() < 1e-3 * train.traction.effort_n(0.0)
+
+
+def test_what_coasts_to_a_limit_just_before_the_end_of_a_cell_does_not_brake_there():
+    """Brakes of 0.4 % held it for the last 3 mm, on a climb that slows it more than comfort lets brakes do."""
+    train = Train(
+        mass_kg=78.3e3, rotating_mass_factor=1.053, davis_a_n=2959.0, davis_b_n_per_mps=31.4, davis_c_n_per_mps2=3.92,
+        traction=EffortCurve.from_caps(68.5e3, 957e3), braking=EffortCurve.from_caps(54.6e3, 957e3),
+        friction_brake_n=119e3, max_acceleration_mps2=0.2523, max_deceleration_mps2=0.2986,
+        traction_efficiency=0.89, regeneration_efficiency=0.85, auxiliary_power_w=23.5e3,
+    )  # fmt: skip
+    limits = ((0.0, 75.0), (537.6, 75.0), (613.4, 45.0), (948.9, 60.0), (1772.7, 50.0))
+    climbs = (
+        (0.0, 54.6), (0.3, 49.0), (145.5, 19.9), (325.7, 45.4), (413.0, 0.0), (543.0, 32.9), (992.4, 35.6),
+        (1133.0, 0.0), (1742.4, 45.0), (1834.2, 54.4), (1973.3, 53.1),
+    )  # fmt: skip
+    track = Track(length_m=2043.0, speed_limits=tuple((at_m, kmh / 3.6) for at_m, kmh in limits), gradients=climbs)
+    margins = np.linspace(0.002, 0.25, 300)
+    result = tgvdp.search(train, track, start_speed_mps=8.0, energy="pantograph", at_margin=margins)
+    assert max(verdict.effort_excess_pct for verdict in result.verify()) < 0.1

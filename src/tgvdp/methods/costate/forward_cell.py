@@ -22,8 +22,8 @@ from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import effort_at, resistance_at
 from tgvdp.runs.braking_point import braked_w, drive_then_brake
 
-#: A share of a cell below which traction that ends before it ends with it: the error of its rows in what is left would
-#: be an effort of its own.
+#: A share of a cell below which traction or coasting that ends before it ends with it: the error of its rows in what is
+#: left would be an effort of its own.
 _LITTLE = 1e-4
 #: A shorter row of traction gains more than its share of a longer one: the place where a run meets its line is looked
 #: for so many times at most, until it is on it within this share of v².
@@ -225,6 +225,19 @@ def _comes_under_traction(train, before, rows, n):
     return w1 - w0 >= FULL_EFFORT * most or FULL_EFFORT <= pull(train, row, w0, w1) < math.inf
 
 
+@leaf
+def _is_little(rest, length, rows, first, n):
+    """Whether what is left of a cell is too little for a row, behind rows ``first`` to ``n`` − 1 of it."""
+    return first < n and rest <= _LITTLE * length and rest < rows.x[n - 1] - rows.x[n - 2]
+
+
+@leaf
+def _lengthened(cell, rest, top, rows, first, n):
+    """Make the last row longer by what is left of a cell; returns the number of rows."""
+    rows.w[n - 1] += rest * (rows.w[n - 1] - rows.w[n - 2]) / (rows.x[n - 1] - rows.x[n - 2])
+    return ended(cell, min(rows.w[n - 1], top), rows, first, n)
+
+
 @part
 def drive_cell(train, regenerates, before, cell, w, lines, scratch, rows, n):
     """Append the rows of one cell from w: to the line of switching, and along it or above it from there on."""
@@ -244,17 +257,18 @@ def drive_cell(train, regenerates, before, cell, w, lines, scratch, rows, n):
         rest, w, n = _drive_to_line(train, driven, w, line, lines.top, rows, n)
         if rest <= 0.0 or n < 0:
             return n
-        last_m = rows.x[n - 1] - rows.x[n - 2]
-        if rest <= _LITTLE * length and rest < last_m:  # the last row is longer by that
-            rows.w[n - 1] += rest * (w - rows.w[n - 2]) / last_m
-            return ended(cell, min(rows.w[n - 1], lines.top), rows, first, n)
+        if _is_little(rest, length, rows, first, n):
+            return _lengthened(cell, rest, lines.top, rows, first, n)
         if _passes(train, rest_of(cell, cell.end_m - rest, rest), w, lines.top, scratch):
             return drive_then_brake(train, TRACTION, BRAKING, cell, start_w, lines.top, scratch, rows, first)
     elif w > begins * (1.0 + NEAR):
         landed = coast(train, cell, length, w)
         if landed < a:
+            first = n
             line = _line_of(train, cell, lines, begins)
             rest, w, n = _coast_to_line(train, cell, w, landed, line, rows, n)
+            if _is_little(rest, length, rows, first, n):
+                return _lengthened(cell, rest, lines.top, rows, first, n)
     if n < 0:
         return n
     cell = rest_of(cell, cell.end_m - rest, rest)
