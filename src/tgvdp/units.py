@@ -6,6 +6,8 @@ from tgvdp.errors import InputError
 
 #: What people may write, in whatever unit: in SI it stays far from where arithmetic ends (`tgvdp.model.checks`).
 LARGEST_WRITTEN = 1e12
+#: ... where it must be above 0.
+SMALLEST_WRITTEN = 1e-12
 
 KMH_PER_MPS = 3.6
 JOULE_PER_KWH = 3.6e6

@@ -27,6 +27,15 @@ def test_ttobench_to_native_and_back(train, tmp_path, capsys):
     assert "metadata" in json.loads((tmp_path / "b.json").read_text())
 
 
+def test_stdout_is_no_file(train, tmp_path, monkeypatch, capsys):
+    """A file of that name was written."""
+    monkeypatch.chdir(tmp_path)
+    assert run("--to", "toml", train, "-") == 3
+    message = "this is not written to stdout, got '-' (a file of that name is ./-)"
+    assert capsys.readouterr().err == f"tgvdp: error: {message}\n"
+    assert [file.name for file in tmp_path.iterdir()] == [train.name]
+
+
 def test_the_option_wins_over_the_suffix(train, tmp_path):
     assert run("--to", "json", train, tmp_path / "a.json") == 0
     assert set(json.loads((tmp_path / "a.json").read_text())) == {"name", "train"}

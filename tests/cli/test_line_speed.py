@@ -40,11 +40,13 @@ def test_search_runs_at_it_and_keeps_it_in_the_provenance(line, tmp_path, capsys
     assert result["fastest"]["time_s"] > 3000 / 20
     assert json.loads((tmp_path / "out" / "provenance.json").read_text())["options"]["line_speed_kmh"] == 72.0
     whole = str(write_json(tmp_path / "whole.json", OSRD_PATH))
+    note = "the line speed asked for, 55 km/h, changes nothing: there is a limit everywhere"
     assert main([*trip, "--track", whole, "--line-speed", "55"]) == 0
-    assert (
-        "tgvdp: note: --line-speed changes nothing: the file of the line gives a limit everywhere"
-        in capsys.readouterr().err
-    )
+    assert f"tgvdp: note: whole.json: {note}" in capsys.readouterr().err
+    assert main(["validate", whole, "--line-speed", "55"]) == 0
+    assert f"note: {note}" in capsys.readouterr().out
+    assert main(["validate", whole]) == 0
+    assert "changes nothing" not in capsys.readouterr().out
 
 
 def test_it_is_refused_where_limits_are_never_missing_and_out_of_range(capsys):

@@ -134,10 +134,10 @@ def busy_line(**held):
             {},
             ["2 stops between origin and destination are passed: tgvdp journey stops there"],
         ),
-        ({"curves": ((0.0, 500.0, 500.0),)}, {}, ["1 curve of the line count nothing: --curves is none"]),
+        ({"curves": ((0.0, 500.0, 500.0),)}, {}, ["1 curve of the line counts nothing: --curves is none"]),
         ({"curves": ((0.0, 500.0, 500.0),)}, {"curves": "roeckl"}, []),
         ({"curves": ((0.0, float("inf"), float("inf")), (8500.0, 300.0, 300.0))}, {}, []),
-        ({"tunnels": ((100.0, 50.0, 60.0),)}, {}, ["1 tunnel of the line count nothing without --tunnels"]),
+        ({"tunnels": ((100.0, 50.0, 60.0),)}, {}, ["1 tunnel of the line counts nothing without --tunnels"]),
         (
             {"tunnels": ((100.0, 50.0, 60.0), (200.0, 50.0, 60.0))},
             {"tunnels": True},
@@ -197,6 +197,15 @@ def test_an_empty_name_is_no_folder(command, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main([*command.split(), "--out", ""]) == 3
     assert "a folder for results must have a name, got an empty text" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("command", ["search", "journey", "score tgv", "compare --train tgv", "sweep a.toml", "bench"])
+def test_stdout_is_no_folder(command, tmp_path, monkeypatch, capsys):
+    """It was made as a folder of that name."""
+    monkeypatch.chdir(tmp_path)
+    assert main([*command.split(), "--out", "-"]) == 3
+    assert "a folder for results cannot be stdout, got '-' (a folder of that name is ./-)" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 

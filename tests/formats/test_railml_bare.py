@@ -51,7 +51,8 @@ def test_a_coarse_line_has_its_mileage_its_own_limit_and_says_what_it_does_not_s
     track = load_track(saved_xml(BARE_3.replace("<lines>", f"{section}<lines>"), "#line"), line_speed_mps=50.0)
     assert (track.length_m, track.stops_m) == (4300.0, (0.0, 300.0, 4300.0))
     assert limits_kmh(track) == [(0.0, 80)]
-    assert track.notes[:2] == (
+    assert track.notes[:3] == (
+        "the line speed asked for, 180 km/h, changes nothing: there is a limit everywhere",
         "not used, as they lie on parts of the net elements, or on what these are parts of: speedSection (1)",
         "no speed section on 4300 m: limit is linePerformance@maxSpeed, 80 km/h",
     )

@@ -3,6 +3,7 @@
 import pytest
 
 from tests.helpers.format_case import JOURNEY, SCENARIO, TTOBENCH_TRACK, TTOBENCH_TRAIN, changed, quantity, write_json
+from tests.helpers.osrd_case import OSRD_TRAIN
 from tests.helpers.railtoolkit_case import ROLLING_STOCK
 from tests.helpers.refusal import refusal
 from tgvdp.cli import main
@@ -14,6 +15,9 @@ from tgvdp.formats.detect import load_all
     ("tree", "place", "value", "message"),
     [
         (TTOBENCH_TRAIN, ("mass",), quantity(1e308, "t"), "mass: must be within ±1e+12 t, got 1e+308 t"),
+        (TTOBENCH_TRAIN, ("mass",), quantity(1e-300, "t"), "mass: must be at least 1e-12 t, got 1e-300 t"),
+        (OSRD_TRAIN, ("mass",), 1e-300, "mass: must be a number in kg >= 1e-12, got 1e-300 kg"),
+        (ROLLING_STOCK, ("vehicles", 0, "mass"), 0.0, "vehicles[0].mass: must be a number > 0.0, got 0.0"),
         (
             TTOBENCH_TRACK,
             ("speed limits", "values", 0, 1),
@@ -37,6 +41,7 @@ def test_in_files_of_others(tmp_path, tree, place, value, message):
     ("before", "after", "message"),
     [
         ("mass_t = 200", "mass_t = 1e308", "train.mass_t: must be a number within ±1e+12, got 1e+308"),
+        ("mass_t = 200", "mass_t = 1e-300", "train.mass_t: must be a number >= 1e-12, got 1e-300"),
         ("mass_t = 200", "mass_t = 1e18", "train.mass_t: must be a number within ±1e+12, got 1e+18"),
         ("to_m = 9_000", "to_m = 1e30", "run.to_m: must be a number within ±1e+12, got 1e+30"),
     ],

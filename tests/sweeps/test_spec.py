@@ -203,6 +203,7 @@ def test_profiles_make_another_scenario_of_which_nothing_is_done(tmp_path):
             '"train.traction" = [{ file = "none.csv" }]',
             "spec.toml: train.traction.file: ",
         ),
+        ("train.mass_t", "trian.mass_t", "product: unknown field 'trian.mass_t', did you mean 'train.mass_t'?"),
         ("train.mass_t", "train.mas_t", "spec.toml: train.mas_t: unknown field"),
         ("[180, 200, 220]", "[180, -3]", "spec.toml: train.mass_t: must be a number > 0.0, got -3"),
         ("wind_kmh", "points", "points: stands in more than one of run, product and zip"),

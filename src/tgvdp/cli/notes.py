@@ -40,12 +40,6 @@ def remarked(remarks: Sequence[str]) -> Iterator[str]:
         yield f"{len(remarks) - len(shown)} more notes on what was read: tgvdp validate tells them"
 
 
-def unused_line_speed(track: "Track", speed_mps: float) -> Iterator[str]:
-    """Say that a line speed found no place without a limit."""
-    if all(abs(row.speed_mps - speed_mps) > _SAME_MPS for row in track.speed_limits):
-        yield "--line-speed changes nothing: the file of the line gives a limit everywhere"
-
-
 def idle_restrictions(trip: "Trip", restrictions: Sequence[tuple[float, float, float]]) -> Iterator[str]:
     """Say which speed restrictions (from, to, m; speed, m/s) of a trip make nothing slower."""
     limits = trip.track.speed_limits
@@ -81,12 +75,13 @@ def idle(trip: "Trip") -> Iterator[str]:
         for row, end_m in zip(track.curves, ends_m if track.curves else (), strict=True)
     )
     if curves and convention.curves == "none":
-        yield f"{_counted(curves, 'curve')} of the line count nothing: --curves is none"
+        yield f"{_counted(curves, 'curve')} of the line {_acts(curves)} nothing: --curves is none"
     tunnels = sum(on_the_way(row.position_m, row.position_m + row.length_m) for row in track.tunnels)
     if tunnels and not convention.tunnels:
-        yield f"{_counted(tunnels, 'tunnel')} of the line count nothing without --tunnels"
+        yield f"{_counted(tunnels, 'tunnel')} of the line {_acts(tunnels)} nothing without --tunnels"
     elif tunnels and not trip.train.tunnel_drag:
-        yield f"{_counted(tunnels, 'tunnel')} of the line count nothing: train {trip.train.name} has no tunnel drag"
+        without = f"train {trip.train.name} has no tunnel drag"
+        yield f"{_counted(tunnels, 'tunnel')} of the line {_acts(tunnels)} nothing: {without}"
 
 
 def large_gaps(content: Mapping[str, Any]) -> Iterator[str]:
@@ -111,3 +106,7 @@ def large_gaps(content: Mapping[str, Any]) -> Iterator[str]:
 
 def _counted(count: int, noun: str) -> str:
     return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def _acts(count: int) -> str:
+    return "counts" if count == 1 else "count"

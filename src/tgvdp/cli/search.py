@@ -13,7 +13,7 @@ from tgvdp.cli import echo_json
 from tgvdp.cli.clock import left_s, preparing_within, search_s
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand
-from tgvdp.cli.notes import idle, idle_restrictions, large_gaps, remarked, unused_line_speed, unusual
+from tgvdp.cli.notes import idle, idle_restrictions, large_gaps, remarked, unusual
 from tgvdp.cli.screen import Screen, advice_line, energy_table, front_table, power_and_cost
 from tgvdp.cli.search_case import Case, merged, read_case, read_map, resolved, suited
 from tgvdp.cli.search_options import search_options
@@ -22,7 +22,6 @@ from tgvdp.constants import METHODS
 from tgvdp.errors import BudgetExceededError
 from tgvdp.options.search import arguments_of
 from tgvdp.second_process import SecondProcess
-from tgvdp.units import kmh_to_mps
 
 if TYPE_CHECKING:
     from tgvdp.api import SearchResult
@@ -121,7 +120,7 @@ def command(
         declared = SearchOptions(**arguments)
         trip = resolved(case, declared, time.perf_counter() - started_s)
         if not quiet:
-            for text in _remarks(case, trip, line_speed_kmh, arguments):
+            for text in _remarks(case, trip, arguments):
                 screen.note(text)
         warm.compile_beside(second, screen.waiting, declared, certified=certify)
         if pictures:
@@ -161,12 +160,10 @@ def _require_traced(trace: bool, options: Mapping[str, Any]) -> None:
         raise click.UsageError(f"--trace belongs to method best-first, not to {method}", click.get_current_context())
 
 
-def _remarks(case: Case, trip: "Trip", line_speed_kmh: float | None, arguments: Mapping[str, Any]) -> Iterator[str]:
+def _remarks(case: Case, trip: "Trip", arguments: Mapping[str, Any]) -> Iterator[str]:
     """What readers noted, what is unusual, and what was given and changes nothing."""
     yield from remarked(case.remarks)
     yield from unusual(case.train, case.track)
-    if line_speed_kmh is not None:
-        yield from unused_line_speed(case.track, kmh_to_mps(line_speed_kmh))
     yield from idle_restrictions(trip, arguments.get("speed_restrictions", ()))
     yield from idle(trip)
 

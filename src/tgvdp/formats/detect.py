@@ -23,10 +23,13 @@ from tgvdp.formats.unknown import require_known_content
 from tgvdp.model import catalog
 from tgvdp.model.checks import require_number
 from tgvdp.model.track import Track
+from tgvdp.units import mps_to_kmh
 
 NATIVE = "native"
 KINDS: tuple[Kind, ...] = get_args(Kind)
 _NOTHING: Mapping[Kind, str] = MappingProxyType({})
+#: Speeds that differ by less differ by rounding.
+_SAME_MPS = 1e-9
 
 #: Each returns what a document holds, or None when it is not of its format.
 _FOREIGN = (
@@ -201,12 +204,24 @@ def _held(document: Document, content: Content, parts: dict[Kind, str | None]) -
             raise _never_missing(document, content.format)
         item = content.choose(document.path, kind, part)
         with errors_named(document.path):
-            made[kind] = item.make()
+            made[kind] = _without_effect(item.make(), document.line_speed_mps)
         kept[kind] = item.kept
     name = next(iter(made.values())).name
     inputs = {label(document.path): document.digest} | dict(content.inputs)
     remarks = {kind: tuple(f"{document.path.name}: {note}" for note in one.notes) for kind, one in made.items()}
     return Scenario(name=name, format=content.format, inputs=inputs, kept=kept, remarks=remarks, **made)
+
+
+def _without_effect(made: Any, line_speed_mps: float | None) -> Any:
+    """Note on a track that a line speed found no place without a limit."""
+    if line_speed_mps is None or not isinstance(made, Track):
+        return made
+    if any(abs(row.speed_mps - line_speed_mps) <= _SAME_MPS for row in made.speed_limits):
+        return made
+    note = (
+        f"the line speed asked for, {mps_to_kmh(line_speed_mps):g} km/h, changes nothing: there is a limit everywhere"
+    )
+    return replace(made, notes=(note, *made.notes))
 
 
 def _never_missing(document: Document, format: str) -> InputError:

@@ -8,6 +8,8 @@ from pathlib import Path
 from tgvdp.errors import InputError
 
 _DRAFT = ".tmp"
+#: As commands that can write to it call it.
+_STDOUT = "-"
 
 
 def check_writable(folder: str | os.PathLike[str]) -> None:
@@ -16,10 +18,13 @@ def check_writable(folder: str | os.PathLike[str]) -> None:
     Raises
     ------
     InputError
-        When the folder, or the nearest folder above it that exists, cannot be written, or it has no name.
+        When the folder, or the nearest folder above it that exists, cannot be written, or it has no name, or that of
+        stdout.
     """
     if not os.fspath(folder):
         raise InputError("a folder for results must have a name, got an empty text")
+    if os.fspath(folder) == _STDOUT:
+        raise InputError(f"a folder for results cannot be stdout, got {_STDOUT!r} (a folder of that name is ./-)")
     path = Path(folder).absolute()
     existing = next(candidate for candidate in (path, *path.parents) if os.path.lexists(candidate))
     if not existing.is_dir():
@@ -34,10 +39,12 @@ def check_new(path: str | os.PathLike[str], *, force: bool) -> None:
     Raises
     ------
     InputError
-        When there is a file, or a link to one; or a folder.
+        When there is a file, or a link to one; or a folder; or where the name is that of stdout.
     """
     if not os.fspath(path):
         raise InputError("a file to write must have a name, got an empty text")
+    if os.fspath(path) == _STDOUT:
+        raise InputError(f"this is not written to stdout, got {_STDOUT!r} (a file of that name is ./-)")
     if Path(path).is_dir():
         raise InputError(f"{path}: is a folder, not a file")
     if not force and os.path.lexists(path) and not _is_stream(Path(path)):

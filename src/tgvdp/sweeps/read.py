@@ -14,10 +14,10 @@ from msgspec import Meta, Struct
 from tgvdp.errors import InputError
 from tgvdp.formats import read_source
 from tgvdp.formats.detect import load_all
-from tgvdp.formats.native.changes import Changed, changed
+from tgvdp.formats.native.changes import Changed, changed, fields
 from tgvdp.formats.native.reader import run_options
 from tgvdp.formats.syntax.reading import bad, errors_named, read_document, shown
-from tgvdp.formats.syntax.typed import decode
+from tgvdp.formats.syntax.typed import decode, suggestion
 from tgvdp.formats.unknown import SWEEP_FIELDS
 from tgvdp.model import catalog
 from tgvdp.model.track import Track
@@ -203,6 +203,10 @@ def _axes(path: Path, file: _File) -> list[tuple[str, Axis]]:
             got = ", ".join(shown(value) for value in twice[0])
             raise bad(path, f"{place}.{' and '.join(axis.names)}: must have each value once, got {got} twice")
     names = [name for _, axis in axes for name in axis.names]
+    for place, axis in axes:
+        for name in axis.names:
+            if "." in name and not name.startswith(SET):  # options have no dot
+                raise bad(path, f"{place}: unknown field {shown(name)}{suggestion(name, fields())}")
     for name in names:
         if names.count(name) > 1 or name in file.run:
             raise bad(path, f"{name}: stands in more than one of run, product and zip")

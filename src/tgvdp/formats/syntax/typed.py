@@ -10,12 +10,12 @@ from typing import Annotated, Any, TypeVar, get_args, get_origin
 import msgspec
 
 from tgvdp.formats.syntax.reading import bad, field_text, shown
-from tgvdp.units import LARGEST_WRITTEN
+from tgvdp.units import LARGEST_WRITTEN, SMALLEST_WRITTEN
 
 T = TypeVar("T")
 
 _FEW = 8
-Positive = Annotated[float, msgspec.Meta(gt=0.0, le=LARGEST_WRITTEN)]
+Positive = Annotated[float, msgspec.Meta(ge=SMALLEST_WRITTEN, le=LARGEST_WRITTEN)]
 NotNegative = Annotated[float, msgspec.Meta(ge=0.0, le=LARGEST_WRITTEN)]
 Finite = Annotated[float, msgspec.Meta(ge=-LARGEST_WRITTEN, le=LARGEST_WRITTEN)]
 
@@ -134,6 +134,8 @@ def _explain(text: str, at: tuple[str | int, ...], value: Any, kinds: list[Any])
         return f"{where}{text[0].lower()}{text[1:]}, got {shown(value)}"
     wanted = re.sub(r"`([^`]*)`", lambda types: _words(types[1]), expected[1]).replace("-0.0", "0.0")
     wanted = re.sub(rf"a number [<>]= -?{LARGEST_WRITTEN}", f"a number within ±{LARGEST_WRITTEN:g}", wanted)
+    if isinstance(value, int | float) and value <= 0.0:
+        wanted = wanted.replace(f">= {SMALLEST_WRITTEN}", "> 0.0")
     if wanted.startswith("a list of length") and isinstance(value, list):
         return f"{where}must be {wanted}, got {len(value)} values"
     unit = _unit_of(kinds)

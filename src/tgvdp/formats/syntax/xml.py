@@ -15,7 +15,7 @@ from typing import Any
 
 from tgvdp.errors import InputError, MissingExtraError
 from tgvdp.formats.syntax.reading import LARGEST_BYTES, bad, shown
-from tgvdp.units import LARGEST_WRITTEN
+from tgvdp.units import LARGEST_WRITTEN, SMALLEST_WRITTEN
 
 #: A file of a few megabytes can hold millions of elements, each of which costs a hundred times its text.
 MOST_ELEMENTS = 500_000
@@ -242,6 +242,7 @@ class Node:
         wanted = (
             (abs(value) <= LARGEST_WRITTEN, f"within ±{LARGEST_WRITTEN:g}"),
             (value > above, f"above {above:g}"),
+            (above != 0.0 or value >= SMALLEST_WRITTEN, f"at least {SMALLEST_WRITTEN:g}"),
             (value >= at_least, f"at least {at_least:g}"),
             (value <= at_most, f"at most {at_most:g}"),
         )

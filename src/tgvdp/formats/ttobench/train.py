@@ -13,6 +13,7 @@ from tgvdp.formats.syntax.typed import NotNegative, Positive, decode
 from tgvdp.formats.ttobench.fields import ETCS, Metadata, Quantity, number_si, rows_si, spaced
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.train import BrakingRate, Train, TunnelDrag
+from tgvdp.units import SMALLEST_WRITTEN
 
 _MOST_ROTATING_MASS = 0.5  # a locomotive has about 0.3; more is a slip of unit
 
@@ -103,6 +104,9 @@ def read_train(document: Document, brake: str = "") -> Train:
         if given and (given.value < 0.0 or (given.value == 0.0 and not zero_ok)):
             bound = "at least" if zero_ok else "above"
             raise bad(path, f"{spaced(name)}: must be {bound} 0 {given.unit}, got {given.value:g} {given.unit}")
+        if given and not zero_ok and given.value < SMALLEST_WRITTEN:
+            least = f"{SMALLEST_WRITTEN:g} {given.unit}"
+            raise bad(path, f"{spaced(name)}: must be at least {least}, got {given.value:g} {given.unit}")
         value = number_si(path, spaced(name), given, quantity, default=default)
         if given and quantity == "ratio" and value > 1.0:
             most = f"{100 if given.unit == '%' else 1} {given.unit}"
