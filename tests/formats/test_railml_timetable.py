@@ -238,7 +238,7 @@ def test_a_timetable_without_a_line_is_described_by_its_trains(saved_xml):
     assert described.kind == "timetable"
     assert [(figure.name, str(figure)) for figure in described.figures] == [
         ("train t", "4711: Aston to Berry, 4 places, 10:00:00 to 10:10:00"),
-        ("train q", "x to B7, 3 places, 10:04:00 to 10:06:30"),
+        ("train q", "x to B7, 3 places, 10:04:00 to 10:06:30; a timetable needs two stops with times, got 1"),
     ]
     assert described.notes == (
         "it gives no positions: tgvdp journey takes it with a line that has places of these names",
@@ -248,6 +248,8 @@ def test_a_timetable_without_a_line_is_described_by_its_trains(saved_xml):
         assert describe_file(f"{path}#{chosen}").figures == described.figures[:1]
     assert refusal(describe_file, f"{path}#4712") == "holds no journey '4712', did you mean '4711'?"
     assert review_file(path) == []
+    passed = text.replace(timetable(*parts, trains=TRAIN), timetable(part("p", DAY[2])))
+    assert refusal(describe_file, saved_xml(passed)).endswith("two stops with times, and no train has them")
     late = text.replace('"10:10:00"', '"10:00:30"')
     assert "times must not decrease, got 10:00:30 after a later one" in refusal(describe_file, saved_xml(late))
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from tgvdp.errors import InputError
-from tgvdp.formats.calls import FEWEST_STOPS, Call, RunningClock, by_name, journey_of
+from tgvdp.formats.calls import FEWEST_STOPS, NO_JOURNEY, Call, RunningClock, by_name, journey_of
 from tgvdp.formats.content import Outline
 from tgvdp.formats.railml.line2 import POINTS, names_of
 from tgvdp.formats.syntax.clocks import clock_s
@@ -112,18 +112,25 @@ def outlined(root: Node) -> Iterator[Outline]:
     Raises
     ------
     InputError
-        When a time is none, or times decrease.
+        When a time is none, times decrease, or no train has the stops of a journey.
     """
     names = _names_by_id(root)
-    for train in timed_trains(root):
+    trains = timed_trains(root)
+    most = 0
+    for train in trains:
         stands = _joined([times for part in train.parts for times in _times_of(part, {})])
         refs = [one.node.required_text("ocpRef") for one in stands]
         ends = " to ".join(names.get(ref, (ref,))[0] for ref in (refs[0], refs[-1]))
         clocks = [text for one in stands for text in map(one.times.text, ("arrival", "departure")) if text]
         when = f", {clocks[0]} to {clocks[-1]}" if clocks else ""
         called = ", ".join(name for name in train.names if name != train.id)
-        text = f"{called}: {ends}, {len(stands)} places{when}".removeprefix(": ")
+        stops = sum(one.stops for one in stands)
+        most = max(most, stops)
+        lacks = "" if stops >= FEWEST_STOPS else f"; {NO_JOURNEY}, got {stops}"
+        text = f"{called}: {ends}, {len(stands)} places{when}{lacks}".removeprefix(": ")
         yield Outline(train.id, "train", text, train.names)
+    if trains and most < FEWEST_STOPS:
+        raise trains[0].parts[0].bad(f"{NO_JOURNEY}, and no train has them")
 
 
 def _names_by_id(root: Node) -> dict[str, tuple[str, ...]]:
