@@ -18,10 +18,18 @@ from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand, apply_all, heading
 from tgvdp.cli.journey_tables import front_table, journey_advice_lines, margins_table, robustness_table
 from tgvdp.cli.notes import remarked, unusual
-from tgvdp.cli.numbers import LINE_SPEED, number
+from tgvdp.cli.numbers import number
 from tgvdp.cli.screen import Screen
 from tgvdp.cli.search_case import merged, read_case, read_map, resolved
-from tgvdp.cli.search_options import SET_HELP, TRACK_HELP, TRAIN_HELP, complete, complete_fields, declared
+from tgvdp.cli.search_options import (
+    LINE_AND_FIELDS,
+    PICTURES,
+    TRACK_HELP,
+    TRAIN_HELP,
+    complete,
+    declared,
+    folder_and_screen,
+)
 from tgvdp.errors import BudgetExceededError, InputError
 from tgvdp.model.margin import checked_ranges
 from tgvdp.options.search import BY_FIELD, JOURNEY_FIELDS, TRIP, JourneyOptions, arguments_of
@@ -90,18 +98,14 @@ _OPTIONS = [
         type=number("s", at_least=0.0),
         help="Standstill at each stop on the way; less where a timetable leaves less.",
     ),
-    _trip("--line-speed", "line_speed_kmh", **LINE_SPEED),
-    _trip("--set", "changes", metavar="FIELD=VALUE", multiple=True, shell_complete=complete_fields, help=SET_HELP),
+    *LINE_AND_FIELDS,
     *(declared(BY_FIELD[field]) for field in JOURNEY_FIELDS),
     _output("--margins", "margins", metavar="LIST", multiple=True, callback=_readable_margins, help=_MARGINS_HELP),
     _output("--within", "within_pct", metavar="PCT", default="2", show_default=True, type=_WITHIN, help=_WITHIN_HELP),
     _output("--delay", "mean_delay_s", metavar="S", type=number("s", above=0.0), help=_DELAY_HELP),
     _output("--certify", is_flag=True, help="Prove how far the optimum can be; takes seconds."),
-    _output("--pictures/--no-pictures", default=True, show_default=True, help="Draw pictures."),
-    _output("--out", metavar="DIR", default="journey", show_default=True, help="Folder of the results."),
-    _output("--force", is_flag=True, help="Write into a folder that holds files of others."),
-    _output("--json", "as_json", is_flag=True, help="Print one JSON object on stdout, everything else on stderr."),
-    _output("--quiet", is_flag=True, help="Print nothing but errors and what --json asks for."),
+    PICTURES,
+    *folder_and_screen("journey"),
 ]
 
 

@@ -106,6 +106,24 @@ def _readable(read: Callable[[Any], Any]) -> Callable[[click.Context, click.Para
 _trip = heading(TRIP)
 _output = heading("Proof and output")
 
+#: What commands have that run trains on lines: where limits come from, and fields that are set.
+LINE_AND_FIELDS = (
+    _trip("--line-speed", "line_speed_kmh", **LINE_SPEED),
+    _trip("--set", "changes", metavar="FIELD=VALUE", multiple=True, shell_complete=complete_fields, help=SET_HELP),
+)
+PICTURES = _output("--pictures/--no-pictures", default=True, show_default=True, help="Draw pictures.")
+
+
+def folder_and_screen(folder: str) -> tuple[Decorator, ...]:
+    """Options of a command that writes a folder, which has a name of its own, and prints what is in it."""
+    return (
+        _output("--out", metavar="DIR", default=folder, show_default=True, help="Folder of the results."),
+        _output("--force", is_flag=True, help="Write into a folder that holds files of others."),
+        _output("--json", "as_json", is_flag=True, help="Print one JSON object on stdout, everything else on stderr."),
+        _output("--quiet", is_flag=True, help="Print nothing but errors and what --json asks for."),
+    )
+
+
 #: All options in the order of the help page.
 _OPTIONS = [
     _trip("--track", metavar="FILE|NAME", shell_complete=complete, help=TRACK_HELP),
@@ -117,21 +135,17 @@ _OPTIONS = [
         help="Train, line and options in one file; the command line wins over it.",
     ),
     _trip("--journey", metavar="FILE[#N]", shell_complete=complete, help=_JOURNEY_HELP),
-    _trip("--line-speed", "line_speed_kmh", **LINE_SPEED),
-    _trip("--set", "changes", metavar="FIELD=VALUE", multiple=True, shell_complete=complete_fields, help=SET_HELP),
+    *LINE_AND_FIELDS,
     *map(declared, BY_FIELD.values()),
     _output("--certify/--no-certify", default=True, show_default=True, help="Prove how far the optimum can be."),
     _output("--profiles", type=click.Choice(PROFILE_FORMATS), default="csv", show_default=True, help=_PROFILES_HELP),
     _output("--every", "every_m", metavar="M", type=number("m", above=0.0), help=_EVERY_HELP),
     _output("--trace", is_flag=True, help=_TRACE_HELP),
     _output("--format", metavar="LIST", default="png", show_default=True, callback=_formats, help=_FORMAT_HELP),
-    _output("--pictures/--no-pictures", default=True, show_default=True, help="Draw pictures."),
+    PICTURES,
     _output("--price-per-kwh", metavar="EUR", type=number("€/kWh", at_least=0.0), help=_PRICE_HELP),
     _output("--co2-g-per-kwh", metavar="G", type=number("g/kWh", at_least=0.0), help=_CO2_HELP),
-    _output("--out", metavar="DIR", default="out", show_default=True, help="Folder of the results."),
-    _output("--force", is_flag=True, help="Write into a folder that holds files of others."),
-    _output("--json", "as_json", is_flag=True, help="Print one JSON object on stdout, everything else on stderr."),
-    _output("--quiet", is_flag=True, help="Print nothing but errors and what --json asks for."),
+    *folder_and_screen("out"),
 ]
 
 
