@@ -75,7 +75,9 @@ def test_steps_are_all_of_a_run(train, track):
 
 def test_a_sentence_says_where_and_how_fast():
     def step(action, from_m, to_m, from_kmh, to_kmh):
-        return Instruction(action, from_m, to_m, 0.0, 1.0, kmh_to_mps(from_kmh), kmh_to_mps(to_kmh))
+        from_mps, to_mps = kmh_to_mps(from_kmh), kmh_to_mps(to_kmh)
+        lasts_s = 2.0 * (to_m - from_m) / (from_mps + to_mps)
+        return Instruction(action, from_m, to_m, 0.0, lasts_s, from_mps, to_mps)
 
     track = replace(tgvdp.load_track("flat-100km"), places=(Place(5000.0, "Mid"), Place(9000.0, "End")))
     steps = [
@@ -89,6 +91,12 @@ def test_a_sentence_says_where_and_how_fast():
     assert sentence(track, [step("hold", 0.0, 9e3, 60, 56)]) == "Partial effort to End (km 9.00) (56 km/h)."
     assert sentence(track, steps[:1]) == "Full power to km 1.00 (80 km/h)."
     assert sentence(track, [step("coast", 0.0, 90e3, 50, 40)]) == "Coast to km 90.0 (40 km/h)."
+    assert sentence(track, [step("coast", 0.0, 9e3, 50, 0)]) == "Coast to stop at End (km 9.00)."
+    # A speed that drifts is held at its mean, up to which the train accelerates.
+    steps = [step("power", 0.0, 1e3, 0.0, 78.0), step("hold", 1e3, 4e3, 78.0, 81.0), step("brake", 4e3, 5e3, 81, 90)]
+    assert sentence(track, steps) == (
+        "Accelerate to 80 km/h, hold 80 km/h to km 4.00, then brake to Mid (km 5.00) (90 km/h)."
+    )
 
 
 def test_little_effort_along_which_a_train_slows_down_is_not_full_power():

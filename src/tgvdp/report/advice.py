@@ -87,16 +87,28 @@ def _parts(track: "Track", steps: Sequence[Instruction]) -> Iterator[str]:
     for index, step in enumerate(steps):
         before, after = _kmh(step.from_mps), _kmh(step.to_mps)
         until = _place(track, step.to_m, decimals)
+        to_place = f"to {until} ({after} km/h)"
         if step.action == "power":
-            gains = after - before >= _GAINS_KMH
-            yield f"accelerate to {after} km/h" if gains and index < last else f"full power to {until} ({after} km/h)"
+            following = None if index == last else _held_kmh(steps[index + 1])
+            gains = after - before >= _GAINS_KMH and index < last
+            reached = after if following is None else following
+            yield f"accelerate to {reached} km/h" if gains else f"full power {to_place}"
         elif step.action == "hold":
-            holds = abs(after - before) <= _DRIFTS_KMH
-            yield f"hold {after} km/h to {until}" if holds else f"partial effort to {until} ({after} km/h)"
-        elif step.action == "coast":
-            yield f"coast to {until} ({after} km/h)"
-        else:
-            yield f"brake to stop at {until}" if step.to_mps == 0.0 else f"brake to {after} km/h by {until}"
+            held = _held_kmh(step)
+            yield f"partial effort {to_place}" if held is None else f"hold {held} km/h to {until}"
+        elif step.to_mps == 0.0:
+            yield f"{step.action} to stop at {until}"
+        elif step.action == "brake" and after <= before:
+            yield f"brake to {after} km/h by {until}"
+        else:  # under brakes, too, a train may gain speed downhill
+            yield f"{step.action} {to_place}"
+
+
+def _held_kmh(step: Instruction) -> int | None:
+    """The speed that a step holds, which takes the time that it takes; None where it holds none."""
+    if step.action != "hold" or abs(_kmh(step.to_mps) - _kmh(step.from_mps)) > _DRIFTS_KMH:
+        return None
+    return _kmh((step.to_m - step.from_m) / (step.to_s - step.from_s))
 
 
 def _kmh(speed_mps: float) -> int:
