@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ import tgvdp
 from tests.helpers.journey_case import LINE, METRO
 from tests.helpers.margin_case import HILLS, TRAIN
 from tgvdp import EffortCurve
-from tgvdp.errors import InfeasibleError, InputError
+from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.margins.side_by_side import passing_s
 from tgvdp.model.journey import Journey, TimingPoint
 from tgvdp.model.margin import MarginRange, Supplement
@@ -53,6 +54,18 @@ def test_the_optimum_is_cheapest_and_the_uniform_margin_cheaper_than_the_linear_
     for one in slowed[1]:
         assert one.energy_j["optimum"] <= one.energy_j["economy"] * (1.0 + 2e-4)
         assert one.energy_j["economy"] < one.energy_j["uniform"] < one.energy_j["linear"]
+
+
+def test_the_optimum_has_a_time_limit_of_its_own():
+    """Asked for after that of the journey had passed it was the fastest journey."""
+    journey = tgvdp.journey(METRO, LINE, points=2, time_limit_s=2.0)
+    asked_at_once = journey.margins("5%", time_limit_s=60.0)
+    time.sleep(2.0)
+    asked_later = journey.margins("5%", time_limit_s=60.0)
+    assert asked_later.energy_j == asked_at_once.energy_j
+    assert asked_later.time_s["optimum"] == pytest.approx(1.05 * journey.fastest_time_s, abs=0.1)
+    with pytest.raises(BudgetExceededError, match="the time limit"):
+        journey.margins("5%", time_limit_s=1e-6)
 
 
 def test_all_of_them_replay(slowed):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tgvdp.api.budget import budget_of
 from tgvdp.api.margins import Margins, margins_of
+from tgvdp.api.section_method import SectionMethod
 from tgvdp.api.sense import sensible_numbers
 from tgvdp.certificate.front import Certificate, certify_front
 from tgvdp.cores import side_by_side
@@ -254,7 +255,11 @@ class JourneyResult:
         asked = parse_margins(ranges) if isinstance(ranges, str) else ranges
         clock = budget_of(self.options, time_limit_s).start()
         with sensible_numbers(self.trip, self.options["max_memory_b"]):
-            return margins_of(between, asked, within, self.options["dwell_s"], clock)
+            unknown = [
+                SectionRuns(one.trip, one.fastest, SectionMethod(one.trip, clock, self.options["max_memory_b"]))
+                for one in between
+            ]
+            return margins_of(unknown, asked, within, self.options["dwell_s"], clock)
 
     def _without_windows(self, what: str) -> list[SectionRuns]:
         """Sections of a journey without windows."""

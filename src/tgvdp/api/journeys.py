@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tgvdp.api.budget import budget_of
 from tgvdp.api.journey_result import JourneyResult
-from tgvdp.api.methods import continuous_front
+from tgvdp.api.section_method import SectionMethod
 from tgvdp.api.sense import sensible_numbers
 from tgvdp.api.targets import asked_targets, met_to_s
 from tgvdp.api.trip import trip_of
@@ -25,9 +25,7 @@ from tgvdp.journeys.section import SectionRuns
 from tgvdp.journeys.timed import TimedJourney
 from tgvdp.journeys.windows import Windows, windows_of
 from tgvdp.memory import limited_memory
-from tgvdp.methods.budget import Clock, SearchBudget
-from tgvdp.methods.costate.front import OptimalRuns
-from tgvdp.methods.refine.extremals import Extremals
+from tgvdp.methods.budget import Clock
 from tgvdp.model.checks import require_number
 from tgvdp.model.energy import EnergyMap
 from tgvdp.model.journey import Journey, TimingPoint
@@ -36,7 +34,6 @@ from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
 from tgvdp.options.search import JourneyOptions
 from tgvdp.runs.fastest import fastest_run
-from tgvdp.runs.profile import Profile
 
 _Floats = NDArray[np.float64]
 
@@ -233,15 +230,8 @@ def _solver(clock: Clock, max_memory_b: float | None, *, rough: bool = False) ->
     """What makes the runs of a trip within the time and the memory that are left: by the front method."""
 
     def solved(trip: Trip) -> SectionRuns:
-        known: list[Extremals] = []
-
-        def method(asked: Trip, fastest: Profile, target_s: _Floats, tolerance_s: float) -> OptimalRuns:
-            own, left = known if asked is trip else None, SearchBudget().after(clock)
-            with sensible_numbers(asked, max_memory_b):
-                return continuous_front(asked, fastest, target_s, left, tolerance_s, rough=rough, known=own)
-
         with sensible_numbers(trip, max_memory_b):
-            return SectionRuns(trip, fastest_run(trip), method)
+            return SectionRuns(trip, fastest_run(trip), SectionMethod(trip, clock, max_memory_b, rough))
 
     return solved
 

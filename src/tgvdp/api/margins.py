@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.api.targets import met_to_s
-from tgvdp.errors import InputError
+from tgvdp.errors import BudgetExceededError, InputError
 from tgvdp.journeys.front import journey_front
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.margins.side_by_side import deviation_s, largest_deviation_s, margin_runs
@@ -116,12 +116,20 @@ def margins_of(
 ) -> Margins:
     """Slow the fastest runs of sections down in all ways.
 
+    Parameters
+    ----------
+    sections : sequence of SectionRuns
+        Of which no runs are known: so the optimum does not depend on what else was asked for.
+    ranges, within, dwell_s
+        As of `Margins`.
+    clock : Clock
+
     Raises
     ------
     InputError
         When ranges overlap or do not lie on the line, or ``within`` is out of range.
     InfeasibleError, BudgetExceededError
-        See `tgvdp.margins.side_by_side.margin_runs`.
+        See `tgvdp.margins.side_by_side.margin_runs`; the time may be up before the optimum is found, too.
     """
     if not 0.0 < require_number("margins", "within", within, "as a share", above=0.0) < 1.0:
         raise InputError(f"margins: within must be below 1 as a share, got {within:g}")
@@ -129,8 +137,10 @@ def margins_of(
     fastest_s = sum(one.fastest.duration_s for one in sections)
     runs = {name: tuple(own) for name, own in slowed._asdict().items()}
     supplement_s = sum(run.duration_s for run in slowed.linear) - fastest_s
-    anew = [one.anew() for one in sections]
-    found = journey_front(anew, np.array([max(supplement_s, 0.0)]), met_to_s(fastest_s), dwell_s, lambda: clock.expired)
-    runs["optimum"] = tuple(one.profile(int(run)) for one, run in zip(anew, found.run[-1], strict=True))
+    wanted_s = np.array([max(supplement_s, 0.0)])
+    found = journey_front(sections, wanted_s, met_to_s(fastest_s), dwell_s, lambda: clock.expired)
+    if not found.complete:
+        raise BudgetExceededError("margins: the time limit passed before the optimum was found")
+    runs["optimum"] = tuple(one.profile(int(run)) for one, run in zip(sections, found.run[-1], strict=True))
     ordered = checked_ranges(ranges, sections[0].trip.track.length_m)
     return Margins(ordered, within, fastest_s, tuple(one.trip for one in sections), runs, dwell_s)

@@ -48,10 +48,6 @@ class SectionRuns:
         self.complete = True
         self.exhausted = False
 
-    def anew(self) -> "SectionRuns":
-        """The same section, of which no runs are known yet."""
-        return SectionRuns(self.trip, self.fastest, self.method)
-
     def reach(self, supplement_s: NDArray[np.float64], tolerance_s: float) -> None:
         """Find the runs that take given supplements over the fastest run, s, in any order.
 
