@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from tests.helpers.sweep_case import run
 from tgvdp import InputError
 from tgvdp.report.sweep_plots import Effect, plot_tornado
-from tgvdp.sweeps.summary import Savings, by_effect, grid, read_savings, report_object, told_apart
+from tgvdp.sweeps.summary import Savings, axes_of_map, by_effect, grid, read_savings, report_object, told_apart
 from tgvdp.sweeps.tables import SCHEMAS
 
 arrow = pytest.importorskip("pyarrow")
@@ -184,6 +184,21 @@ def test_what_goes_along_with_each_other_is_one_axis():
         "energy": ["x", "y", "x"],
     }
     assert told_apart(axes) == {"train": ["a", "a", "b"], "wind_kmh and energy": ["0, x", "9, y", "0, x"]}
+
+
+def test_a_map_is_of_axes_of_which_none_decides_the_other():
+    """Of sections and their lines half of its cells were empty."""
+    axes = {
+        "line": ["a", "a", "b", "b"] * 2,
+        "section": ["a 0-1", "a 1-2", "b 0-1", "b 1-2"] * 2,
+        "wind_kmh": [0] * 4 + [9] * 4,
+    }
+    fastest, energy = np.full(8, 10.0), np.array([1.0, 2.0, 5.0, 8.0, 1.1, 2.1, 5.1, 8.1])
+    savings = Savings(5.0, np.arange(8), fastest, energy, axes, {"done": 8}, np.zeros(8))
+    assert [axis for axis, _ in by_effect(savings)] == ["section", "line", "wind_kmh"]
+    assert axes_of_map(savings) == ["section", "wind_kmh"]
+    places = {name: axes[name] for name in ("line", "section")}
+    assert axes_of_map(Savings(5.0, np.arange(8), fastest, energy, places, {"done": 8}, np.zeros(8))) == []
 
 
 def test_no_sweep_there(tmp_path):

@@ -145,7 +145,8 @@ def _estimate(spec: "SweepSpec", cluster: Any, screen: Screen, as_json: bool) ->
         click.echo(f"tgvdp: warning: {content['failed']} of {content['sampled']} failed: {content['error']}", err=True)
     if content["seconds_each"] is not None:
         each = f"{content['seconds_each'] * 1e3:.3g} ms each, by {content['sampled']} of them"
-        click.echo(f"about {duration(content['elapsed_s'])} on {content['workers']} workers, {each}")
+        workers = f"{content['workers']} worker{'' if content['workers'] == 1 else 's'}"
+        click.echo(f"about {duration(content['elapsed_s'])} on {workers}, {each}")
     return 0
 
 

@@ -13,6 +13,7 @@ from tgvdp.report.sweep_plots import Effect, plot_distribution, plot_map, plot_t
 from tgvdp.sweeps.summary import (
     Level,
     Savings,
+    axes_of_map,
     by_effect,
     grid,
     report_object,
@@ -86,7 +87,7 @@ def _pictures(savings: Savings, content: Mapping[str, Any]) -> dict[str, Picture
     if effects:
         pictures["tornado"] = plot_tornado(effects, network["saved_pct"], margin_pct, detail)
     maps = {
-        "map": [axis for axis, _ in ranked[:2]],
+        "map": axes_of_map(savings),
         "network": [axis for axis in ("train", "line") if axis in savings.axes],
     }
     for name, axes in maps.items():

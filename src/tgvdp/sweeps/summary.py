@@ -235,6 +235,18 @@ def grid(savings: Savings, row_axis: str, column_axis: str) -> Grid:
         return Grid(row_axis, rows, column_axis, columns, 100.0 * sums[0] / np.abs(sums[1]))
 
 
+def axes_of_map(savings: Savings) -> list[str]:
+    """The two axes on which the saving depends most, none of which decides the other, as a section does its line."""
+    ranked = [axis for axis, _ in by_effect(savings)]
+    pairs = itertools.combinations(ranked, 2)
+    return next((list(pair) for pair in pairs if not _is_nested(*(savings.axes[axis] for axis in pair))), [])
+
+
+def _is_nested(one: Sequence[Any], other: Sequence[Any]) -> bool:
+    """Whether each value of one axis comes with a single value of the other: most cells of a map would be empty."""
+    return len(set(zip(one, other, strict=True))) == max(len(set(one)), len(set(other)))
+
+
 def report_object(savings: Savings) -> dict[str, Any]:
     """Build the object of schema tgvdp.sweep-report/1."""
     fastest_kwh, saved_kwh = float(savings.fastest_kwh.sum()), float(savings.saved_kwh.sum())
