@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import tgvdp
+from tests.helpers.journey_case import LINE, METRO
 from tgvdp.errors import InputError, MissingExtraError
 from tgvdp.report.tables import FRONT_COLUMNS
 
@@ -42,6 +43,16 @@ def test_notebooks_show_a_picture_and_a_table(result):
     assert "data:image/png;base64," in page
     assert page.count("<tr>") == 1 + len(result.front)
     assert "Energy at the wheel (kWh)" in page
+    assert len(page) < 100_000
+
+
+def test_notebooks_show_a_journey_likewise():
+    journey = tgvdp.journey(METRO, LINE, points=4)
+    page = journey._repr_html_()
+    assert "<b>metro on metro line, 6 km</b>: 4 sections, 4 points" in page
+    assert "data:image/png;base64," in page
+    assert page.count("<tr>") == 1 + len(journey.front)
+    assert f'<td style="text-align:right">{journey.front.energy_j[0] / 3.6e6:.3f}' in page
     assert len(page) < 100_000
 
 

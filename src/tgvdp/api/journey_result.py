@@ -298,3 +298,9 @@ class JourneyResult:
             f"<JourneyResult: {self.trip.train.name} on {self.trip.track.name}, {len(self.sections)} sections,"
             f" {len(self.front)} points from {self.fastest_time_s:.1f} s>"
         )
+
+    def _repr_html_(self) -> str:
+        """Show a small picture and a table, in notebooks."""
+        from tgvdp.report.notebook import journey_html
+
+        return journey_html(self)

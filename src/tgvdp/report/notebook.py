@@ -11,13 +11,13 @@ import numpy as np
 from tgvdp.errors import MissingExtraError
 from tgvdp.report.columns import decimals
 from tgvdp.report.front_plots import energy_name, heading, plot_front
-from tgvdp.report.style import clock, energy_scale
+from tgvdp.report.style import Picture, clock, energy_scale
 from tgvdp.report.tables import margin_pct, saved_pct
 from tgvdp.runs.profile import REGIMES
 from tgvdp.units import joule_to_kwh
 
 if TYPE_CHECKING:
-    from tgvdp.api import SearchResult
+    from tgvdp.api import JourneyResult, SearchResult
     from tgvdp.runs.samples import Samples
 
 _ROWS = 6
@@ -66,10 +66,26 @@ def _pandas() -> Any:
 
 def result_html(result: "SearchResult") -> str:
     """Name, picture of the front and a few of its points."""
+    said = f"method {result.method}, {len(result.front)} points"
+    fastest = result.fastest
+    return _html(result, (fastest.time_s, fastest.energy_j), said, plot_front(result), "Energy saved over delay")
+
+
+def journey_html(result: "JourneyResult") -> str:
+    """Name, picture of the front beside today's practices, and a few of its points."""
+    sections = f"{len(result.sections)} section{'' if len(result.sections) == 1 else 's'}"
+    said, fastest = f"{sections}, {len(result.front)} points", (result.fastest_time_s, result.fastest_energy_j)
+    return _html(result, fastest, said, result.plot("front"), "Energy over running time")
+
+
+def _html(
+    result: "SearchResult | JourneyResult", fastest: tuple[float, float], said: str, picture: Picture, shows: str
+) -> str:
+    """Name, picture and a few points of a front, beside the time, s, and energy, J, of the fastest run."""
     buffer = io.BytesIO()
-    plot_front(result).savefig(buffer, format="png", dpi=_DPI)
-    picture = base64.b64encode(buffer.getvalue()).decode()
-    fastest, front = result.fastest, result.front
+    picture.savefig(buffer, format="png", dpi=_DPI)
+    drawn = base64.b64encode(buffer.getvalue()).decode()
+    (fastest_s, fastest_j), front = fastest, result.front
     chosen = np.unique(np.linspace(0, len(front) - 1, _ROWS).round().astype(int)).tolist()
     scale = energy_scale(float(np.abs(front.energy_j).max()))
     places = decimals((front.energy_j * scale.factor).tolist(), 5)
@@ -77,15 +93,15 @@ def result_html(result: "SearchResult") -> str:
     for index in chosen:
         time_s, energy_j = float(front.time_s[index]), float(front.energy_j[index])
         cells = (
-            f"{margin_pct(time_s, fastest.time_s):.1f} %", clock(time_s), f"{energy_j * scale.factor:.{places}f}",
-            f"{saved_pct(energy_j, fastest.energy_j):.1f} %",
+            f"{margin_pct(time_s, fastest_s):.1f} %", clock(time_s), f"{energy_j * scale.factor:.{places}f}",
+            f"{saved_pct(energy_j, fastest_j):.1f} %",
         )  # fmt: skip
         rows.append("<tr>" + "".join(f'<td style="text-align:right">{cell}</td>' for cell in cells) + "</tr>")
     heads = ("margin", "time", f"{energy_name(result.trip)} ({scale.unit})", "saved")
     head = "".join(f'<th style="text-align:right">{html.escape(name)}</th>' for name in heads)
     notes = "".join(f"<p>{html.escape(warning)}</p>" for warning in result.warnings)
     return (
-        f"<div><p><b>{html.escape(heading(result.trip))}</b>: method {result.method}, {len(front)} points</p>"
-        f'<img alt="Energy saved over delay" src="data:image/png;base64,{picture}"/>'
+        f"<div><p><b>{html.escape(heading(result.trip))}</b>: {said}</p>"
+        f'<img alt="{shows}" src="data:image/png;base64,{drawn}"/>'
         f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>{notes}</div>"
     )
