@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from tgvdp.cli import echo_json
+from tgvdp.cli.completions import complete_instance
 from tgvdp.cli.screen import Screen, duration
 from tgvdp.solvers.allowance import ITEMS
 
@@ -27,7 +28,7 @@ Examples:
 
 
 @click.command("bench", epilog=_EXAMPLES)
-@click.argument("words", metavar="[INSTANCES]...", nargs=-1)
+@click.argument("words", metavar="[INSTANCES]...", nargs=-1, shell_complete=complete_instance)
 @click.option(
     "--solvers", default=SOLVERS, show_default=True, metavar="LIST",
     help="Words NAME[:ENCODING][:KEY=VALUE ...] with commas; keys: penalty, runs, "

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from tgvdp.cli import echo_json
+from tgvdp.cli.completions import complete_name
 from tgvdp.errors import InputError
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ Examples:
 
 
 @click.command("catalog", epilog=_EXAMPLES)
-@click.argument("name", required=False)
+@click.argument("name", required=False, shell_complete=complete_name)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(name: str | None, as_json: bool) -> None:
     """List the built-in trains, lines, energy maps and instances of the formulations, or show NAME and its sources."""

@@ -9,11 +9,12 @@ from typing import Any
 import click
 
 from tgvdp.cli import echo_json
+from tgvdp.cli.completions import complete_folder, complete_source
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.notes import remarked
 from tgvdp.cli.numbers import number
 from tgvdp.cli.screen import Screen, aligned, column
-from tgvdp.cli.search_options import DEFAULT_TRACK, DEFAULT_TRAIN, complete
+from tgvdp.cli.search_options import DEFAULT_TRACK, DEFAULT_TRAIN
 from tgvdp.errors import InputError
 
 #: Points of a front besides the margins that are compared.
@@ -29,24 +30,31 @@ Examples:
 
 
 @click.command("compare", epilog=_EXAMPLES)
-@click.argument("folders", metavar="[DIR]...", nargs=-1)
+@click.argument("folders", metavar="[DIR]...", nargs=-1, shell_complete=complete_folder)
 @click.option(
-    "--train", "trains", metavar="FILE|NAME", multiple=True, shell_complete=complete,
+    "--train", "trains", metavar="FILE|NAME", multiple=True, shell_complete=complete_source,
     help="Train to search for; may be given several times.",
 )  # fmt: skip
 @click.option(
-    "--track", "tracks", metavar="FILE|NAME", multiple=True, shell_complete=complete,
+    "--track", "tracks", metavar="FILE|NAME", multiple=True, shell_complete=complete_source,
     help="Line to search on; may be given several times.",
 )  # fmt: skip
 @click.option(
-    "--energy", metavar="MODEL", shell_complete=complete, help="What is minimised, see search.  [default: wheel]"
+    "--energy", metavar="MODEL", shell_complete=complete_source, help="What is minimised, see search.  [default: wheel]"
 )
 @click.option(
     "--from", "from_m", metavar="M", type=number("m", at_least=0.0), help="Origin on the lines.  [default: 0]"
 )
 @click.option("--to", "to_m", metavar="M", type=number("m"), help="Destination on the lines.  [default: their ends]")
 @click.option("--at", metavar="LIST", help="Margins to compare: 3%,5%.  [default: 0%,2%,5%,10%,15%,20%,25%]")
-@click.option("--out", metavar="DIR", default="compare", show_default=True, help="Folder of the results.")
+@click.option(
+    "--out",
+    metavar="DIR",
+    default="compare",
+    show_default=True,
+    shell_complete=complete_folder,
+    help="Folder of the results.",
+)
 @click.option("--force", is_flag=True, help="Write into a folder that holds files of others.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of a table.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors and what --json asks for.")

@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from tgvdp.cli import echo_json
+from tgvdp.cli.completions import complete_file, complete_instance
 from tgvdp.cli.solve import qubo_options, solution_object, table
 from tgvdp.errors import BudgetExceededError, InputError
 
@@ -19,8 +20,8 @@ Examples:
 
 
 @click.command("decode", epilog=_EXAMPLES)
-@click.argument("instance", metavar="INSTANCE")
-@click.argument("samples", metavar="SAMPLES")
+@click.argument("instance", metavar="INSTANCE", shell_complete=complete_instance)
+@click.argument("samples", metavar="SAMPLES", shell_complete=complete_file)
 @qubo_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of a table.")
 def command(instance: str, samples: str, encoding: Any, penalty: Any, as_json: bool) -> int:

@@ -4,9 +4,10 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
+from tgvdp.cli.completions import complete_source
 from tgvdp.cli.groups import GroupedCommand, heading
 from tgvdp.cli.numbers import LINE_SPEED
-from tgvdp.cli.search_options import DEFAULT_TRACK, DEFAULT_TRAIN, TRACK_HELP, TRAIN_HELP, complete
+from tgvdp.cli.search_options import DEFAULT_TRACK, DEFAULT_TRAIN, TRACK_HELP, TRAIN_HELP
 from tgvdp.errors import InputError, MissingExtraError
 
 if TYPE_CHECKING:
@@ -25,8 +26,8 @@ _server = heading("Server")
 
 @click.command("explore", cls=GroupedCommand, epilog=_EXAMPLES)
 @click.argument("folders", metavar="[RESULT_DIR]...", nargs=-1, type=click.Path())
-@heading("Train and line")("--track", metavar="FILE|NAME", shell_complete=complete, help=TRACK_HELP)
-@heading("Train and line")("--train", metavar="FILE|NAME", shell_complete=complete, help=TRAIN_HELP)
+@heading("Train and line")("--track", metavar="FILE|NAME", shell_complete=complete_source, help=TRACK_HELP)
+@heading("Train and line")("--train", metavar="FILE|NAME", shell_complete=complete_source, help=TRAIN_HELP)
 @heading("Train and line")("--line-speed", "line_speed_kmh", **LINE_SPEED)
 @_server("--host", default="127.0.0.1", show_default=True, help="Address to listen on; loopback unless told otherwise.")
 @_server("--port", default=8765, show_default=True, type=click.IntRange(0, 65535), help="Port; 0: a free one.")

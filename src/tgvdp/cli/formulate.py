@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from tgvdp.cli.completions import complete_file, complete_instance
 from tgvdp.cli.formulate_trip import trip_instance, trip_options
 from tgvdp.cli.groups import GroupedCommand
 from tgvdp.cli.solve import qubo_options
@@ -28,13 +29,15 @@ Examples:
 
 
 @click.command("formulate", cls=GroupedCommand, epilog=_EXAMPLES)
-@click.argument("instance", metavar="[INSTANCE]", required=False)
+@click.argument("instance", metavar="[INSTANCE]", required=False, shell_complete=complete_instance)
 @trip_options
 @qubo_options
 @click.option("--form", type=click.Choice(FORMS), help="cqm of a demand instance: its approximation.  [default: split]")
 @click.option("--to", "target", type=click.Choice(TARGETS), required=True, help="Format.")
 @click.option("--layers", type=click.IntRange(1, 100), help="qasm3: layers of QAOA.  [default: 1]")
-@click.option("-o", "--output", metavar="FILE", required=True, help="File to write; - for stdout.")
+@click.option(
+    "-o", "--output", metavar="FILE", required=True, shell_complete=complete_file, help="File to write; - for stdout."
+)
 @click.option("--force", is_flag=True, help="Overwrite FILE, and its sidecar.")
 def command(
     instance: str | None,

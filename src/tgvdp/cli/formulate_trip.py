@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from tgvdp.cli.completions import complete_source
 from tgvdp.cli.groups import apply_all, heading
 from tgvdp.cli.notes import remarked
-from tgvdp.cli.search_options import DEFAULT_TRACK, DEFAULT_TRAIN, TRACK_HELP, TRAIN_HELP, complete
+from tgvdp.cli.search_options import DEFAULT_TRACK, DEFAULT_TRAIN, TRACK_HELP, TRAIN_HELP
 from tgvdp.errors import InputError
 from tgvdp.options.texts import Targets, parse_quantity, parse_targets
 
@@ -53,8 +54,8 @@ def trip_options(command: _Command) -> _Command:
     option = heading(_HEADING)
     options = [
         option("--steps", type=click.IntRange(1, _MOST_STEPS), help="Make an instance of so many steps of a trip."),
-        option("--train", metavar="FILE|NAME", shell_complete=complete, help=TRAIN_HELP),
-        option("--track", metavar="FILE|NAME", shell_complete=complete, help=TRACK_HELP),
+        option("--train", metavar="FILE|NAME", shell_complete=complete_source, help=TRAIN_HELP),
+        option("--track", metavar="FILE|NAME", shell_complete=complete_source, help=TRACK_HELP),
         option(
             "--between", metavar="FROM:TO", type=_quietly(_stretch),
             help="Origin and destination, such as 20km:80km.  [default: the whole line]",

@@ -14,6 +14,7 @@ from tgvdp.cli import echo_json
 from tgvdp.cli.advised import UNADVISED, advisable, advised
 from tgvdp.cli.clock import left_s, preparing_within, search_s
 from tgvdp.cli.compare import compare_table
+from tgvdp.cli.completions import complete_source
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.groups import GroupedCommand, apply_all, heading
 from tgvdp.cli.journey_tables import front_table, journey_advice_lines, margins_table, robustness_table
@@ -26,7 +27,6 @@ from tgvdp.cli.search_options import (
     PICTURES,
     TRACK_HELP,
     TRAIN_HELP,
-    complete,
     declared,
     folder_and_screen,
 )
@@ -86,9 +86,9 @@ def _readable_margins(_: click.Context, __: click.Parameter, texts: tuple[str, .
 
 
 _OPTIONS = [
-    _trip("--track", metavar="FILE|NAME", shell_complete=complete, help=TRACK_HELP),
-    _trip("--train", "trains", metavar="FILE|NAME", multiple=True, shell_complete=complete, help=_TRAINS_HELP),
-    _trip("--journey", "timetable", metavar="FILE", shell_complete=complete, help=_JOURNEY_HELP),
+    _trip("--track", metavar="FILE|NAME", shell_complete=complete_source, help=TRACK_HELP),
+    _trip("--train", "trains", metavar="FILE|NAME", multiple=True, shell_complete=complete_source, help=_TRAINS_HELP),
+    _trip("--journey", "timetable", metavar="FILE", shell_complete=complete_source, help=_JOURNEY_HELP),
     _trip(
         "--dwell",
         "dwell_s",

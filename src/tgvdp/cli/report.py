@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from tgvdp.cli.completions import complete_file
 from tgvdp.cli.groups import GroupedCommand
 from tgvdp.errors import InputError
 
@@ -27,7 +28,13 @@ def _formats(_: click.Context, __: click.Parameter, text: str | None) -> tuple[s
 
 @click.command("report", cls=GroupedCommand, epilog=_EXAMPLES)
 @click.argument("folders", metavar="RESULT_DIR...", nargs=-1, required=True, type=click.Path())
-@click.option("-o", "--out", metavar="FILE", help="The page.  [default: report.html in the first folder]")
+@click.option(
+    "-o",
+    "--out",
+    metavar="FILE",
+    shell_complete=complete_file,
+    help="The page.  [default: report.html in the first folder]",
+)
 @click.option("--figures", metavar="LIST", callback=_formats, help="Figures for papers beside the page: pdf, svg, png.")
 @click.option("--force", is_flag=True, help="Overwrite FILE where it is no such page.")
 @click.option("--width", type=click.Choice(_WIDTHS), default="single", show_default=True, help="Columns of a figure.")

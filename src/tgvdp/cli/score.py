@@ -7,12 +7,13 @@ from typing import Any
 import click
 
 from tgvdp.cli import echo_json
+from tgvdp.cli.completions import complete_file, complete_folder, complete_source
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.notes import remarked
 from tgvdp.cli.numbers import number
 from tgvdp.cli.screen import Screen, duration
 from tgvdp.cli.search_case import read_case
-from tgvdp.cli.search_options import DEFAULT_TRACK, DEFAULT_TRAIN, complete
+from tgvdp.cli.search_options import DEFAULT_TRACK, DEFAULT_TRAIN
 from tgvdp.constants import CONVENTION_NAMES
 
 #: A saving below which nothing is said of where it lies, %.
@@ -30,13 +31,13 @@ or time [s];speed [km/h]. Decimal commas need ; or tabs between the columns.
 
 
 @click.command("score", epilog=_EXAMPLES)
-@click.argument("run", metavar="RUN.csv")
+@click.argument("run", metavar="RUN.csv", shell_complete=complete_file)
 @click.option(
-    "--train", metavar="FILE|NAME", default=DEFAULT_TRAIN, show_default=True, shell_complete=complete,
+    "--train", metavar="FILE|NAME", default=DEFAULT_TRAIN, show_default=True, shell_complete=complete_source,
     help="Train: a file, or a name of the catalog.",
 )  # fmt: skip
 @click.option(
-    "--track", metavar="FILE|NAME", default=DEFAULT_TRACK, show_default=True, shell_complete=complete,
+    "--track", metavar="FILE|NAME", default=DEFAULT_TRACK, show_default=True, shell_complete=complete_source,
     help="Line: a file, or a name of the catalog.",
 )  # fmt: skip
 @click.option(
@@ -49,13 +50,20 @@ or time [s];speed [km/h]. Decimal commas need ; or tabs between the columns.
     help="Speeds are means over so many seconds, slopes kept out.  [default: as recorded; 10 where no speed is]",
 )  # fmt: skip
 @click.option(
-    "--energy", metavar="MODEL", default="wheel", show_default=True, shell_complete=complete,
+    "--energy", metavar="MODEL", default="wheel", show_default=True, shell_complete=complete_source,
     help="What is compared: wheel, pantograph, or a map of the power drawn.",
 )  # fmt: skip
 @click.option(
     "--convention", type=click.Choice(CONVENTION_NAMES), help="Whose reading of the line.  [default: ttobench]"
 )
-@click.option("--out", metavar="DIR", default="score", show_default=True, help="Folder of score.json and score.png.")
+@click.option(
+    "--out",
+    metavar="DIR",
+    default="score",
+    show_default=True,
+    shell_complete=complete_folder,
+    help="Folder of score.json and score.png.",
+)
 @click.option("--force", is_flag=True, help="Write into a folder that holds files of others.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of a table.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors and what --json asks for.")

@@ -1,19 +1,16 @@
 """Options of ``tgvdp search``: those of the search from their declarations, and those of the command alone."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import click
 
+from tgvdp.cli.completions import complete_fields, complete_folder, complete_source
 from tgvdp.cli.groups import Decorator, apply_all, heading
 from tgvdp.cli.numbers import LINE_SPEED, number
-from tgvdp.constants import ENERGY_KINDS
 from tgvdp.errors import InputError
 from tgvdp.options.option import Option
 from tgvdp.options.search import BY_FIELD, TRIP
-
-if TYPE_CHECKING:
-    from click.shell_completion import CompletionItem
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
@@ -45,29 +42,6 @@ def _formats(_: click.Context, __: click.Parameter, text: str) -> tuple[str, ...
     return formats
 
 
-def complete(_: click.Context, parameter: click.Parameter, incomplete: str) -> "list[CompletionItem]":
-    """Complete names of the catalog where the option takes them, and files."""
-    from click.shell_completion import CompletionItem
-
-    from tgvdp.model import catalog
-
-    wanted = "map" if parameter.name == "energy" else parameter.name
-    names = [name for kind in catalog.KINDS if kind == wanted for name in catalog.names(kind)]
-    if parameter.name == "energy":
-        names += ENERGY_KINDS
-    items = [CompletionItem(name) for name in names if name.startswith(incomplete)]
-    return [*items, CompletionItem(incomplete, type="file")]
-
-
-def complete_fields(_: click.Context, __: click.Parameter, incomplete: str) -> "list[CompletionItem]":
-    """Complete the fields of trains and lines."""
-    from click.shell_completion import CompletionItem
-
-    from tgvdp.formats.native.changes import fields
-
-    return [CompletionItem(f"{name}=") for name in fields() if name.startswith(incomplete)]
-
-
 def declared(one: Option) -> Decorator:
     """Option of the command line, as it is declared."""
     settings: dict[str, Any] = {"help": one.summary or None, "metavar": one.metavar or None}
@@ -77,7 +51,7 @@ def declared(one: Option) -> Decorator:
         settings |= {"callback": _readable(one.read), "multiple": one.repeatable}
     elif one.open:
         settings |= {"callback": lambda _, __, text: None if text is None else one.choice(text)}
-        settings["shell_complete"] = complete
+        settings["shell_complete"] = complete_source
     elif one.choices:
         settings["type"] = click.Choice(one.choices, case_sensitive=False)
         settings["metavar"] = f"[{'|'.join(one.choices)}]"  # as files and Python spell them, not in lower case
@@ -117,24 +91,27 @@ PICTURES = _output("--pictures/--no-pictures", default=True, show_default=True, 
 def folder_and_screen(folder: str) -> tuple[Decorator, ...]:
     """Options of a command that writes a folder, which has a name of its own, and prints what is in it."""
     return (
-        _output("--out", metavar="DIR", default=folder, show_default=True, help="Folder of the results."),
+        _output(
+            "--out", metavar="DIR", default=folder, show_default=True, shell_complete=complete_folder,
+            help="Folder of the results.",
+        ),
         _output("--force", is_flag=True, help="Write into a folder that holds files of others."),
         _output("--json", "as_json", is_flag=True, help="Print one JSON object on stdout, everything else on stderr."),
         _output("--quiet", is_flag=True, help="Print nothing but errors and what --json asks for."),
-    )
+    )  # fmt: skip
 
 
 #: All options in the order of the help page.
 _OPTIONS = [
-    _trip("--track", metavar="FILE|NAME", shell_complete=complete, help=TRACK_HELP),
-    _trip("--train", metavar="FILE|NAME", shell_complete=complete, help=TRAIN_HELP),
+    _trip("--track", metavar="FILE|NAME", shell_complete=complete_source, help=TRACK_HELP),
+    _trip("--train", metavar="FILE|NAME", shell_complete=complete_source, help=TRAIN_HELP),
     _trip(
         "--scenario",
         metavar="FILE",
-        shell_complete=complete,
+        shell_complete=complete_source,
         help="Train, line and options in one file; the command line wins over it.",
     ),
-    _trip("--journey", metavar="FILE[#N]", shell_complete=complete, help=_JOURNEY_HELP),
+    _trip("--journey", metavar="FILE[#N]", shell_complete=complete_source, help=_JOURNEY_HELP),
     *LINE_AND_FIELDS,
     *map(declared, BY_FIELD.values()),
     _output("--certify/--no-certify", default=True, show_default=True, help="Prove how far the optimum can be."),

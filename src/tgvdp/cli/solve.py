@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from tgvdp.cli import echo_json
+from tgvdp.cli.completions import complete_instance
 from tgvdp.cli.numbers import number
 from tgvdp.cli.screen import Screen
 from tgvdp.errors import BudgetExceededError, InputError
@@ -89,7 +90,7 @@ def _type(item: Item) -> Any:
 
 
 @click.command("solve", epilog=_EXAMPLES)
-@click.argument("instance", metavar="INSTANCE")
+@click.argument("instance", metavar="INSTANCE", shell_complete=complete_instance)
 @click.option("--solver", type=click.Choice(tuple(SOLVERS)), default="dp", show_default=True, help="What solves it.")
 @qubo_options
 @_budget

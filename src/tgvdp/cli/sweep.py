@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from tgvdp.cli import echo_json
+from tgvdp.cli.completions import complete_folder
 from tgvdp.cli.groups import GroupedCommand, apply_all, heading
 from tgvdp.cli.notes import remarked
 from tgvdp.cli.numbers import number
@@ -42,7 +43,10 @@ _OPTIONS = [
         "--worker-memory", metavar="MB", type=number("MB", above=0.0),
         help="Memory of each of them at most.  [default: its share of the machine's]",
     ),
-    _output("--out", metavar="DIR", default="sweep", show_default=True, help="Folder of the results."),
+    _output(
+        "--out", metavar="DIR", default="sweep", show_default=True, shell_complete=complete_folder,
+        help="Folder of the results.",
+    ),
     _output("--resume", is_flag=True, help="Go on with what the folder holds, after an interruption or a longer spec."),
     _output("--retry", is_flag=True, help="With --resume: solve again what failed, was killed or ended by its budget."),
     _output("--dry-run", is_flag=True, help="Only count the scenarios, and estimate how long they take."),

@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from tgvdp.cli import echo_json
+from tgvdp.cli.completions import complete_folder
 from tgvdp.cli.groups import GroupedCommand
 from tgvdp.cli.numbers import number
 from tgvdp.cli.screen import Screen
@@ -23,7 +24,9 @@ Examples:
     "--margin", "margin_pct", metavar="PCT", type=number("%", at_least=0.0), default="5", show_default=True,
     help="Running time above the fastest run's.",
 )  # fmt: skip
-@click.option("--out", metavar="DIR", help="Folder of the report.  [default: DIR/report]")
+@click.option(
+    "--out", metavar="DIR", shell_complete=complete_folder, help="Folder of the report.  [default: DIR/report]"
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object on stdout, everything else on stderr.")
 @click.option("--quiet", is_flag=True, help="Print nothing but errors and what --json asks for.")
 def command(folder: Path, margin_pct: float, out: str | None, as_json: bool, quiet: bool) -> None:

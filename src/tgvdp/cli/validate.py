@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from tgvdp.cli.completions import complete_file
 from tgvdp.cli.numbers import LINE_SPEED
 from tgvdp.errors import InputError
 from tgvdp.units import kmh_to_mps
@@ -26,7 +27,7 @@ Examples:
 
 
 @click.command("validate", epilog=_EXAMPLES)
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", shell_complete=complete_file)
 @click.option("-v", "--verbose", is_flag=True, help="Hold the values of trains and lines against their usual ranges.")
 @click.option("--line-speed", "line_speed_kmh", **LINE_SPEED)
 def command(files: tuple[str, ...], verbose: bool, line_speed_kmh: float | None) -> int:
