@@ -18,6 +18,8 @@ from tgvdp.constants import CONVENTION_NAMES
 
 #: A saving below which nothing is said of where it lies, %.
 _LITTLE_PCT = 0.5
+#: A time below which nobody arrives earlier, s: records are no finer.
+_LITTLE_S = 0.1
 _EXAMPLES = """
 \b
 Examples:
@@ -146,7 +148,7 @@ def _table(content: Mapping[str, Any]) -> str:
     saving = f"{abs(content['saving_kwh']):.4g} kWh"
     does = f"saves {saving}" if content["saving_kwh"] >= 0.0 else f"takes {saving} more"
     lines.append(f"{reference} {does}, {abs(content['saving_pct']):.1f} %; at the wheel {' and '.join(parts)}")
-    if content["earlier_s"] is not None:
+    if content["earlier_s"] is not None and content["earlier_s"] >= _LITTLE_S:
         lines.append(f"with the recorded energy it arrives {content['earlier_s']:.4g} s earlier")
     if content["saving_pct"] >= _LITTLE_PCT:  # below, differences of parts say more of the record than of the driver
         worst = max(content["parts"], key=lambda part: part["recorded_kwh"] - part["optimum_kwh"])
