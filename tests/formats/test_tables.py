@@ -13,6 +13,7 @@ from tgvdp.formats import load_scenario, load_track
 from tgvdp.model.track import Curve, Gradient, SpeedLimit
 from tgvdp.units import kmh_to_mps
 
+AGAINST_MILEAGE = "against the mileage write how far each row lies from the first one, + uphill in that order"
 LINE = """position_m,speed_kmh,gradient_permil,radius_m,stop
 0,90,0,,Aston
 1000,,-5.5,800,
@@ -74,6 +75,13 @@ def test_positions_count_from_the_first_row_and_unknown_columns_are_noted(saved)
     assert track.notes == (
         "positions count from the first row, which is at 12.5 km",
         "columns not used: 'remark'",
+    )
+
+
+def test_a_line_against_its_mileage_is_told_what_to_write(saved):
+    falling = saved("km,vmax_kmh\n15.0,120\n13.8,80\n12.3,\n")
+    assert refusal(load_track, falling) == (
+        f"line 3, column 'km': positions must not decrease, got 13800 m after 15000 m: {AGAINST_MILEAGE}"
     )
 
 
@@ -146,7 +154,8 @@ def test_the_end_of_the_last_segment_is_that_of_the_line(saved, header, length_m
         ("0,1000,80\n1000,900,90",
          "line 3, column 'to_m': must not lie before 1000 m, where the row begins, got 900 m"),
         ("0,1000,80\n1000,,90", "line 3, column 'to_m': must not be blank"),
-        ("1000,0,80\n0,-1000,80", "line 3, column 'from_m': positions must not decrease, got 0 m after 1000 m"),
+        ("1000,0,80\n0,-1000,80",
+         f"line 3, column 'from_m': positions must not decrease, got 0 m after 1000 m: {AGAINST_MILEAGE}"),
     ],
 )  # fmt: skip
 def test_segments_must_join(saved, rows, message):

@@ -22,6 +22,8 @@ ROLES = (POSITION, END, SPEED, GRADIENT, RADIUS, STOP)
 
 #: Positions that differ by less are the same: km and m are rounded differently.
 SAME_M = 1e-6
+#: How a line whose mileage falls is written.
+_AGAINST_MILEAGE = "against the mileage write how far each row lies from the first one, + uphill in that order"
 
 
 class _Placed(NamedTuple):
@@ -91,6 +93,8 @@ def starts_m(table: Table) -> list[float]:
     for (before_m, here_m), row in zip(pairwise(starts), table.rows[1:], strict=True):
         if here_m < before_m:
             message = f"positions must not decrease, got {here_m:.12g} m after {before_m:.12g} m"
+            if all(after_m <= one_m for one_m, after_m in pairwise(starts)):  # nor is it said which way gradients rise
+                message = f"{message}: {_AGAINST_MILEAGE}"
             raise table.bad(row, POSITION, message)
     return starts
 
