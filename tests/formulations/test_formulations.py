@@ -66,6 +66,14 @@ def all_bits(encoded):
     return bits_of(np.arange(2**encoded.qubo.n), encoded.qubo.n)
 
 
+def test_three_phases_are_as_documented():
+    run = three_phase_run(10_000.0, 400.0, acceleration_mps2=0.5, deceleration_mps2=0.8)
+    assert round(run.cruising_speed_mps, 2) == 28.24
+    assert (round(run.end_of_traction_s, 2), round(run.start_of_braking_s, 2)) == (56.48, 364.70)
+    assert run.speed_mps([30.0, 200.0, 390.0]).round(2).tolist() == [15.0, 28.24, 8.0]
+    assert round(run.energy_j(mass_kg=300e3, efficiency=0.85) / 3.6e6, 2) == 39.09
+
+
 def test_three_phase_covers_the_distance_in_the_time():
     run = three_phase_run(100e3, 1800.0, 0.3, 0.5)
     time_s = np.linspace(0.0, 1800.0, 400_001)
