@@ -7,7 +7,7 @@ import pytest
 
 from tests.helpers.format_case import SCENARIO, TTOBENCH_TRACK, TTOBENCH_TRAIN, write_json
 from tgvdp.cli import main
-from tgvdp.formats import load_scenario, load_track, load_train
+from tgvdp.formats import load_energy_map, load_scenario, load_track, load_train
 
 
 def run(*arguments):
@@ -41,6 +41,13 @@ def test_the_option_wins_over_the_suffix(train, tmp_path):
     assert set(json.loads((tmp_path / "a.json").read_text())) == {"name", "train"}
     assert run("--to", "toml", train, tmp_path / "a.txt") == 0
     assert tomllib.loads((tmp_path / "a.txt").read_text())["train"]["mass_t"] == 200
+
+
+def test_a_map_is_taken_alone(tmp_path, capsys):
+    """It ended in a traceback."""
+    assert run("--only", "map", "alstom-map", tmp_path / "map.toml") == 0
+    assert capsys.readouterr() == ("", "")
+    assert load_energy_map(tmp_path / "map.toml") == load_energy_map("alstom-map")
 
 
 def test_a_scenario_keeps_its_options_and_can_be_taken_apart(tmp_path, capsys):

@@ -240,6 +240,8 @@ def test_bad_scenarios(tmp_path, path, value, message):
         ("name = 'only a name'", "nor what TTOBench, railtoolkit and OSRD files hold, got 'name'"),
         ('{"metadata": {"id": "x"}}', "is no TTOBench train, track or journey"),
         ('{"mass": 5, "max_speed": 80, "length": 3}', "holds none of train, track, map and run"),
+        ('{"id": "a", "params": {"kind": "binary"}}', "is an instance of the formulations, which tgvdp solve takes"),
+        ('{"schema": "tgvdp.search/1", "trip": {}}', "is a result of tgvdp, 'tgvdp.search/1', and no train or line"),
         ("{}", "got nothing"),
     ],
 )

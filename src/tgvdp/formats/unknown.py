@@ -2,10 +2,12 @@
 
 from difflib import get_close_matches
 
-from tgvdp.formats.syntax.reading import Document, bad
+from tgvdp.formats.syntax.reading import Document, bad, shown
 
 #: Fields of the spec of a sweep, beside ``run``, that files of trains and lines do not have.
 SWEEP_FIELDS = frozenset({"trains", "lines", "sections", "product", "zip"})
+#: Fields of every instance of the formulations, and how the schema of what tgvdp writes begins.
+_INSTANCE, _OWN = frozenset({"id", "params"}), "tgvdp."
 _FEWEST_FIELDS = 2  # one alone may be a slip of the pen
 _LOOKED_AT = 20  # fields in which one is looked for
 
@@ -29,6 +31,11 @@ def require_known_content(document: Document) -> None:
     fields = document.tree.keys()
     if fields & {"train", "track", "map", "run"}:
         return
+    if fields >= _INSTANCE:
+        raise bad(document.path, "is an instance of the formulations, which tgvdp solve takes")
+    schema = document.tree.get("schema")
+    if isinstance(schema, str) and schema.startswith(_OWN):
+        raise bad(document.path, f"is a result of tgvdp, {shown(schema)}, and no train or line")
     if "metadata" in fields:
         raise bad(document.path, "is no TTOBench train, track or journey: it has none of their fields")
     known = ["train", "track", "map", "run"]

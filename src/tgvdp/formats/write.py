@@ -15,6 +15,7 @@ from tgvdp.formats.scenario import Scenario
 from tgvdp.formats.syntax.reading import parse_document, shown
 from tgvdp.formats.ttobench.write import ttobench_tree
 from tgvdp.model.effort import EffortCurve
+from tgvdp.model.energy import EnergyMap
 from tgvdp.model.journey import Journey
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
@@ -35,11 +36,11 @@ class Written:
     losses: tuple[str, ...]
 
 
-def scenario_of(part: Train | Track | Journey | Scenario) -> Scenario:
+def scenario_of(part: Train | Track | Journey | EnergyMap | Scenario) -> Scenario:
     """Return a scenario that holds one part; a scenario as it is."""
     if isinstance(part, Scenario):
         return part
-    held: dict[str, Any] = {type(part).__name__.lower(): part}
+    held: dict[str, Any] = {"map" if isinstance(part, EnergyMap) else type(part).__name__.lower(): part}
     return Scenario(name=part.name, format="memory", **held)
 
 
