@@ -72,7 +72,8 @@ def ask_for(size_b: float, what: str) -> None:
     given = _most_b.get()
     most_b = usual_limit_b() if given is None else given
     if size_b > _LITTLE * most_b and (used_b := _used_b()) + size_b > most_b:
-        asked, used, most = (f"{one_b / 1e9:.3g} GB" for one_b in (size_b, used_b, most_b))
+        scale_b, unit = (1e9, "GB") if most_b >= 1e9 else (1e6, "MB")
+        asked, used, most = (f"{one_b / scale_b:.3g} {unit}" for one_b in (size_b, used_b, most_b))
         raise BudgetExceededError(f"{what} would take {asked} beside {used} in use, more than {most} (--max-memory)")
 
 

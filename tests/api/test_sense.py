@@ -70,6 +70,11 @@ def test_memory_is_asked_for():
     refused = pytest.raises(BudgetExceededError, match=r"a lot would take 100 GB beside 0\S* GB in use, more than 1 GB")
     with refused, sensible_numbers(trip_of(), max_memory_b=1e9):
         ask_for(1e11, "a lot")
+    refused = pytest.raises(
+        BudgetExceededError, match=r"a little would take 20 MB beside \d\S* MB in use, more than 1 MB"
+    )
+    with refused, sensible_numbers(trip_of(), max_memory_b=1e6):
+        ask_for(2e7, "a little")
     with pytest.raises(BudgetExceededError, match="--max-memory"):
         tgvdp.search(TRAIN, TRACK, max_memory_b=1e6)
 
@@ -88,6 +93,6 @@ HUNGRY = {
 def test_whoever_makes_large_arrays_asks_first(what):
     trip = trip_of()
     run = fastest_run(trip)
-    refused = pytest.raises(BudgetExceededError, match=f"{what}.* would take .* GB .* more than")
+    refused = pytest.raises(BudgetExceededError, match=f"{what}.* would take .* MB .* more than")
     with refused, limited_memory(1.0):
         HUNGRY[what](trip, run)

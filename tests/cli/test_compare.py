@@ -105,6 +105,12 @@ def contents():
     ]
 
 
+def test_folders_of_other_results_are_named(tmp_path, capsys):
+    (tmp_path / "journey.json").write_text("{}")
+    assert main(["compare", str(tmp_path), "--out", str(tmp_path / "out")]) == 3
+    assert capsys.readouterr().err == f"tgvdp: error: {tmp_path}: holds no result.json, which tgvdp search writes\n"
+
+
 def test_figures_follow_from_the_fronts(contents):
     rows = compare_object(contents, ["a", "b"], [0.0, 10.0])["rows"]
     for name, content in zip("ab", contents, strict=True):

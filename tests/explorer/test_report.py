@@ -138,6 +138,14 @@ def test_a_page_takes_the_place_of_no_folder(folder, tmp_path, capsys, force):
     assert capsys.readouterr().err == f"tgvdp: error: {tmp_path}: is a folder, not a file\n"
 
 
+def test_a_page_makes_no_folder_and_figures_are_of_some_format(folder, tmp_path, capsys):
+    assert main(["report", str(folder), "-o", str(tmp_path / "none" / "a.html")]) == 3
+    assert capsys.readouterr().err.endswith(f"a.html: there is no folder {tmp_path / 'none'}\n")
+    assert not list(tmp_path.iterdir())
+    assert main(["report", str(folder), "-o", str(tmp_path / "a.html"), "--figures", ""]) == 2
+    assert "'--figures': there is none; there are pdf, svg, png" in capsys.readouterr().err
+
+
 @pytest.fixture
 def begun(monkeypatch):
     """What `tgvdp explore` begins with, instead of a server."""

@@ -20,9 +20,13 @@ Examples:
 
 
 def _formats(_: click.Context, __: click.Parameter, text: str | None) -> tuple[str, ...]:
-    formats = tuple(dict.fromkeys(word.strip().lower() for word in (text or "").split(",") if word.strip()))
-    if unknown := next((word for word in formats if word not in _FORMATS), None):
-        raise click.BadParameter(f"there is no {unknown!r}; there are {', '.join(_FORMATS)}")
+    if text is None:
+        return ()
+    formats = tuple(dict.fromkeys(word.strip().lower() for word in text.split(",") if word.strip()))
+    unknown = next((word for word in formats if word not in _FORMATS), None)
+    if unknown is not None or not formats:
+        missing = "there is none" if unknown is None else f"there is no {unknown!r}"
+        raise click.BadParameter(f"{missing}; there are {', '.join(_FORMATS)}")
     return formats
 
 
@@ -49,6 +53,8 @@ def command(folders: tuple[str, ...], out: str | None, figures: tuple[str, ...],
 
     target = Path(folders[0]) / "report.html" if out is None else Path(out)
     check_new(target, force=force or is_page(target))
+    if out is not None and not target.parent.is_dir():
+        raise InputError(f"{target}: there is no folder {target.parent}")
     files = {target.name: page([read_folder(folder) for folder in folders])}
     if figures:
         files |= _figures(folders[0], figures, width)

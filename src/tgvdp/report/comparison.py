@@ -27,6 +27,8 @@ MARGINS_PCT = (0.0, 2.0, 5.0, 10.0, 15.0, 20.0, 25.0)
 COMPARE_COLUMNS = ("name", "margin_pct", "time_s", "energy_kwh", "saved_pct", "against_first_pct", "at_most_above_pct")
 _COLORS = (palette.BLUE, palette.VERMILION, palette.GREEN, palette.PURPLE, palette.ORANGE, palette.SKY, palette.BLACK)
 _DASHES = ("-", "--", ":", "-.")
+#: What a folder of results is read by.
+_MAIN = "result.json"
 
 
 class _Trip(msgspec.Struct):
@@ -64,7 +66,9 @@ def read_result(folder: str | os.PathLike[str]) -> dict[str, Any]:
         When there is none, it is not of schema tgvdp.search/1, or lacks a field that is compared.
     """
     path = Path(folder)
-    path = path / "result.json" if path.is_dir() else path
+    if path.is_dir() and not (path / _MAIN).exists():
+        raise InputError(f"{path}: holds no {_MAIN}, which tgvdp search writes")
+    path = path / _MAIN if path.is_dir() else path
     content = read_object(path)
     require_schema(path, content, SEARCH_SCHEMA)
     try:
