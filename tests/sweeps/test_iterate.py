@@ -49,7 +49,7 @@ def test_journeys_too_and_an_endless_iterable_is_left():
     [
         ({"train": TRAIN}, "scenario 0: must have a train and a track"),
         ({"train": TRAIN, "track": LINE, "wind": 3}, "scenario 0: search has no argument 'wind'"),
-        ({"train": "nothing", "track": LINE}, "nothing"),
+        ({"train": "nothing", "track": LINE}, "scenario 0: unknown train 'nothing'"),
     ],
 )
 def test_what_is_no_scenario_is_named(scenario, message):

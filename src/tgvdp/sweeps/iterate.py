@@ -130,7 +130,11 @@ def _task(number: int, scenario: Mapping[str, Any], kind: Kind, read: _Reader) -
         what = f"{kind} has no argument {unknown[0]!r:.40}" if unknown else "must have a train and a track"
         raise InputError(f"scenario {number}: {what}")
     arguments = {name: value for name, value in scenario.items() if name not in ("train", "track")}
-    return Task(number, kind, read("train", scenario["train"]), read("track", scenario["track"]), (), arguments, None)
+    try:
+        train, track = (read(role, scenario[role]) for role in ("train", "track"))
+    except InputError as error:
+        raise InputError(f"scenario {number}: {error}") from None
+    return Task(number, kind, train, track, (), arguments, None)
 
 
 def _result(record: Record, scenario: Mapping[str, Any]) -> SweepResult:
