@@ -116,3 +116,9 @@ def test_wrong_usage_and_trips_without_a_plan_are_one_line(tmp_path, capsys, wor
 def test_a_file_without_a_name_is_refused(capsys):
     assert main(["formulate", "easy-n008", "--to", "lp", "-o", ""]) == 3
     assert capsys.readouterr().err == "tgvdp: error: a file to write must have a name, got an empty text\n"
+
+
+def test_no_folder_is_made_for_a_file(tmp_path, capsys):
+    assert main(["formulate", "easy-n008", "--to", "lp", "-o", str(tmp_path / "none" / "a.lp")]) == 3
+    assert capsys.readouterr().err.endswith(f"a.lp: there is no folder {tmp_path / 'none'}\n")
+    assert not list(tmp_path.iterdir())

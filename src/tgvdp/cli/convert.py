@@ -58,8 +58,6 @@ def command(
     if chosen is None:
         raise click.UsageError(f"{target}: unknown suffix {out.suffix!r}: give --to", click.get_current_context())
     check_new(target, force=force)
-    if not out.parent.is_dir():
-        raise InputError(f"{target}: there is no folder {out.parent}")
     speed_mps = None if line_speed_kmh is None else kmh_to_mps(line_speed_kmh)
     scenario = _part(load_scenario(source, line_speed_mps=speed_mps), source, only)
     written = write_bytes(scenario, cast("Target", chosen))

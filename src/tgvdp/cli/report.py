@@ -52,10 +52,9 @@ def command(folders: tuple[str, ...], out: str | None, figures: tuple[str, ...],
     from tgvdp.report.files import check_new, write_files
 
     target = Path(folders[0]) / "report.html" if out is None else Path(out)
+    exhibits = [read_folder(folder) for folder in folders]
     check_new(target, force=force or is_page(target))
-    if out is not None and not target.parent.is_dir():
-        raise InputError(f"{target}: there is no folder {target.parent}")
-    files = {target.name: page([read_folder(folder) for folder in folders])}
+    files = {target.name: page(exhibits)}
     if figures:
         files |= _figures(folders[0], figures, width)
     written = write_files(target.parent, files)

@@ -7,7 +7,7 @@ import click
 
 from tgvdp.cli import echo_json
 from tgvdp.cli.screen import Screen
-from tgvdp.errors import InputError, TgvdpError
+from tgvdp.errors import TgvdpError
 
 _EXAMPLES = """
 \b
@@ -39,8 +39,6 @@ def command(references: Path | None, out: Path | None, force: bool, as_json: boo
 
     if out is not None:
         check_new(out, force=force)
-    if out is not None and not out.parent.is_dir():
-        raise InputError(f"{out}: there is no folder {out.parent}")
     started_s = time.perf_counter()
     with Screen(quiet=quiet) as screen:
         screen.progress("verifying")

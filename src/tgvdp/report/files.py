@@ -39,7 +39,8 @@ def check_new(path: str | os.PathLike[str], *, force: bool) -> None:
     Raises
     ------
     InputError
-        When there is a file, or a link to one; or a folder; or where the name is that of stdout.
+        When there is a file, or a link to one; or a folder; or where the name is that of stdout, or the folder that it
+        is to be in is not there.
     """
     if not os.fspath(path):
         raise InputError("a file to write must have a name, got an empty text")
@@ -49,6 +50,8 @@ def check_new(path: str | os.PathLike[str], *, force: bool) -> None:
         raise InputError(f"{path}: is a folder, not a file")
     if not force and os.path.lexists(path) and not _is_stream(Path(path)):
         raise InputError(f"{path}: exists already (--force overwrites it)")
+    if not Path(path).parent.is_dir():
+        raise InputError(f"{path}: there is no folder {Path(path).parent}")
 
 
 def require_folder(path: str | os.PathLike[str]) -> None:
