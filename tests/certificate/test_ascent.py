@@ -69,7 +69,7 @@ def test_ascent_mends_costates_that_are_a_fifth_off_and_never_rises_above_a_run(
     multiplier = problem.total(price) / problem.train.inertia_kg
     ledger = problem.ledger(profile.position_m, profile.speed_mps**2, price)
     poor = problem.evaluate(ledger, multiplier, 0.8 * ledger.left, 0.8 * ledger.right)
-    good = problem._ascended(poor, multiplier, 1e-6 * energy_j)
+    good = problem.ascended(poor, multiplier, 1e-6 * energy_j)
     poor_pct, good_pct = (
         100.0 * (1.0 - (problem.train.inertia_kg * (found.total - found.error) - price * time_s) / energy_j)
         for found in (poor, good)
@@ -84,13 +84,13 @@ def test_an_ascent_looks_at_the_clock_between_its_steps(monkeypatch):
     ledger = problem.ledger(profile.position_m, profile.speed_mps**2, 2e5)
     multiplier = 2e5 / problem.train.inertia_kg
     poor = problem.evaluate(ledger, multiplier, 0.8 * ledger.left, 0.8 * ledger.right)
-    whole = problem._ascended(poor, multiplier, 1.0)
+    whole = problem.ascended(poor, multiplier, 1.0)
     monkeypatch.setattr(line, "_CELLS_AT_ONCE", 1)
     clock = SearchBudget(time_limit_s=math.inf).start()
-    assert problem._ascended(poor, multiplier, 1.0, clock).total == whole.total
+    assert problem.ascended(poor, multiplier, 1.0, clock).total == whole.total
     looks = iter([False] * 2 + [True])
     monkeypatch.setattr(Clock, "expired", property(lambda clock: next(looks)))
-    assert poor.total < problem._ascended(poor, multiplier, 1.0, clock).total < whole.total
+    assert poor.total < problem.ascended(poor, multiplier, 1.0, clock).total < whole.total
 
 
 def test_an_ascent_that_goes_wrong_leaves_the_bound_as_it_was():
@@ -98,7 +98,7 @@ def test_an_ascent_that_goes_wrong_leaves_the_bound_as_it_was():
     ledger = problem.ledger(profile.position_m, profile.speed_mps**2, 2e5)
     multiplier = 2e5 / problem.train.inertia_kg
     lost = problem.evaluate(ledger, multiplier, np.full_like(ledger.left, math.nan), ledger.right)
-    assert problem._ascended(lost, multiplier, 1.0) is lost
+    assert problem.ascended(lost, multiplier, 1.0) is lost
 
 
 def test_an_ascent_ends_where_there_is_enough():
@@ -106,7 +106,7 @@ def test_an_ascent_ends_where_there_is_enough():
     start = problem.ledger(profile.position_m, profile.speed_mps**2, 2e5)
     multiplier, size_j = 2e5 / problem.train.inertia_kg, abs(problem.line_j(start))
     start = problem.evaluate(start, multiplier, np.full_like(start.left, -0.2), np.full_like(start.left, -0.2))
-    best_j = problem.line_j(problem._ascended(start, multiplier, 1e-7 * size_j))
+    best_j = problem.line_j(problem.ascended(start, multiplier, 1e-7 * size_j))
     enough_j = 0.5 * (problem.line_j(start) + best_j)
-    ended_j = problem.line_j(problem._ascended(start, multiplier, 1e-7 * size_j, enough_j=enough_j))
+    ended_j = problem.line_j(problem.ascended(start, multiplier, 1e-7 * size_j, enough_j=enough_j))
     assert enough_j <= ended_j < best_j

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from tgvdp.certificate.interior import BEGIN, blocks_for, improve, program_for
+from tgvdp.certificate.interior import BEGIN, improve, program_for, room_for
 
 pytestmark = pytest.mark.nojit
 NODES, ROWS = 6, 30
@@ -56,9 +56,9 @@ def test_the_largest_sum_is_found_and_what_is_held_stays(seed, bands):
     values = 0.1 * np.random.default_rng(seed + 50).normal(size=program.linear.size)
     start, top, held = values.copy(), reference(program, values), 2 * (2 * bands + 1) + 2
     assert value(program, values) < top - 1e-2
-    blocks, progress = blocks_for(program), BEGIN
+    room, progress = room_for(program), BEGIN
     while not progress.ended:
-        progress = improve(program, values, 1e-6, 4, progress, blocks)
+        progress = improve(program, values, 1e-6, 4, progress, room)
     assert progress.steps < 40
     assert values[held] == pytest.approx(start[held], abs=1e-12)
     assert top - 1e-5 <= value(program, values) <= top + 1e-9

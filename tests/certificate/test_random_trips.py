@@ -63,7 +63,7 @@ def test_whatever_an_ascent_starts_from_it_stays_below_every_run(seed):
         for spread in (0.0, 0.1, 0.6):
             wild = ledger.left + spread * rng.normal(size=len(ledger.left))
             started = problem.evaluate(ledger, multiplier, wild, ledger.right + spread * rng.normal(size=len(wild)))
-            ended = problem._ascended(started, multiplier, 1e-6 * min(costs))
+            ended = problem.ascended(started, multiplier, 1e-6 * min(costs))
             line_j = problem.train.inertia_kg * (ended.total - ended.error)
             assert started.total <= ended.total
             assert line_j <= min(costs) * (1.0 + 1e-4)

@@ -63,7 +63,7 @@ def test_ascent_from_anywhere_ends_next_to_ascent_from_costates_of_a_run():
     ledger = problem.ledger(profile.position_m, profile.speed_mps**2, price)
     flat = np.full_like(ledger.left, -0.2)
     good, other = (
-        problem._ascended(start, multiplier, 1e-6 * size_j).total * train.inertia_kg
+        problem.ascended(start, multiplier, 1e-6 * size_j).total * train.inertia_kg
         for start in (ledger, problem.evaluate(ledger, multiplier, flat, flat))
     )
     assert abs(good - other) < 1e-3 * size_j

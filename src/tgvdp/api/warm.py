@@ -97,7 +97,7 @@ def ascents() -> list[Compiled]:
     flat = np.zeros(count)
     found = Ledger(flat, flat, flat, flat, cells, caps, caps.node.copy(), np.zeros(count, dtype=np.int8))
     with watch() as compiled:
-        problem._ascended(found, 1.0, 1e6)
+        problem.ascended(found, 1.0, 1e6)
     return compiled
 
 

@@ -4,8 +4,7 @@ Each group of rows has a least value min(const + coef·unknowns), over unknowns 
 and the sum of all of them and of a linear function is to be as large as possible. With a slack of each row to a number
 below its group this is a linear program. Newton steps keep the product of each slack and its multiplier about the
 same, ever smaller number, corrected for what both steps together change (Mehrotra, SIAM J. Optim. 2, 1992); the
-multipliers of a group become
-weights that add up to 1. What is left of a step is a system of blocks along the chain, solved from end to end.
+multipliers of a group become weights that add up to 1. What is left of a step is a system of `blocks` along the chain.
 """
 
 import math
@@ -15,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp._jit import kernel, leaf, part
+from tgvdp.certificate.blocks import Blocks, blocks_for, factor, solve
 
 #: Share of the way to the next bound that a step takes.
 _SHARE = 0.95
-#: Second derivative of unknowns that stay as they are, and of all others, relative to their own.
-_HELD, _LEAST_BEND = 1e30, 1e-9
 #: Steps at most.
 _MOST_STEPS = 250
 
@@ -96,28 +94,20 @@ class Progress(NamedTuple):
 BEGIN = Progress(0, False)
 
 
-class Blocks(NamedTuple):
-    """A system along a chain: right side (N·m,), blocks on and beside the diagonal (N, m, m), solution (N·m,).
+class Room(NamedTuple):
+    """What steps are made in, float64: mean rows of all groups, (G, n); moments of one, (n, n); and a sum, (n,)."""
 
-    And the mean of the rows of each group (G, n), and scratch: moments of those of one (n, n), and a sum (n,).
-    """
-
-    side: NDArray[np.float64]
-    own: NDArray[np.float64]
-    link: NDArray[np.float64]
-    step: NDArray[np.float64]
+    blocks: Blocks
     mean: NDArray[np.float64]
     moments: NDArray[np.float64]
     pushed: NDArray[np.float64]
 
 
-def blocks_for(program: Program) -> Blocks:
+def room_for(program: Program) -> Room:
     """Room for the steps of a program."""
-    (nodes, own), count = program.linear.shape, program.coef.shape[1]
-    side, step = np.zeros((2, nodes * own))
-    blocks, links = np.zeros((2, nodes, own, own))
-    mean = np.zeros((len(program.least), count))
-    return Blocks(side, blocks, links, step, mean, np.zeros((count, count)), np.zeros(count))
+    groups, count = program.unknown.shape
+    blocks = blocks_for(*program.linear.shape)
+    return Room(blocks, np.zeros((groups, count)), np.zeros((count, count)), np.zeros(count))
 
 
 @leaf
@@ -162,16 +152,16 @@ def _mean_of(program, g, mean):
 
 
 @part
-def _fill_blocks(program, blocks):
+def _fill_blocks(program, room):
     """The blocks of the system of a step."""
     own = program.linear.shape[1]
-    moments = blocks.moments
+    blocks, moments = room.blocks, room.moments
     count = moments.shape[0]
     blocks.own[:] = 0.0
     blocks.link[:] = 0.0
     for g in range(program.least.shape[0]):
         u = program.unknown[g]
-        mean = blocks.mean[g]
+        mean = room.mean[g]
         _mean_of(program, g, mean)
         moments[:] = 0.0
         for i in range(program.first[g], program.first[g + 1]):
@@ -192,72 +182,21 @@ def _fill_blocks(program, blocks):
 
 
 @part
-def _fill_side(program, aim, blocks):
+def _fill_side(program, aim, room):
     """The right side of the system of a step that aims at products of slack and share."""
-    own, pushed = program.linear.shape[1], blocks.pushed
+    own, side, pushed = program.linear.shape[1], room.blocks.side, room.pushed
     for k in range(program.linear.shape[0]):
         for j in range(own):
-            blocks.side[k * own + j] = program.linear[k, j]
+            side[k * own + j] = program.linear[k, j]
     for g in range(program.least.shape[0]):
-        mean = blocks.mean[g]
+        mean = room.mean[g]
         pushed[:] = 0.0
         for i in range(program.first[g], program.first[g + 1]):
             push = (aim - program.crossed[i]) / program.slack[i]
             for j in range(mean.shape[0]):
                 pushed[j] += push * (program.coef[i, j] - mean[j])
         for j in range(mean.shape[0]):
-            blocks.side[program.unknown[g, j]] += mean[j] + pushed[j]
-
-
-@part
-def _factor(held, blocks):
-    """Cholesky's decomposition of the blocks of a system, in place: lower triangles, and links divided by them."""
-    own, link = blocks.own, blocks.link
-    nodes, count = own.shape[:2]
-    for k in range(nodes):
-        for j in range(count):
-            own[k, j, j] += _HELD if held[k, j] else _LEAST_BEND * own[k, j, j] + 1e-300
-            if k > 0:
-                for i in range(count):
-                    for m in range(count):
-                        own[k, j, m] -= link[k - 1, i, j] * link[k - 1, i, m]
-        for j in range(count):
-            for m in range(j + 1):
-                for i in range(m):
-                    own[k, j, m] -= own[k, j, i] * own[k, m, i]
-                if m < j:
-                    own[k, j, m] /= own[k, m, m]
-            own[k, j, j] = math.sqrt(max(own[k, j, j], 1e-300))
-            for m in range(count):
-                for i in range(j):
-                    link[k, j, m] -= own[k, j, i] * link[k, i, m]
-                link[k, j, m] /= own[k, j, j]
-
-
-@part
-def _solve(blocks):
-    """Solve a system whose blocks are decomposed."""
-    side, own, link, step = blocks.side, blocks.own, blocks.link, blocks.step
-    nodes, count = own.shape[:2]
-    for k in range(nodes):
-        at = k * count
-        for j in range(count):
-            if k > 0:
-                for i in range(count):
-                    side[at + j] -= link[k - 1, i, j] * side[at - count + i]
-            for i in range(j):
-                side[at + j] -= own[k, j, i] * side[at + i]
-            side[at + j] /= own[k, j, j]
-    for k in range(nodes - 1, -1, -1):
-        at = k * count
-        for j in range(count - 1, -1, -1):
-            value = side[at + j]
-            if k + 1 < nodes:
-                for m in range(count):
-                    value -= link[k, j, m] * step[at + count + m]
-            for i in range(j + 1, count):
-                value -= own[k, i, j] * step[at + i]
-            step[at + j] = value / own[k, j, j]
+            side[program.unknown[g, j]] += mean[j] + pushed[j]
 
 
 @part
@@ -296,29 +235,30 @@ def _products(program, far, far_share):
 
 
 @part
-def _find_step(program, product, blocks):
+def _find_step(program, product, room):
     """The next step of all unknowns: what a step to the bounds themselves comes to tells what to aim at.
 
     Returns how far slacks and shares may go.
     """
     rows = program.const.shape[0]
-    _fill_blocks(program, blocks)
-    _factor(program.held, blocks)
+    blocks = room.blocks
+    _fill_blocks(program, room)
+    factor(program.held, blocks)
     program.crossed[:] = 0.0
-    _fill_side(program, 0.0, blocks)
-    _solve(blocks)
+    _fill_side(program, 0.0, room)
+    solve(blocks)
     far, far_share = _steps(program, 0.0, blocks.step)
     left = _products(program, far, far_share) / product
     for i in range(rows):
         program.crossed[i] = program.slack_step[i] * program.share_step[i]
     aim = left * left * left * product / rows
-    _fill_side(program, aim, blocks)
-    _solve(blocks)
+    _fill_side(program, aim, room)
+    solve(blocks)
     return _steps(program, aim, blocks.step)
 
 
 @kernel
-def improve(program, values, enough, most, before, blocks):
+def improve(program, values, enough, most, before, room):
     """Move the unknowns towards the largest sum.
 
     Parameters
@@ -332,8 +272,7 @@ def improve(program, values, enough, most, before, blocks):
         Steps at most until it returns.
     before : Progress
         What it returned before, to go on; `BEGIN` to begin.
-    blocks : Blocks
-        As of `blocks_for`.
+    room : Room
 
     Returns
     -------
@@ -351,10 +290,10 @@ def improve(program, values, enough, most, before, blocks):
         if ended:
             break
         steps += 1
-        far, far_share = _find_step(program, product, blocks)
+        far, far_share = _find_step(program, product, room)
         for i in range(rows):
             program.slack[i] += far * program.slack_step[i]
             program.share[i] += far_share * program.share_step[i]
         for k in range(values.shape[0]):
-            values[k] += far * blocks.step[k]
+            values[k] += far * room.blocks.step[k]
     return Progress(steps, ended)

@@ -143,7 +143,7 @@ class BoundingProblem:
         found = self._raised(self._better(found, self._costates(run, phases.caps, _MOMENT_S), multiplier), multiplier)
         if not math.isfinite(gain_j) or self.line_j(found) >= enough_j:
             return found
-        return self._ascended(found, multiplier, gain_j, clock, enough_j)
+        return self.ascended(found, multiplier, gain_j, clock, enough_j)
 
     def _raised(self, found: Ledger, multiplier: float) -> Ledger:
         """The bound with costates that go along the speed bounds in each phase in which that is better."""
@@ -169,7 +169,7 @@ class BoundingProblem:
             **{name: np.where(better, getattr(other, name), getattr(found, name)) for name in columns}
         )
 
-    def _ascended(
+    def ascended(
         self,
         found: Ledger,
         multiplier: float,

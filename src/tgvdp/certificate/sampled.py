@@ -15,7 +15,7 @@ from tgvdp._jit import kernel, part
 from tgvdp.certificate.bands import Potential, curve_of, share_of
 from tgvdp.certificate.cell_bounds import standstill_terms
 from tgvdp.certificate.efforts import NOT_MERGED, load_at, load_in, merged_in, piece_at, piece_value, price_in
-from tgvdp.certificate.interior import BEGIN, blocks_for, improve, program_for, used_part
+from tgvdp.certificate.interior import BEGIN, improve, program_for, room_for, used_part
 from tgvdp.certificate.ledger import Ledger
 from tgvdp.certificate.slopes import regular_cells
 from tgvdp.memory import ask_for
@@ -224,9 +224,9 @@ def best_sampled(
     program = used_part(program, used)
     values = np.zeros((count + 1, own))
     values[1:, :bands], values[:-1, bands:-1], values[:, -1] = start.right, start.left, start.bow
-    blocks, progress = blocks_for(program), BEGIN
+    room, progress = room_for(program), BEGIN
     while not progress.ended and not (clock and clock.expired):
-        progress = improve(program, values.ravel(), enough, max(_CELLS_AT_ONCE // count, 1), progress, blocks)
+        progress = improve(program, values.ravel(), enough, max(_CELLS_AT_ONCE // count, 1), progress, room)
     left, right, bow = values[:-1, bands:-1].copy(), values[1:, :bands].copy(), values[:, -1].copy()
     left[:first] = right[:first] = left[first]  # a cell of a standstill has the costate of its neighbour
     left[last + 1 :] = right[last + 1 :] = right[last]
