@@ -106,6 +106,42 @@ def test_what_a_leaf_calls_is_no_leaf_itself(monkeypatch):
     assert _is_inlined(_squared_twice)
 
 
+@part
+def _halved_twice(x):
+    return 0.5 * (0.5 * x)
+
+
+@part
+def _quartered(x):
+    return _halved_twice(x)
+
+
+@leaf
+def _added(x):
+    return x + _halved_twice(x)
+
+
+@pytest.mark.skipif(not is_compiled() or not shortened(), reason="compiled by numba's own steps alone")
+def test_what_is_called_from_one_place_alone_is_inlined(monkeypatch):
+    from tgvdp._jit import optimise
+    from tgvdp._jit.pipeline import compiled_and_linked
+
+    monkeypatch.setattr(optimise, "_SMALL", 0)  # small functions are inlined as well
+
+    def once(x):
+        return _quartered(x)
+
+    def twice(x):
+        return _added(x) + _added(2.0 * x)  # what a leaf calls is called from wherever that is
+
+    for function, calls in ((once, 0), (twice, 1)):
+        kernel, _ = compiled_and_linked(function)
+        assert kernel(4.0) == function(4.0)
+        (code,) = kernel.inspect_llvm().values()
+        assert len(re.findall(r"^define internal .*_halved_twice", code, flags=re.MULTILINE)) == calls
+        assert not re.search(r"^define internal .*_quartered", code, flags=re.MULTILINE)
+
+
 @loop
 def _square_all(x, y):
     for i in range(x.shape[0]):

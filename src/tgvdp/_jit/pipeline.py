@@ -25,7 +25,7 @@ from tgvdp._jit import shortcuts
 from tgvdp._jit.arguments import by_address, call_of
 from tgvdp._jit.builder import raises
 from tgvdp._jit.lowering import KernelLower
-from tgvdp._jit.optimise import is_small, optimise, vectorise
+from tgvdp._jit.optimise import is_small, optimise, vectorise, written
 from tgvdp._jit.shortcuts import KernelPasses
 
 #: Steps for closures, generators, exceptions, context managers, literals, object mode, array expressions, and inlining
@@ -59,10 +59,12 @@ class _KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
         ll_module.data_layout = self._codegen._data_layout
 
     def _optimize_final_module(self) -> None:
-        optimise(self._final_module, self._codegen._tm)
+        others = [one.known for one in self._linking_libraries if isinstance(one, _LinkedLibrary)]
+        optimise(self._final_module, self._codegen._tm, [self.known, *others])
 
     def written(self, function: Any) -> None:
         """Take note of a function that was written for this library, before LLVM reads it."""
+        self.known = written(function)
 
 
 class _LinkedLibrary(_KernelLibrary):
@@ -77,6 +79,7 @@ class _LinkedLibrary(_KernelLibrary):
         self.raises = raises(function)
         if is_small(function):
             function.attributes.add("alwaysinline")
+        super().written(function)
 
     def add_linking_library(self, library: CodeLibrary) -> None:
         self.calls[library] = None
