@@ -218,3 +218,21 @@ def test_the_published_journey_cannot_be_kept(shared):
     missed = r"values\[5\]: position 29556.1 m\) closes at 1450 s, .* is 1556\.\d+ s: it is missed by 106"
     with pytest.raises(InfeasibleError, match=missed):
         tgvdp.journey(train, track, folder / "journeys" / "CH_StGallen_Wil_Journey_01.json")
+
+
+def test_a_journey_is_found_that_has_to_slow_down_in_one_section_and_may_not_in_the_next():
+    """Its windows are a twentieth of a second wide around a run that is slower than it has to be next to each point.
+
+    Speeds that are too slow for a window in the second section miss it by less than the fastest ones are too fast in
+    the first one: they look nearer, and were where the search ended.
+    """
+    dwell_s, width_s = 20.0, 0.05
+    before = [TimingPoint(at_m, open_s, open_s + width_s) for at_m, open_s in ((2157.0, 59.508), (2360.0, 74.008))]
+    after = [TimingPoint(at_m, open_s, open_s + width_s) for at_m, open_s in ((4532.0, 226.146), (4630.0, 237.035))]
+    stops = [TimingPoint(3400.0, open_s, open_s + width_s, 0.0, 0.0) for open_s in (134.14, 134.14 + dwell_s)]
+    ends = [TimingPoint(1200.0, 0.0, 0.0, 0.0, 0.0), TimingPoint(6000.0, 314.916, 314.966, 0.0, 0.0)]
+    points = (ends[0], *before, *stops, *after, ends[1])
+    journey = tgvdp.journey(METRO, TWO, Journey(points=points), dwell_s=dwell_s, at_s=(314.96,))
+    assert not journey.warnings
+    clock_s = passed(journey, 0, 2360.0)[0]
+    assert 74.008 - 2e-3 <= clock_s <= 74.058 + 2e-3

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tgvdp.errors import InfeasibleError
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.journeys.timetable import Terms, earliest, sample, wait
-from tgvdp.journeys.windows import Miss, WindowMissedError
+from tgvdp.journeys.windows import Miss, TooFastError, WindowMissedError
 
 _Floats = NDArray[np.float64]
 
@@ -24,6 +24,8 @@ Parts = Callable[[Speeds], list[SectionRuns]]
 _SPEEDS, _FINER = 8, 4
 #: Lowest speed of the grid, as a share of the highest possible, and by which factor it goes on where lower is better.
 _LOWEST, _LOWER = 0.25, 0.7
+#: What is wrong with speeds: windows open later than the slowest run comes, or close before the fastest one does.
+_TOO_FAST, _TOO_SLOW = range(2)
 #: An arrival is too early where it is so by more than this multiple of the tolerance: windows open later by that, and
 #: so is the earliest arrival of all, but for rounding.
 _TOO_EARLY = 1.001
@@ -38,11 +40,23 @@ class Point(NamedTuple):
 
 
 class _Refusal(NamedTuple):
-    """Speeds that are not possible: by how much they miss windows, s, infinite where not by time, and the error."""
+    """Speeds that are not possible, and the error.
 
-    missed_s: float
+    How far they are is told by what is wrong, and by how much windows are missed, s. What is too fast for a window is
+    nearer than what is too slow for one, whatever the seconds: the latter is not asked how much too fast it is
+    elsewhere. As the fastest run is too slow for no window that can be met, the search goes on from there and slows
+    down.
+    """
+
+    far: tuple[int, float]
     speeds: Speeds
     error: InfeasibleError
+
+    @classmethod
+    def of(cls, speeds: Speeds, error: InfeasibleError) -> "_Refusal":
+        """The refusal of speeds by an error."""
+        missed_s = error.missed_s if isinstance(error, WindowMissedError) else math.inf
+        return cls((_TOO_FAST if isinstance(error, TooFastError) else _TOO_SLOW, missed_s), speeds, error)
 
 
 class SpeedSearch:
@@ -67,8 +81,8 @@ class SpeedSearch:
         self.found: dict[int, Speeds] = {}
         self._least_j = np.full(len(arrival_s), np.inf)
         self._fastest = tuple(point.highest_mps for point in self.points)
-        #: Of the speeds that are not possible those that miss windows least: by how much, s, and what is said of them.
-        self._nearest = _Refusal(math.inf, self._fastest, InfeasibleError())
+        #: The nearest of the speeds that are not possible.
+        self._nearest = _Refusal.of(self._fastest, InfeasibleError())
         # Points that are near to each other cannot have other speeds one by one: the train would have to brake.
         places = iter(range(len(self.points)))
         sections = [tuple(islice(places, len(own))) for own in points]
@@ -90,14 +104,18 @@ class SpeedSearch:
         if not self.found:
             self._lower(tuple(range(len(self.points))))
         self._sweep(range(-_SPEEDS, _SPEEDS + 1), 1.0)
-        if not self.found:
-            self.around()
+        share = 1.0
+        while not self.found:
+            before, share = self._nearest.far, share / _FINER
+            self.around(share)
+            if not self._nearest.far < before:
+                break
         if not self.found:
             raise self._nearest.error
 
-    def around(self) -> None:
-        """Try speeds around the best ones, closer than those of the grid."""
-        self._sweep(range(1 - _FINER, _FINER), 1.0 / _FINER)
+    def around(self, share: float = 1.0 / _FINER) -> None:
+        """Try speeds around the best ones, closer than those of the grid: in steps of a share of its own."""
+        self._sweep(range(1 - _FINER, _FINER), share)
 
     def _sweep(self, steps: range, share: float) -> None:
         for group in self._groups:
@@ -141,10 +159,10 @@ class SpeedSearch:
         try:
             energy_j = self._energy_j(speeds)
         except InfeasibleError as error:
-            missed_s = error.missed_s if isinstance(error, WindowMissedError) else math.inf
-            is_nearer = missed_s < self._nearest.missed_s
-            if missed_s <= self._nearest.missed_s:
-                self._nearest = _Refusal(missed_s, speeds, error)
+            refusal = _Refusal.of(speeds, error)
+            is_nearer = refusal.far < self._nearest.far
+            if refusal.far <= self._nearest.far:
+                self._nearest = refusal
             return is_nearer and not self.found
         better = np.flatnonzero(energy_j < self._least_j).tolist()
         for at in better:

@@ -10,7 +10,7 @@ from tgvdp.journeys.front import ROUNDS, reach
 from tgvdp.journeys.multiplier import Demand, demand_of
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.journeys.slower import slow_down
-from tgvdp.journeys.windows import Miss, Schedule, Timetable, WindowMissedError, Windows
+from tgvdp.journeys.windows import Miss, Schedule, Timetable, TooFastError, Windows
 
 _Floats = NDArray[np.float64]
 
@@ -86,14 +86,17 @@ def wait(sections: Sequence[SectionRuns], terms: Terms, supplement_s: _Floats) -
 
     Raises
     ------
-    WindowMissedError
-        When a section cannot be that slow.
+    TooFastError
+        When sections cannot be that slow.
     """
-    tolerance_s = terms.tolerance_s
+    tolerance_s, misses = terms.tolerance_s, []
     for section, window, own_s in zip(sections, terms.windows.arrivals, supplement_s.T, strict=True):
         behind_s = own_s[own_s > section.supplement_s[-1] + tolerance_s]
         for slow_s in np.unique(behind_s).tolist():
             if section.complete and not slow_down(section, slow_s, tolerance_s):
                 missed_s = slow_s - float(section.supplement_s[-1])
                 which = f"{terms.windows.told(window)} opens {missed_s:.6g} s after the slowest run found"
-                raise WindowMissedError([Miss(which, missed_s, "opens so much earlier")])
+                misses.append(Miss(which, missed_s, "opens so much earlier"))
+                break
+    if misses:
+        raise TooFastError(misses)

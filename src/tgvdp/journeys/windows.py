@@ -150,6 +150,10 @@ class WindowMissedError(InfeasibleError):
         self.missed_s = sum(miss.missed_s for miss in misses)
 
 
+class TooFastError(WindowMissedError):
+    """Windows that close are met, but parts are run faster than others open: all of these."""
+
+
 class Clock(NamedTuple):
     """When a train can be at a stop: the first time, s, and stretches of later ones, (n,), s, with what each of their
     seconds saves, (n,), J/s, falling.
