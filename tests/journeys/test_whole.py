@@ -75,6 +75,14 @@ def test_two_windows(section, free):
     assert (run.ends_s[:2] >= np.array([first_s - 4.0, second_s - 2.0]) - TOLERANCE_S).all()
 
 
+def test_two_windows_that_one_run_without_pulling_passes(section):
+    """Each multiplier moves both times alike: one after the other they would not be found in any number of rounds."""
+    points = window(1719.0, 46.005, 46.055), window(1969.0, 61.025, 61.075)
+    run, is_met = run_of(section, *points)
+    assert is_met
+    assert run.keeps([*points, TimingPoint(section.trip.destination_m)], TOLERANCE_S)
+
+
 def test_speeds_that_are_not_kept_are_told(section):
     _, is_met = run_of(section, window(POINT_M, -np.inf, np.inf)._replace(highest_mps=5.0))
     assert not is_met

@@ -3,7 +3,10 @@
 A window that binds adds its own multiplier to every second before the point. The section is solved in one piece with
 these as credits (`Trip.credits`), to the running time that it shall have, and no speed at the points is assumed. The
 time at which a point is passed falls as its multiplier rises, and so each has its root, one after the other, in rounds.
-Where that time jumps over the end of a window, the train passes a little inside.
+Where a train passes two points in one go, each round moves both multipliers by as little as the one before: so the way
+of a round is gone on as far as the least energy at these multipliers, less what windows allow for, rises on it (Powell,
+Comput. J. 7, 1964). It is concave in all of them, and its slopes are by how much points are passed too late.
+Where a time jumps over the end of a window, the train passes a little inside.
 """
 
 import math
@@ -29,8 +32,8 @@ _FIRST, _GROWTH = 0.25, 2.5
 _NEAR = 1e-4
 #: Largest multiplier of a point, in the same measure: no time is worth more, but next to the fastest run.
 _MOST = 1e3
-#: The largest share of a round's changes in those of the round before from which the end of all rounds is foreseen.
-_SLOWEST = 0.95
+#: The way of a round is gone to where it is so much less steep than at its beginning.
+_LEVEL = 0.1
 #: Change of multipliers, relative to them or the mean power, below which another round changes nothing.
 _SETTLED = 1e-2
 
@@ -71,7 +74,8 @@ def whole_run(
         is_met = run is not None and run.keeps(points, tolerance_s)
         if len(own_w) == 1 or (is_met and search.is_settled(before_w)):
             break
-        search.foresee(before_w)
+        if before_w.any() and not search.go_on(before_w):
+            break
     return None if run is None else (run, is_met)
 
 
@@ -88,7 +92,6 @@ class _Search:
         self.tolerance_s = tolerance_s
         self.scale_w = abs(section.fastest.total_energy_j) / section.fastest.duration_s
         self.own_w = np.zeros(len(points) - 1)
-        self._change_w: _Floats | None = None
         self._known: dict[tuple[float, ...], PassedRun | None] = {}
 
     def run(self) -> PassedRun | None:
@@ -113,16 +116,53 @@ class _Search:
         size_w = np.maximum(np.abs(self.own_w), self.scale_w)
         return bool((np.abs(self.own_w - before_w) <= _SETTLED * size_w).all())
 
-    def foresee(self, before_w: _Floats) -> None:
-        """Go on to where the last two rounds lead: one point moves the others, and so their changes shrink evenly."""
-        change_w, last_w = self.own_w - before_w, self._change_w
-        self._change_w = change_w
-        if last_w is None or not last_w.any():
-            return
-        share = float(change_w @ last_w / (last_w @ last_w))
-        if 0.0 < share < _SLOWEST:
-            self.own_w += share / (1.0 - share) * change_w
-            self._change_w = None
+    def go_on(self, before_w: _Floats) -> bool:
+        """Go on the way of a round, from the multipliers before it, as long as it rises; whether that ends anywhere.
+
+        If not, windows ask for more than multipliers lead to.
+        """
+        run, start_w, way_w = self.run(), self.own_w.copy(), self.own_w - before_w
+        if run is None:
+            return False
+        least_s = float(run.ends_s[-1]) - self.tolerance_s
+        start_j = self._falls_j(way_w, least_s)
+        bracket = Bracket(0.0, math.inf, start_j, math.inf)
+        for _ in range(_RUNS):
+            if not start_j < 0.0:
+                break
+            if math.isinf(bracket.hi):
+                share = max(_GROWTH * bracket.lo, 1.0)
+            elif math.isinf(bracket.f_hi):
+                share = 0.5 * (bracket.lo + bracket.hi)
+            else:
+                share = bracket.secant()
+            self.own_w = start_w + share * way_w
+            falls_j = self._falls_j(way_w, least_s)
+            bracket = bracket.narrowed(share, falls_j)
+            jumps = math.isfinite(bracket.hi) and bracket.hi - bracket.lo <= _NEAR * bracket.hi
+            if abs(falls_j) <= _LEVEL * abs(start_j) or jumps:
+                break
+            if np.abs(self.own_w).max() > _MOST * self.scale_w:
+                break
+        is_end = not start_j < 0.0 or math.isfinite(bracket.f_hi) or abs(falls_j) <= _LEVEL * abs(start_j)
+        self.own_w = start_w + (bracket.lo * way_w if is_end else 0.0)
+        return is_end
+
+    def _falls_j(self, way_w: _Floats, least_s: float) -> float:
+        """By how much the least energy less what windows allow for falls on a way of multipliers, J.
+
+        By ∞ where there is no run, or one that takes less than a time, s: it saves nothing by taking longer.
+        """
+        run = self.run()
+        if run is None or run.ends_s[-1] < least_s:
+            return math.inf
+        ahead_s = 0.0
+        for own_w, point, passed_s, way in zip(
+            self.own_w.tolist(), self.points[:-1], run.ends_s[:-1].tolist(), way_w.tolist(), strict=True
+        ):
+            side = float(np.sign(own_w)) or float(passed_s > point.latest_s) - float(passed_s < point.earliest_s)
+            ahead_s += way * (self._aim_s(point, side) - passed_s) if side else 0.0
+        return ahead_s
 
     def bind(self, at: int, first_w: float) -> bool:
         """Find the multiplier of one point, the others given, 0 where it is passed in time; whether one is found."""
