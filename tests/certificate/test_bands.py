@@ -10,9 +10,12 @@ from benchmarks.proof.trips import proof_trip
 from tests.helpers.bound_case import costs_of, random_bound
 from tests.helpers.brake_case import CUTS_OUT, DROPS, HILLY, LEVEL, metro
 from tests.helpers.twins.trips import random_trip
+from tgvdp.certificate import sampled
 from tgvdp.certificate.banded import banded, bounded, kinks_of
 from tgvdp.certificate.bands import Potential
+from tgvdp.certificate.interior import Progress
 from tgvdp.certificate.line import BoundingProblem
+from tgvdp.methods.budget import Clock
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.model.energy import EnergyModel
 from tgvdp.model.trip import Trip
@@ -129,3 +132,20 @@ def test_where_the_dynamic_brake_begins_jumps_and_has_risen(points, at_mps):
     fastest, problem = fastest_run(trip), BoundingProblem(trip)
     found = problem.ledger(fastest.position_m, fastest.speed_mps**2, 1e5)
     assert kinks_mps(problem, found) == pytest.approx(at_mps)
+
+
+def test_no_step_is_begun_that_would_not_end_in_time(monkeypatch):
+    """Of 4 s each two steps end within 10 s; the third one was begun at 8 s."""
+    trip = tgvdp.search(metro(RISES), LEVEL, points=2, energy="pantograph").trip
+    fastest, problem = fastest_run(trip), BoundingProblem(trip)
+    found = problem.ledger(fastest.position_m, fastest.speed_mps**2, 1e5)
+    now_s = [0.0]
+
+    def slow(*asked):
+        now_s[0] += 4.0
+        return Progress(1, False)
+
+    monkeypatch.setattr(sampled, "improve", slow)
+    monkeypatch.setattr(Clock, "elapsed_s", property(lambda clock: now_s[0]))
+    banded(problem, found, 1e5, 1.0, Clock(0.0, 10.0))
+    assert now_s == [8.0]

@@ -76,6 +76,7 @@ def banded(
     multiplier = problem.total(multiplier_j_per_s) / problem.train.inertia_kg
     potential, speeds, best, before_j = _begin(found, kinks_w), _first_speeds(found, kinks_w), found, -math.inf
     for _ in range(_MOST_ROUNDS):
+        left_s = clock.left_s() if clock else math.inf
         potential = best_sampled(
             problem.train, problem.energy, found, multiplier, potential, speeds, problem.top_mps, problem.pieces,
             gain_j / problem.train.inertia_kg, clock,
@@ -83,7 +84,9 @@ def banded(
         ledger, least = bounded(problem, found, multiplier, potential)
         best = max(best, ledger, key=problem.line_j)
         gained_j, before_j = problem.line_j(ledger) - before_j, problem.line_j(ledger)
-        if (clock and clock.expired) or problem.line_j(best) >= enough_j or not gained_j > _WORTH * gain_j:
+        if problem.line_j(best) >= enough_j or not gained_j > _WORTH * gain_j:
+            break
+        if clock and clock.left_s() < 0.5 * left_s:  # another round, of more speeds, takes longer than that
             break
         speeds = np.concatenate((speeds, least), axis=2)
     return best

@@ -225,8 +225,11 @@ def best_sampled(
     values = np.zeros((count + 1, own))
     values[1:, :bands], values[:-1, bands:-1], values[:, -1] = start.right, start.left, start.bow
     room, progress = room_for(program), BEGIN
-    while not progress.ended and not (clock and clock.expired):
+    step_s = 0.0  # on a long line a step takes seconds: none is begun that would not end in time
+    while not progress.ended and not (clock and clock.left_s() <= step_s):
+        begun_s = clock.elapsed_s if clock else 0.0
         progress = improve(program, values.ravel(), enough, max(_CELLS_AT_ONCE // count, 1), progress, room)
+        step_s = clock.elapsed_s - begun_s if clock else 0.0
     left, right, bow = values[:-1, bands:-1].copy(), values[1:, :bands].copy(), values[:, -1].copy()
     left[:first] = right[:first] = left[first]  # a cell of a standstill has the costate of its neighbour
     left[last + 1 :] = right[last + 1 :] = right[last]
