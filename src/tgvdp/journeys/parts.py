@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import InfeasibleError
+from tgvdp.journeys.front import reach
 from tgvdp.journeys.joined import Timed, in_one_piece, points_since
 from tgvdp.journeys.passed import PassedRun, run_of_parts
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.journeys.speeds import Point, Speeds, SpeedSearch
-from tgvdp.journeys.timetable import Terms, earliest, planned, sample
+from tgvdp.journeys.timetable import Terms, earliest, planned, wait
 from tgvdp.journeys.windows import Schedule, Windows
 from tgvdp.model.journey import TimingPoint
 from tgvdp.model.trip import Trip
@@ -135,9 +136,12 @@ class PartedSections:
         found, are_whole = {}, True
         for chosen in set(search.found.values()):
             numbers = [at for at, own in search.found.items() if own == chosen]
-            parts, arrival_s = self.parts(chosen), search.arrival_s[np.sort(numbers)]
-            sample(parts, search.terms, arrival_s)
-            plan = planned(parts, search.terms, arrival_s)
+            arrival_s = search.arrival_s[np.sort(numbers)]
+            # The fronts by which speeds were chosen tell who gets the time, too: what is solved well is what that asks.
+            plan = planned(self._planned_parts(chosen), search.terms, arrival_s)
+            parts = self.parts(chosen)
+            reach(parts, np.concatenate((np.zeros((1, len(parts))), plan.supplement_s)), search.terms.tolerance_s)
+            wait(parts, search.terms, plan.supplement_s)
             for at, end_s, row in zip(sorted(numbers), arrival_s.tolist(), map(Schedule, *plan), strict=True):
                 runs = [
                     self._run(number, parts, row, end_s if number == last else None, search.terms)
