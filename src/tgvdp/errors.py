@@ -18,6 +18,27 @@ class InputError(TgvdpError, ValueError):
     exit_code = 3
 
 
+class ArgumentError(InputError):
+    """One argument, option or field is wrong.
+
+    Attributes
+    ----------
+    owner : str
+        Whose it is: a function, a train, a line.
+    argument : str
+        Its name there.
+    reason : str
+        What it must be, and what it is, with its unit.
+    """
+
+    def __init__(self, owner: str, argument: str, reason: str) -> None:
+        super().__init__(owner, argument, reason)
+        self.owner, self.argument, self.reason = owner, argument, reason
+
+    def __str__(self) -> str:
+        return f"{self.owner}: {self.argument} {self.reason}"
+
+
 class MissingExtraError(InputError):
     """A feature needs an optional package that is not installed."""
 

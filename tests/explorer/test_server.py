@@ -131,10 +131,12 @@ def test_large_requests_are_refused_before_they_are_read():
         ({"train": "tgw"}, "train", "unknown train"),
         ({"train": "/etc/passwd"}, "train", "unknown train"),
         ({"track": "upload:7:0"}, "track", "no longer here"),
-        ({"options": {"points": 1}}, "points", "must be at least 2"),
+        ({"options": {"points": 1}}, "points", "must be at least 2, got 1"),
         ({"options": {"points": "many"}}, "points", "must be"),
         ({"options": {"points": [3]}}, "points", "must be"),
-        ({"options": {"max_margin_pct": -5}}, "max_margin_pct", "must be above 0"),
+        ({"options": {"max_margin_pct": -5}}, "max_margin_pct", "must be above 0 %, got -5 %"),
+        ({"options": {"wind_kmh": 600}}, "wind_kmh", "must be at most 500 km/h, got 600 km/h"),
+        ({"options": {"points": 9, "method": "exact"}}, "points", "belongs to method front, it has no effect on exact"),
         ({"options": {"at": "5 apples"}}, "at", "must be a margin"),
         ({"options": {"at": "5%", "points": 9}}, "points", "has no effect beside"),
         ({"options": {"at": 7}}, "at", "value of another kind"),
@@ -153,6 +155,7 @@ def test_errors_name_their_field(client, asked, field, words):
     assert answer.status_code == 422
     assert answer.json()["field"] == field
     assert words in answer.json()["message"]
+    assert "search:" not in answer.json()["message"]
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """One declaration per option: the signature, the command line, the run table and the checks agree with it."""
 
 import inspect
+import pickle
 
 import click
 import pytest
@@ -8,7 +9,7 @@ import pytest
 import tgvdp
 from tgvdp.cli.search import command
 from tgvdp.constants import METHODS
-from tgvdp.errors import InputError
+from tgvdp.errors import ArgumentError, InputError
 from tgvdp.formats.native.specs import RunSpec
 from tgvdp.options.option import Option
 from tgvdp.options.search import BY_FIELD, OPTIONS, SearchOptions, arguments_of, excluded_by
@@ -95,6 +96,25 @@ def test_values_of_another_kind_are_refused(argument, value):
         SearchOptions(**{argument: value})
 
 
+@pytest.mark.parametrize(
+    ("values", "argument", "reason"),
+    [
+        ({"points": 1}, "points", "must be at least 2, got 1"),
+        ({"method": "guess"}, "method", "must be one of front, exact, best-first, got 'guess'"),
+        ({"at_s": (5.0,), "points": 7}, "points", "has no effect beside at_s"),
+        ({"method": "exact", "paths": 7}, "paths", "belongs to method best-first, it has no effect on exact"),
+        ({"speed_restrictions": ((1.0, 2.0),)}, "speed_restrictions[0]",
+         "must be (from_m, to_m, speed_mps), got 2 values"),
+    ],
+)  # fmt: skip
+def test_errors_hold_the_argument_and_the_reason_also_in_another_process(values, argument, reason):
+    with pytest.raises(ArgumentError) as caught:
+        SearchOptions(**values)
+    error = pickle.loads(pickle.dumps(caught.value))
+    assert (error.owner, error.argument, error.reason) == ("search", argument, reason)
+    assert str(error) == f"search: {argument} {reason}"
+
+
 def test_values_are_kept_as_their_kind():
     options = SearchOptions(points=5.0, origin_m=3, time_limit_s=float("inf"), at_s=())
     assert (options.points, type(options.points), type(options.origin_m)) == (5, int, float)
@@ -113,7 +133,7 @@ def test_an_option_belongs_to_its_methods(one):
 
 def test_exclusions():
     assert [other.field for other in excluded_by(BY_FIELD["at"])] == ["points", "max_margin_pct"]
-    with pytest.raises(InputError, match="max_margin and points has no effect beside at_s"):
+    with pytest.raises(InputError, match="search: max_margin has no effect beside at_s"):
         SearchOptions(at_s=(5.0,), points=7, max_margin=0.5)
 
 

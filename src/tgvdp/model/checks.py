@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from numbers import Real
 from typing import Any, NamedTuple, TypeVar
 
-from tgvdp.errors import InputError
+from tgvdp.errors import ArgumentError, InputError
 
 #: Products of a few quantities must stay far from overflow and underflow; no train or toy comes near these.
 LARGEST = 1e18
@@ -36,22 +36,23 @@ def require_number(
     InputError
         Unless it is a real number within the given bounds, and its magnitude one that arithmetic survives.
     """
+    of = f" {unit}" if unit else ""
     if isinstance(value, bool) or not isinstance(value, (float, Real)):  # Real alone is asked slowly, of 100,000 rows
-        raise InputError(f"{owner}: {field} must be a number in {unit}, got {value!r:.60}")
+        raise ArgumentError(owner, field, f"must be a number{f' in {unit}' if unit else ''}, got {value!r:.60}")
     try:
         number = float(value)
     except OverflowError:
-        raise InputError(f"{owner}: {field} must be within ±{LARGEST:g} {unit}, got more than 1e308") from None
+        raise ArgumentError(owner, field, f"must be within ±{LARGEST:g}{of}, got more than 1e308") from None
     if math.isnan(number) or (math.isinf(number) and not infinite_ok):
-        raise InputError(f"{owner}: {field} must be finite, got {number} {unit}")
+        raise ArgumentError(owner, field, f"must be finite, got {number}{of}")
     if above is not None and not number > above:
-        raise InputError(f"{owner}: {field} must be above {above:.12g} {unit}, got {number:.12g} {unit}")
+        raise ArgumentError(owner, field, f"must be above {above:.12g}{of}, got {number:.12g}{of}")
     if at_least is not None and not number >= at_least:
-        raise InputError(f"{owner}: {field} must be at least {at_least:.12g} {unit}, got {number:.12g} {unit}")
+        raise ArgumentError(owner, field, f"must be at least {at_least:.12g}{of}, got {number:.12g}{of}")
     if math.isfinite(number) and abs(number) > LARGEST:
-        raise InputError(f"{owner}: {field} must be within ±{LARGEST:g} {unit}, got {number:.12g} {unit}")
+        raise ArgumentError(owner, field, f"must be within ±{LARGEST:g}{of}, got {number:.12g}{of}")
     if above == 0.0 and number < SMALLEST:
-        raise InputError(f"{owner}: {field} must be at least {SMALLEST:g} {unit}, got {number:.12g} {unit}")
+        raise ArgumentError(owner, field, f"must be at least {SMALLEST:g}{of}, got {number:.12g}{of}")
     return number
 
 
@@ -82,14 +83,14 @@ def require_rows(owner: str, field: str, rows: Any, row_type: type[Row]) -> tupl
     """Return rows as named tuples; raise `InputError` where one has the wrong number of columns."""
     columns = ", ".join(row_type._fields)
     if isinstance(rows, str) or not isinstance(rows, Iterable):
-        raise InputError(f"{owner}: {field} must be a list of ({columns}), got {rows!r:.60}")
+        raise ArgumentError(owner, field, f"must be a list of ({columns}), got {rows!r:.60}")
     made = []
     for index, row in enumerate(rows):
         if isinstance(row, str) or not isinstance(row, (tuple, Iterable)):  # Iterable alone is asked slowly
-            raise InputError(f"{owner}: {field}[{index}] must be ({columns}), got {row!r:.60}")
+            raise ArgumentError(owner, f"{field}[{index}]", f"must be ({columns}), got {row!r:.60}")
         values = tuple(row)
         if len(values) != len(row_type._fields):
-            raise InputError(f"{owner}: {field}[{index}] must be ({columns}), got {len(values)} values")
+            raise ArgumentError(owner, f"{field}[{index}]", f"must be ({columns}), got {len(values)} values")
         made.append(row_type(*values))
     return tuple(made)
 

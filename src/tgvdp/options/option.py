@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, get_args, get_origin
 
 from tgvdp.constants import METHODS
-from tgvdp.errors import InputError
+from tgvdp.errors import ArgumentError
 from tgvdp.model.checks import require_number, require_rows
 from tgvdp.units import from_si, to_si
 
@@ -158,12 +158,12 @@ class Option:
             return require_rows(owner, self.argument, value, self.rows)
         # An array has a length too, and numpy is not loaded for this.
         if isinstance(value, str | bytes | Mapping) or not (hasattr(value, "__len__") and hasattr(value, "__iter__")):
-            raise InputError(f"{owner}: {self.argument} must be a sequence of numbers, got {value!r:.60}")
+            raise ArgumentError(owner, self.argument, f"must be a sequence of numbers, got {value!r:.60}")
         return tuple(self._number(one, owner) for one in value)
 
     def _truth(self, value: Any, owner: str) -> bool:
         if not isinstance(value, bool):
-            raise InputError(f"{owner}: {self.argument} must be True or False, got {value!r:.60}")
+            raise ArgumentError(owner, self.argument, f"must be True or False, got {value!r:.60}")
         return value
 
     def choice(self, text: str) -> str:
@@ -173,23 +173,36 @@ class Option:
     def _name(self, value: Any, owner: str) -> Any:
         value = self.choice(value) if isinstance(value, str) else value
         if not self.open and value not in self.choices:
-            raise InputError(f"{owner}: {self.argument} must be one of {', '.join(self.choices)}, got {value!r:.60}")
+            raise ArgumentError(owner, self.argument, f"must be one of {', '.join(self.choices)}, got {value!r:.60}")
         return value
 
+    def check_given(self, value: Any, owner: str = "search") -> None:
+        """Check a number in the unit of people, and say its name and range as files do.
+
+        Raises
+        ------
+        ArgumentError
+            Unless it is one, and in range.
+        """
+        self._in_range(owner, self.field, value, self.unit, (self.above, self.at_least, self.at_most))
+
     def _number(self, value: Any, owner: str) -> float:
-        unit = _UNITS[self.unit].si if self.unit else self.name
-        above, at_least, at_most = (
+        unit = _UNITS[self.unit].si if self.unit else ""
+        limits = tuple(
             None if limit is None else self._si(limit) for limit in (self.above, self.at_least, self.at_most)
         )
-        number = require_number(
-            owner, self.argument, value, unit, above=above, at_least=at_least, infinite_ok=self.infinite_ok
-        )
+        return self._in_range(owner, self.argument, value, unit, limits)
+
+    def _in_range(self, owner: str, name: str, value: Any, unit: str, limits: tuple[float | None, ...]) -> float:
+        above, at_least, at_most = limits
+        number = require_number(owner, name, value, unit, above=above, at_least=at_least, infinite_ok=self.infinite_ok)
+        of = f" {unit}" if unit else ""
         if at_most is not None and number > at_most:
-            raise InputError(f"{owner}: {self.argument} must be at most {at_most:g} {unit}, got {number:.12g} {unit}")
+            raise ArgumentError(owner, name, f"must be at most {at_most:g}{of}, got {number:.12g}{of}")
         if self.kind is not int:
             return number
         if number != int(number):
-            raise InputError(f"{owner}: {self.argument} must be a whole number, got {number:g}")
+            raise ArgumentError(owner, name, f"must be a whole number, got {number:g}")
         return int(number)
 
 

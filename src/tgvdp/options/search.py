@@ -14,7 +14,7 @@ from tgvdp.constants import (
     MASS_MODELS,
     METHODS,
 )
-from tgvdp.errors import InputError
+from tgvdp.errors import ArgumentError
 from tgvdp.model.track import SpeedRestriction
 from tgvdp.options.option import Option, option, options_of
 from tgvdp.options.texts import parse_restriction, parse_targets
@@ -51,7 +51,7 @@ class SearchOptions:
 
     Raises
     ------
-    InputError
+    ArgumentError
         When an option is out of range or no choice, when the method does not have it and it is not its default, or
         when another option leaves it without effect.
     """
@@ -252,12 +252,11 @@ class SearchOptions:
         for one in asked:
             if self.method not in one.methods:
                 owners = " and ".join(one.methods)
-                raise InputError(
-                    f"{self.owner}: {one.argument} belongs to method {owners}, it has no effect on {self.method}"
-                )
+                reason = f"belongs to method {owners}, it has no effect on {self.method}"
+                raise ArgumentError(self.owner, one.argument, reason)
             idle = sorted({other.argument for other in asked} & set(one.excludes))
             if idle:
-                raise InputError(f"{self.owner}: {' and '.join(idle)} has no effect beside {one.argument}")
+                raise ArgumentError(self.owner, idle[0], f"has no effect beside {one.argument}")
 
     def as_dict(self) -> dict[str, Any]:
         """Values by their arguments."""

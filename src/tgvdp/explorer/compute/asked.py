@@ -5,13 +5,14 @@ from typing import Any
 
 import msgspec
 
-from tgvdp.errors import InputError
+from tgvdp.errors import ArgumentError, InputError
 from tgvdp.model import catalog
 from tgvdp.options.search import BY_FIELD, OPTIONS, SearchOptions, arguments_of
 
 #: Options that the page does not offer: how much memory a child process has is not its business.
 _WITHHELD = {"max_memory_mb"}
 OFFERED = {name: one for name, one in BY_FIELD.items() if name not in _WITHHELD}
+_FIELDS = {one.argument: name for name, one in OFFERED.items()}
 _UPLOAD = "upload:"
 _PARTS = ("train", "track")
 
@@ -62,10 +63,11 @@ class Asked(msgspec.Struct, frozen=True, kw_only=True):
     limits_kmh: dict[str, float] = msgspec.field(default_factory=dict)
 
     @property
-    def edits(self) -> list[str]:
-        """Edits as ``--set`` takes them: numbers only, so that none names a file."""
+    def edits(self) -> dict[str, list[str]]:
+        """Edits as ``--set`` takes them, by the field that asks for them: numbers only, so that none names a file."""
         mass = [] if self.mass_t is None else [f"train.mass_t={self.mass_t!r}"]
-        return mass + [f"track.speed_limits[{row}].speed_kmh={value!r}" for row, value in self.limits_kmh.items()]
+        limits = [f"track.speed_limits[{row}].speed_kmh={value!r}" for row, value in self.limits_kmh.items()]
+        return {"mass_t": mass, "limits_kmh": limits}
 
 
 def read_asked(data: bytes, uploads: Mapping[str, File]) -> Asked:
@@ -130,8 +132,8 @@ def _check_options(options: Mapping[str, Any], uploads: Mapping[str, File]) -> N
         arguments |= _checked(name, value, uploads)
     try:
         SearchOptions(**arguments)
-    except InputError as error:
-        raise FieldError(_field_of(str(error)), _without_owner(str(error))) from None
+    except ArgumentError as error:
+        raise FieldError(_FIELDS.get(error.argument, ""), error.reason) from None
 
 
 def _checked(name: str, value: Any, uploads: Mapping[str, File]) -> dict[str, Any]:
@@ -144,21 +146,16 @@ def _checked(name: str, value: Any, uploads: Mapping[str, File]) -> dict[str, An
     if one.open and value not in known:  # else it would be the path of a file
         raise FieldError(name, f"must be one of {', '.join(known)}, got {value!r:.40}")
     try:
+        if one.kind in (int, float):
+            one.check_given(value)
         arguments = arguments_of({name: value})
         for option in OPTIONS:
             if option.argument in arguments:
                 arguments[option.argument] = option.check(arguments[option.argument])
-    except (InputError, TypeError, ValueError, AttributeError) as error:
-        message = str(error) if isinstance(error, InputError) else f"must be a value of another kind, got {value!r:.40}"
-        raise FieldError(name, _without_owner(message)) from None
+    except ArgumentError as error:
+        raise FieldError(name, error.reason) from None
+    except InputError as error:
+        raise FieldError(name, str(error)) from None
+    except (TypeError, ValueError, AttributeError):
+        raise FieldError(name, f"must be a value of another kind, got {value!r:.40}") from None
     return arguments
-
-
-def _field_of(message: str) -> str:
-    """Name in forms of the option that an error begins with."""
-    words = _without_owner(message).split()
-    return next((name for name, one in OFFERED.items() if words and one.argument == words[0]), "")
-
-
-def _without_owner(message: str) -> str:
-    return message.removeprefix(f"{SearchOptions.owner}: ")

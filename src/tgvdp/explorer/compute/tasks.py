@@ -124,11 +124,11 @@ def _case(asked: Asked, uploads: Mapping[str, File]) -> _Case:
     if is_upload(energy):
         options["energy"] = _held("map", energy, uploads, None)
     mass_kg = train.mass_kg
-    if edits := asked.edits:
+    for field, edits in asked.edits.items():
         try:
             train, track, *_ = changed(train, track, edits)
         except InputError as error:
-            raise FieldError("mass_t" if "train" in str(error) else "limits_kmh", str(error)) from None
+            raise FieldError(field, str(error)) from None
     return _Case(train, track, arguments_of(options), mass_kg, {"train": inputs, "track": track_input})
 
 
