@@ -17,7 +17,7 @@ etree = pytest.importorskip("lxml.etree")
 STOPS = (200.0, 6500.0, 9700.0)
 STEPS = [
     {"action": "power", "from_m": 200.0, "to_m": 900.0, "to_kmh": 79.96},
-    {"action": "hold", "from_m": 900.0, "to_m": 4000.0, "to_kmh": 80.0},
+    {"action": "hold", "from_m": 900.0, "to_m": 4000.0, "from_s": 60.0, "to_s": 200.0, "to_kmh": 81.0},
     {"action": "coast", "from_m": 4000.0, "to_m": 6125.4321, "to_kmh": 61.25},
     {"action": "brake", "from_m": 6125.4321, "to_m": 6500.0, "to_kmh": 0.0},
     {"action": "power", "from_m": 6500.0, "to_m": 9700.0, "to_kmh": 0.04},
@@ -53,7 +53,7 @@ def test_steps_by_segments_and_their_locations(written):
     assert constraints_of(written[0]) == [
         [
             ("StartsEnds", "200", "900", "AccelerationAdvice", "80"),
-            ("StartsEnds", "900", "4000", "ConstantspeedAdvice", "80"),
+            ("StartsEnds", "900", "4000", "ConstantspeedAdvice", "79.7"),
         ],
         [
             ("StartsEnds", "6000", "3874.568", "CoastingAdvice", "61.2"),
@@ -64,9 +64,22 @@ def test_steps_by_segments_and_their_locations(written):
 
 
 def test_steps_over_the_ends_of_segments(written):
-    steps = [{"action": "hold", "from_m": 200.0, "to_m": 9700.0, "to_kmh": 70.0}]
+    steps = [{"action": "coast", "from_m": 200.0, "to_m": 9700.0, "to_kmh": 70.0}]
     ends = [[one[:3] for one in segment] for segment in constraints_of(advised(written[1], steps=steps))]
     assert ends == [[("Starts", "200", None)], [("Ends", None, "300")]]
+
+
+def test_partial_effort_is_no_constant_speed(written):
+    """By which the speed rises it is acceleration to its end; by which it falls there is no word for it."""
+    steps = [
+        {"action": "partial", "from_m": 200.0, "to_m": 900.0, "from_kmh": 60.0, "to_kmh": 70.0},
+        {"action": "partial", "from_m": 900.0, "to_m": 3000.0, "from_kmh": 70.0, "to_kmh": 60.0},
+        {"action": "coast", "from_m": 3000.0, "to_m": 4000.0, "to_kmh": 50.0},
+    ]
+    first, _ = constraints_of(advised(written[1], steps=steps))
+    assert [one[1:] for one in first] == [
+        ("200", "900", "AccelerationAdvice", "70"), ("3000", "4000", "CoastingAdvice", "50")
+    ]  # fmt: skip
 
 
 def test_a_step_that_takes_a_whole_segment(tmp_path):
@@ -118,6 +131,12 @@ def test_what_is_written_is_valid(written, sfera):
     assert ok, log
 
 
+def speed_of(step):
+    """What advice of a step says, km/h: its end, or the mean that is held."""
+    far_m, lasts_s = (float(step[f"to_{unit}"]) - float(step[f"from_{unit}"]) for unit in "ms")
+    return 3.6 * far_m / lasts_s if step["action"] == "hold" else float(step["to_kmh"])
+
+
 def test_a_journey_writes_its_advice(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "whole.xml").write_text(message())
@@ -127,7 +146,8 @@ def test_a_journey_writes_its_advice(tmp_path, monkeypatch):
         steps = list(csv.DictReader(table))
     data = (tmp_path / "timed" / "sfera.xml").read_bytes()
     told = [speed for segment in constraints_of(data) for *_, speed in segment]
-    assert set(told) == {f"{float(step['to_kmh']):.1f}".removesuffix(".0") for step in steps}
+    assert set(told) == {f"{speed_of(step):.1f}".removesuffix(".0") for step in steps}
+    assert "hold" in {step["action"] for step in steps}
     ledger = json.loads((tmp_path / "timed" / "provenance.json").read_text())
     assert "sfera.xml" in ledger["files"]
 

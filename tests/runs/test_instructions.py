@@ -73,6 +73,16 @@ def test_steps_are_all_of_a_run(train, track):
         assert result.advice(index).endswith("then brake to stop at km 40.0.")
 
 
+@pytest.mark.parametrize(
+    ("from_kmh", "to_kmh", "action"),
+    [(80, 82.9, "hold"), (80, 77.1, "hold"), (80, 83.1, "partial"), (80, 76.9, "partial")],
+)
+def test_a_speed_that_changes_much_is_not_held(from_kmh, to_kmh, action):
+    speed_mps = np.linspace(kmh_to_mps(from_kmh), kmh_to_mps(to_kmh), 10)
+    (step,) = instructions_of(replace(run((HOLD, 9)), speed_mps=speed_mps))
+    assert step.action == action
+
+
 def test_a_sentence_says_where_and_how_fast():
     def step(action, from_m, to_m, from_kmh, to_kmh):
         from_mps, to_mps = kmh_to_mps(from_kmh), kmh_to_mps(to_kmh)
@@ -88,7 +98,7 @@ def test_a_sentence_says_where_and_how_fast():
         "Accelerate to 80 km/h, hold 80 km/h to Mid (km 5.00), full power to km 6.00 (70 km/h), brake to 40 km/h by km"
         " 7.00, coast to km 8.50 (30 km/h), then brake to stop at End (km 9.00)."
     )
-    assert sentence(track, [step("hold", 0.0, 9e3, 60, 56)]) == "Partial effort to End (km 9.00) (56 km/h)."
+    assert sentence(track, [step("partial", 0.0, 9e3, 60, 56)]) == "Partial effort to End (km 9.00) (56 km/h)."
     assert sentence(track, steps[:1]) == "Full power to km 1.00 (80 km/h)."
     assert sentence(track, [step("coast", 0.0, 90e3, 50, 40)]) == "Coast to km 90.0 (40 km/h)."
     assert sentence(track, [step("coast", 0.0, 9e3, 50, 0)]) == "Coast to stop at End (km 9.00)."

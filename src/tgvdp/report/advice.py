@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 _SHORT_M = 20_000.0
 #: Full traction that gains less than this, km/h, is no acceleration: it climbs.
 _GAINS_KMH = 1.0
-#: A speed that changes by more than this, km/h, is not held.
-_DRIFTS_KMH = 3
 
 
 def sentence(track: "Track", steps: Sequence[Instruction]) -> str:
@@ -89,13 +87,14 @@ def _parts(track: "Track", steps: Sequence[Instruction]) -> Iterator[str]:
         until = _place(track, step.to_m, decimals)
         to_place = f"to {until} ({after} km/h)"
         if step.action == "power":
-            following = None if index == last else _held_kmh(steps[index + 1])
             gains = after - before >= _GAINS_KMH and index < last
-            reached = after if following is None else following
+            is_held = index < last and steps[index + 1].action == "hold"
+            reached = _held_kmh(steps[index + 1]) if is_held else after
             yield f"accelerate to {reached} km/h" if gains else f"full power {to_place}"
         elif step.action == "hold":
-            held = _held_kmh(step)
-            yield f"partial effort {to_place}" if held is None else f"hold {held} km/h to {until}"
+            yield f"hold {_held_kmh(step)} km/h to {until}"
+        elif step.action == "partial":
+            yield f"partial effort {to_place}"
         elif step.to_mps == 0.0:
             yield f"{step.action} to stop at {until}"
         elif step.action == "brake" and after <= before:
@@ -104,10 +103,8 @@ def _parts(track: "Track", steps: Sequence[Instruction]) -> Iterator[str]:
             yield f"{step.action} {to_place}"
 
 
-def _held_kmh(step: Instruction) -> int | None:
-    """The speed that a step holds, which takes the time that it takes; None where it holds none."""
-    if step.action != "hold" or abs(_kmh(step.to_mps) - _kmh(step.from_mps)) > _DRIFTS_KMH:
-        return None
+def _held_kmh(step: Instruction) -> int:
+    """The speed that a step holds, which takes the time that it takes."""
     return _kmh((step.to_m - step.from_m) / (step.to_s - step.from_s))
 
 

@@ -7,9 +7,12 @@ import numpy as np
 
 from tgvdp.physics.codes import HOLDING
 from tgvdp.runs.profile import REGIMES, Profile
+from tgvdp.units import mps_to_kmh
 
 #: Steps that last shorter than this, s, are no step of their own: nobody could follow them.
 LEAST_STEP_S = 3.0
+#: A speed that changes by more than this, km/h, is not held.
+_DRIFTS_KMH = 3.0
 #: So many short phases in a row are partial effort, by switching.
 _PULSES = 4
 #: What is done in each regime.
@@ -22,7 +25,8 @@ class Instruction(NamedTuple):
     Attributes
     ----------
     action : str
-        ``power``: full traction; ``hold`` the speed; ``coast``; ``brake``.
+        ``power``: full traction; ``hold`` the speed; ``partial`` effort, by which the speed changes; ``coast``;
+        ``brake``.
     from_m, to_m : float
         Positions on the line at which it begins and ends, m.
     from_s, to_s : float
@@ -60,12 +64,18 @@ def instructions_of(profile: Profile, least_s: float = LEAST_STEP_S) -> tuple[In
     steps = _without_short(_without_pulses(phases, least_s), least_s)
     ends = [*(step.row for step in steps[1:]), end]
     columns = (profile.position_m, profile.time_s, profile.speed_mps)
-    return tuple(
+    told = (
         Instruction(
             _ACTIONS[REGIMES[step.regime]], *(float(column[row]) for column in columns for row in (step.row, last))
         )
         for step, last in zip(steps, ends, strict=True)
     )
+    return tuple(step._replace(action="partial") if _drifts(step) else step for step in told)
+
+
+def _drifts(step: Instruction) -> bool:
+    """Whether the speed of a step that would hold it changes too much for that."""
+    return step.action == "hold" and abs(mps_to_kmh(step.to_mps - step.from_mps)) > _DRIFTS_KMH
 
 
 class _Phase(NamedTuple):

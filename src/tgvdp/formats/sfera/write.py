@@ -1,7 +1,10 @@
 """A journey with the advice of a run in it, for a driver advisory system: the message that it was read from, amended.
 
 Advice is a temporary constraint of type AdvisedSpeed for each step and segment: what the driver does, and the speed at
-its end. Times are those of the run. All else stands as it was; advice that stood there before is gone.
+its end, or the one that is held. Partial effort by which a train gains speed is acceleration to the speed at its end;
+for partial effort by which it loses speed the protocol has no word: told to coast a train would lose it too soon, told
+a constant speed it would brake to it or not come down to it. There is no advice there. Times are those of the run. All
+else stands as it was; advice that stood there before is gone.
 """
 
 import math
@@ -17,6 +20,7 @@ from tgvdp.formats.sfera.timetable import DEPARTURE, NamedCall, calls_in
 from tgvdp.formats.sources import Target
 from tgvdp.formats.syntax.reading import read_document
 from tgvdp.formats.syntax.xml import Node
+from tgvdp.units import mps_to_kmh
 
 #: What a driver does, as the protocol calls it.
 _ADVICE = {
@@ -68,7 +72,7 @@ class AdvisableJourney:
         stops_m : sequence of float
             Where the run stops, m on its line, its two ends included.
         steps : sequence of mapping
-            With ``action``, ``from_m``, ``to_m`` and ``to_kmh``, in order.
+            As of `tgvdp.report.advice.step_object`, in order.
         passing : callable
 
         Returns
@@ -110,6 +114,9 @@ def _advise(segment: Segment, steps: Sequence[Mapping[str, Any]]) -> None:
 def _constraints(segment: Segment, steps: Sequence[Mapping[str, Any]]) -> Iterator[Any]:
     etree = import_module("lxml.etree")
     for step in steps:
+        advice = _advice_of(step)
+        if advice is None:
+            continue
         starts = step["from_m"] >= segment.offset_m - SLACK_M
         ends = step["to_m"] <= segment.end_m + SLACK_M
         from_m, to_m = max(step["from_m"], segment.offset_m), min(step["to_m"], segment.end_m)
@@ -124,11 +131,25 @@ def _constraints(segment: Segment, steps: Sequence[Mapping[str, Any]]) -> Iterat
         etree.SubElement(
             made,
             _tag(segment.reference, _TYPE),
-            adviceType=_ADVICE[step["action"]],
-            optimalSpeed=_decimal(step["to_kmh"], 1),
+            adviceType=advice,
+            optimalSpeed=_decimal(_optimal_kmh(step), 1),
             reasonCode="energyOptimisation",
         )
         yield made
+
+
+def _advice_of(step: Mapping[str, Any]) -> str | None:
+    """Type of the advice for a step; None where the protocol has none."""
+    if step["action"] == "partial":
+        return _ADVICE["power"] if step["to_kmh"] > step["from_kmh"] else None
+    return _ADVICE[step["action"]]
+
+
+def _optimal_kmh(step: Mapping[str, Any]) -> float:
+    """Speed at the end of a step, km/h; of one that holds its speed the mean, by which it takes its time."""
+    if step["action"] == "hold":
+        return mps_to_kmh((step["to_m"] - step["from_m"]) / (step["to_s"] - step["from_s"]))
+    return float(step["to_kmh"])
 
 
 def _location(segment: Segment, position_m: float) -> str:
