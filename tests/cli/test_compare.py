@@ -89,7 +89,7 @@ def test_results_of_one_name_are_numbered(tmp_path, capsys):
 
 @pytest.mark.parametrize(
     "text",
-    ["no JSON", "[]", '{"schema": "tgvdp.solve/1"}', '{"schema": "tgvdp.search/1", "method": "front", "trip": {}}'],
+    ["no JSON", "[]", '{"schema": "tgvdp.solve/2"}', '{"schema": "tgvdp.search/1", "method": "front", "trip": {}}'],
 )
 def test_files_that_are_no_results(tmp_path, capsys, text):
     (tmp_path / "result.json").write_text(text)

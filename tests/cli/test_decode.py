@@ -51,7 +51,7 @@ def test_every_form_gives_the_same(decoded, name):
     assert code == 0
     assert found["feasible"] and found["replay"]["feasible"] and not found["optimal"]
     assert found["objective"] == 0.7
-    assert found["speeds"] == [0, 1, 1, 0, 0]
+    assert found["speeds_dv"] == [0, 1, 1, 0, 0]
     assert [found["details"][key] for key in ("reads", "feasible_reads", "best_reads")] == [5, 3, 3]
 
 
@@ -147,7 +147,7 @@ def test_strings_of_trains_at_a_substation_are_decoded(tmp_path, capsys):
     assert main(["decode", str(tmp_path / "two.json"), str(tmp_path / "counts.json"), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["objective"] == 0.75  # the second train takes half of what the first one brakes away
-    assert found["speeds"] == [0, 1, 0, 0, 1, 0]
+    assert found["speeds_dv"] == [0, 1, 0, 0, 1, 0]
 
 
 def test_demand_instances_and_missing_files_are_refused(capsys, tmp_path):

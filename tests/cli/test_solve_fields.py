@@ -16,7 +16,8 @@ def test_every_field_of_a_solution_is_documented(words, capsys):
         pytest.importorskip("dimod")
     assert main(["solve", *words.split(), "--json"]) == 0
     content = json.loads(capsys.readouterr().out)
-    assert content.pop("schema") == "tgvdp.solve/1"
+    assert content.pop("schema") == "tgvdp.solve/2"
     replayed, qubo = content["replay"], content.get("qubo", {})
+    assert not {"speeds", "distance"} & set(content)  # names carry units
     names = [*content, *content["constraints"][0], *replayed, *replayed.get("fine", {}), *qubo]
     assert [name for name in names if f"`{name}`" not in PAGE] == []

@@ -230,12 +230,12 @@ def test_command_prints_the_schema(tmp_path, capsys, solver):
     code, text = run(capsys, binary_file(tmp_path), "--solver", solver)
     content = json.loads(text)
     assert code == 0
-    assert content["schema"] == "tgvdp.solve/1"
+    assert content["schema"] == "tgvdp.solve/2"
     assert content["solver"] == solver
     assert content["objective"] == pytest.approx(0.5)
     assert content["optimal"] and content["feasible"] and content["replay"]["feasible"]
-    assert len(content["speeds"]) == 9
-    assert content["distance"] == 12.0
+    assert len(content["speeds_dv"]) == 9
+    assert content["distance_dv_dt"] == 12.0
     assert main(["solve", binary_file(tmp_path), "--solver", solver]) == 0
     assert "optimal, proved" in capsys.readouterr().out
 

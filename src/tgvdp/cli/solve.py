@@ -22,7 +22,7 @@ _METAVARS: dict[Any, str] = {str: "NAME", int: "INTEGER", beta_range: "LOW..HIGH
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
-SCHEMA = "tgvdp.solve/1"
+SCHEMA = "tgvdp.solve/2"
 
 _EXAMPLES = """
 \b
@@ -131,7 +131,7 @@ def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bo
 
 
 def solution_object(problem: "Instance", solution: "Solution") -> dict[str, Any]:
-    """Object of schema tgvdp.solve/1."""
+    """Object of schema tgvdp.solve/2."""
     from tgvdp.formulations.problem.instances import DemandInstance
     from tgvdp.report.plain import plain
 
@@ -146,11 +146,10 @@ def solution_object(problem: "Instance", solution: "Solution") -> dict[str, Any]
         "n_optimal": solution.n_optimal,
         "feasible": solution.feasible,
         **(
-            {"demand": schedule.controls, "speeds_mps": schedule.speeds}
+            {"demand": schedule.controls, "speeds_mps": schedule.speeds, "distance_m": schedule.distance}
             if isinstance(problem, DemandInstance)
-            else {"speeds": schedule.speeds}
+            else {"speeds_dv": schedule.speeds, "distance_dv_dt": schedule.distance}
         ),
-        "distance": schedule.distance,
         "constraints": [
             {"name": check.name, "violation": check.violation, "unit": check.unit} for check in schedule.checks
         ],
