@@ -63,7 +63,7 @@ def test_what_the_time_limit_ends_after_the_search_is_labelled(run, monkeypatch,
     for what in (
         "the time limit ended the replay, 6 runs of sections had none",
         "the budget ended the proof, bounds are missing or loose",
-        "the time limit ended the margins: 5% are not taken",
+        "the time limit ended the margins before 5%",
     ):
         assert f"tgvdp: budget reached: {what}\n" in err
         assert what in content["warning"]
@@ -121,6 +121,17 @@ def test_a_timetable_that_cannot_be_met(run, tmp_path, capsys):
     assert run("journey", "--journey", "journey.json", "--no-pictures") == 4
     row = "journey.json: timing points.values[3]: position 4 km"
     assert f"the window at 4000 m ({row}) closes at 150 s, the first time possible there is" in capsys.readouterr().err
+
+
+def test_stops_that_only_the_timetable_names_have_their_names(run, tmp_path, capsys):
+    """The one at 4 km was shown as an ellipsis."""
+    table = "Station,km,Arrival,Departure\nAston,0,,10:00\nMid,4,10:10,10:11\nBerry,10,10:30,\n"
+    (tmp_path / "times.csv").write_text(table)
+    assert run("journey", "--journey", "times.csv", "--points", "2", "--no-pictures") == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "1 Aston – Mid: " in told and "2 Mid – Berry: " in told
+    assert "stop at Mid (km 4.00)" in told
+    assert "…" not in told
 
 
 def test_search_says_that_it_passes_stops_and_names_journey(run, capsys):

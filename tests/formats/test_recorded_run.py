@@ -47,6 +47,20 @@ def test_clocks_go_past_midnight_and_tell_hours_where_these_are_the_unit(tmp_pat
     assert read(tmp_path, text).time_s.tolist() == pytest.approx(time_s)
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("id,position_m,time_s\nfastest,0,0\nfastest,90,9.5\n0,0,0.0\n0,90,10\n",
+         "line 4: time goes back, got '0.0' after '9.5'"),
+        ("time,speed_mps\n10:00:00,0\n\n10:00:09,9\n10:00:08,9\n",
+         "line 5: time goes back, got '10:00:08' after '10:00:09'"),
+    ],
+)  # fmt: skip
+def test_several_runs_in_a_table_are_told_by_the_row(tmp_path, text, words):
+    with pytest.raises(InputError, match=f"run.csv: {words}: a table of one run is expected"):
+        read(tmp_path, text)
+
+
 def test_positions_in_kilometres(tmp_path):
     run = read(tmp_path, "speed_mps,chainage [km],time_s\n0,12.5,0\n10,12.6,20\n")
     assert run.position_m.tolist() == [12_500.0, 12_600.0]

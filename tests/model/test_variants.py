@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 import tgvdp
 from tgvdp.errors import InputError
-from tgvdp.model.track import Curve, Gradient, NeutralSection, SpeedLimit, SpeedRestriction, Track, Tunnel
-from tgvdp.model.variants import restricted_track, reversed_track, train_in_wind
+from tgvdp.model.track import Curve, Gradient, NeutralSection, Place, SpeedLimit, SpeedRestriction, Track, Tunnel
+from tgvdp.model.variants import named_track, restricted_track, reversed_track, train_in_wind
 
 LENGTH = st.floats(1.0, 1e6)
 SHARES = st.lists(st.integers(1, 999), min_size=0, max_size=6, unique=True).map(sorted)
@@ -94,6 +94,13 @@ def test_curves_turn_to_the_other_side_and_stretches_keep_their_length():
     assert other.stops_m == (0.0, 700.0, 1000.0)
     assert other.gradients == ((0.0, 0.0), (600.0, -10.0))
     assert other.altitude_m == pytest.approx(104.0)
+
+
+def test_names_of_others_fill_in_where_a_line_has_none():
+    track = replace(tgvdp.load_track("flat-100km"), places=(Place(0.0, "A"), Place(9e3, "C")))
+    named = named_track(track, (Place(0.0, "Aston"), Place(5e3, "B"), Place(100e3, "D")))
+    assert named.places == ((0.0, "A"), (5e3, "B"), (9e3, "C"), (100e3, "D"))
+    assert named_track(track, (Place(0.0, "Aston"), Place(101e3, "E"))) is track
 
 
 @given(tracks(), st.lists(st.tuples(st.floats(0, 0.9), st.floats(0.01, 0.1), st.floats(1.0, 80.0)), max_size=4))

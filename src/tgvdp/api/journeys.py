@@ -32,6 +32,7 @@ from tgvdp.model.journey import Journey, TimingPoint
 from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 from tgvdp.model.trip import Trip
+from tgvdp.model.variants import named_track
 from tgvdp.options.search import JourneyOptions
 from tgvdp.runs.fastest import fastest_run
 
@@ -127,6 +128,8 @@ def journey(
     line = trip_of(train, track, options)
     timetable = load_journey(journey, line.track) if isinstance(journey, str | os.PathLike) else journey
     windows = _windows(line.track, timetable, dwell_s)
+    if timetable is not None:
+        line = replace(line, track=named_track(line.track, timetable.places))
     stops_m = (
         *(windows.departures[parts[0]].position_m for parts in windows.sections),
         windows.arrivals[-1].position_m,

@@ -258,7 +258,7 @@ def _margins(
         try:
             taken[text] = result.margins(text, within, left_s(clock, len(margins) - at))
         except BudgetExceededError:
-            return taken, (f"the time limit ended the margins: {', '.join(margins[at:])} are not taken",)
+            return taken, (f"the time limit ended the margins before {', '.join(margins[at:])}",)
     return taken, ()
 
 

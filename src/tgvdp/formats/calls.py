@@ -12,6 +12,7 @@ from typing import NamedTuple
 from tgvdp.errors import InputError
 from tgvdp.formats.syntax.clocks import DAY_S
 from tgvdp.model.journey import Journey, TimingPoint
+from tgvdp.model.track import Place
 from tgvdp.units import KILO
 
 #: Stops without which nothing runs, and what is said then.
@@ -35,6 +36,8 @@ class Call(NamedTuple):
         By how much it may arrive or pass earlier than that, s.
     row : str
         As of `Journey.rows`.
+    name : str
+        Of the place, where the timetable has one.
     """
 
     position_m: float
@@ -43,6 +46,7 @@ class Call(NamedTuple):
     departure_s: float | None
     window_s: float = math.inf
     row: str = ""
+    name: str = ""
 
 
 class RunningClock:
@@ -108,7 +112,15 @@ def journey_of(name: str, calls: Sequence[Call], notes: tuple[str, ...], track: 
         (TimingPoint(last.position_m, *_arrival(last, start_s), 0.0, 0.0), last.row),
     )
     rows = tuple(row for _, row in points if row)
-    return Journey(name=name, track=track, points=tuple(point for point, _ in points), notes=notes, rows=rows)
+    names = {call.position_m: call.name for call in (first, *between, last) if call.name}
+    return Journey(
+        name=name,
+        track=track,
+        points=tuple(point for point, _ in points),
+        notes=notes,
+        rows=rows,
+        places=tuple(Place(*place) for place in names.items()),
+    )
 
 
 def _points(call: Call, start_s: float) -> Iterator[TimingPoint]:

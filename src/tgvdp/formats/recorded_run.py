@@ -77,7 +77,17 @@ def load_run(path: str | os.PathLike[str]) -> RecordedRun:
         if all(is_time_of_day(_text(row, found["time"][0])) for row in rows):
             days[1:] = np.cumsum(np.diff(read["time"]) < -0.5 * DAY_S)
         read["time"] += DAY_S * days - read["time"][0]
+        _require_forward(place, sheet, rows, read["time"], found["time"][0])
     return RecordedRun(place.name, read.get("position"), read.get("speed"), read.get("time"))
+
+
+def _require_forward(path: Path, sheet: Sheet, rows: Sequence[Row], time_s: NDArray[np.float64], index: int) -> None:
+    """Refuse a table whose time goes back, as where several runs stand in one."""
+    back = np.flatnonzero(np.diff(time_s) < 0.0)
+    if back.size:
+        before, row = rows[back[0]], rows[back[0] + 1]
+        times = f"{_text(row, index)!r:.40} after {_text(before, index)!r:.40}"
+        raise bad(path, f"{_place(sheet, row)}: time goes back, got {times}: a table of one run is expected")
 
 
 def _sheet(path: Path) -> Sheet:

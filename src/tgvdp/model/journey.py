@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from tgvdp.errors import InputError
 from tgvdp.model.checks import require_notes, require_number, require_rows, require_text
-from tgvdp.model.track import Track
+from tgvdp.model.track import Place, Track
 
 _FEWEST_POINTS = 2
 
@@ -78,6 +78,8 @@ class Journey:
     rows : tuple of str
         Where each point stands in its file and the position that is written there, for errors: ``times.csv: line 4,
         column 'km': 12.5 km``; or none.
+    places : tuple of Place
+        What the timetable calls its positions, for people.
 
     Raises
     ------
@@ -91,6 +93,7 @@ class Journey:
     name: str = "journey"
     notes: tuple[str, ...] = field(default=(), compare=False)
     rows: tuple[str, ...] = field(default=(), compare=False, repr=False)
+    places: tuple[Place, ...] = field(default=(), compare=False, repr=False)
 
     def __post_init__(self) -> None:
         owner = f"journey {require_text('journey', 'name', self.name)}"

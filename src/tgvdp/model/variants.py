@@ -55,6 +55,12 @@ def reversed_track(track: Track) -> Track:
     )
 
 
+def named_track(track: Track, places: Iterable[Place]) -> Track:
+    """Return the line with the names that others have for places of it where it has none."""
+    missing = [place for place in places if place.position_m <= track.length_m and not track.name_at(place.position_m)]
+    return replace(track, places=tuple(sorted((*track.places, *missing)))) if missing else track
+
+
 def _held(rows: Sequence[_Row], length_m: float) -> list[tuple[_Row, float]]:
     """Rows that hold until the next one, with where they end, m."""
     return list(zip(rows, [*(row.position_m for row in rows), length_m][1:], strict=True))

@@ -84,7 +84,7 @@ def exported(
         return {"": json.dumps(node_link(graph)).encode()}
     ising = ising_of(encoded.qubo, -1)
     angles = ramp_angles(layers, QASM_TIME_STEP, energy_scale(ising) or 1.0)
-    title = f"{instance.id}: {encoded.encoding}, penalty {encoded.penalty!r}, QAOA ramp of {layers} layers"
+    title = f"{instance.id}: {encoded.encoding}, penalty {encoded.penalty:.6g}, QAOA ramp of depth {layers}"
     return {"": qasm3(qaoa_circuit(ising, angles), [title]).encode()}
 
 

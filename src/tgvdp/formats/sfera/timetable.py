@@ -42,7 +42,7 @@ class NamedCall(NamedTuple):
     def timed(self) -> Call:
         """The place and its times alone."""
         row = str(self.node.bad(f"{shown(self.name)} at {self.position_m:.12g} m of the journey"))
-        return Call(self.position_m, self.stops, self.arrival_s, self.departure_s, self.window_s, row)
+        return Call(self.position_m, self.stops, self.arrival_s, self.departure_s, self.window_s, row, self.name)
 
 
 def has_times(journey: Node) -> bool:

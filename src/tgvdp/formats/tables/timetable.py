@@ -12,7 +12,7 @@ from tgvdp.errors import InputError
 from tgvdp.formats.calls import FEWEST_STOPS, NO_JOURNEY, Call, RunningClock, by_name, journey_of
 from tgvdp.formats.syntax.clocks import clock_s, is_time_of_day
 from tgvdp.formats.syntax.reading import bad, shown
-from tgvdp.formats.tables.cells import DASHES, Row, is_no
+from tgvdp.formats.tables.cells import DASHES, Row, is_no, name_in
 from tgvdp.formats.tables.line import starts_m
 from tgvdp.formats.tables.roles import ARRIVAL, DEPARTURE, POSITION, SPEED, STOP, Role
 from tgvdp.formats.tables.table import Table, listed
@@ -128,7 +128,9 @@ def _calls(path: Path, table: Table, starts: Sequence[float], start_m: float) ->
                             f"lies before the line, which begins at {start_m / KILO:.9g} km")  # fmt: skip
         departure_s = departures[-1] if departures else arrivals[0]
         row = str(bad(path, table.bad(given[0][1], said, table.told(given[0][1], said))))
-        yield Call(position_m - start_m, stops, arrivals[0] if arrivals else None, departure_s, row=row)
+        names = (plain_text(name_in(table.text(one, STOP))) for _, one, _ in given if STOP in table.columns)
+        name = next(filter(None, names), "")
+        yield Call(position_m - start_m, stops, arrivals[0] if arrivals else None, departure_s, row=row, name=name)
 
 
 def _times(table: Table) -> Iterator[tuple[float | None, float | None]]:

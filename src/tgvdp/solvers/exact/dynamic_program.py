@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import BudgetExceededError, InfeasibleError
-from tgvdp.formulations.problem.instances import BinaryInstance
+from tgvdp.formulations.problem.instances import BinaryInstance, counted_steps
 from tgvdp.formulations.problem.levels import Ladder
 from tgvdp.solvers.exact import ladder as kernels
 from tgvdp.solvers.exact import ladder_paths as paths
@@ -217,7 +217,7 @@ def _heights(ladder: Ladder) -> Ints:
 def _infeasible(ladder: Ladder) -> InfeasibleError:
     instance = ladder.instance
     return InfeasibleError(
-        f"{instance.id}: no plan of {instance.steps} steps covers {instance.distance_units:g} "
+        f"{instance.id}: no plan of {counted_steps(instance.steps)} covers {instance.distance_units:g} "
         f"± {instance.tol_units:g} Δv·Δt from stop to stop within the speed limits"
     )
 
