@@ -171,7 +171,10 @@ def test_a_time_that_no_record_tells_is_not_said(result, tmp_path, capsys):
     """With the energy of the optimum itself it was said to arrive 2.7e-05 s earlier."""
     run = record(tmp_path / "run.csv", result.profile(len(result.front) - 1))
     assert main(["score", str(run), *COMMAND_TRIP, "--out", str(tmp_path / "out")]) == 0
-    assert "earlier" not in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "earlier" not in told
+    assert "the optimum of that time takes as much, to 0.05 %" in told
+    assert "more" not in told
 
 
 def test_an_optimum_that_saves_nothing_is_said_to_take_more(capped, tmp_path, monkeypatch, capsys):

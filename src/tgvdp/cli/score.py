@@ -18,6 +18,8 @@ from tgvdp.constants import CONVENTION_NAMES
 
 #: A saving below which nothing is said of where it lies, %.
 _LITTLE_PCT = 0.5
+#: A saving, or its opposite, that no record tells, %.
+_NOTHING_PCT = 0.05
 #: A time below which nobody arrives earlier, s: records are no finer.
 _LITTLE_S = 0.1
 _EXAMPLES = """
@@ -139,12 +141,15 @@ def _table(content: Mapping[str, Any]) -> str:
         shares = "  ".join(f"{value:6.0f} %" for value in run["distance_pct"].values())
         figures = f"{duration(run['time_s']):>9}  {run['margin_pct']:6.2f} %  {run['energy_kwh']:10.5g} kWh"
         lines.append(f"{name:>9}  {figures}  {shares}")
-    recorded = content["recorded"]
+    reference = (
+        "the optimum of that time" if content["recorded"]["margin_pct"] >= 0.0 else "the fastest run of the model"
+    )
+    if abs(content["saving_pct"]) < _NOTHING_PCT:
+        return "\n".join([*lines, f"{reference} takes as much, to {_NOTHING_PCT:g} %"])
     parts = [
         f"{abs(content[field]):.4g} kWh {'less' if content[field] >= 0.0 else 'more'} {what}"
         for field, what in (("saving_in_brakes_kwh", "braked away"), ("saving_in_resistance_kwh", "against resistance"))
     ]
-    reference = "the optimum of that time" if recorded["margin_pct"] >= 0.0 else "the fastest run of the model"
     saving = f"{abs(content['saving_kwh']):.4g} kWh"
     does = f"saves {saving}" if content["saving_kwh"] >= 0.0 else f"takes {saving} more"
     lines.append(f"{reference} {does}, {abs(content['saving_pct']):.1f} %; at the wheel {' and '.join(parts)}")
