@@ -15,6 +15,7 @@ from tests.helpers.browser_case import (
     open_page,
 )
 from tests.helpers.format_case import TTOBENCH_TRACK, TTOBENCH_TRAIN
+from tests.helpers.report_case import PROVENANCE
 from tgvdp.report.palette import DARK, LIGHT
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="the tests of the page need playwright")
@@ -147,10 +148,23 @@ def test_the_form_offers_what_the_method_has(watched, home):
     page = open_page(watched, home)
     page.get_by_role("button", name="New run").click()
     assert page.locator("#field-heuristic").is_hidden()
+    assert page.get_by_text("Search on a grid").is_hidden()  # nothing would stand under it
     page.locator("#field-method").select_option("best-first")
     page.get_by_text("Search on a grid").click()
     assert page.locator("#field-heuristic").is_visible()
     assert page.locator("#field-points").is_hidden()
+    watched.require_clean(home)
+
+
+def test_what_was_read_is_named_with_the_first_digits_of_its_fingerprint(watched, home):
+    """It was a line of JSON that ran out of its table."""
+    page = open_page(watched, home)
+    page.get_by_text("Where this comes from").click()
+    inputs = page.get_by_role("table", name="Inputs")
+    for role, read in PROVENANCE["inputs"].items():
+        row = inputs.get_by_role("row", name=role)
+        sync_api.expect(row).to_contain_text(f"{read.get('file', read.get('name'))}, sha256 {read['sha256'][:12]}…")
+    assert "{" not in inputs.inner_text()
     watched.require_clean(home)
 
 

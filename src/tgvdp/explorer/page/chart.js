@@ -4,6 +4,8 @@
 import { color, el } from "./dom.js";
 
 const FONT = "12px system-ui, sans-serif";
+/** A chart of less height, px, has the marks of its axis nearer to each other, for there to be two. */
+const LOW = 150;
 const drawn = new Set();
 
 /** Draw all charts anew, in another theme. */
@@ -37,7 +39,7 @@ export class Chart {
     });
     const axes = [
       axis(look.hidesX ? "" : look.xLabel, look.hidesX ? { size: 4, values: () => [], labelSize: 0 } : { size: 28 }),
-      axis(look.yLabel, { size: 44, values: (plot, splits) => splits.map(look.yText ?? plain) }),
+      axis(look.yLabel, { size: 44, space: look.height < LOW ? 18 : 30, values: (plot, splits) => splits.map(look.yText ?? plain) }),
     ];
     if (look.right) axes.push(axis(look.right.label, { side: 1, size: 46, scale: "y", grid: { show: false }, splits: () => this.rightSplits().map(look.right.fromShown), values: (plot, splits) => splits.map((split) => plain(look.right.toShown(split))) }));
     return {

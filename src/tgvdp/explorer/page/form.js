@@ -118,6 +118,7 @@ export class Form {
   /** Show the fields that the method has. */
   suit() {
     for (const field of this.form.querySelectorAll("[data-methods]")) field.hidden = !field.dataset.methods.split(" ").includes(this.fields.method.value);
+    for (const group of this.form.querySelectorAll("details")) group.hidden = [...group.querySelectorAll(".field")].every((field) => field.hidden);
   }
 
   /** What is asked for: whatever is not as it was, nor empty, and belongs to the method. */

@@ -207,10 +207,18 @@ function practicesOf({ practices, fastest }) {
   return points.length ? [{ points, color: "neutral", dash: [6, 3] }] : [];
 }
 
+/** A value in a cell of a table: of what was read its name, the part of it, and the first digits of its fingerprint. */
+function shown(value) {
+  if (typeof value !== "object") return String(value);
+  const name = value.file ?? value.name;
+  if (!name) return JSON.stringify(value);
+  return [`${name}${value.part ? `#${value.part}` : ""}`, value.sha256 ? `sha256 ${value.sha256.slice(0, 12)}…` : "", ...(value.notes ?? [])].filter(Boolean).join(", ");
+}
+
 /** Where a result comes from. */
 export function provenance(content) {
   const { provenance: about = {}, counters = {}, warning } = content;
-  const flat = (values) => Object.entries(values ?? {}).filter(([, value]) => value !== null && value !== "").map(([name, value]) => [name, typeof value === "object" ? JSON.stringify(value) : String(value)]);
+  const flat = (values) => Object.entries(values ?? {}).filter(([, value]) => value !== null && value !== "").map(([name, value]) => [name, shown(value)]);
   return el("details", { class: "card" }, el("summary", {}, "Where this comes from"),
     warning ? el("p", { class: "error" }, warning) : null,
     el("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Provenance" },
