@@ -118,6 +118,10 @@ def test_a_benchmark_shows_success_and_size_against_n(watched, home):
     page.wait_for_selector(".benchmark .chart")
     assert "sa:unary" in page.locator(".legend").first.inner_text()
     assert "variables, unary" in page.locator(".benchmark").inner_text()
+    marked = page.evaluate(
+        "import('/page/benchmark.js').then((page) => [page.decades(0.5, 1.3), page.decades(0.5, 4.2)])"
+    )
+    assert [[round(10**at) for at in marks] for marks in marked] == [[5, 10], [10, 100, 1000, 10_000]]
     last = page.get_by_role("region", name="Medians").locator("tbody tr").last.inner_text().split()
     assert last == ["sa:unary", "8", "3", "2", "0.250", "–"]
     watched.require_clean(home)

@@ -165,6 +165,7 @@ def test_what_was_read_is_named_with_the_first_digits_of_its_fingerprint(watched
         row = inputs.get_by_role("row", name=role)
         sync_api.expect(row).to_contain_text(f"{read.get('file', read.get('name'))}, sha256 {read['sha256'][:12]}…")
     assert "{" not in inputs.inner_text()
+    sync_api.expect(page.get_by_text("a note", exact=True)).to_be_visible()
     watched.require_clean(home)
 
 

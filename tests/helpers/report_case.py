@@ -23,7 +23,10 @@ VERDICT = Verdict(
     speed_error_mps=0.0,
     ok=True,
 )
-INPUTS = {"train": {"file": "stock.xml", "sha256": "5a" * 32}, "track": {"name": "hilly", "sha256": "c3" * 32}}
+INPUTS = {
+    "train": {"file": "stock.xml", "sha256": "5a" * 32, "notes": ["a note"]},
+    "track": {"name": "hilly", "sha256": "c3" * 32},
+}
 PROVENANCE = {"tgvdp": "0.1.0", "options": {"points": 3, "time_limit_s": 60.0}, "inputs": INPUTS, "elapsed_s": 0.25}
 
 

@@ -12,10 +12,10 @@ export class Benchmark {
   constructor(id, view) {
     this.id = id;
     this.tables = view.tables;
-    const families = [...new Set(this.tables["ensembles.csv"].map((row) => row.family))];
+    const families = byRows(this.tables["ensembles.csv"].map((row) => row.family));
     this.family = el("select", { id: "family", onChange: () => state.set({ family: this.family.value }) }, families.map((name) => el("option", { value: name }, name)));
-    this.success = new Chart({ label: "Success of an attempt against the size N, by solver", xLabel: "Size N", yLabel: "Success (median)", height: 320 });
-    this.size = new Chart({ label: "Variables and qubits against the size N, by encoding", xLabel: "Size N", yLabel: "Variables, qubits", height: 320, yText: (value) => (Number.isInteger(value) ? String(10 ** value) : "") });
+    this.success = new Chart({ label: "Success of an attempt against the size N, by solver", xLabel: "Size N", yLabel: "Success (median)", height: 320, wholeX: true });
+    this.size = new Chart({ label: "Variables and qubits against the size N, by encoding", xLabel: "Size N", yLabel: "Variables, qubits", height: 320, wholeX: true, ySplits: decades, yText: (value) => String(Math.round(10 ** value)) });
     this.successKey = el("p", { class: "legend" });
     this.sizeKey = el("p", { class: "legend" });
     this.rows = el("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Medians" });
@@ -43,6 +43,19 @@ export class Benchmark {
     this.success.remove();
     this.size.remove();
   }
+}
+
+/** Names, the one of most rows first. */
+function byRows(names) {
+  const rows = (name) => names.filter((other) => other === name).length;
+  return [...new Set(names)].sort((a, b) => rows(b) - rows(a));
+}
+
+/** Logarithms of 1, 2, 5, 10, … in a range of them; over many decades those of powers of ten alone. */
+export function decades(low, high) {
+  const factors = high - low > 3 ? [1] : [1, 2, 5], found = [];
+  for (let power = Math.floor(low); power <= high; power += 1) found.push(...factors.map((factor) => power + Math.log10(factor)));
+  return found.filter((value) => value >= low && value <= high);
 }
 
 /** Medians of a value at each N, by group: { name: { x, y } }. */

@@ -6,6 +6,8 @@ import { color, el } from "./dom.js";
 const FONT = "12px system-ui, sans-serif";
 /** A chart of less height, px, has the marks of its axis nearer to each other, for there to be two. */
 const LOW = 150;
+/** Steps of an axis that counts. */
+const WHOLE = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
 const drawn = new Set();
 
 /** Draw all charts anew, in another theme. */
@@ -18,7 +20,7 @@ export class Chart {
    * @param {object} look label (for those who cannot see it), xLabel, yLabel, height (px), and where wanted:
    *   sync (charts of one name share the cursor), right ({ label, toShown, fromShown } of a second axis),
    *   onCursor(index or null), onZoom(min, max), hidesX (the axis of x is that of a chart below),
-   *   yText(value) for the axis of y
+   *   yText(value) and ySplits(low, high) for the axis of y, wholeX (only whole numbers on the axis of x)
    */
   constructor(look) {
     this.look = look;
@@ -38,8 +40,8 @@ export class Chart {
       grid: { stroke: () => color("grid"), width: 1 }, ticks: { show: false }, ...more,
     });
     const axes = [
-      axis(look.hidesX ? "" : look.xLabel, look.hidesX ? { size: 4, values: () => [], labelSize: 0 } : { size: 28 }),
-      axis(look.yLabel, { size: 44, space: look.height < LOW ? 18 : 30, values: (plot, splits) => splits.map(look.yText ?? plain) }),
+      axis(look.hidesX ? "" : look.xLabel, look.hidesX ? { size: 4, values: () => [], labelSize: 0 } : { size: 28, ...(look.wholeX ? { incrs: WHOLE } : {}) }),
+      axis(look.yLabel, { size: 44, space: look.height < LOW ? 18 : 30, ...(look.ySplits ? { splits: (plot, axis, low, high) => look.ySplits(low, high) } : {}), values: (plot, splits) => splits.map(look.yText ?? plain) }),
     ];
     if (look.right) axes.push(axis(look.right.label, { side: 1, size: 46, scale: "y", grid: { show: false }, splits: () => this.rightSplits().map(look.right.fromShown), values: (plot, splits) => splits.map((split) => plain(look.right.toShown(split))) }));
     return {

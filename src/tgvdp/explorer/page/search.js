@@ -212,7 +212,7 @@ function shown(value) {
   if (typeof value !== "object") return String(value);
   const name = value.file ?? value.name;
   if (!name) return JSON.stringify(value);
-  return [`${name}${value.part ? `#${value.part}` : ""}`, value.sha256 ? `sha256 ${value.sha256.slice(0, 12)}…` : "", ...(value.notes ?? [])].filter(Boolean).join(", ");
+  return `${name}${value.part ? `#${value.part}` : ""}${value.sha256 ? `, sha256 ${value.sha256.slice(0, 12)}…` : ""}`;
 }
 
 /** Where a result comes from. */
@@ -223,5 +223,6 @@ export function provenance(content) {
     warning ? el("p", { class: "error" }, warning) : null,
     el("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Provenance" },
       table("Made by", ["", ""], flat({ tgvdp: about.tgvdp, python: about.python, numpy: about.numpy, numba: about.numba, utc: about.utc, elapsed_s: about.elapsed_s, ...about.machine })),
-      table("Inputs", ["", ""], flat(about.inputs)), table("Options", ["", ""], flat(about.options)), table("Work done", ["", ""], flat(counters))));
+      table("Inputs", ["", ""], flat(about.inputs)), Object.values(about.inputs ?? {}).flatMap(({ notes = [] }) => notes).map((note) => el("p", { class: "help" }, note)),
+      table("Options", ["", ""], flat(about.options)), table("Work done", ["", ""], flat(counters))));
 }
