@@ -1,5 +1,7 @@
 """Which lines the picture of success draws."""
 
+import math
+
 from tgvdp.report import palette
 from tgvdp.report.trial_plots import plot_success
 from tgvdp.trials.panels import family_panels, size_panels
@@ -27,6 +29,15 @@ def test_the_best_variants_of_six_solvers_are_drawn():
     (panel,) = family_panels([row(solver, solved) for solver, solved in SOLVERS.items()])
     assert [line.name for line in panel.success] == ["dp", "milp", "scip", "greedy", "sa:unary", "pt:unary"]
     assert [line.name for line in panel.tts_s] == [line.name for line in panel.success]
+
+
+def test_a_solver_that_fails_at_a_size_is_drawn_there_with_no_success():
+    """Its line ended before, as if it had not been asked."""
+    never = {"N": 8, "TTS99 s": math.inf, "TTS99 s low": math.inf, "TTS99 s high": math.inf}
+    (panel,) = panels = family_panels([row("random", 1), row("random", 0, 0.0) | never])
+    assert panel.success[0].y.tolist() == [0.5, 0.0]
+    success, times = (axes.get_lines()[0].get_xdata().tolist() for axes in plot_success(panels, "detail").axes)
+    assert (success, times) == ([6.0, 8.0], [6.0])
 
 
 def test_lines_have_colours_of_their_own():

@@ -16,12 +16,12 @@ _MOST_LINES = 6
 
 
 def family_panels(ensembles: Sequence[Row]) -> list[FamilyPanel]:
-    """Panels of the families of most sizes; rows without a time to solution are left out."""
-    ensembles = [row for row in ensembles if math.isfinite(row["TTS99 s"])]
-    names = _best_variants(ensembles)
+    """Panels of the families of most sizes; what never succeeds has a success of 0 and no time to solution."""
+    timed = [row for row in ensembles if math.isfinite(row["TTS99 s"])]
+    names = _best_variants(timed)
     shown = [row for row in ensembles if row["solver"] in names]
     panels = []
-    for family in _longest([(row["family"], row["N"]) for row in shown]):
+    for family in _longest([(row["family"], row["N"]) for row in timed if row["solver"] in names]):
         lines = [[row for row in shown if (row["family"], row["solver"]) == (family, name)] for name in names]
         success = [_line(rows, "p median") for rows in lines if rows]
         times = [_line(rows, "TTS99 s", "TTS99 s low", "TTS99 s high") for rows in lines if rows]
