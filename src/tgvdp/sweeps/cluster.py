@@ -110,8 +110,14 @@ def started(cluster: Cluster) -> "Iterator[Callable[[], Client]]":
             yield connect
         except KeyboardInterrupt:
             # Closing waits for batches that run. Nobody waits for it: workers end with this process, if not before.
-            threading.Thread(target=stack.pop_all().close, daemon=True).start()
+            threading.Thread(target=_close_unheard, args=(stack.pop_all(),), daemon=True).start()
             raise
+
+
+def _close_unheard(stack: contextlib.ExitStack) -> None:
+    """Close what was started; the process may end in the midst of it, and then Dask's loop is gone at any point."""
+    with contextlib.suppress(Exception):
+        stack.close()
 
 
 @contextlib.contextmanager
