@@ -155,10 +155,10 @@ def test_values_beside_bars_keep_clear_of_the_names_of_axes(effects):
     figure = plot_tornado(effects, 27.4, 5.0, "72 scenarios")
     FigureCanvasAgg(figure).draw()
     (axes,) = figure.axes
-    inside = axes.get_window_extent()
+    inside, clear = axes.get_window_extent(), 5.0  # px
     for text in axes.texts[: 2 * len(effects)]:
         extent = text.get_window_extent()
-        assert inside.x0 <= extent.x0 < extent.x1 <= inside.x1, text.get_text()
+        assert inside.x0 + clear <= extent.x0 < extent.x1 <= inside.x1 - clear, text.get_text()
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ _WRITTEN = 150
 _LONGEST = 24
 #: Of a tornado: its sides as shares of the figure, what is free around the value beside a bar, points, and the share of
 #: the width that bars keep.
-_LEFT, _RIGHT, _FREE_PT, _BARS = 0.24, 0.93, 8.0, 0.15
+_LEFT, _RIGHT, _FREE_PT, _BARS = 0.24, 0.93, 14.0, 0.15
 #: Characters of names that stand side by side below a map.
 _BESIDE = 50
 
@@ -47,7 +47,7 @@ def plot_distribution(saved_pct: NDArray[np.float64], margin_pct: float, detail:
             f"{text}: {value:.1f}", (value, 1.0), (3.0, -10.0), xycoords=("data", "axes fraction"),
             textcoords="offset points", fontsize=style.SMALL_PT, fontfamily=style.FONT, color=palette.INK,
         )  # fmt: skip
-    style.dress(axes, "Energy saved / % of the fastest run's", "Scenarios")
+    style.dress(axes, "Energy saved (% of the fastest run's)", "Scenarios")
     style.title(axes, f"What {margin_pct:g} % more running time saves", detail)
     return figure
 
@@ -69,7 +69,7 @@ def plot_tornado(effects: Sequence[Effect], mean_pct: float, margin_pct: float, 
             )  # fmt: skip
     axes.axvline(mean_pct, color=palette.INK, linewidth=1.0)
     axes.set_xlim(*_room_beside(effects, mean_pct))
-    style.dress(axes, "Energy saved / % of the fastest runs'")
+    style.dress(axes, "Energy saved (% of the fastest runs')")
     axes.set_yticks(range(len(effects)), [_short(one.axis) for one in reversed(effects)], parse_math=False)
     style.title(axes, f"On what the saving at {margin_pct:g} % depends", detail)
     return figure
@@ -107,7 +107,7 @@ def plot_map(
     axes = figure.subplots()
     image = axes.imshow(saved_pct, aspect="auto", cmap="viridis")
     bar = figure.colorbar(image, ax=axes)
-    bar.set_label("Energy saved / %", fontsize=style.LABEL_PT, fontfamily=style.FONT, color=palette.INK)
+    bar.set_label("Energy saved (%)", fontsize=style.LABEL_PT, fontfamily=style.FONT, color=palette.INK)
     style.dress(axes, columns[0], rows[0])
     axes.grid(False)
     for set_ticks, values in ((axes.set_xticks, columns[1]), (axes.set_yticks, rows[1])):
