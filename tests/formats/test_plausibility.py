@@ -188,12 +188,16 @@ def test_lines_of_railml(tmp_path):
     assert line_named(review, "mass") == STOCK_2.splitlines().index('   <formation id="ic" name="IC">') + 1
 
 
-def test_validate_reports_on_demand_and_warns_only(tmp_path, capsys):
+def test_validate_warns_and_reports_what_is_usual_on_demand(tmp_path, capsys):
     path = write_json(tmp_path / "train.json", changed(TTOBENCH_TRAIN, ("max speed", "unit"), "m/s"))
     assert main(["validate", str(path)]) == 0
-    assert "plausibility" not in capsys.readouterr().out
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert "    warning  top speed 518.4 km/h (usual 20 to 400: km/h given as m/s?), line 1\n" in out
+    assert "    ok  " not in out
     assert main(["validate", "-v", str(path)]) == 0
     out, err = capsys.readouterr()
     assert err == ""
     assert "  plausibility of train toy: " in out
+    assert "    ok  " in out
     assert "    warning  top speed 518.4 km/h (usual 20 to 400: km/h given as m/s?), line 1\n" in out

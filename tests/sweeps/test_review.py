@@ -14,7 +14,7 @@ def test_validate_says_what_a_sweep_runs(tmp_path, capsys):
     varied = "3 train.mass_t × 3 wind_kmh × 2 reverse and track.altitude_m"
     assert out.splitlines() == [
         f"{path}: sweep spec (spec)",
-        f"  scenarios                     72, 1 trains × 4 sections of 2 lines × {varied}",
+        f"  scenarios                     72, 1 train × 4 sections of 2 lines × {varied}",
         "  trains                        metro",
         "  lines                         east, west",
         "  train.mass_t                  180, 200, 220",
@@ -22,6 +22,8 @@ def test_validate_says_what_a_sweep_runs(tmp_path, capsys):
         "  reverse and track.altitude_m  (False, 0), (True, 400)",
         "  run points                    5",
         "  run max_margin_pct            10.0",
+        "  plausibility of train metro: 1 warning",
+        "    warning  rotating mass factor 1 (usual 1.02 to 1.35: rotating masses left out?)",
     ]
 
 

@@ -21,14 +21,14 @@ Examples:
   tgvdp validate line.json train.json
   tgvdp validate scenario.toml
   tgvdp validate --line-speed 100 plan.railml    a line without speed limits
-  tgvdp validate -v train.yaml                   with a report of unusual values and their lines
+  tgvdp validate -v train.yaml                   with all values that have usual ranges, and their lines
   tgvdp validate sweep.toml                      what a sweep would run
 """
 
 
 @click.command("validate", epilog=_EXAMPLES)
 @click.argument("files", nargs=-1, required=True, metavar="FILE...", shell_complete=complete_file)
-@click.option("-v", "--verbose", is_flag=True, help="Hold the values of trains and lines against their usual ranges.")
+@click.option("-v", "--verbose", is_flag=True, help="Also tell values of trains and lines in their usual ranges.")
 @click.option("--line-speed", "line_speed_kmh", **LINE_SPEED)
 def command(files: tuple[str, ...], verbose: bool, line_speed_kmh: float | None) -> int:
     """Say what each FILE holds or what is wrong with it.
@@ -39,9 +39,9 @@ def command(files: tuple[str, ...], verbose: bool, line_speed_kmh: float | None)
     exit_code = 0
     for file in files:
         try:
-            held, reviews = _held(file, speed_mps, reviewed=verbose)
+            held, reviews = _held(file, speed_mps)
             click.echo(f"{file}: {held}")
-            for review in reviews:
+            for review in reviews if verbose else (review.unusual for review in reviews if review.warnings):
                 click.echo(textwrap.indent(str(review), "  "))
         except InputError as error:
             click.echo(f"tgvdp: error: {error}", err=True)
@@ -49,8 +49,8 @@ def command(files: tuple[str, ...], verbose: bool, line_speed_kmh: float | None)
     return exit_code
 
 
-def _held(file: str, line_speed_mps: float | None, *, reviewed: bool) -> "tuple[Description, Sequence[Review]]":
-    """What a file holds, and if asked for how usual that is."""
+def _held(file: str, line_speed_mps: float | None) -> "tuple[Description, Sequence[Review]]":
+    """What a file holds, and how usual that is."""
     from tgvdp.formats import describe_file
     from tgvdp.formats.review.plausibility import review_file
     from tgvdp.formats.sources import locate
@@ -66,6 +66,6 @@ def _held(file: str, line_speed_mps: float | None, *, reviewed: bool) -> "tuple[
         if line_speed_mps is not None:
             raise bad(path, "is the spec of a sweep: a line speed would change nothing")
         spec = read_spec(path)
-        return describe_spec(spec, path.stem), review_spec(spec) if reviewed else ()
+        return describe_spec(spec, path.stem), review_spec(spec)
     held = describe_file(file, line_speed_mps=line_speed_mps)
-    return held, review_file(file, line_speed_mps=line_speed_mps) if reviewed else ()
+    return held, review_file(file, line_speed_mps=line_speed_mps)

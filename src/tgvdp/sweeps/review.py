@@ -39,7 +39,12 @@ def counted(spec: SweepSpec) -> str:
     """What a sweep multiplies: ``2 trains × 4 sections of 2 lines × 3 wind_kmh``."""
     sections = sum(map(len, spec.sections))
     varied = "".join(f" × {len(axis.rows)} {' and '.join(axis.names)}" for axis in spec.axes)
-    return f"{len(spec.trains)} trains × {sections} sections of {len(spec.lines)} lines{varied}"
+    counts = (_of(len(spec.trains), "train"), _of(sections, "section"), _of(len(spec.lines), "line"))
+    return "{} × {} of {}{}".format(*counts, varied)
+
+
+def _of(count: int, noun: str) -> str:
+    return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
 def review_spec(spec: SweepSpec) -> list[Review]:

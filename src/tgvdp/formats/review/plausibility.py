@@ -1,6 +1,6 @@
 """Is this a train, and is this a line? Figures beside the ranges that they usually lie in; slips of unit stand out."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from tgvdp.formats.detect import load_to_describe, read_target
 from tgvdp.formats.review.figures import Figure, track_figures, train_figures
@@ -22,6 +22,11 @@ class Review:
     def warnings(self) -> int:
         """How many checks are outside their usual range."""
         return sum(not check.ok for check, _ in self.checks)
+
+    @property
+    def unusual(self) -> "Review":
+        """The same with the checks outside their usual range alone."""
+        return replace(self, checks=tuple((check, line) for check, line in self.checks if not check.ok))
 
     def __str__(self) -> str:
         """Several lines, for the terminal."""
