@@ -134,6 +134,20 @@ def test_stops_that_only_the_timetable_names_have_their_names(run, tmp_path, cap
     assert "…" not in told
 
 
+def test_a_timetable_of_the_other_direction_is_doubted(tmp_path, monkeypatch, capsys):
+    """Its positions fit, its names do not."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "line.csv").write_text("Station,km,speed_kmh\nAston,0,80\nMid,4,80\nBerry,10,80\n")
+    (tmp_path / "times.csv").write_text("Station,km,Arrival,Departure\nBerry,0,,10:00\nMID,6,,10:11\nAston,10,10:40,\n")
+    asked = ["journey", "--train", "alstom-emu", "--track", "line.csv", "--journey", "times.csv", "--points", "2"]
+    asked += ["--no-pictures", "--quiet", "--json"]
+    assert main(asked) == 0
+    doubt = "journey times calls 0 m Berry, track line calls it Aston: is the line to be reversed?"
+    assert json.loads(capsys.readouterr().out)["warning"] == doubt
+    assert main([*asked, "--reverse"]) == 0
+    assert "warning" not in json.loads(capsys.readouterr().out)
+
+
 def test_search_says_that_it_passes_stops_and_names_journey(run, capsys):
     assert run("search", "--points", "2", "--no-certify", "--no-pictures") == 0
     assert "1 stop between origin and destination is passed: tgvdp journey stops there" in capsys.readouterr().err

@@ -176,9 +176,17 @@ def _fastest(
 
 
 def _foreign(track: Track, timetable: Journey | None) -> Iterator[str]:
-    """Say where a timetable names another track than the one it is run on."""
-    if timetable is not None and timetable.track not in (None, track.name):
+    """Say where a timetable names another track than the one it is run on, or its places otherwise."""
+    if timetable is None:
+        return
+    if timetable.track not in (None, track.name):
         yield f"journey {timetable.name} belongs to track {timetable.track}, not to {track.name}"
+    both = [(place, track.name_at(place.position_m)) for place in timetable.places]
+    others = [(place, own) for place, own in both if own and own.casefold() != place.name.casefold()]
+    if others:
+        place, own = others[0]
+        called = f"calls {place.position_m:.9g} m {place.name}, track {track.name} calls it {own}"
+        yield f"journey {timetable.name} {called}: is the line to be reversed?"
 
 
 def _shortened(windows: Windows, dwell_s: float) -> Iterator[str]:
