@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tgvdp.errors import InfeasibleError, InputError
-from tgvdp.units import joule_to_kwh
+from tgvdp.units import counted, joule_to_kwh
 
 #: Slack of selections, relative to the reference: who asks for the delay of a member, as printed, gets that member.
 SELECTION_RTOL = 1e-12
@@ -57,7 +57,7 @@ class ParetoFront:
         if len(self) == 0:
             return "<ParetoFront: no points>"
         first, last = (f"{self.time_s[at]:.1f} s, {joule_to_kwh(self.energy_j[at]):.2f} kWh" for at in (0, -1))
-        return f"<ParetoFront: {len(self)} points from {first} to {last}>"
+        return f"<ParetoFront: {counted(len(self), 'point')} from {first} to {last}>"
 
     @classmethod
     def of(cls, time_s: ArrayLike, energy_j: ArrayLike) -> Self:

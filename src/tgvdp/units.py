@@ -103,3 +103,8 @@ def per_kmh_to_per_mps(value: float, power: int = 1) -> float:
 def joule_to_kwh(energy_j: float) -> float:
     """Convert J to kWh."""
     return energy_j / JOULE_PER_KWH
+
+
+def counted(count: int, noun: str) -> str:
+    """A number of things in words: 1 step, 2 steps."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"

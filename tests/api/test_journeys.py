@@ -27,6 +27,17 @@ def test_the_documented_example():
     assert journey.front.time_s[0] == pytest.approx(1.1 * journey.fastest_time_s, abs=0.1)
 
 
+def test_what_is_no_timetable_is_refused():
+    """A list of positions ended in an AttributeError."""
+    with pytest.raises(InputError, match=r"journey: journey must be a Journey or a path, got \[0, 5000\]"):
+        tgvdp.journey(OSRD_TRAIN, STOPPING, [0, 5000])
+
+
+def test_one_section_is_told_as_one():
+    journey = tgvdp.journey(OSRD_TRAIN, OSRD_TRACK, points=2)
+    assert ", 1 section, 2 points from " in repr(journey)
+
+
 def test_the_published_metro_line(shared):
     train = shared / "ttobench" / "trains" / "CN_Beijing_Subway.json"
     track = shared / "ttobench" / "tracks" / "CN_Songjiazhuang_Yizhuang.json"

@@ -47,6 +47,12 @@ def test_the_optimum_itself_cannot_be_improved(result, tmp_path):
     assert score.warnings == ()
 
 
+def test_what_is_no_record_is_refused():
+    """The path of one ended in an AttributeError."""
+    with pytest.raises(tgvdp.InputError, match=r"run must be a RecordedRun, as of load_run, got 'run\.csv'"):
+        tgvdp.score_run("run.csv", *TRIP.values())
+
+
 def test_regimes_of_both_runs_are_told_in_the_same_way(tmp_path):
     """On hills an optimum lets its speed rise a little while it pulls in part: of the record that was traction."""
     profile = tgvdp.search("tgv", "lgv-100km", at_margin=(0.05,)).profile(0)

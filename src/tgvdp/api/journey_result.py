@@ -31,7 +31,7 @@ from tgvdp.pareto import ParetoFront
 from tgvdp.referee.replay import NOT_REPLAYED, Verdict, replay
 from tgvdp.runs.instructions import instructions_of
 from tgvdp.runs.profile import Profile, joined
-from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
+from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE, counted
 
 if TYPE_CHECKING:
     from tgvdp.report.style import Picture
@@ -294,9 +294,10 @@ class JourneyResult:
         return [file.name for file in write_journey(self, folder).files]
 
     def __repr__(self) -> str:
+        name = f"{self.trip.train.name} on {self.trip.track.name}"
         return (
-            f"<JourneyResult: {self.trip.train.name} on {self.trip.track.name}, {len(self.sections)} sections,"
-            f" {len(self.front)} points from {self.fastest_time_s:.1f} s>"
+            f"<JourneyResult: {name}, {counted(len(self.sections), 'section')},"
+            f" {counted(len(self.front), 'point')} from {self.fastest_time_s:.1f} s>"
         )
 
     def _repr_html_(self) -> str:

@@ -16,7 +16,7 @@ from tgvdp.api.sense import sensible_numbers
 from tgvdp.api.targets import asked_targets, met_to_s
 from tgvdp.api.trip import trip_of
 from tgvdp.cores import side_by_side
-from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
+from tgvdp.errors import ArgumentError, BudgetExceededError, InfeasibleError, InputError
 from tgvdp.formats import load_journey
 from tgvdp.formats.sources import Source
 from tgvdp.journeys.front import JourneyFront, journey_front
@@ -127,6 +127,8 @@ def journey(
     )
     line = trip_of(train, track, options)
     timetable = load_journey(journey, line.track) if isinstance(journey, str | os.PathLike) else journey
+    if not isinstance(timetable, Journey | None):
+        raise ArgumentError("journey", "journey", f"must be a Journey or a path, got {journey!r:.60}")
     windows = _windows(line.track, timetable, dwell_s)
     if timetable is not None:
         line = replace(line, track=named_track(line.track, timetable.places))

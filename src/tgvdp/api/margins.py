@@ -19,7 +19,7 @@ from tgvdp.model.margin import MarginRange, checked_ranges
 from tgvdp.model.trip import Trip
 from tgvdp.referee.replay import NOT_REPLAYED, Verdict, replay
 from tgvdp.runs.profile import Profile, joined
-from tgvdp.units import joule_to_kwh
+from tgvdp.units import counted, joule_to_kwh
 
 if TYPE_CHECKING:
     from tgvdp.report.style import Picture
@@ -57,7 +57,7 @@ class Margins:
     def __repr__(self) -> str:
         taken = ", ".join(f"{name} {joule_to_kwh(energy_j):.2f} kWh" for name, energy_j in self.energy_j.items())
         slowed = f"from {self.fastest_s:.1f} to {self.time_s['optimum']:.1f} s"
-        return f"<Margins: {len(self.trips)} sections, {slowed}: {taken}>"
+        return f"<Margins: {counted(len(self.trips), 'section')}, {slowed}: {taken}>"
 
     @property
     def time_s(self) -> dict[str, float]:

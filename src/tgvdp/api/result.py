@@ -26,7 +26,7 @@ from tgvdp.referee.replay import NOT_REPLAYED, Verdict, replay
 from tgvdp.runs.instructions import Instruction, instructions_of
 from tgvdp.runs.profile import Profile, drawn_energy_j, profile_of
 from tgvdp.runs.samples import rows_of, sampled
-from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE
+from tgvdp.units import JOULE_PER_KWH, SECONDS_PER_MINUTE, counted
 
 if TYPE_CHECKING:
     from tgvdp.report.style import Picture
@@ -270,9 +270,8 @@ class SearchResult:
 
     def __repr__(self) -> str:
         name = f"{self.trip.train.name} on {self.trip.track.name}"
-        return (
-            f"<SearchResult: {name}, method {self.method}, {len(self.front)} points from {self.fastest.time_s:.1f} s>"
-        )
+        points = counted(len(self.front), "point")
+        return f"<SearchResult: {name}, method {self.method}, {points} from {self.fastest.time_s:.1f} s>"
 
     def _repr_html_(self) -> str:
         """Show a small picture and a table, in notebooks."""

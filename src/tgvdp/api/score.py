@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tgvdp.api.result import SearchResult
 from tgvdp.api.run import search
 from tgvdp.api.trip import trip_of
-from tgvdp.errors import InputError
+from tgvdp.errors import ArgumentError, InputError
 from tgvdp.formats.recorded_run import RecordedRun
 from tgvdp.formats.sources import Source
 from tgvdp.formats.syntax.reading import errors_named
@@ -144,6 +144,8 @@ def score_run(
     InputError
         When the record does not fit on the line, or a section is to be chosen.
     """
+    if not isinstance(run, RecordedRun):
+        raise ArgumentError("recorded run", "run", f"must be a RecordedRun, as of load_run, got {run!r:.60}")
     if window_s is not None:
         require_number("recorded run", "window_s", window_s, "s", at_least=0.0)
     with errors_named(Path(run.name)):

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from tgvdp.units import mps_to_kmh
+from tgvdp.units import counted, mps_to_kmh
 
 if TYPE_CHECKING:
     from tgvdp.model.track import Track
@@ -68,26 +68,26 @@ def idle(trip: "Trip") -> Iterator[str]:
     stops = sum(trip.origin_m < stop_m < trip.destination_m for stop_m in track.stops_m)
     if stops:
         are = "is" if stops == 1 else "are"
-        yield f"{_counted(stops, 'stop')} between origin and destination {are} passed: tgvdp journey stops there"
+        yield f"{counted(stops, 'stop')} between origin and destination {are} passed: tgvdp journey stops there"
     ends_m = [*(row.position_m for row in track.curves[1:]), track.length_m]
     curves = sum(
         on_the_way(row.position_m, end_m) and not math.isinf(min(abs(row.radius_start_m), abs(row.radius_end_m)))
         for row, end_m in zip(track.curves, ends_m if track.curves else (), strict=True)
     )
     if curves and convention.curves == "none":
-        yield f"{_counted(curves, 'curve')} of the line {_acts(curves)} nothing: --curves is none"
+        yield f"{counted(curves, 'curve')} of the line {_acts(curves)} nothing: --curves is none"
     tunnels = sum(on_the_way(row.position_m, row.position_m + row.length_m) for row in track.tunnels)
     if tunnels and not convention.tunnels:
-        yield f"{_counted(tunnels, 'tunnel')} of the line {_acts(tunnels)} nothing without --tunnels"
+        yield f"{counted(tunnels, 'tunnel')} of the line {_acts(tunnels)} nothing without --tunnels"
     elif tunnels and not trip.train.tunnel_drag:
         without = f"train {trip.train.name} has no tunnel drag"
-        yield f"{_counted(tunnels, 'tunnel')} of the line {_acts(tunnels)} nothing: {without}"
+        yield f"{counted(tunnels, 'tunnel')} of the line {_acts(tunnels)} nothing: {without}"
 
 
 def large_gaps(content: Mapping[str, Any]) -> Iterator[str]:
     """Points that may be far from the optimum, or are below their bound, of an object of schema tgvdp.search/1."""
     front = [point for point in content["front"] if point["gap_pct"] is not None]
-    points = _counted(len(content["front"]), "point")
+    points = counted(len(content["front"]), "point")
     large = [point for point in front if point["gap_pct"] > _LARGE_GAP_PCT]
     if large:
         worst = max(large, key=lambda point: float(point["gap_pct"]))
@@ -102,10 +102,6 @@ def large_gaps(content: Mapping[str, Any]) -> Iterator[str]:
             f"{len(below)} of {points} are below their lower bound, by {-min(below):.2g} % at most: "
             "it is one of a line whose resistance is constant between breaks"
         )
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
 def _acts(count: int) -> str:

@@ -14,7 +14,7 @@ from tgvdp.cli.notes import remarked
 from tgvdp.cli.numbers import number
 from tgvdp.cli.screen import Screen, duration
 from tgvdp.errors import BudgetExceededError, TasksFailedError
-from tgvdp.units import to_si
+from tgvdp.units import counted, to_si
 
 if TYPE_CHECKING:
     from tgvdp.sweeps.run import Progress
@@ -136,7 +136,7 @@ def command(
 def _estimate(spec: "SweepSpec", cluster: Any, screen: Screen, as_json: bool) -> int:
     """Say how many scenarios there are and about how long they take."""
     from tgvdp.sweeps.estimate import estimate
-    from tgvdp.sweeps.review import counted
+    from tgvdp.sweeps.review import multiplied
 
     screen.progress("solving a few of them")
     with screen.compiling():
@@ -144,7 +144,7 @@ def _estimate(spec: "SweepSpec", cluster: Any, screen: Screen, as_json: bool) ->
     if as_json:
         echo_json(content)
         return 0
-    click.echo(f"{content['scenarios']} scenarios: {counted(spec)}")
+    click.echo(f"{counted(content['scenarios'], 'scenario')}: {multiplied(spec)}")
     if content["failed"]:
         click.echo(f"tgvdp: warning: {content['failed']} of {content['sampled']} failed: {content['error']}", err=True)
     if content["seconds_each"] is not None:

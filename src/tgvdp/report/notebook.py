@@ -14,7 +14,7 @@ from tgvdp.report.front_plots import energy_name, heading, plot_front
 from tgvdp.report.style import Picture, clock, energy_scale
 from tgvdp.report.tables import margin_pct, saved_pct
 from tgvdp.runs.profile import REGIMES
-from tgvdp.units import joule_to_kwh
+from tgvdp.units import counted, joule_to_kwh
 
 if TYPE_CHECKING:
     from tgvdp.api import JourneyResult, SearchResult
@@ -66,15 +66,15 @@ def _pandas() -> Any:
 
 def result_html(result: "SearchResult") -> str:
     """Name, picture of the front and a few of its points."""
-    said = f"method {result.method}, {len(result.front)} points"
+    said = f"method {result.method}, {counted(len(result.front), 'point')}"
     fastest = result.fastest
     return _html(result, (fastest.time_s, fastest.energy_j), said, plot_front(result), "Energy saved over delay")
 
 
 def journey_html(result: "JourneyResult") -> str:
     """Name, picture of the front beside today's practices, and a few of its points."""
-    sections = f"{len(result.sections)} section{'' if len(result.sections) == 1 else 's'}"
-    said, fastest = f"{sections}, {len(result.front)} points", (result.fastest_time_s, result.fastest_energy_j)
+    said = f"{counted(len(result.sections), 'section')}, {counted(len(result.front), 'point')}"
+    fastest = (result.fastest_time_s, result.fastest_energy_j)
     return _html(result, fastest, said, result.plot("front"), "Energy over running time")
 
 

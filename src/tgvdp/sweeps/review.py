@@ -8,6 +8,7 @@ from tgvdp.formats.review.plausibility import Review, check_track, check_train
 from tgvdp.formats.syntax.reading import shown
 from tgvdp.formats.tables.table import listed
 from tgvdp.sweeps.spec import Axis, SweepSpec
+from tgvdp.units import counted
 
 
 def describe_spec(spec: SweepSpec, name: str) -> Description:
@@ -25,7 +26,7 @@ def describe_spec(spec: SweepSpec, name: str) -> Description:
         format="spec",
         name=name,
         figures=(
-            Figure("scenarios", f"{len(spec)}, {counted(spec)}", ""),
+            Figure("scenarios", f"{len(spec)}, {multiplied(spec)}", ""),
             Figure("trains", listed([part.name for part in spec.trains]), ""),
             Figure("lines", listed([part.name for part in spec.lines]), ""),
             *(Figure(" and ".join(axis.names), listed(list(_rows(axis))), "") for axis in spec.axes),
@@ -35,16 +36,12 @@ def describe_spec(spec: SweepSpec, name: str) -> Description:
     )
 
 
-def counted(spec: SweepSpec) -> str:
+def multiplied(spec: SweepSpec) -> str:
     """What a sweep multiplies: ``2 trains × 4 sections of 2 lines × 3 wind_kmh``."""
     sections = sum(map(len, spec.sections))
     varied = "".join(f" × {len(axis.rows)} {' and '.join(axis.names)}" for axis in spec.axes)
-    counts = (_of(len(spec.trains), "train"), _of(sections, "section"), _of(len(spec.lines), "line"))
+    counts = (counted(len(spec.trains), "train"), counted(sections, "section"), counted(len(spec.lines), "line"))
     return "{} × {} of {}{}".format(*counts, varied)
-
-
-def _of(count: int, noun: str) -> str:
-    return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
 def review_spec(spec: SweepSpec) -> list[Review]:

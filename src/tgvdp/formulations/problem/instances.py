@@ -216,11 +216,6 @@ class SubstationInstance:
 Instance: TypeAlias = BinaryInstance | DemandInstance | SubstationInstance
 
 
-def counted_steps(steps: int) -> str:
-    """A number of steps in words: 1 step, 2 steps."""
-    return f"{steps} step{'' if steps == 1 else 's'}"
-
-
 def kind_of(instance: Instance) -> str:
     """One of `KINDS`."""
     if isinstance(instance, SubstationInstance):

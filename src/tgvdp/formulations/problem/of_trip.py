@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 from tgvdp.errors import InfeasibleError
 from tgvdp.formulations.problem.alstom import TOP_KMH, braking_n, traction_n
-from tgvdp.formulations.problem.instances import Model, counted_steps
+from tgvdp.formulations.problem.instances import Model
 from tgvdp.model.trip import Trip
-from tgvdp.units import JOULE_PER_KWH, KILO, KMH_PER_MPS
+from tgvdp.units import JOULE_PER_KWH, KILO, KMH_PER_MPS, counted
 
 #: Of the demand model, as in the built-in instances: notches, tolerances, and the least P_max that creates no energy.
 _NOTCHES = 2
@@ -66,7 +66,7 @@ def binary_of_trip(trip: Trip, reference: Reference, steps: int, model: Model) -
     farthest = sum(min(k, steps - k, cap) for k in range(steps))
     if farthest < distance_units:
         raise InfeasibleError(
-            f"{_name(trip, steps)}: {counted_steps(steps)} of {dt_s:.4g} s at ±{dv_mps:.4g} m/s cover {farthest} of "
+            f"{_name(trip, steps)}: {counted(steps, 'step')} of {dt_s:.4g} s at ±{dv_mps:.4g} m/s cover {farthest} of "
             f"{distance_units} Δv·Δt: take more steps or a longer running time"
         )
     params = {
@@ -130,7 +130,7 @@ def demand_of_trip(trip: Trip, reference: Reference, steps: int) -> TripInstance
 
 
 def _name(trip: Trip, steps: int) -> str:
-    return f"{trip.train.name} on {trip.track.name}, {counted_steps(steps)}"
+    return f"{trip.train.name} on {trip.track.name}, {counted(steps, 'step')}"
 
 
 def _alpha(trip: Trip) -> float:

@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.formulations.problem.alstom import Floats
 from tgvdp.formulations.problem.demand import demand_schedule, drive, slope_permil, step
-from tgvdp.formulations.problem.instances import DemandInstance, counted_steps
+from tgvdp.formulations.problem.instances import DemandInstance
 from tgvdp.formulations.problem.replay import replay
 from tgvdp.formulations.problem.schedule import Solution
 from tgvdp.solvers.exact.demand_bounds import Bounds, demand_bounds
+from tgvdp.units import counted
 
 #: Plans that brute force tries, and states of one layer of the exact search and of the beam.
 MOST_PLANS = 5_000_000
@@ -91,7 +92,7 @@ def solve_demand_dp(instance: DemandInstance) -> Solution:
     start = bounds.cost_to_go(instance, 0, np.zeros(1), np.zeros(1))[0]
     if not np.isfinite(start) and instance.levels is not None:
         raise InfeasibleError(
-            f"{instance.id}: no plan reaches {instance.distance_m:g} m in {counted_steps(instance.steps)}"
+            f"{instance.id}: no plan reaches {instance.distance_m:g} m in {counted(instance.steps, 'step')}"
         )
     beam = _search(instance, levels, bounds, np.inf, BEAM_STATES, boxes=True)
     known = float(beam.last.cost_j.min(initial=np.inf)) if beam else np.inf

@@ -20,12 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.errors import BudgetExceededError, InfeasibleError
-from tgvdp.formulations.problem.instances import BinaryInstance, counted_steps
+from tgvdp.formulations.problem.instances import BinaryInstance
 from tgvdp.formulations.problem.levels import Ladder
 from tgvdp.solvers.exact import ladder as kernels
 from tgvdp.solvers.exact import ladder_paths as paths
 from tgvdp.solvers.exact.ladder import Ints
 from tgvdp.solvers.exact.lagrange import Family, cheapest, costs, family, halves, require_tables, windows
+from tgvdp.units import counted
 
 #: States of one run of the dynamic program; each takes a byte.
 MOST_STATES = 500_000_000
@@ -217,7 +218,7 @@ def _heights(ladder: Ladder) -> Ints:
 def _infeasible(ladder: Ladder) -> InfeasibleError:
     instance = ladder.instance
     return InfeasibleError(
-        f"{instance.id}: no plan of {counted_steps(instance.steps)} covers {instance.distance_units:g} "
+        f"{instance.id}: no plan of {counted(instance.steps, 'step')} covers {instance.distance_units:g} "
         f"± {instance.tol_units:g} Δv·Δt from stop to stop within the speed limits"
     )
 
