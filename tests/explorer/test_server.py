@@ -140,6 +140,7 @@ def test_large_requests_are_refused_before_they_are_read():
         ({"options": {"at": "5 apples"}}, "at", "must be a margin"),
         ({"options": {"at": "5%", "points": 9}}, "points", "has no effect beside"),
         ({"options": {"at": 7}}, "at", "value of another kind"),
+        ({"options": {"at": "5%", "method": "exact"}}, "at", "belongs to method front, it has no effect on exact"),
         ({"options": {"speed_restriction": [1, 2]}}, "speed_restriction", "value of another kind"),
         ({"options": {"speeds": 9}}, "speeds", "belongs to method"),
         ({"options": {"energy": "/etc/passwd"}}, "energy", "must be one of"),

@@ -12,7 +12,6 @@ from tgvdp.options.search import BY_FIELD, OPTIONS, SearchOptions, arguments_of
 #: Options that the page does not offer: how much memory a child process has is not its business.
 _WITHHELD = {"max_memory_mb"}
 OFFERED = {name: one for name, one in BY_FIELD.items() if name not in _WITHHELD}
-_FIELDS = {one.argument: name for name, one in OFFERED.items()}
 _UPLOAD = "upload:"
 _PARTS = ("train", "track")
 
@@ -126,14 +125,17 @@ def is_upload(source: str) -> bool:
 
 def _check_options(options: Mapping[str, Any], uploads: Mapping[str, File]) -> None:
     arguments: dict[str, Any] = {}
+    fields: dict[str, str] = {}
     for name, value in options.items():
         if name not in OFFERED:
             raise FieldError(name, f"there is no option {name!r:.40}")
-        arguments |= _checked(name, value, uploads)
+        made = _checked(name, value, uploads)
+        arguments |= made
+        fields |= dict.fromkeys(made, name)
     try:
         SearchOptions(**arguments)
     except ArgumentError as error:
-        raise FieldError(_FIELDS.get(error.argument, ""), error.reason) from None
+        raise FieldError(fields[error.argument], error.reason) from None
 
 
 def _checked(name: str, value: Any, uploads: Mapping[str, File]) -> dict[str, Any]:
