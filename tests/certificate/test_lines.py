@@ -14,6 +14,7 @@ from tgvdp.certificate import line_maker, lines
 from tgvdp.certificate.hull import lower_hull
 from tgvdp.certificate.line import BoundingProblem
 from tgvdp.cores import on_one_core
+from tgvdp.methods.budget import Clock
 from tgvdp.methods.costate.mesh import Mesh
 
 HILLS = Track(
@@ -62,6 +63,22 @@ def test_time_that_ends_during_refinement_takes_no_bound_away(hills, monkeypatch
     expire_after_lines(monkeypatch, first)
     part = hills.certify()
     assert not part.complete
+    assert np.isfinite(part.gap_pct).all()
+
+
+def test_care_that_would_take_all_the_time_leaves_no_point_without_a_bound(hills, monkeypatch):
+    """On 229 km with stepped rates, on a busy core, the first lines took the whole minute, and most points had none."""
+    make, now_s = lines.LineMaker._line, [0.0]
+
+    def slow(maker, multiplier, care, *others):
+        now_s[0] += 1.0 if care else 0.0
+        return make(maker, multiplier, care, *others)
+
+    monkeypatch.setattr(lines.LineMaker, "_line", slow)
+    monkeypatch.setattr(lines, "_MOST_SLACK", 0.0)  # all lines are made with care
+    monkeypatch.setattr(Clock, "elapsed_s", property(lambda clock: now_s[0]))
+    part = hills.certify(time_limit_s=2.0)
+    assert now_s[0] >= 1.0
     assert np.isfinite(part.gap_pct).all()
 
 

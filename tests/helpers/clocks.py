@@ -27,6 +27,9 @@ class LooksAtTheClock(SearchBudget):
     def limit_s(self):
         return self.time_limit_s
 
+    def part(self, share):
+        return self
+
     def left_s(self):
         return 1.0 if self.looks > 0 else 0.0
 

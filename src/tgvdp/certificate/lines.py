@@ -47,6 +47,8 @@ _THRIFTY = 0.01
 _WORTH, _MOST_IN_VAIN = 0.3, 5
 #: Other multipliers that are tried for one point.
 _MOST_TRIES = 4
+#: Share of the time that care may take before all points have a bound.
+_CARE_AT_FIRST = 0.5
 #: Lines that are chosen, and made, at a time.
 _AT_ONCE = 4
 
@@ -129,7 +131,7 @@ class LinesUnder:
                 careful.append((index, line.cost_j - _USUAL_SLACK * _FIRST_GOAL * size_j))
         if careful and self._in_vain < _MOST_IN_VAIN:
             with contextlib.suppress(BudgetExceededError):  # the lines to come need less memory than care for these
-                self._improve(careful, clock)
+                self._improve(careful, clock.part(_CARE_AT_FIRST))
         if len(self.lines) == first:
             return usual
         last = self.lines[-1]
@@ -178,7 +180,8 @@ class LinesUnder:
         short_j = self._contacts()[1]
         made = self._maker.made(wanted, clock)
         for (index, enough_j), better in zip(careful, made, strict=True):
-            if not isinstance(better, BudgetExceededError):
+            untried = better is None and clock.expired
+            if not untried and not isinstance(better, BudgetExceededError):
                 self._take(index, better, short_j[index] - self.lines[index].line_j, enough_j)
         _require_memory(made)
 

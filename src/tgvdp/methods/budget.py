@@ -75,3 +75,7 @@ class Clock:
     def expired(self) -> bool:
         """Whether the time limit has passed."""
         return self.elapsed_s >= self.limit_s
+
+    def part(self, share: float) -> "Clock":
+        """The clock of work that may take a share of the time."""
+        return Clock(self.started_s, share * self.limit_s)
