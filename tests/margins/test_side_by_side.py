@@ -16,6 +16,7 @@ from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError
 from tgvdp.margins.side_by_side import passing_s
 from tgvdp.model.journey import Journey, TimingPoint
 from tgvdp.model.margin import MarginRange, Supplement
+from tgvdp.units import counted
 
 WITHIN = 0.02
 
@@ -44,7 +45,7 @@ def test_what_a_prompt_shows_is_one_line_of_figures(slowed):
     ran = f"0 to {run.position_m[-1] / 1e3:g} km in {run.duration_s:.1f} s"
     assert repr(run) == f"<Profile: {ran}, {kwh['linear']:.2f} kWh, {len(run.position_m)} rows>"
     assert repr(margins[2]) == (
-        f"<Margins: {len(journey.sections)} sections, from {journey.fastest_time_s:.1f} to "
+        f"<Margins: {counted(len(journey.sections), 'section')}, from {journey.fastest_time_s:.1f} to "
         f"{1.1 * journey.fastest_time_s:.1f} s: linear {kwh['linear']:.2f} kWh, economy {kwh['economy']:.2f} kWh, "
         f"uniform {kwh['uniform']:.2f} kWh, optimum {kwh['optimum']:.2f} kWh>"
     )
