@@ -172,7 +172,7 @@ def qasm3(circuit: Circuit, comments: Sequence[str] = ()) -> str:
         Lines to put at the head.
     """
     lines = ["OPENQASM 3.0;", 'include "stdgates.inc";', *(f"// {line}" for line in comments)]
-    lines += [f"// energy offset {circuit.offset:.12g}; bits: {' '.join(circuit.labels)}"]
+    lines += [f"// energy offset {circuit.offset!r}; bits: {' '.join(circuit.labels)}"]
     lines += [_RZZ, f"qubit[{circuit.n}] q;", f"bit[{circuit.n}] c;"]
     for gate in circuit.gates:
         angle = "" if gate.name == "h" else f"({gate.angle!r})"
