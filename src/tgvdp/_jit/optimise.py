@@ -1,7 +1,7 @@
 """How the intermediate code of a kernel is optimised: by fewer of LLVM's passes, each run once over all of it.
 
 LLVM's own first level runs most of its passes on each function again whenever something was inlined there. These take
-half of that time, and kernels run as fast: that is decided by what is inlined. New passes of LLVM's that are no part of
+half of that time, and searches 3 % more: most is decided by what is inlined. New passes of LLVM's that are no part of
 its own levels are none of them: `newgvn` fails on kernels that check bounds. Nothing runs in vector registers so but
 short loops that are set apart, and optimised by themselves.
 """
