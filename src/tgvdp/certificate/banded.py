@@ -1,14 +1,16 @@
-"""The best bound of a potential with kinks where brakes change, and that is curved in the speed.
+"""The best bound of a potential with kinks where efforts change, and that is curved in the speed.
 
-Where braking rates drop at a speed, or the dynamic brake begins, jumps or has risen, the least energy from a place on
-has a kink there, wherever the train is, and no p·w touches it on both sides. Where that brake works at its full power
-on a descent, or at long running times, the least energy is concave in w. All costates of such a potential (`bands`) are
-found at once, by a linear program for sampled speeds (`sampled`); the speeds of the exact least values join the
-samples, until that gains nothing.
+Where traction or braking rates drop at a speed, or the dynamic brake begins, jumps or has risen, the least energy from
+a place on has a kink there, wherever the train is, and no p·w touches it on both sides. Where that brake works at its
+full power on a descent, or at long running times, the least energy is concave in w. All costates of such a potential
+(`bands`) are found at once, by a linear program for sampled speeds (`sampled`) that lets them go so far and no farther.
+The bound is concave in them: the best of it on the way there is where the next round begins, which the speeds of the
+exact least values join.
 """
 
 import itertools
 import math
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,20 +22,28 @@ from tgvdp.certificate.line import BoundingProblem
 from tgvdp.certificate.sampled import best_sampled
 from tgvdp.certificate.slopes import regular_cells
 from tgvdp.methods.budget import Clock
+from tgvdp.model.effort import EffortCurve
 from tgvdp.physics.brake_shape import JUMPS, begins_mps, ramps_to_mps
 
 _Floats = NDArray[np.float64]
 
-#: Speeds that are sampled at first at an end of a cell, relative to the largest one there, and to that of the run.
+#: Speeds that are sampled at first at an end of a cell, besides those of least values: relative to the largest one
+#: there, to that of the run, and to those of kinks.
 _OF_LARGEST = np.linspace(0.25, 1.0, 9)
-_OF_RUN = np.array([0.9, 0.96, 0.985, 1.0, 1.015, 1.04, 1.1])
-#: ... and to those of kinks: below them, and just above.
-_OF_KINK = np.array([0.3, 0.6, 0.8, 1.0 - 1e-9, 1.0 + 1e-9])
+_OF_RUN = np.array([0.94, 0.985, 1.0, 1.015, 1.06])
+_OF_KINK = np.array([1.0 - 1e-9, 1.0 + 1e-9])
 #: Kinks at most.
-_MOST_KINKS = 3
-#: Rounds at most in which speeds join the samples; and what one must gain, in units of what a linear program may leave.
+_MOST_KINKS = 4
+#: How far costates may go in the first round, relative to the level of traction; how much farther after a round that
+#: was best at its end, before the middle of its way, or nowhere.
+_REACH = 0.3
+_FARTHER, _LESS_FAR, _NEAR = 2.0, 0.5, 0.25
+#: Parts of the way that are tried.
+_PARTS = (0.25, 0.5, 0.75, 1.0)
+#: Rounds at most; what one must gain after the first, and what its linear program may leave, in units of the gain of
+#: which the ascent takes note.
 _MOST_ROUNDS = 6
-_WORTH = 4.0
+_WORTH, _LEFT = 4.0, 20.0
 
 
 @kernel
@@ -60,7 +70,7 @@ def banded(
     multiplier_j_per_s : float
         Its multiplier λ.
     gain_j : float
-        What costates for sampled speeds may be short of.
+        The gain of which the ascent takes note.
     clock : Clock, optional
     enough_j : float
         A bound that needs no further round.
@@ -74,22 +84,45 @@ def banded(
     if len(kinks_w) == 0 and not problem.may_curve(multiplier_j_per_s):
         return found
     multiplier = problem.total(multiplier_j_per_s) / problem.train.inertia_kg
-    potential, speeds, best, before_j = _begin(found, kinks_w), _first_speeds(found, kinks_w), found, -math.inf
-    for _ in range(_MOST_ROUNDS):
-        left_s = clock.left_s() if clock else math.inf
-        potential = best_sampled(
+    potential, best = _begin(found, kinks_w), found
+    least = bounded(problem, found, multiplier, potential)[1]
+    speeds = np.concatenate((_first_speeds(found, kinks_w), least), axis=2)
+    reach = _REACH * problem.energy.traction
+    for round_ in range(_MOST_ROUNDS):
+        left_s, before_j = clock.left_s() if clock else math.inf, problem.line_j(best)
+        aim = best_sampled(
             problem.train, problem.energy, found, multiplier, potential, speeds, problem.top_mps, problem.pieces,
-            gain_j / problem.train.inertia_kg, clock,
+            reach, _LEFT * gain_j / problem.train.inertia_kg, clock,
         )  # fmt: skip
-        ledger, least = bounded(problem, found, multiplier, potential)
-        best = max(best, ledger, key=problem.line_j)
-        gained_j, before_j = problem.line_j(ledger) - before_j, problem.line_j(ledger)
-        if problem.line_j(best) >= enough_j or not gained_j > _WORTH * gain_j:
+        on_the_way = [_between(potential, aim, part) for part in _PARTS]
+        tried = [bounded(problem, found, multiplier, one) for one in on_the_way]
+        which = int(np.argmax([problem.line_j(ledger) for ledger, _ in tried]))
+        gained_j = problem.line_j(tried[which][0]) - before_j
+        if gained_j > 0.0:
+            best, potential = tried[which][0], on_the_way[which]
+        if problem.line_j(best) >= enough_j or (round_ > 0 and not gained_j > _WORTH * gain_j):
             break
         if clock and clock.left_s() < 0.5 * left_s:  # another round, of more speeds, takes longer than that
             break
-        speeds = np.concatenate((speeds, least), axis=2)
+        reach *= _reach_after(gained_j, _PARTS[which])
+        speeds = np.concatenate((speeds, *(tried[one][1] for one in {which, len(_PARTS) - 1})), axis=2)
     return best
+
+
+def _reach_after(gained_j: float, part: float) -> float:
+    """How much farther costates may go after a round, by what part of its way was best."""
+    if not gained_j > 0.0:
+        return _NEAR
+    return _FARTHER if part == 1.0 else _LESS_FAR if part < 0.5 else 1.0
+
+
+def _between(one: Potential, other: Potential, part: float) -> Potential:
+    """A potential that is a part of the way from one to another."""
+    left, right, bow = (
+        before + part * (after - before)
+        for before, after in ((one.left, other.left), (one.right, other.right), (one.bow, other.bow))
+    )
+    return Potential(one.edges, left, right, bow)
 
 
 def bounded(problem: BoundingProblem, found: Ledger, multiplier: float, potential: Potential) -> tuple[Ledger, _Floats]:
@@ -118,7 +151,7 @@ def _begin(found: Ledger, kinks_w: _Floats) -> Potential:
 
 
 def _first_speeds(found: Ledger, kinks_w: _Floats) -> _Floats:
-    """Speeds to sample at both ends of each cell, (K, 2, S), m/s: in all bands that the cell has speeds of."""
+    """Speeds at both ends of each cell, (K, 2, S), m/s: in all bands that the cell has speeds of."""
     most = np.sqrt(found.caps.cell)[:, np.newaxis, np.newaxis].repeat(2, axis=1)
     of_run = np.sqrt(np.stack((found.w[:-1], found.w[1:]), axis=1))[:, :, np.newaxis] * _OF_RUN
     of_kinks = (np.sqrt(kinks_w)[:, np.newaxis] * _OF_KINK).ravel()
@@ -126,21 +159,29 @@ def _first_speeds(found: Ledger, kinks_w: _Floats) -> _Floats:
 
 
 def kinks_of(problem: BoundingProblem, found: Ledger) -> _Floats:
-    """Squared speeds at which brakes change most, m²/s², rising; not those that a cell of a standstill may reach."""
+    """Squared speeds at which efforts change most, m²/s², rising; not those that a cell of a standstill may reach."""
+    train = problem.trip.train
     changes = {
         float(after[0]): 1.0 - float(after[2] / before[2])
         for before, after in itertools.pairwise(problem.train.rates)
         if after[2] < before[2]
     }
-    if problem.energy.regeneration > 0.0:
-        brake = problem.trip.train.dynamic_brake_limit
-        for before, after in itertools.pairwise(brake.pieces):
-            less_n, more_n = sorted(one.effort_n(after.from_mps) for one in (before, after))
-            if more_n > (1.0 + JUMPS) * less_n:
-                changes[after.from_mps] = max(changes.get(after.from_mps, 0.0), 1.0 - less_n / more_n)
-        changes |= {begins_mps(brake): 1.0, ramps_to_mps(brake): 1.0}
+    regenerates = problem.energy.regeneration > 0.0
+    for curve in (train.traction_limit, train.dynamic_brake_limit) if regenerates else (train.traction_limit,):
+        for speed_mps, change in _jumps(curve):
+            changes[speed_mps] = max(changes.get(speed_mps, 0.0), change)
+    if regenerates:
+        changes |= {begins_mps(train.dynamic_brake_limit): 1.0, ramps_to_mps(train.dynamic_brake_limit): 1.0}
     first, last = _regular(found.w)
     lowest = float(np.max(np.append(found.caps.cell[:first], found.caps.cell[last + 1 :]), initial=0.0))
     within = [v for v in changes if v > 0.0 and lowest <= v**2 < float(found.caps.cell.max())]
     chosen = sorted(within, key=lambda v: -changes[v])[:_MOST_KINKS]
     return np.square(np.sort(np.array(chosen, dtype=np.float64)))
+
+
+def _jumps(curve: EffortCurve) -> Iterator[tuple[float, float]]:
+    """Speeds at which an effort jumps, m/s, and how much of it comes or goes there."""
+    for before, after in itertools.pairwise(curve.pieces):
+        less_n, more_n = sorted(one.effort_n(after.from_mps) for one in (before, after))
+        if more_n > (1.0 + JUMPS) * less_n:
+            yield after.from_mps, 1.0 - less_n / more_n

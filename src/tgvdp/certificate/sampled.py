@@ -29,9 +29,8 @@ _Floats = NDArray[np.float64]
 _EFFORTS = 4
 #: Room of the numbers below the least values to begin with, relative to the price of the time that a cell takes.
 _ROOM = 5.0
-#: By how much costates may differ between the slowest and the fastest runs at a place as r has it, in units of −2·(the
-#: level of traction): where runs have all come from one state speeds that are not sampled would be forgotten.
-_MOST_BOW = 1.0
+#: What costates cost beyond their limits, relative to what they can gain there at most.
+_DEAR = 4.0
 #: Number of cells that are moved between two looks at the clock.
 _CELLS_AT_ONCE = 5_000
 
@@ -81,16 +80,24 @@ def _put_jump(program, g, i, edges, node, cap_w, room):
 
 
 @part
-def _put_limit(tables, program, g, i, edges, node, cap_w):
-    """The group that keeps r within what a costate may be over the speeds of a node; returns the next group and row."""
-    bands = edges.shape[0] - 1
-    curve = curve_of(cap_w)
-    most = curve * _MOST_BOW * tables.traction / math.sqrt(cap_w)
-    program.coef[i + 1, 2 * bands] = curve
-    program.coef[i + 2, 2 * bands] = -curve
-    program.const[i + 1] = program.const[i + 2] = most
-    _at_node(program, g, bands, node)
-    return _close(program, g, i + 3, most), i + 3
+def _put_limits(program, g, i, caps, node, begin, reach):
+    """The group that keeps all unknowns of a node near where they begin; returns the next group and row.
+
+    r may change by what changes the costate of the fastest runs by as much.
+    """
+    own, last = program.linear.shape[1], caps.cell.shape[0] - 1
+    beside_w = max(caps.cell[max(node - 1, 0)], caps.cell[min(node, last)])
+    for j in range(own):
+        is_bow = j == own - 1
+        dear = _DEAR * (curve_of(beside_w) if is_bow else beside_w)
+        most = reach / math.sqrt(beside_w) if is_bow else reach
+        program.coef[i + 1, j] = -dear
+        program.const[i + 1] = dear * (most + begin[own * node + j])
+        program.coef[i + 2, j] = dear
+        program.const[i + 2] = dear * (most - begin[own * node + j])
+        i += 2
+    _at_node(program, g, own // 2, node)
+    return _close(program, g, i + 1, reach * beside_w), i + 1
 
 
 @part
@@ -147,7 +154,9 @@ def _put_trip(train, tables, cells, caps, w, multiplier, edges, top_v, pieces, p
 
 
 @kernel
-def fill_program(train, tables, cells, caps, w, multiplier, edges, speeds, top_v, pieces, program):
+def fill_program(
+    train, tables, cells, caps, w, multiplier, edges, speeds, top_v, pieces, begin, reach, program
+):  # fmt: skip
     """The bound for sampled speeds; returns the number of groups, and the first and last cell that have any.
 
     Parameters
@@ -158,6 +167,10 @@ def fill_program(train, tables, cells, caps, w, multiplier, edges, speeds, top_v
         As `bands.Potential` has them.
     speeds : (K, 2, S) float64
         Of the two ends of each cell, m/s.
+    begin : ((K + 1)·(2·B + 1),) float64
+        Unknowns to begin with.
+    reach : float
+        How far they may go.
     program : Program, modified in place
         All zeros.
     """
@@ -193,7 +206,8 @@ def fill_program(train, tables, cells, caps, w, multiplier, edges, speeds, top_v
             g = _close(program, g, i, room)
         if k > first:
             g, i = _put_jump(program, g, i, edges, k, caps.node[k], room)
-            g, i = _put_limit(tables, program, g, i, edges, k, caps.node[k])
+        g, i = _put_limits(program, g, i, caps, k, begin, reach)
+    g, i = _put_limits(program, g, i, caps, last + 1, begin, reach)
     return _put_trip(train, tables, cells, caps, w, multiplier, edges, top_v, pieces, program, g, i), first, last
 
 
@@ -206,24 +220,27 @@ def best_sampled(
     speeds: _Floats,
     top_mps: float,
     pieces: _Floats,
+    reach: float,
     enough: float,
     clock: Clock | None = None,
 ) -> Potential:
     """The best potential for the cells of a bound and some speeds at both of their ends, (K, 2, S), in m/s.
 
-    It is sought from ``start`` on; ``enough``, per unit of inertia, is what the sum may still gain.
+    It is sought from ``start`` on, no farther than ``reach`` from its costates: far away speeds decide that are not
+    sampled. ``enough``, per unit of inertia, is what the sum may still gain.
     """
     count, bands = start.left.shape
-    rows = count * (2 * speeds.shape[2] * _EFFORTS + 4 + bands) + 4
-    groups, own = 4 * count + 2, 2 * bands + 1
+    groups, own = 4 * count + 3, 2 * bands + 1
+    rows = count * (2 * speeds.shape[2] * _EFFORTS + 1 + bands) + (count + 1) * (2 * own + 1) + 4
     ask_for(rows * 8.0 * (own + 6.0), f"a bound on {count:,} cells with sampled speeds")
     program = program_for(count + 1, own, rows, groups)
-    used, first, last = fill_program(
-        train, tables, found.cells, found.caps, found.w, multiplier, start.edges, speeds, top_mps, pieces, program
-    )
-    program = used_part(program, used)
     values = np.zeros((count + 1, own))
     values[1:, :bands], values[:-1, bands:-1], values[:, -1] = start.right, start.left, start.bow
+    used, first, last = fill_program(
+        train, tables, found.cells, found.caps, found.w, multiplier, start.edges, speeds, top_mps, pieces,
+        values.ravel(), reach, program,
+    )  # fmt: skip
+    program = used_part(program, used)
     room, progress = room_for(program), BEGIN
     step_s = 0.0  # on a long line a step takes seconds: none is begun that would not end in time
     while not progress.ended and not (clock and clock.left_s() <= step_s):
