@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from tgvdp.certificate.interior import BEGIN, improve, program_for, room_for
+from tgvdp.certificate.interior import BEGIN, improve, room_for
+from tgvdp.certificate.program import DIFFER, program_for
 
 pytestmark = pytest.mark.nojit
-NODES, ROWS = 6, 30
+NODES, RUN, ROWS = 6, 3, 60
 
 
 def random_program(seed, bands):
@@ -17,29 +18,44 @@ def random_program(seed, bands):
     before, after = [*range(bands, 2 * bands), 2 * bands], [*range(bands), 2 * bands]
     unknown = [[own * k + j for j in before] + [own * (k + 1) + j for j in after] for k in range(NODES - 1)]
     unknown += [[own * k + min(j, own - 1) for j in range(count)] for k in range(NODES)]
-    groups = len(unknown)
-    program = program_for(NODES, own, groups * ROWS, groups)
+    groups, runs = len(unknown), ROWS // RUN
+    program = program_for(NODES, own, groups * ROWS, groups * runs, groups)
+    of_nodes = (NODES - 1) * runs
+    for q in range(groups * runs):  # the last unknown of a node's group is there twice
+        columns = count if q < of_nodes else count - 1
+        program.column[q, : min(DIFFER, columns)] = np.sort(rng.permutation(columns)[:DIFFER])
     program.coef[:] = rng.normal(size=program.coef.shape)
-    program.coef[(NODES - 1) * ROWS :, -1] = 0.0
+    program.coef[of_nodes * RUN :][program.column[of_nodes:].repeat(RUN, axis=0) == count - 1] = 0.0
+    program.base[:] = rng.normal(size=program.base.shape)
+    program.base[of_nodes:, -1] = 0.0
     program.const[:] = rng.uniform(0.0, 2.0, groups * ROWS)
-    program.first[:], program.unknown[:] = ROWS * np.arange(groups + 1), unknown
+    program.run[:], program.first[:] = RUN * np.arange(groups * runs + 1), runs * np.arange(groups + 1)
+    program.unknown[:] = unknown
     program.held[2, 2] = True
     program.linear[:] = 0.1 * rng.normal(size=(NODES, own))
     program.least[:] = 1.0
     return program
 
 
+def dense(program):
+    """All coefficients of all rows."""
+    coef = program.base.repeat(RUN, axis=0)
+    for i, columns in enumerate(program.column.repeat(RUN, axis=0)):
+        np.add.at(coef[i], columns, program.coef[i])
+    return coef
+
+
 def value(program, values):
-    rows = program.const + np.einsum("ij,ij->i", program.coef, values[np.repeat(program.unknown, ROWS, axis=0)])
-    return float(np.minimum.reduceat(rows, program.first[:-1]).sum() + program.linear.ravel() @ values)
+    rows = program.const + np.einsum("ij,ij->i", dense(program), values[np.repeat(program.unknown, ROWS, axis=0)])
+    return float(np.minimum.reduceat(rows, np.arange(0, len(rows), ROWS)).sum() + program.linear.ravel() @ values)
 
 
 def reference(program, held):
     """The largest sum by a general solver."""
     groups, rows, n = len(program.least), len(program.const), len(held)
-    matrix = np.zeros((rows, n + groups))
+    matrix, coef = np.zeros((rows, n + groups)), dense(program)
     for i in range(rows):
-        np.add.at(matrix[i], program.unknown[i // ROWS], -program.coef[i])
+        np.add.at(matrix[i], program.unknown[i // ROWS], -coef[i])
         matrix[i, n + i // ROWS] = 1.0
     bounds = [(held[j], held[j]) if program.held.ravel()[j] else (None, None) for j in range(n)] + [
         (None, None)

@@ -91,8 +91,8 @@ def banded(
     for round_ in range(_MOST_ROUNDS):
         left_s, before_j = clock.left_s() if clock else math.inf, problem.line_j(best)
         aim = best_sampled(
-            problem.train, problem.energy, found, multiplier, potential, speeds, problem.top_mps, problem.pieces,
-            reach, _LEFT * gain_j / problem.train.inertia_kg, clock,
+            problem.train, problem.energy, found, multiplier, potential, np.sort(speeds, axis=2), problem.top_mps,
+            problem.pieces, reach, _LEFT * gain_j / problem.train.inertia_kg, clock,
         )  # fmt: skip
         on_the_way = [_between(potential, aim, part) for part in _PARTS]
         tried = [bounded(problem, found, multiplier, one) for one in on_the_way]

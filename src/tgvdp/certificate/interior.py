@@ -5,6 +5,7 @@ and the sum of all of them and of a linear function is to be as large as possibl
 below its group this is a linear program. Newton steps keep the product of each slack and its multiplier about the
 same, ever smaller number, corrected for what both steps together change (Mehrotra, SIAM J. Optim. 2, 1992); the
 multipliers of a group become weights that add up to 1. What is left of a step is a system of `blocks` along the chain.
+Means and moments of a group are those of its runs (`program`), joined.
 """
 
 import math
@@ -13,75 +14,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp._jit import kernel, leaf, part
+from tgvdp._jit import kernel, part
 from tgvdp.certificate.blocks import Blocks, blocks_for, factor, solve
+from tgvdp.certificate.program import DIFFER, Program, of_row, of_run
 
 #: Share of the way to the next bound that a step takes.
 _SHARE = 0.95
 #: Steps at most.
 _MOST_STEPS = 250
-
-
-class Program(NamedTuple):
-    """Rows in groups, and room for the solution; float64 where not said otherwise.
-
-    Attributes
-    ----------
-    coef, const : (R, n), (R,)
-        Of each row.
-    first : (G + 1,) int64
-        First row of each group.
-    unknown : (G, n) int64
-        Which they are, m times the node and which one of it; those of a later node last. One that stands there twice
-        has a coefficient of 0 the second time.
-    linear : (N, m)
-        Coefficients of the linear function.
-    held : (N, m) bool
-        Unknowns that stay as they are.
-    slack, share, slack_step, share_step, crossed : (R,)
-        Slacks and multipliers, their steps, and products of these.
-    least : (G,)
-        How far below the least value of each group its number begins; then that number to begin with.
-    """
-
-    coef: NDArray[np.float64]
-    const: NDArray[np.float64]
-    first: NDArray[np.int64]
-    unknown: NDArray[np.int64]
-    linear: NDArray[np.float64]
-    held: NDArray[np.bool_]
-    slack: NDArray[np.float64]
-    share: NDArray[np.float64]
-    slack_step: NDArray[np.float64]
-    share_step: NDArray[np.float64]
-    crossed: NDArray[np.float64]
-    least: NDArray[np.float64]
-
-
-def program_for(nodes: int, own: int, rows: int, groups: int) -> Program:
-    """Room for a program of so many nodes with so many unknowns each; a group has one more."""
-    return Program(
-        np.zeros((rows, own + 1)), np.zeros(rows), np.zeros(groups + 1, dtype=np.int64),
-        np.zeros((groups, own + 1), dtype=np.int64), np.zeros((nodes, own)), np.zeros((nodes, own), dtype=np.bool_),
-        np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(groups),
-    )  # fmt: skip
-
-
-def used_part(program: Program, groups: int) -> Program:
-    """The first groups of a program."""
-    rows = int(program.first[groups])
-    return program._replace(
-        coef=program.coef[:rows],
-        const=program.const[:rows],
-        first=program.first[: groups + 1],
-        unknown=program.unknown[:groups],
-        slack=program.slack[:rows],
-        share=program.share[:rows],
-        slack_step=program.slack_step[:rows],
-        share_step=program.share_step[:rows],
-        crossed=program.crossed[:rows],
-        least=program.least[:groups],
-    )
 
 
 class Progress(NamedTuple):
@@ -95,28 +35,30 @@ BEGIN = Progress(0, False)
 
 
 class Room(NamedTuple):
-    """What steps are made in, float64: mean rows of all groups, (G, n); moments of one, (n, n); and a sum, (n,)."""
+    """What steps are made in, float64.
+
+    Weights of all runs, (Q,), their mean coefficients, (Q, 4), and those of groups, (G, n); moments of a group, (n, n);
+    what a run is off the mean of its group, and a sum, (n,).
+    """
 
     blocks: Blocks
+    weight: NDArray[np.float64]
+    run_mean: NDArray[np.float64]
     mean: NDArray[np.float64]
     moments: NDArray[np.float64]
+    off: NDArray[np.float64]
     pushed: NDArray[np.float64]
 
 
 def room_for(program: Program) -> Room:
     """Room for the steps of a program."""
     groups, count = program.unknown.shape
+    runs = len(program.base)
     blocks = blocks_for(*program.linear.shape)
-    return Room(blocks, np.zeros((groups, count)), np.zeros((count, count)), np.zeros(count))
-
-
-@leaf
-def _row(program, i, u, values):
-    """coef·unknowns of a row."""
-    total = 0.0
-    for j in range(u.shape[0]):
-        total += program.coef[i, j] * values[u[j]]
-    return total
+    return Room(
+        blocks, np.zeros(runs), np.zeros((runs, DIFFER)), np.zeros((groups, count)), np.zeros((count, count)),
+        np.zeros(count), np.zeros(count),
+    )  # fmt: skip
 
 
 @part
@@ -124,31 +66,81 @@ def _begin(program, values):
     """Slacks and shares at given unknowns."""
     for g in range(program.least.shape[0]):
         u = program.unknown[g]
+        first, last = program.run[program.first[g]], program.run[program.first[g + 1]]
         least = math.inf
-        for i in range(program.first[g], program.first[g + 1]):
-            program.slack[i] = program.const[i] + _row(program, i, u, values)
-            least = min(least, program.slack[i])
+        for q in range(program.first[g], program.first[g + 1]):
+            run = of_run(program, q, u, values)
+            for i in range(program.run[q], program.run[q + 1]):
+                program.slack[i] = program.const[i] + run + of_row(program, i, q, u, values)
+                least = min(least, program.slack[i])
         program.least[g] = least - program.least[g]
         total = 0.0
-        for i in range(program.first[g], program.first[g + 1]):
+        for i in range(first, last):
             program.slack[i] -= program.least[g]
             total += 1.0 / program.slack[i]
-        for i in range(program.first[g], program.first[g + 1]):
+        for i in range(first, last):
             program.share[i] = 1.0 / (program.slack[i] * total)
 
 
 @part
-def _mean_of(program, g, mean):
-    """The mean coefficients of the rows of a group, each weighed by how near it is to its bound."""
-    weight = 0.0
+def _weigh_run(program, q, room):
+    """The weight of a run, each row by how near it is to its bound, and its mean coefficients."""
+    weight, mean = 0.0, room.run_mean[q]
     mean[:] = 0.0
-    for i in range(program.first[g], program.first[g + 1]):
+    for i in range(program.run[q], program.run[q + 1]):
         one = program.share[i] / program.slack[i]
         weight += one
-        for j in range(mean.shape[0]):
+        for j in range(DIFFER):
             mean[j] += one * program.coef[i, j]
+    for j in range(DIFFER):
+        mean[j] /= weight
+    room.weight[q] = weight
+
+
+@part
+def _weigh_group(program, g, room):
+    """Weights and mean coefficients of a group and of its runs."""
+    weight, mean = 0.0, room.mean[g]
+    mean[:] = 0.0
+    for q in range(program.first[g], program.first[g + 1]):
+        _weigh_run(program, q, room)
+        weight += room.weight[q]
+        for j in range(mean.shape[0]):
+            mean[j] += room.weight[q] * program.base[q, j]
+        for j in range(DIFFER):
+            mean[program.column[q, j]] += room.weight[q] * room.run_mean[q, j]
     for j in range(mean.shape[0]):
         mean[j] /= weight
+
+
+@part
+def _put_off(program, g, q, room):
+    """What the mean coefficients of a run are off those of its group."""
+    for j in range(room.off.shape[0]):
+        room.off[j] = program.base[q, j] - room.mean[g, j]
+    for j in range(DIFFER):
+        room.off[program.column[q, j]] += room.run_mean[q, j]
+
+
+@part
+def _fill_moments(program, g, room):
+    """Second moments of the rows of a group, about its mean, above the diagonal."""
+    moments, off = room.moments, room.off
+    moments[:] = 0.0
+    for q in range(program.first[g], program.first[g + 1]):
+        column, mean = program.column[q], room.run_mean[q]
+        for i in range(program.run[q], program.run[q + 1]):
+            one = program.share[i] / program.slack[i]
+            for j in range(DIFFER):
+                by = one * (program.coef[i, j] - mean[j])
+                for m in range(j, DIFFER):
+                    moments[column[j], column[m]] += by * (program.coef[i, m] - mean[m])
+        if program.first[g + 1] - program.first[g] > 1:
+            _put_off(program, g, q, room)
+            for j in range(off.shape[0]):
+                by = room.weight[q] * off[j]
+                for m in range(j, off.shape[0]):
+                    moments[j, m] += by * off[m]
 
 
 @part
@@ -161,24 +153,18 @@ def _fill_blocks(program, room):
     blocks.link[:] = 0.0
     for g in range(program.least.shape[0]):
         u = program.unknown[g]
-        mean = room.mean[g]
-        _mean_of(program, g, mean)
-        moments[:] = 0.0
-        for i in range(program.first[g], program.first[g + 1]):
-            one = program.share[i] / program.slack[i]
-            for j in range(count):
-                off = one * (program.coef[i, j] - mean[j])
-                for m in range(j, count):
-                    moments[j, m] += off * (program.coef[i, m] - mean[m])
+        _weigh_group(program, g, room)
+        _fill_moments(program, g, room)
         for j in range(count):
             node, which = u[j] // own, u[j] % own
             for m in range(j, count):
-                if u[m] // own > node:
-                    blocks.link[node, which, u[m] % own] += moments[j, m]
+                other = u[m] - own * node
+                if other >= own:
+                    blocks.link[node, which, other - own] += moments[j, m]
                 else:
-                    blocks.own[node, which, u[m] % own] += moments[j, m]
+                    blocks.own[node, which, other] += moments[j, m]
                     if m > j:
-                        blocks.own[node, u[m] % own, which] += moments[j, m]
+                        blocks.own[node, other, which] += moments[j, m]
 
 
 @part
@@ -189,14 +175,20 @@ def _fill_side(program, aim, room):
         for j in range(own):
             side[k * own + j] = program.linear[k, j]
     for g in range(program.least.shape[0]):
-        mean = room.mean[g]
-        pushed[:] = 0.0
-        for i in range(program.first[g], program.first[g + 1]):
-            push = (aim - program.crossed[i]) / program.slack[i]
-            for j in range(mean.shape[0]):
-                pushed[j] += push * (program.coef[i, j] - mean[j])
-        for j in range(mean.shape[0]):
-            side[program.unknown[g, j]] += mean[j] + pushed[j]
+        for j in range(pushed.shape[0]):
+            pushed[j] = room.mean[g, j]
+        for q in range(program.first[g], program.first[g + 1]):
+            column, mean, total = program.column[q], room.run_mean[q], 0.0
+            for i in range(program.run[q], program.run[q + 1]):
+                push = (aim - program.crossed[i]) / program.slack[i]
+                total += push
+                for j in range(DIFFER):
+                    pushed[column[j]] += push * (program.coef[i, j] - mean[j])
+            _put_off(program, g, q, room)
+            for j in range(pushed.shape[0]):
+                pushed[j] += total * room.off[j]
+        for j in range(pushed.shape[0]):
+            side[program.unknown[g, j]] += pushed[j]
 
 
 @part
@@ -206,12 +198,14 @@ def _steps(program, aim, step):
     for g in range(program.least.shape[0]):
         u = program.unknown[g]
         weight, rest = 0.0, 1.0
-        for i in range(program.first[g], program.first[g + 1]):
-            one = program.share[i] / program.slack[i]
-            program.slack_step[i] = _row(program, i, u, step)
-            weight += one
-            rest += one * program.slack_step[i] - (aim - program.crossed[i]) / program.slack[i]
-        for i in range(program.first[g], program.first[g + 1]):
+        for q in range(program.first[g], program.first[g + 1]):
+            run = of_run(program, q, u, step)
+            for i in range(program.run[q], program.run[q + 1]):
+                one = program.share[i] / program.slack[i]
+                program.slack_step[i] = run + of_row(program, i, q, u, step)
+                weight += one
+                rest += one * program.slack_step[i] - (aim - program.crossed[i]) / program.slack[i]
+        for i in range(program.run[program.first[g]], program.run[program.first[g + 1]]):
             slack, share = program.slack[i], program.share[i]
             by_slack = program.slack_step[i] - rest / weight
             by_share = (aim - program.crossed[i] - share * (slack + by_slack)) / slack

@@ -15,8 +15,9 @@ from tgvdp._jit import kernel, part
 from tgvdp.certificate.bands import Potential, curve_of, share_of
 from tgvdp.certificate.cell_bounds import standstill_terms
 from tgvdp.certificate.efforts import NOT_MERGED, load_at, load_in, merged_in, piece_at, piece_value, price_in
-from tgvdp.certificate.interior import BEGIN, improve, program_for, room_for, used_part
+from tgvdp.certificate.interior import BEGIN, improve, room_for
 from tgvdp.certificate.ledger import Ledger
+from tgvdp.certificate.program import DIFFER, Place, end_group, end_run, program_for, used_part
 from tgvdp.certificate.slopes import regular_cells
 from tgvdp.memory import ask_for
 from tgvdp.methods.budget import Clock
@@ -36,68 +37,101 @@ _CELLS_AT_ONCE = 5_000
 
 
 @part
-def _close(program, g, i, room):
-    """End a group before row i; returns the next group."""
-    program.first[g + 1] = i
-    program.least[g] = room
-    return g + 1
+def _begin_band(program, q, edges, j):
+    """Begin a run of speeds of a band at an end of a cell: what differs is of this band, and of r."""
+    bands = edges.shape[0] - 1
+    for below in range(j):
+        lies = 0.5 * (edges[below + 1] - edges[below])
+        program.base[q, below] = -lies
+        program.base[q, bands + 1 + below] = lies
+    program.column[q, 0], program.column[q, 1] = j, bands
+    program.column[q, 2], program.column[q, 3] = bands + 1 + j, 2 * bands + 1
 
 
 @part
-def _put_end(program, i, edges, end, d, v, f, load, cost):
-    """Write the row of a speed and an effort at one end of a cell; returns the next."""
-    bands = edges.shape[0] - 1
-    w, by_p = v * v, d * (f - load)
-    here = end * (bands + 1)
-    for j in range(bands):
-        lies = 0.5 * share_of(edges, j, w)
-        program.coef[i, j] = -lies
-        program.coef[i, bands + 1 + j] = lies
-        if edges[j] <= w < edges[j + 1]:
-            program.coef[i, here + j] += by_p
-    curve = 0.5 * curve_of(w)
-    program.coef[i, bands] = -curve
-    program.coef[i, 2 * bands + 1] = curve
-    program.coef[i, here + bands] += by_p * v
-    program.const[i] = 0.5 * d * cost
-    return i + 1
+def _put_row(program, i, end, above, v, by_p, const):
+    """Write the row of a speed, and of an effort, at one end of a cell: of w so much lies in the band."""
+    curve = 0.5 * curve_of(v * v)
+    program.coef[i, 0] = -0.5 * above
+    program.coef[i, 1] = -curve
+    program.coef[i, 2] = 0.5 * above
+    program.coef[i, 3] = curve
+    program.coef[i, 2 * end] += by_p
+    program.coef[i, 2 * end + 1] += by_p * v
+    program.const[i] = const
 
 
 @part
-def _put_jump(program, g, i, edges, node, cap_w, room):
-    """The group of what jumps of the costates at a node cost at all speeds; returns the next group and row."""
+def _put_end(program, place, tables, pieces, merged, edges, end, d, load, price, speeds):
+    """The runs of all speeds at one end of a cell, rising; returns the next place."""
+    _, pulls, brakes, dynamics = merged
+    rows, band = 0, -1
+    for s in range(speeds.shape[0]):
+        v = speeds[s]
+        w = v * v
+        if s > 0 and v == speeds[s - 1]:
+            continue
+        while band < 0 or w >= edges[band + 1]:
+            if rows > 0:
+                place, rows = end_run(program, place, rows), 0
+            band += 1
+        if rows == 0:
+            _begin_band(program, place.q, edges, band)
+        pull = piece_value(pieces[0], piece_at(pieces[0], pulls, v), v)
+        brake = piece_value(pieces[1], piece_at(pieces[1], brakes, v), v)
+        dynamic = piece_value(pieces[2], piece_at(pieces[2], dynamics, v), v)
+        here, spent, i = load_at(load, v), price / v, place.i + rows
+        returned = tables.regeneration * dynamic
+        half, above = 0.5 * d, w - edges[band]
+        _put_row(program, i, end, above, v, d * (pull - here), half * (spent + tables.traction * pull))
+        _put_row(program, i + 1, end, above, v, -d * here, half * spent)
+        _put_row(program, i + 2, end, above, v, -d * (brake + here), half * (spent - returned))
+        rows += _EFFORTS - 1
+        if returned > 0.0:
+            _put_row(program, i + 3, end, above, v, -d * (dynamic + here), half * (spent - returned))
+            rows += 1
+    return end_run(program, place, rows)
+
+
+@part
+def _put_jump(program, place, edges, node, cap_w, room):
+    """The group of what jumps of the costates at a node cost at all speeds; returns the next place."""
     bands = edges.shape[0] - 1
-    i += 1  # no speed at all: a row of zeros
+    _at_node(program, place.g, bands, node)
+    place = end_run(program, place, 1)  # no speed at all: a row of zeros
     for at in range(1, bands + 1):
         w = min(edges[at], cap_w)
         for j in range(bands):
             lies = share_of(edges, j, w)
-            program.coef[i, j] = -lies
-            program.coef[i, bands + j] = lies
-        i += 1
-    _at_node(program, g, bands, node)
-    return _close(program, g, i, room), i
+            program.base[place.q, j] = -lies
+            program.base[place.q, bands + j] = lies
+        place = end_run(program, place, 1)
+    return end_group(program, place, room)
 
 
 @part
-def _put_limits(program, g, i, caps, node, begin, reach):
-    """The group that keeps all unknowns of a node near where they begin; returns the next group and row.
+def _put_limits(program, place, caps, node, begin, reach):
+    """The group that keeps all unknowns of a node near where they begin; returns the next place.
 
     r may change by what changes the costate of the fastest runs by as much.
     """
     own, last = program.linear.shape[1], caps.cell.shape[0] - 1
     beside_w = max(caps.cell[max(node - 1, 0)], caps.cell[min(node, last)])
+    _at_node(program, place.g, own // 2, node)
+    place = end_run(program, place, 1)  # where none is beyond its limits
     for j in range(own):
         is_bow = j == own - 1
         dear = _DEAR * (curve_of(beside_w) if is_bow else beside_w)
         most = reach / math.sqrt(beside_w) if is_bow else reach
-        program.coef[i + 1, j] = -dear
-        program.const[i + 1] = dear * (most + begin[own * node + j])
-        program.coef[i + 2, j] = dear
-        program.const[i + 2] = dear * (most - begin[own * node + j])
-        i += 2
-    _at_node(program, g, own // 2, node)
-    return _close(program, g, i + 1, reach * beside_w), i + 1
+        column = min(j, own + 1 - DIFFER)
+        for m in range(DIFFER):
+            program.column[place.q, m] = column + m
+        program.coef[place.i, j - column] = -dear
+        program.const[place.i] = dear * (most + begin[own * node + j])
+        program.coef[place.i + 1, j - column] = dear
+        program.const[place.i + 1] = dear * (most - begin[own * node + j])
+        place = end_run(program, place, 2)
+    return end_group(program, place, reach * beside_w)
 
 
 @part
@@ -109,16 +143,17 @@ def _at_node(program, g, bands, node):
 
 
 @part
-def _put_standstill(program, g, i, bands, node, which, coef, const):
-    """The group of what a cell of a standstill costs by a costate at its other end; returns the next group and row."""
-    program.coef[i + 1, which] = coef
-    program.const[i + 1] = const
-    _at_node(program, g, bands, node)
-    return _close(program, g, i + 2, abs(coef)), i + 2
+def _put_standstill(program, place, bands, node, which, coef, const):
+    """The group of what a cell of a standstill costs by a costate at its other end; returns the next place."""
+    _at_node(program, place.g, bands, node)
+    place = end_run(program, place, 1)
+    program.base[place.q, which] = coef
+    program.const[place.i] = const
+    return end_group(program, end_run(program, place, 1), abs(coef))
 
 
 @part
-def _put_trip(train, tables, cells, caps, w, multiplier, edges, top_v, pieces, program, g, i):
+def _put_trip(train, tables, cells, caps, w, multiplier, edges, top_v, pieces, program, place):
     """The terms of the ends of the trip; returns the number of groups."""
     count, bands = cells.length_m.shape[0], edges.shape[0] - 1
     first, last = regular_cells(w)
@@ -134,7 +169,7 @@ def _put_trip(train, tables, cells, caps, w, multiplier, edges, top_v, pieces, p
         reach_w = standstill_terms(
             pieces[0], pulls, load, True, cells.length_m[0], price, w[0], caps.cell[0], tables.traction
         )[1]  # fmt: skip
-        g, i = _put_standstill(program, g, i, bands, first, bands, reach_w, 0.5 * tables.traction * reach_w)
+        place = _put_standstill(program, place, bands, first, bands, reach_w, 0.5 * tables.traction * reach_w)
     else:
         for j in range(bands):
             program.linear[first, bands + j] = share_of(edges, j, w[0])
@@ -146,11 +181,11 @@ def _put_trip(train, tables, cells, caps, w, multiplier, edges, top_v, pieces, p
             pieces[1], brakes, load, False, cells.length_m[count - 1], price, w[count], caps.cell[count - 1],
             tables.regeneration,
         )[1]  # fmt: skip
-        g, i = _put_standstill(program, g, i, bands, last + 1, 0, -reach_w, -0.5 * tables.regeneration * reach_w)
+        place = _put_standstill(program, place, bands, last + 1, 0, -reach_w, -0.5 * tables.regeneration * reach_w)
     else:
         for j in range(bands):
             program.linear[last + 1, j] = -share_of(edges, j, w[count])
-    return g
+    return place.g
 
 
 @kernel
@@ -166,7 +201,7 @@ def fill_program(
     edges : (B + 1,) float64
         As `bands.Potential` has them.
     speeds : (K, 2, S) float64
-        Of the two ends of each cell, m/s.
+        Of the two ends of each cell, m/s, rising.
     begin : ((K + 1)·(2·B + 1),) float64
         Unknowns to begin with.
     reach : float
@@ -178,37 +213,26 @@ def fill_program(
     bands = edges.shape[0] - 1
     own = 2 * bands + 1
     merged = NOT_MERGED
-    g = i = 0
+    place = Place(0, 0, 0)
     for k in range(first, last + 1):
         d = cells.length_m[k]
         load = load_in(train, cells, k)
         price = price_in(train, cells, k, multiplier)
         merged = merged_in(train, cells, k, top_v, pieces, merged)
-        _, pulls, brakes, dynamics = merged
         room = _ROOM * multiplier * d / math.sqrt(caps.cell[k])
         for end in range(2):
-            for s in range(speeds.shape[2]):
-                v = speeds[k, end, s]
-                pull = piece_value(pieces[0], piece_at(pieces[0], pulls, v), v)
-                brake = piece_value(pieces[1], piece_at(pieces[1], brakes, v), v)
-                dynamic = piece_value(pieces[2], piece_at(pieces[2], dynamics, v), v)
-                here, spent = load_at(load, v), price / v
-                returned = tables.regeneration * dynamic
-                i = _put_end(program, i, edges, end, d, v, pull, here, spent + tables.traction * pull)
-                i = _put_end(program, i, edges, end, d, v, 0.0, here, spent)
-                i = _put_end(program, i, edges, end, d, v, -dynamic, here, spent - returned)
-                i = _put_end(program, i, edges, end, d, v, -brake, here, spent - returned)
             for j in range(bands):
-                program.unknown[g, j] = own * k + bands + j
-                program.unknown[g, bands + 1 + j] = own * (k + 1) + j
-            program.unknown[g, bands] = own * k + 2 * bands
-            program.unknown[g, own] = own * (k + 1) + 2 * bands
-            g = _close(program, g, i, room)
+                program.unknown[place.g, j] = own * k + bands + j
+                program.unknown[place.g, bands + 1 + j] = own * (k + 1) + j
+            program.unknown[place.g, bands] = own * k + 2 * bands
+            program.unknown[place.g, own] = own * (k + 1) + 2 * bands
+            place = _put_end(program, place, tables, pieces, merged, edges, end, d, load, price, speeds[k, end])
+            place = end_group(program, place, room)
         if k > first:
-            g, i = _put_jump(program, g, i, edges, k, caps.node[k], room)
-        g, i = _put_limits(program, g, i, caps, k, begin, reach)
-    g, i = _put_limits(program, g, i, caps, last + 1, begin, reach)
-    return _put_trip(train, tables, cells, caps, w, multiplier, edges, top_v, pieces, program, g, i), first, last
+            place = _put_jump(program, place, edges, k, caps.node[k], room)
+        place = _put_limits(program, place, caps, k, begin, reach)
+    place = _put_limits(program, place, caps, last + 1, begin, reach)
+    return _put_trip(train, tables, cells, caps, w, multiplier, edges, top_v, pieces, program, place), first, last
 
 
 def best_sampled(
@@ -224,7 +248,7 @@ def best_sampled(
     enough: float,
     clock: Clock | None = None,
 ) -> Potential:
-    """The best potential for the cells of a bound and some speeds at both of their ends, (K, 2, S), in m/s.
+    """The best potential for the cells of a bound and some speeds at both of their ends, (K, 2, S), in m/s, rising.
 
     It is sought from ``start`` on, no farther than ``reach`` from its costates: far away speeds decide that are not
     sampled. ``enough``, per unit of inertia, is what the sum may still gain.
@@ -232,8 +256,9 @@ def best_sampled(
     count, bands = start.left.shape
     groups, own = 4 * count + 3, 2 * bands + 1
     rows = count * (2 * speeds.shape[2] * _EFFORTS + 1 + bands) + (count + 1) * (2 * own + 1) + 4
-    ask_for(rows * 8.0 * (own + 6.0), f"a bound on {count:,} cells with sampled speeds")
-    program = program_for(count + 1, own, rows, groups)
+    runs = count * (3 * bands + 1) + (count + 1) * (own + 1) + 4
+    ask_for(rows * 8.0 * (DIFFER + 6.0) + runs * 8.0 * own, f"a bound on {count:,} cells with sampled speeds")
+    program = program_for(count + 1, own, rows, runs, groups)
     values = np.zeros((count + 1, own))
     values[1:, :bands], values[:-1, bands:-1], values[:, -1] = start.right, start.left, start.bow
     used, first, last = fill_program(
