@@ -12,7 +12,7 @@ from tgvdp.cli import echo_json
 from tgvdp.cli.completions import complete_folder, complete_source
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.notes import remarked
-from tgvdp.cli.numbers import number
+from tgvdp.cli.places import place, positions_on
 from tgvdp.cli.screen import Screen, aligned, column
 from tgvdp.cli.search_options import DEFAULT_TRACK, DEFAULT_TRAIN
 from tgvdp.errors import InputError
@@ -42,10 +42,8 @@ Examples:
 @click.option(
     "--energy", metavar="MODEL", shell_complete=complete_source, help="What is minimised, see search.  [default: wheel]"
 )
-@click.option(
-    "--from", "from_m", metavar="M", type=number("m", at_least=0.0), help="Origin on the lines.  [default: 0]"
-)
-@click.option("--to", "to_m", metavar="M", type=number("m"), help="Destination on the lines.  [default: their ends]")
+@click.option("--from", "from_m", metavar="M|STOP", type=place(at_least=0.0), help="Origin on the lines.  [default: 0]")
+@click.option("--to", "to_m", metavar="M|STOP", type=place(), help="Destination on the lines.  [default: their ends]")
 @click.option("--at", metavar="LIST", help="Margins to compare: 3%,5%.  [default: 0%,2%,5%,10%,15%,20%,25%]")
 @click.option(
     "--out",
@@ -63,8 +61,8 @@ def command(
     trains: tuple[str, ...],
     tracks: tuple[str, ...],
     energy: str | None,
-    from_m: float | None,
-    to_m: float | None,
+    from_m: float | str | None,
+    to_m: float | str | None,
     at: str | None,
     out: str,
     force: bool,
@@ -158,9 +156,7 @@ def _searched(
     # Fronts are steep next to the fastest run: points get closer towards it.
     shares = {(step / _POINTS) ** 2 for step in range(1, _POINTS + 1)}
     margins = sorted({*(margin / 100.0 for margin in margins_pct if margin > 0.0), *(top * share for share in shares)})
-    options: dict[str, Any] = {"origin_m": asked["from_m"] or 0.0, "destination_m": asked["to_m"]}
-    if asked["energy"] is not None:
-        options["energy"] = asked["energy"]
+    options = {} if asked["energy"] is None else {"energy": asked["energy"]}
     contents: list[dict[str, Any]] = []
     inputs: dict[str, Any] = {}
     for train, track in itertools.product(trains, tracks):
@@ -168,7 +164,11 @@ def _searched(
         the_train, the_track = read_source(train, "train"), read_source(track, "track")
         for text in (*remarked(the_train.remarks), *remarked(the_track.remarks)):
             screen.note(text)
-        result = api.search(the_train.value, the_track.value, at_margin=margins, **options)
+        ends = positions_on(the_track.value, asked)
+        result = api.search(
+            the_train.value, the_track.value, at_margin=margins,
+            origin_m=ends["from_m"] or 0.0, destination_m=ends["to_m"], **options,
+        )  # fmt: skip
         contents.append(result_object(result, result.verify(), {}))
         inputs |= {train: the_train.fingerprint, track: the_track.fingerprint}
     return contents, inputs

@@ -11,6 +11,7 @@ from tgvdp.cli.completions import complete_file, complete_folder, complete_sourc
 from tgvdp.cli.folder import OutFolder
 from tgvdp.cli.notes import remarked
 from tgvdp.cli.numbers import number
+from tgvdp.cli.places import place
 from tgvdp.cli.screen import Screen, duration
 from tgvdp.cli.search_case import read_case
 from tgvdp.cli.search_options import DEFAULT_TRACK, DEFAULT_TRAIN
@@ -45,9 +46,9 @@ or time [s];speed [km/h]. Decimal commas need ; or tabs between the columns.
     help="Line: a file, or a name of the catalog.",
 )  # fmt: skip
 @click.option(
-    "--from", "from_m", metavar="M", type=number("m", at_least=0.0), help="The record is shifted to start here."
+    "--from", "from_m", metavar="M|STOP", type=place(at_least=0.0), help="The record is shifted to start here."
 )
-@click.option("--to", "to_m", metavar="M", type=number("m"), help="... and stretched to end here.")
+@click.option("--to", "to_m", metavar="M|STOP", type=place(), help="... and stretched to end here.")
 @click.option("--section", metavar="N", type=click.IntRange(min=1), help="Which section between two stands.")
 @click.option(
     "--smooth", "window_s", metavar="S", type=number("s", at_least=0.0),
@@ -75,8 +76,8 @@ def command(
     run: str,
     train: str,
     track: str,
-    from_m: float | None,
-    to_m: float | None,
+    from_m: float | str | None,
+    to_m: float | str | None,
     section: int | None,
     window_s: float | None,
     energy: str,
@@ -110,12 +111,20 @@ def command(
         from tgvdp.report.scores import plot_score, score_object
 
         started_s = time.perf_counter()
+        ends_m = case.placed({"from_m": from_m, "to_m": to_m})
         score = score_run(
-            record, case.train, case.track, start_m=from_m, end_m=to_m, section=section, window_s=window_s, **options
+            record,
+            case.train,
+            case.track,
+            start_m=ends_m["from_m"],
+            end_m=ends_m["to_m"],
+            section=section,
+            window_s=window_s,
+            **options,
         )
         content = score_object(score)
         screen.progress("drawing and writing")
-        asked = {"from_m": from_m, "to_m": to_m, "section": section, "smooth_s": window_s, **score.result.options}
+        asked = {**ends_m, "section": section, "smooth_s": window_s, **score.result.options}
         provenance = make_provenance(asked, {"record": run, **case.inputs}, time.perf_counter() - started_s)
         content["provenance"] = provenance
         picture = encode(plot_score(score), provenance)

@@ -103,6 +103,7 @@ def command(
             options = merged(suited(case.options, asked, scenario), asked)
             _require_traced(trace, options)
             case = case.with_fields(changes)
+            options = case.placed(options)
             read_map(options, case)
             section = None
             if journey is not None:

@@ -1,13 +1,14 @@
 """What ``tgvdp search`` is asked for: the case from files and names, and its options beside the command line's."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import click
 
 from tgvdp.cli.clock import preparing_within
+from tgvdp.cli.places import positions_on
 from tgvdp.cli.search_options import DEFAULT_TRACK, DEFAULT_TRAIN
 from tgvdp.constants import ENERGY_KINDS, METHODS
 from tgvdp.errors import InputError
@@ -47,6 +48,12 @@ class Case(NamedTuple):
         told = tuple(dict.fromkeys((*self.remarks, *made.remarks)))
         fields = self.changed | {"set": list(assignments)}
         return self._replace(train=made.train, track=made.track, inputs=inputs, changed=fields, remarks=told)
+
+    def placed(self, options: Mapping[str, Any]) -> dict[str, Any]:
+        """Options with positions in place of names of stops, in the direction that they ask for."""
+        from tgvdp.model.variants import reversed_track
+
+        return positions_on(reversed_track(self.track) if options.get("reverse") else self.track, options)
 
     def with_timetable(self, timetable: str, *, reverse: bool = False) -> tuple["Case", "Read"]:
         """Read a timetable, which is one more thing that was read."""

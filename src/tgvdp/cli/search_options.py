@@ -8,6 +8,7 @@ import click
 from tgvdp.cli.completions import complete_fields, complete_folder, complete_source
 from tgvdp.cli.groups import Decorator, apply_all, heading
 from tgvdp.cli.numbers import LINE_SPEED, number
+from tgvdp.cli.places import place
 from tgvdp.errors import InputError
 from tgvdp.options.option import Option
 from tgvdp.options.search import BY_FIELD, TRIP
@@ -30,7 +31,10 @@ SET_HELP = (
     "Set a field of the train or line, by its name and unit in the native format, such as train.mass_t=450; may be"
     " given several times."
 )
-_JOURNEY_HELP = "From the journey's section N (default: 1): origin, destination, and the longest running time."
+_JOURNEY_HELP = (
+    "From the journey's section N, or that from the stop STOP (default: the first): origin, destination, and the"
+    " longest running time."
+)
 
 
 def _formats(_: click.Context, __: click.Parameter, text: str) -> tuple[str, ...]:
@@ -58,6 +62,8 @@ def declared(one: Option) -> Decorator:
     elif one.kind is int:
         low, high = (None if limit is None else int(limit) for limit in (one.at_least, one.at_most))
         settings["type"] = click.IntRange(min=low, max=high)
+    elif one.heading == TRIP and one.unit == "m":
+        settings |= {"type": place(at_least=one.at_least), "metavar": "M|STOP"}
     else:
         settings["type"] = number(one.unit, above=one.above, at_least=one.at_least, at_most=one.at_most)
     return heading(one.heading)(one.flag, one.field, **settings)
@@ -111,7 +117,7 @@ _OPTIONS = [
         shell_complete=complete_source,
         help="Train, line and options in one file; the command line wins over it.",
     ),
-    _trip("--journey", metavar="FILE[#N]", shell_complete=complete_source, help=_JOURNEY_HELP),
+    _trip("--journey", metavar="FILE[#N|STOP]", shell_complete=complete_source, help=_JOURNEY_HELP),
     *LINE_AND_FIELDS,
     *map(declared, BY_FIELD.values()),
     _output("--certify/--no-certify", default=True, show_default=True, help="Prove how far the optimum can be."),

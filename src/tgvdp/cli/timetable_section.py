@@ -57,7 +57,7 @@ def section_on(read: "Read", track: "Track", options: dict[str, Any], given: Map
         if given[name] is not None:
             flag = BY_FIELD[name].flag
             raise click.UsageError(f"--journey and {flag} exclude each other", click.get_current_context())
-    timetable, section = read.value, section_of(read)
+    timetable, section = read.value, section_of(read, track)
     timetable.require_on(track, until_m=section.destination_m)
     for name in _DECIDED:
         options.pop(name, None)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from tgvdp.errors import InputError
 from tgvdp.formats.syntax.clocks import DAY_S
+from tgvdp.formats.syntax.reading import listed, shown
 from tgvdp.model.journey import Journey, TimingPoint
 from tgvdp.model.track import Place
 from tgvdp.units import KILO
@@ -75,6 +76,22 @@ def by_name(places: Sequence[tuple[float, str]]) -> dict[str, list[float]]:
     for at_m, name in places:
         known.setdefault(name.casefold(), []).append(at_m)
     return known
+
+
+def position_of(name: str, places: Sequence[tuple[float, str]]) -> float:
+    """Position of the one place of a name, m, whatever the case.
+
+    Raises
+    ------
+    InputError
+        When the line names no such place, or several.
+    """
+    found = by_name(places).get(name.casefold(), [])
+    if len(found) == 1:
+        return found[0]
+    why = f"{len(found)} places" if found else "no place"
+    has = f"it has {listed([shown(one) for _, one in places])}" if places else "it names none"
+    raise InputError(f"the line has {why} of that name, got {shown(name)} ({has})")
 
 
 def journey_of(name: str, calls: Sequence[Call], notes: tuple[str, ...], track: str | None = None) -> Journey:

@@ -7,7 +7,7 @@ from typing import Any, cast
 from tgvdp.formats.detect import read_source
 from tgvdp.formats.scenario import Read, Scenario
 from tgvdp.formats.sources import Source, source_path
-from tgvdp.formats.syntax.reading import bad, read_bytes, shown
+from tgvdp.formats.syntax.reading import bad, listed, read_bytes, shown
 from tgvdp.model import catalog
 from tgvdp.model.energy import EnergyMap
 from tgvdp.model.journey import Journey, Section
@@ -95,27 +95,45 @@ def whole_of(read: Read) -> Journey:
     return cast(Journey, read.value)
 
 
-def load_section(path: Source) -> tuple[Journey, Section]:
-    """Load a journey and choose a section; see `section_of`."""
-    read = read_source(path, "journey")
-    return read.value, section_of(read)
+def load_section(path: Source, track: Track | None = None) -> tuple[Journey, Section]:
+    """Load a journey and choose a section; see `load_journey` and `section_of`."""
+    read = read_source(path, "journey", track=track)
+    return read.value, section_of(read, track)
 
 
-def section_of(read: Read) -> Section:
-    """Choose a run from stop to stop of a journey that was read: the first one, or as ``FILE#2`` says.
+def section_of(read: Read, track: Track | None = None) -> Section:
+    """Choose a run from stop to stop of a journey that was read: the first one, or as ``FILE#2``, ``FILE#Aston`` say.
+
+    Parameters
+    ----------
+    read : Read
+    track : Track, optional
+        The line, whose names of stops choose sections that begin there, too, as those of the journey do.
 
     Raises
     ------
     InputError
-        When there is no section of that number.
+        When there is no section of that number or name, or several.
     """
-    sections = read.value.sections
-    known = {str(section.number): section for section in sections}
+    sections: tuple[Section, ...] = read.value.sections
     part = "1" if read.section in (None, read.value.name) else read.section
-    if part not in known:
-        raise bad(read.path, f"has sections 1 to {len(sections)}, got {part!r:.40}")
-    section: Section = known[part]
-    return section
+    names = [_names_at(section.origin_m, read.value, track) for section in sections]
+    found = [section for section in sections if str(section.number) == part] or [
+        section for section, own in zip(sections, names, strict=True) if part.casefold() in map(str.casefold, own)
+    ]
+    if len(found) == 1:
+        return found[0]
+    told = listed([shown(own[0]) for own in names if own])
+    begin = f"{', which begin at' if all(names) else ', of which some begin at'} {told}" if told else ""
+    doubt = f"{len(found)} of which begin at" if found else "got"
+    raise bad(read.path, f"has sections 1 to {len(sections)}{begin}, {doubt} {part!r:.40}")
+
+
+def _names_at(position_m: float, journey: Journey, track: Track | None) -> list[str]:
+    """What a journey and its line call a position, m."""
+    own = [place.name for place in journey.places if place.position_m == position_m]
+    lines = [track.name_at(position_m)] if track is not None else []
+    return [name for name in (*own, *lines) if name]
 
 
 def load_energy_map(path_or_name: Source) -> EnergyMap:

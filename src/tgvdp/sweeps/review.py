@@ -5,8 +5,7 @@ from collections.abc import Iterator
 from tgvdp.formats.review.describe import Description
 from tgvdp.formats.review.figures import Figure
 from tgvdp.formats.review.plausibility import Review, check_track, check_train
-from tgvdp.formats.syntax.reading import shown
-from tgvdp.formats.tables.table import listed
+from tgvdp.formats.syntax.reading import listed, shown
 from tgvdp.sweeps.spec import Axis, SweepSpec
 from tgvdp.units import counted
 

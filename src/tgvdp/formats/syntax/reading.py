@@ -9,7 +9,7 @@ import os
 import re
 import stat
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -26,6 +26,8 @@ DEEPEST = 100
 
 _LARGEST_INTEGER = 10**300  # beyond float64, or as good as
 _LONGEST_VALUE = 60
+_MOST_LISTED = 8
+_LONGEST_LIST = 300
 
 #: YAML begins with a directive, a document mark or ``key:``; TOML with ``[table]`` or ``key =``.
 _YAML_START = re.compile(r"%YAML|---|[^=\[\]{}\"']+:(\s|$)")
@@ -109,6 +111,12 @@ def shown(value: object) -> str:
     """Return a value as people may read it in an error: short, quoted when it is text."""
     text = "null" if value is None else repr(value)
     return text if len(text) <= _LONGEST_VALUE else f"{text[:_LONGEST_VALUE]}…"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in a note, of many the first ones."""
+    more = f" and {len(names) - _MOST_LISTED} more" if len(names) > _MOST_LISTED else ""
+    return ", ".join(names[:_MOST_LISTED])[:_LONGEST_LIST] + more
 
 
 def require_not_alone(document: Document, reference: str) -> None:

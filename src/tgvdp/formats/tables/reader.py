@@ -4,13 +4,13 @@ from functools import partial
 
 from tgvdp.errors import InputError
 from tgvdp.formats.content import Content, Item, Kind, Outline
-from tgvdp.formats.syntax.reading import Document, errors_named, shown
+from tgvdp.formats.syntax.reading import Document, errors_named, listed, shown
 from tgvdp.formats.tables import effort, line, timetable
 from tgvdp.formats.tables.cells import Sheet
 from tgvdp.formats.tables.parts import are_parts, gives, join
 from tgvdp.formats.tables.roles import POSITION, SPEED, STOP
 from tgvdp.formats.tables.sheets import sheets_of
-from tgvdp.formats.tables.table import Table, listed, read_table
+from tgvdp.formats.tables.table import Table, read_table
 
 _ROLES = (*line.ROLES, *timetable.ROLES)
 _FORMATS = {"CSV": "CSV table", "XLSX": "Excel table"}

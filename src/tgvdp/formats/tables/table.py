@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from tgvdp.errors import InputError
 from tgvdp.formats.syntax.numbers import Marks, is_open, marks_of, read_number
-from tgvdp.formats.syntax.reading import shown
+from tgvdp.formats.syntax.reading import listed, shown
 from tgvdp.formats.tables.cells import Fault, Number, Row, Sheet, is_missing
 from tgvdp.formats.tables.headers import headed
 from tgvdp.formats.tables.roles import END, POSITION, RADIUS, Role, is_weak, unit_of, unit_text
@@ -18,7 +18,6 @@ from tgvdp.units import KILO, to_si
 
 _INFINITE = ("inf", "infinity", "∞", "-", "straight")
 _SHOWN = 8
-_LONGEST_LIST = 300
 #: Units that people count by thousands: nobody can tell 1.200 m from 1200 m. In other units it is 1.2, which is said.
 _BY_THOUSANDS = ("m", "N", "kN")
 #: How positions are written on drawings: kilometres, a plus, and three digits of metres, such as 12+345.6 or K12+345.
@@ -201,12 +200,6 @@ class Table:
         """Decimal mark of a column, by its own numbers, else by those of the whole table; empty where none tells."""
         every = frozenset[str]().union(*(marks.sure for marks in self._marks.values()))
         return self._marks[role].only or Marks(every, "").only
-
-
-def listed(names: Sequence[str]) -> str:
-    """Names in a note, of many the first ones."""
-    more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
-    return ", ".join(names[:_SHOWN])[:_LONGEST_LIST] + more
 
 
 def read_table(sheet: Sheet, roles: Sequence[Role]) -> Table:

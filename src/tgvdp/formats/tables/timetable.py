@@ -9,13 +9,13 @@ from itertools import groupby
 from pathlib import Path
 
 from tgvdp.errors import InputError
-from tgvdp.formats.calls import FEWEST_STOPS, NO_JOURNEY, Call, RunningClock, by_name, journey_of
+from tgvdp.formats.calls import FEWEST_STOPS, NO_JOURNEY, Call, RunningClock, journey_of, position_of
 from tgvdp.formats.syntax.clocks import clock_s, is_time_of_day
 from tgvdp.formats.syntax.reading import bad, shown
 from tgvdp.formats.tables.cells import DASHES, Row, is_no, name_in
 from tgvdp.formats.tables.line import starts_m
 from tgvdp.formats.tables.roles import ARRIVAL, DEPARTURE, POSITION, SPEED, STOP, Role
-from tgvdp.formats.tables.table import Table, listed
+from tgvdp.formats.tables.table import Table
 from tgvdp.model.checks import plain_text
 from tgvdp.model.journey import Journey
 from tgvdp.units import KILO
@@ -94,21 +94,19 @@ def outlined(table: Table) -> str:
 
 def _named_m(table: Table, places: Sequence[tuple[float, str]]) -> Iterator[float]:
     """Positions of rows by their names, m; those of rows without times are those of the rows before them."""
-    known = by_name(places)
-    if not known:
+    if not places:
         raise table.lacks(POSITION)
     last_m = 0.0
     for row in table.rows:
         name = plain_text(table.text(row, STOP))
-        found = known.get(name.casefold(), [])
         if any(table.text(row, role) not in _BLANK for role in ROLES):
-            if len(found) != 1:
-                names = [shown(one) for _, one in places]
-                why = f"{len(found)} places of that name" if found else "no place of that name"
-                raise table.bad(row, STOP, f"the line has {why}, got {shown(name)} (it has {listed(names)})")
-            if found[0] < last_m:
+            try:
+                at_m = position_of(name, places)
+            except InputError as error:
+                raise table.bad(row, STOP, str(error)) from None
+            if at_m < last_m:
                 raise table.bad(row, STOP, f"{shown(name)} lies before the place above it: is the line to be reversed?")
-            last_m = found[0]
+            last_m = at_m
         yield last_m
 
 
