@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from tests.helpers.format_case import write_json
+from tests.helpers.format_case import TTOBENCH_TRAIN, write_json
 from tests.helpers.osrd_case import OSRD_PATH
 from tgvdp.cli import main
 from tgvdp.formats import load_track
@@ -47,6 +47,24 @@ def test_search_runs_at_it_and_keeps_it_in_the_provenance(line, tmp_path, capsys
     assert f"note: {note}" in capsys.readouterr().out
     assert main(["validate", whole]) == 0
     assert "changes nothing" not in capsys.readouterr().out
+
+
+def test_convert_says_where_it_changes_nothing(tmp_path, capsys):
+    """That stood in the notes of the file alone."""
+    whole = str(write_json(tmp_path / "whole.json", OSRD_PATH))
+    assert main(["convert", whole, str(tmp_path / "line.toml"), "--line-speed", "55"]) == 0
+    assert f"note: {whole}: the line speed asked for, 55 km/h, changes nothing" in capsys.readouterr().err
+
+
+def test_it_is_refused_where_there_is_no_line(line, tmp_path, capsys):
+    """It was passed over in silence."""
+    train, out = str(write_json(tmp_path / "train.json", TTOBENCH_TRAIN)), tmp_path / "out.toml"
+    assert main(["convert", train, str(out), "--line-speed", "72"]) == 2
+    assert f"--line-speed is for lines: no line of {train} is written" in capsys.readouterr().err
+    assert not out.exists()
+    assert main(["validate", train, "--line-speed", "72"]) == 2
+    assert "--line-speed is for lines: no file holds one" in capsys.readouterr().err
+    assert main(["validate", train, line, "--line-speed", "72"]) == 0
 
 
 def test_it_is_refused_where_limits_are_never_missing_and_out_of_range(capsys):

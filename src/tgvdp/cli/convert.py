@@ -60,11 +60,24 @@ def command(
     check_new(target, force=force)
     speed_mps = None if line_speed_kmh is None else kmh_to_mps(line_speed_kmh)
     scenario = _part(load_scenario(source, line_speed_mps=speed_mps), source, only)
+    idle = "" if speed_mps is None else _idle(scenario, source, speed_mps)
     written = write_bytes(scenario, cast("Target", chosen))
     write_files(out.parent, {out.name: written.data})
+    if idle:
+        click.echo(f"tgvdp: note: {source}: {idle}", err=True)
     for loss in written.losses:
         click.echo(f"tgvdp: lost: {loss}", err=True)
     return 0
+
+
+def _idle(scenario: "Scenario", source: str, line_speed_mps: float) -> str:
+    """What a line speed, m/s, is for, if it is for nothing."""
+    from tgvdp.formats.detect import idle_line_speed
+
+    if scenario.track is None:
+        context = click.get_current_context()
+        raise click.UsageError(f"--line-speed is for lines: no line of {source} is written", context)
+    return idle_line_speed(scenario.track, line_speed_mps)
 
 
 def _part(scenario: "Scenario", source: str, only: str | None) -> "Scenario":

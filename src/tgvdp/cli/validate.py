@@ -36,16 +36,19 @@ def command(files: tuple[str, ...], verbose: bool, line_speed_kmh: float | None)
     All files are read. The exit code is 3 when any of them is wrong; a value that is unusual is a warning only.
     """
     speed_mps = None if line_speed_kmh is None else kmh_to_mps(line_speed_kmh)
-    exit_code = 0
+    exit_code, are_lines = 0, False
     for file in files:
         try:
             held, reviews = _held(file, speed_mps)
             click.echo(f"{file}: {held}")
+            are_lines |= any(review.kind == "track" for review in reviews)
             for review in reviews if verbose else (review.unusual for review in reviews if review.warnings):
                 click.echo(textwrap.indent(str(review), "  "))
         except InputError as error:
             click.echo(f"tgvdp: error: {error}", err=True)
             exit_code = error.exit_code
+    if line_speed_kmh is not None and not exit_code and not are_lines:
+        raise click.UsageError("--line-speed is for lines: no file holds one", click.get_current_context())
     return exit_code
 
 

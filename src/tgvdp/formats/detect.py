@@ -216,12 +216,17 @@ def _without_effect(made: Any, line_speed_mps: float | None) -> Any:
     """Note on a track that a line speed found no place without a limit."""
     if line_speed_mps is None or not isinstance(made, Track):
         return made
-    if any(abs(row.speed_mps - line_speed_mps) <= _SAME_MPS for row in made.speed_limits):
-        return made
-    note = (
+    note = idle_line_speed(made, line_speed_mps)
+    return replace(made, notes=(note, *made.notes)) if note else made
+
+
+def idle_line_speed(track: Track, line_speed_mps: float) -> str:
+    """Say of a track that it was read with a line speed, m/s, for nothing; empty where it has that somewhere."""
+    if any(abs(row.speed_mps - line_speed_mps) <= _SAME_MPS for row in track.speed_limits):
+        return ""
+    return (
         f"the line speed asked for, {mps_to_kmh(line_speed_mps):g} km/h, changes nothing: there is a limit everywhere"
     )
-    return replace(made, notes=(note, *made.notes))
 
 
 def _never_missing(document: Document, format: str) -> InputError:
