@@ -10,7 +10,7 @@ import tgvdp
 from tests.helpers.report_case import PROVENANCE, VERDICT, make_result, railway_trip
 from tgvdp.cli import main
 from tgvdp.report import result_object
-from tgvdp.report.comparison import COMPARE_COLUMNS, compare_object, names_of, plot_comparison
+from tgvdp.report.comparison import COMPARE_COLUMNS, compare_object, differences, names_of, plot_comparison
 
 SHORT = ("--track", "flat-100km", "--to", "5km")
 
@@ -130,6 +130,38 @@ def test_results_are_named_by_what_tells_them_apart(contents):
     assert names_of(contents) == ["result 1", "result 2"]
     other = {**contents[1], "trip": {**contents[1]["trip"], "track": "Other"}}
     assert names_of([contents[0], other], ["a", "b"]) == ["Test line", "Other"]
+
+
+@pytest.mark.parametrize(
+    ("trip", "fields", "told"),
+    [
+        ({}, [], ""),
+        ({"train": "Other"}, [], "the results are of different trains (Test train, Other)"),
+        (
+            {"track": "Branch", "destination_m": 2500.0},
+            [],
+            "the results are of different lines (Test line, Branch) and stretches (1 to 5 km, 1 to 2.5 km): their"
+            " shares compare, their energies do not",
+        ),
+        ({}, ["train.mass_t=450"], "the results are of different fields set (none, train.mass_t=450)"),
+    ],
+)
+def test_results_say_in_what_their_trips_differ(contents, trip, fields, told):
+    options = {"options": {"set": fields}} if fields else {}
+    other = {**contents[1], "trip": {**contents[1]["trip"], **trip}, "provenance": options}
+    assert differences([contents[0], other]) == told
+
+
+def test_results_of_different_lines_are_told(tmp_path, capsys):
+    """The table named the trains alone."""
+    for train, track in (("tgv", "flat-100km"), ("alstom-emu", "lgv-100km")):
+        arguments = ["--train", train, "--track", track, "--to", "5km", "--points", "4", "--no-pictures", "--quiet"]
+        assert main(["search", *arguments, "--out", str(tmp_path / train)]) == 0
+    folders = [str(tmp_path / train) for train in ("tgv", "alstom-emu")]
+    for quiet in ([], ["--quiet"]):
+        assert main(["compare", *folders, "--at", "5%", "--out", str(tmp_path / "out"), *quiet]) == 0
+        said = "note: the results are of different trains (tgv, alstom-emu) and lines (flat-100km, lgv-100km): their"
+        assert (said in capsys.readouterr().err) is not bool(quiet)
 
 
 def test_different_energies_are_told(contents):

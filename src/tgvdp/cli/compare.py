@@ -75,7 +75,14 @@ def command(
     """
     from tgvdp.report import make_provenance
     from tgvdp.report.columns import to_csv
-    from tgvdp.report.comparison import compare_columns, compare_object, names_of, plot_comparison, read_result
+    from tgvdp.report.comparison import (
+        compare_columns,
+        compare_object,
+        differences,
+        names_of,
+        plot_comparison,
+        read_result,
+    )
     from tgvdp.report.pictures import encode
     from tgvdp.report.plain import to_json
     from tgvdp.report.provenance import write_ledger
@@ -102,6 +109,8 @@ def command(
             )
         names = names_of(contents, [Path(folder).name for folder in folders])
         content = compare_object(contents, names, margins_pct)
+        if folders and (text := differences(contents)):
+            screen.note(text)
         screen.progress("drawing and writing")
         provenance = make_provenance({**asked, "at": margins_pct}, inputs, time.perf_counter() - started_s)
         content["provenance"] = provenance

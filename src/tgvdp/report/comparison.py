@@ -15,7 +15,7 @@ from tgvdp.report.read_off import TELLING_PCT, Front
 from tgvdp.report.tables import SCHEMA as SEARCH_SCHEMA
 from tgvdp.report.tables import saved_pct
 from tgvdp.report.written import read_object, require_schema
-from tgvdp.units import JOULE_PER_KWH
+from tgvdp.units import JOULE_PER_KWH, KILO
 
 if TYPE_CHECKING:
     from tgvdp.report.columns import Columns
@@ -160,6 +160,27 @@ def _warnings(runs: Sequence[Mapping[str, Any]], rows: Sequence[Mapping[str, Any
             " dear: --at puts points there"
         )
     return warnings
+
+
+def differences(contents: Sequence[Mapping[str, Any]]) -> str:
+    """Say in what the trips of objects of schema tgvdp.search/1 differ; empty where they do in nothing.
+
+    Results of folders need not be of what somebody believes them to be of.
+    """
+    trips = [content["trip"] for content in contents]
+    fields = [content.get("provenance", {}).get("options", {}).get("set", []) for content in contents]
+    values = {
+        "trains": [trip["train"] for trip in trips],
+        "lines": [trip["track"] for trip in trips],
+        "stretches": [f"{trip['origin_m'] / KILO:.6g} to {trip['destination_m'] / KILO:.6g} km" for trip in trips],
+        "fields set": [", ".join(changes) or "none" for changes in fields],
+    }
+    told = {name: one for name, every in values.items() if len(one := dict.fromkeys(every)) > 1}
+    if not told:
+        return ""
+    parts = " and ".join(f"{name} ({', '.join(one)})" for name, one in told.items())
+    beware = "" if not {"lines", "stretches"} & set(told) else ": their shares compare, their energies do not"
+    return f"the results are of different {parts}{beware}"
 
 
 def _front(content: Mapping[str, Any]) -> Front:
