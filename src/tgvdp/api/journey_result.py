@@ -24,6 +24,7 @@ from tgvdp.journeys.section import SectionRuns
 from tgvdp.journeys.timed_bound import timed_bound
 from tgvdp.journeys.windows import Windows
 from tgvdp.margins.linear import scaled_run
+from tgvdp.model.checks import require_index
 from tgvdp.model.margin import MarginRange
 from tgvdp.model.trip import Trip
 from tgvdp.options.texts import parse_margins
@@ -107,9 +108,19 @@ class JourneyResult:
         """
         return self.found.multiplier_j_per_s[:, -1] * (SECONDS_PER_MINUTE / JOULE_PER_KWH)
 
+    def at(self, index: int) -> int:
+        """Index of a point of the front, from its beginning.
+
+        Raises
+        ------
+        ArgumentError
+            When the front has no point of that index, here and wherever else one is meant.
+        """
+        return require_index("journey", "index", index, len(self.front))
+
     def linear_margin(self, index: int) -> Profile:
         """Speed profile of the fastest journey with all speeds scaled to the running time of one point of the front."""
-        ratio = float(self.front.time_s[index]) / self.fastest_time_s
+        ratio = float(self.front.time_s[self.at(index)]) / self.fastest_time_s
         runs = [scaled_run(section.trip, section.fastest, ratio) for section in self.sections]
         until_next_s = [run.duration_s + self.options["dwell_s"] for run in runs]
         return joined(runs, np.cumsum([0.0, *until_next_s[:-1]]))
@@ -127,7 +138,8 @@ class JourneyResult:
     def section_profiles(self, index: int) -> list[Profile]:
         """Speed profile of each section at one point of the front, each from its own departure."""
         return [
-            section.profile(run) for section, run in zip(self.sections, self.found.run[index].tolist(), strict=True)
+            section.profile(run)
+            for section, run in zip(self.sections, self.found.run[self.at(index)].tolist(), strict=True)
         ]
 
     def advice(self, index: int) -> list[str]:
@@ -141,7 +153,7 @@ class JourneyResult:
 
         A stop on the way is two rows at its position, arrival and departure. Times count from the first departure.
         """
-        departure_s = self.found.departure_s[index]
+        departure_s = self.found.departure_s[self.at(index)]
         return joined(self.section_profiles(index), departure_s - departure_s[0])
 
     def verify(self, time_limit_s: float | None = None) -> list[list[Verdict]]:
@@ -217,7 +229,7 @@ class JourneyResult:
         InputError
             With windows, which the simulation does not know, and when delays are out of range.
         """
-        at = len(self.front) // 2 if index is None else index
+        at = self.at(len(self.front) // 2 if index is None else index)
         between = self._without_windows("delays are simulated")
         allocations_s = {"optimum": self.section_time_s[at]}
         for name, practice in self.found.practices.items():

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.api.targets import met_to_s
-from tgvdp.errors import BudgetExceededError, InputError
+from tgvdp.errors import ArgumentError, BudgetExceededError, InputError
 from tgvdp.journeys.front import journey_front
 from tgvdp.journeys.section import SectionRuns
 from tgvdp.margins.side_by_side import deviation_s, largest_deviation_s, margin_runs
@@ -77,7 +77,7 @@ class Margins:
     def deviations(self, name: str) -> tuple[_Floats, _Floats]:
         """Positions, m, and how much later the train is there than by the linear margin, s; (n,) each."""
         positions_m, late_s, ahead_s = [], [], 0.0
-        for run, linear in zip(self.runs[name], self.runs["linear"], strict=True):
+        for run, linear in zip(self._runs(name), self.runs["linear"], strict=True):
             position_m, own_s = deviation_s(run, linear)
             positions_m.append(position_m)
             late_s.append(own_s + ahead_s)
@@ -86,8 +86,13 @@ class Margins:
 
     def profile(self, name: str) -> Profile:
         """Speed profile of the whole journey by one of them."""
-        runs = self.runs[name]
+        runs = self._runs(name)
         return joined(runs, np.cumsum([0.0, *(run.duration_s + self.dwell_s for run in runs[:-1])]))
+
+    def _runs(self, name: str) -> tuple[Profile, ...]:
+        if name not in self.runs:
+            raise ArgumentError("margins", "name", f"must be one of {', '.join(self.runs)}, got {name!r:.60}")
+        return self.runs[name]
 
     def verify(self, time_limit_s: float = math.inf) -> dict[str, list[Verdict]]:
         """Replay every section by the independent referee; speeds of the linear margin may ask for too much uphill.

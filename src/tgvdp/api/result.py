@@ -19,6 +19,7 @@ from tgvdp.methods.costate.front import OptimalRuns
 from tgvdp.methods.grid.best_first_rules import Options, counted_j
 from tgvdp.methods.grid.paths import GridPaths
 from tgvdp.methods.grid.trace import MOST_STEPS, Trace, trace_best_first
+from tgvdp.model.checks import require_index
 from tgvdp.model.trip import Trip
 from tgvdp.pareto import ParetoFront
 from tgvdp.progress import tell
@@ -87,9 +88,16 @@ class SearchResult:
         return np.asarray(multiplier_j_per_s * (SECONDS_PER_MINUTE / JOULE_PER_KWH))
 
     def profile(self, index: int) -> Profile:
-        """Speed profile of one point of the front."""
+        """Speed profile of one point of the front.
+
+        Raises
+        ------
+        ArgumentError
+            When the front has no point of that index, here and wherever else one is meant.
+        """
+        at = self._at(index)
         with self._computing():
-            return self._profile(index)
+            return self._profile(at)
 
     def instructions(self, index: int) -> tuple[Instruction, ...]:
         """Steps that a driver takes at one point of the front; shorter ones than 3 s are left out."""
@@ -103,11 +111,15 @@ class SearchResult:
 
     def row_count(self, index: int) -> int:
         """Rows of `profile` of one point of the front."""
-        return len(self._found.rows(int(self.front.source[index]))[0])
+        return len(self._found.rows(int(self.front.source[self._at(index)]))[0])
 
     def linear_margin(self, index: int) -> Profile:
         """Speed profile of today's practice: the fastest run with all speeds scaled to the time of one point."""
-        return scaled_run(self.trip, self.fastest.profile, float(self.front.time_s[index]) / self.fastest.time_s)
+        ratio = float(self.front.time_s[self._at(index)]) / self.fastest.time_s
+        return scaled_run(self.trip, self.fastest.profile, ratio)
+
+    def _at(self, index: int) -> int:
+        return require_index("result", "index", index, len(self.front))
 
     def _profile(self, index: int) -> Profile:
         source = int(self.front.source[index])

@@ -1,9 +1,10 @@
 """Checks that the self-validating model classes share; errors name the owner, the field, the value and its unit."""
 
 import math
+import operator
 from collections.abc import Iterable, Sequence
 from numbers import Real
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, SupportsIndex, TypeVar
 
 from tgvdp.errors import ArgumentError, InputError
 
@@ -54,6 +55,23 @@ def require_number(
     if above == 0.0 and number < SMALLEST:
         raise ArgumentError(owner, field, f"must be at least {SMALLEST:g}{of}, got {number:.12g}{of}")
     return number
+
+
+def require_index(owner: str, field: str, value: Any, count: int) -> int:
+    """Return an index of one of ``count`` things, from 0 on; negative ones count from the end, as in Python.
+
+    Raises
+    ------
+    ArgumentError
+        When it is no whole number, or there is none of that index.
+    """
+    wanted = f"must be a whole number from {-count} to {count - 1}" if count else "has nothing to choose from"
+    if isinstance(value, bool) or not isinstance(value, SupportsIndex):
+        raise ArgumentError(owner, field, f"{wanted}, got {value!r:.60}")
+    index = operator.index(value)
+    if not -count <= index < count:
+        raise ArgumentError(owner, field, f"{wanted}, got {index!r:.60}")
+    return index % count
 
 
 def require_text(owner: str, field: str, value: Any) -> str:

@@ -50,11 +50,11 @@ def draw(result: "JourneyResult", picture: str, index: int | None = None) -> sty
     Raises
     ------
     InputError
-        When there is no such picture.
+        When there is no such picture, or no such point.
     """
     if picture not in PICTURES:
         raise InputError(f"plot: there is no picture {picture!r:.40}; there are {', '.join(PICTURES)}")
-    return PICTURES[picture](result, len(result.front) // 2 if index is None else index)
+    return PICTURES[picture](result, result.at(len(result.front) // 2 if index is None else index))
 
 
 def plot_front(result: "JourneyResult", _: int) -> style.Picture:
