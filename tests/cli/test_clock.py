@@ -1,6 +1,7 @@
 """The time limit of a whole command: what its parts may take, and reading that ends by it."""
 
 import math
+import re
 import signal
 from itertools import pairwise
 
@@ -15,13 +16,21 @@ from tgvdp.methods.budget import SearchBudget
 from tgvdp.model.track import Track
 from tgvdp.options.search import SearchOptions
 
+GIVEN_UP = r"leaves no time to search: files and line have taken (\S+) s so far"
+
+
+def taken_s(error):
+    """What an error says that files and line have taken, s."""
+    return float(re.search(GIVEN_UP, str(error))[1])
+
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no alarms on this system")
 def test_reading_ends_by_the_clock_and_leaves_no_alarm():
     before = signal.getsignal(signal.SIGALRM)
-    with pytest.raises(BudgetExceededError, match="leaves no time to search"), preparing_within(0.01):
+    with pytest.raises(BudgetExceededError, match=f"of 0.01 s {GIVEN_UP}") as up, preparing_within(0.01):
         while True:
             pass
+    assert taken_s(up.value) >= 0.3
     assert signal.getsignal(signal.SIGALRM) is before
     assert signal.getitimer(signal.ITIMER_REAL)[0] == 0.0
 
@@ -46,8 +55,9 @@ def test_a_line_of_many_transitions_ends_by_the_time_limit():
     curves = tuple((5.0 * index, *ends) for index, ends in enumerate(pairwise(radius_m)))
     track = Track(length_m=1e5, speed_limits=((0.0, 40.0),), curves=curves)
     case = Case(load_train("tgv"), track, None, {}, {}, {}, ())
-    with pytest.raises(BudgetExceededError, match="leaves no time to search"):
+    with pytest.raises(BudgetExceededError, match=f"of 1 s {GIVEN_UP}") as up:
         resolved(case, SearchOptions(curves="roeckl", time_limit_s=1.0), elapsed_s=1.0)
+    assert taken_s(up.value) >= 1.3
 
 
 def test_a_yaml_file_of_many_rows_ends_by_the_time_limit(tmp_path, capsys):
@@ -55,7 +65,7 @@ def test_a_yaml_file_of_many_rows_ends_by_the_time_limit(tmp_path, capsys):
     path = tmp_path / "long.yaml"
     path.write_text(f"paths:\n  - name: long\n    characteristic_sections:\n{rows}\n", encoding="utf-8")
     assert main(["search", "--track", str(path), "--time-limit", "0.2", "--out", str(tmp_path / "out")]) == 5
-    assert capsys.readouterr().err == (
-        "tgvdp: error: the time limit leaves no time to search: files and line took 75% of it\n"
-    )
+    err = capsys.readouterr().err
+    assert re.fullmatch(f"tgvdp: error: the time limit of 0.2 s {GIVEN_UP}\n", err)
+    assert taken_s(err) >= 0.3
     assert not (tmp_path / "out").exists()

@@ -59,7 +59,7 @@ def test_nothing_feasible_ends_with_5_and_the_table_tells_the_reads(decoded, tmp
     assert decoded("counts.json", '{"0000": 4}')[0] == 5
     (tmp_path / "good.json").write_text('{"0011": 1, "0000": 3}')
     assert main(["decode", "easy-n004", str(tmp_path / "good.json")]) == 0
-    assert "4, 1 feasible; 1 reach this objective, 25.0% of all" in capsys.readouterr().out
+    assert "4, 1 feasible; 1 reach this objective, 25.0 % of all" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

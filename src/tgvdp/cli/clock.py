@@ -3,6 +3,7 @@
 import contextlib
 import signal
 import threading
+import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -53,16 +54,16 @@ def preparing_within(limit_s: float | None, elapsed_s: float = 0.0) -> Iterator[
     if limit_s is None or not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
         yield
         return
-    handler = signal.signal(signal.SIGALRM, _give_up)
+    started_s = time.perf_counter() - elapsed_s
+
+    def give_up(*_: object) -> None:
+        taken = f"files and line have taken {time.perf_counter() - started_s:.2g} s so far"
+        raise BudgetExceededError(f"the time limit of {limit_s:g} s leaves no time to search: {taken}")
+
+    handler = signal.signal(signal.SIGALRM, give_up)
     timer = signal.setitimer(signal.ITIMER_REAL, max((1.0 - _SEARCH_SHARE) * limit_s - elapsed_s, _PREPARING_S))
     try:
         yield
     finally:
         signal.setitimer(signal.ITIMER_REAL, *timer)
         signal.signal(signal.SIGALRM, handler)
-
-
-def _give_up(*_: object) -> None:
-    raise BudgetExceededError(
-        f"the time limit leaves no time to search: files and line took {1.0 - _SEARCH_SHARE:.0%} of it"
-    )

@@ -192,7 +192,7 @@ def _reads(solution: "Solution") -> list[tuple[str, str]]:
     if "reads" not in details:
         return []
     reads, feasible, best = (details[name] for name in ("reads", "feasible_reads", "best_reads"))
-    share = f", {best / reads:.1%} of all" if best else ""
+    share = f", {100.0 * best / reads:.1f} % of all" if best else ""
     rows = [("reads", f"{reads}, {feasible} feasible; {best} reach this objective{share}")]
     chance = details.get("success_probability")
     if chance is not None:

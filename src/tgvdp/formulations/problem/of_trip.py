@@ -120,8 +120,8 @@ def demand_of_trip(trip: Trip, reference: Reference, steps: int) -> TripInstance
         f"{float(traction_n(0.0)) / KILO:.0f} kN for {train.traction_limit.effort_n(0.0) / KILO:.0f} kN at standstill "
         f"and {float(traction_n(middle)) / KILO:.0f} kN for {train.traction_limit.effort_n(middle) / KILO:.0f} kN at "
         f"{0.5 * top_kmh:.0f} km/h, braking {float(braking_n(middle)) / KILO:.0f} kN there and none at standstill",
-        f"{_DISTANCE_TOLERANCE:.0%} of the distance, and the last {_END_SPEED_MPS:g} m/s: demands of ±1/2 and ±1 meet "
-        "neither exactly",
+        f"{100.0 * _DISTANCE_TOLERANCE:.0f} % of the distance, and the last {_END_SPEED_MPS:g} m/s: demands of ±1/2 and"
+        " ±1 meet neither exactly",
         "energy of the train: the cost map stands for it",
         *([] if top_kmh < TOP_KMH else [f"speeds above {TOP_KMH:g} km/h, where the curves end"]),
         *_places(trip, top_kmh),
