@@ -108,6 +108,7 @@ def test_alpha_is_what_efficiency_and_regeneration_leave(tmp_path, capsys):
         ((), 2, "give INSTANCE, or --steps"),
         (("--at", "10%"), 2, "give INSTANCE, or --steps"),
         (("easy-n004", "--steps", "5"), 2, "INSTANCE and --steps exclude each other"),
+        (("easy-n004", "--at", "5%", "--steps", "5"), 2, "INSTANCE and --at, --steps exclude each other"),
         (("--steps", "5", "--at", "5%,10%"), 2, "must be one running time"),
         (("--steps", "5", "--between", "12"), 2, "must be FROM:TO"),
         (("--steps", "2", "--track", "flat-100km", "--at", "1%"), 4, "take more steps or a longer running time"),

@@ -161,6 +161,20 @@ def test_another_method_on_the_command_line_leaves_the_options_of_the_scenarios_
     assert arguments == {"destination_m": 3000.0, "method": "exact", "speeds": 15, "segment_m": 300.0}
 
 
+def test_all_options_without_effect_are_named(tmp_path, calls, capsys):
+    assert search(tmp_path / "out", "--speeds", "9", "--paths", "3") == 2
+    said = "--speeds belongs to method exact and best-first, not to front; --paths belongs to method best-first, not to"
+    assert said in capsys.readouterr().err
+    assert search(tmp_path / "out", "--at", "5%", "--max-margin", "9", "--points", "3") == 2
+    assert "--at and --points, --max-margin exclude each other" in capsys.readouterr().err
+    scenario = tmp_path / "trip.toml"
+    scenario.write_text('train = "tgv"\ntrack = "flat-100km"\n[run]\nspeeds = 9\npaths = 3\n')
+    assert search(tmp_path / "out", "--scenario", str(scenario)) == 3
+    said = "trip.toml: run.paths: belongs to method best-first, not to front; run.speeds: belongs to method exact and"
+    assert said in capsys.readouterr().err
+    assert not calls
+
+
 def test_points_at_times_leave_no_even_points():
     train, track = tgvdp.load_train("alstom-emu"), tgvdp.load_track("flat-100km")
     for even in ({"points": 7}, {"max_margin": 0.3}):

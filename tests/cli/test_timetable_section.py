@@ -66,6 +66,11 @@ def test_what_a_journey_decides_is_not_given_twice(run, capsys, option):
     assert f"--journey and {option} exclude each other" in capsys.readouterr().err
 
 
+def test_all_that_a_journey_decides_is_named(run, capsys):
+    assert run("", "--to", "5", "--reverse", "--from", "3")[0] == 2
+    assert "--journey and --from, --to, --reverse exclude each other" in capsys.readouterr().err
+
+
 def test_a_journey_needs_its_track_and_a_section_on_it(run, capsys):
     assert main(["search", "--journey", "journey.json"]) == 2
     assert "--journey needs the --track that it belongs to" in capsys.readouterr().err

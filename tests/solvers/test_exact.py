@@ -261,6 +261,19 @@ def test_budgets_that_a_solver_does_not_use_are_wrong_usage(tmp_path, capsys, so
     assert err.count("\n") == 1
 
 
+@pytest.mark.parametrize(
+    ("flags", "said"),
+    [
+        (["--sweeps=5", "--reads=5"], "does not use --reads, --sweeps; sa, "),
+        (["--layers=2", "--tenure=0.1"], "does not use --tenure, --layers; no solver uses all of them"),
+        (["--penalty=3", "--encoding=unary"], "makes no QUBO: --encoding and --penalty have no effect"),
+    ],
+)
+def test_all_that_a_solver_does_not_use_is_named(tmp_path, capsys, flags, said):
+    assert main(["solve", binary_file(tmp_path), "--solver", "dp", *flags]) == 2
+    assert f"solver dp {said}" in capsys.readouterr().err
+
+
 def test_command_exits_4_where_nothing_is_feasible_and_3_on_misuse(tmp_path, capsys):
     assert main(["solve", binary_file(tmp_path, D_units=1000)]) == 4
     assert main(["solve", binary_file(tmp_path, N=30), "--solver", "brute"]) == 3

@@ -88,7 +88,7 @@ def _problem(context: click.Context, instance: str | None, trip: dict[str, Any])
     from tgvdp.formulations.problem.reading import parse_instance, read_instance
 
     if instance is not None and trip:
-        raise click.UsageError(f"INSTANCE and --{next(iter(trip))} exclude each other", context)
+        raise click.UsageError(f"INSTANCE and {', '.join(f'--{name}' for name in trip)} exclude each other", context)
     if instance is not None:
         path = instances.find(instance)
         return read_instance(path), path.read_bytes()

@@ -129,23 +129,23 @@ def suited(held: dict[str, Any], given: dict[str, Any], scenario: str | None) ->
     """Options of a scenario that the method has; others are an error, unless the command line chose another method."""
     method = given.get("method", held.get("method", METHODS[0]))
     foreign = [name for name in {**held, **given} if method not in BY_FIELD[name].methods]
-    for name in foreign:
-        belongs = f"belongs to method {' and '.join(BY_FIELD[name].methods)}, not to {method}"
-        if name in given:
-            raise click.UsageError(f"{BY_FIELD[name].flag} {belongs}", click.get_current_context())
-        if "method" not in given:
-            raise InputError(f"{scenario}: run.{name}: {belongs}")
+    belongs = {name: f"belongs to method {' and '.join(BY_FIELD[name].methods)}, not to {method}" for name in foreign}
+    told = [f"{BY_FIELD[name].flag} {belongs[name]}" for name in foreign if name in given]
+    if told:
+        raise click.UsageError("; ".join(told), click.get_current_context())
+    if foreign and "method" not in given:
+        raise InputError(f"{scenario}: {'; '.join(f'run.{name}: {belongs[name]}' for name in foreign)}")
     return {name: value for name, value in held.items() if name not in foreign}
 
 
 def merged(held: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
     """Options of a scenario and of the command line, which wins; some exclude each other."""
     for name in given:
-        for other in excluded_by(BY_FIELD[name]):
-            if other.field in given:
-                raise click.UsageError(
-                    f"{BY_FIELD[name].flag} and {other.flag} exclude each other", click.get_current_context()
-                )
+        others = ", ".join(other.flag for other in excluded_by(BY_FIELD[name]) if other.field in given)
+        if others:
+            raise click.UsageError(
+                f"{BY_FIELD[name].flag} and {others} exclude each other", click.get_current_context()
+            )
 
     def ousted(name: str) -> bool:
         rivals = {one.field for one in excluded_by(BY_FIELD[name])}

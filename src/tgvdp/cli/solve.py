@@ -1,6 +1,6 @@
 """``tgvdp solve``: solve one instance of the formulations and replay what comes out."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -109,13 +109,7 @@ def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bo
 
     problem = read_instance(instances.find(instance))
     given = {name: value for name, value in budget.items() if value is not None}
-    for name in given.keys() - set(SOLVERS[solver].uses):
-        key = next(item.key for item in ITEMS if item.field == name)
-        users = ", ".join(other for other, entry in SOLVERS.items() if name in entry.uses)
-        raise click.UsageError(f"solver {solver} does not use --{key}; {users} do", click.get_current_context())
-    if not SOLVERS[solver].qubo and (encoding is not None or penalty is not None):
-        named = "--encoding" if encoding is not None else "--penalty"
-        raise click.UsageError(f"solver {solver} makes no QUBO: {named} has no effect", click.get_current_context())
+    _require_used(solver, given, {"--encoding": encoding, "--penalty": penalty})
     try:
         allowance = Allowance(**given)
     except InputError as error:
@@ -128,6 +122,21 @@ def command(instance: str, solver: str, encoding: Any, penalty: Any, as_json: bo
     else:
         click.echo(table(problem, solution))
     return 0 if solution.feasible else BudgetExceededError.exit_code
+
+
+def _require_used(solver: str, given: Mapping[str, Any], qubo: Mapping[str, Any]) -> None:
+    """Refuse what a solver does not use, all of it by name."""
+    context = click.get_current_context()
+    idle = [item for item in ITEMS if item.field in given and item.field not in SOLVERS[solver].uses]
+    if idle:
+        flags = ", ".join(f"--{item.key}" for item in idle)
+        users = [other for other, entry in SOLVERS.items() if all(item.field in entry.uses for item in idle)]
+        do = f"{', '.join(users)} do" if users else "no solver uses all of them"
+        raise click.UsageError(f"solver {solver} does not use {flags}; {do}", context)
+    named = [flag for flag, value in qubo.items() if value is not None]
+    if named and not SOLVERS[solver].qubo:
+        have = "has" if len(named) == 1 else "have"
+        raise click.UsageError(f"solver {solver} makes no QUBO: {' and '.join(named)} {have} no effect", context)
 
 
 def solution_object(problem: "Instance", solution: "Solution") -> dict[str, Any]:

@@ -53,10 +53,9 @@ def section_on(read: "Read", track: "Track", options: dict[str, Any], given: Map
     """
     from tgvdp.formats import section_of
 
-    for name in _DECIDED:
-        if given[name] is not None:
-            flag = BY_FIELD[name].flag
-            raise click.UsageError(f"--journey and {flag} exclude each other", click.get_current_context())
+    flags = ", ".join(BY_FIELD[name].flag for name in _DECIDED if given[name] is not None)
+    if flags:
+        raise click.UsageError(f"--journey and {flags} exclude each other", click.get_current_context())
     timetable, section = read.value, section_of(read, track)
     timetable.require_on(track, until_m=section.destination_m)
     for name in _DECIDED:

@@ -249,14 +249,21 @@ class SearchOptions:
         for one in given:
             object.__setattr__(self, one.argument, one.check(getattr(self, one.argument), self.owner))
         asked = [one for one in given if getattr(self, one.argument) != one.default]
+        foreign = [one for one in asked if self.method not in one.methods]
+        if foreign:
+            owners = " and ".join(foreign[0].methods)
+            reason = f"belongs to method {owners}, it has no effect on {self.method}"
+            raise self._idle([one.argument for one in foreign], reason)
         for one in asked:
-            if self.method not in one.methods:
-                owners = " and ".join(one.methods)
-                reason = f"belongs to method {owners}, it has no effect on {self.method}"
-                raise ArgumentError(self.owner, one.argument, reason)
             idle = sorted({other.argument for other in asked} & set(one.excludes))
             if idle:
-                raise ArgumentError(self.owner, idle[0], f"has no effect beside {one.argument}")
+                raise self._idle(idle, f"has no effect beside {one.argument}")
+
+    def _idle(self, arguments: Sequence[str], reason: str) -> ArgumentError:
+        """Error of the first of several arguments for one reason, which names the others."""
+        first, *others = arguments
+        nor = f", nor {'has' if len(others) == 1 else 'have'} {', '.join(others)}" if others else ""
+        return ArgumentError(self.owner, first, f"{reason}{nor}")
 
     def as_dict(self) -> dict[str, Any]:
         """Values by their arguments."""
