@@ -54,14 +54,18 @@ def write_benchmark(results: Results, folder: Path, elapsed_s: float) -> dict[st
         files["pareto.csv"] = csv_text(compared.rows())
     if driven is not None:
         files["pareto_demand.csv"] = csv_text(driven.rows())
-    brief = provenance | {"inputs": "benchmark.json"}  # of a thousand instances they outweigh the picture
-    files |= {f"{name}.png": encode(figure, brief) for name, figure in figures.items()}
+    files |= {f"{name}.png": encode(figure, brief(provenance)) for name, figure in figures.items()}
     files["benchmark.md"] = page(plan, together, growth, embeddings, list(figures), provenance).encode()
     content = plain({"schema": SCHEMA, "files": [*files, "benchmark.json"], "provenance": provenance})
     files["benchmark.json"] = json.dumps(content, indent=1, ensure_ascii=False).encode() + b"\n"
     write_files(folder, files)
     whole: dict[str, Any] = content | plain({"rows": rows, "embeddings": embeddings})
     return whole
+
+
+def brief(provenance: Mapping[str, Any]) -> dict[str, Any]:
+    """Provenance for the metadata of a picture, which the inputs of a thousand instances would outweigh."""
+    return {**provenance, "inputs": "benchmark.json"}
 
 
 _READING = """\
@@ -107,17 +111,26 @@ def page(
     return "\n\n".join(parts) + "\n"
 
 
+def success_picture(together: Sequence[Row]) -> Any:
+    """Picture (matplotlib figure) of success and time to solution of ensembles; None where nothing ever succeeds."""
+    from tgvdp.report.trial_plots import plot_success
+    from tgvdp.trials.panels import family_panels
+
+    panels = family_panels(together)
+    if not panels:
+        return None
+    return plot_success(panels, "medians over the instances of a family and size; bars: 95 % intervals")
+
+
 def pictures(
     results: Results, rows: Sequence[Row], together: Sequence[Row], embeddings: Sequence[Row]
 ) -> dict[str, Any]:
     """All pictures (matplotlib figures) for which there is something to show, by name."""
-    from tgvdp.report.trial_plots import Depths, plot_landscape, plot_sizes, plot_success
-    from tgvdp.trials.panels import family_panels, size_panels
+    from tgvdp.report.trial_plots import Depths, plot_landscape, plot_sizes
+    from tgvdp.trials.panels import size_panels
 
-    found: dict[str, Any] = {}
-    panels = family_panels(together)
-    if panels:
-        found["success"] = plot_success(panels, "medians over the instances of a family and size; bars: 95 % intervals")
+    success = success_picture(together)
+    found: dict[str, Any] = {} if success is None else {"success": success}
     sizes = size_panels(rows, embeddings)
     if sizes:
         found["sizes"] = plot_sizes(
