@@ -7,7 +7,8 @@ one given stays.
 
 import math
 from dataclasses import dataclass
-from typing import Self
+from numbers import Real
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -150,8 +151,7 @@ class ParetoFront:
 
 def _points(time_s: ArrayLike, energy_j: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Own copies of two equally long, finite columns."""
-    times = np.array(time_s, dtype=np.float64)
-    energies = np.array(energy_j, dtype=np.float64)
+    times, energies = _column("time_s", time_s), _column("energy_j", energy_j)
     for name, values, unit in (("time_s", times, "s"), ("energy_j", energies, "J")):
         if values.ndim != 1:
             raise InputError(f"front: {name} must have one dimension, got {values.ndim}")
@@ -164,6 +164,15 @@ def _points(time_s: ArrayLike, energy_j: ArrayLike) -> tuple[NDArray[np.float64]
     return times, energies
 
 
-def _require_finite(name: str, value: float, unit: str) -> None:
+def _column(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    try:
+        return np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"front: {name} must be numbers, got {values!r:.60}") from None
+
+
+def _require_finite(name: str, value: Any, unit: str) -> None:
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise InputError(f"front: {name} must be a number, got {value!r:.60}")
     if not math.isfinite(value):
         raise InputError(f"front: {name} must be finite, got {value} {unit}")

@@ -301,8 +301,10 @@ class JourneyResult:
 
     def save(self, folder: str | os.PathLike[str]) -> list[str]:
         """Write all files of ``tgvdp journey`` into a folder, all or none, and return their names."""
+        from tgvdp.report.files import check_writable
         from tgvdp.report.journeys import write_journey
 
+        check_writable(folder)  # before what may take minutes
         return [file.name for file in write_journey(self, folder).files]
 
     def __repr__(self) -> str:

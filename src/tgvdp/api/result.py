@@ -12,7 +12,7 @@ from tgvdp.api.budget import budget_of
 from tgvdp.api.methods import Fastest, continuous_front
 from tgvdp.api.sense import sensible_numbers
 from tgvdp.certificate.front import Certificate, certify_front
-from tgvdp.errors import InputError
+from tgvdp.errors import ArgumentError, InputError
 from tgvdp.margins.linear import scaled_run
 from tgvdp.methods.budget import Clock, SearchBudget
 from tgvdp.methods.costate.front import OptimalRuns
@@ -216,9 +216,16 @@ class SearchResult:
         Returns
         -------
         matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            When there is no such picture, or the certificate is none.
         """
         from tgvdp.report.gallery import draw
 
+        if not isinstance(certificate, Certificate | None):
+            raise ArgumentError("plot", "certificate", f"must be one of result.certify(), got {certificate!r:.60}")
         return draw(self, picture, certificate)
 
     def plot_run(self, index: int) -> "Picture":
@@ -245,7 +252,9 @@ class SearchResult:
             When the folder cannot be written, or an option is out of range.
         """
         from tgvdp.report import write_results
+        from tgvdp.report.files import check_writable
 
+        check_writable(folder)  # before what may take minutes
         certificate = self.certify() if certify else None
         return [file.name for file in write_results(self, folder, certificate=certificate, **options).files]
 

@@ -60,6 +60,8 @@ def load_run(path: str | os.PathLike[str]) -> RecordedRun:
         When the file cannot be read, names fewer than two of position, speed and time, a column names no unit, or a
         value is no number.
     """
+    if not isinstance(path, str | os.PathLike):
+        raise InputError(f"expected the path of a recorded run, got {path!r:.60}")
     place = Path(path)
     sheet = _sheet(place)
     found = _columns(place, sheet.header)

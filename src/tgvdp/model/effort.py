@@ -11,7 +11,7 @@ segment of constant acceleration.
 
 import math
 from bisect import bisect_right
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -96,7 +96,12 @@ class EffortCurve:
 
     def __post_init__(self) -> None:
         rows = []
-        for index, piece in enumerate(self.pieces):
+        pieces: Any = self.pieces
+        if isinstance(pieces, str) or not isinstance(pieces, Iterable):
+            raise InputError(f"{_OWNER}: pieces must be a list of {EffortPiece._fields}, got {pieces!r:.60}")
+        for index, piece in enumerate(pieces):
+            if isinstance(piece, str) or not isinstance(piece, Collection):
+                raise InputError(f"{_OWNER}: pieces[{index}] must be {EffortPiece._fields}, got {piece!r:.60}")
             if not 1 <= len(piece) <= len(EffortPiece._fields):
                 raise InputError(f"{_OWNER}: pieces[{index}] must be {EffortPiece._fields}, got {piece!r:.60}")
             named = zip(EffortPiece._fields, piece, strict=False)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from tgvdp.errors import InputError
+from tgvdp.errors import ArgumentError, InputError
 from tgvdp.model.checks import require_number
 from tgvdp.model.convention import TTOBENCH, Convention
 from tgvdp.model.energy import WHEEL, EnergyModel
@@ -10,6 +10,7 @@ from tgvdp.model.track import Track
 from tgvdp.model.train import Train
 
 _UNITS = {"origin_m": "m", "destination_m": "m", "start_speed_mps": "m/s", "end_speed_mps": "m/s"}
+_KINDS = {"train": Train, "track": Track, "energy": EnergyModel, "convention": Convention}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +36,8 @@ class Trip:
     Raises
     ------
     InputError
-        When positions lie outside the track or are out of order, or a speed is negative.
+        When train or track are none (`tgvdp.load_train` reads one), positions lie outside the track or are out of
+        order, or a speed is negative.
     """
 
     train: Train
@@ -49,6 +51,9 @@ class Trip:
     credits: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
+        for name, kind in _KINDS.items():
+            if not isinstance(getattr(self, name), kind):
+                raise ArgumentError("trip", name, f"must be of class {kind.__name__}, got {getattr(self, name)!r:.60}")
         for name, unit in _UNITS.items():
             value = require_number("trip", name, getattr(self, name), unit, at_least=0.0)
             object.__setattr__(self, name, value)

@@ -27,6 +27,7 @@ from tgvdp.constants import (
     REPLAY_SPEED_RTOL,
     REPLAY_TIME_PCT,
 )
+from tgvdp.errors import InputError
 from tgvdp.memory import ask_for
 from tgvdp.model.trip import Trip
 from tgvdp.physics.energy import energy_tables
@@ -119,7 +120,14 @@ def replay(trip: Trip, profile: "Profile", expired: Callable[[], bool] = bool) -
     Verdict
         `NOT_REPLAYED` where the time was up before the end. Errors are infinite where there is nothing to compare: a
         row of no length, or effort where there can be none.
+
+    Raises
+    ------
+    InputError
+        When the trip is none.
     """
+    if not isinstance(trip, Trip):
+        raise InputError(f"replay: the order is replay(trip, profile), got {trip!r:.60} as the trip")
     train: KernelTrain = kernel_train(trip.train)
     x = profile.position_m
     numbers = (x, profile.speed_mps, profile.force_n, profile.time_s, profile.energy_j)

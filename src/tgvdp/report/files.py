@@ -19,8 +19,10 @@ def check_writable(folder: str | os.PathLike[str]) -> None:
     ------
     InputError
         When the folder, or the nearest folder above it that exists, cannot be written, or it has no name, or that of
-        stdout.
+        stdout, or it is no path.
     """
+    if not isinstance(folder, str | os.PathLike):
+        raise InputError(f"a folder for results must be a path, got {folder!r:.60}")
     if not os.fspath(folder):
         raise InputError("a folder for results must have a name, got an empty text")
     if os.fspath(folder) == _STDOUT:

@@ -38,13 +38,13 @@ def draw(
     InputError
         When there is no such picture.
     """
+    plots = {"profile": plot_profile, "speed_time": plot_speed_time, "effort": plot_effort}
+    if picture not in PICTURES:
+        raise InputError(f"plot: there is no picture {picture!r:.40}; there are {', '.join(PICTURES)}")
     if picture == "front":
         return plot_front(result, None if certificate is None else certificate.lower_bound_j)
     if picture == "price":
         return plot_price(result, price_per_kwh)
-    plots = {"profile": plot_profile, "speed_time": plot_speed_time, "effort": plot_effort}
-    if picture not in plots:
-        raise InputError(f"plot: there is no picture {picture!r:.40}; there are {', '.join(PICTURES)}")
     return plots[picture](result)
 
 
