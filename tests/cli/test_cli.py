@@ -285,3 +285,12 @@ def test_an_interruption_within_a_kernel_is_one_too(cause, code, monkeypatch, on
 def test_wrong_settings_of_a_solver_are_wrong_usage(options, capsys):
     assert main(["solve", "easy-n004", *options.split()]) == 2
     assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_characters_that_the_font_of_pictures_lacks_are_told_once(tmp_path, capsys):
+    """Each was a warning of matplotlib's: a line of many stations in Chinese had dozens."""
+    line = tmp_path / "line.csv"
+    line.write_text("km,limit_kmh,stop\n0,80,東京\n3,80,大阪\n", encoding="utf-8")
+    assert run("journey", "--track", str(line), "--points", "2", "--quiet", "--out", str(tmp_path / "out")) == 0
+    said = "tgvdp: warning: the font of the pictures lacks characters of names, which are boxes there\n"
+    assert capsys.readouterr().err in ("", said)  # there are machines whose fonts have them

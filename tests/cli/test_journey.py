@@ -285,3 +285,23 @@ def test_a_corridor_without_margins_is_refused(run, capsys):
 def test_margins_that_cannot_be_taken(run, capsys, text, code, message):
     assert run("journey", "--points", "2", "--no-pictures", "--margins", text) == code
     assert message in capsys.readouterr().err
+
+
+def test_what_goes_without_windows_only_is_refused_before_the_search(run, capsys, monkeypatch):
+    """It was after it, and after a certificate."""
+    monkeypatch.setattr("tgvdp.api.journey", pytest.fail)
+    for option, what in (("--delay", "delays are simulated"), ("--margins", "margins are taken")):
+        assert run("journey", "--journey", "journey.json", option, "5%" if option == "--margins" else "5") == 3
+        assert capsys.readouterr().err.endswith(f"tgvdp: error: journey: {what} without windows only\n")
+
+
+def test_a_corridor_is_narrower_than_all_of_the_time(run, capsys):
+    assert run("journey", "--margins", "5%", "--within", "100") == 2
+    assert "'--within': must be below 100 %, got 100 %" in capsys.readouterr().err
+
+
+def test_a_timetable_is_no_name_of_the_catalog(run, capsys):
+    """It was "unknown train or track or map"."""
+    for name in ("times", "tgv"):
+        assert run("journey", "--journey", name) == 3
+        assert capsys.readouterr().err == f"tgvdp: error: {name}: no such file\n"

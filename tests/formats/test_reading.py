@@ -1,5 +1,6 @@
 """Files that cannot be read, are no JSON, TOML or YAML, or hold what no format may hold: one line of error each."""
 
+import gzip
 import os
 
 import pytest
@@ -149,3 +150,11 @@ def test_half_of_a_character_is_refused_with_its_field(refused, tmp_path, text, 
 def test_workbooks_of_old_excel_are_told_by_their_first_bytes(refused, tmp_path, name):
     (tmp_path / name).write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(500))
     assert refused(tmp_path / name) == "is a workbook of old Excel (.xls), which is not read: save it as .xlsx"
+
+
+@pytest.mark.parametrize("name", ["line.csv", "line.csv.gz", "line.json.gz"])
+def test_what_is_compressed_is_told_by_its_first_bytes(refused, tmp_path, name):
+    """Of a table it was "neither UTF-8, UTF-16 nor Windows-1252"."""
+    path = tmp_path / name
+    path.write_bytes(gzip.compress(b"km,limit_kmh\n0,80\n5,80\n"))
+    assert "is compressed by gzip, which is not read: unpack it" in refused(path)

@@ -142,6 +142,13 @@ def test_runs_of_too_many_rows_are_sampled_with_a_word(result, tmp_path):
     assert "2 of 3 profiles are written with a row every" in chosen.note
 
 
+def test_rows_that_are_far_apart_are_told_without_an_exponent():
+    """It was "a row every 1e+03 m"."""
+    far = make_result(replace(railway_trip(), track=replace(railway_trip().track, length_m=2e5), destination_m=1.01e5),
+                      [24.0, 20.0])  # fmt: skip
+    assert " with a row every 1000 m, " in choose_runs(far, most_rows=1).note
+
+
 def test_points_that_are_not_summed_up_lack_what_their_rows_say(result, tmp_path):
     content = write_results(result, tmp_path, PROVENANCE, [VERDICT] * 3, pictures=[], time_s=0.0).content
     assert content["fastest"]["peak_power_kw"] > 0.0

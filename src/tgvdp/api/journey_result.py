@@ -40,6 +40,11 @@ if TYPE_CHECKING:
 _Floats = NDArray[np.float64]
 
 
+def beside_windows(what: str) -> InputError:
+    """Error of what is done without windows only."""
+    return InputError(f"journey: {what} without windows only")
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class JourneyResult:
     """The front of a journey, and how each of its points splits the time among the sections.
@@ -277,7 +282,7 @@ class JourneyResult:
         """Sections of a journey without windows."""
         between = [section for section in self.sections if isinstance(section, SectionRuns)]
         if not self.windows.are_open or len(between) < len(self.sections):
-            raise InputError(f"journey: {what} without windows only")
+            raise beside_windows(what)
         return between
 
     def plot(self, picture: str = "front", index: int | None = None) -> "Picture":

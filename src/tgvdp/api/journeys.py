@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tgvdp.api.budget import budget_of
-from tgvdp.api.journey_result import JourneyResult
+from tgvdp.api.journey_result import JourneyResult, beside_windows
 from tgvdp.api.section_method import SectionMethod
 from tgvdp.api.sense import sensible_numbers
 from tgvdp.api.targets import asked_targets, met_to_s
@@ -207,6 +207,26 @@ def _windows(track: Track, timetable: Journey | None, dwell_s: float) -> Windows
         return Windows(stops[:-1], stops[1:], (dwell_s,) * (len(stops) - 2))
     timetable.require_on(track)
     return windows_of(timetable, dwell_s)
+
+
+def require_without_windows(timetable: Journey, dwell_s: float, what: str) -> None:
+    """Refuse what a `JourneyResult` refuses beside windows before a search that may take minutes.
+
+    Parameters
+    ----------
+    timetable : Journey
+    dwell_s : float
+        Standstill at each stop on the way, s.
+    what : str
+        Done without windows only, such as ``"delays are simulated"``.
+
+    Raises
+    ------
+    InputError
+        When the timetable has a window.
+    """
+    if not windows_of(timetable, dwell_s).are_open:
+        raise beside_windows(what)
 
 
 def _supplements(sections: Sequence[SectionRuns], options: JourneyOptions) -> tuple[_Floats, float]:

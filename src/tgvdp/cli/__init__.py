@@ -9,6 +9,7 @@ import io
 import json
 import logging
 import os
+import re
 import sys
 import warnings
 from collections.abc import Sequence
@@ -25,6 +26,8 @@ PROGRAM = "tgvdp"
 _COMPLETION_VARIABLE = "_TGVDP_COMPLETE"
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
+#: What matplotlib says of each character that its font lacks; pictures of one run may lack dozens.
+_GLYPH = re.compile(r"Glyph \d+ .*missing from font")
 #: Of what shells call a broken pipe: whoever reads our output, such as head, has enough.
 _EXIT_PIPE = 141
 _COMMANDS = (
@@ -239,6 +242,8 @@ class _Warnings:
 
     def __call__(self, message: Warning | str, *_: object) -> None:
         text = str(message).strip().partition("\n")[0]  # numba's are followed by a traceback of its own
+        if _GLYPH.match(text):
+            text = "the font of the pictures lacks characters of names, which are boxes there"
         if text not in self._shown:
             self._shown.add(text)
             click.echo(f"{PROGRAM}: warning: {text}", err=True)

@@ -70,7 +70,7 @@ _MAIN = "journey.json"
 #: What follows a search: replay, proof and files; and margins, one by one.
 _PARTS_AFTER = 3
 _SEVERAL, _COMPARED = "tgvdp.journeys/1", ("compare.json", "compare.csv", "compare.png")
-_WITHIN = number("%", above=0.0)
+_WITHIN = number("%", above=0.0, below=100.0)
 _trip = heading(TRIP)
 _output = heading("Proof and output")
 
@@ -214,10 +214,13 @@ def _run(
     # These bring numba: neither --help nor an error in the input waits for it.
     from tgvdp import api
     from tgvdp.api.budget import budget_of
+    from tgvdp.api.journeys import require_without_windows
     from tgvdp.report import make_provenance
     from tgvdp.report.journeys import Extras, write_journey
 
     arguments = arguments_of(options)
+    if stops is not None and (margins or mean_delay_s is not None):
+        require_without_windows(stops, dwell_s, "margins are taken" if margins else "delays are simulated")
     resolved(case, JourneyOptions(**arguments), time.perf_counter() - started_s)
     with screen.compiling():
         budget = budget_of(arguments)

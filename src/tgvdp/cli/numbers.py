@@ -12,7 +12,12 @@ from tgvdp.units import LARGEST_WRITTEN
 
 
 def number(
-    unit: str, *, above: float | None = None, at_least: float | None = None, at_most: float | None = None
+    unit: str,
+    *,
+    above: float | None = None,
+    at_least: float | None = None,
+    at_most: float | None = None,
+    below: float | None = None,
 ) -> Callable[[str], float]:
     """Make the type of an option that takes a finite number of a unit, within bounds."""
 
@@ -31,6 +36,8 @@ def number(
             raise click.BadParameter(f"must be at least {at_least:g} {unit}, got {value:g} {unit}")
         if at_most is not None and value > at_most:
             raise click.BadParameter(f"must be at most {at_most:g} {unit}, got {value:g} {unit}")
+        if below is not None and not value < below:
+            raise click.BadParameter(f"must be below {below:g} {unit}, got {value:g} {unit}")
         return value
 
     return convert

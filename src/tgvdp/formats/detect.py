@@ -63,6 +63,8 @@ def read_source(
     InputError
         When there is no such name or file, or when it holds nothing valid of that kind.
     """
+    if kind == "journey" and isinstance(source, str) and source:
+        source = Path(source)  # the catalog has none: text is a file
     target = locate(source, None if kind == "journey" else kind)
     document = replace(read_target(target, line_speed_mps), places=() if track is None else track.places)
     content, part, section = _open(document), target.part, None

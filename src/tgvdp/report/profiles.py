@@ -76,7 +76,7 @@ def choose_runs(result: "SearchResult", every_m: float | None = None, most_rows:
     spaced = ""
     if len(points) * each > most_rows:
         every_m = result.trip.distance_m / max(most_rows // len(points), _LEAST_ROWS)
-        spaced = f" with a row every {every_m:.3g} m"
+        spaced = f" with a row every {float(f'{every_m:.3g}'):g} m"
     note = f"{len(points)} of {count} profiles are written{spaced}, evenly spread: all would have {count * each} rows"
     return Written(points, every_m, note)
 

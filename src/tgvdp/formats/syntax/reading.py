@@ -34,6 +34,7 @@ _YAML_START = re.compile(r"%YAML|---|[^=\[\]{}\"']+:(\s|$)")
 _SURROGATE = re.compile("[\ud800-\udfff]")
 #: What a workbook begins with: it is a ZIP archive.
 _ZIP = b"PK\x03\x04"
+_GZIP = b"\x1f\x8b"
 #: What workbooks of Excel until 2003 begin with, as other files of that time do.
 _OLD_OFFICE = b"\xd0\xcf\x11\xe0"
 _TABLE_SUFFIXES = (".csv", ".tsv")
@@ -177,6 +178,8 @@ def parse_document(path: Path, data: bytes) -> Document:
         return Document(path, digest, "XML", {}, data)
     if data.startswith(_ZIP):
         return Document(path, digest, "XLSX", {}, data)
+    if data.startswith(_GZIP):
+        raise bad(path, "is compressed by gzip, which is not read: unpack it")
     if data.startswith(_OLD_OFFICE):
         raise bad(path, "is a workbook of old Excel (.xls), which is not read: save it as .xlsx")
     try:
