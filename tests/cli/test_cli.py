@@ -6,10 +6,11 @@ import re
 import subprocess
 import sys
 
+import click
 import pytest
 
 from tgvdp import __version__, instances
-from tgvdp.cli import _COMMANDS, main
+from tgvdp.cli import _COMMANDS, cli, main
 from tgvdp.cli.screen import duration, front_table, spread
 from tgvdp.errors import BudgetExceededError, InfeasibleError, InputError, TgvdpError
 from tgvdp.model import catalog
@@ -294,3 +295,10 @@ def test_characters_that_the_font_of_pictures_lacks_are_told_once(tmp_path, caps
     assert run("journey", "--track", str(line), "--points", "2", "--quiet", "--out", str(tmp_path / "out")) == 0
     said = "tgvdp: warning: the font of the pictures lacks characters of names, which are boxes there\n"
     assert capsys.readouterr().err in ("", said)  # there are machines whose fonts have them
+
+
+@pytest.mark.parametrize("command", _COMMANDS)
+def test_commands_that_can_be_quiet_can_be_so_by_one_letter(command):
+    """Compare, score and bench had -q, the others had not."""
+    options = [one.opts for one in cli.get_command(click.Context(cli), command).params if "--quiet" in one.opts]
+    assert options in ([], [["-q", "--quiet"]])

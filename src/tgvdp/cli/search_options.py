@@ -103,7 +103,7 @@ def folder_and_screen(folder: str) -> tuple[Decorator, ...]:
         ),
         _output("--force", is_flag=True, help="Write into a folder that holds files of others."),
         _output("--json", "as_json", is_flag=True, help="Print one JSON object on stdout, everything else on stderr."),
-        _output("--quiet", is_flag=True, help="Print nothing but errors and what --json asks for."),
+        _output("-q", "--quiet", is_flag=True, help="Print nothing but errors and what --json asks for."),
     )  # fmt: skip
 
 

@@ -28,7 +28,7 @@ Examples:
 @click.option("--out", metavar="FILE", type=click.Path(path_type=Path), help="Write a page of Markdown.")
 @click.option("--force", is_flag=True, help="Overwrite FILE.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-@click.option("--quiet", is_flag=True, help="Print nothing but errors and what --json asks for.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors and what --json asks for.")
 def command(references: Path | None, out: Path | None, force: bool, as_json: bool, quiet: bool) -> int:
     """Verify what tgvdp computes on this machine (docs/verification.md).
 

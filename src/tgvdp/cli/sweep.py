@@ -51,7 +51,7 @@ _OPTIONS = [
     _output("--retry", is_flag=True, help="With --resume: solve again what failed, was killed or ended by its budget."),
     _output("--dry-run", is_flag=True, help="Only count the scenarios, and estimate how long they take."),
     _output("--json", "as_json", is_flag=True, help="Print one JSON object on stdout, everything else on stderr."),
-    _output("--quiet", is_flag=True, help="Print nothing but errors and what --json asks for."),
+    _output("-q", "--quiet", is_flag=True, help="Print nothing but errors and what --json asks for."),
 ]  # fmt: skip
 
 

@@ -28,7 +28,7 @@ Examples:
     "--out", metavar="DIR", shell_complete=complete_folder, help="Folder of the report.  [default: DIR/report]"
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object on stdout, everything else on stderr.")
-@click.option("--quiet", is_flag=True, help="Print nothing but errors and what --json asks for.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors and what --json asks for.")
 def command(folder: Path, margin_pct: float, out: str | None, as_json: bool, quiet: bool) -> None:
     """Say what a margin saves over the network that a sweep in DIR ran.
 

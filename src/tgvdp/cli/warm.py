@@ -21,7 +21,7 @@ Examples:
 
 @click.command("warm", epilog=_EXAMPLES)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-@click.option("--quiet", is_flag=True, help="Print nothing but errors and what --json asks for.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors and what --json asks for.")
 def command(as_json: bool, quiet: bool) -> None:
     """Compile everything that tgvdp search may need, so that no later search waits for it.
 
