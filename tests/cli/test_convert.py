@@ -107,3 +107,18 @@ def test_errors_are_one_line_and_write_nothing(train, tmp_path, monkeypatch, cap
     assert part in err
     assert err.count("\n") == 1
     assert [path.name for path in tmp_path.iterdir()] == ["train.json"]
+
+
+def test_the_description_of_a_ttobench_file_is_its_notes_and_comes_back(tmp_path, capsys):
+    """What tgvdp had written there was lost by the next conversion, without a word."""
+    assert run("tgv", tmp_path / "a.json") == 0
+    assert run(tmp_path / "a.json", tmp_path / "b.json") == 0
+    assert run(tmp_path / "b.json", tmp_path / "c.toml") == 0
+    assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()
+    notes = "; ".join(load_train("tgv").notes)
+    assert "; ".join(load_train(tmp_path / "c.toml").notes) == notes
+    assert json.loads((tmp_path / "a.json").read_text())["metadata"]["description"] == notes
+    capsys.readouterr()
+    options = ["--to", "3km", "--points", "2", "--no-certify", "--no-pictures", "--out", str(tmp_path / "out")]
+    assert main(["search", "--train", str(tmp_path / "a.json"), *options]) == 0
+    assert "source" not in capsys.readouterr().err  # nobody is warned of a file's own words

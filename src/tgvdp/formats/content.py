@@ -17,12 +17,16 @@ _MOST_NAMES = 12
 
 
 class Item(NamedTuple):
-    """One thing in a file: its identifier there, how to make it, other names, and its fields that no run uses."""
+    """One thing in a file: its identifier there, how to make it, other names, and its fields that no run uses.
+
+    ``own`` are those of its notes that are the file's own words, of which nobody has to be warned.
+    """
 
     id: str
     make: Callable[[], Train | Track | Journey]
     names: tuple[str, ...] = ()
     kept: Mapping[str, Any] = {}
+    own: tuple[str, ...] = ()
 
 
 class Outline(NamedTuple):

@@ -201,16 +201,20 @@ def _held(document: Document, content: Content, parts: dict[Kind, str | None]) -
     """Make the chosen things of a foreign document."""
     made: dict[str, Any] = {}
     kept: dict[str, Mapping[str, Any]] = {}
+    own: dict[str, tuple[str, ...]] = {}
     for kind, part in parts.items():
         if kind == "track" and document.line_speed_mps is not None and not content.takes_line_speed:
             raise _never_missing(document, content.format)
         item = content.choose(document.path, kind, part)
         with errors_named(document.path):
             made[kind] = _without_effect(item.make(), document.line_speed_mps)
-        kept[kind] = item.kept
+        kept[kind], own[kind] = item.kept, item.own
     name = next(iter(made.values())).name
     inputs = {label(document.path): document.digest} | dict(content.inputs)
-    remarks = {kind: tuple(f"{document.path.name}: {note}" for note in one.notes) for kind, one in made.items()}
+    remarks = {
+        kind: tuple(f"{document.path.name}: {note}" for note in one.notes if note not in own[kind])
+        for kind, one in made.items()
+    }
     return Scenario(name=name, format=content.format, inputs=inputs, kept=kept, remarks=remarks, **made)
 
 

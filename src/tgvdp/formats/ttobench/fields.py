@@ -30,6 +30,8 @@ class Quantity(Struct, forbid_unknown_fields=True):
     value: float
 
 
+#: What stands between notes in the description of a file.
+BETWEEN_NOTES = "; "
 #: Braking data of a train, and what a track adds to it.
 ETCS = "ETCS braking data"
 

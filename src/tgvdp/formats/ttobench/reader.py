@@ -6,7 +6,8 @@ is written again; ``FILE#A_brake_service`` is the train with the service brake o
 """
 
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -17,10 +18,21 @@ from msgspec import UNSET, Struct, UnsetType, field
 from tgvdp.formats.content import Content, Item, Kind
 from tgvdp.formats.syntax.reading import Document, bad, errors_named, shown
 from tgvdp.formats.syntax.typed import decode
-from tgvdp.formats.ttobench.fields import ETCS, Metadata, Quantity, kept, number_si, rows_si, spaced, value_si
+from tgvdp.formats.ttobench.fields import (
+    BETWEEN_NOTES,
+    ETCS,
+    Metadata,
+    Quantity,
+    kept,
+    number_si,
+    rows_si,
+    spaced,
+    value_si,
+)
 from tgvdp.formats.ttobench.journey import read_journey
 from tgvdp.formats.ttobench.order import require_slopes, require_steps, require_stretches
 from tgvdp.formats.ttobench.train import SERVICE_BRAKE, TrainFile, read_train
+from tgvdp.model.checks import plain_text
 from tgvdp.model.journey import Journey
 from tgvdp.model.track import Curve, Gradient, SpeedLimit, Track, Tunnel
 from tgvdp.model.train import Train
@@ -126,10 +138,27 @@ def open_document(document: Document) -> Content | None:
     if kind is None:
         return None
     _require_version(document)
-    items = [Item(document.path.stem, partial(readers[kind], document), kept=kept(document.tree))]
+    words, held = _description(document.tree), kept(document.tree)
+    items = [Item(document.path.stem, partial(_described, words, readers[kind], document), kept=held, own=words)]
     if kind == "train" and ETCS in document.tree:
-        items.append(Item(SERVICE_BRAKE, partial(read_train, document, brake=SERVICE_BRAKE), kept=items[0].kept))
+        braked = partial(_described, words, partial(read_train, brake=SERVICE_BRAKE), document)
+        items.append(Item(SERVICE_BRAKE, braked, kept=held, own=words))
     return Content(format="TTOBench", items={kind: tuple(items)}, default=items[0].id)
+
+
+def _description(tree: Mapping[str, Any]) -> tuple[str, ...]:
+    """Notes that a file was written with, or what else it says of itself."""
+    metadata = tree.get("metadata")
+    text = metadata.get("description") if isinstance(metadata, dict) else None
+    return tuple(filter(None, map(plain_text, text.split(BETWEEN_NOTES)))) if isinstance(text, str) else ()
+
+
+def _described(
+    words: tuple[str, ...], read: Callable[[Document], Train | Track | Journey], document: Document
+) -> Train | Track | Journey:
+    """Read something, with what its file says of itself as notes; of what a reader says, too, one stays."""
+    made = read(document)
+    return replace(made, notes=tuple(dict.fromkeys((*words, *made.notes))))
 
 
 def _require_version(document: Document) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 from tgvdp import __version__
 from tgvdp.errors import InputError
 from tgvdp.formats.syntax.decimals import in_unit, tidy
+from tgvdp.formats.ttobench.fields import BETWEEN_NOTES
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.journey import Journey
 from tgvdp.model.track import Track
@@ -55,7 +56,7 @@ def identifier(name: str) -> str:
 
 def _metadata(part: Train | Track | Journey, name: str) -> dict[str, str]:
     about = {"id": name, "created by": f"tgvdp {__version__}", "library version": _LIBRARY}
-    return about | ({"description": "; ".join(part.notes)} if part.notes else {})
+    return about | ({"description": BETWEEN_NOTES.join(part.notes)} if part.notes else {})
 
 
 def _quantity(value: float, quantity: str, units: Sequence[str]) -> dict[str, Any]:
