@@ -7,7 +7,7 @@ import pytest
 from tgvdp.cli import main
 from tgvdp.formats import load_section, load_track
 
-LINE = "km,limit_kmh,stop\n0,80,Aston\n5,100,Mid\n9,90,Mid\n12,90,Berry\n"
+LINE = "km,limit_kmh,stop\n0,80,Aston\n5,100,Mid\n7,90,Mid\n9,90,'s-Norton\n12,90,Berry\n"
 TIMES = "stop,arrival,departure\nAston,,10:00\nMid West,10:08,10:09\nBerry,10:20,\n"
 #: As TIMES, on a line where names are unique.
 PLACED = "stop,km,arrival,departure\nThe Mill,0,,10:00\nMid,5,10:08,10:09\nBerry,12,10:20,\n"
@@ -40,6 +40,7 @@ def ends(tmp_path, monkeypatch):
         (["--from", "5km", "--to", " Berry "], (5000.0, 12_000.0)),
         (["--from", "Berry", "--to", "Aston", "--reverse"], (0.0, 12_000.0)),
         (["--from", "Berry", "--to", "3km", "--reverse"], (0.0, 3000.0)),
+        (["--to", "'s-Norton"], (0.0, 9000.0)),
     ],
 )
 def test_origin_and_destination_may_be_names_of_stops(ends, options, trip_m):

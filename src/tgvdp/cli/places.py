@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 #: Options that are places.
 _FLAGS = {"from_m": "--from", "to_m": "--to"}
-#: What reads as a number and begins with a letter.
-_NUMBERS = ("nan", "inf", "infinity")
+#: What numbers begin with; and what reads as one and begins with a letter. There is a stop 's-Hertogenbosch.
+_DIGITS, _NUMBERS = "+-.0123456789", ("nan", "inf", "infinity")
 
 
 def place(*, at_least: float | None = None) -> Callable[[str], float | str]:
@@ -23,7 +23,8 @@ def place(*, at_least: float | None = None) -> Callable[[str], float | str]:
 
     def convert(text: str) -> float | str:
         name = text.strip()
-        return name if name[:1].isalpha() and name.lower() not in _NUMBERS else position(text)
+        is_name = name and name[0] not in _DIGITS and name.lower() not in _NUMBERS
+        return name if is_name else position(text)
 
     return convert
 
