@@ -21,8 +21,11 @@ def substation(trains: list[dict[str, Any]], power_units: int = 1000, alpha: flo
     return instance
 
 
-def random_substation(seed: int, trains: int = 2, steps: int = 6) -> SubstationInstance:
-    """Trains whose departures, caps, distances and masses are drawn; some draws are infeasible."""
+def random_substation(seed: int, trains: int = 2, steps: int = 6, *, zones: bool = False) -> SubstationInstance:
+    """Trains whose departures, caps, distances and masses are drawn; some draws are infeasible.
+
+    With ``zones`` each step of a train has a cap of its own.
+    """
     rng = random.Random(seed)
     own = [
         {
@@ -31,7 +34,10 @@ def random_substation(seed: int, trains: int = 2, steps: int = 6) -> SubstationI
         }
         for _ in range(trains)
     ]  # fmt: skip
-    return substation(own, rng.randint(2, 9), rng.choice((0.0, 0.5, 0.8, 1.0)))
+    power_units, alpha = rng.randint(2, 9), rng.choice((0.0, 0.5, 0.8, 1.0))
+    if zones:
+        own = [one | {"cap_units": [rng.randint(1, 2) for _ in range(one["N"])]} for one in own]
+    return substation(own, power_units, alpha)
 
 
 def all_plans(instance: SubstationInstance) -> tuple[Fraction | None, int]:

@@ -14,9 +14,12 @@ from tgvdp.solvers.exact.joint_prices import NEVER, SCALE, bound_of, train_of
 from tgvdp.solvers.registry import solve
 
 
-@pytest.mark.parametrize("seed", range(24))
-def test_the_joint_program_and_highs_find_the_optimum_of_all_plans(seed: int) -> None:
-    instance = random_substation(seed, trains=2 if seed % 4 else 3, steps=6 if seed % 4 else 5)
+@pytest.mark.parametrize(
+    ("seed", "zones"), [*((seed, False) for seed in range(24)), *((seed, True) for seed in range(32, 56))]
+)
+def test_the_joint_program_and_highs_find_the_optimum_of_all_plans(seed: int, zones: bool) -> None:
+    """With ``zones`` the joint program counted plans that are too fast in a slow step, some cheaper than all others."""
+    instance = random_substation(seed, trains=2 if seed % 4 else 3, steps=6 if seed % 4 else 5, zones=zones)
     best, count = all_plans(instance)
     if best is None:
         for solver in ("dp", "milp"):

@@ -147,7 +147,7 @@ def costs_to_go(one: Train, cost: Ints) -> Ints:
     Returns
     -------
     (N+1, levels, D+1) int64
-        `NEVER` where the train cannot come home.
+        `NEVER` where the train cannot come home, and above the limit of a step, from where it might.
     """
     trip = one.train.trip
     v = np.arange(one.levels)[:, None]
@@ -155,14 +155,15 @@ def costs_to_go(one: Train, cost: Ints) -> Ints:
     left = np.full((trip.steps + 1, one.levels, one.width), NEVER)
     left[trip.steps, 0, -1] = 0
     for i in range(trip.steps - 1, -1, -1):
-        cap = trip.cap_units[i] if i + 1 < trip.steps else 0
         for u in (-1, 0, 1):
             # The distance of a plan is Σ v_k over k = 1..N: what is covered is whole after each step.
             w, e = v + u, d + v + u
-            inside = (w >= 0) & (w < one.levels) & (w <= cap) & (e < one.width)
+            inside = (w >= 0) & (w < one.levels) & (e < one.width)
             after = left[i + 1, np.clip(w, 0, one.levels - 1), np.clip(e, 0, one.width - 1)]
             pay = np.where(inside & (after < NEVER), cost[i, u + 1][:, None] + after, NEVER)
             np.minimum(left[i], pay, out=left[i])
+        if i:
+            left[i, trip.cap_units[i - 1] + 1 :] = NEVER
     return left
 
 
