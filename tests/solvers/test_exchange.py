@@ -77,6 +77,17 @@ def test_coo_file_and_its_sidecar(trip, encoding):
     )
 
 
+def test_coo_text_has_no_exponents(trip):
+    """dimod passes over lines with one without a word: of steps of 1 mm/s nothing was left."""
+    pytest.importorskip("dimod")
+    from dimod.serialization import coo
+
+    trip.write_text(json.dumps({"id": "trip", "params": PARAMS | {"dv_mps": 0.001}}))
+    bqm = coo.loads(formulate(trip, "coo", "--encoding", "unary").read_text())
+    qubo = qubo_of_file(trip, "unary")
+    assert sorted(bqm.quadratic.values()) == sorted(qubo.values.tolist())
+
+
 def test_graph_file(trip):
     networkx = pytest.importorskip("networkx")
     output = formulate(trip, "graph", "--encoding", "unary")

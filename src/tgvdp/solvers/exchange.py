@@ -114,8 +114,13 @@ def _coo(qubo: Qubo) -> dict[str, bytes]:
     """Coordinate text as dimod reads it, which has no place for the offset and the labels: they go beside it."""
     own = np.flatnonzero(qubo.linear)
     lines = ["# vartype=BINARY"]
-    lines += [f"{i} {i} {qubo.linear[i].item()!r}" for i in own.tolist()]
+    lines += [f"{i} {i} {_without_exponent(qubo.linear[i])}" for i in own.tolist()]
     triples = zip(qubo.rows.tolist(), qubo.cols.tolist(), qubo.values.tolist(), strict=True)
-    lines += [f"{row} {col} {value!r}" for row, col, value in triples]
+    lines += [f"{row} {col} {_without_exponent(value)}" for row, col, value in triples]
     sidecar = {"offset": qubo.offset, "labels": list(qubo.labels)}
     return {"": "\n".join([*lines, ""]).encode(), ".json": json.dumps(sidecar, ensure_ascii=False).encode()}
+
+
+def _without_exponent(value: float) -> str:
+    """All digits of a number, with a point and no exponent: dimod passes over a line of COO text that has one."""
+    return np.format_float_positional(value, trim="0")
