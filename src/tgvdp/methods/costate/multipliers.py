@@ -17,7 +17,7 @@ from tgvdp.methods.costate.found import Found
 from tgvdp.methods.costate.interpolate import CHEAPER
 from tgvdp.methods.costate.meet import meet
 from tgvdp.methods.costate.mesh import Mesh, Run
-from tgvdp.methods.costate.slower import least_squared_speeds
+from tgvdp.methods.costate.slower import held_up, least_squared_speeds
 from tgvdp.methods.costate.surprises import FIRST_MULTIPLIER, HIGHEST_MULTIPLIER, MOST_EXTREMALS, surprising
 from tgvdp.physics.codes import NOT_KEPT, OK
 from tgvdp.progress import tell
@@ -172,7 +172,14 @@ class ExtremalFront:
         for first in range(0, len(multipliers), at_once):
             self.watch()
             some = multipliers[first : first + at_once]
-            found += mesh.extremals(some, self.counters, least_squared_speeds(self.mesh, self.extremals, mesh, some))
+            least_w = least_squared_speeds(self.mesh, self.extremals, mesh, some)
+            solved = mesh.extremals(some, self.counters, least_w)
+            again = [] if least_w is None else held_up(least_w, solved)
+            if again:
+                free = mesh.extremals([some[i] for i in again], self.counters)
+                for i, extremal in zip(again, free, strict=True):
+                    solved[i] = extremal
+            found += solved
         return found
 
     def points(self, target_s: NDArray[np.float64]) -> tuple[Found, bool]:

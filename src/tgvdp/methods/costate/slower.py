@@ -17,6 +17,8 @@ _MANY_CELLS = 100
 #: Runs are sought from below a slower one on, by this share of its highest squared speed: that may be of another mesh.
 #: A difference, not a share of each speed: a train that coasts from such a share falls below it before it stops.
 _BELOW = 0.2
+#: A run that comes nearer to these speeds than this share of the highest one may have been kept from what is below.
+_NEAR = 0.1
 
 
 def least_squared_speeds(
@@ -51,3 +53,20 @@ def least_squared_speeds(
     least_w -= _BELOW * least_w.max(axis=1, keepdims=True)
     least_w[asked > falling[-1]] = 0.0
     return least_w
+
+
+def held_up(least_w: NDArray[np.float64], found: Sequence[Extremal]) -> list[int]:
+    """Numbers of extremals whose runs are next to where none was sought, and might be slower.
+
+    The slower run that was known may be of a mesh whose cells are too long for a place where trains are best slow, as a
+    short tunnel; runs that are held up above it would in turn be known as slower ones.
+
+    Parameters
+    ----------
+    least_w : (m, K + 1) float64
+        From where on they were sought, as `least_squared_speeds` says.
+    found : sequence of m Extremal
+    """
+    passed_w = np.array([one.passed[:, 0] for one in found])
+    near_w = least_w + _NEAR * least_w.max(axis=1, keepdims=True)
+    return np.flatnonzero((passed_w < near_w).any(axis=1)).tolist()
