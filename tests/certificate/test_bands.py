@@ -99,6 +99,21 @@ def test_gaps_where_the_dynamic_brake_works_in_an_interval(points, track, share,
     assert (1.0 - most) * cost_j < problem.line_j(banded(problem, found, price, 1e-5 * cost_j)) < cost_j
 
 
+def test_kinks_where_traction_drops():
+    """A freight train of gears: below a drop it pulls with a third more, wherever it is."""
+    drawn = proof_trip(1990222)
+    trip = tgvdp.search(drawn.train, drawn.track, points=2, **drawn.options).trip
+    mesh, problem = Mesh.of(trip, fastest_run(trip)), BoundingProblem(trip)
+    multiplier = 1.5e6
+    run = mesh.optimal_run(multiplier, {"extremals": 0, "runs": 0, "costates": 0})
+    cost_j, price = run.energy_j + multiplier * run.time_s, multiplier - problem.energy.auxiliary_w
+    found = problem.ledger(run.x_m.copy(), run.w.copy(), price, gain_j=1e-5 * cost_j)
+    assert problem.line_j(found) < (1.0 - 1e-3) * cost_j
+    assert banded(problem, found, price, 1e-5 * cost_j, of_traction=False) is found
+    assert (1.0 - 5e-4) * cost_j < problem.line_j(banded(problem, found, price, 1e-5 * cost_j)) < cost_j
+    assert np.sqrt(kinks_of(problem, found)) == pytest.approx([9.803, 16.096, 16.944, 25.804], abs=1e-3)
+
+
 @pytest.mark.parametrize(("seed", "most_pct"), STEPPED)
 def test_gaps_of_trips_whose_rates_drop_with_speed(seed, most_pct):
     trip = proof_trip(seed)
@@ -111,7 +126,7 @@ def kinks_mps(problem, found):
     return np.sqrt(kinks_of(problem, found)).tolist()
 
 
-def test_there_are_kinks_only_where_brakes_change():
+def test_there_are_kinks_only_where_efforts_jump():
     trip = proof_trip(1795390848)
     result = tgvdp.search(trip.train, trip.track, points=4, **trip.options)
     problem, profile = BoundingProblem(result.trip), result.profile(2)

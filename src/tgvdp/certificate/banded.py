@@ -59,6 +59,7 @@ def banded(
     gain_j: float,
     clock: Clock | None = None,
     enough_j: float = math.inf,
+    of_traction: bool = True,
 ) -> Ledger:
     """The best bound with kinks and a curve of the potential, or ``found`` where none is better.
 
@@ -74,13 +75,15 @@ def banded(
     clock : Clock, optional
     enough_j : float
         A bound that needs no further round.
+    of_traction : bool
+        Whether there are kinks where traction jumps, too: more bands take more time.
 
     Returns
     -------
     Ledger
         With the costates of the lowest band.
     """
-    kinks_w = kinks_of(problem, found)
+    kinks_w = kinks_of(problem, found, of_traction)
     if len(kinks_w) == 0 and not problem.may_curve(multiplier_j_per_s):
         return found
     multiplier = problem.total(multiplier_j_per_s) / problem.train.inertia_kg
@@ -158,7 +161,7 @@ def _first_speeds(found: Ledger, kinks_w: _Floats) -> _Floats:
     return np.concatenate((most * _OF_LARGEST, np.minimum(of_run, most), np.minimum(of_kinks, most)), axis=2)
 
 
-def kinks_of(problem: BoundingProblem, found: Ledger) -> _Floats:
+def kinks_of(problem: BoundingProblem, found: Ledger, of_traction: bool = True) -> _Floats:
     """Squared speeds at which efforts change most, m²/s², rising; not those that a cell of a standstill may reach."""
     train = problem.trip.train
     changes = {
@@ -166,11 +169,12 @@ def kinks_of(problem: BoundingProblem, found: Ledger) -> _Floats:
         for before, after in itertools.pairwise(problem.train.rates)
         if after[2] < before[2]
     }
-    regenerates = problem.energy.regeneration > 0.0
-    for curve in (train.traction_limit, train.dynamic_brake_limit) if regenerates else (train.traction_limit,):
-        for speed_mps, change in _jumps(curve):
-            changes[speed_mps] = max(changes.get(speed_mps, 0.0), change)
-    if regenerates:
+    curves = [train.traction_limit] if of_traction else []
+    if problem.energy.regeneration > 0.0:
+        curves.append(train.dynamic_brake_limit)
+    for speed_mps, change in itertools.chain(*map(_jumps, curves)):
+        changes[speed_mps] = max(changes.get(speed_mps, 0.0), change)
+    if problem.energy.regeneration > 0.0:
         changes |= {begins_mps(train.dynamic_brake_limit): 1.0, ramps_to_mps(train.dynamic_brake_limit): 1.0}
     first, last = _regular(found.w)
     lowest = float(np.max(np.append(found.caps.cell[:first], found.caps.cell[last + 1 :]), initial=0.0))

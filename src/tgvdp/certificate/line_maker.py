@@ -21,6 +21,8 @@ from tgvdp.runs.profile import Profile
 _FINENESS, _FINE_WITH_CARE = 2.0, 4.0
 #: What a line is short of, relative to what gaps are shares of, for which curved potentials are worth the time.
 _CURVED = 2e-4
+#: ... and for which their kinks where traction jumps are, before finer cells were tried.
+_FAR = 1e-3
 #: Care that lines are made with, in this order: none; ascent; and ascent with so many times more cells. All with care
 #: have this many times more, for what other causes leave is more than what the width of cells does.
 _CAREFUL = 1.5
@@ -169,5 +171,6 @@ class LineMaker:
         ledger = problem.ledger(run.x_m, run.w, multiplier, max(_CAREFUL * care, 1.0), gain_j, clock, enough_j)
         line_j = problem.line_j(ledger)
         if care and line_j < min(enough_j, cost_j - _CURVED * size_j):
-            line_j = problem.line_j(banded(problem, ledger, multiplier, gain_j, clock, enough_j))
+            is_far = care > 1.0 or line_j < min(enough_j, cost_j) - _FAR * size_j
+            line_j = problem.line_j(banded(problem, ledger, multiplier, gain_j, clock, enough_j, is_far))
         return Line(multiplier, line_j, run.time_s, cost_j, care if line_j >= enough_j else NEXT_CARE[care])
