@@ -93,7 +93,7 @@ def _weigh_run(program, q, room):
         for j in range(DIFFER):
             mean[j] += one * program.coef[i, j]
     for j in range(DIFFER):
-        mean[j] /= weight
+        mean[j] /= max(weight, 1e-300)  # rows of a whole run may be that far from their bounds
     room.weight[q] = weight
 
 
