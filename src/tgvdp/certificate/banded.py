@@ -10,7 +10,6 @@ exact least values join.
 
 import itertools
 import math
-from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +21,7 @@ from tgvdp.certificate.line import BoundingProblem
 from tgvdp.certificate.sampled import best_sampled
 from tgvdp.certificate.slopes import regular_cells
 from tgvdp.methods.budget import Clock
-from tgvdp.model.effort import EffortCurve
-from tgvdp.physics.brake_shape import JUMPS, begins_mps, ramps_to_mps
+from tgvdp.physics.brake_shape import begins_mps, jumps, ramps_to_mps
 
 _Floats = NDArray[np.float64]
 
@@ -172,8 +170,8 @@ def kinks_of(problem: BoundingProblem, found: Ledger, of_traction: bool = True) 
     curves = [train.traction_limit] if of_traction else []
     if problem.energy.regeneration > 0.0:
         curves.append(train.dynamic_brake_limit)
-    for speed_mps, change in itertools.chain(*map(_jumps, curves)):
-        changes[speed_mps] = max(changes.get(speed_mps, 0.0), change)
+    for speed_mps, *efforts_n in itertools.chain(*map(jumps, curves)):
+        changes[speed_mps] = max(changes.get(speed_mps, 0.0), 1.0 - min(efforts_n) / max(efforts_n))
     if problem.energy.regeneration > 0.0:
         changes |= {begins_mps(train.dynamic_brake_limit): 1.0, ramps_to_mps(train.dynamic_brake_limit): 1.0}
     first, last = _regular(found.w)
@@ -181,11 +179,3 @@ def kinks_of(problem: BoundingProblem, found: Ledger, of_traction: bool = True) 
     within = [v for v in changes if v > 0.0 and lowest <= v**2 < float(found.caps.cell.max())]
     chosen = sorted(within, key=lambda v: -changes[v])[:_MOST_KINKS]
     return np.square(np.sort(np.array(chosen, dtype=np.float64)))
-
-
-def _jumps(curve: EffortCurve) -> Iterator[tuple[float, float]]:
-    """Speeds at which an effort jumps, m/s, and how much of it comes or goes there."""
-    for before, after in itertools.pairwise(curve.pieces):
-        less_n, more_n = sorted(one.effort_n(after.from_mps) for one in (before, after))
-        if more_n > (1.0 + JUMPS) * less_n:
-            yield after.from_mps, 1.0 - less_n / more_n

@@ -1,5 +1,6 @@
-"""At which speeds the effort of a dynamic brake begins, jumps, and rises."""
+"""At which speeds the effort of a dynamic brake begins, jumps, and rises; any effort may jump."""
 
+from collections.abc import Iterator
 from itertools import pairwise, zip_longest
 
 from tgvdp.model.effort import EffortCurve
@@ -8,15 +9,17 @@ from tgvdp.model.effort import EffortCurve
 JUMPS = 0.02
 
 
+def jumps(curve: EffortCurve) -> Iterator[tuple[float, float, float]]:
+    """Speeds at which an effort jumps, m/s, and the efforts just below and above, N."""
+    for piece, after in pairwise(curve.pieces):
+        below_n, above_n = piece.effort_n(after.from_mps), after.effort_n(after.from_mps)
+        if max(below_n, above_n) > (1.0 + JUMPS) * min(below_n, above_n):
+            yield after.from_mps, below_n, above_n
+
+
 def last_jump_mps(brake: EffortCurve, *, rises: bool) -> float:
     """Highest speed at which the effort rises, or drops, at once; 0 if it does at none."""
-    jumps_mps = []
-    for before, after in pairwise(brake.pieces):
-        efforts_n = before.effort_n(after.from_mps), after.effort_n(after.from_mps)
-        less_n, more_n = efforts_n if rises else efforts_n[::-1]
-        if more_n > (1.0 + JUMPS) * less_n:
-            jumps_mps.append(after.from_mps)
-    return max(jumps_mps, default=0.0)
+    return max((speed for speed, below_n, above_n in jumps(brake) if (above_n > below_n) == rises), default=0.0)
 
 
 def begins_mps(brake: EffortCurve) -> float:
