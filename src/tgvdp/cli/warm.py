@@ -37,8 +37,9 @@ def command(as_json: bool, quiet: bool) -> None:
                 raise InputError("warm: NUMBA_DISABLE_JIT is set, so nothing is ever compiled")
             screen.progress("looking for what is compiled")
             with screen.compiling():
-                # The checks come second: they call a kernel that the tour begins with, and find it compiled by then.
-                parts = [second.promise(f"tgvdp.api.warm:{task}") for task in ("ascents", "checks", "kinks")]
+                # The checks come last: they call a kernel that the tour begins with, and find it compiled by then. The
+                # tour ends with one of theirs.
+                parts = [second.promise(f"tgvdp.api.warm:{task}") for task in ("ascents", "kinks", "checks")]
                 done = warm.tour("front")
                 parts += [second.promise("tgvdp.api.warm:tour", name) for name in ("clean", "exact", "best-first")]
                 done += warm.tour("map") + warm.margins()
