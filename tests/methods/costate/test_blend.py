@@ -11,7 +11,8 @@ from tgvdp.line.cells import cells_of
 from tgvdp.methods.costate.blend import Blend, fill_blend
 from tgvdp.methods.costate.extremal import Extremal, between, foretells
 from tgvdp.methods.costate.forward import drive_blend
-from tgvdp.methods.costate.forward_brakes import Lines, coast_through
+from tgvdp.methods.costate.forward_brakes import coast_through
+from tgvdp.methods.costate.forward_lines import Lines
 from tgvdp.methods.costate.mesh import Mesh
 from tgvdp.physics.cell import Cell, room_for_marches, room_for_rows
 from tgvdp.physics.forces import kernel_train

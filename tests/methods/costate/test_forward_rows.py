@@ -9,8 +9,9 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from tgvdp.methods.costate.forward_brakes import Lines, coast_through
+from tgvdp.methods.costate.forward_brakes import coast_through
 from tgvdp.methods.costate.forward_cell import drive_cell
+from tgvdp.methods.costate.forward_lines import Lines
 from tgvdp.methods.costate.forward_rows import coast, evenly
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.train import Train

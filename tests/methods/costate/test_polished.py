@@ -29,6 +29,7 @@ CASES = {
     "traction so weak that runs slow down by it to where they coast": (proof_trip, 1937000360, 12, 4, 0.262),
     "a curve of the dynamic brake through the speed that friction holds": (proof_trip, 1938000277, 12, 9, 0.222),
     "a climb on which traction cannot hold the limit": (proof_trip, 1940000682, 12, 1, 0.052),
+    "friction that ends within a cell, where a limit ends on a descent": (proof_trip, 1997221, 12, 10, 0.077),
 }
 _LEFT_PCT = 0.03
 
@@ -57,6 +58,7 @@ def test_a_polish_saves_next_to_nothing(name):
         pytest.param(1906000926, id="nearly full braking on a short run: 1.5 ms"),
         pytest.param(1915001381, id="a sliver beside a drop of traction: refused"),
         pytest.param(1914000542, id="nearly full braking that takes more in several rows than in one: refused"),
+        pytest.param(1997014, id="dynamic braking in short cells, a share of it amiss: refused"),
         pytest.param(1940000161, id="a row through a drop of traction, whose effort is beyond it at the end: refused"),
     ],
 )

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from tgvdp._jit import leaf, part
 from tgvdp.line.cells import Cells
 from tgvdp.methods.costate.blend import LINES, falls_from_held, switch_at
-from tgvdp.methods.costate.forward_brakes import Lines, coast_through
+from tgvdp.methods.costate.forward_brakes import coast_through
 from tgvdp.methods.costate.forward_cell import drive_cell
+from tgvdp.methods.costate.forward_lines import Lines
 from tgvdp.methods.costate.forward_rows import ON_CURVE, coast, ended, evenly, pull
 from tgvdp.methods.costate.intervals import through_cell
 from tgvdp.model.track import POWERED

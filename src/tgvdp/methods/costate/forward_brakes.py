@@ -1,15 +1,14 @@
 """Coast and brake through one cell, above its line of switching: by the dynamic brake, by all brakes."""
 
 import math
-from typing import NamedTuple
 
 from tgvdp._jit import leaf, part
 from tgvdp.methods.costate.brake_jumps import drop_above, is_drop
+from tgvdp.methods.costate.forward_lines import Line, coast_to, height, meeting_place
 from tgvdp.methods.costate.forward_rows import (
     ON_CURVE,
     brake_late,
     coast,
-    coast_on,
     ended,
     evenly,
     rows_needed,
@@ -22,7 +21,6 @@ from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK
 from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import mean_effort
 from tgvdp.physics.march import march
-from tgvdp.physics.roots import Bracket, narrowed, secant
 from tgvdp.runs.braking_point import braked_w, drive_then_brake, emit_driven
 
 #: Changes of v² by less than this share within a cell are a drift of the holding speed, spread over the cell.
@@ -36,59 +34,10 @@ NEAR = 1e-3
 #: Coasting that ends above a limit by less than this share of v² brakes a little all the way, which takes longer by a
 #: quarter of that share: brakes for the last hand's breadth would be none that one applies.
 _TOUCH = 1e-4
+#: What rows of dynamic braking are amiss is shared by them up to this share of what they brake: as much more effort.
+_AMISS = 5e-4
 #: Halvings of the distance over which all brakes work before the dynamic one alone does: to rounding.
 _HALVINGS = 40
-#: Coasting meets the line of switching after so many steps of the secant, at most: both are nearly straight.
-_MEETING_STEPS = 20
-
-
-class Lines(NamedTuple):
-    """Lines of switching through one cell, in squared speeds, m²/s²: full traction below the first one, coasting above.
-
-    Attributes
-    ----------
-    before_a, before_b, before_c, before_e, before_g, before_top : float
-        Where traction ends, dynamic braking begins, all brakes do, the interval lies in which it works, too, and the
-        envelope, at the start of the cell. The first two may lie beyond the envelope.
-    a, b, c, e, g, top : float
-        The same at its end.
-    coasts : float
-        Speed at the end of a run that coasts from the line's start on, a'.
-    held : float
-        Speed that is held up to the start of the cell, if the first line falls from there; infinite if not.
-    """
-
-    before_a: float
-    before_b: float
-    before_c: float
-    before_e: float
-    before_g: float
-    before_top: float
-    a: float
-    coasts: float
-    b: float
-    c: float
-    e: float
-    g: float
-    top: float
-    held: float
-
-
-class Line(NamedTuple):
-    """A line through a cell, in squared speeds, m²/s²: polynomial of the distance from its end, in metres."""
-
-    length: float
-    end_w: float
-    rise: float
-    bend: float
-    twist: float
-
-
-@leaf
-def height(line, x):
-    """Squared speed of a line some metres after the start of its cell."""
-    rest = line.length - x
-    return line.end_w + rest * (line.rise + rest * (line.bend + rest * line.twist))
 
 
 @leaf
@@ -121,6 +70,24 @@ def brakes_do(train, cell, w, target, friction, share):
 
 
 @part
+def _hold_then_regenerate(train, cell, w, target, rows, n):
+    """Append a speed that all brakes hold for as long as the dynamic one alone may still end at ``target``, and that.
+
+    Where friction ends within a cell in which it held a speed. Returns the number of rows: none more if that leads
+    nowhere.
+    """
+    used_m, met_w, _ = march(train, DYNAMIC, -1.0, cell, cell.length_m, target, w, rows, n)
+    held_m = cell.length_m - used_m
+    held = Cell(cell.start_m, cell.start_m + held_m, held_m, cell.grade_n, cell.air, cell.limit_w)
+    if met_w != w or held_m <= 0.0 or not brakes_do(train, held, w, w, True, 1.0):
+        return n
+    n = append(held.end_m, w, rows, n)
+    rest = rest_of(cell, held.end_m, used_m)
+    last = saturated(train, DYNAMIC, rest, w, target, rows, n)[2]
+    return ended(rest, target, rows, n, last)
+
+
+@part
 def _brake_fully(train, regime, cell, w, lines, scratch, rows, n):
     """Drive in a regime that would end above c, or above the envelope if that is lower, and with all brakes end there.
 
@@ -131,6 +98,11 @@ def _brake_fully(train, regime, cell, w, lines, scratch, rows, n):
     if lines.c < lines.top:
         if _follows(lines, target, w) and brakes_do(train, cell, w, target, True, 1.0):
             return evenly(train, cell, w, target, scratch, rows, n)
+        if regime == DYNAMIC and min(lines.before_c, lines.before_top) * (1.0 - NEAR) <= w < target:
+            first = n
+            n = _hold_then_regenerate(train, cell, w, target, rows, first)
+            if n != first:
+                return n
         cell = limited(cell, max(w, lines.c))
     drop_w = drop_above(train, target)
     if regime == DYNAMIC and drop_w < w:  # below it the dynamic brake alone
@@ -144,34 +116,6 @@ def _brake_fully(train, regime, cell, w, lines, scratch, rows, n):
                 last = saturated(train, DYNAMIC, below, drop_w, target, rows, n)[2]
                 return ended(below, target, rows, n, last)
     return brake_late(train, regime, cell, w, target, scratch, rows, n)
-
-
-@part
-def meeting_place(train, cell, w, line, landed):
-    """Where in a cell coasting from w, which leads to ``landed``, meets a line that it crosses, from either side."""
-    begins = height(line, 0.0)
-    sense = 1.0 if w > begins else -1.0
-    if landed == 0.0:  # beyond its standstill a train is as slow everywhere, which no secant can tell apart
-        landed = coast_on(train, cell, cell.length_m, w)
-    bracket = Bracket(0.0, cell.length_m, sense * (begins - w), sense * (line.end_w - landed), 0)
-    x = 0.0
-    for _ in range(_MEETING_STEPS):
-        x = secant(bracket)
-        below = height(line, x) - coast_on(train, cell, x, w)
-        if abs(below) <= ON_CURVE * begins:
-            break
-        bracket = narrowed(bracket, x, sense * below)
-    return x
-
-
-@part
-def coast_to(train, cell, x, w, line, rows, n):
-    """Append the rows of coasting over the first x metres of a cell, nearly to a line; returns where, and how many."""
-    parts = rows_needed(train, cell.air, x, w, line)
-    for i in range(1, parts + 1):
-        w = coast(train, cell, x / parts, w)
-        n = append(cell.start_m + i * x / parts, w, rows, n)
-    return w, n
 
 
 @part
@@ -230,7 +174,7 @@ def _brake_then_regenerate(train, cell, w, target, scratch, rows, n):
 
 
 @part
-def _regenerate(train, cell, w, lines, scratch, rows, n):
+def _regenerate(train, cell, w, coasted, lines, scratch, rows, n):
     """Slow down to b, or to the envelope if that is lower, where coasting would end above it: by the dynamic brake.
 
     All brakes only where that one would end above c, or leave the envelope.
@@ -277,7 +221,8 @@ def _regenerate(train, cell, w, lines, scratch, rows, n):
     if n < 0:
         return n
     most = min(lines.c, lines.top)
-    if landed <= most * (1.0 + HELD):  # its rows may meet the braking curve a hair before it does, or behind
+    # Its rows may meet the braking curve a hair before it does, or behind: in a short cell a share of what they brake.
+    if landed - most <= min(HELD * most, _AMISS * (coasted - landed)):
         return ended(cell, min(landed, most), rows, first, n)
     return _brake_fully(train, DYNAMIC, cell, w, lines, scratch, rows, first)
 
@@ -305,5 +250,5 @@ def coast_through(train, regenerates, cell, w, landed, lines, scratch, rows, n):
     if near and brakes_do(train, cell, w, most, lines.top <= lines.b, 1.0):
         return evenly(train, cell, w, most, scratch, rows, n)
     if regenerates:
-        return _regenerate(train, cell, w, lines, scratch, rows, n)
+        return _regenerate(train, cell, w, landed, lines, scratch, rows, n)
     return _brake_fully(train, COASTING, cell, w, lines, scratch, rows, n)

@@ -4,8 +4,9 @@ import math
 
 from tgvdp._jit import leaf, part
 from tgvdp.methods.costate.characteristics import LEAST_MIDDLE, coasted, coasting_law
-from tgvdp.methods.costate.forward_brakes import NEAR, Line, Lines, coast_through, coast_to, height, meeting_place
+from tgvdp.methods.costate.forward_brakes import NEAR, coast_through
 from tgvdp.methods.costate.forward_interval import brake_between, is_kept
+from tgvdp.methods.costate.forward_lines import Line, Lines, coast_to, height, meeting_place
 from tgvdp.methods.costate.forward_rows import (
     ON_CURVE,
     SAME_PLACE,

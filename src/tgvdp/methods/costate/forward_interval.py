@@ -1,7 +1,8 @@
 """Brake in the interval of speeds, below those at which a run coasts, in which a dynamic brake that rises works."""
 
 from tgvdp._jit import part
-from tgvdp.methods.costate.forward_brakes import Line, brakes_do, coast_to, height, meeting_place
+from tgvdp.methods.costate.forward_brakes import brakes_do
+from tgvdp.methods.costate.forward_lines import Line, coast_to, height, meeting_place
 from tgvdp.methods.costate.forward_rows import ON_CURVE, saturated
 from tgvdp.methods.costate.step_held import HELD
 from tgvdp.physics.cell import rest_of
