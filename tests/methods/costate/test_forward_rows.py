@@ -11,11 +11,11 @@ from scipy.optimize import brentq
 
 from tgvdp.methods.costate.forward_brakes import coast_through
 from tgvdp.methods.costate.forward_cell import drive_cell
-from tgvdp.methods.costate.forward_lines import Lines
+from tgvdp.methods.costate.forward_lines import Lines, coast_then_pull
 from tgvdp.methods.costate.forward_rows import coast, evenly
 from tgvdp.model.effort import EffortCurve
 from tgvdp.model.train import Train
-from tgvdp.physics.cell import Cell, room_for_marches, room_for_rows
+from tgvdp.physics.cell import Cell, rest_of, room_for_marches, room_for_rows
 from tgvdp.physics.codes import TRACTION
 from tgvdp.physics.forces import kernel_train, mean_effort, mean_resistance
 from tgvdp.physics.march import march
@@ -183,3 +183,20 @@ def test_traction_up_to_a_hand_before_the_end_of_a_cell_goes_on_to_its_end(left_
     assert rows.x[n - 1] == 15.0
     assert rows.w[n - 1] <= lines.top
     assert np.diff(rows.x[:n]).min() > min(0.1, left_m)
+
+
+def test_full_traction_that_slows_down_begins_where_it_ends_on_the_target():
+    """A train coasts up a climb to 300 m, and pulls from there on; its line was met at 500 m, and could not be held."""
+    train, length_m, pulls_m, start_w = kernel_train(FREIGHT), 700.0, 300.0, 20.0**2
+    cell = Cell(0.0, length_m, length_m, FREIGHT.mass_kg * 9.81 * 16e-3, 0.5 * FREIGHT.davis_c_n_per_mps2, math.inf)
+    rows = room_for_rows(100, "test")
+    rows.x[0], rows.w[0] = 0.0, start_w
+    met_w = coast(train, cell, pulls_m, start_w)
+    late = rest_of(cell, pulls_m, length_m - pulls_m)
+    target_w = march(train, TRACTION, 1.0, late, late.length_m, met_w, math.inf, march_room(), 0)[1]
+    assert target_w < met_w
+    n = coast_then_pull(train, cell, start_w, 500.0, target_w, rows, 1)
+    assert (rows.x[n - 1], rows.w[n - 1]) == (length_m, target_w)
+    assert rows.x[:n] == pytest.approx(np.sort(rows.x[:n]))
+    assert np.interp(pulls_m, rows.x[:n], rows.w[:n]) == pytest.approx(met_w, rel=1e-6)
+    assert coast_then_pull(train, cell, start_w, 500.0, start_w, rows, 1) == 1  # not even all the way

@@ -76,3 +76,13 @@ def test_brakes_in_full_end_on_the_envelope_by_all_of_their_rows():
     trip = proof_trip(1802000342)
     result = tgvdp.search(trip.train, trip.track, points=12, **trip.options)
     assert all(verdict.ok for verdict in result.verify())
+
+
+def test_a_target_is_met_where_traction_slows_down_on_a_climb():
+    """A line that full traction cannot follow was come to by one effort through all of a cell: a time was missed."""
+    trip = proof_trip(2010100)
+    result = tgvdp.search(trip.train, trip.track, points=12, **trip.options)
+    assert not result.warnings
+    assert result.counters["runs"] <= 60  # 435, in vain
+    profiles = [result.profile(i) for i in range(12)]
+    assert max(gain_pct(result, profiles, i) for i in range(9, 12)) <= 0.01  # 0.019

@@ -6,7 +6,7 @@ from tgvdp._jit import leaf, part
 from tgvdp.methods.costate.characteristics import LEAST_MIDDLE, coasted, coasting_law
 from tgvdp.methods.costate.forward_brakes import NEAR, coast_through
 from tgvdp.methods.costate.forward_interval import brake_between, is_kept
-from tgvdp.methods.costate.forward_lines import Line, Lines, coast_to, height, meeting_place
+from tgvdp.methods.costate.forward_lines import Line, Lines, coast_then_pull, coast_to, height, meeting_place
 from tgvdp.methods.costate.forward_rows import (
     ON_CURVE,
     SAME_PLACE,
@@ -107,7 +107,7 @@ def _drive_to_line(train, cell, w, line, top, rows, n):
 
 @part
 def _coast_to_line(train, cell, w, landed, line, rows, n):
-    """Append coasting from above the line of switching down to it, if traction can follow it from there.
+    """Append coasting from above the line of switching down to it, or to where traction can still come to its end.
 
     ``landed``, below its end, is where coasting through the whole cell leads. Returns the rest of the cell, the squared
     speed and the number of rows.
@@ -118,7 +118,8 @@ def _coast_to_line(train, cell, w, landed, line, rows, n):
     met_w, n = coast_to(train, cell, x, w, height(line, x), rows, n)
     if pull(train, rest_of(cell, cell.start_m + x, length - x), met_w, line.end_w) < math.inf:
         return length - x, met_w, n
-    return length, w, first
+    n = coast_then_pull(train, cell, w, x, line.end_w, rows, first)
+    return (0.0 if n != first else length), w, n
 
 
 @leaf
@@ -268,6 +269,8 @@ def drive_cell(train, regenerates, before, cell, w, lines, scratch, rows, n):
             first = n
             line = _line_of(train, cell, lines, begins)
             rest, w, n = _coast_to_line(train, cell, w, landed, line, rows, n)
+            if rest == 0.0 or n < 0:
+                return n
             if _is_little(rest, length, rows, first, n):
                 return _lengthened(cell, rest, lines.top, rows, first, n)
     if n < 0:

@@ -1,12 +1,19 @@
 """Lines of switching through one cell, and where coasting meets them."""
 
+import math
 from typing import NamedTuple
 
 from tgvdp._jit import leaf, part
-from tgvdp.methods.costate.forward_rows import ON_CURVE, coast, coast_on, rows_needed
-from tgvdp.physics.cell import append
+from tgvdp.methods.costate.forward_rows import ON_CURVE, coast, coast_on, ended, rows_needed, saturated
+from tgvdp.physics.cell import append, rest_of
+from tgvdp.physics.codes import TRACTION
+from tgvdp.physics.march import march
 from tgvdp.physics.roots import Bracket, narrowed, secant
 
+#: Full traction begins above a line that it cannot follow: the place is looked for so many times at most, until the run
+#: ends on the line within this share of v².
+_BEGINNINGS = 20
+_LANDS = 1e-9
 #: Coasting meets the line of switching after so many steps of the secant, at most: both are nearly straight.
 _MEETING_STEPS = 20
 
@@ -86,3 +93,30 @@ def coast_to(train, cell, x, w, line, rows, n):
         w = coast(train, cell, x / parts, w)
         n = append(cell.start_m + i * x / parts, w, rows, n)
     return w, n
+
+
+@part
+def coast_then_pull(train, cell, w, x, target, rows, n):
+    """Append coasting, and full traction that slows down to ``target`` at the end of the cell: from before x on.
+
+    Where a train that coasts meets its line at x traction may no longer hold it there. Returns the number of rows: none
+    more where traction all the way would not do either.
+    """
+    full = march(train, TRACTION, 1.0, cell, cell.length_m, w, math.inf, rows, n)[1]
+    late = rest_of(cell, cell.start_m + x, cell.length_m - x)
+    least = march(train, TRACTION, 1.0, late, late.length_m, coast(train, cell, x, w), math.inf, rows, n)[1]
+    if not full > target > least:
+        return n
+    bracket = Bracket(0.0, x, target - full, target - least, 0)
+    for _ in range(_BEGINNINGS):
+        x = secant(bracket)
+        late = rest_of(cell, cell.start_m + x, cell.length_m - x)
+        met_w = coast(train, cell, x, w)
+        lacking = target - march(train, TRACTION, 1.0, late, late.length_m, met_w, math.inf, rows, n)[1]
+        if abs(lacking) <= _LANDS * target:
+            break
+        bracket = narrowed(bracket, x, lacking)
+    met_w, first = coast_to(train, cell, x, w, coast(train, cell, x, w), rows, n)
+    late = rest_of(cell, cell.start_m + x, cell.length_m - x)
+    last = saturated(train, TRACTION, late, met_w, math.inf, rows, first)[2]
+    return ended(late, target, rows, first, last)
