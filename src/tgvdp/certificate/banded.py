@@ -57,7 +57,7 @@ def banded(
     gain_j: float,
     clock: Clock | None = None,
     enough_j: float = math.inf,
-    of_traction: bool = True,
+    of_all: bool = True,
 ) -> Ledger:
     """The best bound with kinks and a curve of the potential, or ``found`` where none is better.
 
@@ -73,15 +73,15 @@ def banded(
     clock : Clock, optional
     enough_j : float
         A bound that needs no further round.
-    of_traction : bool
-        Whether there are kinks where traction jumps, too: more bands take more time.
+    of_all : bool
+        Whether there are kinks where traction jumps and braking rates rise, too: more bands take more time.
 
     Returns
     -------
     Ledger
         With the costates of the lowest band.
     """
-    kinks_w = kinks_of(problem, found, of_traction)
+    kinks_w = kinks_of(problem, found, of_all)
     if len(kinks_w) == 0 and not problem.may_curve(multiplier_j_per_s):
         return found
     multiplier = problem.total(multiplier_j_per_s) / problem.train.inertia_kg
@@ -159,15 +159,15 @@ def _first_speeds(found: Ledger, kinks_w: _Floats) -> _Floats:
     return np.concatenate((most * _OF_LARGEST, np.minimum(of_run, most), np.minimum(of_kinks, most)), axis=2)
 
 
-def kinks_of(problem: BoundingProblem, found: Ledger, of_traction: bool = True) -> _Floats:
+def kinks_of(problem: BoundingProblem, found: Ledger, of_all: bool = True) -> _Floats:
     """Squared speeds at which efforts change most, m²/s², rising; not those that a cell of a standstill may reach."""
     train = problem.trip.train
     changes = {
-        float(after[0]): 1.0 - float(after[2] / before[2])
+        float(after[0]): 1.0 - float(min(before[2], after[2]) / max(before[2], after[2]))
         for before, after in itertools.pairwise(problem.train.rates)
-        if after[2] < before[2]
+        if of_all or after[2] < before[2]
     }
-    curves = [train.traction_limit] if of_traction else []
+    curves = [train.traction_limit] if of_all else []
     if problem.energy.regeneration > 0.0:
         curves.append(train.dynamic_brake_limit)
     for speed_mps, *efforts_n in itertools.chain(*map(jumps, curves)):

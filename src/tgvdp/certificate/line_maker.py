@@ -21,7 +21,7 @@ from tgvdp.runs.profile import Profile
 _FINENESS, _FINE_WITH_CARE = 2.0, 4.0
 #: What a line is short of, relative to what gaps are shares of, for which curved potentials are worth the time.
 _CURVED = 2e-4
-#: ... and for which their kinks where traction jumps are, before finer cells were tried.
+#: ... and for which all of their kinks are, before finer cells were tried.
 _FAR = 1e-3
 #: Care that lines are made with, in this order: none; ascent; and ascent with so many times more cells. All with care
 #: have this many times more, for what other causes leave is more than what the width of cells does.
