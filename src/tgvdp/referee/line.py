@@ -22,8 +22,9 @@ _Floats = NDArray[np.float64]
 #: Parts of each curve in which its radius changes, and the longest one, m.
 _PARTS = 256
 _LONGEST_M = 20.0
-#: Radius at which Röckl's formula jumps.
+#: Radius at which Röckl's formula jumps, and what it may lack of that by rounding along a curve of that radius.
 _JUMP_M = 300.0
+_ROUNDING = 1e-9
 #: Where both sides of a break are looked at, as a share of the distance between breaks.
 _BESIDE = 1e-3
 #: Jumps of the gradient below this share of the starting effort, or of the steepest gradient, are rounding.
@@ -124,7 +125,7 @@ def _curve_permil(formula: str, curves: Sequence[Curve], end_m: Sequence[float],
     radius_m = np.divide(1.0, bend, out=np.full_like(bend, math.inf), where=bend > 0.0)
     if formula == "800/R":
         return 800.0 / radius_m
-    wide = radius_m >= _JUMP_M
+    wide = radius_m >= _JUMP_M * (1.0 - _ROUNDING)
     return np.where(wide, 650.0 / (np.where(wide, radius_m, math.inf) - 55.0), 500.0 / (radius_m - 30.0))
 
 
