@@ -22,7 +22,7 @@ from tgvdp.methods.costate.forward_rows import ON_CURVE
 from tgvdp.methods.costate.interpolate import RUN_COLUMNS, Scratch, drive
 from tgvdp.methods.costate.room import Room, room_for
 from tgvdp.methods.costate.stations import graded_stations
-from tgvdp.methods.costate.trend import train_of_trends
+from tgvdp.methods.costate.trend import unit_train_on
 from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Rows, overrun
 from tgvdp.physics.codes import OK
@@ -131,7 +131,7 @@ class Mesh:
         cells = within_reach(trip, cells_between(trip, graded_stations(trip, fastest, cell_m)))
         envelope = _envelope(trip, cells, train)
         mesh = cls(
-            trip, train, per_kilogram(train_of_trends(train, cell_m)), tables, cells, envelope, cell_m,
+            trip, train, unit_train_on(train, cells), tables, cells, envelope, cell_m,
             scale_j / fastest.duration_s, _LEAST_SHARE * min(scale_j, kinetic_j), _LEAST_SHARE * scale_j,
         )  # fmt: skip
         return mesh.cut(parts_on_descents(train, cells, mesh.fast)) if tables.regeneration > 0.0 else mesh
@@ -156,7 +156,8 @@ class Mesh:
 
     def _on(self, cells: Cells) -> "Mesh":
         """The mesh on other cells."""
-        return replace(self, cells=cells, envelope=_envelope(self.trip, cells, self.train))
+        envelope = _envelope(self.trip, cells, self.train)
+        return replace(self, cells=cells, envelope=envelope, unit_train=unit_train_on(self.train, cells))
 
     @property
     def room(self) -> Room:

@@ -9,7 +9,8 @@ the second order in what noise there is.
 import numpy as np
 from numpy.typing import NDArray
 
-from tgvdp.physics.forces import KernelTrain, read_only
+from tgvdp.line.cells import Cells
+from tgvdp.physics.forces import KernelTrain, per_kilogram, read_only
 
 _Floats = NDArray[np.float64]
 
@@ -17,6 +18,15 @@ _Floats = NDArray[np.float64]
 _ROUNDING = 1e-6
 #: Where a curve turns up so often within a cell, that is noise; gears and drops are further apart.
 _OFTEN = 2
+
+
+def unit_train_on(train: KernelTrain, cells: Cells) -> KernelTrain:
+    """The train per unit of inertia, with the trends of its effort curves over cells as long as most of the line's are.
+
+    Breaks of a line may leave them far shorter than a mesh would have them, and a trend over more is another train's.
+    """
+    length_m = cells.length_m
+    return per_kilogram(train_of_trends(train, float(length_m @ length_m / length_m.sum())))
 
 
 def train_of_trends(train: KernelTrain, cell_m: float) -> KernelTrain:
