@@ -21,6 +21,8 @@ from tgvdp.runs.profile import Profile
 _FINENESS, _FINE_WITH_CARE = 2.0, 4.0
 #: What a line is short of, relative to what gaps are shares of, for which curved potentials are worth the time.
 _CURVED = 2e-4
+#: ... on so many cells; on more of them, of which a linear program takes longer, it is more in proportion, up to this.
+_CURVED_CELLS, _MOST_CURVED = 1000, 5e-4
 #: ... and for which all of their kinks are, before finer cells were tried.
 _FAR = 1e-3
 #: Care that lines are made with, in this order: none; ascent; and ascent with so many times more cells. All with care
@@ -107,6 +109,11 @@ def least_cost_j(trip: Trip, fastest: Profile, multiplier: float, size_j: float,
     return problem.line(run.x_m, run.w, multiplier, gain_j=_ASCENT_GAIN * size_j, clock=clock)
 
 
+def _more_short(cells: int) -> float:
+    """By how much more than a line of few cells one of so many must be short, relative to what gaps are shares of."""
+    return max(min(_CURVED * cells / _CURVED_CELLS, _MOST_CURVED) - _CURVED, 0.0)
+
+
 class LineMaker:
     """Makes lines under the points of a front.
 
@@ -170,7 +177,8 @@ class LineMaker:
         cost_j = run.energy_j + run.multiplier * run.time_s
         ledger = problem.ledger(run.x_m, run.w, multiplier, max(_CAREFUL * care, 1.0), gain_j, clock, enough_j)
         line_j = problem.line_j(ledger)
-        if care and line_j < min(enough_j, cost_j - _CURVED * size_j):
+        more_j = _more_short(len(ledger.bound)) * size_j
+        if care and line_j < min(enough_j, cost_j - _CURVED * size_j) - more_j:
             is_far = care > 1.0 or line_j < min(enough_j, cost_j) - _FAR * size_j
             line_j = problem.line_j(banded(problem, ledger, multiplier, gain_j, clock, enough_j, is_far))
         return Line(multiplier, line_j, run.time_s, cost_j, care if line_j >= enough_j else NEXT_CARE[care])
