@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import tgvdp
+from benchmarks.proof.descents import descent_trip
 from benchmarks.proof.trips import proof_trip
 from tests.helpers.bound_case import costs_of, random_bound
 from tests.helpers.brake_case import CUTS_OUT, DROPS, HILLY, LEVEL, metro
@@ -100,13 +101,16 @@ def test_gaps_where_the_dynamic_brake_works_in_an_interval(points, track, share,
 
 
 @pytest.mark.parametrize(
-    ("seed", "multiplier", "fewer_kinks_mps", "all_kinks_mps"),
-    [(1990222, 1.5e6, [], [9.803, 16.096, 16.944, 25.804]), (2010020, 474e3, [2.238, 13.004], [2.238, 8.930, 13.004])],
-    ids=["traction drops: a freight train of gears", "rates rise"],
+    ("drawn", "multiplier", "fewer_kinks_mps", "all_kinks_mps"),
+    [
+        (proof_trip(1990222), 1.5e6, [], [9.803, 16.096, 16.944, 25.804]),
+        (proof_trip(2010020), 474e3, [2.238, 13.004], [2.238, 8.930, 13.004]),
+        (descent_trip(2012003), 20e3, [], [14.586]),
+    ],
+    ids=["traction drops: a freight train of gears", "rates rise", "the load slows by more than the rate"],
 )
-def test_kinks_that_take_more_time(seed, multiplier, fewer_kinks_mps, all_kinks_mps):
+def test_kinks_that_take_more_time(drawn, multiplier, fewer_kinks_mps, all_kinks_mps):
     """Below a drop a train pulls with a third more, wherever it is; below a rise it brakes with a third of the rate."""
-    drawn = proof_trip(seed)
     trip = tgvdp.search(drawn.train, drawn.track, points=2, **drawn.options).trip
     mesh, problem = Mesh.of(trip, fastest_run(trip)), BoundingProblem(trip)
     run = mesh.optimal_run(multiplier, {"extremals": 0, "runs": 0, "costates": 0})

@@ -1,7 +1,8 @@
 """The best bound of a potential with kinks where efforts change, and that is curved in the speed.
 
-Where traction or braking rates drop at a speed, or the dynamic brake begins, jumps or has risen, the least energy from
-a place on has a kink there, wherever the train is, and no p·w touches it on both sides. Where that brake works at its
+Where traction or braking rates change at a speed, or the dynamic brake begins, jumps or has risen, the least energy
+from a place on has a kink there, wherever the train is, and no p·w touches it on both sides. It has one as well where
+the load alone slows a faster train by more than its braking rate. Where that brake works at its
 full power on a descent, or at long running times, the least energy is concave in w. All costates of such a potential
 (`bands`) are found at once, by a linear program for sampled speeds (`sampled`) that lets them go so far and no farther.
 The bound is concave in them: the best of it on the way there is where the next round begins, which the speeds of the
@@ -30,8 +31,9 @@ _Floats = NDArray[np.float64]
 _OF_LARGEST = np.linspace(0.25, 1.0, 9)
 _OF_RUN = np.array([0.94, 0.985, 1.0, 1.015, 1.06])
 _OF_KINK = np.array([1.0 - 1e-9, 1.0 + 1e-9])
-#: Kinks at most.
+#: Kinks at most, and on which share of a line one must be that depends on its gradient.
 _MOST_KINKS = 4
+_LEAST_SHARE = 0.1
 #: How far costates may go in the first round, relative to the level of traction; how much farther after a round that
 #: was best at its end, before the middle of its way, or nowhere.
 _REACH = 0.3
@@ -174,8 +176,26 @@ def kinks_of(problem: BoundingProblem, found: Ledger, of_all: bool = True) -> _F
         changes[speed_mps] = max(changes.get(speed_mps, 0.0), 1.0 - min(efforts_n) / max(efforts_n))
     if problem.energy.regeneration > 0.0:
         changes |= {begins_mps(train.dynamic_brake_limit): 1.0, ramps_to_mps(train.dynamic_brake_limit): 1.0}
+        if of_all:
+            changes |= _rates_begin(problem, found)
     first, last = _regular(found.w)
     lowest = float(np.max(np.append(found.caps.cell[:first], found.caps.cell[last + 1 :]), initial=0.0))
     within = [v for v in changes if v > 0.0 and lowest <= v**2 < float(found.caps.cell.max())]
     chosen = sorted(within, key=lambda v: -changes[v])[:_MOST_KINKS]
     return np.square(np.sort(np.array(chosen, dtype=np.float64)))
+
+
+def _rates_begin(problem: BoundingProblem, found: Ledger) -> dict[float, float]:
+    """Speeds above which the load slows a train by more than its braking rate, m/s, and on which share of the line."""
+    train, cells = problem.train, found.cells
+    length_m: dict[float, float] = {}
+    for rate, after in itertools.zip_longest(train.rates, train.rates[1:]):
+        from_mps, to_mps = rate[0], after[0] if after is not None else math.inf
+        spare_n = rate[2] - train.davis_a_n - cells.grade_n
+        root = np.sqrt(np.maximum(train.davis_b**2 + 4.0 * cells.air * spare_n, 0.0)) + train.davis_b
+        speed_mps = np.divide(2.0 * spare_n, root, out=np.full_like(root, np.inf), where=root > 0.0)
+        is_met = (speed_mps > from_mps) & (speed_mps < to_mps) & (speed_mps**2 < found.caps.cell)
+        for v, more_m in zip(speed_mps[is_met].tolist(), cells.length_m[is_met].tolist(), strict=True):
+            length_m[v] = length_m.get(v, 0.0) + more_m
+    shares = {v: share_m / problem.trip.distance_m for v, share_m in length_m.items()}
+    return {v: share for v, share in shares.items() if share >= _LEAST_SHARE}
