@@ -2,11 +2,11 @@
 
 Where traction or braking rates change at a speed, or the dynamic brake begins, jumps or has risen, the least energy
 from a place on has a kink there, wherever the train is, and no p·w touches it on both sides. It has one as well where
-the load alone slows a faster train by more than its braking rate. Where that brake works at its
-full power on a descent, or at long running times, the least energy is concave in w. All costates of such a potential
-(`bands`) are found at once, by a linear program for sampled speeds (`sampled`) that lets them go so far and no farther.
-The bound is concave in them: the best of it on the way there is where the next round begins, which the speeds of the
-exact least values join.
+the load alone slows a faster train by more than its braking rate. Where the dynamic brake works at its full power on a
+descent, or at long running times, the least energy is concave in w. All costates of such a potential (`bands`) are
+found at once, by a linear program for sampled speeds (`sampled`) that lets them go so far and no farther. The bound is
+concave in them: the best of it on the way there is where the next round begins, which the speeds of the exact least
+values join.
 """
 
 import itertools
@@ -76,7 +76,8 @@ def banded(
     enough_j : float
         A bound that needs no further round.
     of_all : bool
-        Whether there are kinks where traction jumps and braking rates rise, too: more bands take more time.
+        Whether there are kinks where traction jumps, and where braking rates rise or the load alone slows a train by
+        more than they do, too: more bands take more time.
 
     Returns
     -------

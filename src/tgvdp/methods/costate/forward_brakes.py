@@ -82,6 +82,8 @@ def _hold_then_regenerate(train, cell, w, target, rows, n):
     if met_w != w or held_m <= 0.0 or not brakes_do(train, held, w, w, True, 1.0):
         return n
     n = append(held.end_m, w, rows, n)
+    if n < 0:
+        return n
     rest = rest_of(cell, held.end_m, used_m)
     last = saturated(train, DYNAMIC, rest, w, target, rows, n)[2]
     return ended(rest, target, rows, n, last)

@@ -103,20 +103,20 @@ def coast_then_pull(train, cell, w, x, target, rows, n):
     more where traction all the way would not do either.
     """
     full = march(train, TRACTION, 1.0, cell, cell.length_m, w, math.inf, rows, n)[1]
-    late = rest_of(cell, cell.start_m + x, cell.length_m - x)
-    least = march(train, TRACTION, 1.0, late, late.length_m, coast(train, cell, x, w), math.inf, rows, n)[1]
+    met_w, late = coast(train, cell, x, w), rest_of(cell, cell.start_m + x, cell.length_m - x)
+    least = march(train, TRACTION, 1.0, late, late.length_m, met_w, math.inf, rows, n)[1]
     if not full > target > least:
         return n
     bracket = Bracket(0.0, x, target - full, target - least, 0)
     for _ in range(_BEGINNINGS):
         x = secant(bracket)
-        late = rest_of(cell, cell.start_m + x, cell.length_m - x)
-        met_w = coast(train, cell, x, w)
+        met_w, late = coast(train, cell, x, w), rest_of(cell, cell.start_m + x, cell.length_m - x)
         lacking = target - march(train, TRACTION, 1.0, late, late.length_m, met_w, math.inf, rows, n)[1]
         if abs(lacking) <= _LANDS * target:
             break
         bracket = narrowed(bracket, x, lacking)
-    met_w, first = coast_to(train, cell, x, w, coast(train, cell, x, w), rows, n)
-    late = rest_of(cell, cell.start_m + x, cell.length_m - x)
+    met_w, first = coast_to(train, cell, x, w, met_w, rows, n)
+    if first < 0:
+        return first
     last = saturated(train, TRACTION, late, met_w, math.inf, rows, first)[2]
     return ended(late, target, rows, first, last)
