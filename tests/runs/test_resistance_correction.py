@@ -66,6 +66,18 @@ def test_a_held_speed_stays_and_its_effort_follows():
     assert force_n == pytest.approx(line.force.mean(at_m[:-1], at_m[1:]), abs=1e-6 * 1e5)
 
 
+def test_a_speed_limit_is_held_as_it_is():
+    """Where braking that comfort bounds begins a run may lack some speed, which it also lacked on all of the limit."""
+    limits = (0.0, 60.0), (1000.0, 14.0), (2000.0, 60.0)
+    track = replace(HILLS, speed_limits=limits, gradients=((0.0, 0.0), (200.0, -6.0), (1500.0, 9.0)))
+    train = replace(PLAIN, traction=EffortCurve.from_caps(1e5), max_deceleration_mps2=0.3)
+    trip = strip_trip(train, track)
+    profile = fastest_run(trip)
+    inside = (profile.position_m >= 1000.0) & (profile.position_m <= 2000.0)
+    assert profile.speed_mps[inside] == pytest.approx(14.0, rel=1e-9)
+    assert replay(trip, profile).ok
+
+
 @pytest.mark.parametrize("share", [0.2, 0.9])
 def test_what_is_lost_is_not_won_back_by_any_effort(share):
     """At full traction up to a speed limit that holds for 20 cm, and coasting from there: no peak of effort."""

@@ -65,14 +65,18 @@ def _look(train, line, x, w, gain, top, effort, sums, bound, held):
 
 
 @part
-def _kept_gain(train, x, w, gain, bound, held, kept):
-    """Gain where something else than the effort is given: linear between rows that are free; ``kept`` in place."""
+def _kept_gain(train, x, w, gain, top, bound, held, kept):
+    """Gain where something else than the effort is given: linear between rows that are free; ``kept`` in place.
+
+    A speed limit is held as it is: what the rows before and after it are short of it is left to their efforts.
+    """
     last = x.shape[0] - 1
     before = 0
     kept[0] = gain[0]
     for k in range(1, last + 1):
         inner = 0 < k < last
         fixed = inner and bound[k - 1] and bound[k] and _at_rate_break(train, w[k])
+        fixed |= inner and (held[k - 1] or held[k]) and w[k] >= top[k] * (1.0 - _SAME_W)
         kept[k] = 0.0 if fixed else gain[k]
         if inner and not fixed and (bound[k - 1] or held[k - 1]) and (bound[k] or held[k]):
             continue
@@ -104,7 +108,7 @@ def follow_rows(train, line, drops, x, w, followed, scratch, bound, held):
     gain, kept, effort, rise, fall = scratch[0], scratch[1], scratch[2, :-1], scratch[3, :-1], scratch[4, :-1]
     sums = scratch[5:]
     _look(train, line, x, w, gain, followed, effort, sums, bound, held)
-    _kept_gain(train, x, w, gain, bound, held, kept)
+    _kept_gain(train, x, w, gain, followed, bound, held, kept)
     for k in range(x.shape[0]):
         followed[k] = min(max(w[k] + kept[k], (1.0 - MOST_TAKEN) * w[k]), followed[k])
     _cap_at_drops(drops, w, effort, followed)
