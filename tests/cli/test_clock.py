@@ -3,6 +3,7 @@
 import math
 import re
 import signal
+import time
 from itertools import pairwise
 
 import pytest
@@ -58,6 +59,22 @@ def test_a_line_of_many_transitions_ends_by_the_time_limit():
     with pytest.raises(BudgetExceededError, match=f"of 1 s {GIVEN_UP}") as up:
         resolved(case, SearchOptions(curves="roeckl", time_limit_s=1.0), elapsed_s=1.0)
     assert taken_s(up.value) >= 1.3
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no alarms on this system")
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_an_alarm_that_a_finalizer_swallows_comes_again():
+    class Slow:
+        def __del__(self):
+            time.sleep(5.0)
+
+    def reading():
+        slow = Slow()
+        del slow
+        time.sleep(60.0)
+
+    with pytest.raises(BudgetExceededError, match=GIVEN_UP), preparing_within(0.2):
+        reading()
 
 
 def test_a_yaml_file_of_many_rows_ends_by_the_time_limit(tmp_path, capsys):

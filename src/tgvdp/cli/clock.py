@@ -18,6 +18,8 @@ _PART_SHARE, _MOST_PART_S = 0.125, 1.0
 _SEARCH_SHARE = 0.25
 #: What files, and the line after them, may take in any case, s: a limit that is shorter still gets the fastest run.
 _PREPARING_S = 0.3
+#: ... and an alarm comes again after so many seconds: Python passes over what is raised in a finalizer.
+_AGAIN_S = 0.1
 #: What is left when all the time is up, s: who looks at the clock does nothing then.
 _NOTHING_S = 1e-9
 
@@ -61,7 +63,8 @@ def preparing_within(limit_s: float | None, elapsed_s: float = 0.0) -> Iterator[
         raise BudgetExceededError(f"the time limit of {limit_s:g} s leaves no time to search: {taken}")
 
     handler = signal.signal(signal.SIGALRM, give_up)
-    timer = signal.setitimer(signal.ITIMER_REAL, max((1.0 - _SEARCH_SHARE) * limit_s - elapsed_s, _PREPARING_S))
+    first_s = max((1.0 - _SEARCH_SHARE) * limit_s - elapsed_s, _PREPARING_S)
+    timer = signal.setitimer(signal.ITIMER_REAL, first_s, _AGAIN_S)
     try:
         yield
     finally:
