@@ -118,6 +118,7 @@ def test_kinks_that_take_more_time(drawn, multiplier, fewer_kinks_mps, all_kinks
     found = problem.ledger(run.x_m.copy(), run.w.copy(), price, gain_j=1e-5 * cost_j)
     fewer = banded(problem, found, price, 1e-5 * cost_j, of_all=False)
     assert problem.line_j(fewer) < (1.0 - 1e-3) * cost_j
+    assert (fewer is found) == (not fewer_kinks_mps)
     assert (1.0 - 5e-4) * cost_j < problem.line_j(banded(problem, found, price, 1e-5 * cost_j)) < cost_j
     assert np.sqrt(kinks_of(problem, found, of_all=False)) == pytest.approx(fewer_kinks_mps, abs=1e-3)
     assert np.sqrt(kinks_of(problem, found)) == pytest.approx(all_kinks_mps, abs=1e-3)

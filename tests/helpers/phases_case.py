@@ -31,7 +31,7 @@ CASES = {
         {"energy": "pantograph"},
     ),
     "braking rates": (commuter(braking_rates=((0.0, 0.8), (15.0, 0.6))), rolling(4), {}),
-    "strips": (commuter(length_m=200.0), rolling(5), {"mass_model": "strip", "limits": "tail"}),
+    "strips": (commuter(length_m=200.0), rolling(8), {"mass_model": "strip", "limits": "tail"}),
     "ends at speed": (commuter(), rolling(6), {"start_speed_mps": 20.0, "end_speed_mps": 15.0}),
 }
 
