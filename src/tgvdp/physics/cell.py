@@ -101,6 +101,12 @@ def cell_at(cells, k):
 
 
 @leaf
+def begin_of(cell, end, length):
+    """A cell up to ``end``."""
+    return Cell(cell.start_m, end, length, cell.grade_n, cell.air, cell.limit_w)
+
+
+@leaf
 def rest_of(cell, start, length):
     """What is left of a cell from ``start`` on."""
     return Cell(start, cell.end_m, length, cell.grade_n, cell.air, cell.limit_w)

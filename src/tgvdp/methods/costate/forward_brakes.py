@@ -16,7 +16,7 @@ from tgvdp.methods.costate.forward_rows import (
 )
 from tgvdp.methods.costate.step_held import HELD
 from tgvdp.physics.arc import arc
-from tgvdp.physics.cell import Cell, append, limited, rest_of
+from tgvdp.physics.cell import append, begin_of, limited, rest_of
 from tgvdp.physics.codes import BRAKING, COASTING, DYNAMIC, OK
 from tgvdp.physics.energy import FULL_EFFORT
 from tgvdp.physics.forces import mean_effort
@@ -78,7 +78,7 @@ def _hold_then_regenerate(train, cell, w, target, rows, n):
     """
     used_m, met_w, _ = march(train, DYNAMIC, -1.0, cell, cell.length_m, target, w, rows, n)
     held_m = cell.length_m - used_m
-    held = Cell(cell.start_m, cell.start_m + held_m, held_m, cell.grade_n, cell.air, cell.limit_w)
+    held = begin_of(cell, cell.start_m + held_m, held_m)
     if met_w != w or held_m <= 0.0 or not brakes_do(train, held, w, w, True, 1.0):
         return n
     n = append(held.end_m, w, rows, n)
@@ -111,7 +111,7 @@ def _brake_fully(train, regime, cell, w, lines, scratch, rows, n):
         used_m, met_w, _ = march(train, DYNAMIC, -1.0, cell, cell.length_m, target, drop_w, scratch, 0)
         if met_w == drop_w:
             met_m = cell.end_m - used_m
-            above = Cell(cell.start_m, met_m, met_m - cell.start_m, cell.grade_n, cell.air, cell.limit_w)
+            above = begin_of(cell, met_m, met_m - cell.start_m)
             if w <= braked_w(train, BRAKING, above, drop_w, above.length_m, scratch) * (1.0 + ON_CURVE):
                 n = brake_late(train, regime, above, w, drop_w, scratch, rows, n)
                 below = rest_of(cell, met_m, used_m)
@@ -167,7 +167,7 @@ def _brake_then_regenerate(train, cell, w, target, scratch, rows, n):
         else:
             high = middle
     first = n
-    above = Cell(cell.start_m, cell.start_m + high, high, cell.grade_n, cell.air, cell.limit_w)
+    above = begin_of(cell, cell.start_m + high, high)
     _, landed, n = saturated(train, BRAKING, above, w, 0.0, rows, n)
     if n > 0:
         rest = rest_of(cell, cell.start_m + high, cell.length_m - high)

@@ -27,7 +27,7 @@ from tgvdp.model.trip import Trip
 from tgvdp.physics.cell import Rows, overrun
 from tgvdp.physics.codes import OK
 from tgvdp.physics.energy import EnergyTables, energy_tables
-from tgvdp.physics.forces import KernelTrain, kernel_train, per_kilogram
+from tgvdp.physics.forces import KernelTrain, kernel_train
 from tgvdp.runs.bends import USUAL_ROWS
 from tgvdp.runs.fastest import Envelope, envelope_of, within_reach
 from tgvdp.runs.profile import Profile
@@ -80,8 +80,7 @@ class Mesh:
 
     Energies are without auxiliaries, multipliers with them: their power only adds to the price of time, and what they
     do not draw where the pantograph is lowered is taken off the energy. The usual multiplier is the energy for
-    traction over the running time of the fastest run, J/s: the scale of multipliers. ``unit_train`` is the train per
-    unit of inertia, with the trends of its effort curves.
+    traction over the running time of the fastest run, J/s: the scale of multipliers.
 
     Net energies may be 0: what is a share of an energy is one of ``least_energy_j`` at least, or of ``least_drawn_j``
     where cells are judged, which are dear. Policies have ``lines`` switching speeds at a station.
@@ -89,7 +88,6 @@ class Mesh:
 
     trip: Trip
     train: KernelTrain
-    unit_train: KernelTrain
     tables: EnergyTables
     cells: Cells
     envelope: Envelope
@@ -131,7 +129,7 @@ class Mesh:
         cells = within_reach(trip, cells_between(trip, graded_stations(trip, fastest, cell_m)))
         envelope = _envelope(trip, cells, train)
         mesh = cls(
-            trip, train, unit_train_on(train, cells), tables, cells, envelope, cell_m,
+            trip, train, tables, cells, envelope, cell_m,
             scale_j / fastest.duration_s, _LEAST_SHARE * min(scale_j, kinetic_j), _LEAST_SHARE * scale_j,
         )  # fmt: skip
         return mesh.cut(parts_on_descents(train, cells, mesh.fast)) if tables.regeneration > 0.0 else mesh
@@ -143,11 +141,16 @@ class Mesh:
         fast = np.interp(cells.station_m, x_m, w)
         train, envelope = kernel_train(trip.train), Envelope(np.zeros_like(fast), fast, x_m, w)
         tables = energy_tables(trip.train, trip.energy)
-        return cls(trip, train, per_kilogram(train), tables, cells, envelope, trip.distance_m, 1.0, 1.0, 1.0)
+        return cls(trip, train, tables, cells, envelope, trip.distance_m, 1.0, 1.0, 1.0)
 
     def cut(self, parts: NDArray[np.int64]) -> "Mesh":
         """The mesh with its cells cut into so many parts, (K,); the mesh itself where none is cut."""
         return self if (parts == 1).all() else self._on(cut(self.cells, parts))
+
+    @cached_property
+    def unit_train(self) -> KernelTrain:
+        """The train per unit of inertia, with the trends of its effort curves."""
+        return unit_train_on(self.train, self.cells)
 
     @cached_property
     def finer(self) -> "Mesh":
@@ -156,8 +159,7 @@ class Mesh:
 
     def _on(self, cells: Cells) -> "Mesh":
         """The mesh on other cells."""
-        envelope = _envelope(self.trip, cells, self.train)
-        return replace(self, cells=cells, envelope=envelope, unit_train=unit_train_on(self.train, cells))
+        return replace(self, cells=cells, envelope=_envelope(self.trip, cells, self.train))
 
     @property
     def room(self) -> Room:
